@@ -1,0 +1,145 @@
+//! A dense matrix of bits: rows of whole `u64` words, so that set algebra is a loop over words.
+
+use bitvec::prelude::{BitSlice, Lsb0};
+
+/// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct BitMatrix {
+    rows: usize,
+    columns: usize,
+    stride: usize,
+    words: Vec<u64>,
+}
+
+impl BitMatrix {
+    /// All zeros.
+    pub fn new(rows: usize, columns: usize) -> Self {
+        let stride = columns.div_ceil(64);
+        Self { rows, columns, stride, words: vec![0; rows * stride] }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// The bit at (`row`, `column`).
+    #[inline]
+    pub fn get(&self, row: usize, column: usize) -> bool {
+        debug_assert!(column < self.columns);
+        self.words[row * self.stride + column / 64] >> (column % 64) & 1 != 0
+    }
+
+    /// Sets the bit at (`row`, `column`) and says whether it was clear before.
+    #[inline]
+    pub fn set(&mut self, row: usize, column: usize) -> bool {
+        debug_assert!(column < self.columns);
+        let word = &mut self.words[row * self.stride + column / 64];
+        let bit = 1u64 << (column % 64);
+        let was_clear = *word & bit == 0;
+        *word |= bit;
+        was_clear
+    }
+
+    /// Clears the bit at (`row`, `column`).
+    #[inline]
+    pub fn clear(&mut self, row: usize, column: usize) {
+        debug_assert!(column < self.columns);
+        self.words[row * self.stride + column / 64] &= !(1u64 << (column % 64));
+    }
+
+    /// The words of a row.
+    #[inline]
+    pub fn row(&self, row: usize) -> &[u64] {
+        &self.words[row * self.stride..(row + 1) * self.stride]
+    }
+
+    /// The words of a row, to write. Bits past `columns` must stay zero.
+    #[inline]
+    pub fn row_mut(&mut self, row: usize) -> &mut [u64] {
+        &mut self.words[row * self.stride..(row + 1) * self.stride]
+    }
+
+    /// A row as a `bitvec` slice of `columns` bits: the edge where other crates meet these rows.
+    pub fn row_bits(&self, row: usize) -> &BitSlice<u64, Lsb0> {
+        &BitSlice::<u64, Lsb0>::from_slice(self.row(row))[..self.columns]
+    }
+
+    /// Ascending columns whose bit is set in `row`.
+    pub fn ones(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
+        ones(self.row(row))
+    }
+
+    /// Number of set bits in the whole matrix.
+    pub fn count_ones(&self) -> u64 {
+        self.words.iter().map(|w| u64::from(w.count_ones())).sum()
+    }
+
+    /// Number of set bits in one row.
+    pub fn count_row(&self, row: usize) -> u64 {
+        self.row(row).iter().map(|w| u64::from(w.count_ones())).sum()
+    }
+
+    /// `self |= other`; both must have one shape.
+    pub fn union_with(&mut self, other: &Self) {
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
+        for (a, b) in self.words.iter_mut().zip(&other.words) {
+            *a |= b;
+        }
+    }
+
+    /// The first (row, column) that is set here and not in `other`, if there is one.
+    pub fn first_outside(&self, other: &Self) -> Option<(usize, usize)> {
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
+        (0..self.rows).find_map(|r| {
+            self.row(r).iter().zip(other.row(r)).enumerate().find_map(|(i, (a, b))| {
+                let only = a & !b;
+                (only != 0).then(|| (r, i * 64 + only.trailing_zeros() as usize))
+            })
+        })
+    }
+}
+
+/// Ascending positions of the set bits of a row of words.
+pub fn ones(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
+    words.iter().enumerate().flat_map(|(i, &word)| {
+        std::iter::successors((word != 0).then_some(word), |w| {
+            let rest = w & (w - 1);
+            (rest != 0).then_some(rest)
+        })
+        .map(move |w| i * 64 + w.trailing_zeros() as usize)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ones_lists_what_was_set() {
+        let mut m = BitMatrix::new(2, 130);
+        for c in [0, 63, 64, 129] {
+            assert!(m.set(1, c));
+            assert!(!m.set(1, c));
+        }
+        assert_eq!(m.ones(1).collect::<Vec<_>>(), [0, 63, 64, 129]);
+        assert_eq!(m.ones(0).count(), 0);
+        assert_eq!((m.count_ones(), m.count_row(0), m.row_bits(1).count_ones()), (4, 0, 4));
+        m.clear(1, 64);
+        assert!(!m.get(1, 64));
+    }
+
+    #[test]
+    fn first_outside_finds_the_pair() {
+        let (mut a, mut b) = (BitMatrix::new(3, 70), BitMatrix::new(3, 70));
+        a.set(2, 69);
+        assert_eq!(a.first_outside(&b), Some((2, 69)));
+        b.union_with(&a);
+        assert_eq!(a.first_outside(&b), None);
+    }
+}

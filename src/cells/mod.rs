@@ -1,0 +1,139 @@
+//! Free space as cells joined by portals.
+//!
+//! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
+//! [`CellGraph`], and tested by [`validate`].
+
+mod locate;
+mod place;
+
+pub use locate::Locator;
+pub use place::place_objects;
+
+use crate::geom::{Aabb, Plane};
+use crate::{CellId, DirectedPortal, PortalId};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// How free space is split.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strategy {
+    /// Rooms and doors that the author named.
+    Authored,
+    /// Storeys, walls in plan, doorways.
+    Plan,
+    /// Cells and portals that the user gave.
+    Given,
+}
+
+/// A convex piece of a cell: the points inside every plane.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Piece {
+    /// Half-spaces `n . p <= d`. May be unbounded (the outside).
+    pub planes: Vec<Plane>,
+    /// Box around it; infinite where the piece is.
+    pub bounds: Aabb,
+}
+
+impl Piece {
+    /// True where `p` is inside, or within `eps` metres of being so.
+    pub fn contains(&self, p: DVec3, eps: f64) -> bool {
+        self.planes.iter().all(|plane| plane.distance(p) <= eps)
+    }
+}
+
+/// A region of free space.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Cell {
+    /// The author's name, or one that says where it is (`storey 2, cell 17`).
+    pub name: String,
+    /// The id that the author gave it (GlobalId, node name), where there is one.
+    pub source: Option<String>,
+    /// The outside, an atrium: portals don't help here, culling is done online.
+    pub open: bool,
+    /// Disjoint convex pieces.
+    pub pieces: Vec<Piece>,
+    /// The directed portals that lead out of this cell, ascending.
+    pub portals: Vec<DirectedPortal>,
+}
+
+/// What a portal is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PortalKind {
+    /// A door: closable.
+    Door,
+    /// A window: see-through, not passable.
+    Window,
+    /// Nothing in it.
+    Opening,
+}
+
+/// A convex planar polygon through which one cell sees another. Conventions: crate root.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Portal {
+    /// `cells[0]` is behind the plane, `cells[1]` in front of it.
+    pub cells: [CellId; 2],
+    /// Its plane, normal from `cells[0]` into `cells[1]`.
+    pub plane: Plane,
+    /// Corners, counter-clockwise seen from the tip of the normal; 3 or more.
+    pub winding: Vec<DVec3>,
+    /// What it is.
+    pub kind: PortalKind,
+    /// The author's id of the door or window, where there is one.
+    pub source: Option<String>,
+}
+
+/// Cells and portals.
+///
+/// Sound means: any segment that keeps [`crate::tolerance::Tolerance::clearance`] from opaque triangles and starts inside a
+/// cell's piece stays in cells, and goes from cell to cell only through the windings of portals between those two. A line may
+/// cross one cell several times (cells need not be convex), and one portal at most once.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct CellGraph {
+    /// What made it.
+    pub strategy: Strategy,
+    /// Why this strategy, in one line.
+    pub reason: String,
+    /// Cells; where there is an outside, it is one of them.
+    pub cells: Vec<Cell>,
+    /// Portals.
+    pub portals: Vec<Portal>,
+    /// Openings narrower than this, metres, may have been sealed on purpose.
+    pub smallest_hole: f64,
+    /// What the split left out or simplified, one line each, for the report.
+    pub notes: Vec<String>,
+}
+
+impl CellGraph {
+    /// The cell that a directed portal leads into.
+    #[inline]
+    pub fn target(&self, portal: DirectedPortal) -> CellId {
+        self.portals[portal.portal().index()].cells[1 - portal.side()]
+    }
+
+    /// The cell that a directed portal leads out of.
+    #[inline]
+    pub fn source(&self, portal: DirectedPortal) -> CellId {
+        self.portals[portal.portal().index()].cells[portal.side()]
+    }
+
+    /// The plane of a directed portal, normal pointing the way it leads.
+    #[inline]
+    pub fn plane(&self, portal: DirectedPortal) -> Plane {
+        let plane = self.portals[portal.portal().index()].plane;
+        if portal.side() == 0 { plane } else { plane.flipped() }
+    }
+
+    /// Fills every [`Cell::portals`] from [`CellGraph::portals`].
+    pub fn link(&mut self) {
+        for cell in &mut self.cells {
+            cell.portals.clear();
+        }
+        for (i, portal) in self.portals.iter().enumerate() {
+            for side in 0..2 {
+                self.cells[portal.cells[side].index()].portals.push(PortalId(i as u32).directed(side as u32));
+            }
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! One file a command: its flags, its call into the library, its printing.
+
+pub mod bake;
+pub mod check;
+pub mod dump;
+pub mod generate;
+pub mod info;
+pub mod walk;
+
+use std::fmt;
+use std::path::Path;
+
+/// How a command ended when nothing was wrong with its input.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Outcome {
+    /// Exit 0.
+    Done,
+    /// The check failed: exit 1.
+    Failed,
+}
+
+/// Bad input or usage: one line, exit 2.
+#[derive(Debug)]
+pub struct CliError(pub String);
+
+impl fmt::Display for CliError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // One line, whatever a library put into its message.
+        f.write_str(&self.0.split_whitespace().collect::<Vec<_>>().join(" "))
+    }
+}
+
+/// Puts the path before a message.
+pub fn at(path: &Path, error: impl fmt::Display) -> CliError {
+    CliError(format!("{}: {error}", path.display()))
+}

@@ -1,0 +1,144 @@
+//! Planes, boxes and convex windings in `f64`: what every build-side module shares.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// The half-space `n . p <= d`; `n` is a unit vector that points out of it.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Plane {
+    /// Unit normal.
+    pub n: DVec3,
+    /// Distance of the plane from the origin along `n`, metres.
+    pub d: f64,
+}
+
+impl Plane {
+    /// The plane through `p` with unit normal `n`.
+    pub fn through(p: DVec3, n: DVec3) -> Self {
+        Self { n, d: n.dot(p) }
+    }
+
+    /// Signed distance, metres: positive is outside, on the side that `n` points to.
+    #[inline]
+    pub fn distance(&self, p: DVec3) -> f64 {
+        self.n.dot(p) - self.d
+    }
+
+    /// The other side.
+    pub fn flipped(&self) -> Self {
+        Self { n: -self.n, d: -self.d }
+    }
+}
+
+/// An axis-aligned box; empty while `min > max`.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Aabb {
+    /// Least corner.
+    pub min: DVec3,
+    /// Greatest corner.
+    pub max: DVec3,
+}
+
+impl Aabb {
+    /// The box around nothing.
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// The box around some points.
+    pub fn of(points: impl IntoIterator<Item = DVec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| b.with(p))
+    }
+
+    /// Grown to hold `p`.
+    pub fn with(self, p: DVec3) -> Self {
+        Self { min: self.min.min(p), max: self.max.max(p) }
+    }
+
+    /// Grown to hold `other`.
+    pub fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Grown by `by` metres on every side.
+    pub fn inflated(self, by: f64) -> Self {
+        Self { min: self.min - by, max: self.max + by }
+    }
+
+    /// True while no point is inside.
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+
+    /// True where the boxes share at least a point.
+    pub fn touches(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    /// True where `p` is inside or on the boundary.
+    pub fn contains(&self, p: DVec3) -> bool {
+        self.min.cmple(p).all() && p.cmple(self.max).all()
+    }
+
+    /// The middle.
+    pub fn centre(&self) -> DVec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Edge lengths, metres.
+    pub fn size(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    /// Length of the diagonal, metres; 0 for an empty box.
+    pub fn diagonal(&self) -> f64 {
+        if self.is_empty() { 0.0 } else { self.size().length() }
+    }
+}
+
+/// Twice the area of a planar polygon times its unit normal (Newell 1972): robust for windings with collinear points.
+pub fn newell(winding: &[DVec3]) -> DVec3 {
+    winding.iter().zip(winding.iter().cycle().skip(1)).map(|(&a, &b)| a.cross(b)).sum::<DVec3>()
+}
+
+/// Area of a planar polygon, square metres.
+pub fn area(winding: &[DVec3]) -> f64 {
+    match winding.first() {
+        Some(&o) => newell(&winding.iter().map(|&p| p - o).collect::<Vec<_>>()).length() * 0.5,
+        None => 0.0,
+    }
+}
+
+/// The mean of the corners: a point of a convex winding. Zero for none.
+pub fn middle(winding: &[DVec3]) -> DVec3 {
+    winding.iter().sum::<DVec3>() / (winding.len().max(1)) as f64
+}
+
+/// Clips a convex winding to `plane`'s inside (Sutherland, Hodgman 1974); points within `eps` metres of the plane count as
+/// inside. An empty result means that nothing is left.
+pub fn clip(winding: &[DVec3], plane: &Plane, eps: f64) -> Vec<DVec3> {
+    let mut out = Vec::with_capacity(winding.len() + 1);
+    for (i, &a) in winding.iter().enumerate() {
+        let b = winding[(i + 1) % winding.len()];
+        let (da, db) = (plane.distance(a), plane.distance(b));
+        if da <= eps {
+            out.push(a);
+        }
+        if (da > eps && db < -eps) || (da < -eps && db > eps) {
+            out.push(a + (b - a) * (da / (da - db)));
+        }
+    }
+    if out.len() < 3 { Vec::new() } else { out }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clip_keeps_the_inside_half_of_a_square() {
+        let square = [(0., 0.), (2., 0.), (2., 2.), (0., 2.)].map(|(x, y)| DVec3::new(x, y, 5.0));
+        let half = clip(&square, &Plane { n: DVec3::X, d: 0.5 }, 1e-9);
+        assert!((area(&half) - 1.0).abs() < 1e-12 && (area(&square) - 4.0).abs() < 1e-12);
+        assert!(clip(&square, &Plane { n: DVec3::X, d: -1.0 }, 1e-9).is_empty());
+        assert_eq!(newell(&square).normalize(), DVec3::Z);
+    }
+}

@@ -1,0 +1,49 @@
+//! The command line: parse, one `match`, library calls.
+
+mod cli;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Cells, portals and potentially visible sets for buildings and game levels.
+#[derive(Parser)]
+#[command(name = "enfilade", version, disable_help_subcommand = true)]
+struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Split a scene into cells, work out what can be seen from each, write a .pvs file.
+    Bake(cli::bake::Args),
+    /// Test a .pvs file against its model, independently of how it was baked.
+    Check(cli::check::Args),
+    /// Walk a camera through a model and say what each culling mode draws.
+    Walk(cli::walk::Args),
+    /// Say what is in a .pvs file.
+    Info(cli::info::Args),
+    /// Write out cells, portals, objects and rows.
+    Dump(cli::dump::Args),
+    /// Make a seeded test scene.
+    Generate(cli::generate::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Args::parse().command {
+        Command::Bake(args) => cli::bake::run(args),
+        Command::Check(args) => cli::check::run(args),
+        Command::Walk(args) => cli::walk::run(args),
+        Command::Info(args) => cli::info::run(args),
+        Command::Dump(args) => cli::dump::run(args),
+        Command::Generate(args) => cli::generate::run(args),
+    };
+    match result {
+        Ok(cli::Outcome::Done) => ExitCode::SUCCESS,
+        Ok(cli::Outcome::Failed) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("enfilade: {error}");
+            ExitCode::from(2)
+        }
+    }
+}

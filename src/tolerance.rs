@@ -1,0 +1,47 @@
+//! Every tolerance of the build side, in one place: named, in metres, scaled to the model's extent.
+//!
+//! They nest: `coplanar + sqrt(2) * seal < clearance`. With that, "sealed" can be proven and not only sampled: wherever a
+//! portal face is called closed, an opaque triangle lies within `coplanar + sqrt(2) * seal` of the crossing point, so no
+//! segment that keeps `clearance` from every opaque triangle gets through. See `cells::coverage`.
+
+use serde::{Deserialize, Serialize};
+
+/// Lengths in metres, derived from a scene's extent by [`Tolerance::for_extent`].
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Tolerance {
+    /// A triangle whose corners are this near to a plane lies in it.
+    /// Larger: grazing rays pass beside walls that count as closed. Smaller: walls written in `f32` fall apart into many planes.
+    pub coplanar: f64,
+    /// Opaque triangles grow by this much before their union is taken, so cracks narrower than twice this are sealed.
+    /// Larger: real slits vanish. Smaller: T-junctions of closed walls turn into hairline portals.
+    pub seal: f64,
+    /// A witness keeps this distance from every opaque triangle that it passes.
+    /// Larger: narrow views stay without a witness. Smaller: a ray through the crack between two triangles proves nothing.
+    pub clearance: f64,
+}
+
+impl Tolerance {
+    /// Tolerances for a scene whose bounding box has this diagonal (metres, finite, above zero).
+    pub fn for_extent(diagonal: f64) -> Self {
+        Self { coplanar: diagonal * 2e-6, seal: diagonal * 5e-6, clearance: diagonal * 1.2e-5 }
+    }
+
+    /// The narrowest opening that is certain to be kept open: anything narrower may be sealed on purpose.
+    pub fn smallest_hole(&self) -> f64 {
+        2.0 * self.clearance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerances_nest_at_every_scale() {
+        for diagonal in [1e-4, 1.0, 50.0, 1e6] {
+            let t = Tolerance::for_extent(diagonal);
+            assert!(t.coplanar + std::f64::consts::SQRT_2 * t.seal < t.clearance);
+            assert!(2.0 * t.seal < t.smallest_hole());
+        }
+    }
+}
