@@ -17,10 +17,11 @@ impl<'g> Locator<'g> {
 
     /// The cell and piece that hold `p`; a point on a boundary goes to one of the two. `None`: in no cell.
     pub fn locate(&self, p: DVec3) -> Option<(CellId, usize)> {
-        self.graph
-            .cells
-            .iter()
-            .enumerate()
-            .find_map(|(c, cell)| cell.pieces.iter().position(|piece| piece.contains(p, 0.0)).map(|i| (CellId(c as u32), i)))
+        self.graph.cells.iter().enumerate().find_map(|(c, cell)| {
+            cell.pieces
+                .iter()
+                .position(|piece| piece.contains(p, 0.0))
+                .map(|i| (CellId(c as u32), i))
+        })
     }
 }

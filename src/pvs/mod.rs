@@ -31,7 +31,12 @@ pub struct PvsOptions {
 
 impl Default for PvsOptions {
     fn default() -> Self {
-        Self { ship: Guarantee::Conservative, seed: 0, ray_budget: 20_000_000, flow_steps: 200_000 }
+        Self {
+            ship: Guarantee::Conservative,
+            seed: 0,
+            ray_budget: 20_000_000,
+            flow_steps: 200_000,
+        }
     }
 }
 
@@ -101,6 +106,11 @@ pub struct Pvs {
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 
 /// Works out what can be seen from every cell. `graph` is changed only where a witness proves that a portal is missing.
-pub fn bake(_scene: &Scene, _graph: &mut CellGraph, _options: &PvsOptions, _progress: Progress<'_>) -> Pvs {
+pub fn bake(
+    _scene: &Scene,
+    _graph: &mut CellGraph,
+    _options: &PvsOptions,
+    _progress: Progress<'_>,
+) -> Pvs {
     todo!()
 }

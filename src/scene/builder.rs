@@ -36,7 +36,14 @@ pub struct SceneBuilder {
 impl SceneBuilder {
     /// An empty scene.
     pub fn new(options: &ImportOptions, source: Source) -> Self {
-        Self { options: options.clone(), meshes: Vec::new(), count: 0, degenerate: 0, hints: Hints::default(), source }
+        Self {
+            options: options.clone(),
+            meshes: Vec::new(),
+            count: 0,
+            degenerate: 0,
+            hints: Hints::default(),
+            source,
+        }
     }
 
     /// Adds a mesh. Fails on indices out of range, numbers that aren't finite, and more triangles than the options allow.
@@ -44,10 +51,16 @@ impl SceneBuilder {
     pub fn add(&mut self, mut mesh: Mesh) -> Result<(), ImportError> {
         self.count += mesh.triangles.len();
         if self.count > self.options.max_triangles {
-            return Err(ImportError::TooLarge { limit: self.options.max_triangles });
+            return Err(ImportError::TooLarge {
+                limit: self.options.max_triangles,
+            });
         }
         // Beyond 1e12 m, squares and their products leave the range in which a metre means anything.
-        if mesh.positions.iter().any(|p| !p.is_finite() || p.abs().max_element() > 1e12) {
+        if mesh
+            .positions
+            .iter()
+            .any(|p| !p.is_finite() || p.abs().max_element() > 1e12)
+        {
             return Err(ImportError::NotFinite { node: mesh.node });
         }
         let n = mesh.positions.len();
@@ -59,7 +72,8 @@ impl SceneBuilder {
         }
         let before = mesh.triangles.len();
         let positions = &mesh.positions;
-        mesh.triangles.retain(|t| triangle_area(t.map(|i| positions[i as usize])) > 0.0);
+        mesh.triangles
+            .retain(|t| triangle_area(t.map(|i| positions[i as usize])) > 0.0);
         self.degenerate += before - mesh.triangles.len();
         if !mesh.triangles.is_empty() {
             self.meshes.push(mesh);
@@ -69,8 +83,18 @@ impl SceneBuilder {
 
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
-        let used = |m: &Mesh| Aabb::of(m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
-        let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, m| b.union(used(m)));
+        let used = |m: &Mesh| {
+            Aabb::of(
+                m.triangles
+                    .iter()
+                    .flatten()
+                    .map(|&i| m.positions[i as usize]),
+            )
+        };
+        let bounds = self
+            .meshes
+            .iter()
+            .fold(Aabb::EMPTY, |b, m| b.union(used(m)));
         if bounds.is_empty() {
             return Err(ImportError::Empty);
         }
@@ -92,22 +116,43 @@ impl SceneBuilder {
                     }));
                 }
                 let triangles = start..triangles.len() as u32;
-                objects.push(Object { node: mesh.node.clone(), role: mesh.role, opaque: mesh.opaque, triangles, bounds });
+                objects.push(Object {
+                    node: mesh.node.clone(),
+                    role: mesh.role,
+                    opaque: mesh.opaque,
+                    triangles,
+                    bounds,
+                });
             }
         }
         if self.degenerate > 0 {
-            self.source.notes.push(format!("{} triangles without area dropped", self.degenerate));
+            self.source.notes.push(format!(
+                "{} triangles without area dropped",
+                self.degenerate
+            ));
         }
         let mut hints = self.hints;
         for s in &mut hints.storeys {
             s.elevation -= origin.y;
         }
-        for p in hints.rooms.iter_mut().flat_map(|r| r.surface.iter_mut().flatten()) {
+        for p in hints
+            .rooms
+            .iter_mut()
+            .flat_map(|r| r.surface.iter_mut().flatten())
+        {
             *p -= origin;
         }
         for p in hints.openings.iter_mut().flat_map(|o| o.winding.iter_mut()) {
             *p -= origin;
         }
-        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, hints })
+        Ok(Scene {
+            name: name.to_owned(),
+            source: self.source,
+            origin,
+            positions,
+            triangles,
+            objects,
+            hints,
+        })
     }
 }

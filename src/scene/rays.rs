@@ -47,7 +47,13 @@ impl<'s> RayScene<'s> {
     /// True where the open segment from `a` to `b` keeps `clearance` metres from every opaque triangle, not counting the
     /// triangles of `target` and not counting what comes nearer than that only within `clearance` of either end. This is what
     /// makes a segment a witness: no ray through a crack between two triangles of a closed wall passes.
-    pub fn is_clear(&self, _a: DVec3, _b: DVec3, _clearance: f64, _target: Option<ObjectId>) -> bool {
+    pub fn is_clear(
+        &self,
+        _a: DVec3,
+        _b: DVec3,
+        _clearance: f64,
+        _target: Option<ObjectId>,
+    ) -> bool {
         todo!()
     }
 }
