@@ -39,6 +39,9 @@ pub(super) struct Labels {
 const WIDE_GATE: f64 = 0.75;
 /// The same where a wall or lintel lies on part of the gate's face: people build those where rooms end.
 const WIDE_FRAMED_GATE: f64 = 0.97;
+/// Two regions are one space where this share of the smaller one's whole boundary is open to the other: a room's door is 2 % of
+/// it, a wide window 6 %, half a hall 20 % and more.
+const OPEN_SHARE: f64 = 0.12;
 /// Narrower than this (metres) or smaller (cubic metres) is a part of its neighbour: a door's reveal, a niche.
 const LEAST_WIDTH: f64 = 0.6;
 const LEAST_VOLUME: f64 = 1.5;
@@ -73,7 +76,8 @@ impl Regions {
     }
 }
 
-/// Labels every piece. `rooms[piece]` is the author's room that holds it.
+/// Labels every piece. `rooms[piece]` is the author's room that holds it; with `storeys_part`, levels always part cells.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn label(
     plan: &Plan,
     columns: &Columns,
@@ -82,6 +86,7 @@ pub(super) fn label(
     human: Human,
     seal: f64,
     rooms: &[Option<u32>],
+    storeys_part: bool,
 ) -> Labels {
     let n = columns.pieces();
     let rim = rim(plan, columns);
@@ -153,7 +158,41 @@ pub(super) fn label(
         }
     }
 
-    // 3. What is too small to be a room goes to the neighbour that it is most open to.
+    // 3. Regions that are open to each other over much of their boundary are one space, whatever lies between them.
+    loop {
+        let mut contact: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+        let mut boundary = vec![0.0f64; n];
+        for f in faces {
+            let (a, b) = (regions.find(f.a), regions.find(f.b));
+            if a != b {
+                boundary[a as usize] += f.area;
+                boundary[b as usize] += f.area;
+                if usable(&f) && !(storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)))) {
+                    *contact.entry((a.min(b), a.max(b))).or_default() += f.open_area;
+                }
+            }
+        }
+        let share = |&(a, b): &(u32, u32), open: f64| open / boundary[a as usize].min(boundary[b as usize]);
+        let mut wishes: Vec<(f64, (u32, u32))> = (contact.iter())
+            .filter(|((a, b), _)| name[*a as usize].is_none() || name[*b as usize].is_none())
+            .map(|(pair, &open)| (share(pair, open), *pair))
+            .filter(|w| w.0 >= OPEN_SHARE)
+            .collect();
+        wishes.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        let mut touched = vec![false; n];
+        let mut joined = false;
+        for (_, (a, b)) in wishes {
+            if !touched[a as usize] && !touched[b as usize] {
+                unite(&mut regions, &mut width, &mut volume, &mut name, a, b);
+                (touched[a as usize], touched[b as usize], joined) = (true, true, true);
+            }
+        }
+        if !joined {
+            break;
+        }
+    }
+
+    // 4. What is too small to be a room goes to the neighbour that it is most open to.
     let mut least = LEAST_VOLUME * human.metre.powi(3);
     loop {
         let mut best: BTreeMap<(u32, u32), f64> = BTreeMap::new();
@@ -200,7 +239,7 @@ pub(super) fn label(
         }
     }
 
-    // 4. Numbers in the order of the first piece.
+    // 5. Numbers in the order of the first piece.
     let mut number: HashMap<u32, u32> = HashMap::new();
     let mut labels = Labels {
         of_piece: vec![None; n],

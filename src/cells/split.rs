@@ -91,8 +91,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         &found,
         human,
         tolerance.seal,
-        &rooms,
-    );
+        &rooms, !scene.hints.storeys.is_empty());
     // 4. The graph.
     let complex = Complex {
         plan: &plan,

@@ -334,6 +334,9 @@ impl WallGrid {
 
     /// The walls whose line holds both ends of an edge, with their opaque triangles nearby; ordered by wall.
     fn along(&self, a: DVec2, b: DVec2, facets: &Facets, tolerance: f64) -> Vec<(u32, Vec<u32>)> {
+        if self.buckets.is_empty() {
+            return Vec::new();
+        }
         let on = |w: &Wall, p: DVec2| (w.normal.dot(p) - w.offset).abs() <= tolerance;
         let mut found: Vec<u32> = self
             .cells(a, b)
