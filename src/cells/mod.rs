@@ -3,13 +3,12 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`].
 
-mod authored;
-mod complex;
+mod given;
 mod locate;
 mod place;
-mod rooms;
-mod split;
+mod polyhedron;
 
+pub use given::{GivenError, read_cells};
 pub use locate::Locator;
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};
