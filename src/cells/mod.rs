@@ -3,10 +3,10 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`].
 
-mod locate;
+pub(crate) mod locate;
 mod place;
 
-pub use locate::Locator;
+pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 
 use crate::geom::{Aabb, Plane};
