@@ -3,13 +3,11 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`].
 
-mod given;
-mod locate;
+pub(crate) mod locate;
 mod place;
 mod polyhedron;
 
-pub use given::{GivenError, read_cells};
-pub use locate::Locator;
+pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};
 
