@@ -1,5 +1,7 @@
 //! What can be seen from each cell: both sides of it.
 
+pub mod flow;
+
 use crate::cells::CellGraph;
 use crate::scene::Scene;
 use crate::{BitMatrix, CellId, ObjectId};
