@@ -3,7 +3,7 @@
 use crate::cells::{CellGraph, SplitError, SplitOptions, split};
 use crate::file::PvsFile;
 use crate::pvs::{self, Progress, PvsOptions};
-use crate::scene::Scene;
+use crate::scene::{ImportOptions, Scene};
 use std::time::Instant;
 
 /// How to bake.
@@ -15,6 +15,8 @@ pub struct BakeOptions {
     pub pvs: PvsOptions,
     /// Keep both sides and the witnesses in the file.
     pub keep_bounds: bool,
+    /// How the scene was imported: the file keeps it, so that its model can be imported again in the same way.
+    pub import: ImportOptions,
     /// Cells and portals that the user brings, instead of splitting.
     pub given: Option<CellGraph>,
 }
@@ -51,6 +53,6 @@ pub fn bake(scene: &Scene, options: BakeOptions, progress: Progress<'_>) -> Resu
     let start = Instant::now();
     let pvs = pvs::bake(scene, &mut graph, &options.pvs, progress);
     // 3. The file.
-    let file = PvsFile::from_bake(scene, &graph, &pvs, options.keep_bounds);
+    let file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
     Ok(Baked { file, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
 }

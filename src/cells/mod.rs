@@ -3,10 +3,17 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`].
 
+mod authored;
+mod complex;
+mod given;
 pub(crate) mod locate;
 mod place;
 mod polyhedron;
+mod rooms;
+mod split;
+pub mod validate;
 
+pub use given::{GivenError, read_cells};
 pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};

@@ -4,6 +4,7 @@ use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::cells::{SplitOptions, Strategy, read_cells};
+use enfilade::file::{Container, load_bytes};
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
 use serde_json::{Value, json};
@@ -115,8 +116,9 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     bar.finish_and_clear();
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("pvs"));
     baked.file.save(&output).map_err(|e| at(&output, e))?;
-    let bytes = std::fs::metadata(&output).map_err(|e| at(&output, e))?.len();
-    let report = report(&scene, &baked, import_seconds, begin.elapsed().as_secs_f64(), bytes);
+    let bytes = load_bytes(&output).map_err(|e| at(&output, e))?;
+    let container = Container::parse(&bytes).map_err(|e| at(&output, e))?;
+    let report = report(&scene, &baked, &container, import_seconds, begin.elapsed().as_secs_f64(), bytes.len());
     if args.json {
         println!("{report:#}");
     } else {
@@ -141,10 +143,20 @@ fn progress_bar() -> indicatif::ProgressBar {
 }
 
 /// The keys of `bake --json`; docs/cli.md says what each means.
-fn report(scene: &Scene, baked: &Baked, import: f64, total: f64, bytes: u64) -> Value {
+fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, total: f64, bytes: usize) -> Value {
     let file = &baked.file;
-    let (cells, objects) = (file.cells.len() as u64, file.objects.len() as u64);
-    let rows = file.row_stats();
+    let (cells, objects) = (file.cells.len(), file.objects.len());
+    let mut pvs = super::info::pvs(container, file);
+    for (key, value) in [
+        ("rays", file.stats.rays),
+        ("cubes", file.stats.cubes),
+        ("flow_steps", file.stats.flow_steps),
+        ("flow_capped", file.stats.flow_capped),
+        ("cracks", file.stats.cracks),
+        ("contradictions", file.stats.contradictions),
+    ] {
+        pvs[key] = value.into();
+    }
     json!({
         "triangles": scene.triangles.len(),
         "objects": objects,
@@ -154,24 +166,7 @@ fn report(scene: &Scene, baked: &Baked, import: f64, total: f64, bytes: u64) -> 
         "strategy": { "cells": file.strategy, "reason": file.reason },
         "left_out": file.left_out,
         "notes": file.notes,
-        "pvs": {
-            "guarantee": file.guarantee,
-            "lower_pairs": file.pairs.lower,
-            "upper_pairs": file.pairs.upper,
-            "undecided_pairs": file.pairs.upper - file.pairs.lower,
-            "total_pairs": cells * objects,
-            "cell_lower_pairs": file.pairs.cell_lower,
-            "cell_upper_pairs": file.pairs.cell_upper,
-            "cell_total_pairs": cells * cells,
-            "row_bytes": rows.bytes,
-            "bits_per_pair": rows.bits_per_pair,
-            "entropy_bits_per_pair": rows.entropy_bits_per_pair,
-            "rays": file.stats.rays,
-            "cubes": file.stats.cubes,
-            "flow_steps": file.stats.flow_steps,
-            "flow_capped": file.stats.flow_capped,
-            "cracks": file.stats.cracks,
-        },
+        "pvs": pvs,
         "smallest_hole": file.smallest_hole,
         "repairs": file.repairs,
         "seconds": {

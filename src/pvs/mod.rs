@@ -3,9 +3,15 @@
 //! [`bake`] is the main path. The lower bound: [`cubes`], [`aimed`], their proofs in [`witness`], the cells along a line in
 //! [`lines`]. The upper bound: [`flow`]. Where the two contradict each other: [`repair`].
 
+mod aimed;
+mod cubes;
 pub mod flow;
+mod lines;
+mod repair;
+mod witness;
 
-use crate::cells::CellGraph;
+use crate::cells::{CellGraph, place_objects};
+use crate::geom::Aabb;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::{BitMatrix, CellId, ObjectId};
