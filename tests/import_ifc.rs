@@ -91,3 +91,30 @@ fn explore() {
     let _ = (import_bytes, OpeningKind::Door, Role::Door);
     let _ = |_: &OpeningHint, _: &Scene| ();
 }
+
+#[test]
+fn explore2() {
+    let Some(folder) = data("explore") else { return };
+    for file in FILES {
+        let path = folder.join(format!("{file}.ifc"));
+        let scene = enfilade::scene::import(&path, &ImportOptions::default()).unwrap();
+        let oracle: Value = serde_json::from_slice(&std::fs::read(folder.join(format!("{file}.rooms.json"))).unwrap()).unwrap();
+        println!("== {file}");
+        for h in &scene.hints.openings {
+            let o = oracle["doors"].as_array().unwrap().iter().find(|d| d["id"].as_str() == Some(&h.id));
+            let names: Vec<_> = h.rooms.iter().flatten().map(|&r| scene.hints.rooms[r].name.as_str()).collect();
+            let w = h.winding[0].distance(h.winding[1]);
+            let hh = h.winding[1].distance(h.winding[2]);
+            let c = h.winding.iter().sum::<DVec3>() / h.winding.len() as f64 + scene.origin;
+            if h.kind == OpeningKind::Opening || scene.source.notes.iter().any(|n| n.contains(&h.id)) || (h.kind == OpeningKind::Virtual && !file.contains("Smiley")) {
+                println!("{:?} {} {c:.2} w {w:.2} h {hh:.2} t {:.2} {names:?} oracle {}", h.kind, h.id, h.thickness, o.is_some());
+            }
+            if let Some(o) = o {
+                let want: Vec<_> = o["rooms"].as_array().unwrap().iter().filter_map(|x| x.as_str()).collect();
+                let have: Vec<_> = h.rooms.iter().flatten().map(|&r| scene.hints.rooms[r].id.as_str()).collect();
+                if !have.iter().all(|x| want.contains(x)) { println!("rooms of {:?} {} at {c:.2}: {have:?} oracle {want:?}", h.kind, h.id); }
+            }
+        }
+        for o in &scene.objects { if o.role == Role::Structure && !o.opaque { println!("clear structure {} {} {}", o.node, o.bounds.min + scene.origin, o.bounds.max + scene.origin); } }
+    }
+}
