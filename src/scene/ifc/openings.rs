@@ -156,24 +156,19 @@ fn extent(shape: &Shape, normal: DVec3) -> [f64; 2] {
 fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
     let near = bounds(hole).inflated(BESIDE);
     let hull = HoleBox::of(hole)?;
-    // Directions of faces, each with its area, opposite ones counted as one.
-    let mut directions: Vec<(DVec3, f64)> = Vec::new();
+    // Directions of faces as sums of doubled areas, opposite ones counted as one: the larger a face, the surer its direction.
+    let mut directions: Vec<DVec3> = Vec::new();
     for t in wall.corners().filter(|&t| Aabb::of(t).touches(&near) && !hull.contains((t[0] + t[1] + t[2]) / 3.0)) {
-        let doubled = (t[1] - t[0]).cross(t[2] - t[0]);
-        let Some(n) = doubled.try_normalize() else { continue };
-        match directions.iter_mut().find(|(d, _)| d.dot(n).abs() > PARALLEL) {
-            Some((_, area)) => *area += doubled.length(),
-            None => directions.push((canonical(n), doubled.length())),
+        let n = (t[1] - t[0]).cross(t[2] - t[0]);
+        match directions.iter_mut().find(|d| d.dot(n).abs() > PARALLEL * d.length() * n.length()) {
+            Some(sum) => *sum += n * n.dot(*sum).signum(),
+            None if n.length() > 0.0 => directions.push(n),
+            None => {}
         }
     }
     // Of equal areas, the first in the wall's own order.
-    let mut best: Option<(DVec3, f64)> = None;
-    for &(n, area) in &directions {
-        if best.is_none_or(|(_, most)| area > most * (1.0 + 1e-9)) {
-            best = Some((n, area));
-        }
-    }
-    let (raw, _) = best?;
+    let largest = directions.into_iter().reduce(|a, b| if b.length() > a.length() * (1.0 + 1e-9) { b } else { a });
+    let raw = canonical(largest?.try_normalize()?);
     let normal = upright(raw);
     // The sides, also that which a niche doesn't reach.
     let near = Aabb { min: near.min - normal.abs() * BEHIND, max: near.max + normal.abs() * BEHIND };
