@@ -21,6 +21,13 @@ use std::collections::HashMap;
 /// whose sides stop a hair before the opening are missed.
 const BESIDE: f64 = 0.02;
 
+/// An unfilled opening that stops farther than this from a wall's side, metres, is a niche.
+const THROUGH: f64 = 2e-3;
+
+/// A wall's side may be this far behind the end of an opening, metres: the depth of wall that a niche leaves. Larger: a wall
+/// bent into a U around the opening counts as one thick wall.
+const BEHIND: f64 = 0.3;
+
 /// Cosine of the angle (3 degrees) within which faces count as parallel.
 const PARALLEL: f64 = 0.9986;
 
@@ -78,7 +85,7 @@ pub(super) fn openings(
         let (winding, thickness) = match (&hole, &filling, layer) {
             (Some(hole), _, Some(layer)) if kind == OpeningKind::Opening => {
                 let [low, high] = extent(hole, layer.normal);
-                if low > layer.range[0] + BESIDE || high < layer.range[1] - BESIDE {
+                if low > layer.range[0] + THROUGH || high < layer.range[1] - THROUGH {
                     // A niche.
                     continue;
                 }
@@ -149,39 +156,30 @@ fn extent(shape: &Shape, normal: DVec3) -> [f64; 2] {
 fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
     let near = bounds(hole).inflated(BESIDE);
     let hull = HoleBox::of(hole)?;
-    // Directions of faces, each with its area, opposite ones counted as one.
-    let mut directions: Vec<(DVec3, f64)> = Vec::new();
-    let mut beside = Vec::new();
-    for t in wall.corners() {
-        if !Aabb::of(t).touches(&near) || hull.contains((t[0] + t[1] + t[2]) / 3.0) {
-            continue;
+    // Directions of faces as sums of doubled areas, opposite ones counted as one: the larger a face, the surer its direction.
+    let mut directions: Vec<DVec3> = Vec::new();
+    for t in wall.corners().filter(|&t| Aabb::of(t).touches(&near) && !hull.contains((t[0] + t[1] + t[2]) / 3.0)) {
+        let n = (t[1] - t[0]).cross(t[2] - t[0]);
+        match directions.iter_mut().find(|d| d.dot(n).abs() > PARALLEL * d.length() * n.length()) {
+            Some(sum) => *sum += n * n.dot(*sum).signum(),
+            None if n.length() > 0.0 => directions.push(n),
+            None => {}
         }
-        let doubled = (t[1] - t[0]).cross(t[2] - t[0]);
-        let Some(n) = doubled.try_normalize() else { continue };
-        let n = canonical(n);
-        match directions.iter_mut().find(|(d, _)| d.dot(n).abs() > PARALLEL) {
-            Some((_, area)) => *area += doubled.length(),
-            None => directions.push((n, doubled.length())),
-        }
-        beside.push((t, n));
     }
     // Of equal areas, the first in the wall's own order.
-    let mut best: Option<(DVec3, f64)> = None;
-    for &(n, area) in &directions {
-        if best.is_none_or(|(_, most)| area > most * (1.0 + 1e-9)) {
-            best = Some((n, area));
-        }
-    }
-    let (raw, _) = best?;
+    let largest = directions.into_iter().reduce(|a, b| if b.length() > a.length() * (1.0 + 1e-9) { b } else { a });
+    let raw = canonical(largest?.try_normalize()?);
     let normal = upright(raw);
-    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-    for d in beside.iter().filter(|(_, n)| n.dot(raw).abs() > PARALLEL).flat_map(|(t, _)| t.map(|p| p.dot(normal))) {
-        range = [range[0].min(d), range[1].max(d)];
-    }
+    // The sides, also that which a niche doesn't reach.
+    let near = Aabb { min: near.min - normal.abs() * BEHIND, max: near.max + normal.abs() * BEHIND };
+    let is_side = |t: &[DVec3; 3]| {
+        let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+        n.dot(raw).abs() > PARALLEL && Aabb::of(*t).touches(&near)
+    };
+    let offsets = wall.corners().filter(is_side).flatten().map(|p| p.dot(normal));
+    let range = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)]);
     // One side only, as of a sheet: the hole's own depth.
-    if range[1] - range[0] < 1e-3 {
-        range = extent(hole, normal);
-    }
+    let range = if range[1] - range[0] < 1e-3 { extent(hole, normal) } else { range };
     Some(Layer { normal, range })
 }
 
