@@ -284,7 +284,7 @@ fn inside_sites(graph: &CellGraph, locator: &Locator<'_>, bounds: Aabb) -> Vec<S
 /// Casts cubes.
 struct Sampler<'a> {
     prover: Prover<'a>,
-    portals: PortalTree,
+    portals: PortalTree<'a>,
     /// No ray goes farther, metres.
     reach: f64,
     /// Pixels along a face's edge.

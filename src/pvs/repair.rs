@@ -63,7 +63,7 @@ pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Lower, known: [
 struct Follower<'g> {
     graph: &'g CellGraph,
     locator: Locator<'g>,
-    portals: PortalTree,
+    portals: PortalTree<'g>,
     /// A portal passed this near (metres) counts as passed.
     eps: f64,
 }
