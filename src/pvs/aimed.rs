@@ -6,7 +6,7 @@
 //! more attempts, so that easy ones don't wait for hopeless ones.
 
 use super::cubes::{Random, mix};
-use super::repair::facet;
+use super::repair::corners;
 use super::witness::{Found, Lower, Prover};
 use super::{Progress, PvsOptions};
 use crate::cells::{CellGraph, Locator};
@@ -116,7 +116,7 @@ fn before(scene: &Scene, to: DVec3, hit: Hit, random: &mut Random) -> DVec3 {
     let [a, b, c] = scene.corners(hit.triangle as usize);
     let (near, far) = (8.0 * scene.tolerance().clearance, 0.1 * scene.bounds().diagonal());
     let distance = near * (far / near).powf(random.unit());
-    let side = if random.next() % 2 == 0 { distance } else { -distance };
+    let side = if random.next().is_multiple_of(2) { distance } else { -distance };
     to + (b - a).cross(c - a).normalize_or(DVec3::Y) * side
 }
 
@@ -140,16 +140,13 @@ impl Origins {
         let mut largest: Vec<usize> = (0..cell.pieces.len()).collect();
         let order = |&a: &usize, &b: &usize| size(&cell.pieces[b].bounds).total_cmp(&size(&cell.pieces[a].bounds));
         largest.sort_by(|a, b| order(a, b).then(a.cmp(b)));
-        let pieces = largest.into_iter().take(PIECES).map(|i| {
-            let piece = &cell.pieces[i];
-            (0..piece.planes.len()).flat_map(|k| facet(piece, k, near)).collect::<Vec<DVec3>>()
-        });
+        let pieces = largest.into_iter().take(PIECES).map(|i| corners(&cell.pieces[i], near));
         Self { portals: portals.collect(), pieces: pieces.filter(|p| p.len() >= 4).collect() }
     }
 
     /// A random point of one of them: two times of three on a portal.
     fn draw(&self, random: &mut Random) -> Option<DVec3> {
-        let portals = self.pieces.is_empty() || (!self.portals.is_empty() && random.next() % 3 != 0);
+        let portals = self.pieces.is_empty() || (!self.portals.is_empty() && !random.next().is_multiple_of(3));
         let sets = if portals { &self.portals } else { &self.pieces };
         let set = sets.get((random.next() % sets.len().max(1) as u64) as usize)?;
         // A point between three random corners and, a little, the middle: never on the rim.

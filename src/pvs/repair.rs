@@ -158,6 +158,14 @@ pub(super) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
     others.chain(walls).fold(square(middle, face.n, half), |winding, p| geom::clip(&winding, &p, 1e-12 * half))
 }
 
+/// The corners of the part of a piece that is in `within`, each as often as it has facets there; none where that is empty.
+pub(super) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
+    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
+    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
+    let cut = Piece { planes: piece.planes.iter().copied().chain(walls).collect(), bounds: piece.bounds };
+    (0..cut.planes.len()).flat_map(|i| facet(&cut, i, within)).collect()
+}
+
 /// A square of the given half edge, counter-clockwise seen from the tip of `n`.
 fn square(middle: DVec3, n: DVec3, half: f64) -> Vec<DVec3> {
     let u = n.any_orthonormal_vector() * half;

@@ -23,7 +23,8 @@ pub fn ball(node: &str, centre: DVec3, radius: f64, rings: u32) -> Mesh {
             f64::from(i) / f64::from(rows) * std::f64::consts::PI,
             f64::from(j) / f64::from(columns) * std::f64::consts::TAU,
         );
-        centre + radius * DVec3::new(a.sin() * b.cos(), a.cos(), a.sin() * b.sin())
+        let ring = if i == rows { 0.0 } else { a.sin() };
+        centre + radius * DVec3::new(ring * b.cos(), a.cos(), ring * b.sin())
     };
     let positions = (0..=rows).flat_map(|i| (0..columns).map(move |j| at(i, j))).collect();
     let id = |i: u32, j: u32| i * columns + j % columns;
