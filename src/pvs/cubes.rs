@@ -8,7 +8,7 @@
 //! that it crosses (`lines`); and a few cubes stand inside each cell, since objects in the cell itself need proofs too.
 
 use super::lines::{PortalTree, Start};
-use super::repair::facet;
+use super::repair::corners;
 use super::witness::{Found, Line, Lower, Prover};
 use super::{Progress, PvsOptions};
 use crate::cells::{CellGraph, Locator, Portal};
@@ -271,7 +271,7 @@ fn inside_sites(graph: &CellGraph, locator: &Locator<'_>, bounds: Aabb) -> Vec<S
         let unbounded = cell.pieces.iter().any(|p| !p.bounds.size().is_finite());
         let count = if cell.open || unbounded { INSIDE_OPEN } else { INSIDE };
         for piece in pieces.into_iter().take(count).map(|i| &cell.pieces[i]) {
-            let corners: Vec<DVec3> = (0..piece.planes.len()).flat_map(|i| facet(piece, i, near)).collect();
+            let corners = corners(piece, near);
             let at = geom::middle(&corners);
             if corners.len() >= 4 && locator.holds(CellId(c), at) {
                 sites.push(Site { at, cells: [CellId(c); 2], normal: DVec3::ZERO, portal: None });
@@ -284,7 +284,7 @@ fn inside_sites(graph: &CellGraph, locator: &Locator<'_>, bounds: Aabb) -> Vec<S
 /// Casts cubes.
 struct Sampler<'a> {
     prover: Prover<'a>,
-    portals: PortalTree,
+    portals: PortalTree<'a>,
     /// No ray goes farther, metres.
     reach: f64,
     /// Pixels along a face's edge.

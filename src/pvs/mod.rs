@@ -163,7 +163,8 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
 
     // 5. The rays that are left, aimed at what is undecided; and what holes those show.
     let known = [lower.witnesses.len(), lower.sights.len()];
-    let undecided = [&flowed.cells_upper, &flowed.objects_upper];
+    let FlowResult { cells_upper, objects_upper, .. } = &flowed;
+    let undecided = aimed::Undecided { cells_upper, objects_upper, placement: &placement };
     aimed::sample(&rays, graph, undecided, options, options.ray_budget, &mut lower, progress);
     if mend(graph, &lower, known) {
         flowed = upper(graph, &lower);

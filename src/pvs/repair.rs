@@ -63,7 +63,7 @@ pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Lower, known: [
 struct Follower<'g> {
     graph: &'g CellGraph,
     locator: Locator<'g>,
-    portals: PortalTree,
+    portals: PortalTree<'g>,
     /// A portal passed this near (metres) counts as passed.
     eps: f64,
 }
@@ -156,6 +156,14 @@ pub(super) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
     let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
     let others = piece.planes.iter().enumerate().filter(|&(i, _)| i != plane).map(|(_, &p)| p);
     others.chain(walls).fold(square(middle, face.n, half), |winding, p| geom::clip(&winding, &p, 1e-12 * half))
+}
+
+/// The corners of the part of a piece that is in `within`, each as often as it has facets there; none where that is empty.
+pub(super) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
+    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
+    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
+    let cut = Piece { planes: piece.planes.iter().copied().chain(walls).collect(), bounds: piece.bounds };
+    (0..cut.planes.len()).flat_map(|i| facet(&cut, i, within)).collect()
 }
 
 /// A square of the given half edge, counter-clockwise seen from the tip of `n`.
