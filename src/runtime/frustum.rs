@@ -146,7 +146,7 @@ impl Pyramid {
         let [across, along, depth] = corners;
         let nearest = depth.iter().copied().fold(f32::INFINITY, f32::min) - error[2];
         // The sums may be off by as much again before the quotients lose their sign.
-        if !(nearest > error[2]) {
+        if nearest <= error[2] || nearest.is_nan() {
             return Rect::FULL;
         }
         let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -210,7 +210,7 @@ impl Boxes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec2, Quat};
+    use glam::DVec2;
 
     fn looking_along_x(fov_y: f64) -> Camera {
         Camera::look_at(DVec3::ZERO, DVec3::X, fov_y, 2.0)
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn a_matrix_and_look_at_make_the_same_camera() {
         let (eye, target) = (Vec3::new(3.0, 1.0, 2.0), Vec3::new(9.0, -4.0, 5.0));
-        let rotation = Quat::look_at_rh(eye, target, Vec3::Y);
+        let rotation = glam::camera::rh::view::look_at_quat(eye, target, Vec3::Y);
         let (near, focal, aspect) = (0.1f32, 1.0 / 0.5f32.tan(), 1.5f32);
         // Infinite reversed depth, written out: clip z is `near`, w is -z of the view.
         let projection = Mat4::from_cols_array(&[
