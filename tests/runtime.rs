@@ -1,6 +1,6 @@
 //! What the culler must say about buildings whose answers are known, and about random ones by brute force.
 
-mod rooms;
+mod boxes;
 
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
@@ -11,7 +11,7 @@ use enfilade::runtime::{Camera, Culler, Mode, Rect, Scratch};
 use enfilade::scene::Scene;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3};
-use rooms::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
+use boxes::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
 
 /// What a set holds, sorted.
 #[derive(Clone, PartialEq, Debug)]
