@@ -2,6 +2,7 @@
 
 mod boxes;
 
+use boxes::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
 use enfilade::report::path::{CameraPath, PathFrame};
@@ -11,7 +12,6 @@ use enfilade::runtime::{Camera, Culler, Mode, Rect, Scratch};
 use enfilade::scene::Scene;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3};
-use boxes::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
 
 /// What a set holds, sorted.
 #[derive(Clone, PartialEq, Debug)]
@@ -63,7 +63,7 @@ fn a_room_is_seen_through_its_door_and_no_farther() {
         assert_eq!(wall.cells, [A]);
         assert!(wall.has(things.in_a) && !wall.has(things.in_b) && wall.portals.is_empty());
         // Out of the window.
-        let window = look(&file, p(3.0, 1.6, 2.0), p(-9.0, 1.6, 2.0), mode);
+        let window = look(&file, p(0.9, 1.6, 2.0), p(-9.0, 1.6, 2.0), mode);
         assert_eq!(window.cells, [A, OUTSIDE]);
         assert!(window.has(things.tree) && window.has(things.glass) && !window.has(things.in_corridor));
         // Along the corridor: both doors are at the side, in view, and what is seen through them is their rooms.
@@ -144,20 +144,17 @@ fn a_cell_that_is_not_convex_is_entered_twice() {
     b.portal(l, inner, p(4., 0., 2.), p(6., 2., 2.), PortalKind::Door);
     b.portal(closet, l, p(5., 0., 0.), p(7.5, 2., 0.), PortalKind::Door);
     b.portal(apart, l, p(0.5, 0., 0.), p(1.5, 2., 0.), PortalKind::Door);
-    let far = b.thing("in closet", p(6.5, 0.8, -0.8), p(7.2, 1.2, -0.4));
+    let far = b.thing("in closet", p(7.6, 0.8, -0.4), p(7.8, 1.2, -0.2));
     let aside = b.thing("in apart", p(0.5, 0.8, -0.8), p(1.2, 1.2, -0.4));
     let (_, file) = b.finish();
-    // (-0.9, 5.6) to (6.6, -0.3): crosses x = 0 at z 4.89, x = 2 at 3.32... so take a line that is known to pass:
-    // z = 5.75 - 0.86 (x + 0.5): x = 0: 5.32, x = 2: 3.6, z = 2: x = 3.86. Steeper doors would be needed; from (-0.5, 5.6)
-    // with slope -0.72: x = 0: 5.24; x = 2: 3.8; z = 2: x = 4.5; z = 0: x = 7.28; z = -0.45: x = 7.9.
+    // The line z = 5.6 - 0.72 (x + 0.5): z is 5.24 at x = 0 and 3.8 at x = 2, x is 4.5 at z = 2, 7.28 at z = 0, 7.69 at -0.3.
     let eye = p(-0.5, 1.0, 5.6);
-    let through = p(4.5, 1.0, 2.0);
-    let seen = look(&file, eye, through, Mode::Portals);
+    let seen = look(&file, eye, p(4.5, 1.0, 2.0), Mode::Portals);
     assert_eq!(seen.home, Some(entry));
-    assert!(seen.cells.contains(&inner) && seen.cells.contains(&closet));
-    // The line at z = -0.4 is at x = 7.83; the thing's corner at (7.2, -0.4) is seen from a point further along the door.
-    let _ = (far, aside);
-    assert!(!look(&file, p(-0.5, 1.0, 5.6), p(-9.0, 1.0, 5.6), Mode::Portals).cells.contains(&l));
+    assert!(seen.cells.contains(&inner) && seen.cells.contains(&closet) && seen.has(far));
+    // Through the entry's door nothing is seen that is steeper than 1.1 in 0.5, so not the door to `apart`.
+    assert!(!seen.cells.contains(&apart) && !seen.has(aside));
+    assert_eq!(look(&file, eye, p(-9.0, 1.0, 5.6), Mode::Portals).cells, [entry]);
 }
 
 /// Doors 2 cm wide and 2 m high, and very wide and low ones, at every opening angle: what lies behind on the line through the
@@ -187,7 +184,10 @@ fn thin_portals_and_extreme_angles_lose_nothing() {
                     for fov in [1e-3f64, 1.0, 60.0, 175.0] {
                         let camera = Camera::look_at(eye - file.origin, at - file.origin, fov.to_radians(), 1.5);
                         for mode in [Mode::Portals, Mode::Both] {
-                            assert!(see(&culler, &camera, mode).has(thing), "{width} x {height}, {at}, {distance} m, {fov} degrees");
+                            assert!(
+                                see(&culler, &camera, mode).has(thing),
+                                "{width} x {height}, {at}, {distance} m, {fov} degrees"
+                            );
                         }
                     }
                 }
@@ -239,7 +239,12 @@ impl Grid {
         let size = [2 + random.below(4), 1 + random.below(2), 2 + random.below(4)];
         let lines = size.map(|n| {
             let mut at = random.next() * 50.0;
-            (0..=n).map(|_| { at += 1.0 + random.next() * 4.0; at }).collect::<Vec<f64>>()
+            (0..=n)
+                .map(|_| {
+                    at += 1.0 + random.next() * 4.0;
+                    at
+                })
+                .collect::<Vec<f64>>()
         });
         let n = size[0] * size[1] * size[2];
         let mut grid = Self { size, lines, faces: vec![[Face::Wall; 3]; n], cell_of: Vec::new(), things: Vec::new() };
@@ -308,7 +313,15 @@ impl Grid {
         let cells = self.cell_of.iter().map(|c| c.0).max().unwrap() + 1;
         for c in 0..cells {
             let pieces = (0..self.cell_of.len()).filter(|&i| self.cell_of[i] == CellId(c));
-            b.cell("", pieces.map(|i| { let (a, b) = self.bounds(i); block(a, b) }).collect());
+            b.cell(
+                "",
+                pieces
+                    .map(|i| {
+                        let (a, b) = self.bounds(i);
+                        block(a, b)
+                    })
+                    .collect(),
+            );
         }
         for i in 0..self.faces.len() {
             for axis in 0..3 {
@@ -377,7 +390,9 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
             let (low, high) = grid.bounds(i);
             let mut eye = random.between(low, high);
             // Every other eye is on a door, or a little off it along its normal, or in its plane.
-            let doors: Vec<_> = (0..3).filter_map(|a| if let Face::Door(x, y) = grid.faces[i][a] { Some((a, x, y)) } else { None }).collect();
+            let doors: Vec<_> = (0..3)
+                .filter_map(|a| if let Face::Door(x, y) = grid.faces[i][a] { Some((a, x, y)) } else { None })
+                .collect();
             if frame % 2 == 0 && !doors.is_empty() {
                 let (axis, a, b) = doors[random.below(doors.len())];
                 let off = [0.0, -1e-6, 1e-6, -1e-4, -1e-2][random.below(5)];
@@ -389,20 +404,27 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
             let fov = [1e-3, 20.0, 75.0, 120.0, 175.0][random.below(5)];
             let target = eye + random.between(DVec3::NEG_ONE, DVec3::ONE);
             let camera = Camera::look_at(eye - file.origin, target - file.origin, f64::to_radians(fov), 1.6);
-            let contains = |i: usize| { let (a, b) = grid.bounds(i); a.cmple(eye).all() && eye.cmple(b).all() };
+            let contains = |i: usize| {
+                let (a, b) = grid.bounds(i);
+                a.cmple(eye).all() && eye.cmple(b).all()
+            };
             match (0..grid.faces.len()).find(|&j| contains(j)) {
                 Some(j) if !contains(i) => i = j,
                 Some(_) => {}
                 None => continue,
             }
-            let sets: Vec<(Vec<ObjectId>, Vec<CellId>)> = Mode::ALL.iter().zip(&mut scratch).map(|(&mode, scratch)| {
-                let set = culler.cull(&camera, mode, scratch);
-                assert_eq!(set.stats.capped, 0);
-                let mut sorted = (set.objects.to_vec(), set.cells.to_vec());
-                sorted.0.sort();
-                sorted.1.sort();
-                sorted
-            }).collect();
+            let sets: Vec<(Vec<ObjectId>, Vec<CellId>)> = Mode::ALL
+                .iter()
+                .zip(&mut scratch)
+                .map(|(&mode, scratch)| {
+                    let set = culler.cull(&camera, mode, scratch);
+                    assert_eq!(set.stats.capped, 0);
+                    let mut sorted = (set.objects.to_vec(), set.cells.to_vec());
+                    sorted.0.sort();
+                    sorted.1.sort();
+                    sorted
+                })
+                .collect();
             let [none, frustum, portals, pvs, both] = &sets[..] else { unreachable!() };
             let within = |a: &[ObjectId], b: &[ObjectId]| a.iter().all(|o| b.binary_search(o).is_ok());
             assert!(within(&both.0, &portals.0) && within(&both.0, &pvs.0) && within(&portals.0, &frustum.0));
@@ -430,7 +452,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
         }
     }
     // The test sees something, and the culler leaves something out.
-    assert!(rays > 200_000 && found > 5_000 && through > 1_000, "{rays} rays, {found} things, {through} other cells");
+    assert!(rays > 200_000 && found > 1_500 && through > 1_000, "{rays} rays, {found} things, {through} other cells");
     assert!(kept * 2 < all, "{kept} of {all} kept");
 }
 

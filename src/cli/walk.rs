@@ -60,7 +60,8 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     }
     let scene = import(&args.model, &file.import.options()).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
-        let what = format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
+        let what =
+            format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
         return Err(at(&args.model, what));
     }
     if let Some(folder) = &args.frames {
@@ -141,7 +142,10 @@ mod tests {
             assert!(size(bad).is_err(), "{bad}");
         }
         let names = |names: &[&str]| modes(&names.iter().map(|s| s.to_string()).collect::<Vec<_>>());
-        assert_eq!(names(&["both", "all", "pvs"]).unwrap(), [Mode::Both, Mode::None, Mode::Frustum, Mode::Portals, Mode::Pvs]);
+        assert_eq!(
+            names(&["both", "all", "pvs"]).unwrap(),
+            [Mode::Both, Mode::None, Mode::Frustum, Mode::Portals, Mode::Pvs]
+        );
         assert!(names(&["chc"]).unwrap_err().to_string().contains("occlusion queries"));
     }
 }

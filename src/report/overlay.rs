@@ -83,6 +83,13 @@ impl Overlay<'_> {
         };
         plan.draw_eye(&mut plan_picture, DVec2::new(eye.x, eye.z), side(-1.0), side(1.0));
         picture.paste(left as i64, top as i64, &plan_picture, 0.94);
-        picture.frame(left as i64 - 1, top as i64 - 1, plan_picture.width() as i64 + 2, plan_picture.height() as i64 + 2, [52, 56, 64], 0.8);
+        picture.frame(
+            left as i64 - 1,
+            top as i64 - 1,
+            plan_picture.width() as i64 + 2,
+            plan_picture.height() as i64 + 2,
+            [52, 56, 64],
+            0.8,
+        );
     }
 }

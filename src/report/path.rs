@@ -121,7 +121,8 @@ mod tests {
 
     #[test]
     fn a_path_reads_back_as_written() {
-        let path = CameraPath::from_json(&json(r#"{"eye": [0,1,0], "target": [1,0,0.5]}"#, r#", "fov_y_degrees": 60"#)).unwrap();
+        let path =
+            CameraPath::from_json(&json(r#"{"eye": [0,1,0], "target": [1,0,0.5]}"#, r#", "fov_y_degrees": 60"#)).unwrap();
         assert_eq!(path.frames[1].target, DVec3::new(1.0, 0.0, 0.5));
         assert_eq!(CameraPath::from_json(&serde_json::to_string(&path).unwrap()).unwrap(), path);
     }

@@ -66,7 +66,12 @@ impl PlanView {
         for portal in &file.portals {
             if let Some((a, b)) = self.cut(&portal.winding.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>()) {
                 let strong = portal.cells.iter().map(|&c| shown(c)).fold(0.0, f32::max);
-                picture.line(self.pixel(a), self.pixel(b), 1.8, mix(PAPER, portal_colour(portal.kind), 0.35 + 0.65 * strong));
+                picture.line(
+                    self.pixel(a),
+                    self.pixel(b),
+                    1.8,
+                    mix(PAPER, portal_colour(portal.kind), 0.35 + 0.65 * strong),
+                );
             }
         }
     }
@@ -85,12 +90,13 @@ impl PlanView {
 
     /// Where a winding crosses the height of the cut, (x, z).
     fn cut(&self, winding: &[DVec3]) -> Option<(DVec2, DVec2)> {
-        let mut ends = winding.iter().zip(winding.iter().cycle().skip(1)).filter(|(a, b)| (a.y <= self.y) != (b.y <= self.y)).map(
-            |(a, b)| {
-                let p = *a + (*b - *a) * ((self.y - a.y) / (b.y - a.y));
-                DVec2::new(p.x, p.z)
-            },
-        );
+        let mut ends =
+            winding.iter().zip(winding.iter().cycle().skip(1)).filter(|(a, b)| (a.y <= self.y) != (b.y <= self.y)).map(
+                |(a, b)| {
+                    let p = *a + (*b - *a) * ((self.y - a.y) / (b.y - a.y));
+                    DVec2::new(p.x, p.z)
+                },
+            );
         Some((ends.next()?, ends.next()?))
     }
 

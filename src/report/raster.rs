@@ -386,11 +386,17 @@ mod tests {
     /// is left out. Nothing lies behind, so a gap would show.
     #[test]
     fn closed_surfaces_have_no_gaps() {
-        let ring: Vec<DVec3> = (0..64).map(|i| DVec3::new((f64::from(i) * 0.0981747704).cos(), (f64::from(i) * 0.0981747704).sin(), 0.0)).collect();
+        let ring: Vec<DVec3> = (0..64)
+            .map(|i| DVec3::new((f64::from(i) * 0.0981747704).cos(), (f64::from(i) * 0.0981747704).sin(), 0.0))
+            .collect();
         for (scale, depth) in [(50.0, 4.0), (3e5, 0.3), (40.0, 0.011)] {
             let mut positions = Vec::new();
             for i in 0..64 {
-                positions.extend([DVec3::new(0.0, 0.0, -depth), ring[i] * scale - DVec3::Z * depth, ring[(i + 1) % 64] * scale - DVec3::Z * depth]);
+                positions.extend([
+                    DVec3::new(0.0, 0.0, -depth),
+                    ring[i] * scale - DVec3::Z * depth,
+                    ring[(i + 1) % 64] * scale - DVec3::Z * depth,
+                ]);
             }
             let scene = scene(vec![(positions, true)]);
             let eye = -scene.origin;

@@ -32,7 +32,8 @@ pub fn shade(scene: &Scene, view: &View, ids: &IdBuffer) -> Picture {
             };
             if let Some(triangle) = ids.glass(pixel) {
                 let role = scene.objects[scene.object_of(triangle).index()].role;
-                let (tint, opacity) = if role == Role::Door { (base(scene, triangle), 0.45) } else { ([150, 205, 220], 0.28) };
+                let (tint, opacity) =
+                    if role == Role::Door { (base(scene, triangle), 0.45) } else { ([150, 205, 220], 0.28) };
                 // Glass is clearer face on than at a slant.
                 let slant = 1.0 - normal(scene, triangle).dot(ray).abs() as f32;
                 *colour = mix(*colour, light(scene, triangle, ray, tint), opacity + 0.25 * slant);

@@ -337,7 +337,12 @@ impl Way {
 fn lengths(leg: &[DVec3]) -> Vec<f64> {
     let mut sum = 0.0;
     let steps = leg.windows(2).map(|w| w[0].distance(w[1]));
-    std::iter::once(0.0).chain(steps.map(|d| { sum += d; sum })).collect()
+    std::iter::once(0.0)
+        .chain(steps.map(|d| {
+            sum += d;
+            sum
+        }))
+        .collect()
 }
 
 /// The point of a leg at a length.

@@ -96,8 +96,10 @@ pub fn walk(
     line: &mut dyn FnMut(&FrameLine),
 ) -> io::Result<Vec<Summary>> {
     let culler = Culler::new(file);
-    let views: Vec<(usize, View)> =
-        (0..path.frames.len()).step_by(options.every.max(1)).map(|frame| (frame, view(file, path, frame, options))).collect();
+    let views: Vec<(usize, View)> = (0..path.frames.len())
+        .step_by(options.every.max(1))
+        .map(|frame| (frame, view(file, path, frame, options)))
+        .collect();
 
     // 1. Times, undisturbed by drawing.
     let times: Vec<Vec<f64>> = options.modes.iter().map(|&mode| time(&culler, mode, &views)).collect();
@@ -183,7 +185,9 @@ fn frame_line(frame: usize, mode: Mode, stats: &FrameStats, us: f64, missed: Opt
 
 fn caption(line: &FrameLine, all_triangles: usize) -> String {
     let FrameLine { frame, mode, cells, portals, objects, triangles, us, .. } = line;
-    format!("{frame} {mode}: {cells} cells {portals} portals {objects} objects {triangles}/{all_triangles} triangles {us:.0} us")
+    format!(
+        "{frame} {mode}: {cells} cells {portals} portals {objects} objects {triangles}/{all_triangles} triangles {us:.0} us"
+    )
 }
 
 fn summary(mode: Mode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {

@@ -66,7 +66,16 @@ impl Building {
             corner[u] = a[u];
             corner
         };
-        let winding = vec![min, { let mut c = min; c[u] = max[u]; c }, max, corner(&min, &max)];
+        let winding = vec![
+            min,
+            {
+                let mut c = min;
+                c[u] = max[u];
+                c
+            },
+            max,
+            corner(&min, &max),
+        ];
         let plane = Plane { n: DVec3::AXES[axis], d: min[axis] };
         self.portals.push(Portal { cells: [low, high], plane, winding, kind, source: None });
     }
@@ -138,17 +147,24 @@ impl Building {
             }
         }
         let mut cells = BitMatrix::new(n, n);
-        (0..n).for_each(|c| { cells.set(c, c); });
+        (0..n).for_each(|c| {
+            cells.set(c, c);
+        });
         while graph.portals.iter().any(|portal| {
             let [a, b] = portal.cells.map(|c| c.index());
             let ones: Vec<usize> = (0..n).filter(|&c| cells.get(c, a) != cells.get(c, b)).collect();
-            ones.iter().for_each(|&c| { cells.set(c, a); cells.set(c, b); });
+            ones.iter().for_each(|&c| {
+                cells.set(c, a);
+                cells.set(c, b);
+            });
             !ones.is_empty()
         }) {}
         let mut objects = BitMatrix::new(n, m);
         for c in 0..n {
             for seen in cells.ones(c).collect::<Vec<_>>() {
-                placement.ones(seen).for_each(|o| { objects.set(c, o); });
+                placement.ones(seen).for_each(|o| {
+                    objects.set(c, o);
+                });
             }
         }
         rows(&mut cells, &mut objects);
@@ -244,9 +260,9 @@ pub fn flat() -> (Building, Things) {
     b.wall("side of A", p(4., 0., 0.), p(4., 3., 4.), &[]);
     b.wall("side of B", p(6., 0., 0.), p(6., 3., 4.), &[]);
     let things = Things {
-        in_a: b.thing("chair in A", p(2.5, 0., 0.5), p(3.5, 1., 1.5)),
-        in_b: b.thing("chair in B", p(8., 0., 0.5), p(9., 1., 1.5)),
-        in_corridor: b.thing("plant in corridor", p(0.5, 0., 5.2), p(1., 1.5, 5.7)),
+        in_a: b.thing("chair in A", p(2.5, 0.01, 0.5), p(3.5, 1., 1.5)),
+        in_b: b.thing("chair in B", p(8., 0.01, 0.5), p(9., 1., 1.5)),
+        in_corridor: b.thing("plant in corridor", p(0.5, 0.01, 5.2), p(1., 1.5, 5.7)),
         tree: b.thing("tree outside", p(-6., 0., 1.5), p(-5., 4., 2.5)),
         glass: b.solid("pane", Role::Window, false, p(-0.02, 1., 1.), p(0., 2., 3.)),
     };
