@@ -146,7 +146,7 @@ impl Pyramid {
         let [across, along, depth] = corners;
         let nearest = depth.iter().copied().fold(f32::INFINITY, f32::min) - error[2];
         // The sums may be off by as much again before the quotients lose their sign.
-        if !(nearest > error[2]) {
+        if nearest <= error[2] || nearest.is_nan() {
             return Rect::FULL;
         }
         let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -210,7 +210,7 @@ impl Boxes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec2, Quat};
+    use glam::DVec2;
 
     fn looking_along_x(fov_y: f64) -> Camera {
         Camera::look_at(DVec3::ZERO, DVec3::X, fov_y, 2.0)
@@ -232,16 +232,29 @@ mod tests {
     #[test]
     fn a_matrix_and_look_at_make_the_same_camera() {
         let (eye, target) = (Vec3::new(3.0, 1.0, 2.0), Vec3::new(9.0, -4.0, 5.0));
-        let rotation = Quat::look_at_rh(eye, target, Vec3::Y);
+        let rotation = glam::camera::rh::view::look_at_quat(eye, target, Vec3::Y);
         let (near, focal, aspect) = (0.1f32, 1.0 / 0.5f32.tan(), 1.5f32);
         // Infinite reversed depth, written out: clip z is `near`, w is -z of the view.
         let projection = Mat4::from_cols_array(&[
-            focal / aspect, 0.0, 0.0, 0.0, //
-            0.0, focal, 0.0, 0.0, //
-            0.0, 0.0, 0.0, -1.0, //
-            0.0, 0.0, near, 0.0,
+            focal / aspect,
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            focal,
+            0.0,
+            0.0, //
+            0.0,
+            0.0,
+            0.0,
+            -1.0, //
+            0.0,
+            0.0,
+            near,
+            0.0,
         ]);
-        let from_matrix = Camera::from_view_proj(eye, &(projection * Mat4::from_quat(rotation) * Mat4::from_translation(-eye)));
+        let from_matrix =
+            Camera::from_view_proj(eye, &(projection * Mat4::from_quat(rotation) * Mat4::from_translation(-eye)));
         let from_points = Camera::look_at(eye.as_dvec3(), target.as_dvec3(), 1.0, 1.5);
         for (a, b) in [(from_matrix.x, from_points.x), (from_matrix.y, from_points.y), (from_matrix.w, from_points.w)] {
             assert!((a - b).length() < 1e-6, "{a} and {b}");
@@ -295,7 +308,11 @@ mod tests {
             let eye = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5) * 10f64.powf(next() * 4.0);
             let camera = Camera::look_at(eye, eye + DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5), fov, 1.0 + next());
             let on_edge = [-1.0, 1.0][round / 4 % 2];
-            let ndc = if round % 3 == 0 { DVec2::new(on_edge, next() * 2.0 - 1.0) } else { DVec2::new(next() * 2.0 - 1.0, on_edge) };
+            let ndc = if round % 3 == 0 {
+                DVec2::new(on_edge, next() * 2.0 - 1.0)
+            } else {
+                DVec2::new(next() * 2.0 - 1.0, on_edge)
+            };
             let exact = camera.eye.as_dvec3() + camera.ray(ndc) * 10f64.powf(next() * 6.0 - 3.0);
             // The box that a file would hold around it: rounded outwards.
             let (centre, half) = boxed(exact.as_vec3().map(f32::next_down), exact.as_vec3().map(f32::next_up));
