@@ -30,6 +30,7 @@
 
 pub mod cells;
 pub mod file;
+pub mod generate;
 pub mod geom;
 pub mod pvs;
 pub mod report;
