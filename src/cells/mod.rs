@@ -3,9 +3,12 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`].
 
+mod given;
 mod locate;
 mod place;
+mod polyhedron;
 
+pub use given::{GivenError, read_cells};
 pub use locate::Locator;
 pub use place::place_objects;
 

@@ -1,9 +1,30 @@
 //! The `.pvs` container: what the run time needs, and what a reader wants to know about how it came to be.
+//!
+//! [`PvsFile`] is a decoded file: [`PvsFile::from_bake`] makes one, [`PvsFile::save`] and [`PvsFile::load`] keep it on disk.
+//! [`Container`] is a file whose table has been read and nothing else: [`Container::rows`] reads single rows from it.
+//! The bytes are drawn in docs/format.md.
+
+mod bytes;
+mod codes;
+mod error;
+mod format;
+mod from_bake;
+mod read;
+mod rows;
+mod save;
+mod write;
+
+pub use error::FileError;
+pub use format::{Container, MAGIC, Section, SectionId, VERSION};
+pub use rows::{RowReader, encode_rows, entropy_bits_per_pair};
+pub use save::{load_bytes, replace_file};
 
 use crate::cells::{PortalKind, Strategy};
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
-use crate::{BitMatrix, CellId};
+use crate::scene::ImportOptions;
+use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
+use serde::Serialize;
 
 /// A decoded file. Geometry is `f32`, metres, relative to [`PvsFile::origin`].
 #[derive(Clone, PartialEq, Debug)]
@@ -14,6 +35,8 @@ pub struct PvsFile {
     pub origin: DVec3,
     /// What the rows promise.
     pub guarantee: Guarantee,
+    /// How the model was imported: another import has other objects, and another hash.
+    pub import: Import,
     /// How the cells were found.
     pub strategy: Strategy,
     /// Why so.
@@ -44,6 +67,23 @@ pub struct PvsFile {
     pub repairs: Vec<Repair>,
     /// The bake's counters.
     pub stats: PvsStats,
+}
+
+/// How the model was imported.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Import {
+    /// Most triangles an object may have; 1 or more.
+    pub object_triangles: u32,
+    /// Metres per unit of the source, above 0; `None`: the format's own.
+    pub metres_per_unit: Option<f64>,
+}
+
+impl Import {
+    /// What imports the model in the same way.
+    pub fn options(&self) -> ImportOptions {
+        let Self { object_triangles, metres_per_unit } = *self;
+        ImportOptions { object_triangles, metres_per_unit, ..ImportOptions::default() }
+    }
 }
 
 /// A cell.
@@ -98,6 +138,32 @@ pub struct Bounds {
     pub objects_upper: BitMatrix,
     /// One for each pair of `objects_lower`.
     pub witnesses: Vec<Witness>,
+}
+
+impl PvsFile {
+    /// Whether `cell` sees `object`, as far as [`PvsFile::guarantee`] goes.
+    #[inline]
+    pub fn sees_object(&self, cell: CellId, object: ObjectId) -> bool {
+        self.object_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), object.index()))
+    }
+
+    /// Whether one cell sees another, as far as [`PvsFile::guarantee`] goes. A cell sees itself.
+    #[inline]
+    pub fn sees_cell(&self, from: CellId, to: CellId) -> bool {
+        from == to || self.cell_rows.as_ref().is_none_or(|rows| rows.get(from.index(), to.index()))
+    }
+
+    /// The words of a cell's object row, a bit an object; `None`: it sees every object.
+    #[inline]
+    pub fn object_row(&self, cell: CellId) -> Option<&[u64]> {
+        self.object_rows.as_ref().map(|rows| rows.row(cell.index()))
+    }
+
+    /// The words of a cell's cell row, a bit a cell; `None`: it sees every cell.
+    #[inline]
+    pub fn cell_row(&self, cell: CellId) -> Option<&[u64]> {
+        self.cell_rows.as_ref().map(|rows| rows.row(cell.index()))
+    }
 }
 
 /// How many pairs each side holds.

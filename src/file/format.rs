@@ -1,0 +1,326 @@
+//! The container: a header, a table of sections, the sections one after the other. docs/format.md draws it byte by byte.
+//!
+//! Every byte of a file is under a checksum, every length is checked against the file's before it is used, and nothing is
+//! decompressed beyond a length that was declared, checked and paid for from a budget (see [`super::PvsFile::read`]).
+
+use super::bytes::{Budget, Put};
+use super::codes::{GUARANTEES, guarantee_code};
+use super::error::FileError;
+use crate::pvs::Guarantee;
+use std::borrow::Cow;
+use std::fmt;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// First bytes of every file: not text, and broken by transfers that think it is.
+pub const MAGIC: [u8; 8] = *b"\x89PVS\r\n\x1a\n";
+/// The version that this program writes, and the only one that it reads.
+pub const VERSION: u32 = 1;
+
+/// Bytes of the header, up to the section table.
+pub(super) const HEADER: usize = 56;
+/// Bytes of one entry of the section table.
+pub(super) const ENTRY: usize = 32;
+/// The header's own checksum is at this byte; it covers what stands before it, and the table.
+const CHECKSUM_AT: usize = 48;
+/// Section flag: a reader that doesn't know the section must refuse the file.
+const REQUIRED: u32 = 1;
+/// Section flag: the stored bytes are zstd frames.
+const ZSTD: u32 = 2;
+/// Compression level; beyond it, time doubles and a hundredth is saved.
+pub(super) const ZSTD_LEVEL: i32 = 15;
+
+/// What a section holds. The number in the file is the position in [`SectionId::ALL`], from 1.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SectionId {
+    /// Origin, strategy, import, counts.
+    Meta,
+    /// What was left out, and notes.
+    Notes,
+    /// Cells and their pieces.
+    Cells,
+    /// Portals.
+    Portals,
+    /// Objects.
+    Objects,
+    /// Which objects are in which cell.
+    Placement,
+    /// Which cells each cell sees.
+    CellRows,
+    /// Which objects each cell sees.
+    ObjectRows,
+    /// Upper and lower set of cells.
+    CellBounds,
+    /// Upper and lower set of objects.
+    ObjectBounds,
+    /// A segment for each pair of the lower set of objects.
+    Witnesses,
+    /// Holes mended.
+    Repairs,
+    /// The bake's counters.
+    Stats,
+}
+
+impl SectionId {
+    /// Every section that this program knows, in file order.
+    pub const ALL: [Self; 13] = [
+        Self::Meta,
+        Self::Notes,
+        Self::Cells,
+        Self::Portals,
+        Self::Objects,
+        Self::Placement,
+        Self::CellRows,
+        Self::ObjectRows,
+        Self::CellBounds,
+        Self::ObjectBounds,
+        Self::Witnesses,
+        Self::Repairs,
+        Self::Stats,
+    ];
+
+    /// The number in the file.
+    pub fn number(self) -> u32 {
+        self as u32 + 1
+    }
+
+    /// The section with this number, if this program knows it.
+    pub fn from_number(number: u32) -> Option<Self> {
+        Self::ALL.get((number as usize).checked_sub(1)?).copied()
+    }
+
+    /// Matrices are compressed row block by row block, so that a row can be read alone.
+    fn is_matrix(self) -> bool {
+        matches!(self, Self::Placement | Self::CellRows | Self::ObjectRows | Self::CellBounds | Self::ObjectBounds)
+    }
+
+    /// A file can't be used without these where they aren't empty.
+    fn is_required(self) -> bool {
+        (self as u32) <= Self::ObjectRows as u32 && self != Self::Notes
+    }
+}
+
+impl fmt::Display for SectionId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Meta => "meta",
+            Self::Notes => "notes",
+            Self::Cells => "cells",
+            Self::Portals => "portals",
+            Self::Objects => "objects",
+            Self::Placement => "placement",
+            Self::CellRows => "cell-rows",
+            Self::ObjectRows => "object-rows",
+            Self::CellBounds => "cell-bounds",
+            Self::ObjectBounds => "object-bounds",
+            Self::Witnesses => "witnesses",
+            Self::Repairs => "repairs",
+            Self::Stats => "stats",
+        })
+    }
+}
+
+/// An entry of the section table.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Section {
+    /// The number in the file.
+    pub number: u32,
+    /// Where it begins, bytes from the start of the file.
+    pub offset: u64,
+    /// Length in the file, bytes.
+    pub bytes: u64,
+    /// Length once decompressed, bytes; the same where it isn't compressed as a whole.
+    pub decoded: u64,
+    zstd: bool,
+    checksum: u64,
+}
+
+impl Section {
+    /// Its name, or its number where this program doesn't know it.
+    pub fn name(&self) -> String {
+        SectionId::from_number(self.number).map_or_else(|| self.number.to_string(), |id| id.to_string())
+    }
+}
+
+/// A file whose header and section table are in order; sections are checked as they are asked for.
+#[derive(Clone, Debug)]
+pub struct Container<'a> {
+    bytes: &'a [u8],
+    sections: Vec<Section>,
+    /// [`crate::scene::Scene::hash`] of the model.
+    pub model_hash: u128,
+    /// What the rows promise.
+    pub guarantee: Guarantee,
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(std::array::from_fn(|i| bytes[at + i]))
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(std::array::from_fn(|i| bytes[at + i]))
+}
+
+/// Checksum of a header (without its own checksum) and the table behind it.
+fn header_checksum(bytes: &[u8], table_end: usize) -> u64 {
+    xxh3_64(&[&bytes[..CHECKSUM_AT], &bytes[HEADER..table_end]].concat())
+}
+
+impl<'a> Container<'a> {
+    /// Reads header and table. `bytes` is the whole file.
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, FileError> {
+        let has = bytes.len() as u64;
+        if !MAGIC.starts_with(&bytes[..bytes.len().min(MAGIC.len())]) {
+            return Err(FileError::NotPvs);
+        }
+        if bytes.len() < HEADER {
+            return Err(FileError::Truncated { has, needs: HEADER as u64 });
+        }
+        let version = u32_at(bytes, 8);
+        if version != VERSION {
+            return Err(FileError::Version { found: version });
+        }
+        let length = u64_at(bytes, 16);
+        if has < length {
+            return Err(FileError::Truncated { has, needs: length });
+        }
+        if has > length {
+            return Err(FileError::TrailingBytes { end: length, extra: has - length });
+        }
+        let header = |offset: usize, what: String| FileError::Header { offset: offset as u64, what };
+        let count = u32_at(bytes, 12) as usize;
+        if count > (bytes.len() - HEADER) / ENTRY {
+            return Err(header(12, format!("a table of {count} sections in a file of {length} bytes")));
+        }
+        let table_end = HEADER + count * ENTRY;
+        if header_checksum(bytes, table_end) != u64_at(bytes, CHECKSUM_AT) {
+            return Err(header(CHECKSUM_AT, "damaged (the checksum differs)".into()));
+        }
+        let guarantee = GUARANTEES
+            .get(usize::from(bytes[40]))
+            .copied()
+            .ok_or_else(|| header(40, format!("guarantee {}, of which there are {}", bytes[40], GUARANTEES.len())))?;
+        if let Some(at) = (41..CHECKSUM_AT).find(|&i| bytes[i] != 0) {
+            return Err(header(at, "a reserved byte that is not zero".into()));
+        }
+        let mut sections: Vec<Section> = Vec::with_capacity(count);
+        let mut offset = table_end as u64;
+        for i in 0..count {
+            let at = HEADER + i * ENTRY;
+            let (number, flags) = (u32_at(bytes, at), u32_at(bytes, at + 4));
+            let (stored, decoded, checksum) = (u64_at(bytes, at + 8), u64_at(bytes, at + 16), u64_at(bytes, at + 24));
+            if number == 0 || sections.last().is_some_and(|last| last.number >= number) {
+                return Err(header(at, format!("section {number} out of order; numbers ascend from 1")));
+            }
+            if flags & !(REQUIRED | ZSTD) != 0 {
+                return Err(header(at + 4, format!("section {number} has flags {flags:#x} that this program doesn't know")));
+            }
+            let id = SectionId::from_number(number);
+            if id.is_none() && flags & REQUIRED != 0 {
+                return Err(FileError::UnknownRequired { id: number });
+            }
+            let zstd = flags & ZSTD != 0;
+            if zstd && id.is_some_and(SectionId::is_matrix) {
+                return Err(header(at + 4, format!("section {number} is a matrix and can't be compressed as a whole")));
+            }
+            if stored > length - offset {
+                return Err(header(at + 8, format!("section {number} has {stored} bytes, {} are left", length - offset)));
+            }
+            if !zstd && decoded != stored {
+                return Err(header(at + 16, format!("section {number} isn't compressed and has two lengths")));
+            }
+            sections.push(Section { number, offset, bytes: stored, decoded, zstd, checksum });
+            offset += stored;
+        }
+        if offset != length {
+            return Err(header(16, format!("sections end at byte {offset}, the file at byte {length}")));
+        }
+        let model_hash = u128::from_le_bytes(std::array::from_fn(|i| bytes[24 + i]));
+        Ok(Self { bytes, sections, model_hash, guarantee })
+    }
+
+    /// Length of the file.
+    pub fn file_bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// The section table.
+    pub fn sections(&self) -> &[Section] {
+        &self.sections
+    }
+
+    /// The table entry of a section, where the file has it.
+    pub fn section(&self, id: SectionId) -> Option<&Section> {
+        self.sections.iter().find(|s| s.number == id.number())
+    }
+
+    /// Compares the checksum of every section, known or not.
+    pub fn verify(&self) -> Result<(), FileError> {
+        self.sections.iter().try_for_each(|s| self.stored(s).map(drop))
+    }
+
+    /// The bytes of a section as they are in the file.
+    fn stored(&self, s: &Section) -> Result<&'a [u8], FileError> {
+        let stored = &self.bytes[s.offset as usize..(s.offset + s.bytes) as usize];
+        if xxh3_64(stored) != s.checksum {
+            return Err(FileError::Checksum { section: s.name(), offset: s.offset, bytes: s.bytes });
+        }
+        Ok(stored)
+    }
+
+    /// The bytes of a matrix section, if the file has it.
+    pub(super) fn matrix(&self, id: SectionId) -> Result<Option<&'a [u8]>, FileError> {
+        self.section(id).map(|s| self.stored(s)).transpose()
+    }
+
+    /// The decompressed bytes of a section, if the file has it.
+    pub(super) fn payload(&self, id: SectionId, budget: &mut Budget) -> Result<Option<Cow<'a, [u8]>>, FileError> {
+        let Some(s) = self.section(id) else { return Ok(None) };
+        let stored = self.stored(s)?;
+        // Once for these bytes, once for the strings that are copied out of them.
+        budget.take(id, s.decoded.saturating_mul(2))?;
+        if !s.zstd {
+            return Ok(Some(Cow::Borrowed(stored)));
+        }
+        let what = match zstd::bulk::decompress(stored, s.decoded as usize) {
+            Ok(bytes) if bytes.len() as u64 == s.decoded => return Ok(Some(Cow::Owned(bytes))),
+            Ok(bytes) => format!("{} bytes decompressed, {} declared", bytes.len(), s.decoded),
+            Err(error) => format!("can't be decompressed to {} bytes ({error})", s.decoded),
+        };
+        Err(FileError::Malformed { section: id, offset: 0, what })
+    }
+}
+
+/// `bytes` as one zstd frame where that is shorter.
+pub(super) fn compressed(bytes: &[u8]) -> Option<Vec<u8>> {
+    // Compression in memory has nothing to fail on; if it does, the bytes are stored as they are.
+    zstd::bulk::compress(bytes, ZSTD_LEVEL).ok().filter(|z| z.len() < bytes.len())
+}
+
+/// Puts a file together. `sections` ascend.
+pub(super) fn assemble(model_hash: u128, guarantee: Guarantee, sections: &[(SectionId, Vec<u8>)]) -> Vec<u8> {
+    let stored: Vec<Option<Vec<u8>>> =
+        sections.iter().map(|(id, bytes)| if id.is_matrix() { None } else { compressed(bytes) }).collect();
+    let bodies = || sections.iter().zip(&stored).map(|((_, bytes), zstd)| zstd.as_ref().unwrap_or(bytes));
+    let table_end = HEADER + sections.len() * ENTRY;
+    let length = table_end + bodies().map(Vec::len).sum::<usize>();
+
+    let mut out = Vec::with_capacity(length);
+    out.bytes(&MAGIC);
+    out.u32(VERSION);
+    out.count(sections.len());
+    out.u64(length as u64);
+    out.bytes(&model_hash.to_le_bytes());
+    out.u8(guarantee_code(guarantee));
+    out.resize(HEADER, 0);
+    for (((id, bytes), zstd), body) in sections.iter().zip(&stored).zip(bodies()) {
+        out.u32(id.number());
+        out.u32(if id.is_required() { REQUIRED } else { 0 } | if zstd.is_some() { ZSTD } else { 0 });
+        out.u64(body.len() as u64);
+        out.u64(bytes.len() as u64);
+        out.u64(xxh3_64(body));
+    }
+    let checksum = header_checksum(&out, table_end);
+    out[CHECKSUM_AT..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    bodies().for_each(|body| out.bytes(body));
+    out
+}

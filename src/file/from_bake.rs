@@ -1,0 +1,165 @@
+//! A bake's result as a file: `f64` to `f32`, and what need not be there left out, with the reason.
+
+use super::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
+use crate::cells::{Cell, CellGraph, Portal};
+use crate::geom::{Aabb, Plane};
+use crate::pvs::{Guarantee, Pvs, Witness};
+use crate::scene::{ImportOptions, Scene};
+use crate::{BitMatrix, CellId, ObjectId};
+use glam::{DVec3, Vec3, Vec4};
+
+impl PvsFile {
+    /// What a bake of `scene` found, ready to be written. `import` is how the scene was imported. `keep_bounds` keeps both sides
+    /// and every witness.
+    pub fn from_bake(scene: &Scene, import: &ImportOptions, graph: &CellGraph, pvs: &Pvs, keep_bounds: bool) -> Self {
+        let (lower, witnesses) = witnessed(pvs);
+        let pairs = PairCounts {
+            lower: lower.count_ones(),
+            upper: pvs.objects_upper.count_ones(),
+            cell_lower: pvs.cells_lower.count_ones(),
+            cell_upper: pvs.cells_upper.count_ones(),
+        };
+        let (cell_rows, object_rows) = match pvs.guarantee {
+            Guarantee::Conservative => (&pvs.cells_upper, &pvs.objects_upper),
+            Guarantee::Sampled => (&pvs.cells_lower, &lower),
+        };
+        let mut file = Self {
+            model_hash: scene.hash(),
+            origin: scene.origin,
+            guarantee: pvs.guarantee,
+            import: Import { object_triangles: import.object_triangles, metres_per_unit: import.metres_per_unit },
+            strategy: graph.strategy,
+            reason: graph.reason.clone(),
+            smallest_hole: graph.smallest_hole,
+            left_out: Vec::new(),
+            notes: scene.source.notes.iter().chain(&graph.notes).cloned().collect(),
+            cells: graph.cells.iter().map(cell).collect(),
+            portals: graph.portals.iter().map(portal).collect(),
+            objects: scene.objects.iter().map(|o| object(&o.node, o.triangles.len() as u32, &o.bounds)).collect(),
+            placement: pvs.placement.clone(),
+            cell_rows: unless_full(cell_rows),
+            object_rows: unless_full(object_rows),
+            bounds: None,
+            pairs,
+            repairs: pvs.repairs.clone(),
+            stats: pvs.stats,
+        };
+        file.left_out = left_out(&file, keep_bounds);
+        if keep_bounds {
+            file.bounds = Some(Bounds {
+                cells_lower: pvs.cells_lower.clone(),
+                cells_upper: pvs.cells_upper.clone(),
+                objects_lower: lower,
+                objects_upper: pvs.objects_upper.clone(),
+                witnesses,
+            });
+        }
+        file
+    }
+}
+
+/// The lower set of objects and a witness for each of its pairs, in order. A pair that came without a witness isn't proven, so
+/// it goes; a witness for no pair goes too.
+fn witnessed(pvs: &Pvs) -> (BitMatrix, Vec<Witness>) {
+    let mut sorted: Vec<&Witness> = pvs.witnesses.iter().collect();
+    sorted.sort_by_key(|w| (w.cell, w.object));
+    let (mut lower, mut witnesses) = (BitMatrix::new(pvs.objects_lower.rows(), pvs.objects_lower.columns()), Vec::new());
+    for cell in 0..lower.rows() {
+        for object in pvs.objects_lower.ones(cell) {
+            let pair = (CellId(cell as u32), ObjectId(object as u32));
+            if let Ok(at) = sorted.binary_search_by_key(&pair, |w| (w.cell, w.object)) {
+                lower.set(cell, object);
+                witnesses.push(*sorted[at]);
+            }
+        }
+    }
+    (lower, witnesses)
+}
+
+/// A matrix of which every bit is set is left out.
+fn unless_full(rows: &BitMatrix) -> Option<BitMatrix> {
+    (rows.count_ones() < rows.rows() as u64 * rows.columns() as u64).then(|| rows.clone())
+}
+
+/// One line for each thing that isn't in the file, and why.
+fn left_out(file: &PvsFile, keep_bounds: bool) -> Vec<String> {
+    let one_cell = file.cells.len() <= 1;
+    let mut out = Vec::new();
+    match (&file.cell_rows, &file.object_rows) {
+        (None, None) if !one_cell => out.push("rows: everything sees everything"),
+        (cells, objects) => {
+            match cells {
+                None if one_cell => out.push("cell rows: there is only one cell"),
+                None => out.push("cell rows: every cell sees every cell"),
+                Some(_) => {}
+            }
+            if objects.is_none() {
+                out.push("object rows: every cell sees every object");
+            }
+        }
+    }
+    if file.portals.is_empty() {
+        out.push(if one_cell { "portals: one cell has none" } else { "portals: no cell has any" });
+    }
+    if !file.cells.iter().any(|cell| cell.open) {
+        out.push("online hierarchy: the building is closed");
+    }
+    if !keep_bounds {
+        out.push("bounds and witnesses: not asked for (--keep-bounds)");
+    }
+    if file.repairs.is_empty() {
+        out.push("repairs: none were needed");
+    }
+    out.into_iter().map(str::to_owned).collect()
+}
+
+fn plane(plane: &Plane) -> Vec4 {
+    plane.n.as_vec3().extend(plane.d as f32)
+}
+
+fn cell(cell: &Cell) -> FileCell {
+    FileCell {
+        name: cell.name.clone(),
+        source: cell.source.clone(),
+        open: cell.open,
+        pieces: cell.pieces.iter().map(|piece| piece.planes.iter().map(plane).collect()).collect(),
+    }
+}
+
+fn portal(portal: &Portal) -> FilePortal {
+    FilePortal {
+        cells: portal.cells,
+        plane: plane(&portal.plane),
+        winding: portal.winding.iter().map(|p| p.as_vec3()).collect(),
+        kind: portal.kind,
+        source: portal.source.clone(),
+    }
+}
+
+fn object(node: &str, triangles: u32, bounds: &Aabb) -> FileObject {
+    FileObject { node: node.to_owned(), triangles, bounds: [round_down(bounds.min), -round_down(-bounds.max)] }
+}
+
+/// The greatest `f32` that isn't above, for each coordinate.
+fn round_down(p: DVec3) -> Vec3 {
+    let down = |x: f64| {
+        let nearest = x as f32;
+        if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+    };
+    Vec3::new(down(p.x), down(p.y), down(p.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_are_rounded_outwards() {
+        let bounds = Aabb { min: DVec3::new(0.1, -0.1, 1e9 + 1.0), max: DVec3::new(0.3, 0.7, 2e9 + 3.0) };
+        let [min, max] = object("", 1, &bounds).bounds;
+        assert!(min.as_dvec3().cmple(bounds.min).all() && bounds.max.cmple(max.as_dvec3()).all());
+        // And no further than to the next number that there is.
+        assert!((bounds.min - min.as_dvec3()).max_element() <= 128.0 && f64::from(min.x) > 0.099_999);
+        assert_eq!(round_down(DVec3::new(1.5, -2.25, 0.0)), Vec3::new(1.5, -2.25, 0.0));
+    }
+}

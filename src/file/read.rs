@@ -1,0 +1,335 @@
+//! Sections to fields. Every number is checked against the rule that the field's documentation states.
+
+use super::bytes::{Budget, Cursor};
+use super::codes::{PORTAL_KINDS, STRATEGIES};
+use super::error::FileError;
+use super::format::{Container, SectionId};
+use super::rows::RowReader;
+use super::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
+use crate::cells::Strategy;
+use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
+use crate::{BitMatrix, CellId, ObjectId};
+use glam::{DVec3, Vec3, Vec4};
+
+impl PvsFile {
+    /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 1,024 times
+    /// `bytes.len()` of memory, whatever the file says.
+    pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
+        let container = Container::parse(bytes)?;
+        container.verify()?;
+        let budget = &mut Budget::new(bytes.len());
+        let reader = SectionReader { container: &container };
+
+        let meta = reader.meta(budget)?;
+        let (cells, objects) = (meta.cells, meta.objects);
+        let [left_out, notes] = reader.notes(budget)?;
+        let mut file = Self {
+            model_hash: container.model_hash,
+            origin: meta.origin,
+            guarantee: container.guarantee,
+            import: meta.import,
+            strategy: meta.strategy,
+            reason: meta.reason,
+            smallest_hole: meta.smallest_hole,
+            left_out,
+            notes,
+            cells: reader.list(SectionId::Cells, cells, 10, budget, cell)?,
+            portals: reader.list(SectionId::Portals, meta.portals, 30, budget, |c, b| portal(c, b, cells))?,
+            objects: reader.list(SectionId::Objects, objects, 32, budget, |c, _| object(c))?,
+            placement: BitMatrix::default(),
+            cell_rows: reader.matrix(SectionId::CellRows, cells, cells, budget)?,
+            object_rows: reader.matrix(SectionId::ObjectRows, cells, objects, budget)?,
+            bounds: None,
+            pairs: meta.pairs,
+            repairs: reader.repairs(cells, budget)?,
+            stats: reader.stats(budget)?,
+        };
+        file.placement = match reader.matrix(SectionId::Placement, cells, objects, budget)? {
+            Some(placement) => placement,
+            None if cells == 0 || objects == 0 => BitMatrix::new(cells, objects),
+            None => return Err(FileError::Missing { section: SectionId::Placement }),
+        };
+        file.bounds = reader.bounds(cells, objects, budget)?;
+        check_pairs(&file)?;
+        Ok(file)
+    }
+}
+
+impl<'a> Container<'a> {
+    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`] or [`SectionId::ObjectRows`], row by row; `None` where the
+    /// file leaves the section out (every bit is set), and for every other section.
+    pub fn rows(&self, id: SectionId) -> Result<Option<RowReader<'a>>, FileError> {
+        let budget = &mut Budget::new(self.file_bytes());
+        let meta = SectionReader { container: self }.meta(budget)?;
+        let columns = match id {
+            SectionId::CellRows => meta.cells,
+            SectionId::Placement | SectionId::ObjectRows => meta.objects,
+            _ => return Ok(None),
+        };
+        row_reader(self, id, meta.cells, columns, budget)
+    }
+}
+
+fn row_reader<'a>(
+    container: &Container<'a>,
+    id: SectionId,
+    rows: usize,
+    columns: usize,
+    budget: &mut Budget,
+) -> Result<Option<RowReader<'a>>, FileError> {
+    let Some(bytes) = container.matrix(id)? else { return Ok(None) };
+    budget.take(id, 9 * rows as u64)?;
+    RowReader::new(id, bytes, rows, columns).map(Some)
+}
+
+/// What [`SectionId::Meta`] holds.
+struct Meta {
+    origin: DVec3,
+    smallest_hole: f64,
+    strategy: Strategy,
+    import: Import,
+    cells: usize,
+    portals: usize,
+    objects: usize,
+    pairs: PairCounts,
+    reason: String,
+}
+
+struct SectionReader<'c, 'a> {
+    container: &'c Container<'a>,
+}
+
+impl SectionReader<'_, '_> {
+    /// Reads a section to its end with `f`; `None` where the file leaves it out.
+    fn section<T>(
+        &self,
+        id: SectionId,
+        budget: &mut Budget,
+        f: impl FnOnce(&mut Cursor<'_>, &mut Budget) -> Result<T, FileError>,
+    ) -> Result<Option<T>, FileError> {
+        let Some(bytes) = self.container.payload(id, budget)? else { return Ok(None) };
+        let mut c = Cursor::new(id, &bytes);
+        let value = f(&mut c, budget)?;
+        c.end()?;
+        Ok(Some(value))
+    }
+
+    fn meta(&self, budget: &mut Budget) -> Result<Meta, FileError> {
+        let meta = self.section(SectionId::Meta, budget, |c, _| {
+            let origin = DVec3::from_array(c.f64s()?);
+            let [smallest_hole] = c.f64s()?;
+            if smallest_hole < 0.0 {
+                return Err(c.error("a negative length"));
+            }
+            let strategy = STRATEGIES[c.code(STRATEGIES.len(), "strategy")?];
+            let object_triangles = c.u32()?;
+            if object_triangles == 0 {
+                return Err(c.error("objects of 0 triangles"));
+            }
+            let metres_per_unit = match c.code(2, "a flag")? {
+                0 => None,
+                _ => {
+                    let [metres] = c.f64s()?;
+                    if metres <= 0.0 {
+                        return Err(c.error("a unit that is not above 0 metres"));
+                    }
+                    Some(metres)
+                }
+            };
+            let [cells, portals, objects] = [c.u32()?, c.u32()?, c.u32()?].map(|n| n as usize);
+            let pairs = PairCounts { lower: c.u64()?, upper: c.u64()?, cell_lower: c.u64()?, cell_upper: c.u64()? };
+            let most = |columns: usize| cells as u64 * columns as u64;
+            for (lower, upper, most) in
+                [(pairs.lower, pairs.upper, most(objects)), (pairs.cell_lower, pairs.cell_upper, most(cells))]
+            {
+                if lower > upper || upper > most {
+                    return Err(c.error(format!("{lower} pairs in the lower set, {upper} in the upper, {most} in all")));
+                }
+            }
+            let import = Import { object_triangles, metres_per_unit };
+            Ok(Meta { origin, smallest_hole, strategy, import, cells, portals, objects, pairs, reason: c.string()? })
+        })?;
+        meta.ok_or(FileError::Missing { section: SectionId::Meta })
+    }
+
+    fn notes(&self, budget: &mut Budget) -> Result<[Vec<String>; 2], FileError> {
+        let lines = |c: &mut Cursor<'_>, b: &mut Budget| c.list(b, 4, |c, _| c.string());
+        Ok(self.section(SectionId::Notes, budget, |c, b| Ok([lines(c, b)?, lines(c, b)?]))?.unwrap_or_default())
+    }
+
+    /// A section that is one list of `n` elements; left out only where there are none.
+    fn list<T>(
+        &self,
+        id: SectionId,
+        n: usize,
+        least: usize,
+        budget: &mut Budget,
+        element: impl FnMut(&mut Cursor<'_>, &mut Budget) -> Result<T, FileError>,
+    ) -> Result<Vec<T>, FileError> {
+        let list = self.section(id, budget, |c, b| {
+            let list = c.list(b, least, element)?;
+            if list.len() != n {
+                return Err(c.error(format!("a list of {}, {n} expected", list.len())));
+            }
+            Ok(list)
+        })?;
+        match list {
+            None if n > 0 => Err(FileError::Missing { section: id }),
+            list => Ok(list.unwrap_or_default()),
+        }
+    }
+
+    fn matrix(
+        &self,
+        id: SectionId,
+        rows: usize,
+        columns: usize,
+        budget: &mut Budget,
+    ) -> Result<Option<BitMatrix>, FileError> {
+        let Some(reader) = row_reader(self.container, id, rows, columns, budget)? else { return Ok(None) };
+        budget.take(id, reader.matrix_bytes())?;
+        reader.matrix().map(Some)
+    }
+
+    fn repairs(&self, cells: usize, budget: &mut Budget) -> Result<Vec<Repair>, FileError> {
+        let repairs = self.section(SectionId::Repairs, budget, |c, b| {
+            c.list(b, 80, |c, _| {
+                let cells = [CellId(c.id(cells, "cell")?), CellId(c.id(cells, "cell")?)];
+                let at = DVec3::from_array(c.f64s()?);
+                Ok(Repair { cells, at, segment: [DVec3::from_array(c.f64s()?), DVec3::from_array(c.f64s()?)] })
+            })
+        })?;
+        Ok(repairs.unwrap_or_default())
+    }
+
+    fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {
+        let stats = self.section(SectionId::Stats, budget, |c, _| {
+            let (rays, cubes, flow_steps) = (c.u64()?, c.u64()?, c.u64()?);
+            Ok(PvsStats { rays, cubes, flow_steps, flow_capped: c.u64()?, cracks: c.u64()? })
+        })?;
+        Ok(stats.unwrap_or_default())
+    }
+
+    /// All three sections or none.
+    fn bounds(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<Bounds>, FileError> {
+        let mut sides = |id, columns| -> Result<Option<[BitMatrix; 2]>, FileError> {
+            let Some(both) = self.matrix(id, 2 * cells, columns, budget)? else { return Ok(None) };
+            budget.take(id, 2 * (cells * columns.div_ceil(64) * 8) as u64)?;
+            // Upper and lower rows take turns, so that one refers to the other.
+            let [mut upper, mut lower] = [BitMatrix::new(cells, columns), BitMatrix::new(cells, columns)];
+            for cell in 0..cells {
+                upper.row_mut(cell).copy_from_slice(both.row(2 * cell));
+                lower.row_mut(cell).copy_from_slice(both.row(2 * cell + 1));
+            }
+            if let Some((cell, other)) = lower.first_outside(&upper) {
+                let what = format!("pair {cell}, {other} is in the lower set and not in the upper");
+                return Err(FileError::Malformed { section: id, offset: 0, what });
+            }
+            Ok(Some([upper, lower]))
+        };
+        let by_cell = sides(SectionId::CellBounds, cells)?;
+        let by_object = sides(SectionId::ObjectBounds, objects)?;
+        let has_witnesses = self.container.section(SectionId::Witnesses).is_some();
+        let ([cells_upper, cells_lower], [objects_upper, objects_lower]) = match (by_cell, by_object) {
+            (Some(by_cell), Some(by_object)) => (by_cell, by_object),
+            (None, None) if !has_witnesses => return Ok(None),
+            (None, _) => return Err(FileError::Missing { section: SectionId::CellBounds }),
+            _ => return Err(FileError::Missing { section: SectionId::ObjectBounds }),
+        };
+        let witnesses = self.section(SectionId::Witnesses, budget, |c, b| {
+            // Pair by pair in the order of the lower set.
+            let mut pairs =
+                (0..cells).flat_map(|cell| objects_lower.ones(cell).map(move |object| [cell as u32, object as u32]));
+            let witnesses = c.list(b, 48, |c, _| {
+                let Some([cell, object]) = pairs.next() else {
+                    return Err(c.error("a witness without a pair in the lower set"));
+                };
+                let (from, to) = (DVec3::from_array(c.f64s()?), DVec3::from_array(c.f64s()?));
+                Ok(Witness { cell: CellId(cell), object: ObjectId(object), from, to })
+            })?;
+            match pairs.next() {
+                Some([cell, object]) => {
+                    Err(c.error(format!("no witness for cell {cell}, object {object} of the lower set")))
+                }
+                None => Ok(witnesses),
+            }
+        })?;
+        let witnesses = witnesses.ok_or(FileError::Missing { section: SectionId::Witnesses })?;
+        Ok(Some(Bounds { cells_lower, cells_upper, objects_lower, objects_upper, witnesses }))
+    }
+}
+
+/// A plane with a unit normal.
+fn plane(c: &mut Cursor<'_>) -> Result<Vec4, FileError> {
+    let plane = Vec4::from_array(c.f32s()?);
+    if (plane.truncate().length() - 1.0).abs() > 1e-3 {
+        return Err(c.error("a plane whose normal is not of length 1"));
+    }
+    Ok(plane)
+}
+
+fn cell(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<FileCell, FileError> {
+    Ok(FileCell {
+        name: c.string()?,
+        source: c.option()?,
+        open: c.code(2, "a flag")? == 1,
+        pieces: c.list(budget, 4, |c, b| c.list(b, 16, |c, _| plane(c)))?,
+    })
+}
+
+fn portal(c: &mut Cursor<'_>, budget: &mut Budget, cells: usize) -> Result<FilePortal, FileError> {
+    let from_to = [CellId(c.id(cells, "cell")?), CellId(c.id(cells, "cell")?)];
+    if from_to[0] == from_to[1] {
+        return Err(c.error(format!("a portal from cell {} to itself", from_to[0])));
+    }
+    let plane = plane(c)?;
+    let kind = PORTAL_KINDS[c.code(PORTAL_KINDS.len(), "portal kind")?];
+    let source = c.option()?;
+    let winding = c.list(budget, 12, |c, _| Ok(Vec3::from_array(c.f32s()?)))?;
+    if winding.len() < 3 {
+        return Err(c.error(format!("a winding of {} corners", winding.len())));
+    }
+    Ok(FilePortal { cells: from_to, plane, winding, kind, source })
+}
+
+fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {
+    let node = c.string()?;
+    let triangles = c.u32()?;
+    if triangles == 0 {
+        return Err(c.error("an object without triangles"));
+    }
+    let bounds = [Vec3::from_array(c.f32s()?), Vec3::from_array(c.f32s()?)];
+    if !bounds[0].cmple(bounds[1]).all() {
+        return Err(c.error("a box that ends before it begins"));
+    }
+    Ok(FileObject { node, triangles, bounds })
+}
+
+/// The rows and the bounds must hold as many pairs as [`SectionId::Meta`] says.
+fn check_pairs(file: &PvsFile) -> Result<(), FileError> {
+    let (cells, objects) = (file.cells.len() as u64, file.objects.len() as u64);
+    let pairs = &file.pairs;
+    let shipped = match file.guarantee {
+        Guarantee::Conservative => [pairs.cell_upper, pairs.upper],
+        Guarantee::Sampled => [pairs.cell_lower, pairs.lower],
+    };
+    let count = |rows: &Option<BitMatrix>, all: u64| rows.as_ref().map_or(all, BitMatrix::count_ones);
+    let mut found = vec![
+        (SectionId::CellRows, count(&file.cell_rows, cells * cells), shipped[0]),
+        (SectionId::ObjectRows, count(&file.object_rows, cells * objects), shipped[1]),
+    ];
+    if let Some(bounds) = &file.bounds {
+        found.extend([
+            (SectionId::CellBounds, bounds.cells_upper.count_ones(), pairs.cell_upper),
+            (SectionId::CellBounds, bounds.cells_lower.count_ones(), pairs.cell_lower),
+            (SectionId::ObjectBounds, bounds.objects_upper.count_ones(), pairs.upper),
+            (SectionId::ObjectBounds, bounds.objects_lower.count_ones(), pairs.lower),
+        ]);
+    }
+    match found.into_iter().find(|(_, found, declared)| found != declared) {
+        Some((section, found, declared)) => {
+            Err(FileError::Malformed { section, offset: 0, what: format!("{found} pairs, {declared} declared") })
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,75 @@
+//! Files on disk: a file is there whole or not at all.
+
+use super::{FileError, MAGIC, PvsFile};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Read, Write};
+use std::path::Path;
+
+impl PvsFile {
+    /// Writes the file whole or not at all (see [`replace_file`]).
+    pub fn save(&self, path: &Path) -> Result<(), FileError> {
+        let bytes = self.write();
+        Ok(replace_file(path, |out| out.write_all(&bytes))?)
+    }
+
+    /// Reads a file (see [`PvsFile::read`]).
+    pub fn load(path: &Path) -> Result<Self, FileError> {
+        Self::read(&load_bytes(path)?)
+    }
+}
+
+/// The bytes of a `.pvs` file, for [`super::Container::parse`]. A file that begins as no `.pvs` file does is not read further.
+pub fn load_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
+    let mut file = File::open(path)?;
+    let mut bytes = Vec::new();
+    (&mut file).take(MAGIC.len() as u64).read_to_end(&mut bytes)?;
+    if !MAGIC.starts_with(&bytes) {
+        return Err(FileError::NotPvs);
+    }
+    file.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Writes a file whole or not at all: to a temporary name beside it, which takes its place once everything is on the disk. On
+/// an error, what stood there before is untouched and nothing else is left behind. What is not a regular file (a pipe, a
+/// device) is written to directly.
+pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    // A link stays one: what it points to is replaced.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let before = fs::metadata(&target).ok();
+    if before.as_ref().is_some_and(|m| !m.is_file()) {
+        // Fails for a directory.
+        let mut out = OpenOptions::new().write(true).open(&target)?;
+        return fill(&mut out).and_then(|()| out.flush());
+    }
+    let name = target.file_name().ok_or_else(|| io::Error::other("not the name of a file"))?;
+    let mut temporary = name.to_owned();
+    temporary.push(format!(".{}.pvs.tmp", std::process::id()));
+    let temporary = target.with_file_name(temporary);
+    let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+    let written = fill_and_sync(file, before, fill).and_then(|()| fs::rename(&temporary, &target));
+    if written.is_err() {
+        // What went wrong first is what the caller wants to know.
+        let _ = fs::remove_file(&temporary);
+        return written;
+    }
+    // The name, too, is on the disk only once its directory is; where that can't be asked for, the file is whole all the same.
+    if let Some(directory) = target.parent().and_then(|d| File::open(d).ok()) {
+        let _ = directory.sync_all();
+    }
+    Ok(())
+}
+
+fn fill_and_sync(
+    file: File,
+    before: Option<fs::Metadata>,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut out = BufWriter::new(file);
+    fill(&mut out)?;
+    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    if let Some(before) = before {
+        file.set_permissions(before.permissions())?;
+    }
+    file.sync_all()
+}
