@@ -3,6 +3,7 @@
 //! One file a format ([`gltf`], [`obj`], [`ifc`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
 //! splits meshes above the object limit into clusters, picks the origin and orders triangles by object.
 
+mod beside;
 mod builder;
 mod cluster;
 mod error;
