@@ -63,7 +63,7 @@ fn facts(container: &Container<'_>, file: &PvsFile) -> Value {
 }
 
 /// The `pvs.*` keys, the same as those of `bake --json`.
-fn pvs(container: &Container<'_>, file: &PvsFile) -> Value {
+pub(super) fn pvs(container: &Container<'_>, file: &PvsFile) -> Value {
     let (cells, objects) = (file.cells.len() as u64, file.objects.len() as u64);
     let (pairs, total, cell_total) = (&file.pairs, cells * objects, cells * cells);
     let row_bytes = |id| container.section(id).map_or(0, |s| s.bytes);

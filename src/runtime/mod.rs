@@ -1,1 +1,105 @@
-//! stub
+//! What a renderer asks once a frame: given this camera, what is worth drawing?
+//!
+//! ```no_run
+//! # fn demo(file: &enfilade::file::PvsFile) {
+//! use enfilade::runtime::{Camera, Culler, Mode, Scratch};
+//! use glam::DVec3;
+//!
+//! let culler = Culler::new(file);
+//! let mut scratch = Scratch::for_culler(&culler);
+//! let eye = DVec3::new(2.0, 1.6, 3.0) - file.origin;
+//! let camera = Camera::look_at(eye, eye + DVec3::X, 60f64.to_radians(), 16.0 / 9.0);
+//! let visible = culler.cull(&camera, Mode::Both, &mut scratch);
+//! for object in visible.objects {
+//!     println!("draw object {object}");
+//! }
+//! # }
+//! ```
+//!
+//! # What holds, whatever the camera
+//!
+//! * An object with a pixel on the screen is in the set, as far as cells, portals and rows are sound: every tolerance here
+//!   errs towards *visible* ([`Culler::tolerance`] says by how much), and so does every bound on work, which is counted in
+//!   [`FrameStats::capped`].
+//! * Where the eye is in no cell, the set is everything in the frustum, never nothing.
+//! * The set depends on the camera and the mode, not on earlier frames.
+//! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
+
+mod culler;
+mod frustum;
+mod locate;
+mod portals;
+mod scratch;
+
+pub use culler::Culler;
+pub use frustum::{Camera, Rect};
+pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
+
+use std::fmt;
+use std::str::FromStr;
+
+/// How to cull.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Mode {
+    /// Everything: what the others are measured against.
+    None,
+    /// Objects whose box meets the view frustum.
+    Frustum,
+    /// Through portals, with the frustum narrowed at each.
+    Portals,
+    /// The row of the eye's cell, and the frustum.
+    Pvs,
+    /// Through portals into cells of the row, and of those the objects of the row.
+    Both,
+}
+
+impl Mode {
+    /// Every mode, the least culling first.
+    pub const ALL: [Self; 5] = [Self::None, Self::Frustum, Self::Portals, Self::Pvs, Self::Both];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Frustum => "frustum",
+            Self::Portals => "portals",
+            Self::Pvs => "pvs",
+            Self::Both => "both",
+        }
+    }
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Mode {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        match Self::ALL.into_iter().find(|mode| mode.name() == name) {
+            Some(mode) => Ok(mode),
+            None if matches!(name, "chc" | "auto") => {
+                Err(format!("mode \"{name}\" needs occlusion queries, which this version has not; use \"both\""))
+            }
+            None => Err(format!("no mode \"{name}\"; give none, frustum, portals, pvs or both")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_are_known_by_name_and_those_to_come_are_refused() {
+        for mode in Mode::ALL {
+            assert_eq!(mode.to_string().parse(), Ok(mode));
+        }
+        assert!("chc".parse::<Mode>().unwrap_err().contains("occlusion queries"));
+        assert!("auto".parse::<Mode>().unwrap_err().contains("occlusion queries"));
+        assert!("Both".parse::<Mode>().unwrap_err().contains("no mode"));
+    }
+}

@@ -1,0 +1,203 @@
+//! The culler: a `.pvs` file laid out for a frame, and the frame itself.
+
+use super::frustum::{Boxes, Camera, Pyramid};
+use super::locate::{Homes, Locator};
+use super::scratch::{Scratch, VisibleSet};
+use super::{Mode, portals};
+use crate::bits::BitMatrix;
+use crate::file::PvsFile;
+use crate::geom::Aabb;
+use crate::pvs::Guarantee;
+use crate::tolerance::Tolerance;
+use crate::{CellId, DirectedPortal, ObjectId, PortalId};
+use glam::{Vec3, Vec4};
+
+/// Lists of different lengths, one after the other in one array.
+#[derive(Clone, Debug)]
+pub(super) struct Lists<T> {
+    starts: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T> Lists<T> {
+    fn new<I: IntoIterator<Item = T>>(lists: impl IntoIterator<Item = I>) -> Self {
+        let (mut starts, mut items) = (vec![0], Vec::new());
+        for list in lists {
+            items.extend(list);
+            starts.push(items.len() as u32);
+        }
+        Self { starts, items }
+    }
+
+    #[inline]
+    pub fn get(&self, i: usize) -> &[T] {
+        &self.items[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+}
+
+/// A `.pvs` file, laid out for questions about single cameras: flat arrays, `f32`, nothing borrowed.
+#[derive(Clone, Debug)]
+pub struct Culler {
+    pub(super) tolerance: f64,
+    locator: Locator,
+    /// Directed portals that lead out of each cell.
+    pub(super) cell_portals: Lists<DirectedPortal>,
+    /// Objects in each cell.
+    pub(super) cell_objects: Lists<ObjectId>,
+    /// `(n, d)` from `cells[0]` into `cells[1]`, by portal.
+    pub(super) portal_planes: Vec<Vec4>,
+    pub(super) portal_cells: Vec<[CellId; 2]>,
+    pub(super) portal_corners: Lists<Vec3>,
+    pub(super) boxes: Boxes,
+    triangles: Vec<u32>,
+    object_rows: Option<BitMatrix>,
+    cell_rows: Option<BitMatrix>,
+    /// Whether a cell that isn't in the row is certainly not seen into.
+    cell_rows_prune: bool,
+}
+
+impl Culler {
+    /// Lays out a file. The file must be consistent (ids in range, matrices of the right shape), as [`PvsFile::load`] makes
+    /// sure; panics otherwise.
+    pub fn new(file: &PvsFile) -> Self {
+        let objects = file.objects.iter().fold(Aabb::EMPTY, |b, o| o.bounds.iter().fold(b, |b, p| b.with(p.as_dvec3())));
+        let corners = file.portals.iter().flat_map(|p| &p.winding).map(|p| p.as_dvec3());
+        let bounds = objects.union(Aabb::of(corners));
+        let extent = if bounds.is_empty() { 1.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element().max(1e-6) };
+        // Portals are drawn up to `clearance` within the real opening in each direction of their plane, and stored as `f32`.
+        let clearance = Tolerance::for_extent(objects.diagonal()).clearance;
+        let tolerance = clearance * std::f64::consts::SQRT_2 + extent * 16.0 * f64::from(f32::EPSILON);
+        let mut leading_out = vec![Vec::new(); file.cells.len()];
+        for (p, portal) in file.portals.iter().enumerate() {
+            for side in 0..2 {
+                leading_out[portal.cells[side].index()].push(PortalId(p as u32).directed(side as u32));
+            }
+        }
+        Self {
+            tolerance,
+            locator: Locator::new(&file.cells, extent, tolerance),
+            cell_portals: Lists::new(leading_out),
+            cell_objects: Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32)))),
+            portal_planes: file.portals.iter().map(|p| p.plane).collect(),
+            portal_cells: file.portals.iter().map(|p| p.cells).collect(),
+            portal_corners: Lists::new(file.portals.iter().map(|p| p.winding.iter().copied())),
+            boxes: Boxes::new(file.objects.iter().map(|o| o.bounds)),
+            triangles: file.objects.iter().map(|o| o.triangles).collect(),
+            object_rows: file.object_rows.clone(),
+            cell_rows: file.cell_rows.clone(),
+            cell_rows_prune: file.guarantee == Guarantee::Conservative,
+        }
+    }
+
+    /// What is to draw from this camera. Allocates nothing, as long as `scratch` was made for this culler.
+    pub fn cull<'s>(&self, camera: &Camera, mode: Mode, scratch: &'s mut Scratch) -> VisibleSet<'s> {
+        scratch.begin(self);
+        let homes = match mode {
+            Mode::None | Mode::Frustum => Homes::NONE,
+            Mode::Portals | Mode::Pvs | Mode::Both => self.locator.locate(camera.eye, self.tolerance, &mut scratch.last_piece),
+        };
+        scratch.stats.capped += u64::from(homes.overflow);
+        let lost = homes.overflow || homes.as_slice().is_empty();
+        match mode {
+            Mode::None => self.take(None, scratch),
+            Mode::Frustum => self.take_frustum(camera, scratch),
+            Mode::Portals | Mode::Pvs | Mode::Both if lost => self.take_frustum(camera, scratch),
+            Mode::Pvs => {
+                self.join_rows(homes.as_slice(), scratch);
+                self.take(Some(&Pyramid::new(camera)), scratch);
+                scratch.stats.cells = scratch.cell_row.iter().map(|w| u64::from(w.count_ones())).sum();
+            }
+            Mode::Portals | Mode::Both => {
+                self.join_rows(if mode == Mode::Both { homes.as_slice() } else { &[] }, scratch);
+                portals::traverse(self, camera, homes.as_slice(), scratch);
+            }
+        }
+        let home = if lost { None } else { homes.as_slice().first().copied() };
+        scratch.finish(self, home)
+    }
+
+    fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {
+        self.join_rows(&[], scratch);
+        self.take(Some(&Pyramid::new(camera)), scratch);
+    }
+
+    /// Takes the objects of the joined row that `pyramid` doesn't exclude; without one, every object.
+    fn take(&self, pyramid: Option<&Pyramid>, scratch: &mut Scratch) {
+        for word in 0..scratch.object_row.len() {
+            let mut bits = match pyramid {
+                None => all_ones(self.object_count(), word),
+                Some(_) if scratch.object_row[word] == 0 => 0,
+                Some(pyramid) => scratch.object_row[word] & self.boxes.word(word, pyramid),
+            };
+            while bits != 0 {
+                scratch.objects.push(ObjectId(word as u32 * 64 + bits.trailing_zeros()));
+                bits &= bits - 1;
+            }
+        }
+    }
+
+    /// Joins the rows of some cells; where there are no rows, or no cells are given, everything.
+    fn join_rows(&self, cells: &[CellId], scratch: &mut Scratch) {
+        let join = |rows: Option<&BitMatrix>, columns: usize, out: &mut [u64]| match rows {
+            Some(rows) if !cells.is_empty() => {
+                out.fill(0);
+                for cell in cells {
+                    for (out, word) in out.iter_mut().zip(rows.row(cell.index())) {
+                        *out |= word;
+                    }
+                }
+            }
+            _ => (0..out.len()).for_each(|word| out[word] = all_ones(columns, word)),
+        };
+        join(self.object_rows.as_ref(), self.object_count(), &mut scratch.object_row);
+        join(self.cell_rows.as_ref(), self.cell_count(), &mut scratch.cell_row);
+    }
+
+    /// Whether the traversal may go into a cell. Rows that are only sampled prune objects, not the way to them: a cell that
+    /// no sample fell into may still be seen through.
+    #[inline]
+    pub(super) fn may_enter(&self, cell: CellId, scratch: &Scratch) -> bool {
+        !self.cell_rows_prune || bit(&scratch.cell_row, cell.index())
+    }
+
+    /// Number of objects.
+    pub fn object_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cell_portals.starts.len() - 1
+    }
+
+    /// Number of portals, each counted once.
+    pub fn portal_count(&self) -> usize {
+        self.portal_cells.len()
+    }
+
+    /// Number of triangles of an object.
+    pub fn triangles(&self, object: ObjectId) -> u32 {
+        self.triangles[object.index()]
+    }
+
+    /// How far a stored portal's edge or plane may be from the real opening's, metres: windings grow by this much, and an eye
+    /// this near to a cell is in it.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+}
+
+/// A word of a row of `columns` ones.
+fn all_ones(columns: usize, word: usize) -> u64 {
+    match columns.saturating_sub(word * 64) {
+        0 => 0,
+        rest @ 1..64 => (1 << rest) - 1,
+        _ => u64::MAX,
+    }
+}
+
+/// A bit of a row.
+#[inline]
+pub(super) fn bit(words: &[u64], i: usize) -> bool {
+    words[i / 64] >> (i % 64) & 1 != 0
+}

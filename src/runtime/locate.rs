@@ -1,0 +1,258 @@
+//! Which cells is the eye in: the piece of the last frame, then a small tree over bounded pieces, then the unbounded ones.
+//!
+//! A point within the tolerance of several cells is in all of them. Then neither rounding nor which frame came before decides
+//! whose row is taken.
+
+use crate::CellId;
+use crate::file::FileCell;
+use crate::geom::{Aabb, Plane, clip};
+use glam::{DVec3, Vec3, Vec4};
+
+/// More cells than this at one point: the caller takes everything in the frustum.
+const MOST_HOMES: usize = 8;
+/// Pieces in a leaf of the tree.
+const LEAF: usize = 4;
+
+/// The cells that the eye is in, or within the tolerance of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Homes {
+    cells: [CellId; MOST_HOMES],
+    len: usize,
+    /// More cells meet here than there is room for.
+    pub overflow: bool,
+}
+
+impl Homes {
+    pub const NONE: Self = Self { cells: [CellId(0); MOST_HOMES], len: 0, overflow: false };
+
+    pub fn as_slice(&self) -> &[CellId] {
+        &self.cells[..self.len]
+    }
+
+    fn add(&mut self, cell: CellId) {
+        if self.as_slice().contains(&cell) {
+        } else if self.len < MOST_HOMES {
+            self.cells[self.len] = cell;
+            self.len += 1;
+        } else {
+            self.overflow = true;
+        }
+    }
+}
+
+/// A node of the tree over pieces, in depth-first order: an inner node's first child follows it.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    min: Vec3,
+    max: Vec3,
+    /// Leaf: first of its pieces in `order`. Inner: the second child.
+    at: u32,
+    /// Leaf: how many pieces. Inner: 0.
+    count: u32,
+}
+
+/// Every piece of every cell.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Locator {
+    /// Planes of all pieces, one piece after the other.
+    planes: Vec<Vec4>,
+    /// Where each piece's planes start, and the end of the last.
+    starts: Vec<u32>,
+    cells: Vec<CellId>,
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+    unbounded: Vec<u32>,
+}
+
+impl Locator {
+    /// `extent`: no bounded piece reaches farther than this from the origin along any axis, metres.
+    pub fn new(cells: &[FileCell], extent: f64, tolerance: f64) -> Self {
+        let mut locator = Self { starts: vec![0], ..Self::default() };
+        let (mut boxes, mut bounded) = (Vec::new(), Vec::new());
+        for (c, cell) in cells.iter().enumerate() {
+            for planes in &cell.pieces {
+                let piece = locator.cells.len() as u32;
+                locator.cells.push(CellId(c as u32));
+                locator.planes.extend(planes);
+                locator.starts.push(locator.planes.len() as u32);
+                match piece_bounds(planes, extent) {
+                    Some(b) => {
+                        let b = b.inflated(tolerance);
+                        boxes.push((b.min.as_vec3().map(f32::next_down), b.max.as_vec3().map(f32::next_up)));
+                        bounded.push(piece);
+                    }
+                    None => {
+                        boxes.push((Vec3::NEG_INFINITY, Vec3::INFINITY));
+                        locator.unbounded.push(piece);
+                    }
+                }
+            }
+        }
+        if !bounded.is_empty() {
+            locator.split(&mut bounded, &boxes);
+        }
+        locator
+    }
+
+    /// Builds the tree by halving along the longest axis of the boxes' middles.
+    fn split(&mut self, pieces: &mut [u32], boxes: &[(Vec3, Vec3)]) {
+        let around = |f: &dyn Fn((Vec3, Vec3)) -> (Vec3, Vec3)| {
+            pieces.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &p| {
+                let (a, b) = f(boxes[p as usize]);
+                (lo.min(a), hi.max(b))
+            })
+        };
+        let (min, max) = around(&|b| b);
+        let at = self.nodes.len();
+        if pieces.len() <= LEAF {
+            self.nodes.push(Node { min, max, at: self.order.len() as u32, count: pieces.len() as u32 });
+            self.order.extend_from_slice(pieces);
+            return;
+        }
+        let (low, high) = around(&|(a, b)| (a + b, a + b));
+        let size = high - low;
+        let axis = size.max_position();
+        let key = |p: u32| boxes[p as usize].0[axis] + boxes[p as usize].1[axis];
+        pieces.sort_unstable_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+        let (left, right) = pieces.split_at_mut(pieces.len() / 2);
+        self.nodes.push(Node { min, max, at: 0, count: 0 });
+        self.split(left, boxes);
+        self.nodes[at].at = self.nodes.len() as u32;
+        self.split(right, boxes);
+    }
+
+    /// How far `p` is outside the piece's farthest plane, metres; negative inside.
+    fn outside(&self, piece: u32, p: DVec3) -> f64 {
+        let range = self.starts[piece as usize] as usize..self.starts[piece as usize + 1] as usize;
+        self.planes[range].iter().map(|plane| plane.truncate().as_dvec3().dot(p) - f64::from(plane.w)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The cells that hold `p` or come within `tolerance` metres of it. `last_piece` is where the search starts, and is set to
+    /// a piece that holds it.
+    pub fn locate(&self, p: Vec3, tolerance: f64, last_piece: &mut u32) -> Homes {
+        let mut homes = Homes::NONE;
+        if !p.is_finite() {
+            return homes;
+        }
+        let point = p.as_dvec3();
+        // Well inside the last frame's piece: pieces are disjoint, so no other comes near.
+        if (*last_piece as usize) < self.cells.len() && self.outside(*last_piece, point) < -2.0 * tolerance {
+            homes.add(self.cells[*last_piece as usize]);
+            return homes;
+        }
+        let mut deepest = f64::INFINITY;
+        let mut visit = |piece: u32| {
+            let outside = self.outside(piece, point);
+            if outside <= tolerance {
+                homes.add(self.cells[piece as usize]);
+                if outside < deepest {
+                    deepest = outside;
+                    *last_piece = piece;
+                    // The cell that holds it best is named first.
+                    let at = homes.as_slice().iter().position(|&c| c == self.cells[piece as usize]);
+                    homes.cells.swap(0, at.unwrap_or(0));
+                }
+            }
+        };
+        // Halving keeps the tree's depth under 32: the stack holds one waiting child a level.
+        let (mut stack, mut waiting) = ([0u32; 64], usize::from(!self.nodes.is_empty()));
+        while waiting > 0 {
+            waiting -= 1;
+            let i = stack[waiting] as usize;
+            let node = self.nodes[i];
+            if !(node.min.cmple(p).all() && p.cmple(node.max).all()) {
+                continue;
+            }
+            if node.count > 0 {
+                self.order[node.at as usize..(node.at + node.count) as usize].iter().copied().for_each(&mut visit);
+            } else {
+                stack[waiting] = node.at;
+                stack[waiting + 1] = i as u32 + 1;
+                waiting += 2;
+            }
+        }
+        self.unbounded.iter().copied().for_each(visit);
+        homes
+    }
+}
+
+/// The box around a convex piece, found from its faces; `None` where a face leaves the cube of `extent` metres around the
+/// origin, or where no face is left: then nothing is known.
+fn piece_bounds(planes: &[Vec4], extent: f64) -> Option<Aabb> {
+    let planes: Vec<Plane> =
+        planes.iter().map(|p| Plane { n: p.truncate().as_dvec3().normalize_or_zero(), d: f64::from(p.w) }).collect();
+    // Far enough that a face without end leaves the cube, whatever its direction.
+    let far = 16.0 * extent;
+    let mut bounds = Aabb::EMPTY;
+    for (i, plane) in planes.iter().enumerate() {
+        let (u, v) = plane.n.try_normalize()?.any_orthonormal_pair();
+        let middle = plane.n * plane.d;
+        let mut face = vec![middle - (u + v) * far, middle + (u - v) * far, middle + (u + v) * far, middle + (v - u) * far];
+        for (j, other) in planes.iter().enumerate() {
+            if j != i && !face.is_empty() {
+                face = clip(&face, other, extent * 1e-9);
+            }
+        }
+        bounds = face.into_iter().fold(bounds, Aabb::with);
+    }
+    let inside = !bounds.is_empty() && bounds.min.abs().max(bounds.max.abs()).max_element() <= 2.0 * extent;
+    inside.then_some(bounds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(min: [f32; 3], max: [f32; 3]) -> Vec<Vec4> {
+        (0..3)
+            .flat_map(|axis| {
+                let n = Vec3::AXES[axis];
+                [n.extend(max[axis]), (-n).extend(-min[axis])]
+            })
+            .collect()
+    }
+
+    fn cell(pieces: Vec<Vec<Vec4>>) -> FileCell {
+        FileCell { name: String::new(), source: None, open: false, pieces }
+    }
+
+    #[test]
+    fn bounds_follow_the_planes_and_unbounded_pieces_say_so() {
+        let b = piece_bounds(&block([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]), 10.0).unwrap();
+        assert!((b.min - DVec3::new(1.0, 2.0, 3.0)).length() < 1e-6 && (b.max - DVec3::new(4.0, 5.0, 6.0)).length() < 1e-6);
+        assert_eq!(piece_bounds(&block([1.0, 2.0, 3.0], [4.0, 5.0, 6.0])[..5], 10.0), None);
+        assert_eq!(piece_bounds(&[Vec4::X], 10.0), None);
+        assert_eq!(piece_bounds(&[], 10.0), None);
+    }
+
+    /// A row of many rooms, and the half-space beyond them: the tree says what the definition says, in any order of asking.
+    #[test]
+    fn the_tree_finds_what_looking_at_every_piece_finds() {
+        let mut cells: Vec<_> =
+            (0..100).map(|i| cell(vec![block([i as f32, 0.0, 0.0], [i as f32 + 1.0, 3.0, 4.0])])).collect();
+        cells.push(cell(vec![vec![Vec4::new(0.0, 1.0, 0.0, -0.5)]]));
+        let locator = Locator::new(&cells, 100.0, 1e-4);
+        let mut last = 0;
+        for step in 0..1000 {
+            let x = (step * 379 % 1000) as f32 * 0.1 + 0.05;
+            let homes = locator.locate(Vec3::new(x, 1.0, 2.0), 1e-4, &mut last);
+            assert_eq!(homes.as_slice(), [CellId(x as u32)]);
+        }
+        assert_eq!(locator.locate(Vec3::new(5.0, -3.0, 0.0), 1e-4, &mut last).as_slice(), [CellId(100)]);
+        assert_eq!(locator.locate(Vec3::new(5.0, -0.2, 0.0), 1e-4, &mut last).as_slice(), []);
+        // On the wall between two: both, whatever came before.
+        for _ in 0..2 {
+            let mut both = locator.locate(Vec3::new(7.0, 1.0, 1.0), 1e-4, &mut last).as_slice().to_vec();
+            both.sort();
+            assert_eq!(both, [CellId(6), CellId(7)]);
+        }
+        assert_eq!(locator.locate(Vec3::NAN, 1e-4, &mut last).as_slice(), []);
+    }
+
+    #[test]
+    fn more_cells_at_a_point_than_there_is_room_for_overflow() {
+        let cells: Vec<_> = (0..9).map(|_| cell(vec![block([0.0; 3], [1.0; 3])])).collect();
+        let mut last = u32::MAX;
+        assert!(Locator::new(&cells, 1.0, 1e-4).locate(Vec3::splat(0.5), 1e-4, &mut last).overflow);
+    }
+}

@@ -1,0 +1,271 @@
+//! Through portals, with the view narrowed at each.
+//!
+//! Based on: D. Luebke and C. Georges, *Portals and mirrors: simple, fast evaluation of potentially visible sets*, 1995: a
+//! portal opens the rectangle around its winding on the screen, cut by what the portals before it opened.
+//!
+//! Where it deviates, and why:
+//!
+//! * **A work list instead of recursion.** The paper's cells are convex, here they are unions of pieces (an L-shaped room, the
+//!   outside around a building): one portal is reached along many chains, and recursion over chains is exponential. Here each
+//!   directed portal keeps one rectangle, the union of what all chains open, and is looked at again when that grows:
+//!   `open(Q) = union over P before Q of (open(P) & own(Q))`. The rectangles only grow and their sides come from a finite set,
+//!   so this ends, in the least solution, which no order of work changes. It covers every chain: a sight line that passes P,
+//!   then Q, on a pixel in `open(P)`, has that pixel in `own(Q)`, so in `open(Q)`. Fewer portals or cells to go through (rows
+//!   that prune) give smaller rectangles, so the modes nest: both within portals.
+//! * **A portal leads one way** for one eye, which must be behind its plane; a portal Q is looked for beyond P only if a
+//!   corner of Q is in front of P's plane, and so is an object. This does the work of convexity.
+//! * **Windings are drawn with a thick pen.** A stored winding is within [`Culler::tolerance`] (rho) of the true opening, so
+//!   each corner is projected as a ball of that radius: with `X = |x|`, `W = |w|` (norms of the camera's rows), a point within
+//!   rho has clip x within `rho X` and w within `rho W`, and x/w within the quotients of those intervals. This holds at any
+//!   opening angle, where a fixed margin in pixels does not. Projection is done in `f64`; the last step to `f32` is covered by
+//!   [`ROUNDING`].
+//! * **Near the eye** windings are cut at `w = 2 rho W`, not at the near plane, so that the quotients exist. What is cut off
+//!   can be on the screen only within [`Eye::touch`] of the eye; where a winding comes that near, the portal opens everything
+//!   ("the eye stands in it"). An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
+
+use super::culler::{Culler, bit};
+use super::frustum::{Camera, Pyramid, Rect};
+use super::scratch::{CrossedPortal, PortalState, Scratch};
+use crate::{CellId, DirectedPortal};
+use glam::{DVec2, DVec3, Vec3};
+
+/// Rectangles grow by this much (normalised device coordinates) when they are rounded to `f32`, whose steps within [-2, 2]
+/// are under 2.4e-7. Larger: a portal beside another's rectangle is looked into. Smaller: a pixel on the edge gets lost.
+const ROUNDING: f64 = 1e-6;
+
+/// A directed portal that is looked at more often than this opens all that it ever can at once, which ends the matter.
+/// Larger: pathological graphs take long. Smaller: ordinary ones draw too much.
+const MOST_VISITS: u32 = 32;
+
+/// The camera in `f64`, with what is derived from it once a frame.
+struct Eye {
+    at: DVec3,
+    x: DVec3,
+    y: DVec3,
+    w: DVec3,
+    /// Clip x, y and w of a point move by at most this when the point moves by the tolerance.
+    pen: DVec3,
+    /// An eye this near to a plane, metres, may be on either side: twice the tolerance, and what the rounding of the plane's
+    /// normal makes of the eye's distance from the origin.
+    either_side: f64,
+    /// Within this distance of the eye, metres, a point may be on the screen with `w` under three times `pen.z`; infinite for
+    /// a camera whose rows are dependent.
+    touch: f64,
+}
+
+impl Eye {
+    fn new(camera: &Camera, tolerance: f64) -> Self {
+        let (x, y, w) = (camera.x.as_dvec3(), camera.y.as_dvec3(), camera.w.as_dvec3());
+        let pen = DVec3::new(x.length(), y.length(), w.length()) * tolerance;
+        let at = camera.eye.as_dvec3();
+        let farthest = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
+            .map(|(x, y)| camera.ray(DVec2::new(x, y)).length())
+            .into_iter()
+            .fold(0.0, |a: f64, b| if b.is_finite() { a.max(b) } else { f64::INFINITY });
+        let touch = if farthest.is_finite() { 3.0 * pen.z * farthest + tolerance } else { f64::INFINITY };
+        let either_side = 2.0 * tolerance + 4.0 * f64::from(f32::EPSILON) * at.length();
+        Self { at, x, y, w, pen, either_side, touch }
+    }
+
+    /// Signed distance of the eye from a directed portal's plane, metres: negative on the side that it leads out of.
+    fn side(&self, culler: &Culler, portal: DirectedPortal) -> f64 {
+        let (n, d) = directed_plane(culler, portal);
+        n.as_dvec3().dot(self.at) - f64::from(d)
+    }
+
+    /// The part of the screen that a directed portal can open, whatever leads to it.
+    fn own_rect(&self, culler: &Culler, portal: DirectedPortal) -> Rect {
+        let side = self.side(culler, portal);
+        let corners = culler.portal_corners.get(portal.portal().index());
+        if side > self.either_side {
+            return Rect::EMPTY;
+        }
+        if side.abs() <= self.touch && self.distance(corners) <= self.touch {
+            return Rect::FULL;
+        }
+        self.project(corners)
+    }
+
+    /// The rectangle around a winding that is drawn with a pen of the tolerance's radius, cut to the screen.
+    fn project(&self, corners: &[Vec3]) -> Rect {
+        let cut = 2.0 * self.pen.z;
+        let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let mut draw = |clip: DVec3| {
+            let (near, far) = (clip.z - self.pen.z, clip.z + self.pen.z);
+            let widest = |v: f64| if v > 0.0 { v / near } else { v / far };
+            let pen = self.pen.truncate();
+            let (low, high) = (clip.truncate() - pen, clip.truncate() + pen);
+            max = max.max(DVec2::new(widest(high.x), widest(high.y)));
+            min = min.min(-DVec2::new(widest(-low.x), widest(-low.y)));
+        };
+        let clip = |p: Vec3| {
+            let v = p.as_dvec3() - self.at;
+            DVec3::new(self.x.dot(v), self.y.dot(v), self.w.dot(v))
+        };
+        let mut a = corners.last().map_or(DVec3::ZERO, |&p| clip(p));
+        for &corner in corners {
+            let b = clip(corner);
+            if (a.z < cut) != (b.z < cut) {
+                let t = (cut - a.z) / (b.z - a.z);
+                draw((a + (b - a) * t).with_z(cut));
+            }
+            if b.z >= cut {
+                draw(b);
+            }
+            a = b;
+        }
+        if min.x > max.x {
+            return Rect::EMPTY;
+        }
+        let limit = DVec2::splat(2.0);
+        let rect = Rect {
+            min: (min.clamp(-limit, limit) - ROUNDING).as_vec2(),
+            max: (max.clamp(-limit, limit) + ROUNDING).as_vec2(),
+        };
+        rect.intersection(Rect::FULL)
+    }
+
+    /// Distance of the eye from a convex winding, metres.
+    fn distance(&self, corners: &[Vec3]) -> f64 {
+        let corner = |i: usize| corners[i % corners.len()].as_dvec3() - self.at;
+        let n = (1..corners.len().saturating_sub(1))
+            .map(|i| (corner(i) - corner(0)).cross(corner(i + 1) - corner(0)))
+            .sum::<DVec3>()
+            .normalize_or_zero();
+        let (mut inside, mut nearest) = (true, f64::INFINITY);
+        for i in 0..corners.len() {
+            let (a, edge) = (corner(i), corner(i + 1) - corner(i));
+            inside &= n.cross(edge).dot(a) <= 0.0;
+            let t = (-a.dot(edge) / edge.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            nearest = nearest.min((a + edge * t).length());
+        }
+        if inside && !corners.is_empty() { n.dot(corner(0)).abs() } else { nearest }
+    }
+}
+
+fn directed_plane(culler: &Culler, portal: DirectedPortal) -> (Vec3, f32) {
+    let plane = culler.portal_planes[portal.portal().index()];
+    let plane = if portal.side() == 0 { plane } else { -plane };
+    (plane.truncate(), plane.w)
+}
+
+/// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the cells that its eye is in.
+pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scratch: &mut Scratch) {
+    let eye = Eye::new(camera, culler.tolerance);
+    let pyramid = Pyramid::new(camera);
+
+    // 1. What the eye's own cells see, and the portals that lead out of them.
+    for &home in homes {
+        scratch.reach(home);
+        take_objects(culler, &pyramid, home, &Rect::FULL, None, scratch);
+        for &next in culler.cell_portals.get(home.index()) {
+            offer(culler, &eye, None, next, &Rect::FULL, scratch);
+        }
+    }
+
+    // 2. From portal to portal, until no rectangle grows.
+    while let Some(portal) = scratch.queue.pop() {
+        let state = &mut scratch.portal_states[portal.0 as usize];
+        state.queued = false;
+        state.visits += 1;
+        if state.visits == MOST_VISITS {
+            state.open = state.own;
+            scratch.stats.capped += 1;
+        }
+        let open = state.open;
+        for &next in culler.cell_portals.get(target(culler, portal).index()) {
+            // No straight line passes one portal twice.
+            if next.portal() != portal.portal() {
+                offer(culler, &eye, Some(portal), next, &open, scratch);
+            }
+        }
+    }
+
+    // 3. What is to be seen through them.
+    for i in 0..scratch.crossed.len() {
+        let portal = scratch.crossed[i].portal;
+        let open = scratch.portal_states[portal.0 as usize].open;
+        scratch.crossed[i].rect = open;
+        let cell = target(culler, portal);
+        scratch.reach(cell);
+        take_objects(culler, &pyramid, cell, &open, Some(portal), scratch);
+    }
+    scratch.stats.cells = scratch.cells.len() as u64;
+    scratch.stats.portals = scratch.crossed.len() as u64;
+}
+
+fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
+    culler.portal_cells[portal.portal().index()][1 - portal.side()]
+}
+
+/// Portal `next` is in the cell that is seen on `open`, through portal `through` (or from the eye): it is waiting in the queue
+/// afterwards if that opens more of it than before.
+fn offer(
+    culler: &Culler,
+    eye: &Eye,
+    through: Option<DirectedPortal>,
+    next: DirectedPortal,
+    open: &Rect,
+    scratch: &mut Scratch,
+) {
+    let frame = scratch.frame;
+    let state = &mut scratch.portal_states[next.0 as usize];
+    if state.frame != frame {
+        *state = PortalState { frame, own: eye.own_rect(culler, next), ..PortalState::UNSEEN };
+    }
+    let rect = open.intersection(state.own);
+    if rect.is_empty() || state.open.covers(&rect) {
+        return;
+    }
+    if through.is_some_and(|through| !is_beyond(culler, through, next)) || !culler.may_enter(target(culler, next), scratch) {
+        return;
+    }
+    let state = &mut scratch.portal_states[next.0 as usize];
+    if state.open.is_empty() {
+        scratch.crossed.push(CrossedPortal { portal: next, rect });
+    }
+    state.open = state.open.union(rect);
+    if !state.queued {
+        state.queued = true;
+        scratch.queue.push(next);
+    }
+}
+
+/// True where a corner of portal `next` is in front of the plane of portal `through`, within the tolerance.
+fn is_beyond(culler: &Culler, through: DirectedPortal, next: DirectedPortal) -> bool {
+    let (n, d) = directed_plane(culler, through);
+    let (n, d) = (n.as_dvec3(), f64::from(d));
+    culler.portal_corners.get(next.portal().index()).iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)
+}
+
+/// Takes the objects of a cell that are in the row, on the rectangle, and in part beyond the portal.
+fn take_objects(
+    culler: &Culler,
+    pyramid: &Pyramid,
+    cell: CellId,
+    rect: &Rect,
+    through: Option<DirectedPortal>,
+    scratch: &mut Scratch,
+) {
+    // The eye's own cells have no plane to be beyond: 0 . p >= -1 holds for all.
+    let (n, d) = through.map_or((Vec3::ZERO, -1.0), |portal| directed_plane(culler, portal));
+    // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
+    let behind = d - 3.0 * culler.tolerance as f32;
+    for &object in culler.cell_objects.get(cell.index()) {
+        let i = object.index();
+        let state = &mut scratch.object_states[i];
+        if state.taken == scratch.frame || !bit(&scratch.object_row, i) {
+            continue;
+        }
+        let (centre, half) = culler.boxes.get(i);
+        if state.frame != scratch.frame {
+            state.frame = scratch.frame;
+            state.own = if pyramid.excludes(centre, half) { Rect::EMPTY } else { pyramid.rect(centre, half) };
+        }
+        if state.own.intersection(*rect).is_empty() || n.dot(centre) + n.abs().dot(half) < behind {
+            continue;
+        }
+        state.taken = scratch.frame;
+        scratch.objects.push(object);
+    }
+}
