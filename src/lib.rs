@@ -31,6 +31,7 @@
 pub mod bake;
 pub mod cells;
 pub mod file;
+pub mod generate;
 pub mod geom;
 pub mod pvs;
 pub mod report;
