@@ -118,12 +118,12 @@ impl Importer<'_> {
     /// Takes in a node; `visit.parent` is its own world transform by now, and `visit` becomes what its children inherit.
     fn visit(&mut self, node: &Node, visit: &mut Visit) -> Result<(), ImportError> {
         let mesh = node.mesh.map(|mesh| entry(&self.document.meshes, mesh, "mesh")).transpose()?;
-        let mesh_name = mesh.and_then(|m| m.name.as_ref());
-        let name = match node.name.as_ref().or(mesh_name).filter(|name| !name.is_empty()) {
+        let mesh_name = mesh.and_then(|m| m.name.as_deref());
+        let name = match node.name.as_deref().or(mesh_name).filter(|name| !name.is_empty()) {
             Some(name) => short_name(name),
             None => format!("node {}", visit.node),
         };
-        let extras = Extras::parse(&node.extras, &name)?;
+        let extras = Extras::parse(node.extras.as_deref(), &name)?;
         let named = Named::parse(&name);
         visit.role = extras.role.map_or(visit.role, Role::from);
         match (&named, extras.room) {

@@ -89,8 +89,8 @@ impl From<RoleName> for Role {
 
 impl Extras {
     /// Reads the extras of a node; other tools' extras are ignored, a spelling mistake in ours is an error.
-    pub fn parse(extras: &Value, node: &str) -> Result<Self, ImportError> {
-        match extras.get("enfilade") {
+    pub fn parse(extras: Option<&Value>, node: &str) -> Result<Self, ImportError> {
+        match extras.and_then(|e| e.get("enfilade")) {
             Some(ours) => Self::deserialize(ours).map_err(|e| broken(format!("node {node}: extras.enfilade: {e}"))),
             None => Ok(Self::default()),
         }

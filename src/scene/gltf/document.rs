@@ -61,7 +61,7 @@ pub(super) struct SceneRoots {
 
 #[derive(Deserialize)]
 pub(super) struct Node {
-    pub name: Option<String>,
+    pub name: Option<Box<str>>,
     pub mesh: Option<usize>,
     pub skin: Option<usize>,
     #[serde(default)]
@@ -71,8 +71,7 @@ pub(super) struct Node {
     pub translation: Option<Box<[f64; 3]>>,
     pub rotation: Option<Box<[f64; 4]>>,
     pub scale: Option<Box<[f64; 3]>>,
-    #[serde(default)]
-    pub extras: Value,
+    pub extras: Option<Box<Value>>,
     pub extensions: Option<Box<NodeExtensions>>,
 }
 
