@@ -28,7 +28,7 @@
 //!
 //! * `role` is the [`Role`] of the node's mesh and of everything below it that doesn't say otherwise. Doors and windows are
 //!   see-through, whatever their material.
-//! * `room` is a name (nodes with one name are parts of one room) or `true` (the node's own name).
+//! * `room` is a name (nodes with one name are parts of one room) or `true` (the node's own name); `false` undoes a `-room` name.
 //! * `portal` makes the node's mesh an opening between two rooms; an empty name leaves a side to geometry.
 
 mod authored;
@@ -98,12 +98,12 @@ impl Importer<'_> {
         let world = DAffine3::from_scale(DVec3::splat(metres_per_unit));
         let visit = |node| Visit { node, parent: world, role: Role::Unknown, room: None, outside: false };
         let mut stack: Vec<Visit> = roots.into_iter().rev().map(visit).collect();
-        let mut seen = vec![false; self.document.nodes.len()];
+        let mut seen = vec![false; self.document.node_count()];
         while let Some(mut visit) = stack.pop() {
             if std::mem::replace(&mut seen[visit.node], true) {
                 return Err(broken(format!("node {} is in the scene twice", visit.node)));
             }
-            let node = &self.document.nodes[visit.node];
+            let node = self.document.node(visit.node);
             if !node.is_visible() {
                 continue;
             }
@@ -128,6 +128,7 @@ impl Importer<'_> {
         visit.role = extras.role.map_or(visit.role, Role::from);
         match (&named, extras.room) {
             (_, Some(RoomName::Name(room))) => visit.room = Some(self.authored.room_named(&name, &room, visit.outside)),
+            (_, Some(RoomName::IsRoom(false))) => {}
             (Named::Room(room), _) => visit.room = Some(self.authored.room(&name, room, visit.outside)),
             (_, Some(RoomName::IsRoom(true))) => visit.room = Some(self.authored.room(&name, &name, visit.outside)),
             _ => {}
@@ -248,10 +249,10 @@ impl Importer<'_> {
 /// The roots of the scene to show: of the default scene, else the first, else every node without a parent. Checks the node
 /// graph: children exist, no node has two parents, and none is its own ancestor.
 fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
-    let n = document.nodes.len();
+    let n = document.node_count();
     let mut has_parent = vec![false; n];
-    for (i, node) in document.nodes.iter().enumerate() {
-        for &child in &node.children {
+    for i in 0..n {
+        for &child in &document.node(i).children {
             match has_parent.get_mut(child) {
                 None => return Err(broken(format!("node {i} has child {child}, there are {n} nodes"))),
                 Some(true) => return Err(broken(format!("node {child} has two parents"))),
@@ -265,7 +266,7 @@ fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
     let mut stack = orphans.clone();
     while let Some(node) = stack.pop() {
         reached[node] = true;
-        stack.extend(&document.nodes[node].children);
+        stack.extend(&document.node(node).children);
     }
     if let Some(node) = reached.iter().position(|r| !r) {
         return Err(broken(format!("node {node} is in a cycle of nodes, or below one")));

@@ -186,6 +186,11 @@ fn instances_long_names_and_deep_trees_stay_within_bounds() {
     let read = enfilade::scene::gltf::from_slice(&glb.bytes(), "test", None, &options);
     assert!(matches!(read, Err(ImportError::TooLarge { limit: 50_000 })));
 
+    // Nodes that say nothing.
+    let mut empty = small();
+    empty.json["nodes"].as_array_mut().unwrap().extend(vec![json!({}); 100_000]);
+    assert_eq!(read_glb(&empty.bytes()).unwrap(), read_glb(&small().bytes()).unwrap());
+
     // A name that every object would repeat.
     let mut named = Glb::new();
     let mesh = named.mesh(&TRIANGLE);
