@@ -94,23 +94,22 @@ struct Importer<'a> {
 
 impl Importer<'_> {
     fn walk(&mut self, metres_per_unit: f64) -> Result<(), ImportError> {
-        let roots = roots(self.document)?;
         let world = DAffine3::from_scale(DVec3::splat(metres_per_unit));
-        let visit = |node| Visit { node, parent: world, role: Role::Unknown, room: None, outside: false };
-        let mut stack: Vec<Visit> = roots.into_iter().rev().map(visit).collect();
         let mut seen = vec![false; self.document.node_count()];
-        while let Some(mut visit) = stack.pop() {
-            if std::mem::replace(&mut seen[visit.node], true) {
-                return Err(broken(format!("node {} is in the scene twice", visit.node)));
+        let mut stack = Vec::new();
+        for root in roots(self.document)? {
+            stack.push(Visit { node: root, parent: world, role: Role::Unknown, room: None, outside: false });
+            while let Some(mut visit) = stack.pop() {
+                if std::mem::replace(&mut seen[visit.node], true) {
+                    return Err(broken(format!("node {} is in the scene twice", visit.node)));
+                }
+                let node = self.document.node(visit.node);
+                if node.is_visible() {
+                    visit.parent *= transform(node, visit.node)?;
+                    self.visit(node, &mut visit)?;
+                    stack.extend(node.children.iter().rev().map(|&child| Visit { node: child, ..visit }));
+                }
             }
-            let node = self.document.node(visit.node);
-            if !node.is_visible() {
-                continue;
-            }
-            visit.parent *= transform(node, visit.node)?;
-            self.visit(node, &mut visit)?;
-            let below = |&child: &usize| Visit { node: child, ..visit };
-            stack.extend(node.children.iter().rev().map(below));
         }
         Ok(())
     }
