@@ -58,12 +58,15 @@ struct Triangle {
     bounds: Aabb,
     /// Unit normal times twice the area.
     facing: DVec3,
+    /// Its length.
+    area: f64,
 }
 
 impl Triangle {
     fn of(mesh: &Mesh, triangle: u32) -> Self {
         let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.positions[i as usize]);
-        Self { middle: (a + b + c) / 3.0, bounds: Aabb::of([a, b, c]), facing: (b - a).cross(c - a) }
+        let facing = (b - a).cross(c - a);
+        Self { middle: (a + b + c) / 3.0, bounds: Aabb::of([a, b, c]), facing, area: facing.length() }
     }
 }
 
@@ -81,7 +84,7 @@ impl Cut {
             Self::Space { axis, least, bins_per_metre, last_left } => {
                 bin(triangle.middle[axis], least, bins_per_metre) <= last_left
             }
-            Self::Facing { axis, sign } => triangle.facing[axis] * sign > 0.5 * triangle.facing.length(),
+            Self::Facing { axis, sign } => triangle.facing[axis] * sign > 0.5 * triangle.area,
         }
     }
 }
@@ -97,7 +100,7 @@ struct Group {
     bounds: Aabb,
     /// Sum of [`Triangle::facing`].
     facing: DVec3,
-    /// Sum of its lengths.
+    /// Sum of [`Triangle::area`].
     area: f64,
 }
 
@@ -109,7 +112,7 @@ impl Group {
             count: self.count + 1,
             bounds: self.bounds.union(t.bounds),
             facing: self.facing + t.facing,
-            area: self.area + t.facing.length(),
+            area: self.area + t.area,
         }
     }
 
