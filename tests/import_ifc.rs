@@ -389,21 +389,80 @@ fn gross_areas_and_shapeless_spaces_are_no_rooms() {
 }
 
 #[test]
-fn circles_end() {
+fn circles_and_chains_end() {
     let text = House::default().text();
-    for (from, to) in [
-        // A placement relative to itself, a storey within itself, a room that is part of itself.
-        ("#41=IFCLOCALPLACEMENT(#21,", "#41=IFCLOCALPLACEMENT(#41,"),
-        ("IFCRELAGGREGATES('agg-1',$,$,$,#20,(#40))", "IFCRELAGGREGATES('agg-1',$,$,$,#40,(#40))"),
-    ] {
+    let chain = |from: usize, links: usize, link: &dyn Fn(usize) -> String| -> String {
+        (from..from + links).map(|i| format!("#{i}={};\n", link(i + 1))).collect()
+    };
+    let shape = "IFCSHAPEREPRESENTATION(#10,'Body','SweptSolid',(#703))";
+    let map = "#5000=IFCMAPPEDITEM(#5001,#5002);\n#5001=IFCREPRESENTATIONMAP(#11,#702);\n\
+               #5002=IFCCARTESIANTRANSFORMATIONOPERATOR3D($,$,#12,$,$);\n";
+    let cut = |operand: usize| format!("IFCBOOLEANRESULT(.DIFFERENCE.,#{operand},#803)");
+    let cases = [
+        // A storey in itself, a solid cut from itself, a map of itself.
+        ("'agg-1',$,$,$,#20,(#40)", "'agg-1',$,$,$,#40,(#40)", String::new()),
+        (shape, "IFCSHAPEREPRESENTATION(#10,'Body','CSG',(#5000))", format!("#5000={};\n", cut(5000))),
+        (shape, "IFCSHAPEREPRESENTATION(#10,'Body','MappedRepresentation',(#5000))", map.to_owned()),
+        // A placement and a solid that only end after 50,000 links.
+        (
+            "#41=IFCLOCALPLACEMENT(#21,",
+            "#41=IFCLOCALPLACEMENT(#5000,",
+            chain(5000, 50_000, &|next| format!("IFCLOCALPLACEMENT(#{next},#11)")) + "#55000=IFCLOCALPLACEMENT($,#11);\n",
+        ),
+        (
+            shape,
+            "IFCSHAPEREPRESENTATION(#10,'Body','CSG',(#5000))",
+            chain(5000, 50_000, &cut) + "#55000=IFCBLOCK(#707,1.,1.,1.);\n",
+        ),
+        ("'Ground'", &format!("{}'Ground'{}", "(".repeat(100_000), ")".repeat(100_000)), String::new()),
+    ];
+    // A placement relative to itself: nothing has a place, which is an error.
+    let circle = text.replace("#41=IFCLOCALPLACEMENT(#21,", "#41=IFCLOCALPLACEMENT(#41,");
+    let error = import_bytes(circle.into_bytes(), "house", &ImportOptions::default()).unwrap_err();
+    assert!(error.to_string().starts_with("no element's geometry can be read; the first is wall"), "{error}");
+    for (from, to, more) in cases {
         assert!(text.contains(from), "{from}");
         let start = Instant::now();
-        // Either answer will do.
-        let _ = import_bytes(text.replace(from, to).into_bytes(), "house", &ImportOptions::default());
-        assert!(start.elapsed() < Duration::from_secs(20), "{from}");
+        let text = text.replace(from, to).replace("ENDSEC;\nEND-ISO", &format!("{more}ENDSEC;\nEND-ISO"));
+        let scene = import_bytes(text.into_bytes(), "house", &ImportOptions::default());
+        let to = &to[..to.len().min(60)];
+        // The wall is still there, whatever became of the rest.
+        assert!(scene.is_ok_and(|s| s.objects.iter().any(|o| o.node == "wall")), "{to}");
+        assert!(start.elapsed() < Duration::from_secs(20), "{to}");
     }
-    let deep = text.replace("'Ground'", &format!("{}'Ground'{}", "(".repeat(100_000), ")".repeat(100_000)));
-    let _ = import_bytes(deep.into_bytes(), "house", &ImportOptions::default());
+}
+
+#[test]
+fn a_georeferenced_building_loses_nothing() {
+    let Some(folder) = data("a_georeferenced_building_loses_nothing") else { return };
+    let path = folder.join("duplex/Duplex_A_20110907.ifc");
+    let home = enfilade::scene::import(&path, &ImportOptions::default()).unwrap();
+    // Every root placement is hung from one that lies 5,000 km away.
+    let text: String = std::fs::read(&path).unwrap().into_iter().map(char::from).collect();
+    let mut moved = text.replace("IFCLOCALPLACEMENT($,", "IFCLOCALPLACEMENT(#99999990,");
+    let end = moved.rfind("ENDSEC;").unwrap();
+    moved.insert_str(
+        end,
+        "#99999990=IFCLOCALPLACEMENT($,#99999991);\n#99999991=IFCAXIS2PLACEMENT3D(#99999992,$,$);\n\
+         #99999992=IFCCARTESIANPOINT((3000000.,4000000.,500.));\n",
+    );
+    assert!(moved.contains("(#99999990,"));
+    let bytes = moved.chars().map(|c| c as u8).collect();
+    let away = import_bytes(bytes, "Duplex_A_20110907", &ImportOptions::default()).unwrap();
+    let by = DVec3::new(3_000_000., 500., -4_000_000.);
+    let close = |a: DVec3, b: DVec3| (a + home.origin + by).distance(b + away.origin) < 2.0 * GRID;
+    assert_eq!(home.objects.len(), away.objects.len());
+    for (a, b) in home.objects.iter().zip(&away.objects) {
+        assert_eq!((&a.node, a.role, a.opaque), (&b.node, b.role, b.opaque));
+        if a.triangles.len() < 256 {
+            assert!(close(a.bounds.min, b.bounds.min) && close(a.bounds.max, b.bounds.max), "{}", a.node);
+        }
+    }
+    assert_eq!(home.hints.openings.len(), away.hints.openings.len());
+    for (a, b) in home.hints.openings.iter().zip(&away.hints.openings) {
+        assert_eq!((&a.id, a.kind, a.rooms), (&b.id, b.kind, b.rooms));
+        assert!(close(middle(&a.winding), middle(&b.winding)), "{}", a.id);
+    }
 }
 
 #[test]

@@ -77,7 +77,9 @@ impl Model {
         // What ifc-lite would write to stderr is told as notes below.
         set_report_sink(|_| ());
         let index = Arc::new(build_entity_index(&bytes));
-        let schema = ifc_lite_core::declared_schema_bounded(&bytes).unwrap_or_else(|| "IFC".into()).to_ascii_uppercase();
+        let schema = ifc_lite_core::declared_schema_bounded(&bytes).map(|s| s.to_ascii_uppercase());
+        let is_word = |s: &String| s.len() < 32 && s.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let schema = schema.filter(is_word).unwrap_or_else(|| "IFC".into());
         let mut model = Self {
             bytes,
             index,

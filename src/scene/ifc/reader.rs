@@ -7,7 +7,7 @@ use super::roles::{holds_panes, role};
 use super::styles::Styles;
 use super::workers::{DeadlinePassed, Limits, Outcome, run_one};
 use super::{boundaries, openings, spaces};
-use crate::scene::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
+use crate::scene::{Hints, ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
 use ifc_lite_core::{EntityDecoder, IfcType};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -71,17 +71,24 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     let mut decoder = model.decoder();
     add_meshes(&model, &mut decoder, &geometry, &mut builder, &mut notes)?;
 
-    // 4. Hints.
-    let router = model.router();
-    let storeys = spaces::storeys(&model, &mut decoder, &router);
-    let rooms = spaces::rooms(&model, &mut decoder, &relations, &geometry, &storeys, &mut notes);
-    let mut holes = openings::openings(&model, &mut decoder, &relations, &geometry, &rooms, &mut notes);
-    holes.extend(boundaries::boundaries(&model, &mut decoder, &router, &relations, &rooms, &mut notes));
-    builder.hints.storeys = storeys.hints;
-    builder.hints.rooms = rooms.hints;
-    builder.hints.openings = holes;
+    // 4. Hints, watched as well: a hostile file can make every opening meet every wall.
+    drop(decoder);
+    let (model, geometry) = (model.clone(), Arc::new(geometry));
+    let (hints, found) = watched(deadline, (), move |()| hints(&model, &relations, &geometry))?;
+    builder.hints = hints;
     builder.source.notes.extend(notes);
+    builder.source.notes.extend(found);
     builder.finish(name)
+}
+
+/// What the author said, and what of it was left out.
+fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, Vec<String>) {
+    let (mut decoder, router, mut notes) = (model.decoder(), model.router(), Vec::new());
+    let storeys = spaces::storeys(model, &mut decoder, &router);
+    let rooms = spaces::rooms(model, &mut decoder, relations, geometry, &storeys, &mut notes);
+    let mut openings = openings::openings(model, &mut decoder, relations, geometry, &rooms, &mut notes);
+    openings.extend(boundaries::boundaries(model, &mut decoder, &router, relations, &rooms, &mut notes));
+    (Hints { storeys: storeys.hints, rooms: rooms.hints, openings }, notes)
 }
 
 /// One mesh an element, or two where parts of it are see-through.
@@ -130,12 +137,12 @@ fn add_meshes(
 }
 
 /// Runs `f` where it can be given up.
-fn watched<T: Send + 'static>(
+fn watched<I: Send + 'static, T: Send + 'static>(
     deadline: Instant,
-    bytes: Vec<u8>,
-    f: impl Fn(Vec<u8>) -> T + Send + Sync + 'static,
+    input: I,
+    f: impl Fn(I) -> T + Send + Sync + 'static,
 ) -> Result<T, ImportError> {
-    let input = std::sync::Mutex::new(Some(bytes));
+    let input = std::sync::Mutex::new(Some(input));
     let outcome = run_one(deadline, move || input.lock().ok().and_then(|mut i| i.take()).map(&f));
     match outcome {
         Ok(Outcome::Done(Some(value))) => Ok(value),

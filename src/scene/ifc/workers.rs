@@ -13,7 +13,7 @@ use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
 
 /// Stack of a worker: deep boolean trees recurse. Only the touched part takes memory.
-const STACK: usize = 256 << 20;
+const STACK: usize = 64 << 20;
 
 /// Work that is split into numbered jobs.
 pub(super) trait Task: Send + Sync + 'static {
