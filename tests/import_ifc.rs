@@ -61,7 +61,8 @@ fn point(value: &Value) -> DVec3 {
 
 /// Horizontal and vertical extent of a winding in an upright plane; of others, of its first two sides.
 fn size(winding: &[DVec3]) -> DVec2 {
-    let height = winding.iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max) - winding.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    let height = winding.iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max)
+        - winding.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     if newell(winding).normalize().y.abs() > 0.1 {
         return DVec2::new(winding[0].distance(winding[1]), winding[1].distance(winding[2]));
     }
@@ -102,9 +103,9 @@ fn rooms_are_where_others_found_them() {
             assert!((floor - number(room, "floor_y")).abs() < 2e-3, "{file}: {name}: floor at {floor}");
             assert!((ceiling - number(room, "ceiling_y")).abs() < 2e-3, "{file}: {name}: ceiling at {ceiling}");
             let corners = list(room, "footprint").iter().flat_map(|polygon| polygon[0].as_array().unwrap());
-            let plan = enfilade::geom::Aabb::of(corners.map(|c| {
-                DVec3::new(c[0].as_f64().unwrap(), floor, c[1].as_f64().unwrap()) - scene.origin
-            }));
+            let plan = enfilade::geom::Aabb::of(
+                corners.map(|c| DVec3::new(c[0].as_f64().unwrap(), floor, c[1].as_f64().unwrap()) - scene.origin),
+            );
             // A footprint is cut at one height; rooms under slopes reach farther elsewhere.
             let outwards = if room.get("solid").is_some() { f64::INFINITY } else { 0.01 };
             for reach in [plan.min - found.min, found.max - plan.max] {
@@ -124,7 +125,8 @@ fn doors_and_windows_are_where_others_found_them() {
             for opening in list(&known, "doors").iter().filter(|d| d["kind"] == kind) {
                 all += 1;
                 let id = opening["id"].as_str().unwrap();
-                let hint = scene.hints.openings.iter().find(|h| h.id == id).unwrap_or_else(|| panic!("{file}: no {kind} {id}"));
+                let hint =
+                    scene.hints.openings.iter().find(|h| h.id == id).unwrap_or_else(|| panic!("{file}: no {kind} {id}"));
                 let off = (middle(&hint.winding) + scene.origin).distance(point(&opening["centre"]));
                 let size = size(&hint.winding) - DVec2::new(number(opening, "width"), number(opening, "height"));
                 let turned = newell(&hint.winding).normalize().dot(point(&opening["normal"])).abs();
@@ -249,7 +251,10 @@ fn check_house(house: &House) {
     assert_eq!(storey.name, "Ground");
     assert!((storey.elevation + scene.origin.y - house.at(DVec3::ZERO).y).abs() < 1e-6, "{context}");
     let [room, yard] = &scene.hints.rooms[..] else { panic!("{context}") };
-    assert_eq!((room.id.as_str(), room.name.as_str(), room.storey, room.outside), ("space-kitchen", "1 Küche", Some(0), false));
+    assert_eq!(
+        (room.id.as_str(), room.name.as_str(), room.storey, room.outside),
+        ("space-kitchen", "1 Küche", Some(0), false)
+    );
     assert_eq!((yard.id.as_str(), yard.storey, yard.outside), ("space-yard", Some(0), true));
     let corners: Vec<DVec3> = room.surface.iter().flatten().map(|&p| world(p)).collect();
     for (x, y, z) in [(0., 0.1, 0.), (6., 0.1, 0.), (6., 3.1, 0.), (0., 3.1, 0.), (0., 0.1, 2.5), (6., 3.1, 2.5)] {
@@ -296,20 +301,21 @@ fn check_house(house: &House) {
         ("chair", Role::Furnishing, true),
     ] {
         let found = objects(node);
-        assert!(!found.is_empty() && found.iter().all(|o| o.role == role && o.opaque == opaque), "{context}: {node}: {found:?}");
+        assert!(
+            !found.is_empty() && found.iter().all(|o| o.role == role && o.opaque == opaque),
+            "{context}: {node}: {found:?}"
+        );
     }
     assert_eq!(scene.objects.len(), 5, "{context}");
-    let wall: f64 =
-        objects("wall").iter().flat_map(|o| o.triangles.clone()).map(|t| area(&scene.corners(t as usize))).sum();
+    let wall: f64 = objects("wall").iter().flat_map(|o| o.triangles.clone()).map(|t| area(&scene.corners(t as usize))).sum();
     let sides = 2.0 * (18.0 - 2.1 - 2.0 - 1.0);
     let edges = 6.0 * 0.2 + 4.0 * 0.2 + 2.0 * 3.0 * 0.2;
     let reveals = (2.0 * 2.1 + 1.0) * 0.2 + (2.0 * 2.0 + 1.0) * 0.2 + 4.0 * 0.2;
     assert!((wall - sides - edges - reveals).abs() < 1e-4, "{context}: {wall}");
     let box_of_all = enfilade::geom::Aabb::of((0..scene.triangles.len()).flat_map(|t| scene.corners(t)).map(world));
     let built = [(0., -0.1, 0.), (6., 3.15, 3.)].map(|(x, y, z)| DVec3::new(x, y, z));
-    let expected = enfilade::geom::Aabb::of((0..8).map(|i| {
-        house.at(DVec3::new(built[i & 1].x, built[i >> 1 & 1].y, built[i >> 2].z))
-    }));
+    let expected =
+        enfilade::geom::Aabb::of((0..8).map(|i| house.at(DVec3::new(built[i & 1].x, built[i >> 1 & 1].y, built[i >> 2].z))));
     // Turned, the corners of the whole needn't be taken by any element.
     if house.degrees == 0.0 {
         assert!(near(box_of_all.min, expected.min) && near(box_of_all.max, expected.max), "{context}: {box_of_all:?}");

@@ -346,8 +346,10 @@ mod tests {
 
     #[test]
     fn pieces_of_a_room_are_joined_and_shared_with_the_room_behind() {
-        let piece = |id, room, from: f64, to: f64| {
-            Side { ids: vec![id], room, winding: points(&[(from, 0.), (from, 2.), (to, 2.), (to, 0.)]) }
+        let piece = |id, room, from: f64, to: f64| Side {
+            ids: vec![id],
+            room,
+            winding: points(&[(from, 0.), (from, 2.), (to, 2.), (to, 0.)]),
         };
         // Room 0 draws 0..1 and 1..5, room 1 draws 0.5..6 turned round, room 2 draws something else.
         let mut back = piece(3, 1, 0.5, 6.0);

@@ -160,7 +160,10 @@ impl Model {
             return Err(ImportError::malformed(self.data_place(), "no records in the DATA section"));
         }
         if self.records("IFCPROJECT").is_empty() {
-            return Err(ImportError::malformed(self.data_place(), "no IFCPROJECT in the DATA section: not a building model"));
+            return Err(ImportError::malformed(
+                self.data_place(),
+                "no IFCPROJECT in the DATA section: not a building model",
+            ));
         }
         Ok(())
     }

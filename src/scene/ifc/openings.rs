@@ -73,7 +73,8 @@ pub(super) fn openings(
         };
         let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
         let filled = relations.fillings.get(&product.id).is_some_and(|f| !f.is_empty());
-        let opening = if kind == OpeningKind::Opening { Some(product.id) } else { relations.opening_of.get(&product.id).copied() };
+        let opening =
+            if kind == OpeningKind::Opening { Some(product.id) } else { relations.opening_of.get(&product.id).copied() };
         let host = opening.and_then(|o| host_of.get(&o).copied());
         if kind == OpeningKind::Opening && (filled || !host.is_some_and(|h| kinds.get(&h).is_some_and(|k| is_wall(k)))) {
             continue;
@@ -145,7 +146,11 @@ fn shape_with_parts(element: u32, relations: &Relations, geometry: &Geometry) ->
 }
 
 fn extent(shape: &Shape, normal: DVec3) -> [f64; 2] {
-    shape.corners().flatten().map(|p| p.dot(normal)).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
+    shape
+        .corners()
+        .flatten()
+        .map(|p| p.dot(normal))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
 }
 
 /// The layer of `wall` that `hole` goes through.
@@ -318,9 +323,8 @@ mod tests {
     /// A box turned about the vertical, in metres.
     fn block(low: DVec3, high: DVec3, degrees: f64) -> Shape {
         let turn = glam::DMat3::from_rotation_y(degrees.to_radians());
-        let positions = (0..8).map(|i| {
-            turn * DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2])
-        });
+        let positions =
+            (0..8).map(|i| turn * DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2]));
         let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
         let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         Shape { positions: positions.collect(), triangles }
