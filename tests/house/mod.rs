@@ -96,10 +96,10 @@ impl House {
             u(self.storey),
         );
         let tag = if self.schema == Schema::Ifc4 { ",$" } else { "" };
-        let sizes = |w: f64, h: f64| format!(",{},{}{}", u(h), u(w), if self.schema == Schema::Ifc4 { ",$,$,$" } else { "" });
-        let (yes, no) = if self.schema == Schema::Ifc4 { ("INTERNAL", "EXTERNAL") } else { ("INTERNAL", "EXTERNAL") };
+        let sizes =
+            |w: f64, h: f64| format!(",{},{}{}", u(h), u(w), if self.schema == Schema::Ifc4 { ",$,$,$" } else { "" });
         let boxes: [(u32, String, [f64; 6]); 10] = [
-            (200, format!("IFCWALL('wall',$,'Wall',$,$,#41,#201,$$tag)"), [0., 6., -0.1, 0.1, 0., 3.]),
+            (200, "IFCWALL('wall',$,'Wall',$,$,#41,#201,$$tag)".into(), [0., 6., -0.1, 0.1, 0., 3.]),
             (300, format!("IFCDOOR('door-1',$,'Door',$,$,#41,#301,${})", sizes(1., 2.1)), [1., 2., -0.025, 0.025, 0., 2.1]),
             (400, "IFCOPENINGELEMENT('hole-1',$,'',$,$,#41,#401,$$tag)".into(), [1., 2., -0.1, 0.1, 0., 2.1]),
             (450, "IFCOPENINGELEMENT('hole-2',$,'',$,$,#41,#451,$$tag)".into(), [2.5, 3.5, -0.3, 0.3, 0., 2.]),
@@ -109,10 +109,14 @@ impl House {
             (800, "IFCPLATE('pane',$,'Pane',$,$,#41,#801,$$tag)".into(), [5., 6., 3.1, 3.15, 0., 2.]),
             (
                 1000,
-                format!("IFCSPACE('space-kitchen',$,'1',$,$,#41,#1001,'K\\X2\\00FC\\X0\\che',.ELEMENT.,.{yes}.,$)"),
+                "IFCSPACE('space-kitchen',$,'1',$,$,#41,#1001,'K\\X2\\00FC\\X0\\che',.ELEMENT.,.INTERNAL.,$)".into(),
                 [0., 6., 0.1, 3.1, 0., 2.5],
             ),
-            (1100, format!("IFCSPACE('space-yard',$,'2',$,$,#41,#1101,'Yard',.ELEMENT.,.{no}.,$)"), [0., 6., 3.1, 6.1, 0., 2.5]),
+            (
+                1100,
+                "IFCSPACE('space-yard',$,'2',$,$,#41,#1101,'Yard',.ELEMENT.,.EXTERNAL.,$)".into(),
+                [0., 6., 3.1, 6.1, 0., 2.5],
+            ),
         ];
         for (id, record, [x0, x1, y0, y1, z0, z1]) in boxes {
             let note = if id == 700 { ("/*chair*/", "/*chair at*/") } else { ("", "") };

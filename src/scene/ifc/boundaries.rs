@@ -3,12 +3,12 @@
 use super::model::{Model, global_id, y_up};
 use super::relations::{Boundary, Relations};
 use super::spaces::Rooms;
-use crate::geom::{self, Plane};
+use crate::geom::{self, Aabb, Plane};
 use crate::scene::{OpeningHint, OpeningKind};
 use glam::{DMat4, DVec2, DVec3};
 use ifc_lite_core::{AttributeValue, DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Corners this near to each other, metres, are one; corners this near to a plane lie in it.
 const SAME: f64 = 1e-4;
@@ -69,40 +69,56 @@ pub(super) fn boundaries(
         .collect()
 }
 
-/// Joins pieces of the same room while two of them make one convex piece.
-fn join(mut sides: Vec<Side>) -> Vec<Side> {
-    let mut i = 0;
-    while i < sides.len() {
-        let joined = (i + 1..sides.len()).find_map(|j| {
-            let (a, b) = (&sides[i], &sides[j]);
-            let both = (a.room == b.room).then(|| union(&a.winding, &b.winding))??;
-            Some((j, both))
-        });
-        match joined {
-            Some((j, winding)) => {
-                let ids = sides.remove(j).ids;
-                sides[i].ids.extend(ids);
-                sides[i].winding = winding;
-                // What didn't fit before may fit now.
-                i = 0;
+/// Joins pieces of the same room while two of them make one convex piece; the first of them keeps its place.
+fn join(sides: Vec<Side>) -> Vec<Side> {
+    let mut rooms: HashMap<usize, Vec<(usize, Side)>> = HashMap::new();
+    for (order, side) in sides.into_iter().enumerate() {
+        rooms.entry(side.room).or_default().push((order, side));
+    }
+    for pieces in rooms.values_mut() {
+        let mut at = 0;
+        while at < pieces.len() {
+            let winding = |i: usize| &pieces[i].1.winding;
+            match (at + 1..pieces.len()).find_map(|j| Some((j, union(winding(at), winding(j))?))) {
+                Some((j, both)) => {
+                    let (_, other) = pieces.remove(j);
+                    pieces[at].1.ids.extend(other.ids);
+                    pieces[at].1.winding = both;
+                    // What didn't fit before may fit now.
+                    at = 0;
+                }
+                None => at += 1,
             }
-            None => i += 1,
         }
     }
-    sides
+    let mut joined: Vec<(usize, Side)> = rooms.into_values().flatten().collect();
+    joined.sort_by_key(|&(order, _)| order);
+    joined.into_iter().map(|(_, side)| side).collect()
 }
 
 /// What two rooms share, each piece once, then what is left without a partner.
 fn pair(sides: &[Side]) -> Vec<(Side, Option<usize>)> {
+    let boxes: Vec<Aabb> = sides.iter().map(|s| Aabb::of(s.winding.iter().copied()).inflated(PAIR)).collect();
+    // Swept along x, so that only neighbours meet.
+    let mut order: Vec<usize> = (0..sides.len()).collect();
+    order.sort_by(|&a, &b| boxes[a].min.x.total_cmp(&boxes[b].min.x).then(a.cmp(&b)));
+    let mut found = Vec::new();
+    for (place, &i) in order.iter().enumerate() {
+        for &j in order[place + 1..].iter().take_while(|&&j| boxes[j].min.x <= boxes[i].max.x) {
+            if sides[i].room != sides[j].room && boxes[i].touches(&boxes[j]) {
+                found.push((i.min(j), i.max(j)));
+            }
+        }
+    }
+    found.sort_unstable();
     let mut pairs: Vec<(Side, Option<usize>)> = Vec::new();
     let mut partnered = vec![false; sides.len()];
-    for (i, a) in sides.iter().enumerate() {
-        for (j, b) in sides.iter().enumerate().skip(i + 1).filter(|(_, b)| b.room != a.room) {
-            if let Some(winding) = shared(&a.winding, &b.winding) {
-                let ids = a.ids.iter().chain(&b.ids).copied().collect();
-                pairs.push((Side { ids, room: a.room, winding }, Some(b.room)));
-                (partnered[i], partnered[j]) = (true, true);
-            }
+    for (i, j) in found {
+        let (a, b) = (&sides[i], &sides[j]);
+        if let Some(winding) = shared(&a.winding, &b.winding) {
+            let ids = a.ids.iter().chain(&b.ids).copied().collect();
+            pairs.push((Side { ids, room: a.room, winding }, Some(b.room)));
+            (partnered[i], partnered[j]) = (true, true);
         }
     }
     pairs.extend(sides.iter().zip(partnered).filter(|(_, partnered)| !partnered).map(|(side, _)| (side.clone(), None)));
@@ -330,8 +346,10 @@ mod tests {
 
     #[test]
     fn pieces_of_a_room_are_joined_and_shared_with_the_room_behind() {
-        let piece = |id, room, from: f64, to: f64| {
-            Side { ids: vec![id], room, winding: points(&[(from, 0.), (from, 2.), (to, 2.), (to, 0.)]) }
+        let piece = |id, room, from: f64, to: f64| Side {
+            ids: vec![id],
+            room,
+            winding: points(&[(from, 0.), (from, 2.), (to, 2.), (to, 0.)]),
         };
         // Room 0 draws 0..1 and 1..5, room 1 draws 0.5..6 turned round, room 2 draws something else.
         let mut back = piece(3, 1, 0.5, 6.0);

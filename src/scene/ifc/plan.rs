@@ -51,7 +51,8 @@ pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     for upper in [false, true] {
         let start = hull.len();
         let mut add = |p: DVec2| {
-            while hull.len() >= start + 2 && (hull[hull.len() - 1] - hull[hull.len() - 2]).perp_dot(p - hull[hull.len() - 2]) <= 0.0
+            while hull.len() >= start + 2
+                && (hull[hull.len() - 1] - hull[hull.len() - 2]).perp_dot(p - hull[hull.len() - 2]) <= 0.0
             {
                 hull.pop();
             }

@@ -8,12 +8,12 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
 
 /// Stack of a worker: deep boolean trees recurse. Only the touched part takes memory.
-const STACK: usize = 256 << 20;
+const STACK: usize = 64 << 20;
 
 /// Work that is split into numbered jobs.
 pub(super) trait Task: Send + Sync + 'static {
@@ -65,7 +65,11 @@ struct Worker {
 }
 
 /// Runs every job on `threads` threads; results in the order of the jobs, whatever the number of threads.
-pub(super) fn run<T: Task>(task: &Arc<T>, threads: usize, limits: Limits) -> Result<Vec<Outcome<T::Output>>, DeadlinePassed> {
+pub(super) fn run<T: Task>(
+    task: &Arc<T>,
+    threads: usize,
+    limits: Limits,
+) -> Result<Vec<Outcome<T::Output>>, DeadlinePassed> {
     let (sender, receiver) = channel();
     let counter = Arc::new(AtomicUsize::new(0));
     let mut outcomes: Vec<Option<Outcome<T::Output>>> = (0..task.jobs()).map(|_| None).collect();
@@ -93,7 +97,7 @@ pub(super) fn run<T: Task>(task: &Arc<T>, threads: usize, limits: Limits) -> Res
         }
         let wake = workers.iter().filter_map(|w| w.running).filter_map(|(_, since)| since.checked_add(limits.job)).min();
         let wake = wake.map_or(limits.deadline, |w| w.min(limits.deadline));
-        match next_message(&receiver, wake.saturating_duration_since(now)) {
+        match receiver.recv_timeout(wake.saturating_duration_since(now)).ok() {
             Some(Message::Started { worker, job }) if !workers[worker].given_up.load(Ordering::Relaxed) => {
                 workers[worker].running = Some((job, Instant::now()));
             }
@@ -128,13 +132,6 @@ pub(super) fn run_one<T: Send + 'static>(
     }
     let limits = Limits { job: Duration::MAX, deadline };
     Ok(run(&Arc::new(One(f)), 1, limits)?.pop().unwrap_or(Outcome::Panicked))
-}
-
-fn next_message<T>(receiver: &Receiver<T>, wait: Duration) -> Option<T> {
-    match receiver.recv_timeout(wait) {
-        Ok(message) => Some(message),
-        Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
-    }
 }
 
 fn spawn<T: Task>(
