@@ -28,7 +28,7 @@ const SPARSE: u32 = 0;
 const DENSE: u32 = 1;
 const RUNS: u32 = 2;
 
-/// Earlier rows that are tried as references. Twice as many took twice the time and saved 1 % on a grid of 4,096 rooms.
+/// Earlier rows that are tried as references: time grows with it, and cells that see much the same are mostly numbered close by.
 const WINDOW: usize = 64;
 /// Bits of unpacked rows in one block, where [`BLOCK_ROWS`] allows it.
 const BLOCK_BITS: usize = 1 << 21;
