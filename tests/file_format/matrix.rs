@@ -1,6 +1,6 @@
 //! The rows' code: clause by clause, any matrix there and back, and how small it gets.
 
-use crate::forge::{Random, Shape, random_file, u32s};
+use crate::forge::{Random, Shape, random_file};
 use enfilade::file::{Container, FileError, RowReader, SectionId, encode_rows, entropy_bits_per_pair};
 use enfilade::{BitMatrix, CellId};
 use proptest::prelude::*;
@@ -22,12 +22,30 @@ impl Coded<'_> {
         Self { shape: [3, 10], unique: 2, block_rows: 32, map: &[0, 1, 0], block }
     }
 
-    fn bytes(&self) -> Vec<u8> {
-        let lengths = [self.map.len(), self.map.len(), self.block.len(), self.block.len()];
-        let lengths: Vec<u8> = lengths.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect();
-        let head = [u32s(&self.shape), vec![2], u32s(&[self.unique, self.block_rows]), lengths];
+    /// With these lengths: stored and decoded of the map, stored and decoded of the block.
+    fn with_lengths(&self, lengths: [usize; 4]) -> Vec<u8> {
+        let head =
+            [varints(&self.shape), vec![2], varints(&[self.unique, self.block_rows]), varints(&lengths.map(|n| n as u32))];
         [&head.concat()[..], self.map, self.block].concat()
     }
+
+    fn bytes(&self) -> Vec<u8> {
+        self.with_lengths([self.map.len(), self.map.len(), self.block.len(), self.block.len()])
+    }
+}
+
+/// Seven bits a byte, low ones first, the top bit on all but the last.
+fn varints(numbers: &[u32]) -> Vec<u8> {
+    let mut out = Vec::new();
+    for &number in numbers {
+        let mut rest = number;
+        while rest > 127 {
+            out.push(rest as u8 | 0x80);
+            rest >>= 7;
+        }
+        out.push(rest as u8);
+    }
+    out
 }
 
 fn decode(bytes: &[u8], rows: usize, columns: usize) -> Result<BitMatrix, FileError> {
@@ -81,26 +99,24 @@ fn matrix_clauses() {
     coded(&|c| c.block = &[0, 0, 0, 0, 0], "1 bytes too many");
 
     let whole = Coded::sample().bytes();
-    let patched = |at: usize, new: &[u8], expected: &str| {
-        let mut bytes = whole.clone();
-        bytes[at..at + new.len()].copy_from_slice(new);
-        refuse(&bytes, expected);
-    };
-    patched(8, &[3], "matrix code 3, of which there are 3");
-    // Lengths of the map at 17 and 25, of the block at 33 and 41.
-    patched(25, &u64::MAX.to_le_bytes(), "a part of 3 bytes that decodes to 18446744073709551615, at most 15 expected");
-    patched(41, &[37], "a part of 10 bytes that decodes to 37, at most 36 expected");
-    patched(33, &[11], "a part of 11 bytes that decodes to 10");
-    patched(41, &[11], "a block that doesn't decompress to 11 bytes");
+    // Two bytes of size, then the code.
+    let mut unknown = whole.clone();
+    unknown[2] = 3;
+    refuse(&unknown, "matrix code 3, of which there are 3");
+    let lengths = |lengths, expected: &str| refuse(&Coded::sample().with_lengths(lengths), expected);
+    lengths([3, 16, 10, 10], "a part of 3 bytes that decodes to 16, at most 15 expected");
+    lengths([3, u32::MAX as usize, 10, 10], "a part of 3 bytes that decodes to 4294967295, at most 15 expected");
+    lengths([3, 3, 10, 37], "a part of 10 bytes that decodes to 37, at most 36 expected");
+    lengths([3, 3, 11, 10], "a part of 11 bytes that decodes to 10");
+    lengths([3, 3, 10, 11], "a block that doesn't decompress to 11 bytes");
     refuse(&[&whole[..], &[0]].concat(), "1 bytes too many");
     refuse(&whole[..whole.len() - 1], "10 bytes expected, 9 left");
-    refuse(&[u32s(&[3, 10]), vec![1, 0]].concat(), "1 bytes too many");
+    refuse(&[3, 10, 1, 0], "1 bytes too many");
 
     // A block that decompresses to more than it says.
     let bomb = zstd::bulk::compress(&vec![0; 1 << 26], 19).unwrap();
     let coded = Coded { shape: [3, 100_000], block: &bomb, ..Coded::sample() };
-    let mut bytes = coded.bytes();
-    bytes[41..49].copy_from_slice(&25_000u64.to_le_bytes());
+    let bytes = coded.with_lengths([3, 3, bomb.len(), 25_000]);
     let error = decode(&bytes, 3, 100_000).expect_err("a bomb").to_string();
     assert!(error.contains("a block that doesn't decompress to 25000 bytes"), "{error}");
 }
@@ -127,20 +143,20 @@ proptest! {
         }
         let bytes = encode_rows(&m);
         prop_assert_eq!(decode(&bytes, rows, columns).unwrap(), m);
-        // At worst the bits themselves and a few bytes a row.
-        prop_assert!(bytes.len() <= 64 + rows * (columns.div_ceil(8) + 8));
+        // At worst the bits themselves and three bytes a row: its place in the map, its form, its reference.
+        prop_assert!(bytes.len() <= 20 + rows * (columns.div_ceil(8) + 3));
     }
 }
 
 #[test]
-fn uniform_matrices_are_a_byte_and_their_size() {
+fn uniform_matrices_are_their_size_and_a_byte() {
     for (rows, columns) in [(0, 0), (0, 9), (9, 0), (1, 1), (7, 64), (100, 1000)] {
         let zeros = BitMatrix::new(rows, columns);
         let mut ones = zeros.clone();
         (0..rows).for_each(|row| (0..columns).for_each(|column| assert!(ones.set(row, column))));
         for matrix in [zeros, ones] {
             let bytes = encode_rows(&matrix);
-            assert_eq!(bytes.len(), 9);
+            assert!(bytes.len() <= 5);
             assert_eq!(decode(&bytes, rows, columns).unwrap(), matrix);
         }
     }
