@@ -138,11 +138,11 @@ fn clearance_agrees_with_distances_measured_point_by_point() {
     let rays = RayScene::new(&scene);
     let opaque = opaque_triangles(&scene);
     let (mut clear, mut blocked) = (0, 0);
-    for i in 0..2000 {
+    for i in 0..1000 {
         let a = random.point(20.0);
         let b = if i % 10 == 0 { a } else { a + random.point(6.0) };
         let clearance = 0.6 * random.unit();
-        let steps = 400;
+        let steps = 200;
         let nearest = (0..=steps)
             .map(|k| a.lerp(b, f64::from(k) / f64::from(steps)))
             .flat_map(|p| opaque.iter().map(move |&t| (p, t)))
@@ -159,7 +159,7 @@ fn clearance_agrees_with_distances_measured_point_by_point() {
             clear += 1;
         }
     }
-    assert!(clear > 200 && blocked > 200, "{clear} clear, {blocked} blocked");
+    assert!(clear > 100 && blocked > 100, "{clear} clear, {blocked} blocked");
 }
 
 #[test]
@@ -436,7 +436,7 @@ fn exact_scenes_hidden_pairs_have_no_clear_segment() {
             let cell = cells[pair["cell"].as_u64().expect("an id") as usize];
             let object = ObjectId(pair["object"].as_u64().expect("an id") as u32);
             let triangles = &scene.objects[object.index()].triangles;
-            for _ in 0..3000 {
+            for _ in 0..1500 {
                 let from = cell.min + (random.point(1.0) + 0.5) * cell.size() - scene.origin;
                 let [a, b, c] = scene.corners(triangles.start as usize + random.below(triangles.len()));
                 let (x, y) = (random.unit(), random.unit());
