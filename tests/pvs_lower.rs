@@ -138,11 +138,11 @@ fn clearance_agrees_with_distances_measured_point_by_point() {
     let rays = RayScene::new(&scene);
     let opaque = opaque_triangles(&scene);
     let (mut clear, mut blocked) = (0, 0);
-    for i in 0..2000 {
+    for i in 0..1000 {
         let a = random.point(20.0);
         let b = if i % 10 == 0 { a } else { a + random.point(6.0) };
         let clearance = 0.6 * random.unit();
-        let steps = 400;
+        let steps = 200;
         let nearest = (0..=steps)
             .map(|k| a.lerp(b, f64::from(k) / f64::from(steps)))
             .flat_map(|p| opaque.iter().map(move |&t| (p, t)))
@@ -159,7 +159,7 @@ fn clearance_agrees_with_distances_measured_point_by_point() {
             clear += 1;
         }
     }
-    assert!(clear > 200 && blocked > 200, "{clear} clear, {blocked} blocked");
+    assert!(clear > 100 && blocked > 100, "{clear} clear, {blocked} blocked");
 }
 
 #[test]
@@ -352,6 +352,39 @@ fn glass_is_seen_and_seen_through() {
     }
 }
 
+#[test]
+fn an_unbounded_outside_sees_in_and_is_seen() {
+    // A shed, open to the east; the outside is two half-spaces.
+    let meshes = [
+        solid("floor", [0.0, -0.2, 0.0], [4.2, 0.0, 4.0]),
+        solid("roof", [0.0, 2.6, 0.0], [4.2, 2.8, 4.0]),
+        solid("south", [0.0, -0.2, -0.2], [4.2, 2.8, 0.0]),
+        solid("north", [0.0, -0.2, 4.0], [4.2, 2.8, 4.2]),
+        solid("west", [0.0, -0.2, -0.2], [0.2, 2.8, 4.2]),
+        solid("lamp", [1.0, 2.0, 1.0], [1.2, 2.2, 1.2]),
+        solid("tree", [20.0, 0.0, 1.0], [21.0, 5.0, 2.0]),
+        solid("sign", [-3.0, 1.0, 1.0], [-2.9, 2.0, 2.0]),
+    ];
+    let scene = rooms::scene(meshes);
+    let room = rooms::box_piece([0.2, 0.0, 0.0], [4.2, 2.6, 4.0], scene.origin);
+    let half_space = |n: DVec3, at: DVec3| {
+        let bounds = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
+        enfilade::cells::Piece { planes: vec![enfilade::geom::Plane::through(at - scene.origin, n)], bounds }
+    };
+    let outside = vec![half_space(DVec3::NEG_X, DVec3::X * 4.2), half_space(DVec3::X, DVec3::ZERO)];
+    let door = rooms::portal([0, 1], 0, [4.2, 0.0, 0.0], [4.2, 2.6, 4.0], scene.origin);
+    let mut graph = rooms::graph(vec![vec![room], outside], vec![door]);
+    let pvs = bake(&scene, &mut graph, &options(200_000), &|_, _| ());
+    assert_proven(&scene, &graph, &pvs);
+    assert_eq!(pvs.repairs, []);
+    let sees = |cell: usize, node: &str| pvs.objects_lower.get(cell, object(&scene, node));
+    for (node, from_room, from_outside) in
+        [("tree", true, true), ("lamp", true, true), ("west", true, true), ("sign", false, true), ("roof", true, true)]
+    {
+        assert_eq!((sees(0, node), sees(1, node)), (from_room, from_outside), "{node}");
+    }
+}
+
 /// The scenes with exact answers, or `None` where they may be absent and are.
 fn exact_scenes(test: &str) -> Option<Vec<PathBuf>> {
     let data = std::env::var_os("ENFILADE_DATA")
@@ -436,7 +469,7 @@ fn exact_scenes_hidden_pairs_have_no_clear_segment() {
             let cell = cells[pair["cell"].as_u64().expect("an id") as usize];
             let object = ObjectId(pair["object"].as_u64().expect("an id") as u32);
             let triangles = &scene.objects[object.index()].triangles;
-            for _ in 0..3000 {
+            for _ in 0..1500 {
                 let from = cell.min + (random.point(1.0) + 0.5) * cell.size() - scene.origin;
                 let [a, b, c] = scene.corners(triangles.start as usize + random.below(triangles.len()));
                 let (x, y) = (random.unit(), random.unit());

@@ -45,7 +45,7 @@ pub(super) fn sample(
 ) {
     let (scene, locator) = (rays.scene(), Locator::new(graph));
     let prover = Prover { rays, locator: &locator, clearance: scene.tolerance().clearance };
-    let origins: Vec<Origins> = (0..graph.cells.len()).map(|c| Origins::new(graph, scene, c)).collect();
+    let origins: Vec<Origins> = (0..graph.cells.len()).into_par_iter().map(|c| Origins::new(graph, scene, c)).collect();
     for round in 0..ROUNDS {
         let open = |c: usize| {
             let left = |upper: &BitMatrix, known: &BitMatrix| {

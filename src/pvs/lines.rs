@@ -134,3 +134,62 @@ pub(super) fn edges(winding: &[DVec3], n: DVec3) -> Vec<Plane> {
     let next = winding.iter().cycle().skip(1);
     winding.iter().zip(next).filter_map(|(&a, &b)| Some(Plane::through(a, (b - a).cross(n).try_normalize()?))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{Cell, Portal, PortalKind, Strategy};
+
+    /// Cells in a row along x, with a 2 m square portal at each whole metre; `twice`: each portal as two halves.
+    fn row(cells: u32, twice: bool) -> CellGraph {
+        let half = |x: f64, low: f64, high: f64| {
+            [(low, -1.0), (high, -1.0), (high, 1.0), (low, 1.0)].map(|(y, z)| DVec3::new(x, y, z)).to_vec()
+        };
+        let mut portals = Vec::new();
+        for i in 1..cells {
+            let x = f64::from(i);
+            let parts = if twice { vec![half(x, -1.0, 0.0), half(x, 0.0, 1.0)] } else { vec![half(x, -1.0, 1.0)] };
+            for winding in parts {
+                let (cells, plane) = ([CellId(i - 1), CellId(i)], Plane { n: DVec3::X, d: x });
+                portals.push(Portal { cells, plane, winding, kind: PortalKind::Opening, source: None });
+            }
+        }
+        let (reason, notes, cells) = (String::new(), Vec::new(), vec![Cell::default(); cells as usize]);
+        let mut graph = CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes };
+        graph.link();
+        graph
+    }
+
+    fn chain(graph: &CellGraph, at: DVec3, direction: DVec3, cell: u32) -> Vec<(u32, f64, f64)> {
+        let (mut crossings, mut spans) = (Vec::new(), Vec::new());
+        let start = Start { at, direction: direction.normalize(), cell: CellId(cell), skip: None };
+        PortalTree::new(graph).chain(start, 2.25, &mut crossings, &mut spans);
+        spans.iter().map(|s| (s.cell.0, s.range[0], s.range[1])).collect()
+    }
+
+    #[test]
+    fn a_line_goes_through_the_portals_ahead_and_no_others() {
+        let graph = row(6, false);
+        let middle = DVec3::new(2.5, 0.0, 0.0);
+        assert_eq!(chain(&graph, middle, DVec3::X, 2), [(2, 0.0, 0.5), (3, 0.5, 1.5), (4, 1.5, 2.25)]);
+        assert_eq!(chain(&graph, middle, -DVec3::X, 2), [(2, 0.0, 0.5), (1, 0.5, 1.5), (0, 1.5, 2.25)]);
+        assert_eq!(chain(&graph, middle, DVec3::Y, 2), [(2, 0.0, 2.25)]);
+        assert_eq!(chain(&graph, middle + DVec3::Y * 1.5, DVec3::X, 2), [(2, 0.0, 2.25)], "beside the windings");
+    }
+
+    #[test]
+    fn a_line_along_the_seam_of_two_portals_passes_once() {
+        let graph = row(6, true);
+        assert_eq!(chain(&graph, DVec3::new(2.5, 0.0, 0.0), DVec3::X, 2), [(2, 0.0, 0.5), (3, 0.5, 1.5), (4, 1.5, 2.25)]);
+    }
+
+    #[test]
+    fn a_cell_with_many_portals_is_looked_up_in_the_tree() {
+        let mut graph = row(6, false);
+        let far = Portal { cells: [CellId(2), CellId(0)], ..graph.portals[0].clone() };
+        let apart = |i: usize| far.winding.iter().map(|p| p + DVec3::Y * (10.0 + 3.0 * i as f64)).collect();
+        graph.portals.extend((0..2 * FEW).map(|i| Portal { winding: apart(i), ..far.clone() }));
+        graph.link();
+        assert_eq!(chain(&graph, DVec3::new(2.5, 0.0, 0.0), DVec3::X, 2), [(2, 0.0, 0.5), (3, 0.5, 1.5), (4, 1.5, 2.25)]);
+    }
+}

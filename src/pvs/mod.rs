@@ -1,7 +1,7 @@
 //! What can be seen from each cell: both sides of it.
 //!
-//! [`bake`] is the main path. The lower bound: [`cubes`], [`aimed`], their proofs in [`witness`], the cells along a line in
-//! [`lines`]. The upper bound: [`flow`]. Where the two contradict each other: [`repair`].
+//! [`bake`] is the main path. The lower bound: `cubes` and `aimed`, their proofs in `witness`, the cells along a line in
+//! `lines`. The upper bound: `flow`. Where the two contradict each other: `repair`.
 
 mod aimed;
 mod cubes;

@@ -172,3 +172,37 @@ fn square(middle: DVec3, n: DVec3, half: f64) -> Vec<DVec3> {
     let v = n.cross(u);
     vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube() -> Piece {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
+        let planes = axes.flat_map(|n| [Plane { n, d: 1.0 }, Plane { n: -n, d: 0.0 }]).collect();
+        Piece { planes, bounds: Aabb { min: DVec3::ZERO, max: DVec3::ONE } }
+    }
+
+    #[test]
+    fn facets_face_out_and_have_their_area() {
+        let within = Aabb { min: DVec3::splat(-3.0), max: DVec3::splat(5.0) };
+        for i in 0..6 {
+            let winding = facet(&cube(), i, within);
+            let area = geom::newell(&winding) * 0.5;
+            assert!((area - cube().planes[i].n).length() < 1e-9, "{area}");
+        }
+        let half_space = Piece { planes: vec![Plane { n: DVec3::Y, d: 1.0 }], bounds: Aabb::EMPTY };
+        assert!((geom::area(&facet(&half_space, 0, within)) - 64.0).abs() < 1e-9);
+        let above = Aabb { min: DVec3::splat(2.0), ..within };
+        assert!(facet(&half_space, 0, above).is_empty());
+    }
+
+    #[test]
+    fn corners_are_those_of_the_part_within() {
+        let within = Aabb { min: DVec3::splat(-3.0), max: DVec3::new(0.5, 5.0, 5.0) };
+        let all = corners(&cube(), within);
+        assert_eq!(all.len(), 24, "eight corners, three facets each");
+        assert!((Aabb::of(all.iter().copied()).max - DVec3::new(0.5, 1.0, 1.0)).length() < 1e-9);
+        assert!(corners(&cube(), Aabb { min: DVec3::splat(2.0), max: DVec3::splat(3.0) }).is_empty());
+    }
+}
