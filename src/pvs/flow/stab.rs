@@ -14,6 +14,9 @@ use glam::DVec3;
 /// Pieces of one chain that are looked at before it counts as passable. Larger: rare wrong chains cost more.
 const PIECES: u32 = 64;
 
+/// A window shorter than this times [`Slack::strict`] is not halved.
+const SMALLEST: f64 = 1024.0;
+
 /// Times that the search for a line changes ends.
 const TURNS: usize = 4;
 
@@ -46,9 +49,13 @@ impl Stab {
             }
             left -= 1;
             let last = piece.len() - 1;
-            let end = if extent(&piece[0]).length() >= extent(&piece[last]).length() { 0 } else { last };
-            let along = extent(&piece[end]);
-            let half = Plane::through(middle(&piece[end].corners), along.normalize_or_zero());
+            let (first_length, last_length) = (longest(&piece[0]), longest(&piece[last]));
+            let (end, [a, b]) =
+                if distance(first_length) >= distance(last_length) { (0, first_length) } else { (last, last_length) };
+            let (true, Some(along)) = (a.distance(b) > SMALLEST * slack.strict, (b - a).try_normalize()) else {
+                return true; // too small to halve without losing lines to rounding
+            };
+            let half = Plane::through(a.midpoint(b), along);
             for plane in [half, half.flipped()] {
                 let mut part = piece.clone();
                 if part[end].cut(&plane, slack, &mut self.spare) {
@@ -62,13 +69,8 @@ impl Stab {
     /// Narrows every window by the planes of those on both sides of it. False where one is left without a line.
     fn narrow(&mut self, windows: &mut [Window], slack: &Slack) -> bool {
         let last = windows.len() - 1;
-        for _ in 0..2 {
-            let forwards = (2..=last).all(|k| self.cut(windows, 0, k - 1, k, slack));
-            if !forwards || !(0..=last - 2).rev().all(|k| self.cut(windows, last, k + 1, k, slack)) {
-                return false;
-            }
-        }
-        true
+        (2..=last).all(|k| self.cut(windows, 0, k - 1, k, slack))
+            && (0..=last - 2).rev().all(|k| self.cut(windows, last, k + 1, k, slack))
     }
 
     /// Cuts window `k` by the planes of two others that a line meets in this order before it (or after it).
@@ -111,9 +113,13 @@ impl Stab {
     }
 }
 
-/// The longest line between two corners.
-fn extent(window: &Window) -> DVec3 {
+/// The two corners that are farthest apart.
+fn longest(window: &Window) -> [DVec3; 2] {
     let corners = &window.corners;
-    let pairs = corners.iter().flat_map(|&a| corners.iter().map(move |&b| b - a));
-    pairs.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or_default()
+    let pairs = corners.iter().enumerate().flat_map(|(i, &a)| corners[i..].iter().map(move |&b| [a, b]));
+    pairs.max_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap_or_default()
+}
+
+fn distance([a, b]: [DVec3; 2]) -> f64 {
+    a.distance_squared(b)
 }
