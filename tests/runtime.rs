@@ -110,7 +110,10 @@ fn an_eye_in_no_cell_sees_everything_in_the_frustum() {
 fn an_eye_on_a_portal_sees_both_sides() {
     let (building, things) = flat();
     let (_, file) = building.finish();
-    for off in [-1e-3, -1e-6, 0.0, 1e-6, 1e-3] {
+    let rho = Culler::new(&file).tolerance();
+    assert!((1e-5..1e-3).contains(&rho), "a fraction of a millimetre in a building of 17 m: {rho}");
+    let near = [0.5, 0.9, 1.1, 1.5, 1.9, 2.1, 3.0, 4.0, 6.0].into_iter().flat_map(|k| [-k * rho, k * rho]);
+    for off in near.chain([-1e-3, -1e-6, 0.0, 1e-6, 1e-3]) {
         for x in [1.0, 1.0 + 1e-6, 1.5, 2.0] {
             for mode in [Mode::Portals, Mode::Both, Mode::Pvs] {
                 let eye = p(x, 1.6, 4.0 + off);
@@ -155,6 +158,108 @@ fn a_cell_that_is_not_convex_is_entered_twice() {
     // Through the entry's door nothing is seen that is steeper than 1.1 in 0.5, so not the door to `apart`.
     assert!(!seen.cells.contains(&apart) && !seen.has(aside));
     assert_eq!(look(&file, eye, p(-9.0, 1.0, 5.6), Mode::Portals).cells, [entry]);
+}
+
+/// Two ways into a hall, one longer by a vestibule, and two wide openings in a row at its back: what is seen through all by
+/// either way is in the set, and what neither shows is not.
+#[test]
+fn a_portal_opens_what_every_way_to_it_opens() {
+    let mut b = Building::default();
+    let west = b.cell("west", vec![block(p(-4., 0., 0.), p(0., 3., 10.))]);
+    let around = [(0., 0., 5.5), (0.5, 5.5, 7.5), (0., 7.5, 10.)].map(|(x, z0, z1)| block(p(x, 0., z0), p(4., 3., z1)));
+    let hall = b.cell("hall", around.to_vec());
+    let vestibule = b.cell("vestibule", vec![block(p(0., 0., 5.5), p(0.5, 3., 7.5))]);
+    let east = b.cell("east", vec![block(p(4., 0., 0.), p(8., 3., 10.))]);
+    let far = b.cell("far", vec![block(p(8., 0., 0.), p(12., 3., 10.))]);
+    b.portal(west, hall, p(0., 0., 3.), p(0., 2., 4.), PortalKind::Door);
+    b.portal(west, vestibule, p(0., 0., 6.), p(0., 2., 7.), PortalKind::Door);
+    b.portal(vestibule, hall, p(0.5, 0., 5.5), p(0.5, 3., 7.5), PortalKind::Opening);
+    b.portal(hall, east, p(4., 0., 0.5), p(4., 2.5, 9.5), PortalKind::Opening);
+    b.portal(east, far, p(8., 0., 0.5), p(8., 2.5, 9.5), PortalKind::Opening);
+    // Just inside the inner edge of each door, from 3.9 m before them, at x = 4.1 and at x = 8.1.
+    let eye = p(-3.9, 1., 5.);
+    let mut things = Vec::new();
+    for (x, ahead) in [(4.1, 8.0), (8.1, 12.0)] {
+        for through in [-1.1, 1.1] {
+            let z = 5.0 + through * ahead / 3.9;
+            things.push(b.thing("seen", p(x - 0.01, 0.9, z - 0.05), p(x + 0.01, 1.1, z + 0.05)));
+        }
+    }
+    // The outer edge of a door shows up to 4.1 m off the middle there.
+    let beside = b.thing("beside", p(4.09, 0.9, 0.55), p(4.11, 1.1, 0.7));
+    let (_, file) = b.finish();
+    let seen = look(&file, eye, p(9.0, 1.0, 5.0), Mode::Portals);
+    assert_eq!(seen.cells, [west, hall, vestibule, east, far]);
+    assert!(things.iter().all(|&t| seen.has(t)) && !seen.has(beside) && seen.capped == 0, "{seen:?}");
+}
+
+/// A portal that is partly behind the plane of the one before it, in a cell that reaches back around the eye's: the part in
+/// front is seen.
+#[test]
+fn a_portal_may_straddle_the_plane_of_the_one_before() {
+    let mut b = Building::default();
+    let a = b.cell("a", vec![block(p(-2., 0., 0.), p(0., 3., 4.))]);
+    let around = b.cell("around", vec![block(p(0., 0., 0.), p(4., 3., 4.)), block(p(-2., 0., 4.), p(4., 3., 8.))]);
+    let beyond = b.cell("beyond", vec![block(p(-2., 0., 8.), p(4., 3., 12.))]);
+    b.portal(a, around, p(0., 0., 1.), p(0., 2., 3.), PortalKind::Door);
+    b.portal(around, beyond, p(-1., 0., 8.), p(3., 2., 8.), PortalKind::Door);
+    b.thing("", p(1., 0.1, 1.), p(2., 0.2, 2.));
+    let (_, file) = b.finish();
+    // From (-0.5, 1), the line through (0, 2.9) meets z = 8 at x = 1.34.
+    let seen = look(&file, p(-0.5, 1., 1.), p(0., 1., 2.9), Mode::Portals);
+    assert_eq!(seen.cells, [a, around, beyond]);
+}
+
+/// At 170 degrees the edge of the picture is 11.4 m aside a metre ahead, so a portal that is off the picture by its stored
+/// edge comes into it if the wall is a hair farther away than stored: within the tolerance it is seen through.
+#[test]
+fn depths_within_the_tolerance_lose_nothing_at_the_edge_of_a_wide_picture() {
+    let aside = 85f64.to_radians().tan();
+    let mut b = Building::default();
+    let west = b.cell("west", vec![block(p(-4., 0., -20.), p(0., 4., 20.))]);
+    let east = b.cell("east", vec![block(p(0., 0., -20.), p(4., 4., 20.))]);
+    b.portal(west, east, p(0., 1., aside), p(0., 3., aside + 3.0), PortalKind::Door);
+    b.thing("", p(-4., 0., -20.), p(4., 0.1, 20.));
+    let (_, file) = b.finish();
+    let culler = Culler::new(&file);
+    let sees = |off: f64| {
+        let eye = p(-1.0 + off * culler.tolerance(), 2., 0.) - file.origin;
+        let camera = Camera::look_at(eye, eye + DVec3::X, 170f64.to_radians(), 1.0);
+        see(&culler, &camera, Mode::Portals).cells.contains(&east)
+    };
+    assert!(sees(-0.1) && sees(0.1) && sees(0.8) && !sees(3.0));
+}
+
+/// A building a kilometre from its origin, where `f32` steps are 0.06 mm: a camera whose whole picture is 5 micrometres wide,
+/// just inside the edge of a door, sees through it. So does one that is off the stored edge by what the stored edge may be off
+/// the true one; a little farther off, nothing is seen.
+#[test]
+fn rounded_windings_lose_nothing_at_their_edges() {
+    let mut b = Building::default();
+    let (z0, z1) = (700.123_456_789, 700.987_654_321);
+    let west = b.cell("west", vec![block(p(-1000., -9., -1000.), p(777.7, 9., 1000.))]);
+    let east = b.cell("east", vec![block(p(777.7, -9., -1000.), p(1000., 9., 1000.))]);
+    b.portal(west, east, p(777.7, 0.1, z0), p(777.7, 2.1, z1), PortalKind::Door);
+    b.thing("", p(-1000., -9., -1000.), p(-999., -8., -999.));
+    b.thing("", p(999., 8., 999.), p(1000., 9., 1000.));
+    let (_, file) = b.finish();
+    let culler = Culler::new(&file);
+    let mut random = Random(3);
+    let sees = |eye: DVec3, target: DVec3| {
+        // The eye as the culler gets it.
+        let eye = (eye - file.origin).as_vec3().as_dvec3();
+        let camera = Camera::look_at(eye, target - file.origin, 1e-3f64.to_radians(), 1.0);
+        see(&culler, &camera, Mode::Portals).cells.contains(&east)
+    };
+    for _ in 0..500 {
+        let eye = p(777.7 - 0.3 - random.next() * 20.0, 1.0, 690.0 + random.next() * 20.0);
+        let y = 0.2 + random.next() * 1.8;
+        let (edge, out) = if random.next() < 0.5 { (z0, -1.0) } else { (z1, 1.0) };
+        assert!(sees(eye, p(777.7, y, edge - out * 2e-5)), "inside the edge, from {eye}");
+        assert!(sees(eye, p(777.7, y, edge + out * 0.9 * culler.tolerance())), "within the tolerance, from {eye}");
+    }
+    assert!(!sees(p(776.7, 1.0, 700.5), p(777.7, 1.0, z1 + 3.0 * culler.tolerance())));
+    assert_eq!(west, CellId(0));
 }
 
 /// Doors 2 cm wide and 2 m high, and very wide and low ones, at every opening angle: what lies behind on the line through the

@@ -40,8 +40,17 @@ pub struct Missed {
     pub cracks: u64,
 }
 
-/// Compares a picture of everything with a set.
-pub fn missed_pixels(rays: &RayScene<'_>, view: &View, full: &IdBuffer, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> Missed {
+/// Compares a picture of everything, which shows `shown` ([`objects_shown`]), with a set.
+pub fn missed_pixels(
+    rays: &RayScene<'_>,
+    view: &View,
+    full: &IdBuffer,
+    shown: &[ObjectId],
+    kept: &(dyn Fn(ObjectId) -> bool + Sync),
+) -> Missed {
+    if shown.iter().all(|&object| kept(object)) {
+        return Missed::default();
+    }
     let scene = rays.scene();
     let leaves_out = |triangle: usize| !kept(scene.object_of(triangle));
     let doubtful: Vec<u32> = (0..view.width * view.height)
@@ -79,11 +88,14 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
 /// The objects that a picture of everything shows, ascending: what a perfect culler would keep.
 pub fn objects_shown(scene: &Scene, full: &IdBuffer) -> Vec<ObjectId> {
     let mut shown = vec![false; scene.objects.len()];
-    let mut last = None;
-    for triangle in (0..full.width * full.height).flat_map(|p| [full.opaque(p), full.glass(p)]).flatten() {
-        if last != Some(triangle) {
-            last = Some(triangle);
-            shown[scene.object_of(triangle).index()] = true;
+    // Neighbouring pixels mostly show one triangle.
+    let mut last = [None; 2];
+    for pixel in 0..full.width * full.height {
+        for (layer, triangle) in [full.opaque(pixel), full.glass(pixel)].into_iter().enumerate() {
+            if let Some(triangle) = triangle.filter(|_| triangle != last[layer]) {
+                shown[scene.object_of(triangle).index()] = true;
+            }
+            last[layer] = triangle;
         }
     }
     (0..shown.len()).filter(|&i| shown[i]).map(|i| ObjectId(i as u32)).collect()

@@ -76,7 +76,7 @@ impl Overlay<'_> {
         }
         let eye = self.view.camera.eye.as_dvec3();
         let plan = PlanView::fit(self.file, eye.y, 3.0, 3.0, width - 6.0, height - 6.0);
-        plan.draw(&mut plan_picture, self.file, &|cell: CellId| if seen[cell.index()] { 1.0 } else { 0.22 });
+        plan.draw(&mut plan_picture, self.file, &|cell: CellId| seen[cell.index()]);
         let side = |x: f64| {
             let ray = self.view.camera.ray(DVec2::new(x, 0.0));
             DVec2::new(ray.x, ray.z)

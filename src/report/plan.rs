@@ -1,6 +1,6 @@
 //! Plans: the cells of a file cut at a height, seen from above, with the portals between them.
 
-use super::picture::{CHARACTER, Colour, Picture, hsv, hue, mix};
+use super::picture::{CHARACTER, Colour, Picture, hsv, hue};
 use crate::cells::PortalKind;
 use crate::file::PvsFile;
 use crate::{CellId, geom};
@@ -54,24 +54,25 @@ impl PlanView {
         self.corner + (p - self.min) * self.scale
     }
 
-    /// Draws cells, each in its colour, and portals on top. `shown` says how strong a cell's colour is, 0 to 1.
-    pub fn draw(&self, picture: &mut Picture, file: &PvsFile, shown: &dyn Fn(CellId) -> f32) {
-        for (c, cell) in file.cells.iter().enumerate() {
-            let full = if cell.open { [214, 226, 214] } else { hsv(hue(c), 0.42, 0.95) };
-            for piece in &cell.pieces {
-                let corners: Vec<DVec2> = self.slice(piece).into_iter().map(|p| self.pixel(p)).collect();
-                picture.polygon(&corners, mix(PAPER, full, shown(CellId(c as u32))), 1.0);
+    /// Draws cells, and the portals between them on top: those for which `shown` is true in colours, the others in grey below.
+    pub fn draw(&self, picture: &mut Picture, file: &PvsFile, shown: &dyn Fn(CellId) -> bool) {
+        for pass in [false, true] {
+            for (c, cell) in file.cells.iter().enumerate().filter(|&(c, _)| shown(CellId(c as u32)) == pass) {
+                let full = if cell.open { [214, 228, 214] } else { hsv(hue(c), 0.38, 0.95) };
+                for piece in &cell.pieces {
+                    let corners: Vec<DVec2> = self.slice(piece).into_iter().map(|p| self.pixel(p)).collect();
+                    picture.polygon(&corners, if pass { full } else { [228, 228, 224] }, 1.0);
+                }
             }
         }
-        for portal in &file.portals {
-            if let Some((a, b)) = self.cut(&portal.winding.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>()) {
-                let strong = portal.cells.iter().map(|&c| shown(c)).fold(0.0, f32::max);
-                picture.line(
-                    self.pixel(a),
-                    self.pixel(b),
-                    1.8,
-                    mix(PAPER, portal_colour(portal.kind), 0.35 + 0.65 * strong),
-                );
+        // As wide as a wall, where that can be seen.
+        let thickness = (0.15 * self.scale).clamp(0.8, 3.0);
+        for pass in [false, true] {
+            for portal in file.portals.iter().filter(|portal| portal.cells.iter().any(|&c| shown(c)) == pass) {
+                if let Some((a, b)) = self.cut(&portal.winding.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>()) {
+                    let colour = if pass { portal_colour(portal.kind) } else { [190, 190, 186] };
+                    picture.line(self.pixel(a), self.pixel(b), thickness, colour);
+                }
             }
         }
     }
@@ -121,7 +122,7 @@ pub fn plan_picture(file: &PvsFile, y: f64, size: (usize, usize)) -> Picture {
     let legend = CHARACTER * scale * 2;
     let mut picture = Picture::new(width, height, PAPER);
     let plan = PlanView::fit(file, y, 4.0, 4.0, width as f64 - 8.0, (height - legend) as f64 - 8.0);
-    plan.draw(&mut picture, file, &|_| 1.0);
+    plan.draw(&mut picture, file, &|_| true);
     let top = (height - legend) as i64;
     picture.fill(0, top, width as i64, legend as i64, [255; 3], 1.0);
     picture.fill(0, top, width as i64, 1, INK, 0.3);

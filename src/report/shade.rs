@@ -55,7 +55,7 @@ fn light(scene: &Scene, triangle: usize, ray: DVec3, colour: Colour) -> Colour {
     let key = n.dot(DVec3::new(0.55, 0.70, 0.46)).max(0.0);
     let fill = n.dot(DVec3::new(-0.72, 0.15, -0.68)).max(0.0);
     let above = 0.5 + 0.5 * n.y;
-    let total = (0.46 + 0.34 * key + 0.16 * fill + 0.14 * above) as f32;
+    let total = (0.60 + 0.26 * key + 0.12 * fill + 0.14 * above) as f32;
     colour.map(|c| (f32::from(c) * total).min(255.0) as u8)
 }
 

@@ -111,15 +111,12 @@ pub fn walk(
     let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); options.modes.len()];
     let (mut exact_triangles, mut capped) = (0u64, vec![0u64; options.modes.len()]);
     for (i, (frame, view)) in views.iter().enumerate() {
-        let full = compare.then(|| draw(scene, view, &|_| true));
-        exact_triangles += full.as_ref().map_or(0, |full| exact(scene, full));
+        let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
+        exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
         for (m, &mode) in options.modes.iter().enumerate() {
             let visible = culler.cull(&view.camera, mode, &mut scratches[m]);
             capped[m] += u64::from(visible.stats.capped > 0);
-            let missed = match (&rays, &full) {
-                (Some(rays), Some(full)) => Some(missed(rays, view, full, visible.objects)),
-                _ => None,
-            };
+            let missed = truth.as_ref().map(|truth| truth.missed(visible.objects));
             let frame_line = frame_line(*frame, mode, &visible.stats, times[m][i], missed.as_ref());
             if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
                 let text = caption(&frame_line, scene.triangles.len());
@@ -158,14 +155,30 @@ fn time(culler: &Culler, mode: Mode, views: &[(usize, View)]) -> Vec<f64> {
         .collect()
 }
 
-fn missed(rays: &RayScene<'_>, view: &View, full: &IdBuffer, objects: &[ObjectId]) -> Missed {
-    let mut kept = vec![false; rays.scene().objects.len()];
-    objects.iter().for_each(|o| kept[o.index()] = true);
-    missed_pixels(rays, view, full, &|o: ObjectId| kept[o.index()])
+/// A picture of everything, and what it shows.
+struct Truth<'r> {
+    rays: &'r RayScene<'r>,
+    view: &'r View,
+    full: IdBuffer,
+    shown: Vec<ObjectId>,
 }
 
-fn exact(scene: &Scene, full: &IdBuffer) -> u64 {
-    objects_shown(scene, full).iter().map(|o| scene.objects[o.index()].triangles.len() as u64).sum()
+impl<'r> Truth<'r> {
+    fn new(rays: &'r RayScene<'r>, view: &'r View) -> Self {
+        let full = draw(rays.scene(), view, &|_| true);
+        Self { rays, view, shown: objects_shown(rays.scene(), &full), full }
+    }
+
+    /// Triangles of the objects that it shows.
+    fn triangles(&self) -> u64 {
+        self.shown.iter().map(|o| self.rays.scene().objects[o.index()].triangles.len() as u64).sum()
+    }
+
+    fn missed(&self, objects: &[ObjectId]) -> Missed {
+        let mut kept = vec![false; self.rays.scene().objects.len()];
+        objects.iter().for_each(|o| kept[o.index()] = true);
+        missed_pixels(self.rays, self.view, &self.full, &self.shown, &|o: ObjectId| kept[o.index()])
+    }
 }
 
 fn frame_line(frame: usize, mode: Mode, stats: &FrameStats, us: f64, missed: Option<&Missed>) -> FrameLine {
@@ -186,7 +199,7 @@ fn frame_line(frame: usize, mode: Mode, stats: &FrameStats, us: f64, missed: Opt
 fn caption(line: &FrameLine, all_triangles: usize) -> String {
     let FrameLine { frame, mode, cells, portals, objects, triangles, us, .. } = line;
     format!(
-        "{frame} {mode}: {cells} cells {portals} portals {objects} objects {triangles}/{all_triangles} triangles {us:.0} us"
+        "frame {frame} {mode}: {cells} cells {portals} portals {objects} objects {triangles}/{all_triangles} triangles {us:.0} us"
     )
 }
 

@@ -117,16 +117,29 @@ impl Pyramid {
         }
     }
 
-    /// True where the box is certainly outside one of the planes; false for a box or a camera that isn't a number.
+    /// How far the box is outside the plane that it is farthest outside of, less what rounding may make of it: above 0, it is
+    /// certainly outside. Never above 0 for a box or a camera that isn't a number.
     #[inline(always)]
-    pub fn excludes(&self, centre: Vec3, half: Vec3) -> bool {
-        let centre = centre - self.camera.eye;
-        let reach = centre.abs() + half;
-        let mut outside = false;
+    fn outside(&self, centre: [f32; 3], half: [f32; 3]) -> f32 {
+        let eye = self.camera.eye.to_array();
+        let mut outside = f32::NEG_INFINITY;
         for (n, magnitude) in self.normals.iter().zip(&self.magnitudes) {
-            outside |= n.dot(centre) - n.abs().dot(half) > SUM_ERROR * magnitude.dot(reach);
+            let (mut distance, mut error) = (0.0, 0.0);
+            for axis in 0..3 {
+                let at = centre[axis] - eye[axis];
+                distance += n[axis] * at - n[axis].abs() * half[axis];
+                error += magnitude[axis] * (at.abs() + half[axis]);
+            }
+            let by = distance - SUM_ERROR * error;
+            outside = if by > outside { by } else { outside };
         }
         outside
+    }
+
+    /// True where the box is certainly outside one of the planes.
+    #[inline]
+    pub fn excludes(&self, centre: Vec3, half: Vec3) -> bool {
+        self.outside(centre.to_array(), half.to_array()) > 0.0
     }
 
     /// A rectangle that covers the box on the screen; the whole screen for a box that reaches behind the eye. It depends on
@@ -189,21 +202,23 @@ impl Boxes {
         boxes
     }
 
-    #[inline(always)]
+    /// Centre and half-size.
+    #[inline]
     pub fn get(&self, i: usize) -> (Vec3, Vec3) {
-        let [cx, cy, cz] = &self.centre;
-        let [hx, hy, hz] = &self.half;
-        (Vec3::new(cx[i], cy[i], cz[i]), Vec3::new(hx[i], hy[i], hz[i]))
+        let at = |columns: &[Vec<f32>; 3]| Vec3::new(columns[0][i], columns[1][i], columns[2][i]);
+        (at(&self.centre), at(&self.half))
     }
 
     /// A bit for each of the boxes `64 * word ..`: set where the pyramid doesn't exclude it.
     pub fn word(&self, word: usize, pyramid: &Pyramid) -> u64 {
-        let mut bits = 0;
+        let block = |column: &Vec<f32>| -> [f32; 64] { std::array::from_fn(|i| column[word * 64 + i]) };
+        let (centre, half) = (self.centre.each_ref().map(block), self.half.each_ref().map(block));
+        // Two loops, so that the first has no branch and no carry: the compiler makes it several boxes at a time.
+        let mut outside = [0f32; 64];
         for i in 0..64 {
-            let (centre, half) = self.get(word * 64 + i);
-            bits |= u64::from(!pyramid.excludes(centre, half)) << i;
+            outside[i] = pyramid.outside([centre[0][i], centre[1][i], centre[2][i]], [half[0][i], half[1][i], half[2][i]]);
         }
-        bits
+        (0..64).fold(0, |bits, i| bits | u64::from(outside[i] <= 0.0) << i)
     }
 }
 

@@ -146,19 +146,17 @@ impl Building {
                 }
             }
         }
+        let mut group: Vec<usize> = (0..n).collect();
+        for portal in &graph.portals {
+            let [to, from] = portal.cells.map(|c| group[c.index()]);
+            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+        }
         let mut cells = BitMatrix::new(n, n);
-        (0..n).for_each(|c| {
-            cells.set(c, c);
-        });
-        while graph.portals.iter().any(|portal| {
-            let [a, b] = portal.cells.map(|c| c.index());
-            let ones: Vec<usize> = (0..n).filter(|&c| cells.get(c, a) != cells.get(c, b)).collect();
-            ones.iter().for_each(|&c| {
-                cells.set(c, a);
-                cells.set(c, b);
+        for a in 0..n {
+            (0..n).filter(|&b| group[a] == group[b]).for_each(|b| {
+                cells.set(a, b);
             });
-            !ones.is_empty()
-        }) {}
+        }
         let mut objects = BitMatrix::new(n, m);
         for c in 0..n {
             for seen in cells.ones(c).collect::<Vec<_>>() {
