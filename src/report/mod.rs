@@ -1,1 +1,3 @@
-//! stub
+//! What people look at.
+
+pub mod check;
