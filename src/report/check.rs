@@ -1,0 +1,385 @@
+//! Tests a `.pvs` file against its model, independently of how it was baked.
+//!
+//! Of everything that made the file, only the triangles and the decoded file itself are used: rays, cells and portals are
+//! followed by code of this module's own, so that a fault of the sampler, of the flow or of the split is not shared by the
+//! test for it. Three things are tested, all of them on random rays from random points in cells (anywhere in a cell, near its
+//! portals, near its walls, outside), in random directions and towards portals and objects:
+//!
+//! 1. **Pairs**: the first opaque object that a ray meets, and every see-through object before it, must be in the row of the
+//!    eye's cell; every cell that the ray reaches must be in that cell's row of cells.
+//! 2. **Segments**: the ray's unobstructed segment must get from the eye to where it ends inside cells, and from cell to
+//!    cell only through windings of portals between the two. This is what *sealed* means.
+//! 3. **Views**: in pictures from random eyes, the share of pixels that show an object which isn't in the row of the eye's
+//!    cell.
+//!
+//! # What counts
+//!
+//! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So each
+//! violation is looked at again: it counts only if the segment, up to the violation, keeps half of `smallest_hole` from every
+//! opaque triangle (other than those of the object that it ends on, and other than within that length of its ends). This is
+//! measured exactly, segment against triangle. What doesn't pass is counted in [`CheckReport::crack_rays`] and fails nothing.
+//! Points within `smallest_hole` of a piece's boundary count as inside, and portals are grown by as much. Pixels of views are
+//! counted as they are, cracks included.
+//!
+//! [`CheckReport::passed`] is false where a segment or a row of a [`Guarantee::Conservative`] file is violated. The rows of a
+//! [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is missed. A pass
+//! is not a proof: it says that so many random rays found nothing.
+
+mod cells;
+mod sample;
+mod trace;
+
+use crate::file::PvsFile;
+use crate::generate::prng::Prng;
+use crate::pvs::Guarantee;
+use crate::scene::Scene;
+use crate::{BitMatrix, CellId, ObjectId};
+use cells::{Cells, Walk};
+use glam::DVec3;
+use rayon::prelude::*;
+use sample::Sampler;
+use serde::Serialize;
+use std::time::Instant;
+use trace::Tracer;
+
+/// Rays that one task casts: fixed, so that results don't depend on the number of threads.
+const CHUNK: u64 = 4096;
+/// Rays of a view, across and up.
+const VIEW: [u32; 2] = [96, 54];
+/// Most violations that are described.
+const EXAMPLES: usize = 10;
+
+/// How much to test.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CheckOptions {
+    /// Rays; each is tested as pairs and as a segment.
+    pub rays: u64,
+    /// Views of 96 x 54 rays.
+    pub views: u32,
+    /// Seed of every random choice.
+    pub seed: u64,
+}
+
+impl Default for CheckOptions {
+    fn default() -> Self {
+        Self { rays: 1_000_000, views: 100, seed: 0 }
+    }
+}
+
+/// Why a file can't be tested against a model.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckError {
+    /// The model is another one, or was imported differently.
+    #[error("is not the model that the file was baked for (hash {model:032x}, the file names {file:032x}); bake again or give that model")]
+    OtherModel {
+        /// The model's hash.
+        model: u128,
+        /// The hash in the file.
+        file: u128,
+    },
+    /// The file's tables don't fit each other.
+    #[error("{0}; bake again")]
+    Inconsistent(String),
+}
+
+/// Fractions of a view.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub struct Fractions {
+    /// Mean over the views.
+    pub mean: f64,
+    /// 95 of 100 views are at or below this.
+    pub p95: f64,
+    /// The worst view.
+    pub max: f64,
+}
+
+/// What a violation is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Violation {
+    /// A visible object isn't in the row.
+    Object,
+    /// A visible cell isn't in the row.
+    Cell,
+    /// A segment left a cell other than through a portal.
+    Segment,
+}
+
+/// One violation, for people to look at; positions in the model's own coordinates, metres.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Example {
+    /// What.
+    pub violation: Violation,
+    /// The eye.
+    pub from: DVec3,
+    /// Where the object was met, the cell reached, the cell left.
+    pub at: DVec3,
+    /// For objects and cells: the eye's cell and the cell reached. For segments: the cell left, and the cell that was entered
+    /// without a portal. `None`: space that is in no cell.
+    pub cells: [Option<CellId>; 2],
+    /// The object that was missed, or that stopped the segment.
+    pub object: Option<ObjectId>,
+}
+
+/// What was found.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct CheckReport {
+    /// What the file promises.
+    pub guarantee: Guarantee,
+    /// Rays cast; those of views come on top.
+    pub rays: u64,
+    /// Unobstructed segments followed through cells and portals.
+    pub segments: u64,
+    /// Rays, those of views included, that met an object which isn't in the row.
+    pub missed_rays: u64,
+    /// Different cell-object pairs among them.
+    pub missed_pairs: u64,
+    /// Different cell-cell pairs that a segment proved and that aren't in the row.
+    pub missed_cell_pairs: u64,
+    /// Segments that left a cell other than through a portal.
+    pub missed_segments: u64,
+    /// Violations whose segment doesn't keep clear of opaque triangles: cracks and grazing rays; nothing is promised for them.
+    pub crack_rays: u64,
+    /// Views.
+    pub views: u32,
+    /// Pixels of views whose object isn't in the row.
+    pub false_pixels: Fractions,
+    /// Cells without a point that is safely inside: nothing was cast from them.
+    pub empty_cells: u32,
+    /// Up to ten violations.
+    pub examples: Vec<Example>,
+    /// Wall-clock time.
+    pub seconds: f64,
+    /// Whether the file keeps what it promises, as far as these rays can tell.
+    pub passed: bool,
+}
+
+/// Tests a file against its model.
+pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<CheckReport, CheckError> {
+    let start = Instant::now();
+    // 1. The right model, and tables that fit each other.
+    consistent(file, scene)?;
+    // 2. Everything that rays are followed through.
+    let diagonal = scene.bounds().diagonal();
+    // Planes and windings are rounded to f32 in the file.
+    let rounding = diagonal * 1e-6;
+    let tolerance = file.smallest_hole.max(rounding);
+    let tracer = Tracer::new(scene, file.smallest_hole / 2.0, rounding);
+    let cells = Cells::new(file, scene.bounds(), tolerance, rounding);
+    let test = Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
+    // 3. Rays, in chunks with a random stream each.
+    let chunks = options.rays.div_ceil(CHUNK);
+    let mut tally = (0..chunks)
+        .into_par_iter()
+        .map(|chunk| {
+            let rng = &mut Prng::new(options.seed, 2 * chunk);
+            let mut tally = Tally::default();
+            for _ in 0..CHUNK.min(options.rays - chunk * CHUNK) {
+                if let Some((cell, eye, direction)) = test.sampler.ray(rng) {
+                    tally.rays += 1;
+                    test.ray(cell, eye, direction, true, &mut tally);
+                }
+            }
+            tally.tidy();
+            tally
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .fold(Tally::default(), Tally::add);
+    // 4. Views.
+    let views: Vec<(f64, Tally)> = (0..u64::from(options.views))
+        .into_par_iter()
+        .filter_map(|view| test.view(&mut Prng::new(options.seed, 2 * view + 1)))
+        .collect();
+    let mut fractions: Vec<f64> = views.iter().map(|v| v.0).collect();
+    tally = views.into_iter().map(|v| v.1).fold(tally, Tally::add);
+    fractions.sort_by(f64::total_cmp);
+    tally.tidy();
+    // 5. What it comes to.
+    let rows_kept = tally.pairs.is_empty() && tally.cell_pairs.is_empty();
+    Ok(CheckReport {
+        guarantee: file.guarantee,
+        rays: tally.rays,
+        segments: tally.segments,
+        missed_rays: tally.missed_rays,
+        missed_pairs: tally.pairs.len() as u64,
+        missed_cell_pairs: tally.cell_pairs.len() as u64,
+        missed_segments: tally.missed_segments,
+        crack_rays: tally.crack_rays,
+        views: fractions.len() as u32,
+        false_pixels: Fractions {
+            mean: fractions.iter().sum::<f64>() / fractions.len().max(1) as f64,
+            p95: fractions.get((fractions.len() * 95).div_ceil(100).saturating_sub(1)).copied().unwrap_or_default(),
+            max: fractions.last().copied().unwrap_or_default(),
+        },
+        empty_cells: cells.empty_cells(),
+        examples: tally.examples,
+        seconds: start.elapsed().as_secs_f64(),
+        passed: tally.missed_segments == 0 && (rows_kept || file.guarantee == Guarantee::Sampled),
+    })
+}
+
+fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
+    let model = scene.hash();
+    if model != file.model_hash {
+        return Err(CheckError::OtherModel { model, file: file.model_hash });
+    }
+    let bad = |what: String| Err(CheckError::Inconsistent(what));
+    if file.objects.len() != scene.objects.len() {
+        return bad(format!("{} objects in the file, {} in the model", file.objects.len(), scene.objects.len()));
+    }
+    let cells = file.cells.len();
+    let shape = |rows: &Option<BitMatrix>, columns: usize| rows.as_ref().is_none_or(|r| r.rows() == cells && r.columns() == columns);
+    if !shape(&file.cell_rows, cells) || !shape(&file.object_rows, scene.objects.len()) {
+        return bad("the rows have the wrong shape".into());
+    }
+    match file.portals.iter().position(|p| p.winding.len() < 3 || p.cells.iter().any(|c| c.index() >= cells)) {
+        Some(portal) => bad(format!("portal {portal} joins cells that don't exist, or has fewer than three corners")),
+        None => Ok(()),
+    }
+}
+
+/// What a chunk of rays found.
+#[derive(Default)]
+struct Tally {
+    rays: u64,
+    segments: u64,
+    missed_rays: u64,
+    missed_segments: u64,
+    crack_rays: u64,
+    pairs: Vec<(CellId, ObjectId)>,
+    cell_pairs: Vec<(CellId, CellId)>,
+    examples: Vec<Example>,
+}
+
+impl Tally {
+    fn add(mut self, other: Self) -> Self {
+        self.rays += other.rays;
+        self.segments += other.segments;
+        self.missed_rays += other.missed_rays;
+        self.missed_segments += other.missed_segments;
+        self.crack_rays += other.crack_rays;
+        self.pairs.extend(other.pairs);
+        self.cell_pairs.extend(other.cell_pairs);
+        for example in other.examples {
+            self.example(example);
+        }
+        self
+    }
+
+    /// Each pair once.
+    fn tidy(&mut self) {
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+        self.cell_pairs.sort_unstable();
+        self.cell_pairs.dedup();
+    }
+
+    /// Keeps the first few of each kind.
+    fn example(&mut self, example: Example) {
+        let alike = self.examples.iter().filter(|e| e.violation == example.violation).count();
+        if self.examples.len() < EXAMPLES && alike < EXAMPLES / 2 {
+            self.examples.push(example);
+        }
+    }
+}
+
+struct Test<'t> {
+    file: &'t PvsFile,
+    scene: &'t Scene,
+    tracer: &'t Tracer,
+    cells: &'t Cells,
+    sampler: Sampler<'t>,
+}
+
+impl Test<'_> {
+    fn sees_object(&self, cell: CellId, object: ObjectId) -> bool {
+        self.file.object_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), object.index()))
+    }
+
+    fn sees_cell(&self, cell: CellId, other: CellId) -> bool {
+        self.file.cell_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), other.index()))
+    }
+
+    fn example(&self, violation: Violation, from: DVec3, at: DVec3, cells: [Option<CellId>; 2], object: Option<ObjectId>) -> Example {
+        let origin = self.scene.origin;
+        Example { violation, from: from + origin, at: at + origin, cells, object }
+    }
+
+    /// Casts a ray from a point in a cell. True where it meets an object which isn't in the row.
+    fn ray(&self, cell: CellId, eye: DVec3, direction: DVec3, follow: bool, tally: &mut Tally) -> bool {
+        let end = self.cells.exit(eye, direction);
+        let hit = self.tracer.first_opaque(eye, direction, end);
+        let length = hit.map_or(end, |h| h.0);
+        let mut met = self.tracer.see_through(eye, direction, length);
+        met.extend(hit);
+        let mut missed = met.into_iter().filter(|&(_, object)| !self.sees_object(cell, object)).peekable();
+        let is_missed = missed.peek().is_some();
+        let (mut counted, mut crack) = (false, false);
+        for (t, object) in missed {
+            let at = eye + direction * t;
+            if self.tracer.is_clear(eye, at, Some(object)) {
+                counted = true;
+                tally.pairs.push((cell, object));
+                tally.example(self.example(Violation::Object, eye, at, [Some(cell), self.cells.locate(at)], Some(object)));
+            } else {
+                crack = true;
+            }
+        }
+        tally.missed_rays += u64::from(counted);
+        tally.crack_rays += u64::from(crack);
+        if follow {
+            self.segment(cell, eye, direction, length, hit.map(|h| h.1), tally);
+        }
+        is_missed
+    }
+
+    /// Follows an unobstructed segment through cells and portals.
+    fn segment(&self, cell: CellId, eye: DVec3, direction: DVec3, length: f64, object: Option<ObjectId>, tally: &mut Tally) {
+        tally.segments += 1;
+        let Walk { reached, stuck } = self.cells.walk(cell, eye, direction, length);
+        if let Some((t, from, to)) = stuck {
+            // A little beyond, so that what is left there is part of what is measured.
+            let beyond = (t + 4.0 * self.cells.tolerance()).min(length);
+            let target = if beyond == length { object } else { None };
+            if self.tracer.is_clear(eye, eye + direction * beyond, target) {
+                tally.missed_segments += 1;
+                tally.example(self.example(Violation::Segment, eye, eye + direction * t, [Some(from), to], object));
+            } else {
+                tally.crack_rays += 1;
+            }
+        }
+        for (other, t) in reached {
+            let at = eye + direction * t;
+            if !self.sees_cell(cell, other) && self.cells.is_inside(other, at) && self.tracer.is_clear(eye, at, None) {
+                tally.cell_pairs.push((cell, other));
+                tally.example(self.example(Violation::Cell, eye, at, [Some(cell), Some(other)], None));
+            }
+        }
+    }
+
+    /// The share of false pixels in a view; `None` where no cell has room for an eye.
+    fn view(&self, rng: &mut Prng) -> Option<(f64, Tally)> {
+        let (cell, eye) = self.sampler.viewpoint(rng)?;
+        let forward = {
+            let flat = sample::direction(rng).with_y(0.0).normalize_or(DVec3::X);
+            (flat + DVec3::Y * rng.range(-0.35, 0.35)).normalize()
+        };
+        let right = forward.cross(DVec3::Y).normalize();
+        let up = right.cross(forward);
+        let [columns, rows] = VIEW.map(f64::from);
+        // 60 degrees from top to bottom.
+        let (tall, wide) = (1.0 / 3f64.sqrt(), columns / rows / 3f64.sqrt());
+        let (mut tally, mut wrong) = (Tally::default(), 0);
+        for y in 0..VIEW[1] {
+            for x in 0..VIEW[0] {
+                let (u, v) = ((f64::from(x) + 0.5) / columns * 2.0 - 1.0, (f64::from(y) + 0.5) / rows * 2.0 - 1.0);
+                let direction = (forward + right * (u * wide) + up * (v * tall)).normalize();
+                wrong += u32::from(self.ray(cell, eye, direction, false, &mut tally));
+            }
+        }
+        tally.tidy();
+        Some((f64::from(wrong) / (columns * rows), tally))
+    }
+}
