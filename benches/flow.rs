@@ -105,7 +105,11 @@ fn street_world(rooms: usize) -> World {
         let wall = if side == 0 { 0.0 } else { 20.0 };
         let z = at.z + random.real(0.5, 3.0);
         let window = Aabb { min: DVec3::new(wall, at.y + 1.0, z), max: DVec3::new(wall, at.y + 2.2, z + 1.5) };
-        portals.push(rectangle(if side == 0 { [CellId(room), CellId(0)] } else { [CellId(0), CellId(room)] }, 0, &window));
+        portals.push(rectangle(
+            if side == 0 { [CellId(room), CellId(0)] } else { [CellId(0), CellId(room)] },
+            0,
+            &window,
+        ));
         if k + 1 < along && random.chance(0.5) {
             let x = at.x + random.real(0.5, 4.0);
             let door = Aabb { min: DVec3::new(x, at.y, at.z + 5.0), max: DVec3::new(x + 1.0, at.y + 2.0, at.z + 5.0) };
@@ -126,7 +130,10 @@ fn street_world(rooms: usize) -> World {
     world.describe(&format!("street {rooms}"), &result);
     for (storey, k) in (0..storeys).flat_map(|s| (0..along).map(move |k| (s, k))) {
         let here = id(0, storey, k) as usize;
-        assert!((0..storeys).all(|s| (0..along).all(|k| result.cells_upper.get(here, id(1, s, k) as usize))), "across the street");
+        assert!(
+            (0..storeys).all(|s| (0..along).all(|k| result.cells_upper.get(here, id(1, s, k) as usize))),
+            "across the street"
+        );
         let above = |s: usize| (0..along).any(|k| result.cells_upper.get(here, id(0, s, k) as usize));
         assert!((0..storeys).all(|s| s == storey || !above(s)), "another storey of one facade");
     }
