@@ -16,9 +16,9 @@
 //! object) goes from cell to cell only through portals, crossing each from its back to its front. A line that only touches a
 //! portal's plane, or runs in it, doesn't cross it; such lines have measure zero.
 //!
-//! * A segment crosses each portal at most once, because it crosses its plane at most once. Nothing else is asked of a chain:
-//!   cells are unions of convex pieces, and a line may leave one and come back. Only chains that come back to the cell that
-//!   they *began* in are given up: the rest of the segment begins in that cell too, and is found through another portal.
+//! * A segment crosses each portal at most once, because it crosses its plane at most once. It may cross a cell several times:
+//!   cells are unions of convex pieces. But what is asked of a chain is asked of its portals, pair by pair, so leaving out the
+//!   loop between two visits to a cell only asks less: chains that visit each cell once find everything. See `search`.
 //! * If it crosses a and later b, b has a point before the plane of a, and a has one behind the plane of b; and only the parts
 //!   of a and b there matter. Portals that lie flush one on the other (cells without thickness) are crossed in one point and
 //!   exempt. See `net`.

@@ -82,7 +82,7 @@ fn search_from(net: &Net, might_see: &MightSee, search: &mut Search<'_>, task: &
             found.tally.capped.insert(portal);
             bits::ones(&reached(net, might_see, [portal])).for_each(|cell| goals.see(net, cell));
         } else if !net.out(task.cell).any(|back| get(might_see.row(portal), net.twin[back] as usize)) {
-            // Chains back into the cell are given up in a search, so this holds only where there are none.
+            // Loops through the cell itself leave out this portal: only where there are none has it been tried for all.
             found.refuted.push((portal, goals.wanted().to_vec()));
         }
     }

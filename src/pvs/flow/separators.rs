@@ -134,12 +134,17 @@ mod tests {
         })
     }
 
+    /// Any points at all: no window, but planes must hold for them too.
+    fn cloud() -> impl Strategy<Value = Vec<DVec3>> {
+        proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64).prop_map(DVec3::from), 3..6)
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
         /// Lines between random points of both windows, away from their edges, stay inside every plane.
         #[test]
-        fn lines_stay_inside(a in window(), b in window(), seed in any::<u64>()) {
+        fn lines_stay_inside(a in prop_oneof![window(), cloud()], b in prop_oneof![window(), cloud()], seed in any::<u64>()) {
             let planes = between(&a, &b);
             let mut state = seed | 1;
             let mut real = || {
