@@ -310,6 +310,71 @@ fn no_line_ever_reaches_beyond_the_upper_bound() {
     }
 }
 
+/// The room that a point is in.
+fn room_at(grid: &Grid, p: DVec3) -> Option<usize> {
+    let at = (p / grid.room).floor();
+    let inside = (0..3).all(|k| at[k] >= 0.0 && at[k] < grid.size[k] as f64);
+    inside.then(|| at.x as usize + grid.size[0] * (at.y as usize + grid.size[1] * at.z as usize))
+}
+
+#[test]
+fn what_dense_lines_dont_witness_is_little() {
+    let (mut bound, mut witnessed) = ([0, 0], [0, 0]);
+    for seed in 0..4 {
+        let (joined, outside) = if seed < 2 { (0.0, false) } else { (0.15, true) };
+        let grid = Grid::random(Recipe { size: [8, 1, 8], doors: 0.7, joined, outside, objects: 150 }, seed);
+        let (g, result) = (grid.graph(), grid_flow(&grid, 1_000_000));
+        let (mut cells, mut objects) = (BitMatrix::new(grid.cells, grid.cells), grid.placement());
+        let (mut random, mut path) = (Random(seed), Vec::new());
+        let on_portal = |cell: usize, random: &mut Random| {
+            let out = &g.cells[cell].portals;
+            (!out.is_empty()).then(|| {
+                let portal = &g.portals[out[random.below(out.len())].portal().index()];
+                grid::inside(&Aabb::of(portal.winding.iter().copied()), random)
+            })
+        };
+        // Aimed at each pair of the bound until it is witnessed: from portal to portal, from object to portal.
+        for (a, b) in (0..grid.cells).flat_map(|a| result.cells_upper.ones(a).map(move |b| (a, b))) {
+            cells.set(a, a);
+            for _ in 0..100_000 {
+                let (Some(p), Some(q)) = (on_portal(a, &mut random), on_portal(b, &mut random)) else { break };
+                let start = p - (q - p) * 1e-6;
+                if let Some(room) = room_at(&grid, start) {
+                    grid.walk(room, start, q - p, &mut path);
+                    path.iter().for_each(|&c| {
+                        cells.set(path[0], c);
+                        cells.set(c, path[0]);
+                    });
+                }
+                if cells.get(a, b) {
+                    break;
+                }
+            }
+        }
+        for (a, o) in (0..grid.cells).flat_map(|a| result.objects_upper.ones(a).map(move |o| (a, o))) {
+            for _ in 0..50_000 {
+                if objects.get(a, o) {
+                    break;
+                }
+                let (bounds, room) = grid.objects[o];
+                let (p, Some(q)) = (grid::inside(&bounds, &mut random), on_portal(a, &mut random)) else { break };
+                grid.walk(room, p, q - p, &mut path);
+                path.iter().for_each(|&c| {
+                    objects.set(c, o);
+                });
+            }
+        }
+        for (k, (u, l)) in [(&result.cells_upper, &cells), (&result.objects_upper, &objects)].into_iter().enumerate() {
+            assert_eq!(l.first_outside(u), None);
+            bound[k] += u.count_ones();
+            witnessed[k] += l.count_ones();
+        }
+    }
+    let ratio = |k: usize| bound[k] as f64 / witnessed[k] as f64;
+    println!("bound to witnessed: cells {:.4}, objects {:.4}", ratio(0), ratio(1));
+    assert!(ratio(0) < 1.02 && ratio(1) < 1.03, "cells {}, objects {}", ratio(0), ratio(1));
+}
+
 /// The same portals somewhere else: `transform` is a rotation, a uniform scale and a shift.
 fn moved(graph: &CellGraph, transform: DAffine3) -> CellGraph {
     let mut graph = graph.clone();

@@ -37,9 +37,10 @@ pub(super) fn decide(
         }
     }
     let rounds = rounds(net, might_see, (0..n).filter(|&c| wanted.count_row(c) > 0));
+    let before = tally.steps;
     for (k, round) in rounds.iter().enumerate() {
         progress("flow: cells", k as f64 / rounds.len() as f64);
-        let found = run(round, net, might_see, input.max_steps, |search, task| {
+        let found = run(&rounds, k, tally.steps - before, net, might_see, input.max_steps, |search, task| {
             search_from(net, might_see, search, task, wanted.row(task.cell))
         });
         for (task, found) in round.iter().zip(&found) {

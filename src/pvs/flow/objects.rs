@@ -26,9 +26,10 @@ pub(super) fn decide(
     }
     let boxes = Boxes::new(net, input.placement, input.object_bounds);
     let rounds = rounds(net, might_see, 0..net.cells);
+    let before = tally.steps;
     for (k, round) in rounds.iter().enumerate() {
         progress("flow: objects", k as f64 / rounds.len() as f64);
-        let found = run(round, net, might_see, input.max_steps, |search, task| {
+        let found = run(&rounds, k, tally.steps - before, net, might_see, input.max_steps, |search, task| {
             let cells = cells_upper.row(task.cell);
             let undecided = undecided(input.placement, cells, upper.row(task.cell));
             search_from(net, might_see, search, task, &boxes, cells, undecided)

@@ -16,6 +16,12 @@ const TASK_PORTALS: usize = 16;
 /// Number of rounds. Larger: more is shared, more time goes to sharing.
 const ROUNDS: usize = 8;
 
+/// Steps that all searches of a stage together are meant to take, in units of the most that one may take.
+const STAGE_STEPS: u64 = 125;
+
+/// Dear searches may take this many times the mean of what is left: most take next to nothing.
+const DEAR: u64 = 4;
+
 /// Searches out of one cell, one after the other.
 pub(super) struct Task {
     /// The cell.
@@ -77,14 +83,41 @@ pub(super) fn rounds(net: &Net, might_see: &MightSee, cells: impl Iterator<Item 
     rounds
 }
 
-/// Runs the tasks of one round side by side; results are in the order of the tasks.
+/// Steps that one search of round `k` may take, after `spent` steps in this stage. Where every search runs into its limit
+/// (thousands of portals in the open, all in sight of each other) the limit shrinks, so that the stage ends in time.
+fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
+    let left = max_steps.saturating_mul(STAGE_STEPS).saturating_sub(spent);
+    let portals: usize = rounds[k..].iter().flatten().map(|task| task.portals.len()).sum();
+    (left / portals.max(1) as u64).saturating_mul(DEAR).min(max_steps)
+}
+
+/// Runs the tasks of round `k` side by side, after `spent` steps in this stage; results are in the order of the tasks.
 pub(super) fn run(
-    round: &[Task],
+    rounds: &[Vec<Task>],
+    k: usize,
+    spent: u64,
     net: &Net,
     might_see: &MightSee,
     max_steps: u64,
     search: impl Fn(&mut Search<'_>, &Task) -> Found + Sync,
 ) -> Vec<Found> {
+    let round = &rounds[k];
+    let max_steps = limit(max_steps, rounds, k, spent);
     let scratch = || Search::new(net, might_see, max_steps);
     round.par_iter().with_max_len(1).map_init(scratch, |scratch, task| search(scratch, task)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_shrink_only_where_all_searches_are_dear() {
+        let task = |portals| Task { cell: 0, portals: (0..portals).collect(), last: true };
+        let few = [vec![task(16)], vec![task(16)]];
+        assert_eq!((limit(1000, &few, 0, 0), limit(1000, &few, 1, 16_000), limit(0, &few, 0, 0)), (1000, 1000, 0));
+        let many = [vec![task(6000)], vec![task(6000)]];
+        assert_eq!(limit(200_000, &many, 0, 0), 4 * (125 * 200_000 / 12_000));
+        assert_eq!(limit(200_000, &many, 1, 25_000_000), 0, "nothing left: what might be seen stays");
+    }
 }
