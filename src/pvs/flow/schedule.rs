@@ -20,7 +20,7 @@ const ROUNDS: usize = 8;
 const STAGE_STEPS: u64 = 125;
 
 /// Dear searches may take this many times the mean of what is left: most take next to nothing.
-const DEAR: u64 = 4;
+const DEAR: u64 = 32;
 
 /// Searches out of one cell, one after the other.
 pub(super) struct Task {
@@ -117,7 +117,7 @@ mod tests {
         let few = [vec![task(16)], vec![task(16)]];
         assert_eq!((limit(1000, &few, 0, 0), limit(1000, &few, 1, 16_000), limit(0, &few, 0, 0)), (1000, 1000, 0));
         let many = [vec![task(6000)], vec![task(6000)]];
-        assert_eq!(limit(200_000, &many, 0, 0), 4 * (125 * 200_000 / 12_000));
+        assert_eq!(limit(200_000, &many, 0, 0), 32 * (125 * 200_000 / 12_000));
         assert_eq!(limit(200_000, &many, 1, 25_000_000), 0, "nothing left: what might be seen stays");
     }
 }
