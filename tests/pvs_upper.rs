@@ -8,7 +8,7 @@ use enfilade::geom::{Aabb, Plane};
 use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
 use enfilade::{BitMatrix, CellId};
 use glam::{DAffine3, DQuat, DVec3};
-use grid::{Grid, Random, Recipe, graph, moved, rectangle};
+use grid::{Grid, Random, Recipe, graph, rectangle};
 
 /// Flow over cells alone.
 fn upper(graph: &CellGraph) -> BitMatrix {
@@ -131,6 +131,37 @@ fn slits_turned_against_each_other_pass_lines() {
     assert_eq!(lists(&u), everything(4));
 }
 
+/// A slit across a wall at `x`, from `a` to `b` (y, z), 1 cm wide.
+fn slit(from: u32, x: f64, a: (f64, f64), b: (f64, f64)) -> Portal {
+    let (a, b) = (DVec3::new(x, a.0, a.1), DVec3::new(x, b.0, b.1));
+    let across = DVec3::X.cross((b - a).normalize()) * 0.01;
+    let winding = vec![a, b, b + across, a + across];
+    Portal {
+        plane: Plane { n: DVec3::X, d: x },
+        winding,
+        ..rectangle([CellId(from), CellId(from + 1)], 0, &Aabb::EMPTY)
+    }
+}
+
+#[test]
+fn four_slits_that_only_together_stop_every_line() {
+    // A line from (0, a, 0) through (1, s, s) to (2, 0, b) has a = b = 2 s, and is at (3, -s, 3 s) in the last wall: on the
+    // line z = -3 y. Any two slits, and any three, pass lines to all of the next.
+    let chain = |shift: f64| {
+        let portals = vec![
+            slit(0, 0.0, (-1.0, 0.0), (1.0, 0.0)),
+            slit(1, 1.0, (-0.5, -0.5), (0.5, 0.5)),
+            slit(2, 2.0, (0.0, -1.0), (0.0, 1.0)),
+            slit(3, 3.0, (-0.3, 0.9 + shift), (0.3, -0.9 + shift)),
+        ];
+        upper(&graph(cells(5), portals))
+    };
+    assert_eq!(lists(&chain(0.0)), everything(5));
+    let u = chain(0.5);
+    assert_eq!(lists(&u)[0], [0, 1, 2, 3]);
+    assert_eq!(lists(&u)[1], [0, 1, 2, 3, 4]);
+}
+
 #[test]
 fn thin_cells_and_hairline_portals_are_seen_through() {
     for thickness in [1e-3, 1e-6, 1e-9, 0.0] {
@@ -185,9 +216,8 @@ fn windows_of_one_wall_dont_see_each_other() {
 #[test]
 fn an_opening_cut_into_coplanar_portals_is_one_opening() {
     // The opening from room 0 to room 1 is cut in four; the door behind lies across all of them.
-    let mut portals: Vec<_> = (0..4)
-        .map(|k| portal(0, 1, 0, [0., 0., f64::from(k) * 0.25], [0., 2., f64::from(k) * 0.25 + 0.25]))
-        .collect();
+    let mut portals: Vec<_> =
+        (0..4).map(|k| portal(0, 1, 0, [0., 0., f64::from(k) * 0.25], [0., 2., f64::from(k) * 0.25 + 0.25])).collect();
     portals.push(portal(1, 2, 0, [4., 0., 0.], [4., 2., 1.]));
     assert_eq!(lists(&upper(&graph(cells(3), portals))), everything(3));
 }
@@ -223,7 +253,8 @@ fn graphs_without_portals_cells_or_lines_are_answered() {
     assert_eq!(lists(&upper(&graph(cells(3), vec![]))), [[0], [1], [2]]);
     assert_eq!(upper(&graph(vec![], vec![])).rows(), 0);
     // A portal from a cell to itself.
-    let own = graph(cells(2), vec![portal(0, 0, 0, [0., 0., 0.], [0., 2., 1.]), portal(0, 1, 0, [4., 0., 0.], [4., 2., 1.])]);
+    let own =
+        graph(cells(2), vec![portal(0, 0, 0, [0., 0., 0.], [0., 2., 1.]), portal(0, 1, 0, [4., 0., 0.], [4., 2., 1.])]);
     assert_eq!(lists(&upper(&own)), everything(2));
 }
 
@@ -250,11 +281,15 @@ fn no_line_ever_reaches_beyond_the_upper_bound() {
             assert_eq!(result.capped, 0);
             let (u, mut random, mut path) = (&result.cells_upper, Random(seed), Vec::new());
             for k in 0..200_000 {
-                let (room, p, direction) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
+                let (room, p, direction) =
+                    if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
                 grid.walk(room, p, direction, &mut path);
                 for (i, &a) in path.iter().enumerate() {
                     for &b in &path[i..] {
-                        assert!(u.get(a, b) && u.get(b, a), "recipe {r} seed {seed}: {a} sees {b} from {p} along {direction}");
+                        assert!(
+                            u.get(a, b) && u.get(b, a),
+                            "recipe {r} seed {seed}: {a} sees {b} from {p} along {direction}"
+                        );
                     }
                 }
             }
@@ -265,11 +300,90 @@ fn no_line_ever_reaches_beyond_the_upper_bound() {
                 let direction = grid.random_ray(&mut random).2;
                 grid.walk(room, p, direction, &mut path);
                 for &a in &path {
-                    assert!(result.objects_upper.get(a, o), "recipe {r} seed {seed}: {a} sees object {o} at {p} along {direction}");
+                    assert!(
+                        result.objects_upper.get(a, o),
+                        "recipe {r} seed {seed}: {a} sees object {o} at {p} along {direction}"
+                    );
                 }
             }
         }
     }
+}
+
+/// The room that a point is in.
+fn room_at(grid: &Grid, p: DVec3) -> Option<usize> {
+    let at = (p / grid.room).floor();
+    let inside = (0..3).all(|k| at[k] >= 0.0 && at[k] < grid.size[k] as f64);
+    inside.then(|| at.x as usize + grid.size[0] * (at.y as usize + grid.size[1] * at.z as usize))
+}
+
+#[test]
+fn what_dense_lines_dont_witness_is_little() {
+    let (mut bound, mut witnessed) = ([0, 0], [0, 0]);
+    for seed in 0..4 {
+        let (joined, outside) = if seed < 2 { (0.0, false) } else { (0.15, true) };
+        let grid = Grid::random(Recipe { size: [8, 1, 8], doors: 0.7, joined, outside, objects: 150 }, seed);
+        let (g, result) = (grid.graph(), grid_flow(&grid, 1_000_000));
+        let (mut cells, mut objects) = (BitMatrix::new(grid.cells, grid.cells), grid.placement());
+        let (mut random, mut path) = (Random(seed), Vec::new());
+        let on_portal = |cell: usize, random: &mut Random| {
+            let out = &g.cells[cell].portals;
+            (!out.is_empty()).then(|| {
+                let portal = &g.portals[out[random.below(out.len())].portal().index()];
+                grid::inside(&Aabb::of(portal.winding.iter().copied()), random)
+            })
+        };
+        // Aimed at each pair of the bound until it is witnessed: from portal to portal, from object to portal.
+        for (a, b) in (0..grid.cells).flat_map(|a| result.cells_upper.ones(a).map(move |b| (a, b))) {
+            cells.set(a, a);
+            for _ in 0..100_000 {
+                let (Some(p), Some(q)) = (on_portal(a, &mut random), on_portal(b, &mut random)) else { break };
+                let start = p - (q - p) * 1e-6;
+                if let Some(room) = room_at(&grid, start) {
+                    grid.walk(room, start, q - p, &mut path);
+                    path.iter().for_each(|&c| {
+                        cells.set(path[0], c);
+                        cells.set(c, path[0]);
+                    });
+                }
+                if cells.get(a, b) {
+                    break;
+                }
+            }
+        }
+        for (a, o) in (0..grid.cells).flat_map(|a| result.objects_upper.ones(a).map(move |o| (a, o))) {
+            for _ in 0..50_000 {
+                if objects.get(a, o) {
+                    break;
+                }
+                let (bounds, room) = grid.objects[o];
+                let (p, Some(q)) = (grid::inside(&bounds, &mut random), on_portal(a, &mut random)) else { break };
+                grid.walk(room, p, q - p, &mut path);
+                path.iter().for_each(|&c| {
+                    objects.set(c, o);
+                });
+            }
+        }
+        for (k, (u, l)) in [(&result.cells_upper, &cells), (&result.objects_upper, &objects)].into_iter().enumerate() {
+            assert_eq!(l.first_outside(u), None);
+            bound[k] += u.count_ones();
+            witnessed[k] += l.count_ones();
+        }
+    }
+    let ratio = |k: usize| bound[k] as f64 / witnessed[k] as f64;
+    println!("bound to witnessed: cells {:.4}, objects {:.4}", ratio(0), ratio(1));
+    assert!(ratio(0) < 1.02 && ratio(1) < 1.03, "cells {}, objects {}", ratio(0), ratio(1));
+}
+
+/// The same portals somewhere else: `transform` is a rotation, a uniform scale and a shift.
+fn moved(graph: &CellGraph, transform: DAffine3) -> CellGraph {
+    let mut graph = graph.clone();
+    for portal in &mut graph.portals {
+        portal.winding.iter_mut().for_each(|p| *p = transform.transform_point3(*p));
+        let n = transform.transform_vector3(portal.plane.n).normalize();
+        portal.plane = Plane::through(portal.winding[0], n);
+    }
+    graph
 }
 
 #[test]
@@ -346,7 +460,8 @@ fn what_is_known_to_be_visible_is_in_the_bound_and_saves_steps() {
         };
         flow(&input, &|_, _| ())
     };
-    let (no_cells, no_objects) = (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
+    let (no_cells, no_objects) =
+        (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
     let blind = run(&no_cells, &no_objects);
     // Told everything that it will find, it has only the hidden pairs left to refute.
     let told = run(&blind.cells_upper, &blind.objects_upper);
@@ -354,12 +469,17 @@ fn what_is_known_to_be_visible_is_in_the_bound_and_saves_steps() {
     assert!(told.steps < blind.steps, "{} steps told, {} blind", told.steps, blind.steps);
     // Told something it would refute, it believes it.
     let (mut odd_cells, mut odd_objects) = (no_cells, no_objects);
-    let hidden = |m: &BitMatrix| (0..m.rows()).flat_map(|r| (0..m.columns()).map(move |c| (r, c))).find(|&(r, c)| !m.get(r, c));
+    let hidden =
+        |m: &BitMatrix| (0..m.rows()).flat_map(|r| (0..m.columns()).map(move |c| (r, c))).find(|&(r, c)| !m.get(r, c));
     let (cell, object) = (hidden(&blind.cells_upper).expect("a pair"), hidden(&blind.objects_upper).expect("a pair"));
     odd_cells.set(cell.0, cell.1);
     odd_objects.set(object.0, object.1);
     let odd = run(&odd_cells, &odd_objects);
-    assert!(odd.cells_upper.get(cell.0, cell.1) && odd.cells_upper.get(cell.1, cell.0) && odd.objects_upper.get(object.0, object.1));
+    assert!(
+        odd.cells_upper.get(cell.0, cell.1)
+            && odd.cells_upper.get(cell.1, cell.0)
+            && odd.objects_upper.get(object.0, object.1)
+    );
 }
 
 #[test]

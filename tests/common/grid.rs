@@ -6,7 +6,7 @@
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, Strategy};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::{BitMatrix, CellId};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
 /// A small generator (SplitMix64; Steele, Lea, Flood 2014), so that worlds and lines are the same everywhere.
 pub struct Random(pub u64);
@@ -73,9 +73,8 @@ impl Grid {
             doors: [(); 3].map(|()| vec![Vec::new(); rooms]),
             objects: Vec::new(),
         };
-        let border = |at: [usize; 3]| {
-            (0..3).any(|axis| size[axis] > 1 && (at[axis] == 0 || at[axis] + 1 == size[axis]))
-        };
+        let border =
+            |at: [usize; 3]| (0..3).any(|axis| size[axis] > 1 && (at[axis] == 0 || at[axis] + 1 == size[axis]));
         if recipe.outside {
             let first = (0..rooms).find(|&r| border(grid.at(r))).expect("a border");
             let ring: Vec<usize> = (0..rooms).filter(|&r| border(grid.at(r))).collect();
@@ -266,16 +265,5 @@ pub fn graph(cells: Vec<Cell>, portals: Vec<Portal>) -> CellGraph {
     let (reason, notes) = (String::new(), Vec::new());
     let mut graph = CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes };
     graph.link();
-    graph
-}
-
-/// The same portals somewhere else: `transform` is a rotation, a uniform scale and a shift.
-pub fn moved(graph: &CellGraph, transform: DAffine3) -> CellGraph {
-    let mut graph = graph.clone();
-    for portal in &mut graph.portals {
-        portal.winding.iter_mut().for_each(|p| *p = transform.transform_point3(*p));
-        let n = transform.transform_vector3(portal.plane.n).normalize();
-        portal.plane = Plane::through(portal.winding[0], n);
-    }
     graph
 }

@@ -1,5 +1,7 @@
 //! What a search is for: the pairs that are still undecided.
 //!
+//! Based on: goal culling, from *two-sided flow* as measured for this project.
+//!
 //! A search ends as soon as nothing it can still reach is wanted. It asks three things: which portals lead into a cell that
 //! wants something, whether a goal is cut off by the planes found so far, and what an arrival decides.
 
@@ -26,8 +28,7 @@ pub(super) trait Goals {
 
 /// Cells to be seen or not.
 pub(super) struct CellGoals {
-    /// Cells that are wanted, as bits.
-    pub wanted: Vec<u64>,
+    wanted: Vec<u64>,
     portals: Vec<u64>,
 }
 
@@ -39,6 +40,19 @@ impl CellGoals {
             net.out(cell).for_each(|p| set(&mut portals, net.twin[p] as usize));
         }
         Self { wanted, portals }
+    }
+
+    /// Cells that are still wanted, as bits.
+    pub fn wanted(&self) -> &[u64] {
+        &self.wanted
+    }
+
+    /// Decides that a cell may be seen.
+    pub fn see(&mut self, net: &Net, cell: usize) {
+        if get(&self.wanted, cell) {
+            self.wanted[cell / 64] &= !(1 << (cell % 64));
+            forget(&mut self.portals, net, cell);
+        }
     }
 }
 
@@ -56,10 +70,7 @@ impl Goals for CellGoals {
     }
 
     fn arrive(&mut self, net: &Net, cell: usize, _planes: &[Plane]) -> u64 {
-        if get(&self.wanted, cell) {
-            self.wanted[cell / 64] &= !(1 << (cell % 64));
-            forget(&mut self.portals, net, cell);
-        }
+        self.see(net, cell);
         0
     }
 }
@@ -107,10 +118,8 @@ fn box_is_cut_off(net: &Net, (middle, half): (DVec3, DVec3), plane: &Plane) -> b
 /// Objects to be seen or not, from one source portal.
 pub(super) struct ObjectGoals<'a> {
     boxes: &'a Boxes,
-    /// Objects that are wanted, as bits.
-    pub wanted: Vec<u64>,
-    /// Those that were found, ascending by time.
-    pub found: Vec<u32>,
+    wanted: Vec<u64>,
+    found: Vec<usize>,
     /// Number of wanted objects in each cell.
     left: Vec<u32>,
     /// Box around the objects that each cell wanted at the start.
@@ -148,6 +157,17 @@ impl<'a> ObjectGoals<'a> {
 }
 
 impl ObjectGoals<'_> {
+    /// Objects that may be seen, in the order in which they were found.
+    pub fn found(&self) -> &[usize] {
+        &self.found
+    }
+
+    /// Decides that everything that is still wanted may be seen.
+    pub fn see_all(&mut self) {
+        self.found.extend(bits::ones(&self.wanted));
+        self.wanted.fill(0);
+    }
+
     /// True where an object is wanted and not outside one of `planes`.
     fn finds(&self, net: &Net, object: usize, planes: &[Plane]) -> bool {
         get(&self.wanted, object) && !planes.iter().any(|plane| box_is_cut_off(net, self.boxes.boxes[object], plane))
@@ -181,7 +201,7 @@ impl Goals for ObjectGoals<'_> {
                 continue;
             }
             self.wanted[index / 64] &= !(1 << (index % 64));
-            self.found.push(o);
+            self.found.push(index);
             for &c in &boxes.cells_of[index] {
                 let c = c as usize;
                 // Cells that the search can't reach were never counted.

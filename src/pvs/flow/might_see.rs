@@ -173,3 +173,75 @@ pub(super) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)
         (word, low & high)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CellId;
+    use crate::cells::{Cell, CellGraph, Portal, PortalKind, Strategy};
+    use crate::geom::Plane;
+    use glam::DVec3;
+
+    /// Rooms in a row along x; the door into room k + 1 begins at height `low[k]` and is 1 m wide and high.
+    fn row(low: &[f64]) -> Net {
+        let portal = |(k, &z): (usize, &f64)| Portal {
+            cells: [CellId(k as u32), CellId(k as u32 + 1)],
+            plane: Plane { n: DVec3::X, d: k as f64 },
+            winding: [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(|(y, h)| DVec3::new(k as f64, y, z + h)).to_vec(),
+            kind: PortalKind::Door,
+            source: None,
+        };
+        let mut graph = CellGraph {
+            strategy: Strategy::Given,
+            reason: String::new(),
+            cells: vec![Cell::default(); low.len() + 1],
+            portals: low.iter().enumerate().map(portal).collect(),
+            smallest_hole: 0.0,
+            notes: Vec::new(),
+        };
+        graph.link();
+        Net::new(&graph, 1e-6)
+    }
+
+    fn cells_after(net: &Net, might_see: &MightSee, portal: usize) -> Vec<u32> {
+        bits::ones(might_see.row(portal)).map(|q| net.target[q]).collect()
+    }
+
+    #[test]
+    fn planes_tell_forwards_from_backwards_and_one_step_tells_more() {
+        let net = row(&[0.0, 0.0, 2.5, 0.0]);
+        let first = net.out(0).start;
+        let mut might_see = MightSee::by_planes(&net);
+        assert_eq!(cells_after(&net, &might_see, first), [2, 3, 4]);
+        // From the first two doors the third is met below 2 m.
+        might_see.narrow(&net);
+        assert_eq!(cells_after(&net, &might_see, first), [2]);
+        // Backwards the same: nothing from the last room reaches the first two.
+        assert_eq!(cells_after(&net, &might_see, net.out(4).start), [2]);
+    }
+
+    #[test]
+    fn what_is_hidden_takes_along_what_lay_behind_it() {
+        let net = row(&[0.0; 4]);
+        let mut might_see = MightSee::by_planes(&net);
+        let mut hidden = BitMatrix::new(5, 5);
+        hidden.set(0, 2);
+        hidden.set(2, 0);
+        might_see.drop_hidden(&net, &hidden);
+        assert!(cells_after(&net, &might_see, net.out(0).start).is_empty());
+        let mut might_see = MightSee::by_planes(&net);
+        might_see.drop_into(&net, net.out(0).start, &[1 << 4]);
+        assert_eq!(cells_after(&net, &might_see, net.out(0).start), [2, 3]);
+        assert_eq!(might_see.count(net.out(4).start), 2, "and back");
+    }
+
+    #[test]
+    fn words_cover_a_range() {
+        for (range, count) in [(0..0, 0), (5..5, 0), (3..64, 61), (64..64, 0), (60..200, 140), (0..128, 128)] {
+            let words: Vec<(usize, u64)> = words_of(range.clone()).collect();
+            assert_eq!(words.iter().map(|(_, m)| m.count_ones()).sum::<u32>(), count, "{range:?}");
+            let inside = words.iter().all(|&(w, m)| bits::ones(&[m]).all(|b| range.contains(&(w * 64 + b))));
+            assert!(inside, "{range:?}");
+        }
+    }
+}

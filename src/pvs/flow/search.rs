@@ -1,13 +1,14 @@
 //! Portal flow: every chain of portals that a line from one source portal may cross, as far as goals lie along it.
 //!
 //! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992; the recursion over source,
-//! pass and target portals of level compilers after Carmack, 1996. Deviates: cells needn't be convex, so a chain is held back
-//! from portals that it has crossed and never from cells; goals that the planes of (source, pass) cut off are dropped from
-//! the branch, and a branch without goals ends (goal culling: four to ten times fewer steps on game levels); the stack is
-//! explicit, because a chain may be thousands of portals long.
+//! pass and target portals of level compilers after Carmack, 1996. Deviates: goals that the planes of (source, pass) cut off
+//! are dropped from the branch, and a branch without goals ends (goal culling: four to ten times fewer steps on game levels);
+//! the stack is explicit, because a chain may be thousands of portals long; and cells needn't be convex. A line may cross one
+//! cell several times, but a chain that comes back into one of its cells needn't be followed: without the loop it is a chain
+//! too, it asks less of a line, and it leads to the same places.
 
 use super::goals::Goals;
-use super::might_see::{MightSee, get};
+use super::might_see::{MightSee, get, set};
 use super::net::Net;
 use super::separators::separators;
 use super::stab::Stab;
@@ -52,6 +53,8 @@ pub(super) struct Search<'a> {
     might_see: &'a MightSee,
     max_steps: u64,
     frames: Vec<Frame>,
+    /// Cells of the chain, as bits.
+    on_chain: Vec<u64>,
     waist: Window,
     stab: Stab,
     planes: Vec<Plane>,
@@ -61,20 +64,24 @@ pub(super) struct Search<'a> {
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, waist, stab, planes, spare) = Default::default();
-        Self { net, might_see, max_steps, frames, waist, stab, planes, spare }
+        let (frames, on_chain, waist, stab, planes, spare) = Default::default();
+        Self { net, might_see, max_steps, frames, on_chain, waist, stab, planes, spare }
     }
 
     /// Follows every line out through directed portal `first` that may lead to a goal.
     ///
-    /// Chains that come back into the cell they left are not followed: what they see from there on is seen from that cell
-    /// through another of its portals.
+    /// The cell that it leads out of counts as one of the chain: without the loop through `first`, what is seen is seen
+    /// through another of the cell's portals. So nothing is refuted for `first` alone where chains lead back into its cell.
     pub fn run(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
         let (net, home) = (self.net, self.net.source[first]);
         let mut outcome = Outcome { steps: 0, capped: false };
         if net.target[first] == home || !self.start(first, goals) {
             return outcome;
         }
+        self.on_chain.clear();
+        self.on_chain.resize(net.cells.div_ceil(64), 0);
+        set(&mut self.on_chain, home as usize);
+        set(&mut self.on_chain, net.target[first] as usize);
         let mut depth = 0;
         loop {
             let frame = &mut self.frames[depth];
@@ -82,12 +89,15 @@ impl<'a> Search<'a> {
                 if depth == 0 {
                     return outcome;
                 }
+                let cell = net.target[frame.entered] as usize;
+                self.on_chain[cell / 64] &= !(1 << (cell % 64));
                 depth -= 1;
                 continue;
             }
             let target = frame.next;
             frame.next += 1;
-            if !get(&frame.live, target) || net.target[target] == home || !self.wanted(depth, target, goals) {
+            let cell = net.target[target] as usize;
+            if !get(&frame.live, target) || get(&self.on_chain, cell) || !self.wanted(depth, target, goals) {
                 continue;
             }
             outcome.steps += 1;
@@ -96,9 +106,10 @@ impl<'a> Search<'a> {
                 return outcome;
             }
             if self.cross(depth, first, target) && self.stabs(depth, target, goals, &mut outcome.steps) {
-                outcome.steps += goals.arrive(net, net.target[target] as usize, &self.frames[depth + 1].planes);
+                outcome.steps += goals.arrive(net, cell, &self.frames[depth + 1].planes);
                 if self.aim(depth, target, goals) {
                     depth += 1;
+                    set(&mut self.on_chain, cell);
                 }
             }
         }
@@ -145,7 +156,12 @@ impl<'a> Search<'a> {
         child.pass.assign(net.corners(target), net.plane(target).is_some());
         let fronts = [net.front(first, target), net.front(frame.entered, target)];
         let separators_below = &frame.planes[frame.separators..];
-        if !fronts.iter().flatten().chain(separators_below).all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare)) {
+        if !fronts
+            .iter()
+            .flatten()
+            .chain(separators_below)
+            .all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare))
+        {
             return false;
         }
         child.source.assign(&frame.source.corners, frame.source.flat);
@@ -155,7 +171,10 @@ impl<'a> Search<'a> {
         if depth > 0 {
             // The same backwards: lines from the target through the last window end in part of the source.
             self.waist.assign(&frame.pass.corners, frame.pass.flat);
-            if !net.behind(frame.entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
+            if !net
+                .behind(frame.entered, target)
+                .is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare))
+            {
                 return false;
             }
             self.planes.clear();
@@ -179,7 +198,8 @@ impl<'a> Search<'a> {
         if !goals.would_decide(net, net.target[target] as usize, &top.planes) {
             return true;
         }
-        let chain = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
+        let chain =
+            std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
         self.stab.may_pass(chain, &net.slack, steps)
     }
 

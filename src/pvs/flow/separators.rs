@@ -89,3 +89,81 @@ fn accept(normal: DVec3, a: DVec3, outer: &[DVec3], inner: &[DVec3], rounding: f
     // `inner_high` is 0 but for rounding, which may only move the plane outwards.
     (outer_high > DEPTH * rounding && -inner_low > DEPTH * rounding).then(|| Plane { n, d: n.dot(a) + inner_high })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn square(x: f64, side: f64) -> Vec<DVec3> {
+        [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(|(y, z)| DVec3::new(x, y * side, z * side)).to_vec()
+    }
+
+    fn between(a: &[DVec3], b: &[DVec3]) -> Vec<Plane> {
+        let mut planes = Vec::new();
+        separators(a, b, &mut planes);
+        planes
+    }
+
+    #[test]
+    fn two_squares_spread_by_their_diagonals() {
+        let planes = between(&square(0.0, 1.0), &square(1.0, 1.0));
+        assert_eq!(planes.len(), 4);
+        let inside = |y: f64, z: f64| planes.iter().all(|p| p.distance(DVec3::new(2.0, y, z)) <= 1e-12);
+        assert!(inside(0.5, 0.5) && inside(2.0, 0.5) && inside(-1.0, -1.0));
+        assert!(!inside(2.001, 0.5) && !inside(0.5, -1.001));
+    }
+
+    #[test]
+    fn windows_that_tell_nothing_give_no_planes() {
+        assert!(between(&[], &square(1.0, 1.0)).is_empty() && between(&square(0.0, 1.0), &[]).is_empty());
+        // One on the other, and one point twice.
+        assert!(between(&square(0.0, 1.0), &square(0.0, 1.0)).is_empty());
+        assert!(between(&[DVec3::ZERO; 4], &[DVec3::ZERO; 4]).is_empty());
+        assert!(between(&[DVec3::splat(f64::NAN); 4], &square(1.0, 1.0)).is_empty());
+    }
+
+    /// Corners of a window: round, thin, a segment or a point, anywhere.
+    fn window() -> impl Strategy<Value = Vec<DVec3>> {
+        let thin = prop_oneof![Just(1.0), Just(1e-3), Just(1e-6), Just(1e-9), Just(0.0)];
+        let real = || -1.0..1.0f64;
+        let vector = move || (real(), real(), real()).prop_map(DVec3::from);
+        (vector(), vector(), vector(), thin, 3..8usize).prop_map(|(o, u, v, thin, n)| {
+            let corner = |k: usize| (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
+            (0..n).map(|k| corner(k)).map(|(s, c)| o + u * c + v * (s * thin)).collect()
+        })
+    }
+
+    /// Any points at all: no window, but planes must hold for them too.
+    fn cloud() -> impl Strategy<Value = Vec<DVec3>> {
+        proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64).prop_map(DVec3::from), 3..6)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// Lines between random points of both windows, away from their edges, stay inside every plane.
+        #[test]
+        fn lines_stay_inside(a in prop_oneof![window(), cloud()], b in prop_oneof![window(), cloud()], seed in any::<u64>()) {
+            let planes = between(&a, &b);
+            let mut state = seed | 1;
+            let mut real = || {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (state >> 11) as f64 / (1u64 << 53) as f64
+            };
+            let mut point = |w: &[DVec3]| {
+                let weights: Vec<f64> = w.iter().map(|_| real()).collect();
+                w.iter().zip(&weights).map(|(&p, &k)| p * k).sum::<DVec3>() / weights.iter().sum::<f64>()
+            };
+            for _ in 0..20 {
+                let (s, w) = (point(&a), point(&b));
+                for far in [0.0, 1.0, 100.0] {
+                    let p = w + (w - s) * far;
+                    for plane in &planes {
+                        prop_assert!(plane.distance(p) <= 1e-13 * (1.0 + far), "{p} {plane:?} {}", plane.distance(p));
+                    }
+                }
+            }
+        }
+    }
+}

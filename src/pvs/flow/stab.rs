@@ -89,7 +89,8 @@ impl Stab {
         for turn in 0..TURNS {
             let forwards = turn % 2 == 0;
             aim.assign(&windows[if forwards { last } else { 0 }].corners, true);
-            found = (1..last).all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], slack));
+            found =
+                (1..last).all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], slack));
             if found {
                 break;
             }
@@ -122,4 +123,48 @@ fn longest(window: &Window) -> [DVec3; 2] {
 
 fn distance([a, b]: [DVec3; 2]) -> f64 {
     a.distance_squared(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SLACK: Slack = Slack { reach: 1e-14, strict: 1e-13, coplanar: 1e-6 };
+
+    /// A window in the plane at `x`.
+    fn window(x: f64, y: [f64; 2], z: [f64; 2]) -> Window {
+        let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, k)| DVec3::new(x, y[i], z[k])).to_vec();
+        Window { corners, flat: true }
+    }
+
+    fn may_pass(windows: &[Window]) -> (bool, u64) {
+        let mut steps = 0;
+        (Stab::default().may_pass(windows.iter().cloned(), &SLACK, &mut steps), steps)
+    }
+
+    #[test]
+    fn a_chain_is_refuted_where_no_line_passes_and_only_there() {
+        let third = |low: f64| {
+            [window(0., [0., 1.], [0., 0.1]), window(1., [0., 1.], [1., 1.1]), window(2., [0., 1.], [low, low + 0.1])]
+        };
+        assert!(may_pass(&third(2.0)).0 && may_pass(&third(2.1999)).0 && may_pass(&third(1.8001)).0);
+        assert!(!may_pass(&third(2.2001)).0 && !may_pass(&third(1.7999)).0);
+    }
+
+    #[test]
+    fn a_plain_view_takes_no_steps_and_unknown_windows_pass() {
+        let row: Vec<Window> = (0..50).map(|x| window(f64::from(x), [0., 1.], [0., 1.])).collect();
+        assert_eq!(may_pass(&row), (true, 0));
+        let mut odd = [window(0., [0., 1.], [0., 1.]), window(1., [5., 6.], [0., 1.]), window(2., [0., 1.], [0., 1.])];
+        assert!(!may_pass(&odd).0);
+        odd[1].flat = false;
+        assert!(may_pass(&odd).0);
+    }
+
+    #[test]
+    fn windows_as_small_as_rounding_are_never_refuted_by_halving() {
+        let tiny = |x: f64, z: f64| window(x, [0., 1e-13], [z, z + 1e-13]);
+        assert!(may_pass(&[tiny(0., 0.), tiny(1., 0.), tiny(2., 0.)]).0);
+        assert!(may_pass(&[tiny(0., 0.), tiny(0., 0.), tiny(0., 0.)]).0, "one on the other");
+    }
 }

@@ -1,0 +1,83 @@
+//! Which objects may be seen from each cell.
+
+use super::FlowInput;
+use super::cells::reached;
+use super::goals::{Boxes, ObjectGoals};
+use super::might_see::{MightSee, set};
+use super::net::Net;
+use super::schedule::{Found, Tally, Task, rounds, run};
+use super::search::Search;
+use crate::pvs::Progress;
+use crate::{BitMatrix, bits};
+
+/// Decides every pair of a cell and an object.
+pub(super) fn decide(
+    input: &FlowInput<'_>,
+    net: &Net,
+    might_see: &MightSee,
+    cells_upper: &BitMatrix,
+    tally: &mut Tally,
+    progress: Progress<'_>,
+) -> BitMatrix {
+    let mut upper = input.placement.clone();
+    upper.union_with(input.objects_lower);
+    if input.object_bounds.is_empty() {
+        return upper;
+    }
+    let boxes = Boxes::new(net, input.placement, input.object_bounds);
+    let rounds = rounds(net, might_see, 0..net.cells);
+    let before = tally.steps;
+    for (k, round) in rounds.iter().enumerate() {
+        progress("flow: objects", k as f64 / rounds.len() as f64);
+        let found = run(&rounds, k, tally.steps - before, net, might_see, input.max_steps, |search, task| {
+            let cells = cells_upper.row(task.cell);
+            let undecided = undecided(input.placement, cells, upper.row(task.cell));
+            search_from(net, might_see, search, task, &boxes, cells, undecided)
+        });
+        for (task, found) in round.iter().zip(&found) {
+            upper.row_mut(task.cell).iter_mut().zip(&found.seen).for_each(|(row, seen)| *row |= seen);
+            tally.add(&found.tally);
+        }
+    }
+    upper
+}
+
+/// Objects in some of `cells` that are not `known`, as bits.
+fn undecided(placement: &BitMatrix, cells: &[u64], known: &[u64]) -> Vec<u64> {
+    let mut objects = vec![0; known.len()];
+    for cell in bits::ones(cells) {
+        objects.iter_mut().zip(placement.row(cell)).for_each(|(a, b)| *a |= b);
+    }
+    objects.iter_mut().zip(known).for_each(|(a, b)| *a &= !b);
+    objects
+}
+
+/// Searches from the portals of a task for `undecided` objects in `cells`.
+fn search_from(
+    net: &Net,
+    might_see: &MightSee,
+    search: &mut Search<'_>,
+    task: &Task,
+    boxes: &Boxes,
+    cells: &[u64],
+    mut undecided: Vec<u64>,
+) -> Found {
+    let mut found = Found { seen: vec![0; undecided.len()], refuted: Vec::new(), tally: Tally::default() };
+    for &portal in &task.portals {
+        let mut cells_here = reached(net, might_see, [portal]);
+        cells_here.iter_mut().zip(cells).for_each(|(a, b)| *a &= b);
+        let front = net.plane(portal).map(|plane| plane.flipped());
+        let mut goals = ObjectGoals::new(net, boxes, &undecided, &cells_here, front);
+        let outcome = search.run(portal, &mut goals);
+        found.tally.steps += outcome.steps;
+        if outcome.capped {
+            found.tally.capped.insert(portal);
+            goals.see_all();
+        }
+        for &object in goals.found() {
+            set(&mut found.seen, object);
+            undecided[object / 64] &= !(1 << (object % 64));
+        }
+    }
+    found
+}

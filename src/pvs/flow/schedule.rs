@@ -1,0 +1,123 @@
+//! Which searches run side by side, and what they may know of each other.
+//!
+//! Portals of a cell are searched in ascending order of what they might see (cheap ones decide much of what dear ones would
+//! search for; the other way round takes three times as long), in tasks of a few portals that share what they find. Tasks are
+//! spread over a fixed number of rounds; between rounds everything is shared.
+
+use super::might_see::MightSee;
+use super::net::Net;
+use super::search::Search;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Portals that one task searches from. Larger: more is shared at once, less runs side by side.
+const TASK_PORTALS: usize = 16;
+
+/// Number of rounds. Larger: more is shared, more time goes to sharing.
+const ROUNDS: usize = 8;
+
+/// Steps that all searches of a stage together are meant to take, in units of the most that one may take.
+const STAGE_STEPS: u64 = 125;
+
+/// Dear searches may take this many times the mean of what is left: most take next to nothing.
+const DEAR: u64 = 32;
+
+/// Searches out of one cell, one after the other.
+pub(super) struct Task {
+    /// The cell.
+    pub cell: usize,
+    /// Directed portals out of it.
+    pub portals: Vec<usize>,
+    /// No later round has portals of this cell.
+    pub last: bool,
+}
+
+/// What a task found.
+pub(super) struct Found {
+    /// Cells or objects that may be seen, as bits.
+    pub seen: Vec<u64>,
+    /// For a portal, cells that no line through it reaches, as bits.
+    pub refuted: Vec<(usize, Vec<u64>)>,
+    /// What it took.
+    pub tally: Tally,
+}
+
+/// Counters.
+#[derive(Default)]
+pub(super) struct Tally {
+    /// Steps of searches.
+    pub steps: u64,
+    /// Directed portals whose search ran out of steps.
+    pub capped: BTreeSet<usize>,
+}
+
+impl Tally {
+    /// Adds another's.
+    pub fn add(&mut self, other: &Self) {
+        self.steps += other.steps;
+        self.capped.extend(&other.capped);
+    }
+}
+
+/// What all portals of a cell might see together: the cost of searching from it.
+pub(super) fn costs(net: &Net, might_see: &MightSee) -> Vec<u64> {
+    (0..net.cells).map(|c| net.out(c).map(|p| might_see.count(p)).sum()).collect()
+}
+
+/// Tasks for `cells`, by round.
+pub(super) fn rounds(net: &Net, might_see: &MightSee, cells: impl Iterator<Item = usize>) -> Vec<Vec<Task>> {
+    let costs = costs(net, might_see);
+    let mut order: Vec<usize> = cells.filter(|&c| !net.out(c).is_empty()).collect();
+    order.sort_by_key(|&c| (costs[c], c));
+    let mut rounds: Vec<Vec<Task>> = (0..ROUNDS).map(|_| Vec::new()).collect();
+    for (rank, &cell) in order.iter().enumerate() {
+        let mut portals: Vec<usize> = net.out(cell).collect();
+        portals.sort_by_key(|&p| (might_see.count(p), p));
+        let tasks = portals.len().div_ceil(TASK_PORTALS);
+        for (k, portals) in portals.chunks(TASK_PORTALS).enumerate() {
+            let round = |k: usize| if tasks == 1 { rank * ROUNDS / order.len() } else { k * ROUNDS / tasks };
+            rounds[round(k)].push(Task { cell, portals: portals.to_vec(), last: round(k) == round(tasks - 1) });
+        }
+    }
+    rounds.retain(|round| !round.is_empty());
+    rounds
+}
+
+/// Steps that one search of round `k` may take, after `spent` steps in this stage. Where every search runs into its limit
+/// (thousands of portals in the open, all in sight of each other) the limit shrinks, so that the stage ends in time.
+fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
+    let left = max_steps.saturating_mul(STAGE_STEPS).saturating_sub(spent);
+    let portals: usize = rounds[k..].iter().flatten().map(|task| task.portals.len()).sum();
+    (left / portals.max(1) as u64).saturating_mul(DEAR).min(max_steps)
+}
+
+/// Runs the tasks of round `k` side by side, after `spent` steps in this stage; results are in the order of the tasks.
+pub(super) fn run(
+    rounds: &[Vec<Task>],
+    k: usize,
+    spent: u64,
+    net: &Net,
+    might_see: &MightSee,
+    max_steps: u64,
+    search: impl Fn(&mut Search<'_>, &Task) -> Found + Sync,
+) -> Vec<Found> {
+    let round = &rounds[k];
+    let max_steps = limit(max_steps, rounds, k, spent);
+    let scratch = || Search::new(net, might_see, max_steps);
+    round.par_iter().with_max_len(1).map_init(scratch, |scratch, task| search(scratch, task)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_shrink_only_where_all_searches_are_dear() {
+        let task = |portals| Task { cell: 0, portals: (0..portals).collect(), last: true };
+        let few = [vec![task(16)], vec![task(16)]];
+        assert_eq!((limit(1000, &few, 0, 0), limit(1000, &few, 1, 16_000), limit(0, &few, 0, 0)), (1000, 1000, 0));
+        let many = [vec![task(6000)], vec![task(6000)]];
+        assert_eq!(limit(200_000, &many, 0, 0), 32 * (125 * 200_000 / 12_000));
+        assert_eq!(limit(200_000, &many, 1, 25_000_000), 0, "nothing left: what might be seen stays");
+    }
+}
