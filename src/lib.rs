@@ -28,8 +28,10 @@
 //! point on an object. *separation*: a proof that no line passes a chain of portals. *lower set* L: every pair in it has a
 //! witness. *upper set* U: every pair not in it has a separation. L is a subset of the truth, which is a subset of U.
 
+pub mod bake;
 pub mod cells;
 pub mod file;
+pub mod generate;
 pub mod geom;
 pub mod pvs;
 pub mod report;

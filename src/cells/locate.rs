@@ -1,26 +1,308 @@
-//! Which cell is a point in.
+//! Which cell is a point in, which pieces does a box or a segment meet.
 
 use super::CellGraph;
 use crate::CellId;
+use crate::geom::Aabb;
 use glam::DVec3;
 
-/// A small tree over every bounded piece.
+/// A small tree over every bounded piece, and a list of the unbounded ones.
 pub struct Locator<'g> {
     graph: &'g CellGraph,
+    /// Cell and number within the cell of every piece, ascending.
+    pieces: Vec<(CellId, u32)>,
+    tree: BoxTree,
+    unbounded: Vec<u32>,
+}
+
+/// A part of a segment that lies in one piece.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Stretch {
+    /// Where it enters and leaves, as fractions of the segment.
+    pub span: [f64; 2],
+    /// The cell.
+    pub cell: CellId,
+    /// The piece of the cell.
+    pub piece: usize,
 }
 
 impl<'g> Locator<'g> {
     /// Builds the tree.
     pub fn new(graph: &'g CellGraph) -> Self {
-        Self { graph }
+        let pieces: Vec<(CellId, u32)> = (0u32..)
+            .zip(&graph.cells)
+            .flat_map(|(c, cell)| (0..cell.pieces.len() as u32).map(move |i| (CellId(c), i)))
+            .collect();
+        let boxes: Vec<Aabb> = graph.cells.iter().flat_map(|c| c.pieces.iter().map(|p| p.bounds)).collect();
+        let (bounded, unbounded) = (0..boxes.len() as u32).partition(|&i| {
+            let b = boxes[i as usize];
+            b.min.is_finite() && b.max.is_finite()
+        });
+        Self { graph, pieces, tree: BoxTree::new(&boxes, bounded), unbounded }
     }
 
-    /// The cell and piece that hold `p`; a point on a boundary goes to one of the two. `None`: in no cell.
+    /// The cell and piece that hold `p`. A point on a boundary is in every piece that it touches and goes to the first of them
+    /// (least cell, then least piece). `None`: in no cell.
     pub fn locate(&self, p: DVec3) -> Option<(CellId, usize)> {
-        self.graph
-            .cells
-            .iter()
-            .enumerate()
-            .find_map(|(c, cell)| cell.pieces.iter().position(|piece| piece.contains(p, 0.0)).map(|i| (CellId(c as u32), i)))
+        let mut best = u32::MAX;
+        let eps = boundary(p);
+        let mut try_piece = |i: u32| {
+            let (cell, piece) = self.pieces[i as usize];
+            if i < best && self.graph.cells[cell.index()].pieces[piece as usize].contains(p, eps) {
+                best = i;
+            }
+        };
+        self.unbounded.iter().for_each(|&i| try_piece(i));
+        self.tree.in_box(&Aabb { min: p, max: p }.inflated(eps), &mut try_piece);
+        let (cell, piece) = *self.pieces.get(best as usize)?;
+        Some((cell, piece as usize))
+    }
+
+    /// As [`Locator::locate`], but looks first where `p` was last: fast along a path. On a boundary the answer stays with the
+    /// hint, so it may differ from `locate`'s there.
+    pub fn locate_from(&self, hint: Option<(CellId, usize)>, p: DVec3) -> Option<(CellId, usize)> {
+        let (cell, piece) = hint?;
+        let pieces = self.graph.cells.get(cell.index()).map(|c| c.pieces.as_slice()).unwrap_or_default();
+        if pieces.get(piece).is_some_and(|piece| piece.contains(p, boundary(p))) {
+            return hint;
+        }
+        if let Some(near) = pieces.iter().position(|piece| piece.contains(p, 0.0)) {
+            return Some((cell, near));
+        }
+        self.locate(p)
+    }
+
+    /// True where `p` is in the cell, boundary included.
+    pub fn holds(&self, cell: CellId, p: DVec3) -> bool {
+        self.locate(p).is_some_and(|(c, _)| c == cell)
+            || self.graph.cells[cell.index()].pieces.iter().any(|piece| piece.contains(p, boundary(p)))
+    }
+
+    /// Visits every piece whose box meets `bounds`, in a fixed order; every unbounded piece is visited.
+    pub fn pieces_in_box(&self, bounds: &Aabb, mut visit: impl FnMut(CellId, usize)) {
+        let mut visit = |i: u32| {
+            let (cell, piece) = self.pieces[i as usize];
+            visit(cell, piece as usize);
+        };
+        self.unbounded.iter().for_each(|&i| visit(i));
+        self.tree.in_box(bounds, &mut visit);
+    }
+
+    /// The pieces that the segment from `a` to `b` passes through, in the order in which it enters them. Pieces are cut with
+    /// every plane moved out by `eps` metres, so stretches of touching pieces overlap a little.
+    pub fn along(&self, a: DVec3, b: DVec3, eps: f64) -> Vec<Stretch> {
+        let mut out = Vec::new();
+        let mut clip = |i: u32| {
+            let (cell, piece) = (self.pieces[i as usize].0, self.pieces[i as usize].1 as usize);
+            let (mut near, mut far) = (0.0f64, 1.0f64);
+            for plane in &self.graph.cells[cell.index()].pieces[piece].planes {
+                let (da, db) = (plane.distance(a) - eps, plane.distance(b) - eps);
+                match (da > 0.0, db > 0.0) {
+                    (true, true) => return,
+                    (true, false) => near = near.max(da / (da - db)),
+                    (false, true) => far = far.min(da / (da - db)),
+                    (false, false) => {}
+                }
+            }
+            if near <= far {
+                out.push(Stretch { span: [near, far], cell, piece });
+            }
+        };
+        self.unbounded.iter().for_each(|&i| clip(i));
+        self.tree.on_ray(a, b - a, 1.0, eps, &mut clip);
+        out.sort_by(|x, y| {
+            let by_span = x.span[0].total_cmp(&y.span[0]).then(x.span[1].total_cmp(&y.span[1]));
+            by_span.then((x.cell, x.piece).cmp(&(y.cell, y.piece)))
+        });
+        out
+    }
+}
+
+/// How far outside a plane a point on it may be found, metres: a few roundings of its coordinates.
+fn boundary(p: DVec3) -> f64 {
+    1e-13 * (1.0 + p.abs().max_element())
+}
+
+/// A tree over boxes, halved by the median of the longest axis.
+pub(crate) struct BoxTree {
+    nodes: Vec<Node>,
+    items: Vec<u32>,
+    boxes: Vec<Aabb>,
+}
+
+struct Node {
+    bounds: Aabb,
+    /// First item of a leaf; the right child of an inner node (its left child comes next).
+    first: u32,
+    /// Items of a leaf; 0 for an inner node.
+    count: u32,
+}
+
+const LEAF: usize = 4;
+
+impl BoxTree {
+    /// A tree over `items`, indices into `boxes`; all of those must be finite.
+    pub(crate) fn new(boxes: &[Aabb], items: Vec<u32>) -> Self {
+        let mut tree = Self { nodes: Vec::new(), items, boxes: Vec::new() };
+        if !tree.items.is_empty() {
+            tree.split(boxes, 0, tree.items.len());
+        }
+        tree.boxes = tree.items.iter().map(|&i| boxes[i as usize]).collect();
+        tree
+    }
+
+    fn split(&mut self, boxes: &[Aabb], start: usize, end: usize) {
+        let bounds = self.items[start..end].iter().fold(Aabb::EMPTY, |b, &i| b.union(boxes[i as usize]));
+        let node = self.nodes.len();
+        self.nodes.push(Node { bounds, first: start as u32, count: (end - start) as u32 });
+        if end - start <= LEAF {
+            return;
+        }
+        let size = Aabb::of(self.items[start..end].iter().map(|&i| boxes[i as usize].centre())).size();
+        let axis = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.z >= size.y {
+            2
+        } else {
+            1
+        };
+        let middle = (start + end) / 2;
+        let key = |i: &u32| boxes[*i as usize].centre()[axis];
+        self.items[start..end].select_nth_unstable_by(middle - start, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+        self.split(boxes, start, middle);
+        let right = self.nodes.len() as u32;
+        self.split(boxes, middle, end);
+        (self.nodes[node].first, self.nodes[node].count) = (right, 0);
+    }
+
+    /// Visits the items whose box touches `bounds`.
+    pub(crate) fn in_box(&self, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
+        self.visit(&|b: &Aabb| b.touches(bounds), visit);
+    }
+
+    /// Visits the items whose box, grown by `eps` metres, the ray meets for `0 <= t <= limit`.
+    pub(crate) fn on_ray(&self, origin: DVec3, direction: DVec3, limit: f64, eps: f64, visit: &mut impl FnMut(u32)) {
+        let inverse = DVec3::ONE / direction;
+        let meets = |b: &Aabb| {
+            let b = b.inflated(eps);
+            let (mut near, mut far) = (0.0f64, limit);
+            for axis in 0..3 {
+                if direction[axis] == 0.0 {
+                    if origin[axis] < b.min[axis] || origin[axis] > b.max[axis] {
+                        return false;
+                    }
+                    continue;
+                }
+                let (t0, t1) = ((b.min[axis] - origin[axis]) * inverse[axis], (b.max[axis] - origin[axis]) * inverse[axis]);
+                near = near.max(t0.min(t1));
+                far = far.min(t0.max(t1));
+            }
+            near <= far
+        };
+        self.visit(&meets, visit);
+    }
+
+    fn visit(&self, meets: &impl Fn(&Aabb) -> bool, visit: &mut impl FnMut(u32)) {
+        // Halving keeps the tree shallower than the bits of an index, and a visit holds one node a level.
+        let mut stack = [0u32; 40];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let index = stack[depth];
+            let node = &self.nodes[index as usize];
+            if !meets(&node.bounds) {
+                continue;
+            }
+            if node.count == 0 {
+                stack[depth] = node.first;
+                stack[depth + 1] = index + 1;
+                depth += 2;
+                continue;
+            }
+            let range = node.first as usize..(node.first + node.count) as usize;
+            for (item, bounds) in self.items[range.clone()].iter().zip(&self.boxes[range]) {
+                if meets(bounds) {
+                    visit(*item);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{Cell, Piece, Strategy};
+    use crate::geom::Plane;
+
+    fn slab(min: f64, max: f64) -> Piece {
+        let planes = vec![Plane { n: DVec3::X, d: max }, Plane { n: -DVec3::X, d: -min }];
+        let (lo, hi) =
+            (DVec3::new(min, f64::NEG_INFINITY, f64::NEG_INFINITY), DVec3::new(max, f64::INFINITY, f64::INFINITY));
+        Piece { planes, bounds: Aabb { min: lo, max: hi } }
+    }
+
+    fn cube(at: f64) -> Piece {
+        let bounds = Aabb { min: DVec3::new(at, 0.0, 0.0), max: DVec3::new(at + 1.0, 1.0, 1.0) };
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let planes = axes.iter().flat_map(|&n| [Plane { n, d: n.dot(bounds.max) }, Plane { n: -n, d: -n.dot(bounds.min) }]);
+        Piece { planes: planes.collect(), bounds }
+    }
+
+    fn graph(cells: Vec<Vec<Piece>>) -> CellGraph {
+        let cells = cells.into_iter().map(|pieces| Cell { pieces, ..Cell::default() }).collect();
+        let (reason, notes, portals) = (String::new(), Vec::new(), Vec::new());
+        CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes }
+    }
+
+    #[test]
+    fn a_row_of_cubes_and_an_unbounded_slab() {
+        let graph = graph((0..50).map(|i| vec![cube(f64::from(i))]).chain([vec![slab(60.0, f64::INFINITY)]]).collect());
+        let locator = Locator::new(&graph);
+        let at = |x: f64, y: f64| locator.locate(DVec3::new(x, y, 0.5)).map(|(c, _)| c.0);
+        assert_eq!(at(7.5, 0.5), Some(7));
+        assert_eq!(at(7.0, 0.5), Some(6), "on a boundary: the least of the two");
+        assert_eq!(at(7.5, 1.5), None);
+        assert_eq!(at(1e9, -4.0), Some(50));
+        let p = DVec3::new(9.0, 0.5, 0.5);
+        assert_eq!(locator.locate_from(Some((CellId(9), 0)), p), Some((CellId(9), 0)), "on a boundary: the hint");
+        assert_eq!(locator.locate_from(Some((CellId(20), 0)), p), Some((CellId(8), 0)));
+        assert!(locator.holds(CellId(8), p) && locator.holds(CellId(9), p) && !locator.holds(CellId(10), p));
+    }
+
+    #[test]
+    fn a_segment_lists_the_pieces_in_order() {
+        let graph = graph((0..50).map(|i| vec![cube(f64::from(49 - i))]).collect());
+        let (a, b) = (DVec3::new(2.5, 0.5, 0.5), DVec3::new(6.5, 0.25, 0.75));
+        let stretches = Locator::new(&graph).along(a, b, 0.0);
+        assert_eq!(stretches.iter().map(|s| s.cell.0).collect::<Vec<_>>(), [47, 46, 45, 44, 43]);
+        assert!((stretches[1].span[0] - 0.125).abs() < 1e-12 && (stretches[1].span[1] - 0.375).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_loop_over_all_boxes_finds() {
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut point = |scale: f64| DVec3::new(random(), random(), random()) * scale;
+        let boxes: Vec<Aabb> = (0..500).map(|_| point(10.0)).map(|p| Aabb { min: p, max: p }).collect();
+        let boxes: Vec<Aabb> = boxes.into_iter().map(|b| Aabb { max: b.max + point(1.0), ..b }).collect();
+        let tree = BoxTree::new(&boxes, (0..500).collect());
+        for _ in 0..200 {
+            let (p, q) = (point(10.0), point(10.0));
+            let query = Aabb { min: p.min(q), max: p.max(q) };
+            let mut found = Vec::new();
+            tree.in_box(&query, &mut |i| found.push(i));
+            found.sort_unstable();
+            assert_eq!(found, (0..500).filter(|&i| boxes[i as usize].touches(&query)).collect::<Vec<_>>());
+            // Along the segment: every box that holds one of its points.
+            let mut found = Vec::new();
+            tree.on_ray(p, q - p, 1.0, 1e-9, &mut |i| found.push(i));
+            for step in 0..=100 {
+                let x = p + (q - p) * (f64::from(step) / 100.0);
+                assert!((0..500u32).all(|i| !boxes[i as usize].contains(x) || found.contains(&i)));
+            }
+        }
     }
 }

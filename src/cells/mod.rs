@@ -3,11 +3,20 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`].
 
-mod locate;
+mod authored;
+mod complex;
+mod given;
+pub(crate) mod locate;
 mod place;
+mod polyhedron;
+mod rooms;
+mod split;
+pub mod validate;
 
-pub use locate::Locator;
+pub use given::{GivenError, read_cells};
+pub use locate::{Locator, Stretch};
 pub use place::place_objects;
+pub use split::{SplitError, SplitOptions, split};
 
 use crate::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};
@@ -122,7 +131,11 @@ impl CellGraph {
     #[inline]
     pub fn plane(&self, portal: DirectedPortal) -> Plane {
         let plane = self.portals[portal.portal().index()].plane;
-        if portal.side() == 0 { plane } else { plane.flipped() }
+        if portal.side() == 0 {
+            plane
+        } else {
+            plane.flipped()
+        }
     }
 
     /// Fills every [`Cell::portals`] from [`CellGraph::portals`].
@@ -132,7 +145,9 @@ impl CellGraph {
         }
         for (i, portal) in self.portals.iter().enumerate() {
             for side in 0..2 {
-                self.cells[portal.cells[side].index()].portals.push(PortalId(i as u32).directed(side as u32));
+                self.cells[portal.cells[side].index()]
+                    .portals
+                    .push(PortalId(i as u32).directed(side as u32));
             }
         }
     }

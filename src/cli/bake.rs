@@ -1,12 +1,226 @@
 //! `enfilade bake`.
 
-use super::{CliError, Outcome};
+use super::{CliError, Outcome, at};
+use clap::ValueEnum;
+use enfilade::bake::{BakeOptions, Baked, bake};
+use enfilade::cells::{SplitOptions, Strategy, read_cells};
+use enfilade::file::{Container, load_bytes};
+use enfilade::pvs::{Guarantee, PvsOptions};
+use enfilade::scene::{ImportOptions, Scene, import};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Flags.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The scene: .glb, .gltf, .obj, .ifc
+    input: PathBuf,
+    /// The file to write [default: INPUT with the extension .pvs]
+    #[arg(short, long, value_name = "OUT.pvs")]
+    output: Option<PathBuf>,
+    /// How to find cells
+    #[arg(long, value_enum, default_value = "auto")]
+    cells: CellsFlag,
+    /// Cells and portals of your own, in the form that `dump --json` writes
+    #[arg(long, value_name = "C.json", conflicts_with = "cells")]
+    cells_file: Option<PathBuf>,
+    /// Which side of the truth the rows take
+    #[arg(long, value_enum, default_value = "conservative")]
+    ship: Ship,
+    /// Keep both sides and the witnesses in the file
+    #[arg(long)]
+    keep_bounds: bool,
+    /// Rays that sampling may cast, in millions: a count and not a time, so that the bytes don't depend on the machine
+    #[arg(long, value_name = "MILLIONS", default_value_t = 20.0)]
+    rays: f64,
+    /// Threads [default: one a core]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Most triangles an object may have before its mesh is split
+    #[arg(long, value_name = "N", default_value_t = ImportOptions::default().object_triangles, value_parser = clap::value_parser!(u32).range(1..))]
+    object_triangles: u32,
+    /// Metres per unit of the input [default: the format's own]
+    #[arg(long, value_name = "METRES")]
+    unit: Option<f64>,
+    /// Print JSON to stdout
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum CellsFlag {
+    Auto,
+    Authored,
+    Plan,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Ship {
+    Conservative,
+    Sampled,
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<Outcome, CliError> {
-    Err(CliError("not written yet".into()))
+pub fn run(args: Args) -> Result<Outcome, CliError> {
+    if !(0.0..=1e6).contains(&args.rays) {
+        return Err(CliError("--rays takes millions, 0 to 1000000".into()));
+    }
+    if args.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
+        return Err(CliError("--unit takes metres per unit, above 0".into()));
+    }
+    let threads = args.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| CliError(format!("--threads {threads}: {e}")))?;
+    pool.install(|| bake_file(&args))
+}
+
+fn bake_file(args: &Args) -> Result<Outcome, CliError> {
+    let begin = Instant::now();
+    let bar = progress_bar();
+    bar.set_message("import");
+    let import_options =
+        ImportOptions { object_triangles: args.object_triangles, metres_per_unit: args.unit, ..ImportOptions::default() };
+    let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
+    let import_seconds = begin.elapsed().as_secs_f64();
+    let given = args.cells_file.as_deref().map(|path| cells_file(path, &scene)).transpose()?;
+    let options = BakeOptions {
+        split: SplitOptions {
+            strategy: match args.cells {
+                CellsFlag::Auto => None,
+                CellsFlag::Authored => Some(Strategy::Authored),
+                CellsFlag::Plan => Some(Strategy::Plan),
+            },
+        },
+        pvs: PvsOptions {
+            ship: match args.ship {
+                Ship::Conservative => Guarantee::Conservative,
+                Ship::Sampled => Guarantee::Sampled,
+            },
+            seed: args.seed,
+            ray_budget: (args.rays * 1e6) as u64,
+            ..PvsOptions::default()
+        },
+        keep_bounds: args.keep_bounds,
+        given,
+        import: import_options,
+    };
+    let progress = |stage: &str, done: f64| {
+        bar.set_message(stage.to_owned());
+        bar.set_position((done * 1000.0) as u64);
+    };
+    let baked = bake(&scene, options, &progress).map_err(|e| at(&args.input, e))?;
+    bar.finish_and_clear();
+    let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("pvs"));
+    baked.file.save(&output).map_err(|e| at(&output, e))?;
+    let bytes = load_bytes(&output).map_err(|e| at(&output, e))?;
+    let container = Container::parse(&bytes).map_err(|e| at(&output, e))?;
+    let report = report(&scene, &baked, &container, import_seconds, begin.elapsed().as_secs_f64(), bytes.len());
+    if args.json {
+        println!("{report:#}");
+    } else {
+        eprintln!("{}", prose(&report, &output));
+    }
+    Ok(Outcome::Done)
+}
+
+fn cells_file(path: &Path, scene: &Scene) -> Result<enfilade::cells::CellGraph, CliError> {
+    let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
+    read_cells(&text, scene).map_err(|e| at(path, e))
+}
+
+/// A bar with the time still to go, on a terminal; nothing elsewhere.
+fn progress_bar() -> indicatif::ProgressBar {
+    let style = indicatif::ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %  {elapsed} (still {eta})");
+    let bar = indicatif::ProgressBar::new(1000);
+    if let Ok(style) = style {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar
+}
+
+/// The keys of `bake --json`; docs/cli.md says what each means.
+fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, total: f64, bytes: usize) -> Value {
+    let file = &baked.file;
+    let (cells, objects) = (file.cells.len(), file.objects.len());
+    let mut pvs = super::info::pvs(container, file);
+    for (key, value) in [
+        ("rays", file.stats.rays),
+        ("cubes", file.stats.cubes),
+        ("flow_steps", file.stats.flow_steps),
+        ("flow_capped", file.stats.flow_capped),
+        ("cracks", file.stats.cracks),
+        ("contradictions", file.stats.contradictions),
+    ] {
+        pvs[key] = value.into();
+    }
+    json!({
+        "triangles": scene.triangles.len(),
+        "objects": objects,
+        "cells": cells,
+        "open_cells": file.cells.iter().filter(|c| c.open).count(),
+        "portals": file.portals.len(),
+        "strategy": { "cells": file.strategy, "reason": file.reason },
+        "left_out": file.left_out,
+        "notes": file.notes,
+        "pvs": pvs,
+        "smallest_hole": file.smallest_hole,
+        "repairs": file.repairs,
+        "seconds": {
+            "import": import,
+            "cells": baked.seconds.cells,
+            "pvs": baked.seconds.pvs,
+            "total": total,
+        },
+        "peak_rss_mb": peak_rss_mb(),
+        "file_bytes": bytes,
+    })
+}
+
+fn prose(report: &Value, output: &Path) -> String {
+    let n = |p: &str| report.pointer(p).map(ToString::to_string).unwrap_or_default();
+    let s = |p: &str| report.pointer(p).and_then(Value::as_f64).unwrap_or_default();
+    let mut lines = vec![
+        format!("{} triangles in {} objects", n("/triangles"), n("/objects")),
+        format!(
+            "{} cells ({} open), {} portals, by {}: {}",
+            n("/cells"),
+            n("/open_cells"),
+            n("/portals"),
+            n("/strategy/cells"),
+            n("/strategy/reason"),
+        ),
+        format!(
+            "of {} cell-object pairs {} are witnessed visible, {} proven hidden, {} undecided",
+            n("/pvs/total_pairs"),
+            n("/pvs/lower_pairs"),
+            s("/pvs/total_pairs") - s("/pvs/upper_pairs"),
+            n("/pvs/undecided_pairs"),
+        ),
+        format!(
+            "import {:.1} s, cells {:.1} s, visibility {:.1} s, {:.1} s in all",
+            s("/seconds/import"),
+            s("/seconds/cells"),
+            s("/seconds/pvs"),
+            s("/seconds/total"),
+        ),
+    ];
+    let list = |p: &str| report.pointer(p).and_then(Value::as_array).cloned().unwrap_or_default();
+    lines.extend(list("/left_out").iter().filter_map(Value::as_str).map(|x| format!("left out: {x}")));
+    if !list("/repairs").is_empty() {
+        lines.push(format!("{} holes in the cell graph were found and mended", list("/repairs").len()));
+    }
+    lines.push(format!("{}: {} bytes", output.display(), n("/file_bytes")));
+    lines.join("\n")
+}
+
+/// The most memory that this process has held, MiB, where the system says so.
+fn peak_rss_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some((kib / 1024.0 * 10.0).round() / 10.0)
 }

@@ -1,12 +1,271 @@
 //! `enfilade dump`.
 
-use super::{CliError, Outcome};
+use super::{CliError, Outcome, at};
+use enfilade::BitMatrix;
+use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, PvsFile, replace_file};
+use enfilade::scene::{Scene, import};
+use glam::{DVec3, Vec4};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde_json::json;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
 
 /// Flags.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The .pvs file.
+    file: PathBuf,
+    /// Only these rows.
+    #[arg(long, value_enum)]
+    rows: Option<Rows>,
+    /// JSON on stdout, keys as in docs/cli.md.
+    #[arg(long)]
+    json: bool,
+    /// Write the scene's triangles here, one group `o object_<id>` an object.
+    #[arg(long, value_name = "SCENE.obj", requires = "model")]
+    obj: Option<PathBuf>,
+    /// The model that the file was baked for.
+    #[arg(long, value_name = "INPUT", requires = "obj")]
+    model: Option<PathBuf>,
+}
+
+/// Which rows.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Rows {
+    /// Cells seen from each cell.
+    Cells,
+    /// Objects seen from each cell.
+    Objects,
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<Outcome, CliError> {
-    Err(CliError("not written yet".into()))
+pub fn run(args: Args) -> Result<Outcome, CliError> {
+    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    if let (Some(obj), Some(model)) = (&args.obj, &args.model) {
+        write_obj(&args.file, &file, obj, model)?;
+        if !args.json && args.rows.is_none() {
+            return Ok(Outcome::Done);
+        }
+    }
+    let mut out = BufWriter::new(io::stdout().lock());
+    let written = if args.json { json(&file, args.rows, &mut out) } else { text(&file, args.rows, &mut out) };
+    match written.and_then(|()| out.flush()) {
+        // The reader has seen enough.
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
+        _ => Ok(Outcome::Done),
+    }
+}
+
+/// The model, imported as it was for the bake, as an OBJ file in its own coordinates.
+fn write_obj(path: &Path, file: &PvsFile, obj: &Path, model: &Path) -> Result<(), CliError> {
+    let scene = import(model, &file.import.options()).map_err(|e| at(model, e))?;
+    let hash = scene.hash();
+    if hash != file.model_hash {
+        let what = format!(
+            "not the model that {} was baked for (hash {hash:032x}, expected {:032x}); give that model, or bake this one",
+            path.display(),
+            file.model_hash
+        );
+        return Err(at(model, what));
+    }
+    replace_file(obj, |out| obj_lines(&scene, out)).map_err(|e| at(obj, e))
+}
+
+fn obj_lines(scene: &Scene, out: &mut dyn Write) -> io::Result<()> {
+    for p in &scene.positions {
+        let p = *p + scene.origin;
+        writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
+    }
+    for (i, object) in scene.objects.iter().enumerate() {
+        writeln!(out, "o object_{i}")?;
+        for [a, b, c] in &scene.triangles[object.triangles.start as usize..object.triangles.end as usize] {
+            writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
+        }
+    }
+    Ok(())
+}
+
+/// Half-spaces in the model's own coordinates, in `f64`: nothing is lost on the way.
+fn plane(origin: DVec3, plane: &Vec4) -> [f64; 4] {
+    let n = plane.truncate().as_dvec3();
+    [n.x, n.y, n.z, f64::from(plane.w) + n.dot(origin)]
+}
+
+fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<()> {
+    if rows.is_none() {
+        for (i, c) in file.cells.iter().enumerate() {
+            let open = if c.open { ", open" } else { "" };
+            writeln!(out, "cell {i} {:?}: {} pieces{open}", c.name, c.pieces.len())?;
+        }
+        for (i, p) in file.portals.iter().enumerate() {
+            writeln!(out, "portal {i}: {} - {}, {} corners, {:?}", p.cells[0], p.cells[1], p.winding.len(), p.kind)?;
+        }
+        for (i, o) in file.objects.iter().enumerate() {
+            writeln!(out, "object {i} {:?}: {} triangles", o.node, o.triangles)?;
+        }
+    }
+    for which in [Rows::Cells, Rows::Objects] {
+        if rows.is_some_and(|only| only != which) {
+            continue;
+        }
+        if rows.is_none() {
+            writeln!(out, "rows of {}", if which == Rows::Cells { "cells" } else { "objects" })?;
+        }
+        let matrix = Matrix::shipped(file, which);
+        for row in 0..matrix.rows {
+            write!(out, "{row} {}:", matrix.ids(row).count())?;
+            for id in matrix.ids(row) {
+                write!(out, " {id}")?;
+            }
+            writeln!(out)?;
+        }
+    }
+    Ok(())
+}
+
+/// A matrix of which every bit may be set without being there.
+#[derive(Clone, Copy)]
+struct Matrix<'f> {
+    matrix: Option<&'f BitMatrix>,
+    rows: usize,
+    columns: usize,
+}
+
+impl<'f> Matrix<'f> {
+    fn shipped(file: &'f PvsFile, which: Rows) -> Self {
+        let (matrix, columns) = match which {
+            Rows::Cells => (file.cell_rows.as_ref(), file.cells.len()),
+            Rows::Objects => (file.object_rows.as_ref(), file.objects.len()),
+        };
+        Self { matrix, rows: file.cells.len(), columns }
+    }
+
+    fn of(matrix: &'f BitMatrix) -> Self {
+        Self { matrix: Some(matrix), rows: matrix.rows(), columns: matrix.columns() }
+    }
+
+    /// Ascending ids in a row.
+    fn ids(self, row: usize) -> impl Iterator<Item = usize> + 'f {
+        let all = if self.matrix.is_none() { 0..self.columns } else { 0..0 };
+        self.matrix.into_iter().flat_map(move |m| m.ones(row)).chain(all)
+    }
+}
+
+/// Lists of ids, written as they are made: a large file's rows are never in memory as text.
+impl Serialize for Matrix<'_> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        s.collect_seq((0..self.rows).map(|row| Ids(*self, row)))
+    }
+}
+
+struct Ids<'f>(Matrix<'f>, usize);
+
+impl Serialize for Ids<'_> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        s.collect_seq(self.0.ids(self.1))
+    }
+}
+
+/// `cells` and `objects`, or one of them.
+struct Sides<'f> {
+    cells: Matrix<'f>,
+    objects: Matrix<'f>,
+    only: Option<Rows>,
+}
+
+impl Serialize for Sides<'_> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        let mut map = s.serialize_map(None)?;
+        if self.only != Some(Rows::Objects) {
+            map.serialize_entry("cells", &self.cells)?;
+        }
+        if self.only != Some(Rows::Cells) {
+            map.serialize_entry("objects", &self.objects)?;
+        }
+        map.end()
+    }
+}
+
+/// A list whose elements become JSON one at a time.
+struct Each<'f, T, F>(&'f [T], F);
+
+impl<T, F: Fn(usize, &T) -> serde_json::Value> Serialize for Each<'_, T, F> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        s.collect_seq(self.0.iter().enumerate().map(|(i, x)| (self.1)(i, x)))
+    }
+}
+
+/// The whole document.
+struct Document<'f> {
+    file: &'f PvsFile,
+    only: Option<Rows>,
+}
+
+impl Serialize for Document<'_> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        let Self { file, only } = *self;
+        let origin = file.origin;
+        let cell = |i: usize, c: &FileCell| {
+            let piece =
+                |planes: &Vec<Vec4>| json!({ "planes": planes.iter().map(|p| plane(origin, p)).collect::<Vec<_>>() });
+            let pieces: Vec<_> = c.pieces.iter().map(piece).collect();
+            json!({ "id": i, "open": c.open, "name": c.name, "source": c.source, "pieces": pieces })
+        };
+        let portal = |i: usize, p: &FilePortal| {
+            let winding: Vec<_> = p.winding.iter().map(|p| (p.as_dvec3() + origin).to_array()).collect();
+            json!({ "id": i, "cells": p.cells, "winding": winding, "kind": p.kind, "source": p.source })
+        };
+        let object = |i: usize, o: &FileObject| json!({ "id": i, "node": o.node, "triangles": o.triangles });
+        let sides = |cells, objects| Sides { cells, objects, only };
+        let side = |cells, objects| sides(Matrix::of(cells), Matrix::of(objects));
+
+        let mut map = s.serialize_map(None)?;
+        map.serialize_entry("cells", &Each(&file.cells, cell))?;
+        map.serialize_entry("portals", &Each(&file.portals, portal))?;
+        map.serialize_entry("objects", &Each(&file.objects, object))?;
+        map.serialize_entry("rows", &sides(Matrix::shipped(file, Rows::Cells), Matrix::shipped(file, Rows::Objects)))?;
+        if let Some(Bounds { cells_lower, cells_upper, objects_lower, objects_upper, .. }) = &file.bounds {
+            let bounds = LowerUpper { lower: side(cells_lower, objects_lower), upper: side(cells_upper, objects_upper) };
+            map.serialize_entry("bounds", &bounds)?;
+        }
+        if !file.repairs.is_empty() {
+            let repair = |_: usize, r: &enfilade::pvs::Repair| json!({ "cells": r.cells, "at": (r.at + origin).to_array(), "segment": r.segment.map(|p| (p + origin).to_array()) });
+            map.serialize_entry("repairs", &Each(&file.repairs, repair))?;
+        }
+        map.end()
+    }
+}
+
+#[derive(serde::Serialize)]
+struct LowerUpper<'f> {
+    lower: Sides<'f>,
+    upper: Sides<'f>,
+}
+
+fn json(file: &PvsFile, only: Option<Rows>, out: &mut impl Write) -> io::Result<()> {
+    serde_json::to_writer(&mut *out, &Document { file, only })?;
+    writeln!(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use enfilade::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    #[test]
+    fn obj_files_have_a_group_an_object_in_the_models_coordinates() {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        for (node, x) in [("floor", 100.0), ("roof", 100.5)] {
+            let positions = [[x, 0.25, 0.0], [x + 1.0, 0.25, 0.0], [x, 0.25, 1.0]].map(DVec3::from_array).to_vec();
+            let mesh = Mesh { node: node.into(), role: Role::Unknown, opaque: true, positions, triangles: vec![[0, 1, 2]] };
+            builder.add(mesh).expect("a good mesh");
+        }
+        let scene = builder.finish("two").expect("two triangles");
+        assert_ne!(scene.origin, DVec3::ZERO);
+        let mut out = Vec::new();
+        obj_lines(&scene, &mut out).expect("memory");
+        let expected = "v 100 0.25 0\nv 101 0.25 0\nv 100 0.25 1\nv 100.5 0.25 0\nv 101.5 0.25 0\nv 100.5 0.25 1\n\
+                        o object_0\nf 1 2 3\no object_1\nf 4 5 6\n";
+        assert_eq!(String::from_utf8_lossy(&out), expected);
+    }
 }

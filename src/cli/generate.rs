@@ -1,12 +1,110 @@
 //! `enfilade generate`.
 
-use super::{CliError, Outcome};
+use super::{CliError, Outcome, at};
+use enfilade::generate::{Kind, generate, pretty};
+use std::path::{Path, PathBuf};
 
 /// Flags.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    #[command(subcommand)]
+    scene: Scene,
+}
+
+#[derive(clap::Subcommand)]
+enum Scene {
+    /// An office building: offices on both sides of corridors, storeys joined by stairs.
+    Office {
+        /// Offices; corridors, stairs, lifts, stores, meeting rooms and the lobby come on top.
+        #[arg(long, value_name = "N")]
+        rooms: usize,
+        /// Storeys [default: about 50 offices on each].
+        #[arg(long, value_name = "N")]
+        storeys: Option<usize>,
+        /// Desks, chairs, screens, cupboards, lamps: about a thousand triangles an office.
+        #[arg(long)]
+        furnished: bool,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// A gallery: rooms in a grid, doorways mostly off each other's axes, works of art.
+    Gallery {
+        /// Rooms.
+        #[arg(long, value_name = "N")]
+        rooms: usize,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// A maze of small rooms.
+    Maze {
+        /// Rooms.
+        #[arg(long, value_name = "N")]
+        rooms: usize,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// Palladio's Villa Rotonda.
+    House {
+        #[command(flatten)]
+        output: Output,
+    },
+    /// One closed room.
+    Hall {
+        #[command(flatten)]
+        output: Output,
+    },
+}
+
+#[derive(clap::Args)]
+struct Output {
+    /// The model to write; binary glTF.
+    #[arg(short, long, value_name = "X.glb")]
+    output: PathBuf,
+    /// Seed of every random choice.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Also write X.path.json, X.rooms.json and X.expected.json: a walk, the rooms and doors, the counts.
+    #[arg(long)]
+    facts: bool,
+    /// Print the counts as JSON.
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<Outcome, CliError> {
-    Err(CliError("not written yet".into()))
+pub fn run(args: Args) -> Result<Outcome, CliError> {
+    let (kind, out) = match args.scene {
+        Scene::Office { rooms, storeys, furnished, output } => (Kind::Office { rooms, storeys, furnished }, output),
+        Scene::Gallery { rooms, output } => (Kind::Gallery { rooms }, output),
+        Scene::Maze { rooms, output } => (Kind::Maze { rooms }, output),
+        Scene::House { output } => (Kind::House, output),
+        Scene::Hall { output } => (Kind::Hall, output),
+    };
+    let made = generate(kind, out.seed).map_err(|e| CliError(e.to_string()))?;
+    write(&out.output, &made.glb)?;
+    if out.facts {
+        for (what, value) in [("path", &made.path), ("rooms", &made.rooms), ("expected", &made.expected)] {
+            write(&out.output.with_extension(format!("{what}.json")), pretty(value).as_bytes())?;
+        }
+    }
+    let count = |key: &str| made.expected[key].as_u64().unwrap_or_default();
+    eprintln!(
+        "{}: {} triangles in {} nodes; {} rooms, {} doors, {} openings, {} windows on {} storeys",
+        out.output.display(),
+        count("triangles"),
+        count("nodes"),
+        count("rooms"),
+        count("doors"),
+        count("openings"),
+        count("windows"),
+        count("storeys"),
+    );
+    if out.json {
+        println!("{}", made.expected);
+    }
+    Ok(Outcome::Done)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    std::fs::write(path, bytes).map_err(|e| at(path, e))
 }

@@ -205,7 +205,7 @@ impl SectionReader<'_, '_> {
     fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {
         let stats = self.section(SectionId::Stats, budget, |c, _| {
             let (rays, cubes, flow_steps) = (c.u64()?, c.u64()?, c.u64()?);
-            Ok(PvsStats { rays, cubes, flow_steps, flow_capped: c.u64()?, cracks: c.u64()? })
+            Ok(PvsStats { rays, cubes, flow_steps, flow_capped: c.u64()?, cracks: c.u64()?, contradictions: c.u64()? })
         })?;
         Ok(stats.unwrap_or_default())
     }

@@ -1,10 +1,24 @@
 //! What can be seen from each cell: both sides of it.
+//!
+//! [`bake`] is the main path. The lower bound: `cubes` and `aimed`, their proofs in `witness`, the cells along a line in
+//! `lines`. The upper bound: `flow`. Where the two contradict each other: `repair`.
 
-use crate::cells::CellGraph;
+mod aimed;
+mod cubes;
+pub mod flow;
+mod lines;
+mod repair;
+mod witness;
+
+use crate::cells::{CellGraph, place_objects};
+use crate::geom::Aabb;
 use crate::scene::Scene;
+use crate::scene::rays::RayScene;
 use crate::{BitMatrix, CellId, ObjectId};
+use flow::{FlowInput, FlowResult, flow};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use witness::Lower;
 
 /// Which side of the truth a file's rows are on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -23,7 +37,7 @@ pub struct PvsOptions {
     pub ship: Guarantee,
     /// Seed of every random choice.
     pub seed: u64,
-    /// Rays over the whole bake, in millions: the sampling budget; a count, so that the bytes don't depend on the machine.
+    /// Rays over the whole bake: the sampling budget; a count, so that the bytes don't depend on the machine.
     pub ray_budget: u64,
     /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
     pub flow_steps: u64,
@@ -31,7 +45,12 @@ pub struct PvsOptions {
 
 impl Default for PvsOptions {
     fn default() -> Self {
-        Self { ship: Guarantee::Conservative, seed: 0, ray_budget: 20_000_000, flow_steps: 200_000 }
+        Self {
+            ship: Guarantee::Conservative,
+            seed: 0,
+            ray_budget: 20_000_000,
+            flow_steps: 200_000,
+        }
     }
 }
 
@@ -70,8 +89,11 @@ pub struct PvsStats {
     pub flow_steps: u64,
     /// Source portals whose flow ran out of steps and kept what might be seen.
     pub flow_capped: u64,
-    /// Rays that ended outside the upper set but not with a witness's clearance: cracks, not holes.
+    /// Cell-object pairs outside the upper set that rays reached, but not with a witness's clearance: cracks, not holes.
     pub cracks: u64,
+    /// Pairs (cell-cell and cell-object) that were proven visible, that flow took for hidden, and for which no hole was found
+    /// in the cell graph: a fault of ours. They were added to the upper set.
+    pub contradictions: u64,
 }
 
 /// The result of a bake: lower and upper sets over cells and over objects. `lower` is a subset of `upper`.
@@ -100,7 +122,68 @@ pub struct Pvs {
 /// Progress as a fraction of the work, called from any thread; stages are named.
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 
+/// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
+const AIMED: f64 = 0.25;
+/// Rounds of mending, at most: a mended hole may show the next one.
+const MENDINGS: usize = 4;
+
 /// Works out what can be seen from every cell. `graph` is changed only where a witness proves that a portal is missing.
-pub fn bake(_scene: &Scene, _graph: &mut CellGraph, _options: &PvsOptions, _progress: Progress<'_>) -> Pvs {
-    todo!()
+pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress: Progress<'_>) -> Pvs {
+    // 1. Which objects are in which cell.
+    progress("placement", 0.0);
+    let tolerance = scene.tolerance();
+    let placement = place_objects(scene, graph, witness::PLACEMENT_MARGIN * tolerance.clearance);
+    let object_bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
+
+    // 2. The lower bound: what cubes see, with proofs.
+    progress("cubes", 0.0);
+    let rays = RayScene::new(scene);
+    let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
+    let for_cubes = options.ray_budget - (options.ray_budget as f64 * AIMED) as u64;
+    let cubes = cubes::sample(&rays, graph, options, for_cubes, &mut lower, progress);
+
+    // 3. Holes that the proofs show in the graph.
+    let mut repairs = Vec::new();
+    let mut mend = |graph: &mut CellGraph, lower: &Lower, known: [usize; 2]| {
+        let found = (0..MENDINGS).map_while(|_| Some(repair::mend(scene, graph, lower, known)).filter(|r| !r.is_empty()));
+        let before = repairs.len();
+        repairs.extend(found.flatten());
+        repairs.len() > before
+    };
+    progress("holes", 0.0);
+    mend(graph, &lower, [0, 0]);
+
+    // 4. The upper bound: portal flow, which need not look for what is proven.
+    let upper = |graph: &CellGraph, lower: &Lower| {
+        let (cells_lower, objects_lower, max_steps) = (&lower.cells, &lower.objects, options.flow_steps);
+        let (placement, object_bounds, coplanar) = (&placement, object_bounds.as_slice(), tolerance.coplanar);
+        flow(&FlowInput { graph, placement, object_bounds, cells_lower, objects_lower, max_steps, coplanar }, progress)
+    };
+    let mut flowed = upper(graph, &lower);
+
+    // 5. The rays that are left, aimed at what is undecided; and what holes those show.
+    let known = [lower.witnesses.len(), lower.sights.len()];
+    let FlowResult { cells_upper, objects_upper, .. } = &flowed;
+    let undecided = aimed::Undecided { cells_upper, objects_upper, placement: &placement };
+    aimed::sample(&rays, graph, undecided, options, options.ray_budget, &mut lower, progress);
+    if mend(graph, &lower, known) {
+        flowed = upper(graph, &lower);
+    }
+
+    // 6. The lower set is a subset of the upper one: what still contradicts it is called visible, and counted.
+    let FlowResult { mut cells_upper, mut objects_upper, steps, capped } = flowed;
+    let outside = lower.failed.keys().filter(|&&(cell, object)| !objects_upper.get(cell as usize, object as usize));
+    let mut stats = PvsStats { rays: lower.rays, cubes, flow_steps: steps, flow_capped: capped, ..PvsStats::default() };
+    stats.cracks = outside.count() as u64;
+    let pairs = |cells: &BitMatrix, objects: &BitMatrix| cells.count_ones() + objects.count_ones();
+    let before = pairs(&cells_upper, &objects_upper);
+    cells_upper.union_with(&lower.cells);
+    objects_upper.union_with(&lower.objects);
+    stats.contradictions = pairs(&cells_upper, &objects_upper) - before;
+    debug_assert_eq!((lower.objects.first_outside(&objects_upper), lower.cells.first_outside(&cells_upper)), (None, None));
+
+    let Lower { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = lower;
+    witnesses.sort_by_key(|w| (w.cell, w.object));
+    let guarantee = options.ship;
+    Pvs { cells_lower, cells_upper, objects_lower, objects_upper, placement, witnesses, guarantee, repairs, stats }
 }

@@ -1,9 +1,15 @@
 //! Where every importer hands in its meshes: numbers checked, degenerate triangles dropped and counted, large meshes split.
 
 use super::cluster::clusters;
-use super::{Hints, ImportError, ImportOptions, Object, Role, Scene, Source, triangle_area};
+use super::{Hints, ImportError, ImportOptions, Object, Place, Role, Scene, Source};
 use crate::geom::Aabb;
 use glam::DVec3;
+use std::collections::HashMap;
+
+/// Beyond this, metres, squares and their products leave the range in which a metre means anything.
+const FARTHEST: f64 = 1e12;
+/// Scenes keep their indices in `u32`, with three corners to a triangle at worst.
+const MOST_TRIANGLES: usize = (u32::MAX / 3) as usize;
 
 /// One mesh primitive in the model's own coordinates: metres, +Y up, `f64`.
 #[derive(Clone, Debug)]
@@ -36,30 +42,39 @@ pub struct SceneBuilder {
 impl SceneBuilder {
     /// An empty scene.
     pub fn new(options: &ImportOptions, source: Source) -> Self {
-        Self { options: options.clone(), meshes: Vec::new(), count: 0, degenerate: 0, hints: Hints::default(), source }
+        Self {
+            options: options.clone(),
+            meshes: Vec::new(),
+            count: 0,
+            degenerate: 0,
+            hints: Hints::default(),
+            source,
+        }
     }
 
-    /// Adds a mesh. Fails on indices out of range, numbers that aren't finite, and more triangles than the options allow.
-    /// Triangles without area are dropped and counted.
+    /// Counts triangles against [`ImportOptions::max_triangles`]. [`SceneBuilder::add`] does so itself; importers call it for
+    /// triangles that end up elsewhere (the surfaces of rooms), before they make them.
+    pub fn count(&mut self, triangles: usize) -> Result<(), ImportError> {
+        let limit = self.options.max_triangles.min(MOST_TRIANGLES);
+        self.count = self.count.saturating_add(triangles);
+        if self.count > limit { Err(ImportError::TooLarge { limit }) } else { Ok(()) }
+    }
+
+    /// Adds a mesh. Fails on indices out of range, numbers that aren't finite (or beyond 1e12 m), and more triangles than the
+    /// options allow. Triangles without area, up to the rounding of their own coordinates, are dropped and counted.
     pub fn add(&mut self, mut mesh: Mesh) -> Result<(), ImportError> {
-        self.count += mesh.triangles.len();
-        if self.count > self.options.max_triangles {
-            return Err(ImportError::TooLarge { limit: self.options.max_triangles });
-        }
-        // Beyond 1e12 m, squares and their products leave the range in which a metre means anything.
-        if mesh.positions.iter().any(|p| !p.is_finite() || p.abs().max_element() > 1e12) {
+        self.count(mesh.triangles.len())?;
+        // A NaN fails the comparison too.
+        if !mesh.positions.iter().all(|p| p.abs().cmple(DVec3::splat(FARTHEST)).all()) {
             return Err(ImportError::NotFinite { node: mesh.node });
         }
         let n = mesh.positions.len();
         if let Some(bad) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
-            return Err(ImportError::malformed(
-                super::Place::File,
-                format!("{}: vertex index {bad} of {n} vertices", mesh.node),
-            ));
+            return Err(ImportError::malformed(Place::File, format!("{}: vertex index {bad} of {n} vertices", mesh.node)));
         }
         let before = mesh.triangles.len();
         let positions = &mesh.positions;
-        mesh.triangles.retain(|t| triangle_area(t.map(|i| positions[i as usize])) > 0.0);
+        mesh.triangles.retain(|t| has_area(t.map(|i| positions[i as usize])));
         self.degenerate += before - mesh.triangles.len();
         if !mesh.triangles.is_empty() {
             self.meshes.push(mesh);
@@ -67,10 +82,20 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// The scene: the origin is the middle of the bounding box, rounded to whole metres.
+    /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
-        let used = |m: &Mesh| Aabb::of(m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
-        let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, m| b.union(used(m)));
+        let used = |m: &Mesh| {
+            Aabb::of(
+                m.triangles
+                    .iter()
+                    .flatten()
+                    .map(|&i| m.positions[i as usize]),
+            )
+        };
+        let bounds = self
+            .meshes
+            .iter()
+            .fold(Aabb::EMPTY, |b, m| b.union(used(m)));
         if bounds.is_empty() {
             return Err(ImportError::Empty);
         }
@@ -78,13 +103,14 @@ impl SceneBuilder {
         let (mut positions, mut triangles, mut objects) = (Vec::new(), Vec::new(), Vec::new());
         for mesh in self.meshes {
             for part in clusters(&mesh, self.options.object_triangles) {
-                let mut renumbered = std::collections::HashMap::new();
+                let mut welded = HashMap::with_capacity(part.len());
                 let start = triangles.len() as u32;
                 let mut bounds = Aabb::EMPTY;
                 for triangle in part {
                     triangles.push(mesh.triangles[triangle as usize].map(|i| {
-                        *renumbered.entry(i).or_insert_with(|| {
-                            let p = mesh.positions[i as usize] - origin;
+                        let p = mesh.positions[i as usize] - origin;
+                        // Adding zero makes -0.0 and 0.0 one.
+                        *welded.entry((p + 0.0).to_array().map(f64::to_bits)).or_insert_with(|| {
                             bounds = bounds.with(p);
                             positions.push(p);
                             positions.len() as u32 - 1
@@ -92,22 +118,109 @@ impl SceneBuilder {
                     }));
                 }
                 let triangles = start..triangles.len() as u32;
-                objects.push(Object { node: mesh.node.clone(), role: mesh.role, opaque: mesh.opaque, triangles, bounds });
+                objects.push(Object {
+                    node: mesh.node.clone(),
+                    role: mesh.role,
+                    opaque: mesh.opaque,
+                    triangles,
+                    bounds,
+                });
             }
         }
         if self.degenerate > 0 {
-            self.source.notes.push(format!("{} triangles without area dropped", self.degenerate));
+            self.source.notes.push(format!(
+                "{} triangles without area dropped",
+                self.degenerate
+            ));
         }
         let mut hints = self.hints;
         for s in &mut hints.storeys {
             s.elevation -= origin.y;
         }
-        for p in hints.rooms.iter_mut().flat_map(|r| r.surface.iter_mut().flatten()) {
+        for p in hints
+            .rooms
+            .iter_mut()
+            .flat_map(|r| r.surface.iter_mut().flatten())
+        {
             *p -= origin;
         }
         for p in hints.openings.iter_mut().flat_map(|o| o.winding.iter_mut()) {
             *p -= origin;
         }
-        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, hints })
+        Ok(Scene {
+            name: name.to_owned(),
+            source: self.source,
+            origin,
+            positions,
+            triangles,
+            objects,
+            hints,
+        })
+    }
+}
+
+/// A name fit for an object: every object of a mesh repeats it, so a file of one endless name must not fill the memory.
+pub(super) fn short_name(name: &str) -> String {
+    const LONGEST: usize = 200;
+    match name.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &name[..end]),
+        None => name.to_owned(),
+    }
+}
+
+/// True where the triangle's least height is above the rounding error of its own coordinates: below it, nobody can tell the
+/// triangle from a segment, and its normal is noise.
+fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    (b - a).cross(c - a).length() > 4.0 * f64::EPSILON * largest * longest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(corners: [[f64; 3]; 3]) -> Mesh {
+        let positions = corners.map(DVec3::from).to_vec();
+        Mesh { node: "m".into(), role: Role::Unknown, opaque: true, positions, triangles: vec![[0, 1, 2]] }
+    }
+
+    fn builder(max_triangles: usize) -> SceneBuilder {
+        SceneBuilder::new(&ImportOptions { max_triangles, ..ImportOptions::default() }, Source::default())
+    }
+
+    #[test]
+    fn triangles_without_area_are_dropped_and_counted() {
+        let mut b = builder(10);
+        b.add(triangle([[0.1, 0.1, 0.1], [0.2, 0.2, 0.2], [0.3, 0.3, 0.3]])).unwrap();
+        b.add(triangle([[1e7, 0.0, 0.0], [1e7, 1.0, 0.0], [1e7, 0.0, 1e-9]])).unwrap();
+        b.add(triangle([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 1e-9]])).unwrap();
+        let scene = b.finish("s").unwrap();
+        assert_eq!(scene.triangles.len(), 1);
+        assert_eq!(scene.source.notes, ["2 triangles without area dropped"]);
+    }
+
+    #[test]
+    fn the_limit_is_on_the_sum_and_equal_corners_are_welded() {
+        let mut b = builder(2);
+        let mut twice = triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        twice.positions.extend([[0.0, 1.0, -0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]].map(DVec3::from));
+        twice.triangles.push([3, 4, 5]);
+        b.add(twice).unwrap();
+        assert!(matches!(b.count(1), Err(ImportError::TooLarge { limit: 2 })));
+        let scene = b.finish("s").unwrap();
+        assert_eq!((scene.positions.len(), scene.triangles), (4, vec![[0, 1, 2], [2, 1, 3]]));
+    }
+
+    #[test]
+    fn numbers_that_mean_nothing_are_refused() {
+        for bad in [f64::NAN, f64::INFINITY, -1e13] {
+            let refused = builder(9).add(triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, bad, 0.0]]));
+            assert!(matches!(refused, Err(ImportError::NotFinite { .. })), "{bad}");
+        }
+        let mut mesh = triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        mesh.triangles.push([0, 1, 3]);
+        assert!(matches!(builder(9).add(mesh), Err(ImportError::Malformed { .. })));
+        assert!(matches!(builder(9).finish("s"), Err(ImportError::Empty)));
     }
 }

@@ -1,7 +1,326 @@
-//! stub
-use super::{ImportError, ImportOptions, Scene};
+//! glTF 2.0: `.glb`, and `.gltf` with `data:` uris or files beside it.
+//!
+//! Every node that the default scene shows becomes an object per mesh primitive, in metres, +Y up, under the node's world
+//! transform (worked out in `f64`; a mirrored node's triangles are turned round). Triangle lists, strips and fans, indexed or
+//! not, plain or quantised (KHR_mesh_quantization), sparse accessors, EXT_mesh_gpu_instancing and KHR_node_visibility are read.
+//! Points, lines, skins, morph targets and animations are left out with a note. A required extension that isn't known, such as
+//! mesh compression, is refused by name.
+//!
+//! An object is named after its node, else its mesh, else `node N`; `/I` is added where the mesh has several primitives, and
+//! `@I` for instances. Materials that blend, are masked or transmit light make it see-through.
+//!
+//! # Authored rooms and portals
+//!
+//! Nothing here is a guarantee; the split into cells takes them as [`Hints`](super::Hints). Node names are read as Godot 3 does:
+//!
+//! | name | meaning |
+//! | --- | --- |
+//! | `kitchen-room` | a room; everything below it belongs to it |
+//! | `x-bound` in a room | the room's surface (else the box around its meshes); not drawn |
+//! | `outside-roomgroup` | rooms below it are open air |
+//! | `kitchen-portal`, `kitchen*1-portal` | a flat convex mesh: an opening from the room it is in to `kitchen`; not drawn |
+//!
+//! and so are the extras of a node:
+//!
+//! ```json
+//! { "extras": { "enfilade": { "role": "structure|furnishing|door|window", "room": "kitchen", "portal": ["kitchen", "hall"] } } }
+//! ```
+//!
+//! * `role` is the [`Role`] of the node's mesh and of everything below it that doesn't say otherwise. Doors and windows are
+//!   see-through, whatever their material.
+//! * `room` is a name (nodes with one name are parts of one room) or `true` (the node's own name); `false` undoes a `-room` name.
+//! * `portal` makes the node's mesh an opening between two rooms; an empty name leaves a side to geometry.
+
+mod authored;
+mod data;
+mod document;
+mod primitive;
+
+use super::builder::short_name;
+use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use authored::{Authored, Extras, Named, RoomName};
+use data::{Buffers, broken, entry};
+use document::{Document, Instancing, Node};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+use primitive::{LeftOut, Part};
 use std::path::Path;
-/// Reads a file.
-pub fn import(_path: &Path, _options: &ImportOptions) -> Result<Scene, ImportError> {
-    Err(ImportError::Empty)
+use std::rc::Rc;
+
+/// Reads a `.glb` or `.gltf` file; see [`self`].
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let bytes = std::fs::read(path)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    from_slice(&bytes, &name, path.parent(), options)
+}
+
+/// Reads a model that is in memory. `folder` is where its buffers are looked for; without one, buffers in other files are
+/// refused.
+pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let (document, bin) = document::read(bytes)?;
+    let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
+    let source = Source { format: "glTF".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
+    let mut importer = Importer {
+        document: &document,
+        buffers: Buffers::new(&document, bin, folder),
+        builder: SceneBuilder::new(options, source),
+        parts: document.meshes.iter().map(|_| None).collect(),
+        authored: Authored::default(),
+        left_out: LeftOut::default(),
+        skinned: 0,
+    };
+    importer.walk(metres_per_unit)?;
+    importer.finish(name)
+}
+
+/// A node still to be visited, with what it inherits.
+struct Visit {
+    node: usize,
+    parent: DAffine3,
+    role: Role,
+    room: Option<usize>,
+    outside: bool,
+}
+
+struct Importer<'a> {
+    document: &'a Document,
+    buffers: Buffers<'a>,
+    builder: SceneBuilder,
+    /// By mesh and primitive, as they are first needed.
+    parts: Vec<Option<Rc<Vec<Option<Part>>>>>,
+    authored: Authored,
+    left_out: LeftOut,
+    skinned: usize,
+}
+
+impl Importer<'_> {
+    fn walk(&mut self, metres_per_unit: f64) -> Result<(), ImportError> {
+        let world = DAffine3::from_scale(DVec3::splat(metres_per_unit));
+        let mut seen = vec![false; self.document.node_count()];
+        let mut stack = Vec::new();
+        for root in roots(self.document)? {
+            stack.push(Visit { node: root, parent: world, role: Role::Unknown, room: None, outside: false });
+            while let Some(mut visit) = stack.pop() {
+                if std::mem::replace(&mut seen[visit.node], true) {
+                    return Err(broken(format!("node {} is in the scene twice", visit.node)));
+                }
+                let node = self.document.node(visit.node);
+                if node.is_visible() {
+                    visit.parent *= transform(node, visit.node)?;
+                    self.visit(node, &mut visit)?;
+                    stack.extend(node.children.iter().rev().map(|&child| Visit { node: child, ..visit }));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes in a node; `visit.parent` is its own world transform by now, and `visit` becomes what its children inherit.
+    fn visit(&mut self, node: &Node, visit: &mut Visit) -> Result<(), ImportError> {
+        let mesh = node.mesh.map(|mesh| entry(&self.document.meshes, mesh, "mesh")).transpose()?;
+        let mesh_name = mesh.and_then(|m| m.name.as_deref());
+        let name = match node.name.as_deref().or(mesh_name).filter(|name| !name.is_empty()) {
+            Some(name) => short_name(name),
+            None => format!("node {}", visit.node),
+        };
+        let extras = Extras::parse(node.extras.as_deref(), &name)?;
+        let named = Named::parse(&name);
+        visit.role = extras.role.map_or(visit.role, Role::from);
+        match (&named, extras.room) {
+            (_, Some(RoomName::Name(room))) => visit.room = Some(self.authored.room_named(&name, &room, visit.outside)),
+            (_, Some(RoomName::IsRoom(false))) => {}
+            (Named::Room(room), _) => visit.room = Some(self.authored.room(&name, room, visit.outside)),
+            (_, Some(RoomName::IsRoom(true))) => visit.room = Some(self.authored.room(&name, &name, visit.outside)),
+            _ => {}
+        }
+        if let Named::Group { outside } = named {
+            visit.outside |= outside;
+        }
+        let Some(mesh) = node.mesh else { return Ok(()) };
+        self.skinned += usize::from(node.skin.is_some());
+        let parts = self.parts_of(mesh)?;
+        match (named, extras.portal) {
+            (_, Some(rooms)) => self.portal(&name, visit, rooms, &parts),
+            (Named::Portal(room), _) => self.portal(&name, visit, [String::new(), room], &parts),
+            (Named::Bound, _) => {
+                let triangles = self.world_triangles(&parts, visit.parent)?;
+                self.authored.bound(&name, visit.room, triangles.into_iter());
+                Ok(())
+            }
+            _ => match node.instancing() {
+                None => self.add(&name, mesh, visit, visit.parent, &parts),
+                Some(instancing) => {
+                    for (i, instance) in instances(&self.buffers, instancing)?.into_iter().enumerate() {
+                        self.add(&format!("{name}@{i}"), mesh, visit, visit.parent * instance, &parts)?;
+                    }
+                    Ok(())
+                }
+            },
+        }
+    }
+
+    /// The primitives of a mesh, read once however often the mesh is used.
+    fn parts_of(&mut self, mesh: usize) -> Result<Rc<Vec<Option<Part>>>, ImportError> {
+        if let Some(parts) = &self.parts[mesh] {
+            return Ok(Rc::clone(parts));
+        }
+        let primitives = &self.document.meshes[mesh].primitives;
+        let read = primitives.iter().map(|p| primitive::part(&self.buffers, p, &mut self.left_out));
+        let parts = Rc::new(read.collect::<Result<Vec<_>, _>>()?);
+        self.parts[mesh] = Some(Rc::clone(&parts));
+        Ok(parts)
+    }
+
+    /// Adds visible geometry.
+    fn add(
+        &mut self,
+        name: &str,
+        mesh: usize,
+        visit: &Visit,
+        world: DAffine3,
+        parts: &[Option<Part>],
+    ) -> Result<(), ImportError> {
+        let mirrored = world.matrix3.determinant() < 0.0;
+        for (i, (part, primitive)) in parts.iter().zip(&self.document.meshes[mesh].primitives).enumerate() {
+            let Some(part) = part else { continue };
+            let material = primitive.material.map(|m| entry(&self.document.materials, m, "material")).transpose()?;
+            let opens = matches!(visit.role, Role::Door | Role::Window);
+            let turned = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
+            let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
+            self.authored.furnish(visit.room, &positions);
+            self.builder.add(Mesh {
+                node: if parts.len() > 1 { format!("{name}/{i}") } else { name.to_owned() },
+                role: visit.role,
+                opaque: !opens && material.is_none_or(|m| m.is_opaque()),
+                positions,
+                triangles: part.triangles.iter().map(turned).collect(),
+            })?;
+        }
+        Ok(())
+    }
+
+    fn portal(&mut self, name: &str, visit: &Visit, rooms: [String; 2], parts: &[Option<Part>]) -> Result<(), ImportError> {
+        let triangles = self.world_triangles(parts, visit.parent)?;
+        self.authored.portal(name, visit.room, rooms, &triangles);
+        Ok(())
+    }
+
+    /// All triangles of a mesh that isn't drawn, in world coordinates.
+    fn world_triangles(&mut self, parts: &[Option<Part>], world: DAffine3) -> Result<Vec<[DVec3; 3]>, ImportError> {
+        let mirrored = world.matrix3.determinant() < 0.0;
+        let mut out = Vec::new();
+        for part in parts.iter().flatten() {
+            self.builder.count(part.triangles.len())?;
+            for &[a, b, c] in &part.triangles {
+                let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
+                out.push(triangle.map(|i| world.transform_point3(part.positions[i as usize])));
+            }
+        }
+        if out.iter().flatten().all(|p| p.is_finite()) {
+            Ok(out)
+        } else {
+            Err(broken("a room's bound or a portal has a vertex that is not a finite number"))
+        }
+    }
+
+    fn finish(self, name: &str) -> Result<Scene, ImportError> {
+        let mut builder = self.builder;
+        let LeftOut { points_and_lines, without_positions, leftover_corners } = self.left_out;
+        for (count, what) in [
+            (points_and_lines, "primitives of points or lines left out"),
+            (without_positions, "primitives without positions left out"),
+            (leftover_corners, "corners left over at the end of triangle lists"),
+            (self.skinned, "skinned meshes taken as they stand, without their skeleton"),
+            (self.document.animations.len(), "animations ignored: nodes stand where the file puts them"),
+        ] {
+            if count > 0 {
+                builder.source.notes.push(format!("{count} {what}"));
+            }
+        }
+        let morphed = self.document.meshes.iter().flat_map(|m| &m.primitives).filter(|p| !p.targets.is_empty()).count();
+        if morphed > 0 {
+            builder.source.notes.push(format!("{morphed} primitives taken without their morph targets"));
+        }
+        builder.hints = self.authored.finish(&mut builder.source.notes);
+        builder.finish(name)
+    }
+}
+
+/// The roots of the scene to show: of the default scene, else the first, else every node without a parent. Checks the node
+/// graph: children exist, no node has two parents, and none is its own ancestor.
+fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
+    let n = document.node_count();
+    let mut has_parent = vec![false; n];
+    for i in 0..n {
+        for &child in &document.node(i).children {
+            match has_parent.get_mut(child) {
+                None => return Err(broken(format!("node {i} has child {child}, there are {n} nodes"))),
+                Some(true) => return Err(broken(format!("node {child} has two parents"))),
+                Some(has) => *has = true,
+            }
+        }
+    }
+    let orphans: Vec<usize> = (0..n).filter(|&i| !has_parent[i]).collect();
+    // With one parent at most, what can't be reached from an orphan hangs from a cycle.
+    let mut reached = vec![false; n];
+    let mut stack = orphans.clone();
+    while let Some(node) = stack.pop() {
+        reached[node] = true;
+        stack.extend(&document.node(node).children);
+    }
+    if let Some(node) = reached.iter().position(|r| !r) {
+        return Err(broken(format!("node {node} is in a cycle of nodes, or below one")));
+    }
+    let scene = match document.scene {
+        Some(scene) => Some(entry(&document.scenes, scene, "scene")?),
+        None => document.scenes.first(),
+    };
+    let Some(scene) = scene else { return Ok(orphans) };
+    match scene.nodes.iter().find(|&&node| node >= n) {
+        Some(node) => Err(broken(format!("the scene has node {node}, there are {n} nodes"))),
+        None => Ok(scene.nodes.clone()),
+    }
+}
+
+/// A node's own transform.
+fn transform(node: &Node, index: usize) -> Result<DAffine3, ImportError> {
+    if let Some(matrix) = &node.matrix {
+        let matrix = DMat4::from_cols_array(matrix.as_ref());
+        if matrix.row(3) != glam::DVec4::W {
+            return Err(broken(format!("node {index}: the last row of its matrix is not 0 0 0 1")));
+        }
+        return Ok(DAffine3::from_mat4(matrix));
+    }
+    let rotation = node.rotation.as_deref().map_or(DQuat::IDENTITY, |&r| DQuat::from_array(r));
+    let [scale, translation] = [(&node.scale, DVec3::ONE), (&node.translation, DVec3::ZERO)]
+        .map(|(given, default)| given.as_deref().map_or(default, |&v| DVec3::from(v)));
+    Ok(placed(scale, rotation, translation))
+}
+
+/// Scale, then rotation (made a unit quaternion: files round it to `f32`), then translation.
+fn placed(scale: DVec3, rotation: DQuat, translation: DVec3) -> DAffine3 {
+    let length = rotation.length();
+    let rotation = if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY };
+    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+}
+
+/// The transforms of EXT_mesh_gpu_instancing.
+fn instances(buffers: &Buffers, instancing: &Instancing) -> Result<Vec<DAffine3>, ImportError> {
+    let open = |index: Option<usize>, kind| index.map(|i| buffers.accessor(i, &[kind])).transpose();
+    let attributes = &instancing.attributes;
+    let translations = open(attributes.translation, "VEC3")?;
+    let rotations = open(attributes.rotation, "VEC4")?;
+    let scales = open(attributes.scale, "VEC3")?;
+    let mut counts = [&translations, &rotations, &scales].into_iter().flatten().map(|a| a.count());
+    let count = counts.next().unwrap_or(0);
+    if counts.any(|c| c != count) {
+        return Err(broken("EXT_mesh_gpu_instancing: attributes of different counts"));
+    }
+    let instance = |i| {
+        let get = |a: &Option<data::Accessor>, default| a.as_ref().and_then(|a| a.get(i)).unwrap_or(default);
+        let [tx, ty, tz, _] = get(&translations, [0.0; 4]);
+        let [sx, sy, sz, _] = get(&scales, [1.0; 4]);
+        let rotation = DQuat::from_array(get(&rotations, [0.0, 0.0, 0.0, 1.0]));
+        placed(DVec3::new(sx, sy, sz), rotation, DVec3::new(tx, ty, tz))
+    };
+    Ok((0..count).map(instance).collect())
 }

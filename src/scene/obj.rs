@@ -1,7 +1,261 @@
-//! stub
-use super::{ImportError, ImportOptions, Scene};
+//! Wavefront OBJ: vertices, faces, `o`, `g` and `usemtl`, and from the material library what is see-through.
+//!
+//! Based on: Wavefront Technologies, *Advanced Visualizer, appendix B1: object files (.obj)*, version 3.0. An own reader, because
+//! errors name their line and every index is checked against the vertices that are there. One unit is one metre unless the
+//! options say otherwise; OBJ has no up axis, +Y is taken.
+//!
+//! Each combination of `o`, `g` and `usemtl` is a mesh, in order of first use, named after its object, else its group (`o/g` where
+//! both are given), with `/material` added where one of those has several materials, else after its material, else `mesh`.
+//! Polygons are cut into triangles, concave ones by their ears. Lines, points and free-form surfaces are left out with a note.
+//! Texture coordinates and normals are skipped unread.
+
+mod materials;
+mod polygon;
+
+use super::beside::read_beside;
+use super::builder::short_name;
+use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
+use glam::DVec3;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
-/// Reads a file.
-pub fn import(_path: &Path, _options: &ImportOptions) -> Result<Scene, ImportError> {
-    Err(ImportError::Empty)
+
+/// Reads an `.obj` file; see [`self`].
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let bytes = std::fs::read(path)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    from_slice(&bytes, &name, path.parent(), options)
+}
+
+/// Reads a model that is in memory. `folder` is where its material libraries are looked for; a library that can't be read is
+/// only a note.
+pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
+    let source = Source { format: "OBJ".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
+    let mut builder = SceneBuilder::new(options, source);
+    let mut reader = Reader { metres_per_unit, ..Reader::default() };
+    for (number, line) in lines(bytes) {
+        reader.line(number, &line).map_err(|what| ImportError::malformed(Place::Line(number), what))?;
+    }
+    reader.finish(folder, &mut builder)?;
+    builder.finish(name)
+}
+
+/// Logical lines (a `\` at the end joins two) with the number of their first line, without comments.
+fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
+    let mut physical = bytes.split(|&b| b == b'\n').enumerate();
+    std::iter::from_fn(move || {
+        let (number, first) = physical.next()?;
+        let mut line = String::from_utf8_lossy(first).into_owned();
+        while let Some(open) = line.trim_end().strip_suffix('\\').map(str::len) {
+            let Some((_, next)) = physical.next() else { break };
+            line.truncate(open);
+            line.push(' ');
+            line.push_str(&String::from_utf8_lossy(next));
+        }
+        if let Some(comment) = line.find('#') {
+            line.truncate(comment);
+        }
+        Some((number + 1, line))
+    })
+}
+
+/// Everything that tells one mesh from another: indices into [`Reader::names`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
+struct Key {
+    object: Option<usize>,
+    group: Option<usize>,
+    material: Option<usize>,
+}
+
+/// A face: its corners in [`Reader::corners`], its mesh in [`Reader::keys`].
+struct Face {
+    line: usize,
+    corners: std::ops::Range<usize>,
+    mesh: usize,
+}
+
+#[derive(Default)]
+struct Reader {
+    metres_per_unit: f64,
+    positions: Vec<DVec3>,
+    corners: Vec<u32>,
+    faces: Vec<Face>,
+    names: Vec<String>,
+    number_of_name: HashMap<String, usize>,
+    keys: Vec<Key>,
+    number_of_key: HashMap<Key, usize>,
+    current: Key,
+    libraries: Vec<String>,
+    lines_and_points: usize,
+    free_form: usize,
+    unknown: usize,
+    first_unknown: Option<String>,
+}
+
+impl Reader {
+    /// Takes in one line; the error says what is wrong with it.
+    fn line(&mut self, number: usize, line: &str) -> Result<(), String> {
+        let line = line.trim();
+        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let rest = rest.trim();
+        match keyword {
+            "v" => self.vertex(rest)?,
+            "f" | "fo" => self.face(number, rest)?,
+            "o" => self.current.object = self.name(rest),
+            "g" => self.current.group = self.name(rest),
+            "usemtl" => self.current.material = self.name(rest),
+            "mtllib" if !rest.is_empty() => self.libraries.push(rest.to_owned()),
+            "l" | "p" => self.lines_and_points += 1,
+            "curv" | "curv2" | "surf" => self.free_form += 1,
+            "" | "vt" | "vn" | "vp" | "s" | "mtllib" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "usemap"
+            | "maplib" | "shadow_obj" | "trace_obj" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
+            | "scrv" | "sp" | "end" | "con" | "ctech" | "stech" | "call" | "csh" => {}
+            other => {
+                self.unknown += 1;
+                self.first_unknown.get_or_insert_with(|| format!("`{}` in line {number}", short_name(other)));
+            }
+        }
+        Ok(())
+    }
+
+    fn vertex(&mut self, rest: &str) -> Result<(), String> {
+        let mut numbers = rest.split_ascii_whitespace();
+        let mut p = [0.0; 3];
+        for x in &mut p {
+            let text = numbers.next().ok_or("a vertex needs three numbers")?;
+            *x = text.parse::<f64>().map_err(|_| format!("`{}` is not a number", short_name(text)))?;
+            if !x.is_finite() {
+                return Err("a vertex is not a finite number".into());
+            }
+        }
+        self.positions.push(DVec3::from(p) * self.metres_per_unit);
+        Ok(())
+    }
+
+    fn face(&mut self, line: usize, rest: &str) -> Result<(), String> {
+        let start = self.corners.len();
+        for corner in rest.split_ascii_whitespace() {
+            let text = corner.split('/').next().unwrap_or_default();
+            let index: i64 = text.parse().map_err(|_| format!("`{}` is not a vertex of a face", short_name(corner)))?;
+            // From 1 up, or back from the vertex before this line. Vertices may still come: the range is checked at the end.
+            let position = if index > 0 { index - 1 } else { self.positions.len() as i64 + index };
+            let position = u32::try_from(position).ok().filter(|_| index != 0);
+            let have = self.positions.len();
+            self.corners.push(position.ok_or_else(|| format!("vertex {index} of {have} so far does not exist"))?);
+        }
+        let count = self.corners.len() - start;
+        if count < 3 {
+            return Err(format!("a face needs three vertices or more, this one has {count}"));
+        }
+        let mesh = *self.number_of_key.entry(self.current).or_insert(self.keys.len());
+        if mesh == self.keys.len() {
+            self.keys.push(self.current);
+        }
+        self.faces.push(Face { line, corners: start..self.corners.len(), mesh });
+        Ok(())
+    }
+
+    /// The number of a name; `None` for the empty one.
+    fn name(&mut self, name: &str) -> Option<usize> {
+        if name.is_empty() {
+            return None;
+        }
+        let number = *self.number_of_name.entry(name.to_owned()).or_insert(self.names.len());
+        if number == self.names.len() {
+            self.names.push(name.to_owned());
+        }
+        Some(number)
+    }
+
+    /// Hands all meshes to the builder.
+    fn finish(self, folder: Option<&Path>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
+        let see_through = self.see_through(folder, &mut builder.source.notes);
+        let mut meshes: Vec<Vec<[u32; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
+        let (mut concave, mut fanned) = (0usize, 0usize);
+        for face in &self.faces {
+            let corners = &self.corners[face.corners.clone()];
+            if let Some(&bad) = corners.iter().find(|&&i| i as usize >= self.positions.len()) {
+                let what = format!("vertex {} of {} does not exist", u64::from(bad) + 1, self.positions.len());
+                return Err(ImportError::malformed(Place::Line(face.line), what));
+            }
+            match polygon::triangulate(&self.positions, corners, &mut meshes[face.mesh]) {
+                polygon::Shape::Convex => {}
+                polygon::Shape::Concave => concave += 1,
+                polygon::Shape::Fanned => fanned += 1,
+            }
+        }
+        for (count, what) in [
+            (concave, "concave polygons cut into triangles"),
+            (fanned, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
+            (self.lines_and_points, "lines and points left out"),
+            (self.free_form, "free-form curves and surfaces left out"),
+        ] {
+            if count > 0 {
+                builder.source.notes.push(format!("{count} {what}"));
+            }
+        }
+        if let Some(first) = &self.first_unknown {
+            builder.source.notes.push(format!("{} unknown statements skipped, the first is {first}", self.unknown));
+        }
+        let names = self.mesh_names();
+        // Vertices are numbered over the whole file; a mesh takes those that it uses.
+        for ((key, node), triangles) in self.keys.iter().zip(names).zip(meshes) {
+            let mut numbers = HashMap::new();
+            let mut positions = Vec::new();
+            let mut renumber = |i: u32| {
+                *numbers.entry(i).or_insert_with(|| {
+                    positions.push(self.positions[i as usize]);
+                    positions.len() as u32 - 1
+                })
+            };
+            let triangles = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
+            let opaque = key.material.is_none_or(|m| !see_through.contains(&self.names[m]));
+            builder.add(Mesh { node, role: Role::Unknown, opaque, positions, triangles })?;
+        }
+        Ok(())
+    }
+
+    fn mesh_names(&self) -> Vec<String> {
+        let mut materials: HashMap<_, usize> = HashMap::new();
+        for key in &self.keys {
+            *materials.entry((key.object, key.group)).or_default() += 1;
+        }
+        let name = |number: Option<usize>| number.map(|n| short_name(&self.names[n]));
+        let named = |key: &Key| {
+            let material = name(key.material);
+            let place = match (name(key.object), name(key.group)) {
+                (Some(object), Some(group)) if object != group => format!("{object}/{group}"),
+                (Some(one), _) | (None, Some(one)) => one,
+                (None, None) => return material.unwrap_or_else(|| "mesh".into()),
+            };
+            match material {
+                Some(material) if materials[&(key.object, key.group)] > 1 => format!("{place}/{material}"),
+                _ => place,
+            }
+        };
+        self.keys.iter().map(named).collect()
+    }
+
+    /// The names of see-through materials in all libraries that can be read.
+    fn see_through(&self, folder: Option<&Path>, notes: &mut Vec<String>) -> HashSet<String> {
+        let mut out = HashSet::new();
+        let mut read: HashSet<&str> = HashSet::new();
+        for line in &self.libraries {
+            // One file name with spaces in it, or several.
+            let whole = read_beside(folder, line).map(|bytes| vec![(line.as_str(), Ok(bytes))]);
+            let files = whole.unwrap_or_else(|_| {
+                let names = line.split_ascii_whitespace();
+                names.filter(|name| !read.contains(name)).map(|name| (name, read_beside(folder, name))).collect()
+            });
+            for (name, file) in files {
+                if read.insert(name) {
+                    match file {
+                        Ok(bytes) => materials::see_through(&bytes, &mut out),
+                        Err(why) => notes.push(format!("materials taken as opaque: {why}")),
+                    }
+                }
+            }
+        }
+        out
+    }
 }

@@ -1,11 +1,21 @@
 //! Rays against a scene's triangles.
 //!
+//! Based on: Woop, Benthin, Wald, *Watertight ray/triangle intersection*, 2013 (the sheared edge functions, here in `f64`, so
+//! that a ray at an edge or corner shared by triangles with the same vertices hits one of them); Ericson, *Real-time collision
+//! detection*, 2005 (closest points of points, segments and triangles).
+//!
 //! [`RayScene`] keeps two hierarchies (obvhs): opaque triangles, which stop a ray, and see-through ones, which it passes and
-//! reports. Hits are found in `f32` and settled in `f64` on the original triangles.
+//! reports. Boxes are passed in `f32`, padded by more than `f32` can be wrong; hits are settled in `f64` on the original
+//! triangles, so an answer depends on the triangles alone, not on the hierarchy. The binary tree is walked by a loop of our own:
+//! the capsule query of [`RayScene::is_clear`] needs boxes that grow, and a stack that can't overflow.
 
 use super::Scene;
 use crate::ObjectId;
-use glam::DVec3;
+use crate::geom::Aabb;
+use glam::{DVec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::ray::Ray;
 
 /// Where a ray ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -21,12 +31,14 @@ pub struct Hit {
 /// A scene made ready for rays.
 pub struct RayScene<'s> {
     scene: &'s Scene,
+    opaque: Tree,
+    glass: Tree,
 }
 
 impl<'s> RayScene<'s> {
     /// Builds the hierarchies; the same scene gives the same answers.
     pub fn new(scene: &'s Scene) -> Self {
-        Self { scene }
+        Self { scene, opaque: Tree::new(scene, true), glass: Tree::new(scene, false) }
     }
 
     /// The scene.
@@ -34,20 +46,387 @@ impl<'s> RayScene<'s> {
         self.scene
     }
 
-    /// First opaque triangle that `origin + t * direction` meets for `0 < t <= limit`, from either side.
-    pub fn first_opaque(&self, _origin: DVec3, _direction: DVec3, _limit: f64) -> Option<Hit> {
-        todo!()
+    /// First opaque triangle that `origin + t * direction` meets for `0 < t <= limit`, from either side; of several at one
+    /// place, the first of the scene. `limit` may be infinite. A ray within a triangle's plane passes it.
+    pub fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<Hit> {
+        let tree = &self.opaque;
+        let (ray, start, length) = tree.enter(origin, direction, limit, 0.0)?;
+        let sheared = Sheared::new(origin, direction);
+        let mut best: Option<(f64, u32)> = None;
+        tree.walk(ray, 0.0, |slots, far| {
+            for slot in slots {
+                let id = tree.triangles[slot];
+                let Some(t) = sheared.hit(&tree.corners[slot]) else { continue };
+                if t > 0.0 && t <= limit && best.is_none_or(|(bt, bid)| t < bt || (t == bt && id < bid)) {
+                    best = Some((t, id));
+                    // Boxes are padded by more than this rounds off.
+                    *far = ((t * length - start) as f32).max(0.0) + tree.pad as f32;
+                }
+            }
+            true
+        });
+        best.map(|(t, triangle)| Hit { t, triangle, object: tree.owner(self.scene, triangle) })
     }
 
     /// Every see-through object that the ray meets for `0 < t <= limit`, each once, nearest first, appended to `out`.
-    pub fn see_through(&self, _origin: DVec3, _direction: DVec3, _limit: f64, _out: &mut Vec<Hit>) {
-        todo!()
+    pub fn see_through(&self, origin: DVec3, direction: DVec3, limit: f64, out: &mut Vec<Hit>) {
+        let tree = &self.glass;
+        let Some((ray, ..)) = tree.enter(origin, direction, limit, 0.0) else { return };
+        let sheared = Sheared::new(origin, direction);
+        let first = out.len();
+        tree.walk(ray, 0.0, |slots, _| {
+            for slot in slots {
+                let triangle = tree.triangles[slot];
+                match sheared.hit(&tree.corners[slot]) {
+                    Some(t) if t > 0.0 && t <= limit => {
+                        out.push(Hit { t, triangle, object: tree.owner(self.scene, triangle) });
+                    }
+                    _ => {}
+                }
+            }
+            true
+        });
+        out[first..].sort_by(|a, b| a.object.cmp(&b.object).then(a.t.total_cmp(&b.t)).then(a.triangle.cmp(&b.triangle)));
+        let mut last = None;
+        let mut kept = first;
+        for i in first..out.len() {
+            if last.replace(out[i].object) != Some(out[i].object) {
+                out[kept] = out[i];
+                kept += 1;
+            }
+        }
+        out.truncate(kept);
+        out[first..].sort_by(|a, b| a.t.total_cmp(&b.t).then(a.object.cmp(&b.object)));
     }
 
-    /// True where the open segment from `a` to `b` keeps `clearance` metres from every opaque triangle, not counting the
-    /// triangles of `target` and not counting what comes nearer than that only within `clearance` of either end. This is what
-    /// makes a segment a witness: no ray through a crack between two triangles of a closed wall passes.
-    pub fn is_clear(&self, _a: DVec3, _b: DVec3, _clearance: f64, _target: Option<ObjectId>) -> bool {
-        todo!()
+    /// True where the segment from `a` to `b` is clear of every opaque triangle but those of `target`:
+    ///
+    /// * the segment less `2 * clearance` metres at either end keeps more than `clearance` metres from all of them, and
+    /// * the segment less `clearance` metres at the end `b` crosses none of them.
+    ///
+    /// So a segment may start beside a wall and end on a surface, but no ray through a crack between two triangles of a closed
+    /// wall passes. `target`'s own triangles never count: an object does not hide itself. False where a number isn't finite.
+    pub fn is_clear(&self, a: DVec3, b: DVec3, clearance: f64, target: Option<ObjectId>) -> bool {
+        let length = a.distance(b);
+        if length <= clearance || !length.is_finite() {
+            return length.is_finite();
+        }
+        let unit = (b - a) / length;
+        let skip = |tree: &Tree, slot: usize| target.is_some_and(|o| self.owns(o, tree.triangles[slot]));
+        let before = b - unit * clearance;
+        let (from, to) = (a + unit * (2.0 * clearance), b - unit * (2.0 * clearance));
+        let core = length > 4.0 * clearance;
+        let sheared = Sheared::new(a, before - a);
+        let tree = &self.opaque;
+        let Some((ray, ..)) = tree.enter(a, unit, length, clearance) else { return true };
+        tree.walk(ray, clearance, |slots, _| {
+            for slot in slots {
+                let corners = &tree.corners[slot];
+                let blocks = (core && comes_within(from, to, corners, clearance))
+                    || sheared.hit(corners).is_some_and(|t| t > 0.0 && t <= 1.0);
+                if blocks && !skip(tree, slot) {
+                    return false;
+                }
+            }
+            true
+        })
     }
+
+    /// True where every point of the closed segment from `a` to `b` is more than `clearance` metres from every opaque
+    /// triangle. Of such a segment, a sound [`crate::cells::CellGraph`] promises that it stays in cells and goes from cell to
+    /// cell through portals only. False where a number isn't finite.
+    pub fn keeps_clearance(&self, a: DVec3, b: DVec3, clearance: f64) -> bool {
+        let length = a.distance(b);
+        if !length.is_finite() {
+            return false;
+        }
+        let tree = &self.opaque;
+        let unit = if length > 0.0 { (b - a) / length } else { DVec3::X };
+        let Some((ray, ..)) = tree.enter(a, unit, length, clearance) else { return true };
+        tree.walk(ray, clearance, |mut slots, _| !slots.any(|slot| comes_within(a, b, &tree.corners[slot], clearance)))
+    }
+
+    /// True where `p` is within `distance` metres of a triangle of `object`.
+    pub fn is_near(&self, p: DVec3, object: ObjectId, distance: f64) -> bool {
+        let object = &self.scene.objects[object.index()];
+        object.bounds.inflated(distance).contains(p)
+            && object.triangles.clone().any(|t| {
+                let corners = self.scene.corners(t as usize);
+                (p - closest_on_triangle(p, &corners)).length_squared() <= distance * distance
+            })
+    }
+
+    fn owns(&self, object: ObjectId, triangle: u32) -> bool {
+        self.scene.objects[object.index()].triangles.contains(&triangle)
+    }
+}
+
+/// A hierarchy over some of a scene's triangles.
+struct Tree {
+    bvh: Bvh2,
+    /// Corners in the order of the hierarchy's leaves.
+    corners: Vec<[DVec3; 3]>,
+    /// Scene triangles in that order.
+    triangles: Vec<u32>,
+    /// Object of each scene triangle; empty where the tree is.
+    owners: Vec<u32>,
+    /// Box around the padded boxes.
+    bounds: Aabb,
+    /// Every box is larger than its triangles by this many metres on each side.
+    pad: f64,
+}
+
+impl Tree {
+    fn new(scene: &Scene, opaque: bool) -> Self {
+        let objects = scene.objects.iter().filter(|o| o.opaque == opaque);
+        let chosen: Vec<u32> = objects.flat_map(|o| o.triangles.clone()).collect();
+        let bounds = Aabb::of(chosen.iter().flat_map(|&t| scene.corners(t as usize)));
+        if chosen.is_empty() {
+            let (bvh, corners, triangles, owners) = (Bvh2::default(), Vec::new(), Vec::new(), Vec::new());
+            return Self { bvh, corners, triangles, owners, bounds, pad: 0.0 };
+        }
+        // Positions, origins, directions and slab distances are each off by less than 1e-7 of the largest coordinate or length
+        // (f32: 2^-24); a dozen such errors add up to less than this.
+        let scale = bounds.diagonal().max(bounds.min.abs().max(bounds.max.abs()).max_element());
+        let pad = scale * 2e-6 + f64::from(f32::MIN_POSITIVE);
+        let boxes: Vec<obvhs::aabb::Aabb> = chosen
+            .iter()
+            .map(|&t| {
+                let b = Aabb::of(scene.corners(t as usize)).inflated(pad);
+                obvhs::aabb::Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())
+            })
+            .collect();
+        let bvh = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
+        let triangles: Vec<u32> = bvh.primitive_indices.iter().map(|&i| chosen[i as usize]).collect();
+        let corners = triangles.iter().map(|&t| scene.corners(t as usize)).collect();
+        let mut owners = vec![0; scene.triangles.len()];
+        for (i, object) in scene.objects.iter().enumerate() {
+            owners[object.triangles.start as usize..object.triangles.end as usize].fill(i as u32);
+        }
+        Self { bvh, corners, triangles, owners, bounds: bounds.inflated(pad), pad }
+    }
+
+    fn owner(&self, scene: &Scene, triangle: u32) -> ObjectId {
+        self.owners.get(triangle as usize).map_or_else(|| scene.object_of(triangle as usize), |&o| ObjectId(o))
+    }
+
+    /// The ray in `f32` with a unit direction, cut to the tree's box grown by `grow` metres, so that what is far outside costs
+    /// no precision; how far along (metres) it starts; and the direction's length. `None` where it passes by.
+    fn enter(&self, origin: DVec3, direction: DVec3, limit: f64, grow: f64) -> Option<(Ray, f64, f64)> {
+        let length = direction.length();
+        if self.triangles.is_empty() || !(length > 0.0 && length.is_finite() && origin.is_finite()) {
+            return None;
+        }
+        let unit = direction / length;
+        let (mut near, mut far) = (0.0f64, limit * length);
+        let bounds = self.bounds.inflated(grow + self.pad);
+        for axis in 0..3 {
+            let (o, d) = (origin[axis], unit[axis]);
+            let (mut t0, mut t1) = ((bounds.min[axis] - o) / d, (bounds.max[axis] - o) / d);
+            if d == 0.0 {
+                let inside = bounds.min[axis] <= o && o <= bounds.max[axis];
+                (t0, t1) = if inside { (f64::NEG_INFINITY, f64::INFINITY) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+            }
+            near = near.max(t0.min(t1));
+            far = far.min(t0.max(t1));
+        }
+        if near > far {
+            return None;
+        }
+        let tmax = (far - near) as f32 + (grow + self.pad) as f32;
+        let ray = Ray::new((origin + unit * near).as_vec3a(), unit.as_vec3a(), 0.0, tmax);
+        Some((ray, near, length))
+    }
+
+    /// Hands the slots of every leaf that the ray meets to `leaf`, near ones first, boxes grown by `grow` metres. `leaf` may
+    /// draw in the ray's far end (metres from the ray's start), and ends the walk by `false`; then the walk returns `false`.
+    #[inline(always)]
+    fn walk(&self, mut ray: Ray, grow: f64, mut leaf: impl FnMut(std::ops::Range<usize>, &mut f32) -> bool) -> bool {
+        let grow = Vec3A::splat((grow * (1.0 + 1e-6)) as f32);
+        let entry = |index: usize, ray: &Ray| {
+            let node = &self.bvh.nodes[index];
+            let bounds = obvhs::aabb::Aabb::new(node.aabb().min - grow, node.aabb().max + grow);
+            (bounds.intersect_ray(ray), node.first_index as usize, node.prim_count as usize)
+        };
+        let mut stack = Stack::default();
+        let (t, mut first, mut count) = entry(0, &ray);
+        if t > ray.tmax || t == f32::INFINITY {
+            return true;
+        }
+        loop {
+            if count > 0 {
+                if !leaf(first..first + count, &mut ray.tmax) {
+                    return false;
+                }
+            } else {
+                let (mut a, mut b) = (entry(first, &ray), entry(first + 1, &ray));
+                if b.0 < a.0 {
+                    std::mem::swap(&mut a, &mut b);
+                }
+                if b.0 <= ray.tmax && b.0 < f32::INFINITY {
+                    stack.push((b.0, b.1 as u32, b.2 as u32));
+                }
+                if a.0 <= ray.tmax && a.0 < f32::INFINITY {
+                    (first, count) = (a.1, a.2);
+                    continue;
+                }
+            }
+            loop {
+                let Some(next) = stack.pop() else { return true };
+                if next.0 <= ray.tmax {
+                    (first, count) = (next.1 as usize, next.2 as usize);
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// A stack that lives on the stack until it is deeper than any sane hierarchy.
+struct Stack {
+    near: [(f32, u32, u32); 64],
+    len: usize,
+    deep: Vec<(f32, u32, u32)>,
+}
+
+impl Default for Stack {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { near: [(0.0, 0, 0); 64], len: 0, deep: Vec::new() }
+    }
+}
+
+impl Stack {
+    #[inline(always)]
+    fn push(&mut self, item: (f32, u32, u32)) {
+        match self.near.get_mut(self.len) {
+            Some(slot) => {
+                *slot = item;
+                self.len += 1;
+            }
+            None => self.deep.push(item),
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(f32, u32, u32)> {
+        if !self.deep.is_empty() {
+            return self.deep.pop();
+        }
+        self.len = self.len.checked_sub(1)?;
+        Some(self.near[self.len])
+    }
+}
+
+/// A ray in the frame where it is the z axis.
+struct Sheared {
+    origin: DVec3,
+    axes: [usize; 3],
+    shear: [f64; 3],
+}
+
+impl Sheared {
+    #[inline]
+    fn new(origin: DVec3, direction: DVec3) -> Self {
+        let d = direction.abs();
+        let z = if d.x >= d.y && d.x >= d.z {
+            0
+        } else if d.y >= d.z {
+            1
+        } else {
+            2
+        };
+        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        let shear = [direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]];
+        Self { origin, axes: [x, y, z], shear }
+    }
+
+    /// Where the line meets the triangle, in units of the direction; edges and corners count as met.
+    #[inline(always)]
+    fn hit(&self, corners: &[DVec3; 3]) -> Option<f64> {
+        let [x, y, z] = self.axes;
+        let [sx, sy, sz] = self.shear;
+        let place = |p: DVec3| {
+            let q = (p - self.origin).to_array();
+            (q[x] - sx * q[z], q[y] - sy * q[z], q[z])
+        };
+        let (a, b, c) = (place(corners[0]), place(corners[1]), place(corners[2]));
+        let u = c.0 * b.1 - c.1 * b.0;
+        let v = a.0 * c.1 - a.1 * c.0;
+        let w = b.0 * a.1 - b.1 * a.0;
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let det = u + v + w;
+        if det == 0.0 {
+            return None;
+        }
+        let t = sz * (u * a.2 + v * b.2 + w * c.2) / det;
+        t.is_finite().then_some(t)
+    }
+}
+
+/// True where the closed segment from `a` to `b` has a point within `distance` metres of the triangle.
+fn comes_within(a: DVec3, b: DVec3, corners: &[DVec3; 3], distance: f64) -> bool {
+    let [p, q, r] = *corners;
+    let normal = (q - p).cross(r - p);
+    let (da, db, limit) = (normal.dot(a - p), normal.dot(b - p), normal.length() * distance);
+    if (da > limit && db > limit) || (da < -limit && db < -limit) {
+        return false;
+    }
+    let squared = distance * distance;
+    if da * db <= 0.0 && Sheared::new(a, b - a).hit(corners).is_some_and(|t| (0.0..=1.0).contains(&t)) {
+        return true;
+    }
+    (a - closest_on_triangle(a, corners)).length_squared() <= squared
+        || (b - closest_on_triangle(b, corners)).length_squared() <= squared
+        || [(p, q), (q, r), (r, p)].iter().any(|&(e, f)| segments_squared(a, b, e, f) <= squared)
+}
+
+/// The point of a triangle that is nearest to `p` (Ericson 2005, 5.1.5).
+fn closest_on_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let scale = 1.0 / (va + vb + vc);
+    a + ab * (vb * scale) + ac * (vc * scale)
+}
+
+/// Squared distance of the segments `p`-`q` and `r`-`s` (Ericson 2005, 5.1.9).
+fn segments_squared(p: DVec3, q: DVec3, r: DVec3, s: DVec3) -> f64 {
+    let (d1, d2, w) = (q - p, s - r, p - r);
+    let (a, e, f) = (d1.length_squared(), d2.length_squared(), d2.dot(w));
+    let (b, c) = (d1.dot(d2), d1.dot(w));
+    let denominator = a * e - b * b;
+    let mut x = if denominator > 0.0 { ((b * f - c * e) / denominator).clamp(0.0, 1.0) } else { 0.0 };
+    let mut y = if e > 0.0 { (b * x + f) / e } else { 0.0 };
+    if !(0.0..=1.0).contains(&y) {
+        y = y.clamp(0.0, 1.0);
+        x = if a > 0.0 { ((b * y - c) / a).clamp(0.0, 1.0) } else { 0.0 };
+    }
+    (p + d1 * x - r - d2 * y).length_squared()
 }

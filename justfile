@@ -1,0 +1,35 @@
+# What CI runs, one recipe a step; `just ci` is all of it.
+
+export ENFILADE_DATA := env("ENFILADE_DATA", justfile_directory() / "../shared/data")
+
+# Everything, in CI's order.
+ci: fmt clippy doc test no-default test-full readme
+
+fmt:
+    cargo fmt --all -- --check
+
+clippy:
+    cargo clippy --workspace --all-targets -- -D warnings
+    cargo clippy --release --all-targets --features full -- -D warnings
+
+doc:
+    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace
+
+# The README's own test command.
+test:
+    cargo test
+
+no-default:
+    cargo check --no-default-features
+
+# Every format, on the real buildings of $ENFILADE_DATA.
+test-full:
+    cargo test --release --features full
+
+# The README's commands, as written there.
+readme:
+    bash docs/readme-commands.sh
+
+# The long part: ten million rays on every real building, every frame's pixels. Writes out/torture.
+torture:
+    bash docs/torture.sh

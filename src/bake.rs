@@ -1,0 +1,58 @@
+//! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
+
+use crate::cells::{CellGraph, SplitError, SplitOptions, split};
+use crate::file::PvsFile;
+use crate::pvs::{self, Progress, PvsOptions};
+use crate::scene::{ImportOptions, Scene};
+use std::time::Instant;
+
+/// How to bake.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct BakeOptions {
+    /// How to split the scene into cells.
+    pub split: SplitOptions,
+    /// How to work out what can be seen.
+    pub pvs: PvsOptions,
+    /// Keep both sides and the witnesses in the file.
+    pub keep_bounds: bool,
+    /// How the scene was imported: the file keeps it, so that its model can be imported again in the same way.
+    pub import: ImportOptions,
+    /// Cells and portals that the user brings, instead of splitting.
+    pub given: Option<CellGraph>,
+}
+
+/// Wall-clock seconds of each stage.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Seconds {
+    /// Splitting into cells.
+    pub cells: f64,
+    /// Working out what can be seen.
+    pub pvs: f64,
+}
+
+/// A bake's result: the file's content and how long it took.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Baked {
+    /// What goes into the file.
+    pub file: PvsFile,
+    /// Stages' times; never part of the file.
+    pub seconds: Seconds,
+}
+
+/// Splits, works out visibility, and packs.
+pub fn bake(scene: &Scene, options: BakeOptions, progress: Progress<'_>) -> Result<Baked, SplitError> {
+    // 1. Cells and portals.
+    let start = Instant::now();
+    progress("cells", 0.0);
+    let mut graph = match options.given {
+        Some(graph) => graph,
+        None => split(scene, &options.split)?,
+    };
+    let cells = start.elapsed().as_secs_f64();
+    // 2. Both sides of what can be seen.
+    let start = Instant::now();
+    let pvs = pvs::bake(scene, &mut graph, &options.pvs, progress);
+    // 3. The file.
+    let file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
+    Ok(Baked { file, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
+}

@@ -1,0 +1,186 @@
+//! The plan: every wall and outline as constraints of one triangulation, crossings resolved.
+//!
+//! Corners live on a grid finer than the coplanar tolerance, so two of them are the same or clearly apart. A segment that stops
+//! just short of another is lengthened to meet it: a line too long costs a triangle, a line too short leaves a slit open.
+
+use super::facets::Facets;
+use crate::geom::Aabb;
+use glam::DVec2;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+use std::collections::{BTreeSet, HashMap};
+
+/// Triangles of the plan and who is beside whom.
+#[derive(Debug)]
+pub struct Plan {
+    /// Corners.
+    pub points: Vec<DVec2>,
+    /// Corners of each triangle, counter-clockwise.
+    pub triangles: Vec<[u32; 3]>,
+    /// Edge `i` of a triangle runs from its corner `i` to the next; the triangle beyond it, if it isn't the rim.
+    pub neighbours: Vec<[Option<u32>; 3]>,
+    /// Whether that edge lies on a wall or an outline.
+    pub constrained: Vec<[bool; 3]>,
+}
+
+/// Triangulates the rectangle of `domain` along the walls and outlines.
+pub fn arrange(facets: &Facets, domain: Aabb, coplanar: f64, reach: f64) -> Plan {
+    // A power of two keeps grid coordinates exact.
+    let grid = (coplanar * 0.5).log2().floor().exp2();
+    let snap = |q: DVec2| ((q.x / grid).round() as i64, (q.y / grid).round() as i64);
+    let mut segments: Vec<(DVec2, DVec2)> = Vec::new();
+    for wall in &facets.walls {
+        segments.extend(
+            wall.spans
+                .iter()
+                .map(|&(u0, u1)| (wall.at(u0), wall.at(u1))),
+        );
+    }
+    segments.extend(facets.sheets.iter().flat_map(|s| s.outline.iter().copied()));
+    segments.retain(|(a, b)| snap(*a) != snap(*b));
+
+    let mut points: HashMap<(i64, i64), usize> = HashMap::new();
+    let mut vertices: Vec<Point2<f64>> = Vec::new();
+    let mut vertex = |q: DVec2| {
+        let key = snap(q);
+        *points.entry(key).or_insert_with(|| {
+            vertices.push(Point2::new(key.0 as f64 * grid, key.1 as f64 * grid));
+            vertices.len() - 1
+        })
+    };
+    let (x0, x1, y0, y1) = (domain.min.x, domain.max.x, -domain.max.z, -domain.min.z);
+    let rim = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| vertex(DVec2::new(x, y)));
+    let mut edges: BTreeSet<[usize; 2]> = BTreeSet::new();
+    let mut edge = |a: usize, b: usize| {
+        if a != b {
+            edges.insert([a.min(b), a.max(b)]);
+        }
+    };
+    for i in 0..4 {
+        edge(rim[i], rim[(i + 1) % 4]);
+    }
+    let crossings = crossings(&segments, reach);
+    for (&(a, b), mut at) in segments.iter().zip(crossings) {
+        at.extend([0.0, 1.0]);
+        at.sort_by(f64::total_cmp);
+        let ids: Vec<usize> = at.iter().map(|t| vertex(a + (b - a) * *t)).collect();
+        for pair in ids.windows(2) {
+            edge(pair[0], pair[1]);
+        }
+    }
+    triangulate(vertices, edges.into_iter().collect())
+}
+
+/// For each segment, where others cross it, as fractions of its length; beyond 0 or 1 where it stops short by up to `reach`.
+fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
+    let cell = segments.iter().map(|(a, b)| a.distance(*b)).sum::<f64>()
+        / (segments.len().max(1)) as f64
+        + 4.0 * reach;
+    let cells_of = |&(a, b): &(DVec2, DVec2)| {
+        let (lo, hi) = ((a.min(b) - reach) / cell, (a.max(b) + reach) / cell);
+        let n = (b - a).perp().normalize_or_zero();
+        (lo.x.floor() as i64..=hi.x.floor() as i64)
+            .flat_map(move |i| (lo.y.floor() as i64..=hi.y.floor() as i64).map(move |j| (i, j)))
+            .filter(move |&(i, j)| {
+                let middle = (DVec2::new(i as f64, j as f64) + 0.5) * cell;
+                n.dot(middle - a).abs() <= cell * 0.75 + reach
+            })
+    };
+    let mut buckets: HashMap<(i64, i64), Vec<u32>> = HashMap::new();
+    for (i, s) in segments.iter().enumerate() {
+        for c in cells_of(s) {
+            buckets.entry(c).or_default().push(i as u32);
+        }
+    }
+    use rayon::prelude::*;
+    segments
+        .par_iter()
+        .enumerate()
+        .map(|(i, s)| {
+            let mut others: Vec<u32> = cells_of(s)
+                .filter_map(|c| buckets.get(&c))
+                .flatten()
+                .copied()
+                .collect();
+            others.sort_unstable();
+            others.dedup();
+            let (a, b) = *s;
+            let length = a.distance(b);
+            let mut at: Vec<f64> = Vec::new();
+            let (mut before, mut after) = (f64::NEG_INFINITY, f64::INFINITY);
+            for j in others {
+                let (c, d) = segments[j as usize];
+                if j as usize == i {
+                    continue;
+                }
+                let (r, q) = (b - a, d - c);
+                let cross = r.perp_dot(q);
+                // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.
+                if cross.abs() <= 1e-7 * length * q.length() {
+                    for end in [c, d] {
+                        let t = (end - a).dot(r) / (length * length);
+                        let off = (a + r * t).distance(end);
+                        if off < reach * 0.05 && t > 0.0 && t < 1.0 {
+                            at.push(t);
+                        }
+                    }
+                    continue;
+                }
+                let t = (c - a).perp_dot(q) / cross;
+                let u = (c - a).perp_dot(r) / cross;
+                let (slack, other) = (reach / length, reach / q.length());
+                if u < -other || u > 1.0 + other || t < -slack || t > 1.0 + slack {
+                    continue;
+                }
+                if t < 0.0 {
+                    before = before.max(t);
+                } else if t > 1.0 {
+                    after = after.min(t);
+                } else {
+                    at.push(t);
+                }
+            }
+            at.extend([before, after].into_iter().filter(|t| t.is_finite()));
+            at
+        })
+        .collect()
+}
+
+fn triangulate(vertices: Vec<Point2<f64>>, edges: Vec<[usize; 2]>) -> Plan {
+    let ends = vertices.clone();
+    let mut conflicts = Vec::new();
+    let mut cdt: ConstrainedDelaunayTriangulation<Point2<f64>> =
+        ConstrainedDelaunayTriangulation::try_bulk_load_cdt(vertices, edges, |e| conflicts.push(e))
+            .expect("grid coordinates are finite and of moderate size");
+    // Snapping can make two neighbours cross by a hair; those few are split where they cross.
+    for [a, b] in conflicts {
+        let (Ok(a), Ok(b)) = (cdt.insert(ends[a]), cdt.insert(ends[b])) else {
+            continue;
+        };
+        if a != b {
+            cdt.add_constraint_and_split(a, b, |p| p);
+        }
+    }
+    let number: HashMap<usize, u32> = cdt
+        .inner_faces()
+        .enumerate()
+        .map(|(i, f)| (f.fix().index(), i as u32))
+        .collect();
+    let mut plan = Plan {
+        points: cdt
+            .vertices()
+            .map(|v| DVec2::new(v.position().x, v.position().y))
+            .collect(),
+        triangles: Vec::new(),
+        neighbours: Vec::new(),
+        constrained: Vec::new(),
+    };
+    for face in cdt.inner_faces() {
+        let edges = face.adjacent_edges();
+        plan.triangles
+            .push(edges.map(|e| e.from().fix().index() as u32));
+        plan.neighbours
+            .push(edges.map(|e| e.rev().face().as_inner().map(|f| number[&f.fix().index()])));
+        plan.constrained.push(edges.map(|e| e.is_constraint_edge()));
+    }
+    plan
+}

@@ -1,0 +1,245 @@
+//! Columns over the triangles of the plan, cut into pieces by the sheets that cross them.
+
+use super::arrange::Plan;
+use super::coverage::shared_area;
+use super::facets::Facets;
+use super::to_plan;
+use crate::geom::Aabb;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, HashMap};
+
+/// What cuts a column.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Cut {
+    /// The lower rim of the domain.
+    Bottom,
+    /// A sheet of [`Facets::sheets`].
+    Sheet(u32),
+    /// A storey's level where nothing real is, by its index.
+    Level(u32),
+    /// The upper rim of the domain.
+    Top,
+}
+
+/// A cut of one column.
+#[derive(Clone, Debug)]
+pub struct Slice {
+    /// What cuts.
+    pub cut: Cut,
+    /// Height above the column's three corners, metres.
+    pub heights: [f64; 3],
+    /// The sheet's triangles that lie over this column (indices of [`Facets::sheet_facets`]).
+    pub facets: Vec<u32>,
+}
+
+/// Every column, and how its pieces are numbered.
+#[derive(Debug)]
+pub struct Columns {
+    /// For each triangle of the plan, its cuts from bottom to top; two at least.
+    pub slices: Vec<Vec<Slice>>,
+    /// Number of the lowest piece of each column; piece `k` lies between slices `k` and `k + 1`. One entry more than columns.
+    pub first_piece: Vec<u32>,
+}
+
+impl Columns {
+    /// Number of pieces.
+    pub fn pieces(&self) -> usize {
+        self.first_piece.last().map_or(0, |&n| n as usize)
+    }
+
+    /// The column of a piece and its place in it, from below.
+    pub fn of_piece(&self, piece: u32) -> (usize, usize) {
+        let column = self.first_piece.partition_point(|&f| f <= piece) - 1;
+        (column, (piece - self.first_piece[column]) as usize)
+    }
+
+    /// Heights of a piece's floor and ceiling above its column's corners.
+    pub fn heights(&self, piece: u32) -> ([f64; 3], [f64; 3]) {
+        let (column, k) = self.of_piece(piece);
+        (
+            self.slices[column][k].heights,
+            self.slices[column][k + 1].heights,
+        )
+    }
+}
+
+/// A sheet cuts a column if it lies over this share of it: less is dropped, which only leaves more open.
+const LEAST_SHARE: f64 = 0.15;
+
+/// Cuts the columns. `levels` are heights of storeys, metres, each used where no sheet is within `near` of it.
+pub fn columns(
+    plan: &Plan,
+    facets: &Facets,
+    domain: Aabb,
+    coplanar: f64,
+    levels: &[f64],
+    near: f64,
+) -> Columns {
+    let corners: Vec<[DVec2; 3]> = plan
+        .triangles
+        .iter()
+        .map(|t| t.map(|i| plan.points[i as usize]))
+        .collect();
+    let over = facets_over(&corners, facets);
+    let slices: Vec<Vec<Slice>> = corners
+        .par_iter()
+        .zip(over)
+        .map(|(q, over)| {
+            let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
+            for f in over {
+                let facet = &facets.sheet_facets[f as usize];
+                let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
+                if share > 0.0 {
+                    let entry = wanted.entry(facet.owner).or_default();
+                    entry.0 += share;
+                    entry.1.push(f);
+                }
+            }
+            let whole = super::coverage::area(q).max(f64::MIN_POSITIVE);
+            let mut by_share: Vec<(u32, f64, Vec<u32>)> = wanted
+                .into_iter()
+                .map(|(s, (a, f))| (s, a / whole, f))
+                .filter(|w| w.1 >= LEAST_SHARE)
+                .collect();
+            by_share.sort_by(|a, b| b.1.min(1.0).total_cmp(&a.1.min(1.0)).then(a.0.cmp(&b.0)));
+            let rim = |cut, y| Slice {
+                cut,
+                heights: [y; 3],
+                facets: Vec::new(),
+            };
+            let mut stack = vec![rim(Cut::Bottom, domain.min.y), rim(Cut::Top, domain.max.y)];
+            for (sheet, _, list) in by_share {
+                let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
+                insert(
+                    &mut stack,
+                    Slice {
+                        cut: Cut::Sheet(sheet),
+                        heights,
+                        facets: list,
+                    },
+                    coplanar,
+                );
+            }
+            for (i, &y) in levels.iter().enumerate() {
+                let taken = |s: &Slice| {
+                    matches!(s.cut, Cut::Sheet(_))
+                        && s.heights.iter().all(|h| (h - y).abs() <= near)
+                };
+                if !stack.iter().any(taken) {
+                    insert(
+                        &mut stack,
+                        Slice {
+                            cut: Cut::Level(i as u32),
+                            heights: [y; 3],
+                            facets: Vec::new(),
+                        },
+                        coplanar,
+                    );
+                }
+            }
+            stack
+        })
+        .collect();
+    let mut first_piece = vec![0u32];
+    for s in &slices {
+        first_piece.push(first_piece[first_piece.len() - 1] + s.len() as u32 - 1);
+    }
+    Columns {
+        slices,
+        first_piece,
+    }
+}
+
+/// Puts a cut between its neighbours; one that would cross another is dropped (which only leaves more open). Heights within the
+/// coplanar tolerance of a neighbour's are taken to be the neighbour's.
+fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) {
+    for other in stack.iter() {
+        for (h, o) in new.heights.iter_mut().zip(other.heights) {
+            if (*h - o).abs() <= coplanar {
+                *h = o;
+            }
+        }
+    }
+    let below = |a: &Slice, b: &Slice| a.heights.iter().zip(b.heights).all(|(x, y)| *x <= y);
+    let at = stack
+        .iter()
+        .take_while(|s| below(s, &new) && s.heights != new.heights)
+        .count();
+    if at > 0
+        && stack[at..]
+            .iter()
+            .all(|s| below(&new, s) && s.heights != new.heights)
+        && at < stack.len()
+    {
+        stack.insert(at, new);
+    }
+}
+
+/// For each column, the sheet triangles whose boxes touch it.
+fn facets_over(corners: &[[DVec2; 3]], facets: &Facets) -> Vec<Vec<u32>> {
+    let boxes: Vec<(DVec2, DVec2)> = facets
+        .sheet_facets
+        .iter()
+        .map(|f| {
+            let q = f.corners.map(to_plan);
+            (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
+        })
+        .collect();
+    let n = boxes.len().max(1) as f64;
+    let (lo, hi) = boxes
+        .iter()
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, b| {
+            (a.0.min(b.0), a.1.max(b.1))
+        });
+    let cell = ((hi - lo).max_element() / n.sqrt().max(1.0)).max(1e-9);
+    // Large triangles would fill the grid: those wider than 16 cells are kept apart.
+    let (mut grid, mut large): (HashMap<(i64, i64), Vec<u32>>, Vec<u32>) = Default::default();
+    let range = |lo: DVec2, hi: DVec2| {
+        let (a, b) = ((lo / cell).floor(), (hi / cell).floor());
+        (a.x as i64, a.y as i64, b.x as i64, b.y as i64)
+    };
+    for (i, &(a, b)) in boxes.iter().enumerate() {
+        let (x0, y0, x1, y1) = range(a, b);
+        if x1 - x0 > 16 || y1 - y0 > 16 {
+            large.push(i as u32);
+            continue;
+        }
+        for x in x0..=x1 {
+            for y in y0..=y1 {
+                grid.entry((x, y)).or_default().push(i as u32);
+            }
+        }
+    }
+    corners
+        .par_iter()
+        .map(|q| {
+            let (a, b) = (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]));
+            let touches = |&i: &u32| {
+                let (c, d) = boxes[i as usize];
+                a.cmple(d).all() && c.cmple(b).all()
+            };
+            let (x0, y0, x1, y1) = range(a.max(lo), b.min(hi));
+            let cells = (x0..=x1).flat_map(|x| (y0..=y1).map(move |y| (x, y)));
+            let mut out: Vec<u32> = cells
+                .filter_map(|c| grid.get(&c))
+                .flatten()
+                .chain(&large)
+                .copied()
+                .filter(touches)
+                .collect();
+            out.sort_unstable();
+            out.dedup();
+            out
+        })
+        .collect()
+}
+
+/// The triangle, counter-clockwise.
+pub fn counter_clockwise(q: [DVec2; 3]) -> [DVec2; 3] {
+    if (q[1] - q[0]).perp_dot(q[2] - q[0]) < 0.0 {
+        [q[0], q[2], q[1]]
+    } else {
+        q
+    }
+}

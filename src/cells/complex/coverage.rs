@@ -1,0 +1,210 @@
+//! What part of a face is open: the face less every opaque triangle that lies on it.
+//!
+//! Soundness: triangles grow by a square of half-width `seal` before they are taken away, so a point that counts as closed is
+//! within `sqrt(2) * seal` of a triangle's projection, and that triangle is within the coplanar tolerance of the face. No
+//! segment with more clearance than the sum gets through ([`crate::tolerance`]). Polygon booleans are done on integers
+//! (i_overlay), at a resolution of 2^-30 of the face.
+
+use crate::geom::Plane;
+use crate::geom::clip;
+use glam::{DVec2, DVec3};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::float::single::SingleFloatOverlay;
+
+/// A polygon: an outer contour, then holes.
+pub type Shape = Vec<Vec<[f64; 2]>>;
+
+/// What is open of a face.
+#[derive(Clone, Debug)]
+pub enum Open {
+    /// Nothing lies on it.
+    Whole,
+    /// These parts; empty where the face is closed.
+    Parts(Vec<Shape>),
+}
+
+/// The open part of a convex `face` (counter-clockwise) under triangles in the same coordinates.
+pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
+    if triangles.is_empty() {
+        return Open::Whole;
+    }
+    let subject: Vec<[f64; 2]> = face.iter().map(|p| p.to_array()).collect();
+    let grown: Vec<Vec<[f64; 2]>> = triangles
+        .iter()
+        .map(|t| {
+            let corners = t.iter().flat_map(|p| {
+                [(-seal, -seal), (seal, -seal), (seal, seal), (-seal, seal)]
+                    .map(|(x, y)| *p + DVec2::new(x, y))
+            });
+            convex_hull(corners.collect())
+                .iter()
+                .map(|p| p.to_array())
+                .collect()
+        })
+        .collect();
+    let mut parts = subject.overlay(&grown, OverlayRule::Difference, FillRule::NonZero);
+    parts.retain(|shape| {
+        shape
+            .first()
+            .is_some_and(|outer| width(&convex_hull(points(outer))) >= 2.0 * seal)
+    });
+    Open::Parts(parts)
+}
+
+/// A contour as points.
+pub fn points(contour: &[[f64; 2]]) -> Vec<DVec2> {
+    contour.iter().map(|&p| DVec2::from_array(p)).collect()
+}
+
+/// Signed area, positive for counter-clockwise.
+pub fn area(contour: &[DVec2]) -> f64 {
+    let o = contour.first().copied().unwrap_or_default();
+    let next = contour.iter().cycle().skip(1);
+    contour
+        .iter()
+        .zip(next)
+        .map(|(a, b)| (*a - o).perp_dot(*b - o))
+        .sum::<f64>()
+        * 0.5
+}
+
+/// Area of a shape less its holes.
+pub fn shape_area(shape: &Shape) -> f64 {
+    let areas: Vec<f64> = shape.iter().map(|c| area(&points(c)).abs()).collect();
+    areas
+        .first()
+        .map_or(0.0, |outer| outer - areas[1..].iter().sum::<f64>())
+}
+
+/// Convex hull, counter-clockwise, no three corners in line (Andrew 1979); signs by robust predicates.
+pub fn convex_hull(mut p: Vec<DVec2>) -> Vec<DVec2> {
+    p.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    p.dedup();
+    if p.len() < 3 {
+        return p;
+    }
+    let left = |a: DVec2, b: DVec2, c: DVec2| {
+        let coord = |q: DVec2| robust::Coord { x: q.x, y: q.y };
+        robust::orient2d(coord(a), coord(b), coord(c)) > 0.0
+    };
+    let mut hull: Vec<DVec2> = Vec::with_capacity(p.len() + 1);
+    for half in 0..2 {
+        let floor = hull.len();
+        let order: Box<dyn Iterator<Item = &DVec2>> = if half == 0 {
+            Box::new(p.iter())
+        } else {
+            Box::new(p.iter().rev())
+        };
+        for &q in order {
+            while hull.len() >= floor + 2 && !left(hull[hull.len() - 2], hull[hull.len() - 1], q) {
+                hull.pop();
+            }
+            hull.push(q);
+        }
+        hull.pop();
+    }
+    hull
+}
+
+/// The least distance between two parallel lines that hold a convex polygon.
+pub fn width(hull: &[DVec2]) -> f64 {
+    if hull.len() < 3 {
+        return 0.0;
+    }
+    let span = |i: usize| {
+        let (a, b) = (hull[i], hull[(i + 1) % hull.len()]);
+        let n = (b - a).perp().normalize_or_zero();
+        hull.iter().map(|p| n.dot(*p - a)).fold(0.0, f64::max)
+    };
+    (0..hull.len()).map(span).fold(f64::INFINITY, f64::min)
+}
+
+/// The area that a triangle and a convex polygon share.
+pub fn shared_area(triangle: [DVec2; 3], polygon: &[DVec2]) -> f64 {
+    let mut left: Vec<DVec3> = triangle.iter().map(|p| p.extend(0.0)).collect();
+    for (i, a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        let out = -(b - *a).perp().normalize_or_zero();
+        left = clip(
+            &left,
+            &Plane {
+                n: out.extend(0.0),
+                d: out.dot(*a),
+            },
+            0.0,
+        );
+    }
+    crate::geom::area(&left)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<DVec2> {
+        [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+            .map(|(x, y)| DVec2::new(x, y))
+            .to_vec()
+    }
+
+    fn halves(s: &[DVec2]) -> [[DVec2; 3]; 2] {
+        [[s[0], s[1], s[2]], [s[0], s[2], s[3]]]
+    }
+
+    fn open_area(open: &Open, whole: f64) -> f64 {
+        match open {
+            Open::Whole => whole,
+            Open::Parts(parts) => parts.iter().map(shape_area).sum(),
+        }
+    }
+
+    #[test]
+    fn a_wall_with_a_door_leaves_the_door() {
+        let face = square(0.0, 0.0, 5.0, 3.0);
+        let wall: Vec<_> = [
+            square(0.0, 0.0, 2.0, 3.0),
+            square(3.0, 0.0, 5.0, 3.0),
+            square(2.0, 2.1, 3.0, 3.0),
+        ]
+        .iter()
+        .flat_map(|s| halves(s))
+        .collect();
+        let open = open_part(&face, &wall, 1e-4);
+        assert!((open_area(&open, 15.0) - 2.1).abs() < 1e-3);
+    }
+
+    #[test]
+    fn cracks_close_and_slits_stay() {
+        let face = square(0.0, 0.0, 2.0, 2.0);
+        for (gap, open) in [(1e-7, false), (1e-4, false), (4e-3, true)] {
+            let wall: Vec<_> = [square(0.0, 0.0, 1.0, 2.0), square(1.0 + gap, 0.0, 2.0, 2.0)]
+                .iter()
+                .flat_map(|s| halves(s))
+                .collect();
+            assert_eq!(
+                open_area(&open_part(&face, &wall, 1e-3), 4.0) > 0.0,
+                open,
+                "gap {gap}"
+            );
+        }
+    }
+
+    #[test]
+    fn triangles_of_either_winding_close_a_face() {
+        let face = square(0.0, 0.0, 1.0, 1.0);
+        let [mut a, b] = halves(&face);
+        a.reverse();
+        assert_eq!(open_area(&open_part(&face, &[a, b], 1e-6), 1.0), 0.0);
+    }
+
+    #[test]
+    fn hull_and_width_of_a_square_with_a_point_inside() {
+        let mut p = square(0.0, 0.0, 2.0, 1.0);
+        p.push(DVec2::new(0.5, 0.5));
+        p.push(DVec2::new(1.0, 0.0));
+        let hull = convex_hull(p);
+        assert_eq!(hull.len(), 4);
+        assert!((area(&hull) - 2.0).abs() < 1e-12 && (width(&hull) - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,372 @@
+//! Where two pieces meet, and what is open there.
+
+use super::arrange::Plan;
+use super::columns::{Columns, Cut, Slice, counter_clockwise};
+use super::coverage::{Open, area, open_part, shape_area, shared_area};
+use super::facets::{Facets, Wall};
+use super::to_plan;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// The plane that a face lies in, and how its coordinates are read.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
+pub enum Surface {
+    /// On a wall's line: coordinates are (metres along the wall, height).
+    Wall(u32),
+    /// On an edge of the plan that follows no wall: (metres from the edge's start, height).
+    Edge {
+        /// A triangle of the plan.
+        triangle: u32,
+        /// Its edge.
+        edge: u32,
+    },
+    /// On a sheet or a level: plan coordinates.
+    Cut(Cut),
+}
+
+/// Where piece `a` meets piece `b`. On a wall or edge, `a`'s column has the lower number; on a cut, `a` is below.
+#[derive(Clone, Debug)]
+pub struct Face {
+    /// One piece.
+    pub a: u32,
+    /// The other.
+    pub b: u32,
+    /// Its plane.
+    pub surface: Surface,
+    /// The face, convex, counter-clockwise in the surface's coordinates.
+    pub polygon: Vec<DVec2>,
+    /// What is open of it.
+    pub open: Open,
+    /// Area of what is open, square metres of the surface's coordinates (a sheet's slope isn't counted).
+    pub open_area: f64,
+    /// Area of the face.
+    pub area: f64,
+    /// Area of opaque triangles on it whose front looks into `a`, and into `b`.
+    pub fronts: [f64; 2],
+}
+
+/// All faces between pieces, in a fixed order: columns ascending; within one, its cuts, then its edges.
+pub fn faces(
+    plan: &Plan,
+    columns: &Columns,
+    facets: &Facets,
+    coplanar: f64,
+    seal: f64,
+) -> Vec<Face> {
+    let grid = WallGrid::new(facets);
+    let of_column = |t: usize| {
+        let mut out = Vec::new();
+        cuts(t, plan, columns, facets, seal, &mut out);
+        for e in 0..3 {
+            if let Some(n) = plan.neighbours[t][e] {
+                if (n as usize) > t {
+                    sides(
+                        t, e, n as usize, plan, columns, facets, &grid, coplanar, seal, &mut out,
+                    );
+                }
+            }
+        }
+        out
+    };
+    (0..plan.triangles.len())
+        .into_par_iter()
+        .map(of_column)
+        .collect::<Vec<_>>()
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// The face between the pieces below and above each cut of column `t`.
+fn cuts(t: usize, plan: &Plan, columns: &Columns, facets: &Facets, seal: f64, out: &mut Vec<Face>) {
+    let polygon: Vec<DVec2> = plan.triangles[t]
+        .iter()
+        .map(|&i| plan.points[i as usize])
+        .collect();
+    let whole = area(&polygon);
+    let slices = &columns.slices[t];
+    for (k, slice) in slices
+        .iter()
+        .enumerate()
+        .skip(1)
+        .take(slices.len().saturating_sub(2))
+    {
+        let mut fronts = [0.0; 2];
+        let mut triangles = Vec::new();
+        for facet in slice
+            .facets
+            .iter()
+            .map(|&f| &facets.sheet_facets[f as usize])
+            .filter(|f| f.opaque)
+        {
+            let q = counter_clockwise(facet.corners.map(to_plan));
+            fronts[usize::from(facet.front)] += shared_area(q, &polygon);
+            triangles.push(q);
+        }
+        let a = columns.first_piece[t] + k as u32 - 1;
+        push(
+            out,
+            a,
+            a + 1,
+            Surface::Cut(slice.cut),
+            polygon.clone(),
+            whole,
+            open_part(&polygon, &triangles, seal),
+            fronts,
+        );
+    }
+}
+
+/// The faces between the pieces of two columns that share an edge of the plan.
+#[allow(clippy::too_many_arguments)]
+fn sides(
+    t: usize,
+    e: usize,
+    n: usize,
+    plan: &Plan,
+    columns: &Columns,
+    facets: &Facets,
+    grid: &WallGrid,
+    coplanar: f64,
+    seal: f64,
+    out: &mut Vec<Face>,
+) {
+    let (ia, ib) = (plan.triangles[t][e], plan.triangles[t][(e + 1) % 3]);
+    let (pa, pb) = (plan.points[ia as usize], plan.points[ib as usize]);
+    let corner = |c: usize, i: u32| (0..3).find(|&k| plan.triangles[c][k] == i).unwrap_or(0);
+    let (ta, tb, na, nb) = (corner(t, ia), corner(t, ib), corner(n, ia), corner(n, ib));
+    let walls = if plan.constrained[t][e] {
+        grid.along(pa, pb, facets, coplanar * 1.5)
+    } else {
+        Vec::new()
+    };
+    // The coordinate along the edge follows the first wall's line, so that faces of one wall share coordinates.
+    let first = walls.first().map(|&(w, _)| (w, &facets.walls[w as usize]));
+    let (ua, ub, surface) = match first {
+        Some((w, wall)) => (wall.along().dot(pa), wall.along().dot(pb), Surface::Wall(w)),
+        None => (
+            0.0,
+            pa.distance(pb),
+            Surface::Edge {
+                triangle: t as u32,
+                edge: e as u32,
+            },
+        ),
+    };
+    let (lower, upper) = (&columns.slices[t], &columns.slices[n]);
+    let ends = |slice: &Slice, a: usize, b: usize| [slice.heights[a], slice.heights[b]];
+    let apart =
+        |floor: [f64; 2], ceiling: [f64; 2]| floor[0] >= ceiling[0] && floor[1] >= ceiling[1];
+    for i in 0..lower.len() - 1 {
+        let (floor_t, ceiling_t) = (ends(&lower[i], ta, tb), ends(&lower[i + 1], ta, tb));
+        for j in 0..upper.len() - 1 {
+            let (floor_n, ceiling_n) = (ends(&upper[j], na, nb), ends(&upper[j + 1], na, nb));
+            if apart(floor_t, ceiling_n) || apart(floor_n, ceiling_t) {
+                continue;
+            }
+            let polygon = between(ua, ub, &[floor_t, floor_n], &[ceiling_t, ceiling_n]);
+            let whole = area(&polygon);
+            if polygon.len() < 3 || whole <= 0.0 {
+                continue;
+            }
+            let mut triangles = Vec::new();
+            let mut fronts = [0.0; 2];
+            let (lo, hi) = polygon
+                .iter()
+                .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| {
+                    (a.0.min(*p), a.1.max(*p))
+                });
+            for (w, list) in &walls {
+                let wall = &facets.walls[*w as usize];
+                // Another wall on the same line may run the other way.
+                let sign = first.map_or(1.0, |(_, f)| f.along().dot(wall.along()).signum());
+                let shift = ua - sign * wall.along().dot(pa);
+                // Left of a -> b is `t`; the wall's normal is left of its `along`.
+                let normal_into_t = (pb - pa).dot(wall.along()) > 0.0;
+                for facet in list.iter().map(|&f| &facets.wall_facets[f as usize]) {
+                    let q = facet
+                        .corners
+                        .map(|p| DVec2::new(sign * wall.along().dot(to_plan(p)) + shift, p.y));
+                    let (a, b) = (
+                        q[0].min(q[1]).min(q[2]) - seal,
+                        q[0].max(q[1]).max(q[2]) + seal,
+                    );
+                    if a.cmple(hi).all() && lo.cmple(b).all() {
+                        let q = counter_clockwise(q);
+                        fronts[usize::from(facet.front != normal_into_t)] +=
+                            shared_area(q, &polygon);
+                        triangles.push(q);
+                    }
+                }
+            }
+            let open = open_part(&polygon, &triangles, seal);
+            let (a, b) = (
+                columns.first_piece[t] + i as u32,
+                columns.first_piece[n] + j as u32,
+            );
+            push(out, a, b, surface, polygon, whole, open, fronts);
+        }
+    }
+}
+
+#[allow(clippy::too_many_arguments)]
+fn push(
+    out: &mut Vec<Face>,
+    a: u32,
+    b: u32,
+    surface: Surface,
+    polygon: Vec<DVec2>,
+    area: f64,
+    open: Open,
+    fronts: [f64; 2],
+) {
+    let open_area = match &open {
+        Open::Whole => area,
+        Open::Parts(parts) => parts.iter().map(shape_area).sum(),
+    };
+    out.push(Face {
+        a,
+        b,
+        surface,
+        polygon,
+        open,
+        open_area,
+        area,
+        fronts,
+    });
+}
+
+/// The polygon over `ua..ub` above both floors and below both ceilings, counter-clockwise with the coordinate growing.
+fn between(ua: f64, ub: f64, floors: &[[f64; 2]], ceilings: &[[f64; 2]]) -> Vec<DVec2> {
+    let (lo, hi) = (
+        floors
+            .iter()
+            .flatten()
+            .fold(f64::INFINITY, |a, &b| a.min(b)),
+        ceilings
+            .iter()
+            .flatten()
+            .fold(f64::NEG_INFINITY, |a, &b| a.max(b)),
+    );
+    let mut polygon = vec![
+        DVec2::new(0.0, lo),
+        DVec2::new(1.0, lo),
+        DVec2::new(1.0, hi),
+        DVec2::new(0.0, hi),
+    ];
+    let mut cut = |line: &[f64; 2], above: bool| {
+        let side = |p: &DVec2| {
+            let d = p.y - (line[0] + (line[1] - line[0]) * p.x);
+            if above { d } else { -d }
+        };
+        let mut kept = Vec::with_capacity(polygon.len() + 1);
+        for (i, p) in polygon.iter().enumerate() {
+            let q = &polygon[(i + 1) % polygon.len()];
+            let (dp, dq) = (side(p), side(q));
+            if dp >= 0.0 {
+                kept.push(*p);
+            }
+            if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
+                kept.push(*p + (*q - *p) * (dp / (dp - dq)));
+            }
+        }
+        polygon = kept;
+    };
+    floors.iter().for_each(|f| cut(f, true));
+    ceilings.iter().for_each(|c| cut(c, false));
+    let mut polygon: Vec<DVec2> = polygon
+        .iter()
+        .map(|p| DVec2::new(ua + (ub - ua) * p.x, p.y))
+        .collect();
+    if ub < ua {
+        polygon.reverse();
+    }
+    polygon
+}
+
+/// Which wall triangles are near a place in plan.
+struct WallGrid {
+    cell: f64,
+    buckets: HashMap<(i64, i64), Vec<u32>>,
+}
+
+impl WallGrid {
+    fn new(facets: &Facets) -> Self {
+        let spans = facets.wall_facets.iter().map(|f| {
+            let q = f.corners.map(to_plan);
+            (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
+        });
+        let spans: Vec<_> = spans.collect();
+        let mean =
+            spans.iter().map(|(a, b)| a.distance(*b)).sum::<f64>() / spans.len().max(1) as f64;
+        let mut grid = Self {
+            cell: mean.max(1e-6),
+            buckets: HashMap::new(),
+        };
+        for (i, f) in facets.wall_facets.iter().enumerate() {
+            let wall = &facets.walls[f.owner as usize];
+            let u = f.corners.map(|p| wall.along().dot(to_plan(p)));
+            let (u0, u1) = (u[0].min(u[1]).min(u[2]), u[0].max(u[1]).max(u[2]));
+            for c in grid.cells(wall.at(u0), wall.at(u1)) {
+                grid.buckets.entry(c).or_default().push(i as u32);
+            }
+        }
+        grid
+    }
+
+    /// The grid cells along a segment, and their neighbours.
+    fn cells(&self, a: DVec2, b: DVec2) -> Vec<(i64, i64)> {
+        let steps = (a.distance(b) / self.cell).ceil().max(1.0) as usize;
+        let mut out: Vec<(i64, i64)> = Vec::new();
+        for s in 0..=steps {
+            let p = (a.lerp(b, s as f64 / steps as f64) / self.cell).floor();
+            for i in -1..=1 {
+                for j in -1..=1 {
+                    out.push((p.x as i64 + i, p.y as i64 + j));
+                }
+            }
+        }
+        out.sort_unstable();
+        out.dedup();
+        out
+    }
+
+    /// The walls whose line holds both ends of an edge, with their opaque triangles nearby; ordered by wall.
+    fn along(&self, a: DVec2, b: DVec2, facets: &Facets, tolerance: f64) -> Vec<(u32, Vec<u32>)> {
+        if self.buckets.is_empty() {
+            return Vec::new();
+        }
+        let on = |w: &Wall, p: DVec2| (w.normal.dot(p) - w.offset).abs() <= tolerance;
+        let mut found: Vec<u32> = self
+            .cells(a, b)
+            .iter()
+            .filter_map(|c| self.buckets.get(c))
+            .flatten()
+            .copied()
+            .collect();
+        found.sort_unstable();
+        found.dedup();
+        let mut out: Vec<(u32, Vec<u32>)> = Vec::new();
+        for f in found {
+            let facet = &facets.wall_facets[f as usize];
+            let wall = &facets.walls[facet.owner as usize];
+            if !on(wall, a) || !on(wall, b) {
+                continue;
+            }
+            // A very short edge lies on lines across it as well; those close nothing.
+            if (b - a).dot(wall.along()).abs() < 0.5 * a.distance(b) {
+                continue;
+            }
+            let place = out.binary_search_by_key(&facet.owner, |&(w, _)| w);
+            let place = place.unwrap_or_else(|at| {
+                out.insert(at, (facet.owner, Vec::new()));
+                at
+            });
+            if facet.opaque {
+                out[place].1.push(f);
+            }
+        }
+        out
+    }
+}

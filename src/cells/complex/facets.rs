@@ -1,0 +1,309 @@
+//! Which planes bound space: vertical ones (walls, as lines in plan) and all others (sheets: floors, ceilings, roofs, ramps).
+
+use super::{Human, to_plan};
+use crate::geom::{Plane, newell};
+use crate::scene::{Role, Scene};
+use glam::{DVec2, DVec3};
+use std::collections::HashMap;
+
+/// A triangle on a wall or a sheet.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    /// Corners.
+    pub corners: [DVec3; 3],
+    /// Index of its wall or sheet.
+    pub owner: u32,
+    /// Only opaque triangles close a face; an author's room boundary merely draws a line.
+    pub opaque: bool,
+    /// Whether its front is on the side that the owner's normal points to.
+    pub front: bool,
+}
+
+/// A vertical plane, as a line in plan.
+#[derive(Clone, Debug)]
+pub struct Wall {
+    /// Unit normal in plan.
+    pub normal: DVec2,
+    /// `normal . q = offset` on the line, metres.
+    pub offset: f64,
+    /// Where along the line (`along . q`) there is enough wall to make a cut, metres.
+    pub spans: Vec<(f64, f64)>,
+}
+
+impl Wall {
+    /// The direction of the line: the normal turned right, so that left of it is where the normal points.
+    pub fn along(&self) -> DVec2 {
+        DVec2::new(self.normal.y, -self.normal.x)
+    }
+
+    /// The point at `u` metres along the line.
+    pub fn at(&self, u: f64) -> DVec2 {
+        self.along() * u + self.normal * self.offset
+    }
+}
+
+/// A plane that isn't vertical; its normal points up.
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    /// `n.y > 0`.
+    pub plane: Plane,
+    /// Where its outline makes cuts in plan.
+    pub outline: Vec<(DVec2, DVec2)>,
+}
+
+impl Sheet {
+    /// Height above a point of the plan, metres.
+    pub fn height(&self, q: DVec2) -> f64 {
+        let n = self.plane.n;
+        (self.plane.d - n.x * q.x + n.z * q.y) / n.y
+    }
+}
+
+/// Every plane worth a cut, and the triangles on them.
+#[derive(Debug, Default)]
+pub struct Facets {
+    /// Vertical planes.
+    pub walls: Vec<Wall>,
+    /// Triangles on walls.
+    pub wall_facets: Vec<Facet>,
+    /// Other planes.
+    pub sheets: Vec<Sheet>,
+    /// Triangles on sheets.
+    pub sheet_facets: Vec<Facet>,
+}
+
+/// The slope below which a plane is neither a wall nor a sheet: `n.y` of about 87 degrees.
+const STEEPEST_SHEET: f64 = 0.05;
+/// Most cuts in plan; beyond it the least wall and the least sheet are doubled until it fits.
+const MOST_SEGMENTS: usize = 24_000;
+
+/// Groups the triangles that bound rooms into planes, to within `coplanar` metres at every corner; larger triangles first, so
+/// that a plane is the one of its largest member.
+pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms: bool) -> Facets {
+    let mut loose: Vec<([DVec3; 3], DVec3, bool)> = Vec::new();
+    for object in &scene.objects {
+        if object.opaque && matches!(object.role, Role::Structure | Role::Unknown) {
+            let corners = object.triangles.clone().map(|t| scene.corners(t as usize));
+            loose.extend(corners.map(|c| (c, newell(&c.map(|p| p - c[0])), true)));
+        }
+    }
+    if with_rooms {
+        let surfaces = scene.hints.rooms.iter().flat_map(|r| r.surface.iter());
+        loose.extend(surfaces.map(|&c| (c, newell(&c.map(|p| p - c[0])), false)));
+    }
+    loose.retain(|(_, n, _)| n.length_squared() > 0.0);
+    loose.sort_by(|a, b| b.1.length_squared().total_cmp(&a.1.length_squared()));
+
+    let mut scale = 1.0;
+    loop {
+        let mut found = Facets::default();
+        walls(
+            &loose,
+            coplanar,
+            seal,
+            human.least_wall() * scale,
+            &mut found,
+        );
+        sheets(&loose, coplanar, human.least_sheet() * scale, &mut found);
+        let segments: usize = found.walls.iter().map(|w| w.spans.len()).sum::<usize>()
+            + found.sheets.iter().map(|s| s.outline.len()).sum::<usize>();
+        if segments <= MOST_SEGMENTS {
+            return found;
+        }
+        scale *= 2.0;
+    }
+}
+
+fn walls(
+    loose: &[([DVec3; 3], DVec3, bool)],
+    coplanar: f64,
+    seal: f64,
+    least: f64,
+    out: &mut Facets,
+) {
+    let mut lines: Vec<(DVec2, f64, Vec<Facet>)> = Vec::new();
+    let mut by_angle: HashMap<i64, Vec<u32>> = HashMap::new();
+    for &(corners, newell, opaque) in loose {
+        let q = corners.map(to_plan);
+        let longest = [(0, 1), (1, 2), (2, 0)]
+            .map(|(i, j)| q[j] - q[i])
+            .into_iter()
+            .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        let along = longest.unwrap_or(DVec2::X).normalize_or_zero();
+        let mut normal = DVec2::new(-along.y, along.x);
+        let offsets = q.map(|p| normal.dot(p));
+        let spread = offsets.iter().fold(f64::MIN, |a, &b| a.max(b))
+            - offsets.iter().fold(f64::MAX, |a, &b| a.min(b));
+        if along == DVec2::ZERO
+            || spread > coplanar
+            || newell.y.abs() > STEEPEST_SHEET * newell.length()
+        {
+            continue;
+        }
+        let mut offset = (offsets[0] + offsets[1] + offsets[2]) / 3.0;
+        // One sign for both sides of a wall: the normal points to the upper half-plane.
+        if normal.y < -1e-9 || (normal.y.abs() <= 1e-9 && normal.x < 0.0) {
+            (normal, offset) = (-normal, -offset);
+        }
+        let bucket = (normal.y.atan2(normal.x) / 0.01).floor() as i64;
+        let fits = |&i: &u32| {
+            let (n, d, _) = &lines[i as usize];
+            q.iter().all(|p| (n.dot(*p) - d).abs() <= coplanar)
+        };
+        // The angle wraps at pi: the buckets at both ends are neighbours.
+        let last = (std::f64::consts::PI / 0.01).floor() as i64;
+        let near = [
+            bucket - 1,
+            bucket,
+            bucket + 1,
+            if bucket <= 0 { last } else { 0 },
+        ];
+        let found = near
+            .iter()
+            .filter_map(|b| by_angle.get(b))
+            .flatten()
+            .copied()
+            .filter(|i| fits(i))
+            .min();
+        let owner = found.unwrap_or_else(|| {
+            lines.push((normal, offset, Vec::new()));
+            by_angle
+                .entry(bucket)
+                .or_default()
+                .push(lines.len() as u32 - 1);
+            lines.len() as u32 - 1
+        });
+        let line = &mut lines[owner as usize];
+        let front = line.0.dot(to_plan(newell)) > 0.0;
+        line.2.push(Facet {
+            corners,
+            owner,
+            opaque,
+            front,
+        });
+    }
+    for (normal, offset, mut members) in lines {
+        let mut wall = Wall {
+            normal,
+            offset,
+            spans: Vec::new(),
+        };
+        let reach = |f: &Facet| {
+            let u = f.corners.map(|p| wall.along().dot(to_plan(p)));
+            (u[0].min(u[1]).min(u[2]), u[0].max(u[1]).max(u[2]))
+        };
+        members.sort_by(|a, b| reach(a).0.total_cmp(&reach(b).0));
+        let (mut spans, mut i) = (Vec::new(), 0);
+        while i < members.len() {
+            let (from, mut to) = reach(&members[i]);
+            let (first, mut area) = (i, 0.0);
+            while i < members.len() && reach(&members[i]).0 <= to + 2.0 * seal {
+                to = to.max(reach(&members[i]).1);
+                area += crate::scene::triangle_area(members[i].corners);
+                i += 1;
+            }
+            if area >= least {
+                spans.push((from, to));
+                out.wall_facets
+                    .extend(members[first..i].iter().map(|f| Facet {
+                        owner: out.walls.len() as u32,
+                        ..*f
+                    }));
+            }
+        }
+        wall.spans = spans;
+        if !wall.spans.is_empty() {
+            out.walls.push(wall);
+        }
+    }
+}
+
+fn sheets(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, least: f64, out: &mut Facets) {
+    let mut planes: Vec<(Plane, f64, Vec<Facet>)> = Vec::new();
+    let mut by_normal: HashMap<(i64, i64), Vec<u32>> = HashMap::new();
+    for &(corners, newell, opaque) in loose {
+        let mut n = newell.normalize();
+        if n.y.abs() < STEEPEST_SHEET {
+            continue;
+        }
+        let front = n.y > 0.0;
+        if !front {
+            n = -n;
+        }
+        let cell = ((n.x / 0.01).round() as i64, (n.z / 0.01).round() as i64);
+        let near = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (cell.0 + i, cell.1 + j)));
+        let fits = |&i: &u32| {
+            corners
+                .iter()
+                .all(|&p| planes[i as usize].0.distance(p).abs() <= coplanar)
+        };
+        let found = near
+            .filter_map(|c| by_normal.get(&c))
+            .flatten()
+            .copied()
+            .filter(|i| fits(i))
+            .min();
+        let owner = found.unwrap_or_else(|| {
+            planes.push((
+                Plane::through((corners[0] + corners[1] + corners[2]) / 3.0, n),
+                0.0,
+                Vec::new(),
+            ));
+            by_normal
+                .entry(cell)
+                .or_default()
+                .push(planes.len() as u32 - 1);
+            planes.len() as u32 - 1
+        });
+        let plane = &mut planes[owner as usize];
+        plane.1 += newell.length() * 0.5;
+        plane.2.push(Facet {
+            corners,
+            owner,
+            opaque,
+            front,
+        });
+    }
+    for (plane, area, members) in planes {
+        if area < least {
+            continue;
+        }
+        let owner = out.sheets.len() as u32;
+        let outline = if area >= 2.0 * least {
+            outline(&members, coplanar)
+        } else {
+            Vec::new()
+        };
+        out.sheets.push(Sheet { plane, outline });
+        out.sheet_facets
+            .extend(members.into_iter().map(|f| Facet { owner, ..f }));
+    }
+}
+
+/// Edges that only one of the triangles has.
+fn outline(members: &[Facet], coplanar: f64) -> Vec<(DVec2, DVec2)> {
+    let key = |q: DVec2| {
+        (
+            (q.x / coplanar).round() as i64,
+            (q.y / coplanar).round() as i64,
+        )
+    };
+    let mut edges: HashMap<[(i64, i64); 2], (u32, usize, (DVec2, DVec2))> = HashMap::new();
+    for (order, f) in members.iter().enumerate() {
+        let q = f.corners.map(to_plan);
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            let mut ends = [key(q[i]), key(q[j])];
+            ends.sort_unstable();
+            edges
+                .entry(ends)
+                .or_insert((0, order * 3 + i, (q[i], q[j])))
+                .0 += 1;
+        }
+    }
+    let mut once: Vec<_> = edges
+        .into_values()
+        .filter(|(count, ..)| *count == 1)
+        .collect();
+    once.sort_unstable_by_key(|&(_, order, _)| order);
+    once.into_iter().map(|(_, _, segment)| segment).collect()
+}

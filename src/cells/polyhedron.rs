@@ -1,0 +1,128 @@
+//! The box around a convex polyhedron that is given as half-spaces and may be unbounded.
+//!
+//! Based on the theorem of Minkowski and Weyl (a polyhedron is the hull of its vertices plus the cone of its rays): vertices are
+//! where three planes meet inside all others, rays are where two planes meet in a direction that leaves none. Cubic times the
+//! number of planes, which for the pieces of cells is small ([`MAX_PLANES`]).
+
+use crate::geom::{Aabb, Plane};
+use glam::DVec3;
+
+/// Most planes of a piece that anyone may give.
+pub(super) const MAX_PLANES: usize = 128;
+
+/// Sines below this are taken for 0.
+const PARALLEL: f64 = 1e-9;
+
+/// The box around the points inside every plane, infinite where they go on without end; `None` where they have no volume.
+/// Corners within `eps` metres of a plane count as inside it.
+pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
+    // Directions that no plane bounds on either side are cut across, so that there are corners.
+    let free = free_directions(planes);
+    let cuts = free.iter().flat_map(|&n| [Plane { n, d: 0.0 }, Plane { n: -n, d: 0.0 }]);
+    let all: Vec<Plane> = planes.iter().copied().chain(cuts).collect();
+    let mut rays = free.clone();
+    rays.extend(free.iter().map(|&v| -v));
+
+    let (mut corners, mut sum, mut count) = (Aabb::EMPTY, DVec3::ZERO, 0.0);
+    for (i, a) in all.iter().enumerate() {
+        for (j, b) in all.iter().enumerate().skip(i + 1) {
+            let edge = a.n.cross(b.n);
+            if edge.length() < PARALLEL {
+                continue;
+            }
+            let direction = edge.normalize();
+            rays.extend([direction, -direction].into_iter().filter(|v| all.iter().all(|p| p.n.dot(*v) <= PARALLEL)));
+            for c in &all[j + 1..] {
+                // Cramer's rule.
+                let determinant = edge.dot(c.n);
+                if determinant.abs() < PARALLEL * PARALLEL.sqrt() {
+                    continue;
+                }
+                let corner = (b.n.cross(c.n) * a.d + c.n.cross(a.n) * b.d + edge * c.d) / determinant;
+                if corner.is_finite() && all.iter().all(|p| p.distance(corner) <= eps) {
+                    corners = corners.with(corner);
+                    sum += corner;
+                    count += 1.0;
+                }
+            }
+        }
+    }
+    if count == 0.0 {
+        return None;
+    }
+    let inside = sum / count + rays.iter().sum::<DVec3>();
+    if planes.iter().any(|p| p.distance(inside) >= 0.0) {
+        return None;
+    }
+    for ray in rays {
+        for axis in 0..3 {
+            if ray[axis] > PARALLEL {
+                corners.max[axis] = f64::INFINITY;
+            } else if ray[axis] < -PARALLEL {
+                corners.min[axis] = f64::NEG_INFINITY;
+            }
+        }
+    }
+    Some(corners)
+}
+
+/// A basis of the directions along every plane.
+fn free_directions(planes: &[Plane]) -> Vec<DVec3> {
+    let Some(first) = planes.first() else {
+        return DVec3::AXES.to_vec();
+    };
+    let widest = |directions: &mut dyn Iterator<Item = DVec3>| directions.max_by(|a, b| a.length().total_cmp(&b.length()));
+    let line = widest(&mut planes.iter().map(|p| first.n.cross(p.n))).unwrap_or_default();
+    if line.length() < PARALLEL {
+        let (a, b) = first.n.any_orthonormal_pair();
+        return vec![a, b];
+    }
+    let line = line.normalize();
+    if planes.iter().all(|p| p.n.dot(line).abs() < PARALLEL) { vec![line] } else { Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(x: f64, y: f64, z: f64, d: f64) -> Plane {
+        let n = DVec3::new(x, y, z);
+        Plane { n: n.normalize(), d: d / n.length() }
+    }
+
+    fn close(a: DVec3, b: [f64; 3]) -> bool {
+        a.to_array().iter().zip(b).all(|(&a, b)| a == b || (a - b).abs() < 1e-9)
+    }
+
+    const INF: f64 = f64::INFINITY;
+
+    #[test]
+    fn bounded_pieces_have_the_box_of_their_corners() {
+        // The simplex with legs of 2 m.
+        let simplex = [plane(-1., 0., 0., 0.), plane(0., -1., 0., 0.), plane(0., 0., -1., 0.), plane(1., 1., 1., 2.)];
+        let b = bounds(&simplex, 1e-9).unwrap();
+        assert!(close(b.min, [0.; 3]) && close(b.max, [2.; 3]));
+    }
+
+    #[test]
+    fn unbounded_pieces_are_infinite_only_where_they_go_on() {
+        // Everything; a half-space; a slab; an upright quarter; a wedge that opens along +X and keeps |y| < x.
+        let b = bounds(&[], 1e-9).unwrap();
+        assert!(close(b.min, [-INF; 3]) && close(b.max, [INF; 3]));
+        let b = bounds(&[plane(0., 2., 0., 6.)], 1e-9).unwrap();
+        assert!(close(b.min, [-INF; 3]) && close(b.max, [INF, 3., INF]));
+        let b = bounds(&[plane(0., 1., 0., 3.), plane(0., -1., 0., 1.)], 1e-9).unwrap();
+        assert!(close(b.min, [-INF, -1., -INF]) && close(b.max, [INF, 3., INF]));
+        let b = bounds(&[plane(1., 0., 0., 5.), plane(0., 0., -1., 4.)], 1e-9).unwrap();
+        assert!(close(b.min, [-INF, -INF, -4.]) && close(b.max, [5., INF, INF]));
+        let wedge = [plane(-1., 1., 0., 0.), plane(-1., -1., 0., 0.), plane(0., 0., 1., 1.), plane(0., 0., -1., 1.)];
+        let b = bounds(&wedge, 1e-9).unwrap();
+        assert!(close(b.min, [0., -INF, -1.]) && close(b.max, [INF, INF, 1.]));
+    }
+
+    #[test]
+    fn pieces_without_volume_are_none() {
+        assert_eq!(bounds(&[plane(1., 0., 0., 0.), plane(-1., 0., 0., -1.)], 1e-9), None);
+        assert_eq!(bounds(&[plane(1., 0., 0., 1.), plane(-1., 0., 0., -1.)], 1e-9), None);
+    }
+}

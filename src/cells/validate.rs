@@ -1,0 +1,258 @@
+//! Is a cell graph what it says it is: ids, windings, pieces, and sealed.
+
+use super::{CellGraph, Locator, Stretch};
+use crate::geom::{Aabb, Plane, middle, newell};
+use crate::scene::rays::RayScene;
+use crate::{CellId, PortalId};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::fmt;
+
+/// What is wrong with a graph.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Fault {
+    /// A portal names a cell that isn't there, or the same cell twice.
+    Cells(PortalId),
+    /// A winding has fewer than three corners, or numbers that aren't finite.
+    Corners(PortalId),
+    /// A corner is this far from the portal's plane, metres.
+    NotPlanar(PortalId, f64),
+    /// A winding isn't convex, or runs clockwise about its normal.
+    NotConvex(PortalId),
+    /// No point of the portal has its two cells on its two sides.
+    NotBetween(PortalId),
+    /// A cell doesn't list its portals.
+    NotLinked(CellId),
+    /// Two pieces hold one point.
+    Overlap([CellId; 2], DVec3),
+    /// A segment that touches nothing leaves a cell, but not through a portal of the cell that it comes to (`None`: no cell).
+    Leak {
+        /// From which cell to which.
+        cells: [Option<CellId>; 2],
+        /// Where.
+        at: DVec3,
+        /// The segment.
+        segment: [DVec3; 2],
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = |c: &Option<CellId>| c.map_or("no cell".to_owned(), |c| format!("cell {c}"));
+        match self {
+            Self::Cells(p) => write!(f, "portal {p} joins no two cells"),
+            Self::Corners(p) => write!(f, "portal {p} has too few corners, or one that is not a number"),
+            Self::NotPlanar(p, d) => write!(f, "portal {p}: a corner is {d:.2e} m off its plane"),
+            Self::NotConvex(p) => write!(f, "portal {p} is not convex and counter-clockwise about its normal"),
+            Self::NotBetween(p) => write!(f, "portal {p} does not lie between its two cells"),
+            Self::NotLinked(c) => write!(f, "cell {c} does not list its portals"),
+            Self::Overlap([a, b], p) => write!(f, "cells {a} and {b} both hold {p}"),
+            Self::Leak { cells, at, .. } => write!(f, "leak from {} to {} at {at}", name(&cells[0]), name(&cells[1])),
+        }
+    }
+}
+
+/// Everything that can be told without triangles; `tolerance` in metres.
+pub fn structure(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut linked = graph.clone();
+    let whole = |c: CellId| c.index() < graph.cells.len();
+    for (i, portal) in graph.portals.iter().enumerate() {
+        let id = PortalId(i as u32);
+        if !portal.cells.iter().all(|&c| whole(c)) || portal.cells[0] == portal.cells[1] {
+            faults.push(Fault::Cells(id));
+            return faults;
+        }
+        let w = &portal.winding;
+        if w.len() < 3 || !w.iter().all(|p| p.is_finite()) {
+            faults.push(Fault::Corners(id));
+            continue;
+        }
+        let off = w.iter().map(|&p| portal.plane.distance(p).abs()).fold(0.0, f64::max);
+        if off > tolerance {
+            faults.push(Fault::NotPlanar(id, off));
+        }
+        let turns = (0..w.len()).all(|i| {
+            let (a, b, c) = (w[i], w[(i + 1) % w.len()], w[(i + 2) % w.len()]);
+            (b - a).cross(c - b).dot(portal.plane.n) >= -tolerance * (b - a).length().max((c - b).length())
+        });
+        let relative: Vec<DVec3> = w.iter().map(|&p| p - w[0]).collect();
+        if !turns || newell(&relative).dot(portal.plane.n) <= 0.0 {
+            faults.push(Fault::NotConvex(id));
+        }
+        if !between(graph, id, tolerance) {
+            faults.push(Fault::NotBetween(id));
+        }
+    }
+    linked.link();
+    let pairs = graph.cells.iter().zip(&linked.cells).enumerate();
+    faults.extend(pairs.filter(|(_, (a, b))| a.portals != b.portals).map(|(i, _)| Fault::NotLinked(CellId(i as u32))));
+    faults
+}
+
+/// Some point of the portal has a piece of the one cell just behind it and of the other just in front. A portal may be larger
+/// than the opening, so not every point need have.
+fn between(graph: &CellGraph, id: PortalId, tolerance: f64) -> bool {
+    let portal = &graph.portals[id.index()];
+    let (centre, n) = (middle(&portal.winding), portal.plane.n);
+    let holds = |c: CellId, p: DVec3| graph.cells[c.index()].pieces.iter().any(|piece| piece.contains(p, tolerance));
+    let samples = portal.winding.iter().flat_map(|&w| [0.02, 0.35, 0.7, 0.98].map(|t| centre.lerp(w, t))).chain([centre]);
+    samples.into_iter().any(|p| {
+        holds(portal.cells[0], p - n * (2.0 * tolerance)) && holds(portal.cells[1], p + n * (2.0 * tolerance))
+    })
+}
+
+/// The answer of [`sealing`].
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Sealing {
+    /// Unobstructed segments followed.
+    pub segments: u64,
+    /// Segments that left a cell other than through a portal, ordered by number; at most [`MOST_LEAKS`].
+    pub leaks: Vec<Fault>,
+}
+
+/// Leaks listed at most.
+pub const MOST_LEAKS: usize = 100;
+
+/// Follows random unobstructed segments from random points of cells: none may get from cell to cell, or out of all cells, but
+/// through portals. A leak counts only where the segment keeps the scene's clearance there. Same seed, same answer.
+pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64) -> Sealing {
+    let locator = Locator::new(graph);
+    let tolerance = rays.scene().tolerance();
+    let far = rays.scene().bounds().diagonal() * 1.5;
+    let around = rays.scene().bounds().inflated(0.03 * rays.scene().bounds().diagonal());
+    let boxes: Vec<(CellId, usize, Aabb)> = (0u32..)
+        .zip(&graph.cells)
+        .flat_map(|(c, cell)| cell.pieces.iter().enumerate().map(move |(i, p)| (CellId(c), i, p.bounds)))
+        .filter(|(.., b)| b.touches(&around))
+        .collect();
+    if boxes.is_empty() {
+        return Sealing::default();
+    }
+    let pairs = portal_pairs(graph);
+    const CHUNK: u64 = 4096;
+    let follow = |chunk: u64| {
+        let mut random = Random(seed ^ chunk.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let mut out = Sealing::default();
+        for _ in 0..CHUNK.min(segments - chunk * CHUNK) {
+            let (cell, piece, b) = boxes[(random.next() % boxes.len() as u64) as usize];
+            let (lo, hi) = (b.min.max(around.min), b.max.min(around.max));
+            let from = lo + (hi - lo) * DVec3::new(random.unit(), random.unit(), random.unit());
+            if !graph.cells[cell.index()].pieces[piece].contains(from, -tolerance.clearance) {
+                continue;
+            }
+            let direction = random.direction();
+            let reach = rays.first_opaque(from, direction, far).map_or(far, |hit| hit.t - tolerance.clearance);
+            if reach <= tolerance.clearance {
+                continue;
+            }
+            let to = from + direction * reach;
+            out.segments += 1;
+            if let Some(leak) = leak(graph, &locator, &pairs, rays, from, to) {
+                out.leaks.push(leak);
+            }
+        }
+        out
+    };
+    let chunks: Vec<Sealing> = (0..segments.div_ceil(CHUNK)).into_par_iter().map(follow).collect();
+    let mut all = Sealing::default();
+    for c in chunks {
+        all.segments += c.segments;
+        all.leaks.extend(c.leaks);
+    }
+    all.leaks.truncate(MOST_LEAKS);
+    all
+}
+
+type Pairs = std::collections::HashMap<(CellId, CellId), Vec<PortalId>>;
+
+fn portal_pairs(graph: &CellGraph) -> Pairs {
+    let mut pairs = Pairs::new();
+    for (i, p) in graph.portals.iter().enumerate() {
+        for (a, b) in [(p.cells[0], p.cells[1]), (p.cells[1], p.cells[0])] {
+            pairs.entry((a, b)).or_default().push(PortalId(i as u32));
+        }
+    }
+    pairs
+}
+
+/// The first place where the segment changes cell other than through a portal.
+fn leak(
+    graph: &CellGraph,
+    locator: &Locator<'_>,
+    pairs: &Pairs,
+    rays: &RayScene<'_>,
+    from: DVec3,
+    to: DVec3,
+) -> Option<Fault> {
+    let tolerance = rays.scene().tolerance();
+    let length = from.distance(to);
+    let slack = tolerance.clearance / length;
+    let stretches = locator.along(from, to, 0.0);
+    let mut here: Stretch = *stretches.first()?;
+    let really = |at: f64| {
+        // The clearance of the part around the crossing decides, not that of the whole way.
+        let (a, b) = (from.lerp(to, (at - 20.0 * slack).max(0.0)), from.lerp(to, (at + 20.0 * slack).min(1.0)));
+        rays.is_clear(a, b, tolerance.clearance, None)
+    };
+    for next in stretches.iter().skip(1) {
+        if next.span[1] <= here.span[1] {
+            continue;
+        }
+        let at = here.span[1];
+        let point = from.lerp(to, at);
+        if next.span[0] > at + 2.0 * slack {
+            let fault = Fault::Leak { cells: [Some(here.cell), None], at: point, segment: [from, to] };
+            return really(at).then_some(fault);
+        }
+        if next.cell != here.cell {
+            let through = pairs.get(&(here.cell, next.cell)).is_some_and(|list| {
+                list.iter().any(|p| passes(&graph.portals[p.index()].winding, graph.portals[p.index()].plane, point, graph.smallest_hole))
+            });
+            if !through && next.span[1] - next.span[0] > 2.0 * slack && really(at) {
+                return Some(Fault::Leak { cells: [Some(here.cell), Some(next.cell)], at: point, segment: [from, to] });
+            }
+        }
+        here = *next;
+    }
+    if here.span[1] < 1.0 - 2.0 * slack && really(here.span[1]) {
+        let at = from.lerp(to, here.span[1]);
+        return Some(Fault::Leak { cells: [Some(here.cell), None], at, segment: [from, to] });
+    }
+    None
+}
+
+/// True where `p` is on the winding, within `tolerance` metres.
+fn passes(winding: &[DVec3], plane: Plane, p: DVec3, tolerance: f64) -> bool {
+    plane.distance(p).abs() <= tolerance
+        && (0..winding.len()).all(|i| {
+            let (a, b) = (winding[i], winding[(i + 1) % winding.len()]);
+            let inward = plane.n.cross(b - a).normalize_or_zero();
+            inward.dot(p - a) >= -tolerance
+        })
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in 0..1.
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform on the unit sphere.
+    fn direction(&mut self) -> DVec3 {
+        let (z, phi) = (2.0 * self.unit() - 1.0, std::f64::consts::TAU * self.unit());
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        DVec3::new(r * phi.cos(), z, r * phi.sin())
+    }
+}

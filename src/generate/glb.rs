@@ -1,0 +1,134 @@
+//! Writes a [`Model`] as binary glTF 2.0 (Khronos Group, *glTF 2.0 Specification*, 2021, section 4.4 for the container).
+//!
+//! One buffer with two views (positions, indices); positions are `f32`, indices `u16` where they fit. Normals are left out:
+//! surfaces are flat, and a reader derives flat normals where there are none (section 3.7.2.1). Every node carries
+//! `extras.enfilade.role`, which tells the importer walls from furniture.
+
+use super::model::{Material, Model};
+use super::solid::turn;
+use crate::scene::Role;
+use serde_json::{Value, json};
+
+const FLOAT: u32 = 5126;
+const U16: u32 = 5123;
+const U32: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Structure => "structure",
+        Role::Furnishing => "furnishing",
+        Role::Door => "door",
+        Role::Window => "window",
+        Role::Unknown => "unknown",
+    }
+}
+
+/// The bytes of a `.glb` file.
+pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
+    let mut used: Vec<Material> = model.meshes.iter().map(|m| m.1).collect();
+    used.sort();
+    used.dedup();
+
+    let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    let (mut accessors, mut meshes) = (Vec::new(), Vec::new());
+    for (solid, material) in &model.meshes {
+        let corners: Vec<[f32; 3]> = solid.positions.iter().map(|p| p.as_vec3().to_array()).collect();
+        let bound = |pick: fn(f32, f32) -> f32| -> Value {
+            (0..3).map(|k| json!(corners.iter().map(|c| c[k]).reduce(pick))).collect::<Vec<_>>().into()
+        };
+        accessors.push(json!({
+            "bufferView": 0, "byteOffset": positions.len(), "componentType": FLOAT, "count": corners.len(),
+            "type": "VEC3", "min": bound(f32::min), "max": bound(f32::max),
+        }));
+        positions.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
+
+        let narrow = corners.len() <= usize::from(u16::MAX);
+        accessors.push(json!({
+            "bufferView": 1, "byteOffset": indices.len(), "componentType": if narrow { U16 } else { U32 },
+            "count": solid.triangles.len() * 3, "type": "SCALAR",
+        }));
+        for &i in solid.triangles.iter().flatten() {
+            if narrow {
+                indices.extend((i as u16).to_le_bytes());
+            } else {
+                indices.extend(i.to_le_bytes());
+            }
+        }
+        pad(&mut indices, 0);
+        let place = used.binary_search(material).unwrap_or_default();
+        meshes.push(json!({ "primitives": [{
+            "attributes": { "POSITION": accessors.len() - 2 }, "indices": accessors.len() - 1, "material": place,
+        }] }));
+    }
+
+    let nodes: Vec<Value> = model
+        .nodes
+        .iter()
+        .map(|node| {
+            let mut value = json!({
+                "name": node.name, "mesh": node.mesh, "extras": { "enfilade": { "role": role_name(node.role) } },
+            });
+            if let Some(p) = node.placement {
+                if p.turns == 0.0 {
+                    value["translation"] = json!(p.at.to_array());
+                } else {
+                    let (c, s) = turn(p.turns);
+                    value["matrix"] =
+                        json!([c, 0.0, -s, 0.0, 0.0, 1.0, 0.0, 0.0, s, 0.0, c, 0.0, p.at.x, p.at.y, p.at.z, 1.0]);
+                }
+            }
+            value
+        })
+        .collect();
+    let materials: Vec<Value> = used
+        .iter()
+        .map(|material| {
+            let (name, colour) = material.look();
+            let mut value = json!({
+                "name": name,
+                "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9 },
+            });
+            if colour[3] < 1.0 {
+                value["alphaMode"] = json!("BLEND");
+            }
+            value
+        })
+        .collect();
+    let header = json!({
+        "asset": { "version": "2.0", "generator": "enfilade generate" },
+        "scene": 0,
+        "scenes": [{ "name": name, "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": materials,
+        "accessors": accessors,
+        "bufferViews": [
+            { "buffer": 0, "byteLength": positions.len(), "target": ARRAY_BUFFER },
+            { "buffer": 0, "byteOffset": positions.len(), "byteLength": indices.len(), "target": ELEMENT_ARRAY_BUFFER },
+        ],
+        "buffers": [{ "byteLength": positions.len() + indices.len() }],
+    });
+
+    let mut text = header.to_string().into_bytes();
+    pad(&mut text, b' ');
+    let mut binary = positions;
+    binary.extend(indices);
+    pad(&mut binary, 0);
+    let total = 12 + 8 + text.len() + 8 + binary.len();
+    let mut out = Vec::with_capacity(total);
+    out.extend(b"glTF");
+    out.extend(2u32.to_le_bytes());
+    out.extend((total as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &binary)] {
+        out.extend((chunk.len() as u32).to_le_bytes());
+        out.extend(kind);
+        out.extend(chunk);
+    }
+    out
+}
+
+fn pad(bytes: &mut Vec<u8>, with: u8) {
+    bytes.resize(bytes.len().next_multiple_of(4), with);
+}

@@ -1,0 +1,161 @@
+//! Seeded test scenes of any size, with what is in them written down.
+//!
+//! Every building is made of closed solids, one node for each wall between two rooms and each floor, and comes with facts
+//! from the plan that it was built by: rooms, doors, windows, and a way through it. The same options and seed give the same
+//! bytes on every machine.
+
+mod facts;
+mod furniture;
+mod glb;
+mod grid;
+mod house;
+mod model;
+mod office;
+mod path;
+mod plan;
+pub(crate) mod prng;
+mod solid;
+
+use crate::scene::Role;
+use facts::{Facts, Fill};
+use glam::DVec3;
+use model::{Material, Model};
+use path::CameraPath;
+use plan::Plan;
+use serde_json::{Value, json};
+
+/// Most rooms that a scene may be asked for.
+pub const MAX_ROOMS: usize = 100_000;
+
+/// What to make.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// Offices on both sides of corridors, several storeys, stairs.
+    Office {
+        /// Offices, 1 to [`MAX_ROOMS`]; corridors, stairs, lifts, stores, meeting rooms and the lobby come on top.
+        rooms: usize,
+        /// Storeys, 1 to the number of offices; `None`: about 50 offices on each.
+        storeys: Option<usize>,
+        /// Desks, chairs, screens, cupboards and lamps: about a thousand triangles an office.
+        furnished: bool,
+    },
+    /// Rooms in a grid with works of art.
+    Gallery {
+        /// 1 to [`MAX_ROOMS`].
+        rooms: usize,
+    },
+    /// Small rooms in a grid, long ways.
+    Maze {
+        /// 1 to [`MAX_ROOMS`].
+        rooms: usize,
+    },
+    /// Villa Almerico Capra, La Rotonda: see `data/buildings/README.md`. The seed changes nothing.
+    House,
+    /// One closed room.
+    Hall,
+}
+
+/// Why a scene can't be made.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GenerateError {
+    /// Too few or too many rooms.
+    #[error("{rooms} rooms asked for; give 1 to {MAX_ROOMS}")]
+    Rooms {
+        /// As asked.
+        rooms: usize,
+    },
+    /// Too few or too many storeys.
+    #[error("{storeys} storeys asked for {rooms} offices; give 1 to {rooms}")]
+    Storeys {
+        /// As asked.
+        storeys: usize,
+        /// Offices.
+        rooms: usize,
+    },
+}
+
+/// A scene and what is known about it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Generated {
+    /// The model: binary glTF.
+    pub glb: Vec<u8>,
+    /// A camera path: `{name, fov_y_degrees, near, frames: [{eye, target}]}`, metres, in the model's coordinates.
+    pub path: Value,
+    /// Rooms, doors and windows, as in `*.rooms.json`.
+    pub rooms: Value,
+    /// Counts: rooms, doors, openings, windows, storeys, stairs, triangles, nodes, frames.
+    pub expected: Value,
+}
+
+/// Makes a scene.
+pub fn generate(kind: Kind, seed: u64) -> Result<Generated, GenerateError> {
+    if let Kind::Office { rooms, .. } | Kind::Gallery { rooms } | Kind::Maze { rooms } = kind
+        && !(1..=MAX_ROOMS).contains(&rooms)
+    {
+        return Err(GenerateError::Rooms { rooms });
+    }
+    let building = match kind {
+        Kind::Office { rooms, storeys: Some(storeys), .. } if !(1..=rooms).contains(&storeys) => {
+            return Err(GenerateError::Storeys { storeys, rooms });
+        }
+        Kind::Office { rooms, storeys, furnished } => office::office(rooms, storeys, furnished, seed),
+        Kind::Gallery { rooms } => grid::gallery(rooms, seed),
+        Kind::Maze { rooms } => grid::maze(rooms, seed),
+        Kind::House => house::house(),
+        Kind::Hall => grid::hall(seed),
+    };
+    Ok(building.finish())
+}
+
+/// What each generator hands back.
+struct Building {
+    name: String,
+    seed: u64,
+    /// What the caller counted, and how many.
+    counted: (&'static str, usize),
+    model: Model,
+    facts: Facts,
+    path: CameraPath,
+}
+
+impl Building {
+    fn finish(self) -> Generated {
+        let Self { name, seed, counted, model, facts, path } = self;
+        let expected = json!({
+            "name": name, "seed": seed, counted.0: counted.1,
+            "rooms": facts.rooms.len(), "doors": facts.count(Fill::Door), "openings": facts.count(Fill::Nothing),
+            "windows": facts.count(Fill::Glass), "storeys": facts.storeys.len(), "stairs": facts.stairs.len(),
+            "triangles": model.triangles(), "nodes": model.nodes.len(), "frames": path.frames.len(),
+        });
+        Generated { glb: glb::write(&model, &name), path: path.json(&name), rooms: facts.rooms_json(&name), expected }
+    }
+}
+
+/// The ground around and under a plan, `margin` metres wider on every side, its top where the ground floor's slab stands.
+fn ground(model: &mut Model, plan: &Plan, margin: f64) {
+    let ends = |pick: fn(&plan::PlanRoom) -> [i32; 2]| {
+        let (from, to) = plan.rooms.iter().map(pick).fold((i32::MAX, i32::MIN), |(a, b), r| (a.min(r[0]), b.max(r[1])));
+        [plan::metres(from) - margin, plan::metres(to) + margin]
+    };
+    let (x, z, top) = (ends(|r| r.x), ends(|r| r.z), -plan::metres(plan.style.slab));
+    let solid = solid::cuboid(DVec3::new(x[0], top - 0.2, z[0]), DVec3::new(x[1], top, z[1]));
+    model.add("ground", Role::Structure, Material::Ground, solid);
+}
+
+/// JSON for people and for `diff`: each key on a line of its own, and each element of a list of objects.
+pub fn pretty(value: &Value) -> String {
+    let mut out = String::from("{\n");
+    let Value::Object(map) = value else { return value.to_string() };
+    for (i, (key, value)) in map.iter().enumerate() {
+        let end = if i + 1 == map.len() { "" } else { "," };
+        match value {
+            Value::Array(items) if items.iter().any(Value::is_object) => {
+                let lines: Vec<String> = items.iter().map(|item| format!("    {item}")).collect();
+                out += &format!("  {}: [\n{}\n  ]{end}\n", json!(key), lines.join(",\n"));
+            }
+            _ => out += &format!("  {}: {value}{end}\n", json!(key)),
+        }
+    }
+    out + "}\n"
+}

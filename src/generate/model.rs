@@ -1,0 +1,107 @@
+//! What a generator fills: meshes, and nodes that place them.
+
+use super::solid::Solid;
+use crate::scene::Role;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// What a surface looks like.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(super) enum Material {
+    Plaster,
+    Concrete,
+    Stone,
+    Roof,
+    Wood,
+    Metal,
+    Fabric,
+    Bronze,
+    Leaf,
+    Ground,
+    Picture,
+    Lamp,
+    Glass,
+}
+
+impl Material {
+    /// Its name in the file, and its colour (linear RGB and opacity).
+    pub(super) fn look(self) -> (&'static str, [f64; 4]) {
+        match self {
+            Self::Plaster => ("plaster", [0.84, 0.82, 0.77, 1.0]),
+            Self::Concrete => ("concrete", [0.52, 0.51, 0.49, 1.0]),
+            Self::Stone => ("stone", [0.68, 0.64, 0.55, 1.0]),
+            Self::Roof => ("roof", [0.45, 0.19, 0.12, 1.0]),
+            Self::Wood => ("wood", [0.42, 0.26, 0.13, 1.0]),
+            Self::Metal => ("metal", [0.23, 0.25, 0.28, 1.0]),
+            Self::Fabric => ("fabric", [0.09, 0.17, 0.32, 1.0]),
+            Self::Bronze => ("bronze", [0.30, 0.21, 0.09, 1.0]),
+            Self::Leaf => ("leaf", [0.33, 0.12, 0.06, 1.0]),
+            Self::Ground => ("ground", [0.19, 0.28, 0.11, 1.0]),
+            Self::Picture => ("picture", [0.55, 0.12, 0.10, 1.0]),
+            Self::Lamp => ("lamp", [0.95, 0.93, 0.86, 1.0]),
+            Self::Glass => ("glass", [0.62, 0.78, 0.80, 0.25]),
+        }
+    }
+}
+
+/// Where a node puts its mesh: turned about the y axis, then moved.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Placement {
+    /// Metres.
+    pub(super) at: DVec3,
+    /// Anticlockwise seen from above, in turns; 0 leads from +x, 1/4 from +x to -z.
+    pub(super) turns: f64,
+}
+
+/// A placed mesh.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Node {
+    pub(super) name: String,
+    pub(super) role: Role,
+    /// Index into [`Model::meshes`].
+    pub(super) mesh: usize,
+    /// `None`: the mesh is in the model's own coordinates.
+    pub(super) placement: Option<Placement>,
+}
+
+/// Meshes and nodes.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Model {
+    pub(super) meshes: Vec<(Solid, Material)>,
+    pub(super) nodes: Vec<Node>,
+    shared: BTreeMap<String, usize>,
+}
+
+impl Model {
+    /// Adds a mesh in the model's own coordinates, with its node.
+    pub(super) fn add(&mut self, name: impl Into<String>, role: Role, material: Material, solid: Solid) {
+        self.meshes.push((solid, material));
+        self.nodes.push(Node { name: name.into(), role, mesh: self.meshes.len() - 1, placement: None });
+    }
+
+    /// Places a mesh that several nodes share under `key`; `make` builds it for the first of them.
+    pub(super) fn place(
+        &mut self,
+        name: impl Into<String>,
+        role: Role,
+        placement: Placement,
+        key: &str,
+        material: Material,
+        make: impl FnOnce() -> Solid,
+    ) {
+        let mesh = match self.shared.get(key) {
+            Some(&mesh) => mesh,
+            None => {
+                self.meshes.push((make(), material));
+                self.shared.insert(key.to_owned(), self.meshes.len() - 1);
+                self.meshes.len() - 1
+            }
+        };
+        self.nodes.push(Node { name: name.into(), role, mesh, placement: Some(placement) });
+    }
+
+    /// Number of triangles drawn: a mesh counts once for each node that places it.
+    pub(super) fn triangles(&self) -> usize {
+        self.nodes.iter().map(|n| self.meshes[n.mesh].0.triangles.len()).sum()
+    }
+}

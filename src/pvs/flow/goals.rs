@@ -1,0 +1,206 @@
+//! What a search is for: the pairs that are still undecided.
+//!
+//! A search ends as soon as nothing it can still reach is wanted. It asks three things: which portals lead into a cell that
+//! wants something, whether a goal is cut off by the planes found so far, and what an arrival decides.
+
+use super::might_see::{get, set};
+use super::net::Net;
+use crate::geom::{Aabb, Plane};
+use crate::{BitMatrix, bits};
+use glam::DVec3;
+
+/// The undecided targets of one source.
+pub(super) trait Goals {
+    /// Directed portals that lead into a cell that still wants something, as bits.
+    fn portals(&self) -> &[u64];
+
+    /// True where nothing that a cell wants has a point inside every one of `planes`.
+    fn is_cut_off(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool;
+
+    /// True where an arrival in `cell` inside `planes` would decide something.
+    fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool;
+
+    /// A line inside `planes` may enter `cell`: decides what that shows. Returns the work in steps of the search.
+    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane]) -> u64;
+}
+
+/// Cells to be seen or not.
+pub(super) struct CellGoals {
+    /// Cells that are wanted, as bits.
+    pub wanted: Vec<u64>,
+    portals: Vec<u64>,
+}
+
+impl CellGoals {
+    /// Wants the cells whose bit is set.
+    pub fn new(net: &Net, wanted: Vec<u64>) -> Self {
+        let mut portals = vec![0; net.portals().div_ceil(64)];
+        for cell in bits::ones(&wanted) {
+            net.out(cell).for_each(|p| set(&mut portals, net.twin[p] as usize));
+        }
+        Self { wanted, portals }
+    }
+}
+
+impl Goals for CellGoals {
+    fn portals(&self) -> &[u64] {
+        &self.portals
+    }
+
+    fn is_cut_off(&self, _net: &Net, _cell: usize, _planes: &[Plane]) -> bool {
+        false // that its portals are is all there is to ask
+    }
+
+    fn would_decide(&self, _net: &Net, cell: usize, _planes: &[Plane]) -> bool {
+        get(&self.wanted, cell)
+    }
+
+    fn arrive(&mut self, net: &Net, cell: usize, _planes: &[Plane]) -> u64 {
+        if get(&self.wanted, cell) {
+            self.wanted[cell / 64] &= !(1 << (cell % 64));
+            forget(&mut self.portals, net, cell);
+        }
+        0
+    }
+}
+
+/// Objects as flow sees them: boxes, and in which cells they are.
+pub(super) struct Boxes {
+    /// Middle and half size; an infinite half size where the box is unusable.
+    boxes: Vec<(DVec3, DVec3)>,
+    /// Objects of each cell, ascending.
+    in_cell: Vec<Vec<u32>>,
+    /// Cells of each object, ascending.
+    cells_of: Vec<Vec<u32>>,
+}
+
+/// Box tests that take about as long as one step of the search.
+const BOXES_A_STEP: u64 = 64;
+
+impl Boxes {
+    /// Lays out boxes relative to the net's origin.
+    pub fn new(net: &Net, placement: &BitMatrix, bounds: &[Aabb]) -> Self {
+        let boxes = bounds
+            .iter()
+            .map(|b| {
+                let (middle, half) = (b.centre() - net.origin, b.size() * 0.5);
+                let usable = middle.is_finite() && half.is_finite() && half.min_element() >= 0.0;
+                if usable { (middle, half) } else { (DVec3::ZERO, DVec3::INFINITY) }
+            })
+            .collect();
+        let in_cell: Vec<Vec<u32>> =
+            (0..placement.rows()).map(|c| placement.ones(c).map(|o| o as u32).collect()).collect();
+        let mut cells_of = vec![Vec::new(); placement.columns()];
+        for (cell, objects) in in_cell.iter().enumerate() {
+            objects.iter().for_each(|&o| cells_of[o as usize].push(cell as u32));
+        }
+        Self { boxes, in_cell, cells_of }
+    }
+}
+
+/// True where a box has no point inside `plane`.
+#[inline]
+fn box_is_cut_off(net: &Net, (middle, half): (DVec3, DVec3), plane: &Plane) -> bool {
+    plane.distance(middle) - plane.n.abs().dot(half) > net.slack.coplanar
+}
+
+/// Objects to be seen or not, from one source portal.
+pub(super) struct ObjectGoals<'a> {
+    boxes: &'a Boxes,
+    /// Objects that are wanted, as bits.
+    pub wanted: Vec<u64>,
+    /// Those that were found, ascending by time.
+    pub found: Vec<u32>,
+    /// Number of wanted objects in each cell.
+    left: Vec<u32>,
+    /// Box around the objects that each cell wanted at the start.
+    around: Vec<Aabb>,
+    portals: Vec<u64>,
+}
+
+impl<'a> ObjectGoals<'a> {
+    /// Wants those of `undecided` that lie in `cells` and inside `front`, the half-space that the source portal leads into.
+    pub fn new(net: &Net, boxes: &'a Boxes, undecided: &[u64], cells: &[u64], front: Option<Plane>) -> Self {
+        let mut goals = Self {
+            boxes,
+            wanted: vec![0; undecided.len()],
+            found: Vec::new(),
+            left: vec![0; net.cells],
+            around: vec![Aabb::EMPTY; net.cells],
+            portals: vec![0; net.portals().div_ceil(64)],
+        };
+        for cell in bits::ones(cells) {
+            for &o in &boxes.in_cell[cell] {
+                let o = o as usize;
+                if get(undecided, o) && !front.is_some_and(|p| box_is_cut_off(net, boxes.boxes[o], &p)) {
+                    let (middle, half) = boxes.boxes[o];
+                    set(&mut goals.wanted, o);
+                    goals.left[cell] += 1;
+                    goals.around[cell] = goals.around[cell].union(Aabb { min: middle - half, max: middle + half });
+                }
+            }
+            if goals.left[cell] > 0 {
+                net.out(cell).for_each(|p| set(&mut goals.portals, net.twin[p] as usize));
+            }
+        }
+        goals
+    }
+}
+
+impl ObjectGoals<'_> {
+    /// True where an object is wanted and not outside one of `planes`.
+    fn finds(&self, net: &Net, object: usize, planes: &[Plane]) -> bool {
+        get(&self.wanted, object) && !planes.iter().any(|plane| box_is_cut_off(net, self.boxes.boxes[object], plane))
+    }
+}
+
+impl Goals for ObjectGoals<'_> {
+    fn portals(&self) -> &[u64] {
+        &self.portals
+    }
+
+    fn is_cut_off(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool {
+        let around = (self.around[cell].centre(), self.around[cell].size() * 0.5);
+        planes.iter().any(|plane| box_is_cut_off(net, around, plane))
+    }
+
+    fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool {
+        self.left[cell] > 0
+            && !self.is_cut_off(net, cell, planes)
+            && self.boxes.in_cell[cell].iter().any(|&o| self.finds(net, o as usize, planes))
+    }
+
+    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane]) -> u64 {
+        if self.left[cell] == 0 || self.is_cut_off(net, cell, planes) {
+            return 0;
+        }
+        let boxes = self.boxes;
+        for &o in &boxes.in_cell[cell] {
+            let index = o as usize;
+            if !self.finds(net, index, planes) {
+                continue;
+            }
+            self.wanted[index / 64] &= !(1 << (index % 64));
+            self.found.push(o);
+            for &c in &boxes.cells_of[index] {
+                let c = c as usize;
+                // Cells that the search can't reach were never counted.
+                if self.left[c] > 0 {
+                    self.left[c] -= 1;
+                    if self.left[c] == 0 {
+                        forget(&mut self.portals, net, c);
+                    }
+                }
+            }
+        }
+        boxes.in_cell[cell].len() as u64 / BOXES_A_STEP
+    }
+}
+
+/// Takes the portals into a cell out of the goals.
+fn forget(portals: &mut [u64], net: &Net, cell: usize) {
+    for p in net.out(cell) {
+        let into = net.twin[p] as usize;
+        portals[into / 64] &= !(1 << (into % 64));
+    }
+}

@@ -1,0 +1,209 @@
+//! A cell graph laid out for flow: directed portals in a row, those of one cell side by side.
+
+use super::window::{Slack, is_cut_off};
+use crate::cells::CellGraph;
+use crate::geom::{Aabb, Plane};
+use crate::{CellId, PortalId};
+use glam::DVec3;
+use std::ops::Range;
+
+/// Beyond this a coordinate is not a place in a building: its square would no longer be exact enough to compare.
+const FARTHEST: f64 = 1e100;
+
+/// Two unit normals are opposite where their dot product is below this (an angle of about 0.08 degrees).
+const OPPOSITE: f64 = -1.0 + 1e-6;
+
+/// Directed portals, numbered in the order of the cells that they lead out of. Coordinates are relative to [`Net::origin`],
+/// the middle of all windings, so that rounding follows the size of the graph and not its distance from zero.
+pub(super) struct Net {
+    /// Subtracted from every position.
+    pub origin: DVec3,
+    /// Tolerances.
+    pub slack: Slack,
+    /// Number of cells.
+    pub cells: usize,
+    /// The plane of each directed portal, normal the way it leads; `None` where the winding doesn't lie in the plane that
+    /// the graph gives, or is no polygon. Such portals hide nothing by themselves.
+    planes: Vec<Option<Plane>>,
+    /// Corners of all portals, and where those of each begin.
+    corners: Vec<DVec3>,
+    first_corner: Vec<u32>,
+    /// Sphere around each winding.
+    spheres: Vec<(DVec3, f64)>,
+    /// The cell that each leads out of.
+    pub source: Vec<u32>,
+    /// The cell that each leads into.
+    pub target: Vec<u32>,
+    /// The same portal, the other way.
+    pub twin: Vec<u32>,
+    /// For each portal, those that can be crossed in the same point, ascending; mostly none. See [`Net::find_flush`].
+    flush: Vec<Vec<u32>>,
+    /// Where the portals out of each cell begin.
+    first_out: Vec<u32>,
+}
+
+impl Net {
+    /// Lays out `graph`. `coplanar`, metres: how far corners may lie from the plane that they are meant to lie in.
+    pub fn new(graph: &CellGraph, coplanar: f64) -> Self {
+        let usable = |p: &DVec3| p.abs().max_element() < FARTHEST;
+        let bounds = Aabb::of(graph.portals.iter().flat_map(|p| &p.winding).copied().filter(usable));
+        let origin = if bounds.is_empty() { DVec3::ZERO } else { bounds.centre() };
+        let far = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let far = if far.is_finite() { far } else { 0.0 };
+        // Rounding: of the input (its distance from zero) and of cuts (the graph's size).
+        let ulp = f64::EPSILON * (far + bounds.diagonal());
+        let coplanar = if coplanar.is_finite() { coplanar.max(0.0) } else { 0.0 };
+        let slack = Slack { reach: 16.0 * ulp, strict: 64.0 * ulp, coplanar: coplanar.max(256.0 * ulp) };
+
+        let mut order: Vec<_> = (0..graph.portals.len() as u32)
+            .flat_map(|p| [0, 1].map(|side| PortalId(p).directed(side)))
+            .map(|d| (graph.source(d), d))
+            .collect();
+        order.sort_unstable();
+        let mut place = vec![0u32; order.len()];
+        for (i, (_, d)) in order.iter().enumerate() {
+            place[d.index()] = i as u32;
+        }
+        let cells = graph.cells.len();
+        let mut net = Self {
+            origin,
+            slack,
+            cells,
+            planes: Vec::with_capacity(order.len()),
+            corners: Vec::new(),
+            first_corner: vec![0],
+            spheres: Vec::with_capacity(order.len()),
+            source: order.iter().map(|(c, _)| c.0).collect(),
+            target: order.iter().map(|&(_, d)| graph.target(d).0).collect(),
+            flush: Vec::new(),
+            twin: order.iter().map(|(_, d)| place[d.reversed().index()]).collect(),
+            first_out: (0..=cells as u32).map(|c| order.partition_point(|&(s, _)| s < CellId(c)) as u32).collect(),
+        };
+        for &(_, d) in &order {
+            let plane = graph.plane(d);
+            net.push(&graph.portals[d.portal().index()].winding, Plane { n: plane.n, d: plane.d - plane.n.dot(origin) });
+        }
+        net.flush = net.find_flush();
+        net
+    }
+
+    /// Appends the winding and the plane of the next portal.
+    fn push(&mut self, winding: &[DVec3], plane: Plane) {
+        let start = self.corners.len();
+        if winding.iter().all(|p| p.abs().max_element() < FARTHEST) {
+            self.corners.extend(winding.iter().map(|&p| p - self.origin));
+        }
+        let corners = &mut self.corners[start..];
+        let off = corners.iter().map(|&p| plane.distance(p).abs()).fold(0.0, f64::max);
+        let wide = crate::geom::area(corners) > self.slack.strict * self.slack.strict;
+        let flat = wide && (plane.n.length_squared() - 1.0).abs() < 1e-9 && off <= 4.0 * self.slack.coplanar;
+        if flat {
+            // The portal is what its winding covers on its plane.
+            for p in corners.iter_mut() {
+                *p -= plane.n * plane.distance(*p);
+            }
+        }
+        let middle = crate::geom::middle(corners);
+        let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        self.planes.push(flat.then_some(plane));
+        self.spheres.push((middle, radius));
+        self.first_corner.push(self.corners.len() as u32);
+    }
+
+    /// Portals one behind the other that lie in one plane, to within rounding, and lead the same way: the cells between them
+    /// have no thickness, and a line may cross all of them in one point. So their planes say nothing about each other.
+    fn find_flush(&self) -> Vec<Vec<u32>> {
+        let near = 4.0 * self.slack.strict;
+        let in_plane = |p: Plane, b: usize| self.corners(b).iter().all(|&q| p.distance(q).abs() <= near);
+        let flush = |a: usize, b: usize| match (self.planes[a], self.planes[b]) {
+            (Some(pa), Some(pb)) => pa.n.dot(pb.n) > -OPPOSITE && in_plane(pa, b) && in_plane(pb, a),
+            _ => false,
+        };
+        let follow = |a: usize| {
+            // Cells without thickness may lie one on the other: go on as long as it stays flush.
+            let (mut found, mut queue) = (Vec::new(), vec![a]);
+            while let Some(last) = queue.pop() {
+                for b in self.out(self.target[last] as usize) {
+                    if b != a && flush(a, b) && !found.contains(&(b as u32)) {
+                        found.push(b as u32);
+                        queue.push(b);
+                    }
+                }
+            }
+            found.sort_unstable();
+            found
+        };
+        (0..self.portals()).map(follow).collect()
+    }
+
+    /// The plane of `a` flipped, if it holds back lines that go on through `b`.
+    #[inline]
+    pub fn front(&self, a: usize, b: usize) -> Option<Plane> {
+        self.planes[a].filter(|_| !self.is_flush(a, b)).map(|p| p.flipped())
+    }
+
+    /// The plane of `b`, if it holds back lines that come from `a`.
+    #[inline]
+    pub fn behind(&self, a: usize, b: usize) -> Option<Plane> {
+        self.planes[b].filter(|_| !self.is_flush(a, b))
+    }
+
+    #[inline]
+    fn is_flush(&self, a: usize, b: usize) -> bool {
+        !self.flush[a].is_empty() && self.flush[a].binary_search(&(b as u32)).is_ok()
+    }
+
+    /// Number of directed portals.
+    pub fn portals(&self) -> usize {
+        self.source.len()
+    }
+
+    /// The plane of a directed portal, if it has one: the way it leads is outside.
+    #[inline]
+    pub fn plane(&self, portal: usize) -> Option<Plane> {
+        self.planes[portal]
+    }
+
+    /// The corners of a portal; none where they are unusable.
+    #[inline]
+    pub fn corners(&self, portal: usize) -> &[DVec3] {
+        &self.corners[self.first_corner[portal] as usize..self.first_corner[portal + 1] as usize]
+    }
+
+    /// The directed portals that lead out of a cell.
+    #[inline]
+    pub fn out(&self, cell: usize) -> Range<usize> {
+        self.first_out[cell] as usize..self.first_out[cell + 1] as usize
+    }
+
+    /// True where no line through the portal comes inside `plane`.
+    #[inline]
+    pub fn is_cut_off(&self, portal: usize, plane: &Plane) -> bool {
+        let (middle, radius) = self.spheres[portal];
+        let distance = plane.distance(middle);
+        if distance < -self.slack.strict {
+            return false; // the middle is a point of the window
+        }
+        let corners = self.corners(portal);
+        distance - radius > self.slack.coplanar && !corners.is_empty()
+            || is_cut_off(corners, self.planes[portal].is_some(), plane, &self.slack)
+    }
+
+    /// False where no line crosses directed portal `a` and later directed portal `b`, by their planes alone.
+    pub fn may_follow(&self, a: usize, b: usize) -> bool {
+        if a == b || a == self.twin[b] as usize {
+            return false;
+        }
+        let (pa, pb) = (self.planes[a], self.planes[b]);
+        if pa.is_some_and(|p| self.is_cut_off(b, &p.flipped())) || pb.is_some_and(|p| self.is_cut_off(a, &p)) {
+            return self.is_flush(a, b);
+        }
+        // Two windows of one wall: out through one and in through the other is no line, however the corners were rounded.
+        let in_one_wall = |pa: Plane, pb: Plane| {
+            pa.n.dot(pb.n) < OPPOSITE
+                && self.corners(b).iter().all(|&p| pa.distance(p) <= self.slack.coplanar)
+                && self.corners(a).iter().all(|&p| pb.distance(p) >= -self.slack.coplanar)
+        };
+        !matches!((pa, pb), (Some(pa), Some(pb)) if in_one_wall(pa, pb))
+    }
+}

@@ -1,0 +1,208 @@
+//! Holes in the cell graph, proven by clear segments, and the portals that mend them.
+//!
+//! A segment that keeps clearance goes from cell to cell through portals only, if the graph is sound. Each proof of the lower
+//! bound is followed through the graph; where it passes between two cells without a portal, or through space that is in no
+//! cell, a portal is added: the facet that the two pieces share, or, across a gap, the facet through which the segment left.
+//! The whole facet, since how far the hole extends is not known: the upper bound may only grow.
+
+use super::Repair;
+use super::lines::{PortalTree, Span, Start};
+use super::witness::Lower;
+use crate::cells::{CellGraph, Locator, Piece, Portal, PortalKind, Stretch};
+use crate::geom::{self, Aabb, Plane};
+use crate::scene::Scene;
+use crate::{CellId, PortalId};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// A passage without a portal.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Hole {
+    from: Side,
+    to: Side,
+    /// False where there is a gap between the pieces.
+    touching: bool,
+    at: DVec3,
+    segment: [DVec3; 2],
+}
+
+/// A piece of a cell.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+struct Side {
+    cell: CellId,
+    piece: usize,
+}
+
+/// Adds the portals that proofs from number `known` on (witnesses, then sights) show to be missing.
+pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Lower, known: [usize; 2]) -> Vec<Repair> {
+    let clearance = scene.tolerance().clearance;
+    let witnesses = lower.witnesses.iter().zip(&lower.ends).skip(known[0]).map(|(w, &end)| (w.cell, [w.from, end]));
+    let proofs: Vec<(CellId, [DVec3; 2])> =
+        witnesses.chain(lower.sights.iter().skip(known[1]).map(|s| (s.cells[0], s.segment))).collect();
+    let follower = Follower { graph, locator: Locator::new(graph), portals: PortalTree::new(graph), eps: clearance };
+    let holes: Vec<Hole> = proofs.par_iter().flat_map_iter(|&(cell, segment)| follower.follow(cell, segment)).collect();
+    // One portal for each two pieces, whichever way the segments went; the first segment is reported.
+    let mut distinct: BTreeMap<(Side, Side), Hole> = BTreeMap::new();
+    for hole in holes {
+        distinct.entry((hole.from.min(hole.to), hole.from.max(hole.to))).or_insert(hole);
+    }
+    let within = scene.bounds().inflated(0.25 * scene.bounds().diagonal() + 1.0);
+    let mut repairs = Vec::new();
+    for hole in distinct.into_values() {
+        graph.portals.push(passage(graph, &hole, within, clearance));
+        repairs.push(Repair { cells: [hole.from.cell, hole.to.cell], at: hole.at, segment: hole.segment });
+    }
+    if !repairs.is_empty() {
+        graph.link();
+    }
+    repairs
+}
+
+/// Follows segments through a graph.
+struct Follower<'g> {
+    graph: &'g CellGraph,
+    locator: Locator<'g>,
+    portals: PortalTree<'g>,
+    /// A portal passed this near (metres) counts as passed.
+    eps: f64,
+}
+
+impl Follower<'_> {
+    /// The holes that a clear segment out of `cell` passes through.
+    fn follow(&self, cell: CellId, [a, b]: [DVec3; 2]) -> Vec<Hole> {
+        let length = a.distance(b);
+        let Some(direction) = (b - a).try_normalize() else { return Vec::new() };
+        // The quick way, nearly always enough: portals lead to the cell in which it ends.
+        let (mut crossings, mut spans) = (Vec::new(), Vec::<Span>::new());
+        self.portals.chain(Start { at: a, direction, cell, skip: None }, length, &mut crossings, &mut spans);
+        if spans.last().is_some_and(|s| self.locator.holds(s.cell, b)) {
+            return Vec::new();
+        }
+        self.portals.crossings(a, direction, length, self.eps, &mut crossings);
+        self.walk(cell, [a, b], &crossings)
+    }
+
+    /// The careful way: from piece to piece.
+    fn walk(&self, cell: CellId, segment: [DVec3; 2], crossings: &[(f64, PortalId)]) -> Vec<Hole> {
+        let length = segment[0].distance(segment[1]);
+        let stretches = self.locator.along(segment[0], segment[1], 1e-9 * (1.0 + length));
+        let Some(first) = stretches.iter().find(|s| s.cell == cell) else { return Vec::new() };
+        let (mut holes, mut here) = (Vec::new(), *first);
+        let slack = self.eps / length;
+        loop {
+            let t = here.span[1];
+            // On through the same cell while that goes on; else into whatever goes on; else over the gap.
+            let onward = |s: &&Stretch| s.span[0] <= t + slack && s.span[1] > t;
+            let farthest = |a: &&Stretch, b: &&Stretch| a.span[1].total_cmp(&b.span[1]);
+            let next = stretches.iter().filter(onward).filter(|s| s.cell == here.cell).max_by(farthest);
+            let through =
+                |s: &&Stretch| self.passed(here.cell, s.cell, [t - 4.0 * slack, s.span[0] + 4.0 * slack], length, crossings);
+            let next = next
+                .or_else(|| stretches.iter().filter(onward).find(through))
+                .or_else(|| stretches.iter().filter(onward).max_by(farthest))
+                .or_else(|| stretches.iter().find(|s| s.span[0] > t));
+            let Some(&next) = next else { return holes };
+            if next.cell != here.cell && !through(&&next) {
+                let [from, to] = [here, next].map(|s| Side { cell: s.cell, piece: s.piece });
+                let at = segment[0].lerp(segment[1], t);
+                holes.push(Hole { from, to, touching: next.span[0] <= t + slack, at, segment });
+            }
+            here = next;
+        }
+    }
+
+    /// True where the segment passes a portal between two cells within `range` (fractions of its length).
+    fn passed(&self, a: CellId, b: CellId, range: [f64; 2], length: f64, crossings: &[(f64, PortalId)]) -> bool {
+        crossings.iter().any(|&(t, portal)| {
+            let cells = self.graph.portals[portal.index()].cells;
+            (cells == [a, b] || cells == [b, a]) && range[0] <= t / length && t / length <= range[1]
+        })
+    }
+}
+
+/// The portal that a hole asks for.
+fn passage(graph: &CellGraph, hole: &Hole, within: Aabb, clearance: f64) -> Portal {
+    let direction = (hole.segment[1] - hole.segment[0]).normalize_or(DVec3::X);
+    let [from, to] = [hole.from, hole.to].map(|s| &graph.cells[s.cell.index()].pieces[s.piece]);
+    // The plane by which the segment leaves.
+    let leaves = |i: &usize| from.planes[*i].n.dot(direction) > 0.0;
+    let nearest = |a: &usize, b: &usize| from.planes[*a].distance(hole.at).total_cmp(&from.planes[*b].distance(hole.at));
+    let out = (0..from.planes.len()).filter(leaves).max_by(nearest);
+    let mut winding = out.map(|i| facet(from, i, within)).unwrap_or_default();
+    let plane = out.map_or(Plane::through(hole.at, direction), |i| from.planes[i]);
+    if hole.touching {
+        let shared = to.planes.iter().filter(|p| p.n.dot(plane.n).abs() < 0.999_999);
+        let shared = shared.fold(winding.clone(), |w, p| geom::clip(&w, &Plane { d: p.d + clearance, ..*p }, 0.0));
+        let holds = super::lines::edges(&shared, plane.n).iter().all(|e| e.distance(hole.at) <= 0.0);
+        if shared.len() >= 3 && holds {
+            winding = shared;
+        }
+    }
+    if winding.len() < 3 {
+        winding = square(hole.at, plane.n, 4.0 * clearance);
+    }
+    let cells = [hole.from.cell, hole.to.cell];
+    Portal { cells, plane, winding, kind: PortalKind::Opening, source: None }
+}
+
+/// The facet of a piece in its plane number `plane`, as far as it is in `within`: counter-clockwise seen from outside, empty
+/// where there is none.
+pub(super) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
+    let face = piece.planes[plane];
+    let middle = within.centre() - face.n * face.distance(within.centre());
+    let half = within.diagonal() + middle.distance(within.centre());
+    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
+    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
+    let others = piece.planes.iter().enumerate().filter(|&(i, _)| i != plane).map(|(_, &p)| p);
+    others.chain(walls).fold(square(middle, face.n, half), |winding, p| geom::clip(&winding, &p, 1e-12 * half))
+}
+
+/// The corners of the part of a piece that is in `within`, each as often as it has facets there; none where that is empty.
+pub(super) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
+    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
+    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
+    let cut = Piece { planes: piece.planes.iter().copied().chain(walls).collect(), bounds: piece.bounds };
+    (0..cut.planes.len()).flat_map(|i| facet(&cut, i, within)).collect()
+}
+
+/// A square of the given half edge, counter-clockwise seen from the tip of `n`.
+fn square(middle: DVec3, n: DVec3, half: f64) -> Vec<DVec3> {
+    let u = n.any_orthonormal_vector() * half;
+    let v = n.cross(u);
+    vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube() -> Piece {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
+        let planes = axes.flat_map(|n| [Plane { n, d: 1.0 }, Plane { n: -n, d: 0.0 }]).collect();
+        Piece { planes, bounds: Aabb { min: DVec3::ZERO, max: DVec3::ONE } }
+    }
+
+    #[test]
+    fn facets_face_out_and_have_their_area() {
+        let within = Aabb { min: DVec3::splat(-3.0), max: DVec3::splat(5.0) };
+        for i in 0..6 {
+            let winding = facet(&cube(), i, within);
+            let area = geom::newell(&winding) * 0.5;
+            assert!((area - cube().planes[i].n).length() < 1e-9, "{area}");
+        }
+        let half_space = Piece { planes: vec![Plane { n: DVec3::Y, d: 1.0 }], bounds: Aabb::EMPTY };
+        assert!((geom::area(&facet(&half_space, 0, within)) - 64.0).abs() < 1e-9);
+        let above = Aabb { min: DVec3::splat(2.0), ..within };
+        assert!(facet(&half_space, 0, above).is_empty());
+    }
+
+    #[test]
+    fn corners_are_those_of_the_part_within() {
+        let within = Aabb { min: DVec3::splat(-3.0), max: DVec3::new(0.5, 5.0, 5.0) };
+        let all = corners(&cube(), within);
+        assert_eq!(all.len(), 24, "eight corners, three facets each");
+        assert!((Aabb::of(all.iter().copied()).max - DVec3::new(0.5, 1.0, 1.0)).length() < 1e-9);
+        assert!(corners(&cube(), Aabb { min: DVec3::splat(2.0), max: DVec3::splat(3.0) }).is_empty());
+    }
+}

@@ -1,0 +1,298 @@
+//! Proofs that something is visible.
+//!
+//! A witness from a cell to a point `to` on an object is kept where both hold:
+//!
+//! * [`RayScene::is_clear`] from `from` to `to`, the object itself not counted, and
+//! * the segment up to just before `to` keeps full clearance from *every* opaque triangle ([`RayScene::keeps_clearance`]), and
+//!   ends so near to the object that the object is placed in every cell around that end.
+//!
+//! The first makes it a proof that the object is visible. The second makes it a proof about the cell graph: such a segment may
+//! only go from cell to cell through portals, so where it doesn't, a portal is missing ([`super::repair`]).
+
+use super::Witness;
+use super::lines::Span;
+use crate::cells::Locator;
+use crate::scene::rays::{Hit, RayScene};
+use crate::{BitMatrix, CellId};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// An object is placed in a cell that it comes this near to, in clearances.
+pub(super) const PLACEMENT_MARGIN: f64 = 2.0;
+
+/// A witness's clear part ends this far from the target's plane, in clearances: more than 1, so that it is clear of the
+/// target, and less than [`PLACEMENT_MARGIN`].
+const STAND_OFF: f64 = 1.5;
+
+/// Attempts at one pair in one batch of rays, and failed batches after which a pair gets only one attempt, then none.
+const ATTEMPTS: u8 = 3;
+const PATIENCE: u8 = 2;
+const GIVE_UP: u8 = 12;
+
+/// A clear segment between two cells.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Sight {
+    /// The cells that its ends are in; the first is the lesser.
+    pub cells: [CellId; 2],
+    /// Its ends; every point of it keeps clearance.
+    pub segment: [DVec3; 2],
+}
+
+/// Everything proven so far.
+pub(super) struct Lower {
+    /// Cells x cells, symmetric, the diagonal set.
+    pub cells: BitMatrix,
+    /// Cells x objects.
+    pub objects: BitMatrix,
+    /// One for each pair of `objects`.
+    pub witnesses: Vec<Witness>,
+    /// Where the clear part of each witness ends.
+    pub ends: Vec<DVec3>,
+    /// One for each two cells of `cells`.
+    pub sights: Vec<Sight>,
+    /// Cell-object pairs that rays reached without a proof, and in how many batches.
+    pub failed: HashMap<(u32, u32), u8>,
+    /// Rays cast.
+    pub rays: u64,
+}
+
+impl Lower {
+    /// Nothing proven but that a cell sees itself.
+    pub fn new(cells: usize, objects: usize) -> Self {
+        let mut diagonal = BitMatrix::new(cells, cells);
+        (0..cells).for_each(|c| {
+            diagonal.set(c, c);
+        });
+        let (objects, failed) = (BitMatrix::new(cells, objects), HashMap::new());
+        Self { cells: diagonal, objects, witnesses: Vec::new(), ends: Vec::new(), sights: Vec::new(), failed, rays: 0 }
+    }
+
+    /// Takes in what a batch found, and says how many pairs are new. Batches must come in a fixed order.
+    pub fn merge(&mut self, found: Found) -> usize {
+        let before = self.witnesses.len();
+        for (witness, end) in found.witnesses {
+            if self.objects.set(witness.cell.index(), witness.object.index()) {
+                self.failed.remove(&(witness.cell.0, witness.object.0));
+                self.witnesses.push(witness);
+                self.ends.push(end);
+            }
+        }
+        for sight in found.sights {
+            let [a, b] = sight.cells.map(CellId::index);
+            if self.cells.set(a, b) {
+                self.cells.set(b, a);
+                self.sights.push(sight);
+            }
+        }
+        for pair in found.failed {
+            if !self.objects.get(pair.0 as usize, pair.1 as usize) {
+                let count = self.failed.entry(pair).or_default();
+                *count = count.saturating_add(1);
+            }
+        }
+        self.rays += found.rays;
+        self.witnesses.len() - before
+    }
+}
+
+/// What one batch of rays found.
+#[derive(Default)]
+pub(super) struct Found {
+    /// Witnesses and where their clear parts end.
+    pub witnesses: Vec<(Witness, DVec3)>,
+    /// Clear segments between cells.
+    pub sights: Vec<Sight>,
+    /// Pairs that were tried without success, each once.
+    pub failed: Vec<(u32, u32)>,
+    /// Rays cast.
+    pub rays: u64,
+    tried: HashMap<(Kind, u32, u32), u8>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Kind {
+    Object,
+    Cell,
+}
+
+impl Found {
+    /// True where the pair may be tried once more.
+    fn may_try(&mut self, key: (Kind, u32, u32), limit: u8) -> bool {
+        let tries = self.tried.entry(key).or_default();
+        *tries = tries.saturating_add(1).min(u8::MAX - 1);
+        *tries <= limit
+    }
+
+    /// Marks the pair as proven.
+    fn settle(&mut self, key: (Kind, u32, u32)) {
+        self.tried.insert(key, u8::MAX);
+    }
+
+    /// Closes the batch: lists the pairs that stayed without a proof.
+    pub fn close(mut self) -> Self {
+        let open = self.tried.drain().filter(|&((kind, ..), tries)| kind == Kind::Object && tries < u8::MAX);
+        self.failed = open.map(|((_, cell, object), _)| (cell, object)).collect();
+        self.failed.sort_unstable();
+        self
+    }
+}
+
+/// A maximal free line: where it lies, which cells it crosses, what it ends on and passes.
+#[derive(Default)]
+pub(super) struct Line {
+    /// A point of it.
+    pub origin: DVec3,
+    /// Its direction, a unit vector.
+    pub direction: DVec3,
+    /// The cells along it, in order, by metres from the origin (negative behind).
+    pub spans: Vec<Span>,
+    /// What it hits in front and behind; `t` as metres from the origin, negative behind.
+    pub ends: [Option<Hit>; 2],
+    /// The see-through objects that it passes.
+    pub passes: Vec<Hit>,
+}
+
+impl Line {
+    fn at(&self, s: f64) -> DVec3 {
+        self.origin + self.direction * s
+    }
+}
+
+/// Checks witnesses.
+pub(super) struct Prover<'a> {
+    /// The scene.
+    pub rays: &'a RayScene<'a>,
+    /// The cells.
+    pub locator: &'a Locator<'a>,
+    /// Metres.
+    pub clearance: f64,
+}
+
+impl Prover<'_> {
+    /// If the segment from `from` to the point `to` on a triangle is a witness: where its clear part ends.
+    pub fn proves(&self, from: DVec3, to: DVec3, target: Hit) -> Option<DVec3> {
+        let scene = self.rays.scene();
+        let object = &scene.objects[target.object.index()];
+        let direction = (to - from).try_normalize()?;
+        let end = if object.opaque {
+            let [a, b, c] = scene.corners(target.triangle as usize);
+            let sine = (b - a).cross(c - a).try_normalize()?.dot(direction).abs();
+            let back = STAND_OFF * self.clearance / sine;
+            // Not less than this, or the segment would end before it begins.
+            if back >= from.distance(to) || !back.is_finite() {
+                return None;
+            }
+            to - direction * back
+        } else {
+            to
+        };
+        (self.rays.keeps_clearance(from, end, self.clearance)
+            && self.rays.is_near(end, target.object, PLACEMENT_MARGIN * self.clearance * 0.999)
+            && self.rays.is_clear(from, to, self.clearance, Some(target.object)))
+        .then_some(end)
+    }
+
+    /// One aimed attempt at a pair; true where it is proven now.
+    pub fn aim(&self, cell: CellId, from: DVec3, to: DVec3, target: Hit, found: &mut Found) -> bool {
+        found.rays += 1;
+        let key = (Kind::Object, cell.0, target.object.0);
+        found.may_try(key, u8::MAX);
+        let Some(end) = self.locator.holds(cell, from).then(|| self.proves(from, to, target)).flatten() else {
+            return false;
+        };
+        found.witnesses.push((Witness { cell, object: target.object, from, to }, end));
+        found.settle(key);
+        true
+    }
+
+    /// One attempt at two cells; true where they are proven to see each other now.
+    pub fn aim_sight(&self, cells: [CellId; 2], segment: [DVec3; 2], found: &mut Found) -> bool {
+        found.rays += 1;
+        let proven = (0..2).all(|i| self.locator.holds(cells[i], segment[i]))
+            && self.rays.keeps_clearance(segment[0], segment[1], self.clearance);
+        if proven {
+            found.sights.push(Sight { cells, segment });
+        }
+        proven
+    }
+
+    /// Proves everything new that a line shows: to its ends, to what it passes, and between its cells.
+    pub fn line(&self, line: &Line, known: &Lower, found: &mut Found) {
+        for hit in line.ends.iter().flatten().chain(&line.passes) {
+            let passes = line.passes.iter().any(|p| p == hit);
+            for forward in [true, false] {
+                if passes || forward == (hit.t > 0.0) {
+                    self.towards(line, *hit, forward, known, found);
+                }
+            }
+        }
+        for (i, a) in line.spans.iter().enumerate() {
+            for b in &line.spans[i + 1..] {
+                self.sight(line, *a, *b, known, found);
+            }
+        }
+    }
+
+    /// Proves that the cells on one side of a hit see it.
+    fn towards(&self, line: &Line, hit: Hit, forward: bool, known: &Lower, found: &mut Found) {
+        for span in &line.spans {
+            let [mut low, mut high] = span.range;
+            if forward {
+                high = high.min(hit.t);
+            } else {
+                low = low.max(hit.t);
+            }
+            let pair = (span.cell.0, hit.object.0);
+            if low >= high || known.objects.get(span.cell.index(), hit.object.index()) {
+                continue;
+            }
+            let key = (Kind::Object, pair.0, pair.1);
+            let limit = match known.failed.get(&pair) {
+                Some(&n) if n >= GIVE_UP => 0,
+                Some(&n) if n >= PATIENCE => 1,
+                _ => ATTEMPTS,
+            };
+            if !found.may_try(key, limit) {
+                continue;
+            }
+            // From where the cell is left towards the object, which is the shortest way; from the middle; and from where the
+            // line was cast, which is in the cell even where a missing portal makes the span too long.
+            let inset = (0.5 * (high - low)).min(4.0 * self.clearance);
+            let middle = 0.5 * (low + high);
+            let exit = if forward { high } else { low };
+            let ahead = if exit == hit.t { middle } else { exit + if forward { -inset } else { inset } };
+            let [ahead, middle, cast] = [ahead, middle, 0.0f64.max(low + inset).min(high - inset)].map(|s| line.at(s));
+            let to = line.at(hit.t);
+            let corners = self.rays.scene().corners(hit.triangle as usize);
+            let centre = corners.iter().sum::<DVec3>() / 3.0;
+            let variants =
+                [(ahead, to), (cast, to), (middle, to), (ahead, to.lerp(centre, 0.3)), (cast, to.lerp(centre, 0.7))];
+            let tries = if limit > 1 { variants.len() } else { 1 };
+            let in_cell = variants.into_iter().filter(|&(from, _)| self.locator.holds(span.cell, from));
+            for (from, to) in in_cell.take(tries) {
+                if let Some(end) = self.proves(from, to, hit) {
+                    found.witnesses.push((Witness { cell: span.cell, object: hit.object, from, to }, end));
+                    found.settle(key);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Proves that two cells see each other.
+    fn sight(&self, line: &Line, a: Span, b: Span, known: &Lower, found: &mut Found) {
+        let cells = [a.cell.min(b.cell), a.cell.max(b.cell)];
+        let key = (Kind::Cell, cells[0].0, cells[1].0);
+        if cells[0] == cells[1] || known.cells.get(a.cell.index(), b.cell.index()) || !found.may_try(key, ATTEMPTS) {
+            return;
+        }
+        let inset = |span: Span| (0.5 * (span.range[1] - span.range[0])).min(4.0 * self.clearance);
+        let (p, q) = (line.at(a.range[1] - inset(a)), line.at(b.range[0] + inset(b)));
+        if self.locator.holds(a.cell, p) && self.locator.holds(b.cell, q) && self.rays.keeps_clearance(p, q, self.clearance)
+        {
+            let segment = if a.cell < b.cell { [p, q] } else { [q, p] };
+            found.sights.push(Sight { cells, segment });
+            found.settle(key);
+        }
+    }
+}

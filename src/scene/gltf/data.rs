@@ -1,0 +1,349 @@
+//! Buffers and accessors: every index, count, stride and offset is checked against the bytes that are there before anything is
+//! read, and elements are read where they lie, so that nothing is allocated on a file's word.
+
+use super::super::beside::read_beside;
+use super::super::{ImportError, Place};
+use super::document::{AccessorEntry, Document, SparsePart};
+use std::cell::OnceCell;
+use std::path::Path;
+
+/// Shorthand: an error somewhere in the document.
+pub(super) fn broken(what: impl Into<String>) -> ImportError {
+    ImportError::malformed(Place::File, what)
+}
+
+/// The entry `index` of a table of the document, or an error that names both.
+pub(super) fn entry<'d, T>(table: &'d [T], index: usize, name: &str) -> Result<&'d T, ImportError> {
+    table.get(index).ok_or_else(|| broken(format!("{name} {index} is used, there are {}", table.len())))
+}
+
+/// The buffers of a document, read when first used.
+pub(super) struct Buffers<'a> {
+    document: &'a Document,
+    bin: Option<&'a [u8]>,
+    folder: Option<&'a Path>,
+    loaded: Vec<OnceCell<Vec<u8>>>,
+}
+
+impl<'a> Buffers<'a> {
+    pub fn new(document: &'a Document, bin: Option<&'a [u8]>, folder: Option<&'a Path>) -> Self {
+        Self { document, bin, folder, loaded: document.buffers.iter().map(|_| OnceCell::new()).collect() }
+    }
+
+    fn buffer(&self, index: usize) -> Result<&[u8], ImportError> {
+        let buffer = entry(&self.document.buffers, index, "buffer")?;
+        let bytes: &[u8] = match (&buffer.uri, self.bin) {
+            (Some(uri), _) => {
+                // Buffers that name one file share one copy of it.
+                let first = self.document.buffers.iter().position(|b| b.uri.as_ref() == Some(uri)).unwrap_or(index);
+                let cell = &self.loaded[first];
+                if cell.get().is_none() {
+                    let bytes = load(uri, self.folder).map_err(|e| broken(format!("buffer {index}: {e}")))?;
+                    cell.get_or_init(|| bytes);
+                }
+                cell.get().map_or(&[], |b| b)
+            }
+            (None, Some(bin)) if index == 0 => bin,
+            (None, _) => return Err(broken(format!("buffer {index} has neither a uri nor a BIN chunk"))),
+        };
+        bytes.get(..buffer.byte_length).ok_or_else(|| {
+            broken(format!("buffer {index} has {} bytes, the document says {}", bytes.len(), buffer.byte_length))
+        })
+    }
+
+    /// `count` elements of `size` bytes in a buffer view, from `offset`. A stride below the element's size is refused, so
+    /// `count` is at most the number of bytes.
+    fn elements(&self, view: usize, offset: usize, count: usize, size: usize) -> Result<Elements<'_>, ImportError> {
+        let entry = entry(&self.document.buffer_views, view, "bufferView")?;
+        let buffer = self.buffer(entry.buffer)?;
+        let end = entry.byte_offset.checked_add(entry.byte_length);
+        let bytes = end.and_then(|end| buffer.get(entry.byte_offset..end)).ok_or_else(|| {
+            let (from, len, have) = (entry.byte_offset, entry.byte_length, buffer.len());
+            broken(format!("bufferView {view}: {len} bytes from {from} on, in a buffer of {have}"))
+        })?;
+        let stride = entry.byte_stride.unwrap_or(size);
+        if stride < size {
+            return Err(broken(format!("bufferView {view}: byteStride {stride} for elements of {size} bytes")));
+        }
+        let length = count.checked_sub(1).map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(size));
+        let end = length.and_then(|l| l.checked_add(offset));
+        let bytes = end.and_then(|end| bytes.get(offset..end)).ok_or_else(|| {
+            let have = bytes.len();
+            broken(format!("bufferView {view}: {count} elements of {size} bytes from byte {offset} on, in {have} bytes"))
+        })?;
+        Ok(Elements { bytes, stride })
+    }
+
+    /// Accessor `index`, which must be of one of the `kinds` (`SCALAR`, `VEC3`, `VEC4`).
+    pub fn accessor(&self, index: usize, kinds: &[&str]) -> Result<Accessor<'_>, ImportError> {
+        let entry = entry(&self.document.accessors, index, "accessor")?;
+        let wrong = |what: String| broken(format!("accessor {index}: {what}"));
+        if !kinds.contains(&entry.kind.as_str()) {
+            return Err(wrong(format!("type {} where {} is expected", entry.kind, kinds.join(" or "))));
+        }
+        let width = match entry.kind.as_str() {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let component = Component::of(entry.component_type)
+            .ok_or_else(|| wrong(format!("component type {} is not one of glTF's", entry.component_type)))?;
+        let size = component.size() * width;
+        let base = match entry.buffer_view {
+            Some(view) => Some(self.elements(view, entry.byte_offset, entry.count, size)?),
+            None => None,
+        };
+        let sparse = self.sparse(entry, size).map_err(|e| wrong(e.to_string()))?;
+        match (&base, &entry.sparse) {
+            (None, None) => return Err(wrong("no bufferView: its data is missing or compressed".into())),
+            // Zeros cost no bytes, so this count is bound by nothing else.
+            (None, Some(s)) if entry.count > self.room_of(s.values.buffer_view) => {
+                return Err(wrong(format!("{} elements, of which {} are stored", entry.count, s.count)));
+            }
+            _ => {}
+        }
+        Ok(Accessor { base, sparse, count: entry.count, width, component, normalized: entry.normalized })
+    }
+
+    /// Bytes in the buffer that a buffer view lies in.
+    fn room_of(&self, view: usize) -> usize {
+        let view = self.document.buffer_views.get(view);
+        view.and_then(|v| self.buffer(v.buffer).ok()).map_or(0, <[u8]>::len)
+    }
+
+    fn sparse(&self, entry: &AccessorEntry, size: usize) -> Result<Option<Sparse<'_>>, ImportError> {
+        let Some(sparse) = &entry.sparse else { return Ok(None) };
+        let SparsePart { buffer_view, byte_offset, component_type } = sparse.indices;
+        let component = component_type.and_then(Component::of).filter(|c| c.is_index());
+        let component = component.ok_or_else(|| broken("sparse indices that are not unsigned integers"))?;
+        let indices = self.elements(buffer_view, byte_offset, sparse.count, component.size())?;
+        let values = self.elements(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, size)?;
+        let sparse = Sparse { indices, component, values, count: sparse.count };
+        let ascending = (1..sparse.count).all(|i| sparse.index(i - 1) < sparse.index(i));
+        let inside = sparse.count.checked_sub(1).is_none_or(|last| (sparse.index(last) as usize) < entry.count);
+        if ascending && inside { Ok(Some(sparse)) } else { Err(broken("sparse indices out of order or out of range")) }
+    }
+}
+
+/// Elements in a buffer, `stride` bytes apart; all of them lie inside `bytes`.
+struct Elements<'b> {
+    bytes: &'b [u8],
+    stride: usize,
+}
+
+impl Elements<'_> {
+    fn at(&self, i: usize) -> &[u8] {
+        &self.bytes[i * self.stride..]
+    }
+}
+
+struct Sparse<'b> {
+    indices: Elements<'b>,
+    component: Component,
+    values: Elements<'b>,
+    count: usize,
+}
+
+impl Sparse<'_> {
+    fn index(&self, i: usize) -> u32 {
+        self.component.index(self.indices.at(i))
+    }
+
+    /// Which of the values replaces element `i`, if one does.
+    fn find(&self, i: usize) -> Option<&[u8]> {
+        let (mut low, mut high) = (0, self.count);
+        while low < high {
+            let middle = low.midpoint(high);
+            if (self.index(middle) as usize) < i {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        (low < self.count && self.index(low) as usize == i).then(|| self.values.at(low))
+    }
+}
+
+/// Numbers in buffers, made into `f64` as they are read.
+pub(super) struct Accessor<'b> {
+    base: Option<Elements<'b>>,
+    sparse: Option<Sparse<'b>>,
+    count: usize,
+    width: usize,
+    component: Component,
+    normalized: bool,
+}
+
+impl Accessor<'_> {
+    /// Number of elements, as the document says. The bytes are known to be there, other than for an accessor that has only
+    /// sparse values (the others are zero).
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// True for the component types that vertex indices may have.
+    pub fn holds_indices(&self) -> bool {
+        self.component.is_index() && !self.normalized
+    }
+
+    fn bytes(&self, i: usize) -> Option<&[u8]> {
+        let replaced = self.sparse.as_ref().and_then(|s| s.find(i));
+        replaced.or_else(|| self.base.as_ref().map(|b| b.at(i)))
+    }
+
+    /// Element `i`, zeros beyond the accessor's width; `None` beyond its count.
+    pub fn get(&self, i: usize) -> Option<[f64; 4]> {
+        let mut out = [0.0; 4];
+        if i >= self.count {
+            return None;
+        }
+        if let Some(bytes) = self.bytes(i) {
+            for (k, out) in out.iter_mut().enumerate().take(self.width) {
+                *out = self.component.number(&bytes[k * self.component.size()..], self.normalized);
+            }
+        }
+        Some(out)
+    }
+
+    /// Element `i` as a vertex index; `None` beyond the count.
+    pub fn index(&self, i: usize) -> Option<u32> {
+        (i < self.count).then(|| self.bytes(i).map_or(0, |bytes| self.component.index(bytes)))
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of(code: u64) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    fn is_index(self) -> bool {
+        matches!(self, Self::U8 | Self::U16 | Self::U32)
+    }
+
+    /// The number at the start of `bytes`; integers that are `normalized` map to -1..=1 or 0..=1 (specification, 3.11).
+    fn number(self, b: &[u8], normalized: bool) -> f64 {
+        let (value, most) = match self {
+            Self::I8 => (f64::from(b[0] as i8), 127.0),
+            Self::U8 => (f64::from(b[0]), 255.0),
+            Self::I16 => (f64::from(i16::from_le_bytes([b[0], b[1]])), 32767.0),
+            Self::U16 => (f64::from(u16::from_le_bytes([b[0], b[1]])), 65535.0),
+            Self::U32 => (f64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]])), f64::from(u32::MAX)),
+            Self::F32 => return f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        };
+        if normalized { (value / most).max(-1.0) } else { value }
+    }
+
+    /// The unsigned integer at the start of `bytes`; 0 for types that aren't ([`Component::is_index`]).
+    fn index(self, b: &[u8]) -> u32 {
+        match self {
+            Self::U8 => u32::from(b[0]),
+            Self::U16 => u32::from(u16::from_le_bytes([b[0], b[1]])),
+            Self::U32 => u32::from_le_bytes([b[0], b[1], b[2], b[3]]),
+            Self::I8 | Self::I16 | Self::F32 => 0,
+        }
+    }
+}
+
+/// The bytes behind a uri: a `data:` uri in base64, or a file beside the model.
+fn load(uri: &str, folder: Option<&Path>) -> Result<Vec<u8>, String> {
+    match uri.strip_prefix("data:") {
+        Some(data) => match data.split_once(',') {
+            Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()).ok_or("broken base64 text".into()),
+            _ => Err("a data: uri that is not in base64".into()),
+        },
+        None => read_beside(folder, &percent_decoded(uri)),
+    }
+}
+
+/// Base64 with the standard alphabet (RFC 4648, section 4), padded or not.
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let end = text.len() - text.iter().rev().take(2).take_while(|&&b| b == b'=').count();
+    let text = &text[..end];
+    if text.len() % 4 == 1 {
+        return None;
+    }
+    let mut out = Vec::with_capacity(text.len() / 4 * 3 + 2);
+    for four in text.chunks(4) {
+        let mut bits = 0u32;
+        for &b in four {
+            let six = match b {
+                b'A'..=b'Z' => b - b'A',
+                b'a'..=b'z' => b - b'a' + 26,
+                b'0'..=b'9' => b - b'0' + 52,
+                b'+' => 62,
+                b'/' => 63,
+                _ => return None,
+            };
+            bits = bits << 6 | u32::from(six);
+        }
+        bits <<= 6 * (4 - four.len());
+        out.extend_from_slice(&bits.to_be_bytes()[1..four.len()]);
+    }
+    Some(out)
+}
+
+/// `%20` and the like made into the bytes that they stand for; anything else as it is.
+fn percent_decoded(uri: &str) -> String {
+    let bytes = uri.as_bytes();
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut i = 0;
+    while i < bytes.len() {
+        let hex = (bytes[i] == b'%').then(|| bytes.get(i + 1..i + 3)).flatten();
+        let byte = hex.and_then(|h| Some((h[0] as char).to_digit(16)? * 16 + (h[1] as char).to_digit(16)?));
+        out.push(byte.map_or(bytes[i], |b| b as u8));
+        i += if byte.is_some() { 3 } else { 1 };
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{base64, percent_decoded};
+
+    /// RFC 4648, section 10.
+    #[test]
+    fn base64_reads_the_standards_own_examples() {
+        let examples =
+            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg==", "foob"), ("Zm9vYmE=", "fooba")];
+        for (text, bytes) in examples {
+            assert_eq!(base64(text.as_bytes()).unwrap(), bytes.as_bytes());
+            assert_eq!(base64(text.trim_end_matches('=').as_bytes()).unwrap(), bytes.as_bytes());
+        }
+        assert_eq!(base64(b"+/+/").unwrap(), [0xFB, 0xFF, 0xBF]);
+        for bad in ["Z", "Zg=", "Z===", "Zm9 ", "Zm=v", "Zm9vY"] {
+            assert_eq!(base64(bad.as_bytes()), if bad == "Zg=" { Some(b"f".to_vec()) } else { None }, "{bad}");
+        }
+    }
+
+    #[test]
+    fn percent_signs_are_decoded_where_they_are_codes() {
+        assert_eq!(percent_decoded("my%20hall%C3%A4.bin"), "my hallä.bin");
+        assert_eq!(percent_decoded("50%.bin%2"), "50%.bin%2");
+    }
+}

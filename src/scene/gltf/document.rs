@@ -1,0 +1,332 @@
+//! The container and the part of the JSON document that geometry needs.
+//!
+//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021 (sections 3 and 4). Own types rather than the `gltf` crate's: that one
+//! keeps node transforms in `f32`, which moves the walls of a georeferenced building by decimetres, and refuses
+//! KHR_mesh_quantization.
+
+use super::super::{ImportError, Place};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_json::value::RawValue;
+
+/// What may be listed under `extensionsRequired`: read, or without influence on where triangles are and what they hide.
+const KNOWN: [&str; 6] = [
+    "KHR_mesh_quantization",
+    "EXT_mesh_gpu_instancing",
+    "KHR_node_visibility",
+    "KHR_lights_punctual",
+    "KHR_xmp_json_ld",
+    "MSFT_texture_dds",
+];
+/// The same, for whole families.
+const KNOWN_PREFIXES: [&str; 3] = ["KHR_materials_", "KHR_texture_", "EXT_texture_"];
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Document {
+    pub asset: Asset,
+    #[serde(default)]
+    pub extensions_required: Vec<String>,
+    pub scene: Option<usize>,
+    #[serde(default)]
+    pub scenes: Vec<SceneRoots>,
+    #[serde(default)]
+    nodes: Vec<Slot>,
+    #[serde(default)]
+    pub meshes: Vec<MeshEntry>,
+    #[serde(default)]
+    pub accessors: Vec<AccessorEntry>,
+    #[serde(default)]
+    pub buffer_views: Vec<BufferView>,
+    #[serde(default)]
+    pub buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub materials: Vec<Material>,
+    #[serde(default)]
+    pub animations: Vec<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Asset {
+    pub version: String,
+    pub min_version: Option<String>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct SceneRoots {
+    #[serde(default)]
+    pub nodes: Vec<usize>,
+}
+
+impl Document {
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Node `index`, which must be below [`Document::node_count`].
+    pub fn node(&self, index: usize) -> &Node {
+        static EMPTY: Node = Node::EMPTY;
+        self.nodes[index].0.as_deref().unwrap_or(&EMPTY)
+    }
+}
+
+/// A node, or nothing for one that says nothing: in a file, `{}` takes three bytes.
+#[derive(Deserialize)]
+#[serde(from = "Node")]
+struct Slot(Option<Box<Node>>);
+
+impl From<Node> for Slot {
+    fn from(node: Node) -> Self {
+        Self((!node.is_empty()).then(|| Box::new(node)))
+    }
+}
+
+#[derive(Deserialize)]
+pub(super) struct Node {
+    pub name: Option<Box<str>>,
+    pub mesh: Option<usize>,
+    pub skin: Option<usize>,
+    #[serde(default)]
+    pub children: Vec<usize>,
+    // Boxed: few nodes have all of these.
+    pub matrix: Option<Box<[f64; 16]>>,
+    pub translation: Option<Box<[f64; 3]>>,
+    pub rotation: Option<Box<[f64; 4]>>,
+    pub scale: Option<Box<[f64; 3]>>,
+    pub extras: Option<Box<RawValue>>,
+    pub extensions: Option<Box<NodeExtensions>>,
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        name: None,
+        mesh: None,
+        skin: None,
+        children: Vec::new(),
+        matrix: None,
+        translation: None,
+        rotation: None,
+        scale: None,
+        extras: None,
+        extensions: None,
+    };
+
+    fn is_empty(&self) -> bool {
+        let Self { name, mesh, skin: _, children, matrix, translation, rotation, scale, extras, extensions } = self;
+        let placed = matrix.is_some() || translation.is_some() || rotation.is_some() || scale.is_some();
+        !placed && name.is_none() && mesh.is_none() && children.is_empty() && extras.is_none() && extensions.is_none()
+    }
+
+    /// Its EXT_mesh_gpu_instancing.
+    pub fn instancing(&self) -> Option<&Instancing> {
+        self.extensions.as_ref()?.instancing.as_ref()
+    }
+
+    /// False where KHR_node_visibility hides it and everything below it.
+    pub fn is_visible(&self) -> bool {
+        let visibility = self.extensions.as_ref().and_then(|e| e.visibility.as_ref());
+        visibility.is_none_or(|v| v.visible)
+    }
+}
+
+#[derive(Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: Option<Visibility>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Instancing {
+    pub attributes: InstanceAttributes,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) struct InstanceAttributes {
+    pub translation: Option<usize>,
+    pub rotation: Option<usize>,
+    pub scale: Option<usize>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Visibility {
+    #[serde(default = "yes")]
+    pub visible: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[derive(Deserialize)]
+pub(super) struct MeshEntry {
+    pub name: Option<String>,
+    pub primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    pub attributes: Attributes,
+    pub indices: Option<usize>,
+    pub material: Option<usize>,
+    pub mode: Option<u64>,
+    #[serde(default)]
+    pub targets: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Attributes {
+    #[serde(rename = "POSITION")]
+    pub position: Option<usize>,
+}
+
+#[derive(Deserialize, Default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct AccessorEntry {
+    pub buffer_view: Option<usize>,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub component_type: u64,
+    #[serde(default)]
+    pub normalized: bool,
+    pub count: usize,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub sparse: Option<SparseEntry>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct SparseEntry {
+    pub count: usize,
+    pub indices: SparsePart,
+    pub values: SparsePart,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparsePart {
+    pub buffer_view: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    /// Of the indices; the values have the accessor's own.
+    pub component_type: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BufferView {
+    pub buffer: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub byte_length: usize,
+    pub byte_stride: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub uri: Option<String>,
+    pub byte_length: usize,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Material {
+    pub alpha_mode: Option<String>,
+    #[serde(default)]
+    pub extensions: MaterialExtensions,
+}
+
+#[derive(Deserialize, Default)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_transmission")]
+    pub transmission: Option<Transmission>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Transmission {
+    #[serde(default)]
+    pub transmission_factor: f64,
+}
+
+impl Material {
+    /// Whether it hides what is behind it: not where the picture may show through anywhere.
+    pub fn is_opaque(&self) -> bool {
+        let transmits = self.extensions.transmission.as_ref().is_some_and(|t| t.transmission_factor > 0.0);
+        self.alpha_mode.as_deref().is_none_or(|mode| mode == "OPAQUE") && !transmits
+    }
+}
+
+/// Reads a `.glb` (told by its magic) or `.gltf`: the document, and the BIN chunk where there is one.
+pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportError> {
+    let is_glb = bytes.starts_with(b"glTF");
+    let (json, bin) = if is_glb { chunks(bytes)? } else { (bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None) };
+    let document: Document = serde_json::from_slice(json).map_err(|e| {
+        let place = if is_glb { Place::Byte(JSON_START) } else { Place::Line(e.line()) };
+        ImportError::malformed(place, format!("not a glTF document: {e}"))
+    })?;
+    let version = document.asset.min_version.as_ref().unwrap_or(&document.asset.version);
+    if !version.starts_with("2.") {
+        return Err(ImportError::Unsupported { what: format!("glTF {version}"), hint: "export it as glTF 2.0" });
+    }
+    let is_known = |name: &&String| KNOWN.contains(&name.as_str()) || KNOWN_PREFIXES.iter().any(|p| name.starts_with(p));
+    if let Some(name) = document.extensions_required.iter().find(|name| !is_known(name)) {
+        let what = format!("the glTF extension {name}, which the file requires,");
+        return Err(ImportError::Unsupported { what, hint: "export without it (no mesh compression)" });
+    }
+    Ok((document, bin))
+}
+
+/// Where the JSON chunk's text starts in a `.glb`.
+const JSON_START: usize = 20;
+
+/// The JSON and BIN chunks of a `.glb`.
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
+    let word = |at: usize| {
+        let word = bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
+        word.ok_or_else(|| ImportError::malformed(Place::Byte(bytes.len()), "the file ends within a GLB header"))
+    };
+    let version = word(4)?;
+    if version != 2 {
+        return Err(ImportError::Unsupported { what: format!("GLB version {version}"), hint: "export it as glTF 2.0" });
+    }
+    let length = word(8)? as usize;
+    if length > bytes.len() || length < JSON_START {
+        let what = format!("the header says {length} bytes, the file has {}", bytes.len());
+        return Err(ImportError::malformed(Place::Byte(8), what));
+    }
+    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], ImportError> {
+        let end = at + 8 + word(at)? as usize;
+        if end > length {
+            let what = format!("a chunk ends at byte {end}, the file at {length}");
+            return Err(ImportError::malformed(Place::Byte(at), what));
+        }
+        if word(at + 4)? != u32::from_le_bytes(*kind) {
+            let what = format!("no {} chunk here", kind.escape_ascii().to_string().trim_end_matches("\\x00"));
+            return Err(ImportError::malformed(Place::Byte(at + 4), what));
+        }
+        Ok(&bytes[at + 8..end])
+    };
+    let json = chunk(12, b"JSON")?;
+    let next = JSON_START + json.len();
+    // Chunks of other kinds may follow, and are to be ignored.
+    let bin = if next + 8 <= length && word(next + 4)? == u32::from_le_bytes(*b"BIN\0") {
+        Some(chunk(next, b"BIN\0")?)
+    } else {
+        None
+    };
+    Ok((json, bin))
+}

@@ -1,0 +1,113 @@
+//! Triangles of a mesh primitive, whatever way it lists them.
+
+use super::super::ImportError;
+use super::data::{Buffers, broken};
+use super::document::Primitive;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// What was left out, counted over the file.
+#[derive(Default)]
+pub(super) struct LeftOut {
+    pub points_and_lines: usize,
+    pub without_positions: usize,
+    pub leftover_corners: usize,
+}
+
+/// A primitive in its mesh's own coordinates: only the vertices that its triangles use.
+pub(super) struct Part {
+    pub positions: Vec<DVec3>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// How corners make triangles.
+#[derive(Clone, Copy)]
+enum Mode {
+    List,
+    Strip,
+    Fan,
+}
+
+impl Mode {
+    /// Corner numbers of triangle `t` (specification, 3.7.2.1).
+    fn corners(self, t: usize) -> [usize; 3] {
+        match self {
+            Self::List => [3 * t, 3 * t + 1, 3 * t + 2],
+            Self::Strip => [t, t + 1 + t % 2, t + 2 - t % 2],
+            Self::Fan => [t + 1, t + 2, 0],
+        }
+    }
+}
+
+/// Reads a primitive; `None` where it has no triangles by its nature (points, lines, no positions), which is counted.
+pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut LeftOut) -> Result<Option<Part>, ImportError> {
+    let mode = match primitive.mode.unwrap_or(4) {
+        0..=3 => {
+            left_out.points_and_lines += 1;
+            return Ok(None);
+        }
+        4 => Mode::List,
+        5 => Mode::Strip,
+        6 => Mode::Fan,
+        other => return Err(broken(format!("primitive mode {other} is not one of glTF's"))),
+    };
+    let Some(position) = primitive.attributes.position else {
+        left_out.without_positions += 1;
+        return Ok(None);
+    };
+    let positions = buffers.accessor(position, &["VEC3"]).map_err(|error| match primitive.extensions.draco {
+        Some(_) => ImportError::Unsupported {
+            what: "the glTF extension KHR_draco_mesh_compression".into(),
+            hint: "export without mesh compression",
+        },
+        None => error,
+    })?;
+    let indices = match primitive.indices {
+        Some(index) => {
+            let indices = buffers.accessor(index, &["SCALAR"])?;
+            if !indices.holds_indices() {
+                return Err(broken(format!("accessor {index}: vertex indices that are not unsigned integers")));
+            }
+            Some(indices)
+        }
+        None => None,
+    };
+    let corners = indices.as_ref().map_or(positions.count(), |i| i.count());
+    let count = match mode {
+        Mode::List => {
+            left_out.leftover_corners += corners % 3;
+            corners / 3
+        }
+        Mode::Strip | Mode::Fan => corners.saturating_sub(2),
+    };
+
+    let mut part = Part { positions: Vec::new(), triangles: Vec::new() };
+    // Vertex index to index in the part. A table where most vertices are used; primitives that share one large accessor
+    // get a map instead, so that many of them don't each pay for all of it.
+    const UNSEEN: u32 = u32::MAX;
+    let mut table = if positions.count() <= 4 * corners { vec![UNSEEN; positions.count()] } else { Vec::new() };
+    let mut map: HashMap<u32, u32> = HashMap::new();
+    for t in 0..count {
+        let mut triangle = [0; 3];
+        for (corner, number) in triangle.iter_mut().zip(mode.corners(t)) {
+            let vertex = match &indices {
+                Some(indices) => indices.index(number).unwrap_or(UNSEEN),
+                None => u32::try_from(number).unwrap_or(UNSEEN),
+            };
+            let slot = match table.get_mut(vertex as usize) {
+                Some(slot) => slot,
+                None => map.entry(vertex).or_insert(UNSEEN),
+            };
+            if *slot == UNSEEN {
+                let n = positions.count();
+                let p = positions.get(vertex as usize);
+                let [x, y, z, _] = p.ok_or_else(|| broken(format!("vertex index {vertex} of {n} vertices")))?;
+                *slot = part.positions.len() as u32;
+                part.positions.push(DVec3::new(x, y, z));
+            }
+            *corner = *slot;
+        }
+        part.triangles.push(triangle);
+    }
+    Ok(Some(part))
+}

@@ -1,0 +1,201 @@
+//! Triangles of products, made by ifc-lite on several threads.
+
+use super::model::{Model, Voids, global_id, y_up};
+use super::relations::Relations;
+use super::styles::Styles;
+use super::workers::{self, DeadlinePassed, Limits, Outcome};
+use glam::DVec3;
+use ifc_lite_core::{DecodedEntity, EntityDecoder};
+use ifc_lite_geometry::GeometryRouter;
+use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
+
+/// Metres beyond which a coordinate is taken for damage: farther from any national grid's origin than the Earth is wide.
+const FARTHEST: f64 = 2e7;
+
+/// A shape in the model's coordinates: metres, +Y up.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shape {
+    /// Corners.
+    pub(super) positions: Vec<DVec3>,
+    /// Indices into `positions`, checked.
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+impl Shape {
+    /// The corners of every triangle.
+    pub(super) fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+        self.triangles.iter().map(|t| t.map(|i| self.positions[i as usize]))
+    }
+
+    /// Takes over another shape's triangles.
+    pub(super) fn append(&mut self, other: &Self) {
+        let start = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + start)));
+    }
+}
+
+/// What a product looks like.
+#[derive(Debug, Default)]
+pub(super) struct Built {
+    /// What hides things.
+    pub(super) solid: Shape,
+    /// What is see-through by its style.
+    pub(super) clear: Shape,
+}
+
+impl Built {
+    /// All of it.
+    pub(super) fn whole(&self) -> Shape {
+        let mut whole = self.solid.clone();
+        whole.append(&self.clear);
+        whole
+    }
+}
+
+/// What the geometry of a model came to.
+#[derive(Debug, Default)]
+pub(super) struct Geometry {
+    built: HashMap<u32, Built>,
+    /// GlobalIds and reasons of products left out, in file order.
+    pub(super) failed: Vec<String>,
+    /// Classes of representation items that ifc-lite doesn't read.
+    pub(super) unsupported: BTreeSet<String>,
+}
+
+impl Geometry {
+    /// A product's shape, if it has one.
+    pub(super) fn get(&self, product: u32) -> Option<&Built> {
+        self.built.get(&product)
+    }
+}
+
+/// Makes the triangles of `products` (record numbers), each cut by its openings.
+pub(super) fn build(
+    model: &Arc<Model>,
+    relations: &Arc<Relations>,
+    styles: Styles,
+    products: Vec<u32>,
+    limits: Limits,
+) -> Result<Geometry, DeadlinePassed> {
+    let task = Arc::new(Task { model: model.clone(), relations: relations.clone(), styles, products });
+    let outcomes = workers::run(&task, rayon::current_num_threads(), limits)?;
+    let mut geometry = Geometry::default();
+    let mut decoder = model.decoder();
+    for (outcome, &product) in outcomes.into_iter().zip(&task.products) {
+        let reason = match outcome {
+            Outcome::Done(done) => {
+                geometry.unsupported.extend(done.unsupported);
+                match done.built {
+                    Ok(built) => {
+                        geometry.built.insert(product, built);
+                        continue;
+                    }
+                    Err(reason) => reason,
+                }
+            }
+            Outcome::Panicked => "the geometry reader failed on it".into(),
+            Outcome::TimedOut => format!("it took longer than {} s", limits.job.as_secs()),
+        };
+        let id = decoder.decode_by_id(product).map_or_else(|_| format!("#{product}"), |e| global_id(&e));
+        geometry.failed.push(format!("{id} ({reason})"));
+    }
+    Ok(geometry)
+}
+
+struct Task {
+    model: Arc<Model>,
+    relations: Arc<Relations>,
+    styles: Styles,
+    products: Vec<u32>,
+}
+
+struct Done {
+    built: Result<Built, String>,
+    unsupported: Vec<String>,
+}
+
+impl workers::Task for Task {
+    type Output = Done;
+
+    fn jobs(&self) -> usize {
+        self.products.len()
+    }
+
+    fn work(&self, next: &mut dyn FnMut() -> Option<usize>, done: &mut dyn FnMut(usize, Done)) {
+        let (mut decoder, router) = (self.model.decoder(), self.model.router());
+        while let Some(job) = next() {
+            let built = self.build(self.products[job], &mut decoder, &router);
+            let unsupported = router.take_unsupported_items().into_keys().collect();
+            done(job, Done { built, unsupported });
+        }
+    }
+}
+
+impl Task {
+    fn build(&self, product: u32, decoder: &mut EntityDecoder<'_>, router: &GeometryRouter) -> Result<Built, String> {
+        let entity = decoder.decode_by_id(product).map_err(one_line)?;
+        let clear_items = self.styles.clear_items(&entity, &self.relations, decoder);
+        let mut built = Built::default();
+        match clear_items {
+            None => {
+                let parts =
+                    router.process_element_with_voids_parts(&entity, decoder, &self.model.voids).map_err(one_line)?;
+                for mesh in &parts {
+                    self.append(&mut built.solid, mesh)?;
+                }
+            }
+            // Part by part only where parts differ: the other way is cheaper.
+            Some(clear_items) => {
+                for part in &parts_by_item(router, &entity, decoder, &self.model.voids)?.sub_meshes {
+                    let shape = if clear_items.contains(part.geometry_id) { &mut built.clear } else { &mut built.solid };
+                    self.append(shape, &part.mesh)?;
+                }
+            }
+        }
+        Ok(built)
+    }
+
+    /// Adds a mesh, back in the model's coordinates.
+    fn append(&self, shape: &mut Shape, mesh: &ifc_lite_geometry::Mesh) -> Result<(), String> {
+        let start = shape.positions.len() as u32;
+        let origin = self.model.offset + DVec3::from(mesh.origin);
+        for p in mesh.positions.as_chunks::<3>().0 {
+            let p = y_up(origin + DVec3::from(p.map(f64::from)));
+            if !(p.is_finite() && p.abs().max_element() < FARTHEST) {
+                return Err("a corner lies beyond the Earth".into());
+            }
+            shape.positions.push(p);
+        }
+        let count = shape.positions.len() as u32;
+        for t in mesh.indices.as_chunks::<3>().0 {
+            let t = t.map(|i| i.saturating_add(start));
+            if t.iter().any(|&i| i >= count) {
+                return Err("a triangle without corners".into());
+            }
+            shape.triangles.push(t);
+        }
+        Ok(())
+    }
+}
+
+/// One mesh a representation item, cut by the product's openings.
+fn parts_by_item(
+    router: &GeometryRouter,
+    entity: &DecodedEntity,
+    decoder: &mut EntityDecoder<'_>,
+    voids: &Voids,
+) -> Result<ifc_lite_geometry::SubMeshCollection, String> {
+    if voids.contains_key(&entity.id) {
+        let parts = router.process_element_with_submeshes_and_voids(entity, decoder, voids).map_err(one_line)?;
+        if !parts.is_empty() {
+            return Ok(parts);
+        }
+    }
+    router.process_element_with_submeshes(entity, decoder).map_err(one_line)
+}
+
+fn one_line(error: impl std::fmt::Display) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,282 @@
+//! The file as records: the header checked, records found by kind, units and the offset of georeferenced models worked out.
+
+use crate::scene::{ImportError, Place};
+use glam::DVec3;
+use ifc_lite_core::{
+    DecodedEntity, EntityDecoder, EntityIndex, EntityScanner, IfcType, build_entity_index, geometry_flags_by_name,
+    ifc_type_from_keyword, nth_attribute_is_present, set_report_sink,
+};
+use ifc_lite_geometry::{GeometryRouter, void_index_from_content};
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// The hasher of ifc-lite's maps, which it doesn't re-export.
+pub(super) trait MapHasher {
+    /// The hasher.
+    type Hasher;
+}
+impl<K, V, S> MapHasher for HashMap<K, V, S> {
+    type Hasher = S;
+}
+
+/// Openings by the element that they are cut from.
+pub(super) type Voids = HashMap<u32, Vec<u32>, <EntityIndex as MapHasher>::Hasher>;
+
+/// A product: anything with a place in the building.
+#[derive(Clone, Debug)]
+pub(super) struct Product {
+    /// Its record.
+    pub(super) id: u32,
+    /// Its class.
+    pub(super) kind: IfcType,
+    /// Whether it has a representation.
+    pub(super) shaped: bool,
+}
+
+/// A file in memory with its index.
+pub(super) struct Model {
+    bytes: Vec<u8>,
+    index: Arc<EntityIndex>,
+    /// `IFC2X3`, `IFC4`, ... as declared.
+    pub(super) schema: String,
+    /// Metres per unit of length.
+    pub(super) metres: f64,
+    radians: f64,
+    /// Subtracted by ifc-lite before it rounds to `f32`; metres, +Z up.
+    pub(super) offset: DVec3,
+    /// Openings by host, passed on to the parts of hosts.
+    pub(super) voids: Voids,
+    /// In file order.
+    pub(super) products: Vec<Product>,
+    others: HashMap<&'static str, Vec<u32>>,
+    /// What was odd.
+    pub(super) notes: Vec<String>,
+}
+
+/// Records kept besides products, by keyword.
+const KINDS: [&str; 12] = [
+    "IFCRELVOIDSELEMENT",
+    "IFCRELFILLSELEMENT",
+    "IFCRELAGGREGATES",
+    "IFCRELCONTAINEDINSPATIALSTRUCTURE",
+    "IFCRELSPACEBOUNDARY",
+    "IFCRELSPACEBOUNDARY1STLEVEL",
+    "IFCRELSPACEBOUNDARY2NDLEVEL",
+    "IFCRELDEFINESBYTYPE",
+    "IFCRELASSOCIATESMATERIAL",
+    "IFCSTYLEDITEM",
+    "IFCMATERIALDEFINITIONREPRESENTATION",
+    "IFCPROJECT",
+];
+
+impl Model {
+    /// Reads the records of a file. `metres` overrides the file's unit of length.
+    pub(super) fn read(bytes: Vec<u8>, metres: Option<f64>) -> Result<Self, ImportError> {
+        check_envelope(&bytes)?;
+        // What ifc-lite would write to stderr is told as notes below.
+        set_report_sink(|_| ());
+        let index = Arc::new(build_entity_index(&bytes));
+        let schema = ifc_lite_core::declared_schema_bounded(&bytes).map(|s| s.to_ascii_uppercase());
+        let is_word = |s: &String| s.len() < 32 && s.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let schema = schema.filter(is_word).unwrap_or_else(|| "IFC".into());
+        let mut model = Self {
+            bytes,
+            index,
+            schema,
+            metres: 1.0,
+            radians: 1.0,
+            offset: DVec3::ZERO,
+            voids: Voids::default(),
+            products: Vec::new(),
+            others: HashMap::new(),
+            notes: Vec::new(),
+        };
+        model.scan()?;
+        model.settle_units(metres)?;
+        let mut decoder = model.decoder();
+        let voids = void_index_from_content(&model.bytes, &mut decoder);
+        let (x, y, z) = model
+            .router()
+            .detect_rtc_offset_for_file(&model.bytes, &mut decoder)
+            .map_or((0.0, 0.0, 0.0), ifc_lite_core::RtcVerdict::offset);
+        drop(decoder);
+        model.voids = voids;
+        model.offset = Some(DVec3::new(x, y, z)).filter(|o| o.is_finite()).unwrap_or(DVec3::ZERO);
+        Ok(model)
+    }
+
+    /// A decoder of these records; not to be shared between threads.
+    pub(super) fn decoder(&self) -> EntityDecoder<'_> {
+        let mut decoder = EntityDecoder::with_arc_index(&self.bytes, self.index.clone()).with_strict_reals();
+        decoder.seed_unit_scales(self.metres, self.radians);
+        decoder
+    }
+
+    /// A maker of triangles for these records; not to be shared between threads.
+    pub(super) fn router(&self) -> GeometryRouter {
+        let mut router = GeometryRouter::with_scale(self.metres);
+        router.enable_content_dedup_shared(GeometryRouter::new_dedup_cache());
+        router.set_rtc_offset(self.offset.into());
+        router
+    }
+
+    /// The records of a kind, in file order.
+    pub(super) fn records(&self, kind: &'static str) -> &[u32] {
+        debug_assert!(KINDS.contains(&kind));
+        self.others.get(kind).map_or(&[], Vec::as_slice)
+    }
+
+    /// Goes through the file once and sorts its records.
+    fn scan(&mut self) -> Result<(), ImportError> {
+        let mut twice = 0;
+        let mut scanner = EntityScanner::new(&self.bytes);
+        while let Some((id, keyword, start, end)) = scanner.next_entity() {
+            // The last record of a number counts, as for references; a DATA section given twice adds nothing.
+            if self.index.get(&id) != Some(&(start, end)) {
+                twice += 1;
+                continue;
+            }
+            let (geometry, spatial) = geometry_flags_by_name(keyword);
+            if geometry || spatial {
+                let shaped = nth_attribute_is_present(&self.bytes[start..end], 6);
+                self.products.push(Product { id, kind: ifc_type_from_keyword(keyword), shaped });
+            } else if let Some(kind) = KINDS.iter().find(|k| k.eq_ignore_ascii_case(keyword)) {
+                self.others.entry(kind).or_default().push(id);
+            }
+        }
+        let broken = scanner.malformed_record_starts();
+        if let Some(&first) = broken.first() {
+            let line = line_of(&self.bytes, first);
+            self.notes.push(format!("line {line}: a record that can't be read was skipped ({} in all)", broken.len()));
+        }
+        if scanner.skipped_oversized_ids() > 0 {
+            self.notes.push(format!("{} records skipped: their numbers exceed 32 bits", scanner.skipped_oversized_ids()));
+        }
+        if twice > 0 {
+            self.notes.push(format!("{twice} records are given more than once; the last of each counts"));
+        }
+        if self.index.is_empty() {
+            return Err(ImportError::malformed(self.data_place(), "no records in the DATA section"));
+        }
+        if self.records("IFCPROJECT").is_empty() {
+            return Err(ImportError::malformed(
+                self.data_place(),
+                "no IFCPROJECT in the DATA section: not a building model",
+            ));
+        }
+        Ok(())
+    }
+
+    fn data_place(&self) -> Place {
+        Place::Line(find(&self.bytes, b"DATA;").map_or(1, |at| line_of(&self.bytes, at)))
+    }
+
+    /// Units of length and angle. ifc-lite takes angles without a unit for radians; exporters that forget it mean degrees.
+    fn settle_units(&mut self, metres: Option<f64>) -> Result<(), ImportError> {
+        let project = self.records("IFCPROJECT")[0];
+        let mut decoder = EntityDecoder::with_arc_index(&self.bytes, self.index.clone());
+        let units = decoder
+            .decode_by_id(project)
+            .ok()
+            .and_then(|p| p.get_ref(8))
+            .and_then(|id| decoder.decode_by_id(id).ok())
+            .and_then(|a| a.get_refs(0))
+            .unwrap_or_default();
+        let declared = |decoder: &mut EntityDecoder<'_>, unit_type: &str| {
+            units.iter().any(|&u| decoder.decode_by_id(u).is_ok_and(|u| enumeration(&u, 1) == Some(unit_type)))
+        };
+        let length = declared(&mut decoder, "LENGTHUNIT")
+            .then(|| ifc_lite_core::try_extract_length_unit_scale(&mut decoder, project))
+            .flatten();
+        let angle = declared(&mut decoder, "PLANEANGLEUNIT")
+            .then(|| ifc_lite_core::try_extract_plane_angle_to_radians(&mut decoder, project))
+            .flatten();
+        drop(decoder);
+        let usable = |scale: &f64| scale.is_finite() && *scale > 0.0;
+        self.metres = match (metres, length.filter(usable)) {
+            (Some(m), _) if !usable(&m) => {
+                return Err(ImportError::malformed(Place::File, "metres per unit must be a finite number above 0"));
+            }
+            (Some(m), _) | (None, Some(m)) => m,
+            (None, None) => {
+                self.notes.push("no unit of length is given; metres are assumed".into());
+                1.0
+            }
+        };
+        self.radians = angle.filter(usable).unwrap_or_else(|| {
+            self.notes.push("no unit of angle is given; degrees are assumed".into());
+            PI / 180.0
+        });
+        Ok(())
+    }
+}
+
+/// A file begins with `ISO-10303-21` and ends with `END-ISO-10303-21`: one that doesn't is something else, or cut off.
+fn check_envelope(bytes: &[u8]) -> Result<(), ImportError> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    if text.is_empty() {
+        return Err(ImportError::malformed(Place::File, "the file is empty"));
+    }
+    if !text.starts_with(b"ISO-10303-21") {
+        if text.starts_with(b"PK") {
+            return Err(ImportError::Unsupported { what: "zipped IFC".into(), hint: "unzip it and give the .ifc inside" });
+        }
+        if text.starts_with(b"<") {
+            return Err(ImportError::Unsupported { what: "IFC as XML".into(), hint: "export it as a STEP file (.ifc)" });
+        }
+        return Err(ImportError::malformed(Place::Byte(0), "not an IFC file: ISO-10303-21 is missing"));
+    }
+    // Comments or a signature may follow the end.
+    let tail = &bytes[bytes.len().saturating_sub(64 << 10)..];
+    if !tail.windows(16).any(|w| w.eq_ignore_ascii_case(b"END-ISO-10303-21")) {
+        let place = Place::Line(line_of(bytes, bytes.len()));
+        return Err(ImportError::malformed(place, "the file ends before END-ISO-10303-21: it was cut off; fetch it again"));
+    }
+    Ok(())
+}
+
+fn line_of(bytes: &[u8], at: usize) -> usize {
+    1 + bytes[..at].iter().filter(|&&b| b == b'\n').count()
+}
+
+fn find(bytes: &[u8], what: &[u8]) -> Option<usize> {
+    bytes.windows(what.len()).position(|w| w == what)
+}
+
+/// An enumeration's value, without its dots.
+pub(super) fn enumeration(entity: &DecodedEntity, slot: usize) -> Option<&str> {
+    entity.get(slot)?.as_enum()
+}
+
+/// A string that says something.
+pub(super) fn text(entity: &DecodedEntity, slot: usize) -> Option<&str> {
+    entity.get_string(slot).map(str::trim).filter(|s| !s.is_empty())
+}
+
+/// The GlobalId, or the record's number where it has none.
+pub(super) fn global_id(entity: &DecodedEntity) -> String {
+    text(entity, 0).map_or_else(|| format!("#{}", entity.id), str::to_owned)
+}
+
+/// From +Z up to +Y up.
+pub(super) fn y_up(p: DVec3) -> DVec3 {
+    // 0 - y, because -y would turn 0 into -0.
+    DVec3::new(p.x, p.z, 0.0 - p.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn foreign_and_cut_files_are_told_apart() {
+        let message = |bytes: &[u8]| check_envelope(bytes).unwrap_err().to_string();
+        assert_eq!(message(b" \n"), "the file is empty");
+        assert!(message(b"PK\x03\x04").starts_with("zipped IFC is not supported"));
+        assert!(message(b"<?xml").starts_with("IFC as XML is not supported"));
+        assert!(message(b"solid cube").starts_with("byte 0: not an IFC file"));
+        assert!(message(b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=IFC").starts_with("line 5: the file ends before"));
+        assert!(check_envelope(b"\xef\xbb\xbfISO-10303-21;\nEND-ISO-10303-21;\n/* bye */").is_ok());
+    }
+}

@@ -1,0 +1,376 @@
+//! Doors, windows and plain holes as windings in the middle of the walls that they go through.
+//!
+//! The opening element is the hole itself, so its section with the wall's middle plane is the outline, and what fills it (a
+//! leaf that may stick out, a frame that may be let in) only says what it is. The wall's direction is read from its own
+//! triangles beside the hole rather than from placements, which exporters turn as they like: the sides are by far the largest
+//! faces there once the reveals, which lie on the opening's surface, are left out.
+
+use super::geometry::{Built, Geometry, Shape};
+use super::model::{Model, global_id};
+use super::plan::{Rectangle, smallest_rectangle};
+use super::relations::Relations;
+use super::roles::is_wall;
+use super::spaces::Rooms;
+use crate::geom::Aabb;
+use crate::scene::{OpeningHint, OpeningKind};
+use glam::{DVec2, DVec3};
+use ifc_lite_core::{EntityDecoder, IfcType};
+use std::collections::HashMap;
+
+/// Triangles this near to an opening, metres, are beside it. Larger: other walls of the same element join in. Smaller: walls
+/// whose sides stop a hair before the opening are missed.
+const BESIDE: f64 = 0.02;
+
+/// An unfilled opening that stops farther than this from a wall's side, metres, is a niche.
+const THROUGH: f64 = 2e-3;
+
+/// A wall's side may be this far behind the end of an opening, metres: the depth of wall that a niche leaves. Larger: a wall
+/// bent into a U around the opening counts as one thick wall.
+const BEHIND: f64 = 0.3;
+
+/// Cosine of the angle (3 degrees) within which faces count as parallel.
+const PARALLEL: f64 = 0.9986;
+
+/// A flat slice of a wall or roof around an opening.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    /// Unit normal, horizontal where the wall is upright.
+    normal: DVec3,
+    /// Range along the normal, metres.
+    range: [f64; 2],
+}
+
+/// Reads the openings: every filled one, and unfilled ones that go through walls.
+pub(super) fn openings(
+    model: &Model,
+    decoder: &mut EntityDecoder<'_>,
+    relations: &Relations,
+    geometry: &Geometry,
+    rooms: &Rooms,
+    notes: &mut Vec<String>,
+) -> Vec<OpeningHint> {
+    let kinds: HashMap<u32, &IfcType> = model.products.iter().map(|p| (p.id, &p.kind)).collect();
+    let host_of: HashMap<u32, u32> = relations.voids.iter().rev().map(|&(host, opening)| (opening, host)).collect();
+    let mut bounded: HashMap<u32, Vec<usize>> = HashMap::new();
+    for boundary in &relations.boundaries {
+        if let (Some(element), Some(&room)) = (boundary.element, rooms.index.get(&boundary.space)) {
+            let rooms = bounded.entry(element).or_default();
+            if !rooms.contains(&room) {
+                rooms.push(room);
+            }
+        }
+    }
+    let (mut hints, mut uncut, mut shapeless) = (Vec::new(), Vec::new(), Vec::new());
+    for product in &model.products {
+        let kind = if product.kind.is_subtype_of(IfcType::IfcDoor) {
+            OpeningKind::Door
+        } else if product.kind.is_subtype_of(IfcType::IfcWindow) {
+            OpeningKind::Window
+        } else if product.kind.is_subtype_of(IfcType::IfcOpeningElement) {
+            OpeningKind::Opening
+        } else {
+            continue;
+        };
+        let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
+        let filled = relations.fillings.get(&product.id).is_some_and(|f| !f.is_empty());
+        let opening =
+            if kind == OpeningKind::Opening { Some(product.id) } else { relations.opening_of.get(&product.id).copied() };
+        let host = opening.and_then(|o| host_of.get(&o).copied());
+        if kind == OpeningKind::Opening && (filled || !host.is_some_and(|h| kinds.get(&h).is_some_and(|k| is_wall(k)))) {
+            continue;
+        }
+        let hole = opening.and_then(|o| geometry.get(o)).map(Built::whole).filter(|s| !s.triangles.is_empty());
+        let filling = geometry.get(product.id).map(Built::whole).filter(|s| !s.triangles.is_empty());
+        let wall = host.map(|h| shape_with_parts(h, relations, geometry)).unwrap_or_default();
+        let layer = hole.as_ref().and_then(|hole| layer_beside(&wall, hole));
+        let (winding, thickness) = match (&hole, &filling, layer) {
+            (Some(hole), _, Some(layer)) if kind == OpeningKind::Opening => {
+                let [low, high] = extent(hole, layer.normal);
+                if low > layer.range[0] + THROUGH || high < layer.range[1] - THROUGH {
+                    // A niche.
+                    continue;
+                }
+                (rectangle_in(hole, layer), layer.range[1] - layer.range[0])
+            }
+            (Some(hole), Some(filling), Some(layer)) if relations.fillings[&opening.unwrap_or_default()].len() > 1 => {
+                // A door beside its side light in one hole: each takes its own share of it.
+                let both = overlap(rectangle_in(hole, layer), &rectangle_in(filling, layer), layer);
+                (both, layer.range[1] - layer.range[0])
+            }
+            (Some(hole), _, Some(layer)) => (rectangle_in(hole, layer), layer.range[1] - layer.range[0]),
+            (Some(hole), filling, None) => {
+                // No wall to look at: the leaf is flatter than the hole is.
+                let Some(flat) = flattest(filling.as_ref().unwrap_or(hole)) else { continue };
+                let [low, high] = extent(hole, flat.normal);
+                (rectangle_in(hole, Layer { range: [low, high], ..flat }), 0.0)
+            }
+            (None, Some(filling), _) => {
+                let Some(flat) = flattest(filling) else { continue };
+                (rectangle_in(filling, flat), 0.0)
+            }
+            (None, None, _) => {
+                shapeless.push(global_id(&entity));
+                continue;
+            }
+        };
+        if winding.len() < 3 || crate::geom::area(&winding) < 1e-6 {
+            shapeless.push(global_id(&entity));
+            continue;
+        }
+        if layer.is_some_and(|layer| is_blocked(&wall, &winding, layer)) {
+            uncut.push(global_id(&entity));
+        }
+        let known = [Some(product.id), opening].into_iter().flatten().find_map(|id| bounded.get(&id));
+        let rooms = match known.map(Vec::as_slice) {
+            Some(&[a]) => [Some(a), None],
+            Some(&[a, b]) => [Some(a), Some(b)],
+            // More than two can't all be on its sides; the split finds out.
+            _ => [None, None],
+        };
+        hints.push(OpeningHint { id: global_id(&entity), kind, winding, thickness, rooms });
+    }
+    super::reader::note_list(notes, "walls aren't cut open at", &uncut);
+    super::reader::note_list(notes, "doors and windows without a shape", &shapeless);
+    hints
+}
+
+/// An element's shape, or those of its parts where it has none of its own.
+fn shape_with_parts(element: u32, relations: &Relations, geometry: &Geometry) -> Shape {
+    let mut shape = geometry.get(element).map(Built::whole).unwrap_or_default();
+    if shape.triangles.is_empty() {
+        for part in relations.parts.get(&element).into_iter().flatten().filter_map(|&p| geometry.get(p)) {
+            shape.append(&part.whole());
+        }
+    }
+    shape
+}
+
+fn extent(shape: &Shape, normal: DVec3) -> [f64; 2] {
+    shape
+        .corners()
+        .flatten()
+        .map(|p| p.dot(normal))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
+}
+
+/// The layer of `wall` that `hole` goes through.
+fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
+    let hole_box = HoleBox::of(hole)?;
+    // Directions of faces as sums of doubled areas, opposite ones counted as one: the larger a face, the surer its direction.
+    let mut directions: Vec<DVec3> = Vec::new();
+    for t in wall.corners().filter(|t| hole_box.is_near(t, DVec3::ZERO) && !hole_box.holds_middle(t)) {
+        let n = (t[1] - t[0]).cross(t[2] - t[0]);
+        match directions.iter_mut().find(|d| d.dot(n).abs() > PARALLEL * d.length() * n.length()) {
+            Some(sum) => *sum += n * n.dot(*sum).signum(),
+            None if n.length() > 0.0 => directions.push(n),
+            None => {}
+        }
+    }
+    // Of equal areas, the first in the wall's own order.
+    let largest = directions.into_iter().reduce(|a, b| if b.length() > a.length() * (1.0 + 1e-9) { b } else { a });
+    let raw = canonical(largest?.try_normalize()?);
+    let normal = upright(raw);
+    // The sides, also that which a niche doesn't reach.
+    let is_side = |t: &[DVec3; 3]| {
+        let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+        n.dot(raw).abs() > PARALLEL && hole_box.is_near(t, normal * BEHIND)
+    };
+    let offsets = wall.corners().filter(is_side).flatten().map(|p| p.dot(normal));
+    let range = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)]);
+    // One side only, as of a sheet: the hole's own depth.
+    let range = if range[1] - range[0] < 1e-3 { extent(hole, normal) } else { range };
+    Some(Layer { normal, range })
+}
+
+/// The box around a hole, turned in plan: what lies on its surface are reveals.
+struct HoleBox {
+    plan: Rectangle,
+    y: [f64; 2],
+}
+
+impl HoleBox {
+    fn of(hole: &Shape) -> Option<Self> {
+        let plan = smallest_rectangle(hole.corners().flatten().map(|p| DVec2::new(p.x, p.z)))?;
+        Some(Self { plan, y: extent(hole, DVec3::Y) })
+    }
+
+    /// In the box's own axes: along the sides of the rectangle, then up.
+    fn local(&self, p: DVec3) -> DVec3 {
+        let plan = DVec2::new(p.x, p.z);
+        DVec3::new(plan.dot(self.plan.axes[0]), plan.dot(self.plan.axes[1]), p.y)
+    }
+
+    fn around(&self, margin: DVec3) -> Aabb {
+        let (low, high) = (self.plan.low, self.plan.high);
+        Aabb { min: low.extend(self.y[0]) - margin, max: high.extend(self.y[1]) + margin }
+    }
+
+    /// Whether a triangle comes within [`BESIDE`] of the box grown by `reach` both ways.
+    fn is_near(&self, t: &[DVec3; 3], reach: DVec3) -> bool {
+        self.around(self.local(reach).abs() + BESIDE).touches(&Aabb::of(t.map(|p| self.local(p))))
+    }
+
+    /// Whether a triangle's middle is in the box or on its surface: it is a reveal.
+    fn holds_middle(&self, t: &[DVec3; 3]) -> bool {
+        self.around(DVec3::splat(BESIDE / 2.0)).contains(self.local((t[0] + t[1] + t[2]) / 3.0))
+    }
+}
+
+/// One of `n` and `-n`, always the same.
+fn canonical(n: DVec3) -> DVec3 {
+    let decisive = [n.x, n.z, n.y].into_iter().find(|c| c.abs() > 1e-6).unwrap_or(1.0);
+    if decisive < 0.0 { -n } else { n }
+}
+
+/// Made exactly horizontal or vertical where it nearly is.
+fn upright(n: DVec3) -> DVec3 {
+    if n.y.abs() < 0.05 {
+        DVec3::new(n.x, 0.0, n.z).normalize_or(DVec3::X)
+    } else if n.y.abs() > PARALLEL {
+        DVec3::Y
+    } else {
+        n
+    }
+}
+
+/// The plane that a leaf lies in, from its box turned in plan: its least side is its thickness.
+fn flattest(shape: &Shape) -> Option<Layer> {
+    let HoleBox { plan, y } = HoleBox::of(shape)?;
+    let size = plan.size();
+    let side = usize::from(size.y < size.x);
+    if y[1] - y[0] < size[side] {
+        return Some(Layer { normal: DVec3::Y, range: y });
+    }
+    let axis = plan.axes[side];
+    let normal = canonical(DVec3::new(axis.x, 0.0, axis.y));
+    Some(Layer { normal, range: extent(shape, normal) })
+}
+
+/// Directions right and up within a layer: right x up = normal.
+fn frame(shape: &Shape, normal: DVec3) -> [DVec3; 2] {
+    let right = match DVec3::Y.cross(normal).try_normalize().filter(|_| normal.y.abs() <= PARALLEL) {
+        Some(right) => right,
+        None => {
+            // A skylight: along its own sides.
+            let plan = smallest_rectangle(shape.corners().flatten().map(|p| DVec2::new(p.x, p.z)));
+            plan.map_or(DVec3::X, |r| DVec3::new(r.axes[0].x, 0.0, r.axes[0].y))
+        }
+    };
+    [right, normal.cross(right)]
+}
+
+/// The rectangle around a shape's section with a layer's middle plane, counter-clockwise about the normal; around its outline
+/// where it doesn't reach the plane.
+fn rectangle_in(shape: &Shape, layer: Layer) -> Vec<DVec3> {
+    let middle = (layer.range[0] + layer.range[1]) / 2.0;
+    let mut section = Vec::new();
+    for t in shape.corners() {
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            let (da, db) = (a.dot(layer.normal) - middle, b.dot(layer.normal) - middle);
+            if (da <= 0.0) != (db <= 0.0) {
+                section.push(a + (b - a) * (da / (da - db)));
+            }
+        }
+    }
+    if section.len() < 3 {
+        section = shape.corners().flatten().collect();
+    }
+    let axes = frame(shape, layer.normal);
+    let project = |p: &DVec3| DVec2::new(p.dot(axes[0]), p.dot(axes[1]));
+    let low = section.iter().map(project).fold(DVec2::INFINITY, DVec2::min);
+    let high = section.iter().map(project).fold(DVec2::NEG_INFINITY, DVec2::max);
+    let at = |x: f64, y: f64| layer.normal * middle + axes[0] * x + axes[1] * y;
+    vec![at(low.x, low.y), at(high.x, low.y), at(high.x, high.y), at(low.x, high.y)]
+}
+
+/// What two windings in the same layer share; the first if nothing.
+fn overlap(winding: Vec<DVec3>, other: &[DVec3], layer: Layer) -> Vec<DVec3> {
+    let mut shared = winding.clone();
+    for (i, &a) in other.iter().enumerate() {
+        let edge = other[(i + 1) % other.len()] - a;
+        let Some(out) = edge.cross(layer.normal).try_normalize() else { continue };
+        shared = crate::geom::clip(&shared, &crate::geom::Plane::through(a, out), 1e-6);
+    }
+    if shared.is_empty() { winding } else { shared }
+}
+
+/// True where wall is left in the middle of an opening: a segment through it from side to side is stopped.
+fn is_blocked(wall: &Shape, winding: &[DVec3], layer: Layer) -> bool {
+    let centre = crate::geom::middle(winding);
+    let reach = layer.normal * ((layer.range[1] - layer.range[0]) / 2.0 + BESIDE);
+    wall.corners().any(|t| crosses(centre - reach, centre + reach, t))
+}
+
+/// Whether the segment from `a` to `b` crosses a triangle (Möller, Trumbore 1997).
+fn crosses(a: DVec3, b: DVec3, t: [DVec3; 3]) -> bool {
+    let (d, e, f) = (b - a, t[1] - t[0], t[2] - t[0]);
+    let p = d.cross(f);
+    let det = e.dot(p);
+    if det == 0.0 {
+        return false;
+    }
+    let s = a - t[0];
+    let u = s.dot(p) / det;
+    let q = s.cross(e);
+    let (v, w) = (d.dot(q) / det, f.dot(q) / det);
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && (0.0..=1.0).contains(&w)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box turned about the vertical, in metres.
+    fn block(low: DVec3, high: DVec3, degrees: f64) -> Shape {
+        let turn = glam::DMat3::from_rotation_y(degrees.to_radians());
+        let positions =
+            (0..8).map(|i| turn * DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2]));
+        let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+        let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        Shape { positions: positions.collect(), triangles }
+    }
+
+    #[test]
+    fn a_leaf_without_a_wall_is_its_own_middle() {
+        for degrees in [0.0, 20.0, 90.0, 135.0] {
+            let leaf = block(DVec3::new(2.0, 0.0, 1.0), DVec3::new(2.9, 2.1, 1.04), degrees);
+            let layer = flattest(&leaf).unwrap();
+            let winding = rectangle_in(&leaf, layer);
+            let normal = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::Z;
+            assert!(layer.normal.dot(normal).abs() > 1.0 - 1e-12);
+            assert!((crate::geom::area(&winding) - 0.9 * 2.1).abs() < 1e-9);
+            assert!(crate::geom::newell(&winding).dot(layer.normal) > 0.0);
+            let centre = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::new(2.45, 1.05, 1.02);
+            assert!(crate::geom::middle(&winding).distance(centre) < 1e-9);
+        }
+        let hatch = flattest(&block(DVec3::ZERO, DVec3::new(0.8, 0.05, 1.2), 33.0)).unwrap();
+        assert_eq!(hatch.normal, DVec3::Y);
+        let winding = rectangle_in(&block(DVec3::ZERO, DVec3::new(0.8, 0.05, 1.2), 33.0), hatch);
+        assert!((crate::geom::area(&winding) - 0.96).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_wall_narrower_than_it_is_thick_beside_its_door_keeps_its_direction() {
+        // A pier of 5 cm beside the door in a wall of 60 cm: the reveal is larger than the pier's sides.
+        for degrees in [0.0, 40.0] {
+            let hole = block(DVec3::new(0.05, 0.0, 0.0), DVec3::new(1.05, 2.0, 0.6), degrees);
+            let mut wall = block(DVec3::ZERO, DVec3::new(0.05, 2.0, 0.6), degrees);
+            wall.append(&block(DVec3::new(0.0, 2.0, 0.0), DVec3::new(1.05, 2.4, 0.6), degrees));
+            let layer = layer_beside(&wall, &hole).unwrap();
+            let normal = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::Z;
+            assert!(layer.normal.dot(normal).abs() > 1.0 - 1e-12, "{layer:?}");
+            assert!((layer.range[1] - layer.range[0] - 0.6).abs() < 1e-9, "{layer:?}");
+            assert!(!is_blocked(&wall, &rectangle_in(&hole, layer), layer));
+            assert!(is_blocked(&hole, &rectangle_in(&hole, layer), layer));
+        }
+    }
+
+    #[test]
+    fn a_hole_shared_by_a_door_and_its_side_light_is_shared_out() {
+        let layer = Layer { normal: DVec3::Z, range: [0.0, 0.2] };
+        let hole = block(DVec3::ZERO, DVec3::new(2.0, 2.1, 0.2), 0.0);
+        let leaf = block(DVec3::new(-0.1, 0.0, 0.05), DVec3::new(0.9, 2.2, 0.1), 0.0);
+        let share = overlap(rectangle_in(&hole, layer), &rectangle_in(&leaf, layer), layer);
+        assert!((crate::geom::area(&share) - 0.9 * 2.1).abs() < 1e-9, "{share:?}");
+    }
+}

@@ -1,0 +1,167 @@
+//! The import from beginning to end.
+
+use super::geometry::{self, Geometry, Shape};
+use super::model::{Model, global_id};
+use super::relations::Relations;
+use super::roles::{holds_panes, role};
+use super::styles::Styles;
+use super::workers::{DeadlinePassed, Limits, Outcome, run_one};
+use super::{boundaries, openings, spaces};
+use crate::scene::{Hints, ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
+use ifc_lite_core::{EntityDecoder, IfcType};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long the geometry of one element may take before the element is left out with a note. Real buildings of 4 MB take less
+/// than a second in all; what takes this long doesn't end.
+const ELEMENT_LIMIT: Duration = Duration::from_secs(30);
+
+/// How long an import may take, plus [`LIMIT_PER_MEGABYTE`].
+const TIME_LIMIT: Duration = Duration::from_secs(120);
+
+/// Added to [`TIME_LIMIT`] for each megabyte: real files take 0.1 to 0.3 s a megabyte on two cores.
+const LIMIT_PER_MEGABYTE: Duration = Duration::from_secs(4);
+
+/// Most names that a note lists.
+const NAMES: usize = 5;
+
+/// Reads an IFC file's bytes; as [`super::import`]. `name` becomes [`Scene::name`].
+pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let limit = TIME_LIMIT + LIMIT_PER_MEGABYTE * (bytes.len() >> 20) as u32;
+    let deadline = Instant::now() + limit;
+    // 1. Records, units, relations: linear in the file, but library code, so watched too.
+    let metres = options.metres_per_unit;
+    let (model, relations, styles) = watched(deadline, bytes, move |bytes| {
+        let model = Model::read(bytes, metres)?;
+        let mut decoder = model.decoder();
+        let (relations, styles) = (Relations::read(&model, &mut decoder), Styles::read(&model, &mut decoder));
+        drop(decoder);
+        Ok::<_, ImportError>((Arc::new(model), Arc::new(relations), styles))
+    })??;
+    let mut builder = SceneBuilder::new(
+        options,
+        Source { format: model.schema.clone(), metres_per_unit: model.metres, up: "+Z".into(), notes: model.notes.clone() },
+    );
+    if model.offset != glam::DVec3::ZERO {
+        let note =
+            format!("far from its origin: read relative to {:?} (x east, y north, z up), metres", model.offset.to_array());
+        builder.source.notes.push(note);
+    }
+
+    // 2. Triangles of everything that has a shape and a use: elements, spaces, openings.
+    let wanted = |kind: &IfcType| {
+        role(kind).is_some() || kind.is_subtype_of(IfcType::IfcSpace) || kind.is_subtype_of(IfcType::IfcOpeningElement)
+    };
+    let products: Vec<u32> = model.products.iter().filter(|p| p.shaped && wanted(&p.kind)).map(|p| p.id).collect();
+    let limits = Limits { job: ELEMENT_LIMIT, deadline };
+    let geometry = geometry::build(&model, &relations, styles, products.clone(), limits)
+        .map_err(|late| too_slow(&model, limit, late.0.first().map(|&job| products[job])))?;
+    let mut notes = Vec::new();
+    note_list(&mut notes, "elements left out, their geometry can't be read", &geometry.failed);
+    if !geometry.unsupported.is_empty() {
+        let kinds: Vec<_> = geometry.unsupported.iter().map(String::as_str).collect();
+        notes.push(format!("representation items left out, of kinds that aren't read: {}", kinds.join(", ")));
+    }
+
+    // 3. Meshes.
+    let mut decoder = model.decoder();
+    add_meshes(&model, &mut decoder, &geometry, &mut builder, &mut notes)?;
+
+    // 4. Hints, watched as well: a hostile file can make every opening meet every wall.
+    drop(decoder);
+    let (model, geometry) = (model.clone(), Arc::new(geometry));
+    let (hints, found) = watched(deadline, (), move |()| hints(&model, &relations, &geometry))?;
+    builder.hints = hints;
+    builder.source.notes.extend(notes);
+    builder.source.notes.extend(found);
+    builder.finish(name)
+}
+
+/// What the author said, and what of it was left out.
+fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, Vec<String>) {
+    let (mut decoder, router, mut notes) = (model.decoder(), model.router(), Vec::new());
+    let storeys = spaces::storeys(model, &mut decoder, &router);
+    let rooms = spaces::rooms(model, &mut decoder, relations, geometry, &storeys, &mut notes);
+    let mut openings = openings::openings(model, &mut decoder, relations, geometry, &rooms, &mut notes);
+    openings.extend(boundaries::boundaries(model, &mut decoder, &router, relations, &rooms, &mut notes));
+    (Hints { storeys: storeys.hints, rooms: rooms.hints, openings }, notes)
+}
+
+/// One mesh an element, or two where parts of it are see-through.
+fn add_meshes(
+    model: &Model,
+    decoder: &mut EntityDecoder<'_>,
+    geometry: &Geometry,
+    builder: &mut SceneBuilder,
+    notes: &mut Vec<String>,
+) -> Result<(), ImportError> {
+    let mut empty: BTreeMap<String, usize> = BTreeMap::new();
+    let mut added = 0;
+    for product in &model.products {
+        let Some(role) = role(&product.kind) else { continue };
+        let Some(built) = geometry.get(product.id) else { continue };
+        let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
+        let node = global_id(&entity);
+        if built.solid.triangles.is_empty() && built.clear.triangles.is_empty() {
+            *empty.entry(product.kind.as_str().to_owned()).or_default() += 1;
+            continue;
+        }
+        let mut add = |shape: &Shape, role: Role, opaque: bool| {
+            if shape.triangles.is_empty() {
+                return Ok(());
+            }
+            let (positions, triangles) = (shape.positions.clone(), shape.triangles.clone());
+            builder.add(Mesh { node: node.clone(), role, opaque, positions, triangles })
+        };
+        // Leaves may open and panes let light through: neither hides anything.
+        add(&built.solid, role, !matches!(role, Role::Door | Role::Window))?;
+        add(&built.clear, if holds_panes(&product.kind) { Role::Window } else { role }, false)?;
+        added += 1;
+    }
+    if !empty.is_empty() {
+        let kinds: Vec<_> = empty.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+        notes.push(format!("elements whose shape has no triangles: {}", kinds.join(", ")));
+    }
+    if added == 0 {
+        let what = match geometry.failed.first() {
+            Some(first) => format!("no element's geometry can be read; the first is {first}"),
+            None => "no element has geometry: export the model with its shapes".into(),
+        };
+        return Err(ImportError::malformed(Place::File, what));
+    }
+    Ok(())
+}
+
+/// Runs `f` where it can be given up.
+fn watched<I: Send + 'static, T: Send + 'static>(
+    deadline: Instant,
+    input: I,
+    f: impl Fn(I) -> T + Send + Sync + 'static,
+) -> Result<T, ImportError> {
+    let input = std::sync::Mutex::new(Some(input));
+    let outcome = run_one(deadline, move || input.lock().ok().and_then(|mut i| i.take()).map(&f));
+    match outcome {
+        Ok(Outcome::Done(Some(value))) => Ok(value),
+        Ok(_) => Err(ImportError::malformed(Place::File, "its records can't be read: the file is damaged")),
+        Err(DeadlinePassed(_)) => Err(ImportError::malformed(Place::File, "reading its records took too long")),
+    }
+}
+
+fn too_slow(model: &Model, limit: Duration, element: Option<u32>) -> ImportError {
+    let mut decoder = model.decoder();
+    let at = element
+        .and_then(|id| decoder.decode_by_id(id).ok())
+        .map_or_else(String::new, |e| format!(", last at {}", global_id(&e)));
+    let what = format!("its geometry took longer than {} s{at}: simplify or split the model", limit.as_secs());
+    ImportError::malformed(Place::File, what)
+}
+
+/// Notes a list of names, the first few by name.
+pub(super) fn note_list(notes: &mut Vec<String>, what: &str, names: &[String]) {
+    if names.is_empty() {
+        return;
+    }
+    let more = if names.len() > NAMES { format!(" and {} more", names.len() - NAMES) } else { String::new() };
+    notes.push(format!("{what}: {}{more}", names[..names.len().min(NAMES)].join(", ")));
+}

@@ -1,0 +1,298 @@
+//! Files made by hand: a `.pvs` file taken apart, changed and put together again with right checksums. Written from
+//! docs/format.md, not with the library, so that the page is tested, too.
+
+#![allow(dead_code, reason = "each test binary uses its part")]
+
+use enfilade::cells::{PortalKind, Strategy};
+use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
+use enfilade::pvs::{Guarantee, PvsStats, Repair, Witness};
+use enfilade::{BitMatrix, CellId, ObjectId};
+use glam::{DVec3, Vec3};
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A section as it stands in a file.
+#[derive(Clone, Debug)]
+pub struct Part {
+    pub number: u32,
+    pub flags: u32,
+    pub stored: Vec<u8>,
+    pub decoded: u64,
+}
+
+/// A file in pieces.
+#[derive(Clone, Debug)]
+pub struct Forged {
+    pub magic: [u8; 8],
+    pub version: u32,
+    pub model_hash: u128,
+    pub guarantee: u8,
+    pub reserved: [u8; 7],
+    pub parts: Vec<Part>,
+}
+
+pub const REQUIRED: u32 = 1;
+pub const ZSTD: u32 = 2;
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap())
+}
+
+impl Forged {
+    pub fn take_apart(bytes: &[u8]) -> Self {
+        let count = u32_at(bytes, 12) as usize;
+        let mut offset = 56 + 32 * count;
+        let parts = (0..count)
+            .map(|i| {
+                let at = 56 + 32 * i;
+                let start = offset;
+                offset += u64_at(bytes, at + 8) as usize;
+                let stored = bytes[start..offset].to_vec();
+                assert_eq!(xxh3_64(&stored), u64_at(bytes, at + 24));
+                Part { number: u32_at(bytes, at), flags: u32_at(bytes, at + 4), stored, decoded: u64_at(bytes, at + 16) }
+            })
+            .collect();
+        Self {
+            magic: bytes[..8].try_into().unwrap(),
+            version: u32_at(bytes, 8),
+            model_hash: u128::from_le_bytes(bytes[24..40].try_into().unwrap()),
+            guarantee: bytes[40],
+            reserved: bytes[41..48].try_into().unwrap(),
+            parts,
+        }
+    }
+
+    pub fn bytes(&self) -> Vec<u8> {
+        let table_end = 56 + 32 * self.parts.len();
+        let length = table_end + self.parts.iter().map(|p| p.stored.len()).sum::<usize>();
+        let mut out = Vec::new();
+        out.extend(self.magic);
+        out.extend(self.version.to_le_bytes());
+        out.extend((self.parts.len() as u32).to_le_bytes());
+        out.extend((length as u64).to_le_bytes());
+        out.extend(self.model_hash.to_le_bytes());
+        out.push(self.guarantee);
+        out.extend(self.reserved);
+        out.extend([0; 8]);
+        for p in &self.parts {
+            out.extend(p.number.to_le_bytes());
+            out.extend(p.flags.to_le_bytes());
+            out.extend((p.stored.len() as u64).to_le_bytes());
+            out.extend(p.decoded.to_le_bytes());
+            out.extend(xxh3_64(&p.stored).to_le_bytes());
+        }
+        sign(&mut out);
+        self.parts.iter().for_each(|p| out.extend(&p.stored));
+        out
+    }
+
+    pub fn part(&mut self, number: u32) -> &mut Part {
+        self.parts.iter_mut().find(|p| p.number == number).expect("the sample has the section")
+    }
+
+    pub fn remove(&mut self, number: u32) {
+        self.parts.retain(|p| p.number != number);
+    }
+
+    /// The decoded bytes of a section.
+    pub fn decoded(&self, number: u32) -> Vec<u8> {
+        let part = self.parts.iter().find(|p| p.number == number).expect("the sample has the section");
+        if part.flags & ZSTD != 0 {
+            zstd::bulk::decompress(&part.stored, part.decoded as usize).unwrap()
+        } else {
+            part.stored.clone()
+        }
+    }
+
+    /// Puts decoded bytes into a section, not compressed.
+    pub fn put(&mut self, number: u32, decoded: Vec<u8>) {
+        let part = self.part(number);
+        part.flags &= !ZSTD;
+        part.decoded = decoded.len() as u64;
+        part.stored = decoded;
+    }
+}
+
+pub fn u32s(numbers: &[u32]) -> Vec<u8> {
+    numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
+}
+
+/// Writes the header's checksum over its table.
+pub fn sign(bytes: &mut [u8]) {
+    let table_end = 56 + 32 * u32_at(bytes, 12) as usize;
+    let checksum = xxh3_64(&[&bytes[..48], &bytes[56..table_end]].concat());
+    bytes[48..56].copy_from_slice(&checksum.to_le_bytes());
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    /// Below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n.max(1) as u64) as usize
+    }
+
+    /// In -1..1.
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn point(&mut self) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit()) * 50.0
+    }
+
+    fn text(&mut self) -> String {
+        let letters = ['a', 'Z', '7', ' ', '"', '\n', 'é', '扉', '🚪'];
+        (0..self.below(9)).map(|_| letters[self.below(letters.len())]).collect()
+    }
+
+    fn source(&mut self) -> Option<String> {
+        (self.below(2) == 1).then(|| self.text())
+    }
+
+    fn plane(&mut self) -> glam::Vec4 {
+        let n = (self.point() + DVec3::splat(0.5)).normalize_or(DVec3::Y);
+        n.as_vec3().extend(self.unit() as f32 * 30.0)
+    }
+
+    /// Bits set with a probability of `eighths` / 8, and the diagonal.
+    pub fn matrix(&mut self, rows: usize, columns: usize, eighths: usize) -> BitMatrix {
+        let mut out = BitMatrix::new(rows, columns);
+        for row in 0..rows {
+            for column in 0..columns {
+                if self.below(8) < eighths || row == column {
+                    out.set(row, column);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// How large a file is.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    pub cells: usize,
+    pub portals: usize,
+    pub objects: usize,
+    pub keep_bounds: bool,
+}
+
+/// A file whose fields agree with each other and are otherwise anything.
+pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
+    let r = &mut Random(seed);
+    let Shape { cells, objects, .. } = shape;
+    let portals = if cells > 1 { shape.portals } else { 0 };
+    let density = r.below(9);
+    let mut sides = |columns: usize| {
+        let (upper, mut lower) = (r.matrix(cells, columns, density), BitMatrix::new(cells, columns));
+        for row in 0..cells {
+            upper.ones(row).for_each(|column| {
+                if r.below(4) > 0 {
+                    lower.set(row, column);
+                }
+            });
+        }
+        [lower, upper]
+    };
+    let ([cells_lower, cells_upper], [objects_lower, objects_upper]) = (sides(cells), sides(objects));
+    let guarantee = if r.below(2) == 0 { Guarantee::Conservative } else { Guarantee::Sampled };
+    let shipped = |lower: &BitMatrix, upper: &BitMatrix| {
+        let rows = if guarantee == Guarantee::Conservative { upper } else { lower };
+        (rows.count_ones() < (rows.rows() * rows.columns()) as u64).then(|| rows.clone())
+    };
+    let pairs = PairCounts {
+        lower: objects_lower.count_ones(),
+        upper: objects_upper.count_ones(),
+        cell_lower: cells_lower.count_ones(),
+        cell_upper: cells_upper.count_ones(),
+    };
+    let (cell_rows, object_rows) = (shipped(&cells_lower, &cells_upper), shipped(&objects_lower, &objects_upper));
+    let witnesses = (0..cells)
+        .flat_map(|cell| objects_lower.ones(cell).map(move |object| (cell, object)).collect::<Vec<_>>())
+        .map(|(cell, object)| Witness {
+            cell: CellId(cell as u32),
+            object: ObjectId(object as u32),
+            from: r.point(),
+            to: r.point(),
+        })
+        .collect();
+    let bounds = Bounds { cells_lower, cells_upper, objects_lower, objects_upper, witnesses };
+    let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given];
+    let kinds = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
+    PvsFile {
+        model_hash: u128::from(r.next()) << 64 | u128::from(r.next()),
+        origin: r.point().round(),
+        guarantee,
+        import: Import { object_triangles: 1 + r.below(1000) as u32, metres_per_unit: (r.below(2) == 1).then_some(0.3048) },
+        strategy: strategies[r.below(3)],
+        reason: r.text(),
+        smallest_hole: r.unit().abs(),
+        left_out: (0..r.below(4)).map(|_| r.text()).collect(),
+        notes: (0..r.below(4)).map(|_| r.text()).collect(),
+        cells: (0..cells)
+            .map(|_| FileCell {
+                name: r.text(),
+                source: r.source(),
+                open: r.below(2) == 1,
+                pieces: (0..r.below(3)).map(|_| (0..r.below(8)).map(|_| r.plane()).collect()).collect(),
+            })
+            .collect(),
+        portals: (0..portals)
+            .map(|_| {
+                let from = r.below(cells);
+                let to = (from + 1 + r.below(cells - 1)) % cells;
+                FilePortal {
+                    cells: [CellId(from as u32), CellId(to as u32)],
+                    plane: r.plane(),
+                    winding: (0..3 + r.below(4)).map(|_| r.point().as_vec3()).collect(),
+                    kind: kinds[r.below(3)],
+                    source: r.source(),
+                }
+            })
+            .collect(),
+        objects: (0..objects)
+            .map(|_| {
+                let (a, b) = (r.point().as_vec3(), r.point().as_vec3());
+                FileObject { node: r.text(), triangles: 1 + r.below(300) as u32, bounds: [Vec3::min(a, b), Vec3::max(a, b)] }
+            })
+            .collect(),
+        placement: r.matrix(cells, objects, 1),
+        cell_rows,
+        object_rows,
+        bounds: shape.keep_bounds.then_some(bounds),
+        pairs,
+        repairs: (0..if cells > 0 { r.below(3) } else { 0 })
+            .map(|_| Repair {
+                cells: [CellId(r.below(cells) as u32), CellId(r.below(cells) as u32)],
+                at: r.point(),
+                segment: [r.point(), r.point()],
+            })
+            .collect(),
+        stats: PvsStats { rays: r.next(), cubes: 3, flow_steps: r.next(), flow_capped: 1, cracks: 2 },
+    }
+}
+
+/// A file with every section in it: 3 cells, 4 portals, 70 objects.
+pub fn sample() -> PvsFile {
+    let shape = Shape { cells: 3, portals: 4, objects: 70, keep_bounds: true };
+    (0..)
+        .map(|seed| random_file(seed, shape))
+        .find(|f| {
+            let full = f.cell_rows.is_some() && f.object_rows.is_some() && !f.repairs.is_empty() && !f.notes.is_empty();
+            full && f.guarantee == Guarantee::Conservative && f.cells.iter().all(|c| c.pieces.iter().any(|p| !p.is_empty()))
+        })
+        .expect("one of them has every section")
+}

@@ -1,0 +1,411 @@
+//! glTF written by hand, with known triangles.
+
+use super::glb::{Glb, pack};
+use super::{TRIANGLE, assert_sound, assert_triangles, read_glb, scratch, world};
+use enfilade::geom;
+use enfilade::scene::{ImportOptions, OpeningKind, Role, Scene, import};
+use glam::DVec3;
+use serde_json::{Value, json};
+
+fn scene(glb: &Glb) -> Scene {
+    let scene = read_glb(&glb.bytes()).unwrap();
+    assert_sound(&scene, &ImportOptions::default());
+    scene
+}
+
+fn names(scene: &Scene) -> Vec<&str> {
+    scene.objects.iter().map(|o| o.node.as_str()).collect()
+}
+
+#[test]
+fn nested_transforms_apply_from_the_child_up() {
+    let mut glb = Glb::new();
+    let mesh = glb.mesh(&TRIANGLE);
+    let half = 0.5f64.sqrt();
+    // +X turns to -Z, +Z to +X.
+    glb.node(json!({"children": [1], "translation": [10, 0, 0], "rotation": [0, half, 0, half], "scale": [2, 2, 2]}));
+    glb.node(json!({"mesh": mesh, "translation": [1, 2, 3]}));
+    // The same as one matrix, column by column.
+    glb.node(json!({"mesh": mesh, "matrix": [0, 0, -2, 0, 0, 2, 0, 0, 2, 0, 0, 0, 16, 4, -2, 1]}));
+    let scene = scene(&glb);
+    let expected = [[[16.0, 4.0, -2.0], [16.0, 4.0, -4.0], [16.0, 6.0, -2.0]]];
+    assert_triangles(&world(&scene, 0), &expected);
+    assert_triangles(&world(&scene, 1), &expected);
+    assert_eq!(names(&scene), ["node 1", "node 2"]);
+}
+
+#[test]
+fn a_georeferenced_node_keeps_its_millimetres() {
+    let mut glb = Glb::new();
+    let mesh = glb.mesh(&TRIANGLE);
+    glb.node(json!({"mesh": mesh, "translation": [4_500_000.123, 0.25, -650_000.456]}));
+    let corner = world(&scene(&glb), 0)[0][0];
+    assert!(corner.distance(DVec3::new(4_500_000.123, 0.25, -650_000.456)) < 1e-8);
+}
+
+#[test]
+fn one_mesh_under_many_nodes_is_many_objects() {
+    let mut glb = Glb::new();
+    let mesh = glb.mesh(&TRIANGLE);
+    for i in 0..3 {
+        glb.node(json!({"name": format!("chair {i}"), "mesh": mesh, "translation": [10 * i, 0, 0]}));
+    }
+    let scene = scene(&glb);
+    assert_eq!(names(&scene), ["chair 0", "chair 1", "chair 2"]);
+    for i in 0..3 {
+        let x = 10.0 * i as f64;
+        assert_triangles(&world(&scene, i), &[[[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]]]);
+    }
+}
+
+#[test]
+fn gpu_instances_are_objects_and_hidden_nodes_are_not() {
+    let mut glb = Glb::new();
+    let mesh = glb.mesh(&TRIANGLE);
+    let translations = glb.positions(&[[0.0, 0.0, 5.0], [0.0, 0.0, 7.0]]);
+    let scales = glb.positions(&[[1.0, 1.0, 1.0], [3.0, 3.0, 3.0]]);
+    // A quarter turn about Z, as normalised i16.
+    let turn: Vec<u8> = [[0i16, 0, 0, 32767], [0, 0, 23170, 23170]].iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let rotations = glb.accessor(&turn, None, 5122, "VEC4", 2);
+    glb.json["accessors"][rotations]["normalized"] = true.into();
+    let attributes = json!({"TRANSLATION": translations, "ROTATION": rotations, "SCALE": scales});
+    glb.node(json!({"name": "tree", "mesh": mesh, "translation": [1, 0, 0],
+        "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}));
+    glb.node(json!({"children": [2], "extensions": {"KHR_node_visibility": {"visible": false}}}));
+    glb.node(json!({"mesh": mesh}));
+    glb.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing", "KHR_node_visibility"]);
+    let scene = scene(&glb);
+    assert_eq!(names(&scene), ["tree@0", "tree@1"]);
+    assert_triangles(&world(&scene, 0), &[[[1.0, 0.0, 5.0], [2.0, 0.0, 5.0], [1.0, 1.0, 5.0]]]);
+    assert_triangles(&world(&scene, 1), &[[[1.0, 0.0, 7.0], [1.0, 3.0, 7.0], [-2.0, 0.0, 7.0]]]);
+}
+
+#[test]
+fn mirroring_turns_triangles_round() {
+    // A tetrahedron that faces out: its signed volume is positive, and stays so.
+    let [o, x, y, z] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let faces = [o, y, x, o, x, z, o, z, y, x, y, z];
+    for (scale, volume) in [([1, 1, 1], 1.0), ([-1, 1, 1], 1.0), ([1, -2, 1], 2.0), ([-1, -1, 1], 1.0), ([-1, -1, -3], 3.0)]
+    {
+        let mut glb = Glb::new();
+        let mesh = glb.mesh(&faces);
+        glb.node(json!({"mesh": mesh, "scale": scale, "translation": [5, 5, 5]}));
+        let triangles = world(&scene(&glb), 0);
+        let six: f64 = triangles.iter().map(|[a, b, c]| a.cross(*b).dot(*c)).sum();
+        assert!((six - volume).abs() < 1e-9, "{scale:?}: {six}");
+    }
+}
+
+/// KHR_mesh_quantization: one corner at the type's least, the others told in its units.
+#[test]
+fn quantised_positions_are_decoded() {
+    let i16s = |values: [i16; 12]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let i8s = |values: [i8; 12]| values.map(|x| x as u8).to_vec();
+    let u16s = |values: [u16; 12]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    // Three numbers and a filler for each vertex.
+    let i16_bytes = i16s([-32768, 0, 0, 9, 32767, 0, 0, 9, 0, 32767, 0, 9]);
+    let i8_bytes = i8s([-128, 0, 0, 9, 127, 0, 0, 9, 0, 127, 0, 9]);
+    let u16_bytes = u16s([0, 0, 0, 9, 65535, 0, 0, 9, 0, 13107, 0, 9]);
+    let u8_bytes = vec![0, 0, 0, 9, 255, 0, 0, 9, 0, 51, 0, 9];
+    for (component, bytes, normalized, [a, b, c]) in [
+        (5122, &i16_bytes, false, [[-32768.0, 0.0], [32767.0, 0.0], [0.0, 32767.0]]),
+        (5122, &i16_bytes, true, [[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+        (5120, &i8_bytes, false, [[-128.0, 0.0], [127.0, 0.0], [0.0, 127.0]]),
+        (5120, &i8_bytes, true, [[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+        (5123, &u16_bytes, false, [[0.0, 0.0], [65535.0, 0.0], [0.0, 13107.0]]),
+        (5123, &u16_bytes, true, [[0.0, 0.0], [1.0, 0.0], [0.0, 0.2]]),
+        (5121, &u8_bytes, false, [[0.0, 0.0], [255.0, 0.0], [0.0, 51.0]]),
+        (5121, &u8_bytes, true, [[0.0, 0.0], [1.0, 0.0], [0.0, 0.2]]),
+    ] {
+        let mut glb = Glb::new();
+        let position = glb.accessor(bytes, Some(bytes.len() / 3), component, "VEC3", 3);
+        glb.json["accessors"][position]["normalized"] = normalized.into();
+        glb.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+        let mesh = glb.push("meshes", json!({"primitives": [{"attributes": {"POSITION": position}}]}));
+        glb.node(json!({"mesh": mesh}));
+        assert_triangles(&world(&scene(&glb), 0), &[[a, b, c].map(|[x, y]| [x, y, 0.0])]);
+    }
+}
+
+#[test]
+fn sparse_accessors_replace_values() {
+    let mut glb = Glb::new();
+    let indices = glb.view(&[1, 2], None);
+    let values = glb.view(&[5f32, 0.0, 0.0, 0.0, 6.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>(), None);
+    let sparse =
+        json!({"count": 2, "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}});
+    let base = glb.positions(&[[-1.0, 0.0, 0.0], [9.0; 3], [9.0; 3]]);
+    glb.json["accessors"][base]["sparse"] = sparse.clone();
+    let zeros = glb.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 3, "sparse": sparse}));
+    for position in [base, zeros] {
+        let mesh = glb.push("meshes", json!({"primitives": [{"attributes": {"POSITION": position}}]}));
+        glb.node(json!({"mesh": mesh}));
+    }
+    let scene = scene(&glb);
+    assert_triangles(&world(&scene, 0), &[[[-1.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 6.0, 0.0]]]);
+    assert_triangles(&world(&scene, 1), &[[[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 6.0, 0.0]]]);
+}
+
+#[test]
+fn lists_strips_and_fans_with_and_without_indices() {
+    let strip = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 0.0]];
+    let fan = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    let at = |points: &[[f32; 3]; 5], t: [[usize; 3]; 3]| t.map(|t| t.map(|i| points[i].map(f64::from)));
+    let of_strip = at(&strip, [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+    let of_fan = at(&fan, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    let list: Vec<u16> = vec![0, 1, 2, 1, 3, 2, 2, 3, 4];
+    for (mode, points, indices, expected) in [
+        (Some(5), strip, None, of_strip),
+        (Some(5), strip, Some(vec![0, 1, 2, 3, 4]), of_strip),
+        (Some(6), fan, None, of_fan),
+        (Some(6), fan, Some(vec![0, 1, 2, 3, 4]), of_fan),
+        (Some(4), strip, Some(list.clone()), of_strip),
+        (None, strip, Some(list), of_strip),
+    ] {
+        for component in [5121u32, 5123, 5125] {
+            let mut glb = Glb::new();
+            let mut primitive = json!({"attributes": {"POSITION": glb.positions(&points)}});
+            if let Some(mode) = mode {
+                primitive["mode"] = mode.into();
+            }
+            if let Some(indices) = &indices {
+                let bytes: Vec<u8> = match component {
+                    5121 => indices.iter().map(|&i| i as u8).collect(),
+                    5123 => indices.iter().flat_map(|&i| i.to_le_bytes()).collect(),
+                    _ => indices.iter().flat_map(|&i| u32::from(i).to_le_bytes()).collect(),
+                };
+                primitive["indices"] = glb.accessor(&bytes, None, component, "SCALAR", indices.len()).into();
+            }
+            let mesh = glb.push("meshes", json!({"primitives": [primitive]}));
+            glb.node(json!({"mesh": mesh}));
+            assert_triangles(&world(&scene(&glb), 0), &expected);
+        }
+    }
+}
+
+#[test]
+fn what_is_no_triangle_is_left_out_with_a_note() {
+    let mut glb = Glb::new();
+    let position = glb.positions(&[TRIANGLE[0], TRIANGLE[1], TRIANGLE[2], TRIANGLE[0]]);
+    let flat = glb.indices(&[0, 1, 1, 0, 1, 2]);
+    let primitive = |mode: u32| json!({"attributes": {"POSITION": position}, "mode": mode});
+    let mut primitives: Vec<Value> = (0..=4).map(primitive).collect();
+    primitives.push(json!({"attributes": {}}));
+    primitives.push(json!({"attributes": {"POSITION": position}, "indices": flat}));
+    let mesh = glb.push("meshes", json!({"name": "thing", "primitives": primitives}));
+    glb.node(json!({"mesh": mesh}));
+    let scene = scene(&glb);
+    assert_eq!(names(&scene), ["thing/4", "thing/6"]);
+    assert_eq!(
+        scene.source.notes,
+        [
+            "4 primitives of points or lines left out",
+            "1 primitives without positions left out",
+            "1 corners left over at the end of triangle lists",
+            "1 triangles without area dropped",
+        ]
+    );
+}
+
+#[test]
+fn materials_that_let_light_through_are_not_opaque() {
+    let transmission = |factor: f64| json!({"extensions": {"KHR_materials_transmission": {"transmissionFactor": factor}}});
+    for (material, opaque) in [
+        (json!({}), true),
+        (json!({"alphaMode": "OPAQUE"}), true),
+        (json!({"alphaMode": "MASK"}), false),
+        (json!({"alphaMode": "BLEND"}), false),
+        (transmission(0.0), true),
+        (transmission(0.9), false),
+    ] {
+        let mut glb = Glb::new();
+        let position = glb.positions(&TRIANGLE);
+        glb.push("materials", json!({"name": "first"}));
+        let material = glb.push("materials", material);
+        let mesh = glb.push("meshes", json!({"primitives": [{"attributes": {"POSITION": position}, "material": material}]}));
+        glb.node(json!({"mesh": mesh}));
+        assert_eq!(scene(&glb).objects[0].opaque, opaque, "{}", glb.json["materials"]);
+    }
+}
+
+#[test]
+fn roles_come_from_extras_and_are_inherited() {
+    let mut glb = Glb::new();
+    let mesh = glb.mesh(&TRIANGLE);
+    let role = |role: &str| json!({"enfilade": {"role": role}, "other tool": 7});
+    glb.node(json!({"name": "furniture", "mesh": mesh, "children": [1, 2], "extras": role("furnishing")}));
+    glb.node(json!({"name": "table", "mesh": mesh}));
+    glb.node(json!({"name": "door", "mesh": mesh, "extras": role("door")}));
+    glb.node(json!({"name": "window", "mesh": mesh, "extras": role("window")}));
+    glb.node(json!({"name": "wall", "mesh": mesh, "extras": role("structure")}));
+    glb.node(json!({"name": "thing", "mesh": mesh, "extras": [1, 2]}));
+    let scene = scene(&glb);
+    let found: Vec<_> = scene.objects.iter().map(|o| (o.node.as_str(), o.role, o.opaque)).collect();
+    assert_eq!(
+        found,
+        [
+            ("furniture", Role::Furnishing, true),
+            ("table", Role::Furnishing, true),
+            ("door", Role::Door, false),
+            ("window", Role::Window, false),
+            ("wall", Role::Structure, true),
+            ("thing", Role::Unknown, true),
+        ]
+    );
+    for bad in [json!({"role": "dor"}), json!({"rolle": "door"}), json!({"portal": ["a"]}), json!(3)] {
+        let mut glb = Glb::new();
+        let mesh = glb.mesh(&TRIANGLE);
+        glb.node(json!({"name": "leaf", "mesh": mesh, "extras": {"enfilade": bad}}));
+        let error = read_glb(&glb.bytes()).unwrap_err().to_string();
+        assert!(error.starts_with("node leaf: extras.enfilade: "), "{error}");
+    }
+}
+
+/// A unit square facing +Z, as two triangles.
+const SQUARE: [[f32; 3]; 6] =
+    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+
+#[test]
+fn rooms_and_portals_are_read_from_node_names() {
+    let mut glb = Glb::new();
+    let square = glb.mesh(&SQUARE);
+    let room =
+        |name: &str, children: &[usize], x: f64| json!({"name": name, "children": children, "translation": [x, 0, 0]});
+    glb.json["scenes"] = json!([{"nodes": [0, 4, 9]}]);
+    glb.node(room("kitchen-room", &[1, 2, 3], 0.0));
+    glb.node(json!({"name": "floor", "mesh": square, "scale": [4, 3, 1]}));
+    glb.node(json!({"name": "hall*1-portal", "mesh": square, "translation": [1, 0, 1]}));
+    glb.node(json!({"name": "attic-portal", "mesh": square}));
+    glb.node(room("hall-room.001", &[5, 6, 7], 10.0));
+    glb.node(json!({"name": "wall", "mesh": square}));
+    glb.node(json!({"name": "hall-bound", "mesh": square, "scale": [2, 2, 1]}));
+    glb.node(json!({"name": "-portal", "children": [8]}));
+    glb.node(json!({"name": "-portal", "mesh": square}));
+    glb.node(json!({"name": "outside-roomgroup", "children": [10]}));
+    glb.node(json!({"name": "yard-room", "mesh": square, "translation": [0, 0, 20]}));
+    let scene = scene(&glb);
+
+    assert_eq!(names(&scene), ["floor", "wall", "yard-room"]);
+    let rooms: Vec<_> = scene.hints.rooms.iter().map(|r| (r.id.as_str(), r.name.as_str(), r.outside)).collect();
+    assert_eq!(rooms, [("kitchen-room", "kitchen", false), ("hall-room.001", "hall", false), ("yard-room", "yard", true)]);
+    let surface = |room: usize| -> Vec<[DVec3; 3]> {
+        scene.hints.rooms[room].surface.iter().map(|t| t.map(|p| p + scene.origin)).collect()
+    };
+    let kitchen = geom::Aabb::of(surface(0).into_iter().flatten());
+    assert_eq!((surface(0).len(), kitchen.min, kitchen.max), (12, DVec3::ZERO, DVec3::new(4.0, 3.0, 0.0)));
+    assert_triangles(
+        &surface(1),
+        &[[[10.0, 0.0, 0.0], [12.0, 0.0, 0.0], [12.0, 2.0, 0.0]], [[10.0, 0.0, 0.0], [12.0, 2.0, 0.0], [10.0, 2.0, 0.0]]],
+    );
+
+    let openings = &scene.hints.openings;
+    let joined: Vec<_> = openings.iter().map(|o| (o.id.as_str(), o.kind, o.rooms)).collect();
+    assert_eq!(
+        joined,
+        [
+            ("hall*1-portal", OpeningKind::Opening, [Some(0), Some(1)]),
+            ("attic-portal", OpeningKind::Opening, [Some(0), None]),
+            ("-portal", OpeningKind::Opening, [Some(1), None]),
+        ]
+    );
+    let mut winding: Vec<[i64; 3]> =
+        openings[0].winding.iter().map(|p| (p + scene.origin).round().to_array().map(|x| x as i64)).collect();
+    winding.sort_unstable();
+    assert_eq!(winding, [[1, 0, 1], [1, 1, 1], [2, 0, 1], [2, 1, 1]]);
+    assert_eq!(geom::newell(&openings[0].winding).normalize(), DVec3::Z);
+    assert_eq!(scene.source.notes, ["attic-portal: leads to `attic`, and there is no such room"]);
+}
+
+#[test]
+fn rooms_and_portals_are_read_from_extras() {
+    let mut glb = Glb::new();
+    let square = glb.mesh(&SQUARE);
+    let node = |name: &str, ours: Value, z: f64| json!({"name": name, "mesh": square, "translation": [0, 0, z], "extras": {"enfilade": ours}});
+    glb.node(node("way", json!({"portal": ["b", "a"]}), 1.0));
+    glb.node(node("a", json!({"room": true}), 0.0));
+    glb.node(node("wall 1", json!({"room": "b", "role": "structure"}), 2.0));
+    glb.node(node("wall 2", json!({"room": "b"}), 4.0));
+    glb.node(node("gate", json!({"portal": ["a", ""]}), 0.5));
+    glb.node(node("not-room", json!({"room": false}), 9.0));
+    let scene = scene(&glb);
+    assert_eq!(names(&scene), ["a", "wall 1", "wall 2", "not-room"]);
+    let rooms: Vec<_> = scene.hints.rooms.iter().map(|r| (r.id.as_str(), r.name.as_str())).collect();
+    assert_eq!(rooms, [("a", "a"), ("wall 1", "b")]);
+    let b = geom::Aabb::of(scene.hints.rooms[1].surface.iter().flatten().map(|p| p + scene.origin));
+    assert_eq!((b.min.z, b.max.z), (2.0, 4.0));
+    let joined: Vec<_> = scene.hints.openings.iter().map(|o| (o.id.as_str(), o.rooms)).collect();
+    assert_eq!(joined, [("way", [Some(1), Some(0)]), ("gate", [Some(0), None])]);
+}
+
+#[test]
+fn the_default_scene_else_the_first_else_all_roots_are_shown() {
+    let mut glb = Glb::new();
+    let mesh = glb.mesh(&TRIANGLE);
+    for name in ["a", "b", "c"] {
+        glb.node(json!({"name": name, "mesh": mesh}));
+    }
+    assert_eq!(names(&scene(&glb)), ["a", "b", "c"]);
+    glb.json["scenes"] = json!([{"nodes": [1]}, {"nodes": [2, 0]}]);
+    assert_eq!(names(&scene(&glb)), ["b"]);
+    glb.json["scene"] = 1.into();
+    assert_eq!(names(&scene(&glb)), ["c", "a"]);
+}
+
+#[test]
+fn metres_per_unit_scales_everything() {
+    let mut glb = Glb::new();
+    let square = glb.mesh(&SQUARE);
+    glb.node(json!({"name": "hall-room", "mesh": square, "children": [1], "translation": [100, 0, 0]}));
+    glb.node(json!({"name": "x-portal", "mesh": square}));
+    let options = ImportOptions { metres_per_unit: Some(0.01), ..ImportOptions::default() };
+    let scene = enfilade::scene::gltf::from_slice(&glb.bytes(), "cm", None, &options).unwrap();
+    let bounds = scene.bounds();
+    assert!((bounds.min + scene.origin).distance(DVec3::new(1.0, 0.0, 0.0)) < 1e-12);
+    assert!(bounds.size().distance(DVec3::new(0.01, 0.01, 0.0)) < 1e-12);
+    assert!((geom::area(&scene.hints.openings[0].winding) - 1e-4).abs() < 1e-12);
+    assert_eq!(scene.source.metres_per_unit, 0.01);
+}
+
+/// The same model as `.glb`, with a `data:` uri, and with a file beside it.
+#[test]
+fn buffers_come_from_the_chunk_from_the_uri_or_from_a_file_beside_it() {
+    let mut glb = Glb::new();
+    let mesh = glb.mesh(&TRIANGLE);
+    glb.node(json!({"mesh": mesh}));
+    let expected = read_glb(&glb.bytes()).unwrap();
+
+    let mut inline = glb.clone();
+    // The three corners: 0.0 is four zero bytes, 1.0 is 00 00 80 3F; the ones lie at bytes 12 and 28.
+    inline.json["buffers"][0]["uri"] =
+        "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA".into();
+    assert_eq!(read_glb(inline.json.to_string().as_bytes()).unwrap(), expected);
+    assert_eq!(read_glb(&pack(inline.json.to_string().as_bytes(), None)).unwrap(), expected);
+
+    let folder = scratch("buffers_come_from");
+    std::fs::create_dir(folder.join("sub")).unwrap();
+    std::fs::write(folder.join("sub/my hall.bin"), &glb.bin).unwrap();
+    let mut beside = glb.clone();
+    let mut read = |uri: &str| {
+        beside.json["buffers"][0]["uri"] = uri.into();
+        std::fs::write(folder.join("test.gltf"), beside.json.to_string()).unwrap();
+        import(&folder.join("test.gltf"), &ImportOptions::default())
+    };
+    assert_eq!(read("sub/my%20hall.bin").unwrap(), expected);
+    for (uri, why) in [
+        ("../sub/my hall.bin", "leads out of the model's folder"),
+        ("sub/../../x.bin", "leads out of the model's folder"),
+        ("%2E%2E/x.bin", "leads out of the model's folder"),
+        ("/etc/hostname", "leads out of the model's folder"),
+        ("C:\\x.bin", "leads out of the model's folder"),
+        ("https://example.org/x.bin", "is a URL"),
+        ("file:///etc/hostname", "is a URL"),
+        ("none.bin", "No such file"),
+        ("sub", "not a regular file"),
+        ("data:application/octet-stream;base64,AAA*", "broken base64"),
+        ("data:text/plain,AAAA", "not in base64"),
+        ("data:;base64,AAAA", "buffer 0 has 3 bytes, the document says 36"),
+    ] {
+        let error = read(uri).unwrap_err().to_string();
+        assert!(error.starts_with("buffer 0") && error.contains(why), "{uri}: {error}");
+    }
+}
