@@ -25,9 +25,10 @@
 
 use super::culler::{Culler, bit};
 use super::frustum::{Camera, Pyramid, Rect};
-use super::scratch::{CrossedPortal, PortalState, Scratch};
+use super::scratch::{CrossedPortal, PortalState, Scratch, Ways};
 use crate::{CellId, DirectedPortal};
 use glam::{DVec2, DVec3, Vec3};
+use std::ops::Range;
 
 /// Rectangles grow by this much (normalised device coordinates) when they are rounded to `f32`, whose steps within [-2, 2]
 /// are under 2.4e-7. Larger: a portal beside another's rectangle is looked into. Smaller: a pixel on the edge gets lost.
@@ -158,8 +159,8 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scrat
     for &home in homes {
         scratch.reach(home);
         take_objects(culler, &pyramid, home, &Rect::FULL, None, scratch);
-        for &next in culler.cell_portals.get(home.index()) {
-            offer(culler, &eye, None, next, &Rect::FULL, scratch);
+        for i in ways_out(culler, &eye, home, scratch) {
+            offer(culler, None, scratch.ways[i], &Rect::FULL, scratch);
         }
     }
 
@@ -173,11 +174,8 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scrat
             scratch.stats.capped += 1;
         }
         let open = state.open;
-        for &next in culler.cell_portals.get(target(culler, portal).index()) {
-            // No straight line passes one portal twice.
-            if next.portal() != portal.portal() {
-                offer(culler, &eye, Some(portal), next, &open, scratch);
-            }
+        for i in ways_out(culler, &eye, target(culler, portal), scratch) {
+            offer(culler, Some(portal), scratch.ways[i], &open, scratch);
         }
     }
 
@@ -198,27 +196,41 @@ fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
     culler.portal_cells[portal.portal().index()][1 - portal.side()]
 }
 
+/// The portals of a cell that the eye might see through, whatever leads to the cell, as a range of [`Scratch::ways`]: found
+/// once a frame, since most portals of a large cell (the outside) face away from the eye or are off the screen.
+fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> Range<usize> {
+    let Ways { frame, start, end } = scratch.cell_ways[cell.index()];
+    if frame == scratch.frame {
+        return start as usize..end as usize;
+    }
+    let start = scratch.ways.len();
+    for &portal in culler.cell_portals.get(cell.index()) {
+        if culler.may_enter(target(culler, portal), scratch) {
+            let own = eye.own_rect(culler, portal);
+            if !own.is_empty() {
+                scratch.portal_states[portal.0 as usize] = PortalState { own, ..PortalState::UNSEEN };
+                scratch.ways.push(portal);
+            }
+        }
+    }
+    let end = scratch.ways.len();
+    scratch.cell_ways[cell.index()] = Ways { frame: scratch.frame, start: start as u32, end: end as u32 };
+    start..end
+}
+
 /// Portal `next` is in the cell that is seen on `open`, through portal `through` (or from the eye): it is waiting in the queue
 /// afterwards if that opens more of it than before.
-fn offer(
-    culler: &Culler,
-    eye: &Eye,
-    through: Option<DirectedPortal>,
-    next: DirectedPortal,
-    open: &Rect,
-    scratch: &mut Scratch,
-) {
-    let frame = scratch.frame;
-    let state = &mut scratch.portal_states[next.0 as usize];
-    if state.frame != frame {
-        *state = PortalState { frame, own: eye.own_rect(culler, next), ..PortalState::UNSEEN };
-    }
+fn offer(culler: &Culler, through: Option<DirectedPortal>, next: DirectedPortal, open: &Rect, scratch: &mut Scratch) {
+    let state = &scratch.portal_states[next.0 as usize];
     let rect = open.intersection(state.own);
     if rect.is_empty() || state.open.covers(&rect) {
         return;
     }
-    if through.is_some_and(|through| !is_beyond(culler, through, next)) || !culler.may_enter(target(culler, next), scratch) {
-        return;
+    if let Some(through) = through {
+        // No straight line passes one portal twice.
+        if next.portal() == through.portal() || !is_beyond(culler, through, next) {
+            return;
+        }
     }
     let state = &mut scratch.portal_states[next.0 as usize];
     if state.open.is_empty() {
