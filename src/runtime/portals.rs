@@ -25,7 +25,7 @@
 
 use super::culler::{Culler, bit};
 use super::frustum::{Camera, Pyramid, Rect};
-use super::scratch::{CrossedPortal, PortalState, Scratch, Ways};
+use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
 use crate::{CellId, DirectedPortal};
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
@@ -199,7 +199,7 @@ fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
 /// The portals of a cell that the eye might see through, whatever leads to the cell, as a range of [`Scratch::ways`]: found
 /// once a frame, since most portals of a large cell (the outside) face away from the eye or are off the screen.
 fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> Range<usize> {
-    let Ways { frame, start, end } = scratch.cell_ways[cell.index()];
+    let Part { frame, start, end } = scratch.cell_ways[cell.index()];
     if frame == scratch.frame {
         return start as usize..end as usize;
     }
@@ -214,7 +214,7 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
         }
     }
     let end = scratch.ways.len();
-    scratch.cell_ways[cell.index()] = Ways { frame: scratch.frame, start: start as u32, end: end as u32 };
+    scratch.cell_ways[cell.index()] = Part { frame: scratch.frame, start: start as u32, end: end as u32 };
     start..end
 }
 
@@ -263,21 +263,59 @@ fn take_objects(
     let (n, d) = through.map_or((Vec3::ZERO, -1.0), |portal| directed_plane(culler, portal));
     // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
     let behind = d - 3.0 * culler.tolerance as f32;
-    for &object in culler.cell_objects.get(cell.index()) {
-        let i = object.index();
-        let state = &mut scratch.object_states[i];
-        if state.taken == scratch.frame || !bit(&scratch.object_row, i) {
-            continue;
+    let Range { start, mut end } = candidates(culler, pyramid, cell, through.is_none(), scratch);
+    let mut at = start;
+    while at < end {
+        let object = scratch.candidates[at];
+        let state = &mut scratch.object_states[object.index()];
+        let mut taken = state.taken == scratch.frame;
+        if !taken && !state.own.intersection(*rect).is_empty() {
+            let (centre, half) = culler.boxes.get(object.index());
+            taken = n.dot(centre) + n.abs().dot(half) >= behind;
+            if taken {
+                state.taken = scratch.frame;
+                scratch.objects.push(object);
+            }
         }
-        let (centre, half) = culler.boxes.get(i);
-        if state.frame != scratch.frame {
-            state.frame = scratch.frame;
-            state.own = if pyramid.excludes(centre, half) { Rect::EMPTY } else { pyramid.rect(centre, half) };
+        if taken {
+            // Nobody need look at it again.
+            end -= 1;
+            scratch.candidates.swap(at, end);
+        } else {
+            at += 1;
         }
-        if state.own.intersection(*rect).is_empty() || n.dot(centre) + n.abs().dot(half) < behind {
-            continue;
-        }
-        state.taken = scratch.frame;
-        scratch.objects.push(object);
     }
+    scratch.cell_candidates[cell.index()].end = end as u32;
+}
+
+/// The objects of a cell that are in the row and in the frustum, less those taken since, as a range of
+/// [`Scratch::candidates`]: found once a frame, however many portals lead into the cell. In the eye's own cell all of them are
+/// about to be taken, wherever they are on the screen.
+fn candidates(culler: &Culler, pyramid: &Pyramid, cell: CellId, is_home: bool, scratch: &mut Scratch) -> Range<usize> {
+    let Part { frame, start, end } = scratch.cell_candidates[cell.index()];
+    if frame == scratch.frame {
+        return start as usize..end as usize;
+    }
+    let start = scratch.candidates.len();
+    for &object in culler.cell_objects.get(cell.index()) {
+        let state = &mut scratch.object_states[object.index()];
+        if state.taken == scratch.frame || !bit(&scratch.object_row, object.index()) {
+            continue;
+        }
+        if state.frame != scratch.frame {
+            let (centre, half) = culler.boxes.get(object.index());
+            state.frame = scratch.frame;
+            state.own = match pyramid.excludes(centre, half) {
+                true => Rect::EMPTY,
+                false if is_home => Rect::FULL,
+                false => pyramid.rect(centre, half),
+            };
+        }
+        if !state.own.is_empty() {
+            scratch.candidates.push(object);
+        }
+    }
+    let end = scratch.candidates.len();
+    scratch.cell_candidates[cell.index()] = Part { frame: scratch.frame, start: start as u32, end: end as u32 };
+    start..end
 }

@@ -64,14 +64,14 @@ pub struct VisibleSet<'s> {
     pub stats: FrameStats,
 }
 
-/// The portals of a cell that the eye might see through.
+/// A cell's part of a list that is filled cell by cell as a frame gets to them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Ways {
+pub(super) struct Part {
     /// The frame that the rest is of.
     pub frame: u32,
-    /// First of them in [`Scratch::ways`].
+    /// Where it starts.
     pub start: u32,
-    /// And after the last.
+    /// And ends, exclusively.
     pub end: u32,
 }
 
@@ -137,8 +137,14 @@ pub struct Scratch {
     pub(super) frame: u32,
     pub(super) object_states: Vec<ObjectState>,
     pub(super) cell_marks: Vec<u32>,
-    pub(super) cell_ways: Vec<Ways>,
+    /// By cell: its part of `ways`.
+    pub(super) cell_ways: Vec<Part>,
+    /// Portals that the eye might see through.
     pub(super) ways: Vec<DirectedPortal>,
+    /// By cell: its part of `candidates`.
+    pub(super) cell_candidates: Vec<Part>,
+    /// Objects that are in the row and the frustum, but not taken yet.
+    pub(super) candidates: Vec<ObjectId>,
     pub(super) portal_states: Vec<PortalState>,
     pub(super) queue: Queue,
     /// The rows of the eye's cells, joined.
@@ -160,8 +166,10 @@ impl Scratch {
             frame: 0,
             object_states: vec![ObjectState::UNSEEN; objects],
             cell_marks: vec![0; cells],
-            cell_ways: vec![Ways::default(); cells],
+            cell_ways: vec![Part::default(); cells],
             ways: Vec::with_capacity(portals),
+            cell_candidates: vec![Part::default(); cells],
+            candidates: Vec::with_capacity(culler.placed_count()),
             portal_states: vec![PortalState::UNSEEN; portals],
             queue: Queue { ring: vec![DirectedPortal(0); portals], head: 0, len: 0 },
             object_row: vec![0; objects.div_ceil(64)],
@@ -186,13 +194,15 @@ impl Scratch {
             self.frame = 0;
             self.object_states.fill(ObjectState::UNSEEN);
             self.cell_marks.fill(0);
-            self.cell_ways.fill(Ways::default());
+            self.cell_ways.fill(Part::default());
+            self.cell_candidates.fill(Part::default());
         }
         self.frame += 1;
         self.objects.clear();
         self.cells.clear();
         self.crossed.clear();
         self.ways.clear();
+        self.candidates.clear();
         self.stats = FrameStats::default();
     }
 
