@@ -159,9 +159,7 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scrat
     for &home in homes {
         scratch.reach(home);
         take_objects(culler, &pyramid, home, &Rect::FULL, None, scratch);
-        for i in ways_out(culler, &eye, home, scratch) {
-            offer(culler, None, scratch.ways[i], &Rect::FULL, scratch);
-        }
+        offer(culler, &eye, home, None, &Rect::FULL, scratch);
     }
 
     // 2. From portal to portal, until no rectangle grows.
@@ -174,9 +172,7 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scrat
             scratch.stats.capped += 1;
         }
         let open = state.open;
-        for i in ways_out(culler, &eye, target(culler, portal), scratch) {
-            offer(culler, Some(portal), scratch.ways[i], &open, scratch);
-        }
+        offer(culler, &eye, target(culler, portal), Some(portal), &open, scratch);
     }
 
     // 3. What is to be seen through them.
@@ -196,8 +192,43 @@ fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
     culler.portal_cells[portal.portal().index()][1 - portal.side()]
 }
 
-/// The portals of a cell that the eye might see through, whatever leads to the cell, as a range of [`Scratch::ways`]: found
-/// once a frame, since most portals of a large cell (the outside) face away from the eye or are off the screen.
+/// A cell is seen on `open`, through portal `through` (or from the eye): of its portals, those of which that opens more than
+/// before are waiting in the queue afterwards.
+fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPortal>, open: &Rect, scratch: &mut Scratch) {
+    let Range { start, mut end } = ways_out(culler, eye, cell, scratch);
+    let mut at = start;
+    while at < end {
+        let next = scratch.ways[at];
+        let state = &mut scratch.portal_states[next.0 as usize];
+        let rect = open.intersection(state.own);
+        // No straight line passes one portal twice.
+        let passes = |through: DirectedPortal| next.portal() != through.portal() && is_beyond(culler, through, next);
+        if rect.is_empty() || state.open.covers(&rect) || !through.is_none_or(passes) {
+            at += 1;
+            continue;
+        }
+        if state.open.is_empty() {
+            scratch.crossed.push(CrossedPortal { portal: next, rect });
+        }
+        state.open = state.open.union(rect);
+        if !state.queued {
+            state.queued = true;
+            scratch.queue.push(next);
+        }
+        if state.open.covers(&state.own) {
+            // It can't open more: nobody need look at it again.
+            end -= 1;
+            scratch.ways.swap(at, end);
+        } else {
+            at += 1;
+        }
+    }
+    scratch.cell_ways[cell.index()].end = end as u32;
+}
+
+/// The portals of a cell that the eye might see through, whatever leads to the cell, less those that are wide open already, as
+/// a range of [`Scratch::ways`]: found once a frame, since most portals of a large cell (the outside) face away from the eye or
+/// are off the screen.
 fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> Range<usize> {
     let Part { frame, start, end } = scratch.cell_ways[cell.index()];
     if frame == scratch.frame {
@@ -216,31 +247,6 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
     let end = scratch.ways.len();
     scratch.cell_ways[cell.index()] = Part { frame: scratch.frame, start: start as u32, end: end as u32 };
     start..end
-}
-
-/// Portal `next` is in the cell that is seen on `open`, through portal `through` (or from the eye): it is waiting in the queue
-/// afterwards if that opens more of it than before.
-fn offer(culler: &Culler, through: Option<DirectedPortal>, next: DirectedPortal, open: &Rect, scratch: &mut Scratch) {
-    let state = &scratch.portal_states[next.0 as usize];
-    let rect = open.intersection(state.own);
-    if rect.is_empty() || state.open.covers(&rect) {
-        return;
-    }
-    if let Some(through) = through {
-        // No straight line passes one portal twice.
-        if next.portal() == through.portal() || !is_beyond(culler, through, next) {
-            return;
-        }
-    }
-    let state = &mut scratch.portal_states[next.0 as usize];
-    if state.open.is_empty() {
-        scratch.crossed.push(CrossedPortal { portal: next, rect });
-    }
-    state.open = state.open.union(rect);
-    if !state.queued {
-        state.queued = true;
-        scratch.queue.push(next);
-    }
 }
 
 /// True where a corner of portal `next` is in front of the plane of portal `through`, within the tolerance.
