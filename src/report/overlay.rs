@@ -75,7 +75,7 @@ impl Overlay<'_> {
             _ => seen.fill(true),
         }
         let eye = self.view.camera.eye.as_dvec3();
-        let plan = PlanView::fit(self.file, eye.y, 3.0, 3.0, width - 6.0, height - 6.0);
+        let plan = PlanView::fit(self.file, eye.y, &[DVec2::new(eye.x, eye.z)], 3.0, 3.0, width - 6.0, height - 6.0);
         plan.draw(&mut plan_picture, self.file, &|cell: CellId| seen[cell.index()]);
         let side = |x: f64| {
             let ray = self.view.camera.ray(DVec2::new(x, 0.0));

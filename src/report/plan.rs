@@ -34,14 +34,20 @@ pub struct PlanView {
 }
 
 impl PlanView {
-    /// Fits the ground plan of a file's objects into a rectangle of pixels.
-    pub fn fit(file: &PvsFile, y: f64, left: f64, top: f64, width: f64, height: f64) -> Self {
-        let (min, max) = file.objects.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), o| {
-            let [a, b] = o.bounds.map(|p| p.as_dvec3());
-            (lo.min(DVec2::new(a.x, a.z)), hi.max(DVec2::new(b.x, b.z)))
-        });
-        let (min, max) = if min.cmple(max).all() { (min, max) } else { (DVec2::ZERO, DVec2::ONE) };
-        let margin = (max - min).max_element().max(1e-6) * 0.04;
+    /// Fits the closed cells at height `y`, and some more points (x, z), into a rectangle of pixels; where there is no such
+    /// cell, all objects.
+    pub fn fit(file: &PvsFile, y: f64, more: &[DVec2], left: f64, top: f64, width: f64, height: f64) -> Self {
+        let around = |points: &mut dyn Iterator<Item = DVec2>| {
+            points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
+        };
+        let corners = file.objects.iter().flat_map(|o| o.bounds).map(|p| DVec2::new(f64::from(p.x), f64::from(p.z)));
+        let (min, max) = around(&mut corners.chain(file.objects.is_empty().then_some(DVec2::ZERO)));
+        let everything = Self { y, min, max, corner: DVec2::ZERO, scale: 1.0 };
+        let closed = file.cells.iter().filter(|cell| !cell.open).flat_map(|cell| &cell.pieces);
+        let rooms = around(&mut closed.flat_map(|piece| everything.slice(piece)));
+        let (min, max) = if rooms.0.cmple(rooms.1).all() { rooms } else { (min, max) };
+        let (min, max) = more.iter().fold((min, max), |(lo, hi), &p| (lo.min(p), hi.max(p)));
+        let margin = (max - min).max_element().max(1e-6) * 0.05;
         let (min, max) = (min - margin, max + margin);
         let size = max - min;
         let scale = (width / size.x).min(height / size.y);
@@ -121,7 +127,7 @@ pub fn plan_picture(file: &PvsFile, y: f64, size: (usize, usize)) -> Picture {
     let scale = if width >= 1200 { 2 } else { 1 };
     let legend = CHARACTER * scale * 2;
     let mut picture = Picture::new(width, height, PAPER);
-    let plan = PlanView::fit(file, y, 4.0, 4.0, width as f64 - 8.0, (height - legend) as f64 - 8.0);
+    let plan = PlanView::fit(file, y, &[], 4.0, 4.0, width as f64 - 8.0, (height - legend) as f64 - 8.0);
     plan.draw(&mut picture, file, &|_| true);
     let top = (height - legend) as i64;
     picture.fill(0, top, width as i64, legend as i64, [255; 3], 1.0);

@@ -1,8 +1,9 @@
 //! A camera path through every cell of a file, for a walk without one.
 //!
 //! Cells are visited in the depth-first order of a spanning tree over portals that goes through windows only where nothing
-//! else leads. Within a cell the way goes from piece to piece where they touch. The eye is 1.6 m above the floor of the piece
-//! that it is in, lower where the piece is low.
+//! else leads. Within a cell the way goes from piece to piece where they touch. Cells may reach into walls: thin pieces are left
+//! by the shortest step into a thick one, and in thick ones the way keeps off the sides. The eye is 1.6 m above the floor of
+//! the piece that it is in, lower where the piece is low.
 
 use super::path::{CameraPath, PathFrame};
 use crate::cells::PortalKind;
@@ -36,6 +37,8 @@ struct Room {
     bounds: Aabb,
     /// A point at eye height inside.
     stand: DVec3,
+    /// Distance from there to the nearest side, metres.
+    breadth: f64,
 }
 
 impl Room {
@@ -52,8 +55,29 @@ impl Room {
             let y = (plane.d - plane.n.x * middle.x - plane.n.z * middle.z) / plane.n.y;
             if plane.n.y > 0.0 { high = high.min(y) } else { low = low.max(y) }
         }
-        let stand = middle.with_y(low + EYE.min(0.6 * (high - low)));
-        Some(Self { planes, bounds, stand })
+        let stand = middle.with_y(low + EYE.min(0.8 * (high - low)));
+        let sides = planes.iter().filter(|plane| plane.n.y.abs() < 0.5).map(|plane| -plane.distance(stand));
+        let breadth = sides.fold(f64::INFINITY, f64::min).max(0.0);
+        Some(Self { planes, bounds, stand, breadth })
+    }
+
+    /// A point inside, near to `p`, at eye height, off the sides as far as there is room for.
+    fn step_from(&self, p: DVec3) -> DVec3 {
+        let off = (0.8 * self.breadth).min(0.5);
+        let mut q = p.with_y(self.stand.y);
+        // Projections onto convex sets in turn (Bregman 1965): near enough to the nearest point.
+        for _ in 0..64 {
+            for plane in &self.planes {
+                let off = if plane.n.y.abs() < 0.5 { off } else { 0.0 };
+                q -= plane.n * (plane.distance(q) + off).max(0.0);
+            }
+        }
+        q
+    }
+
+    /// Inside a wall, most likely.
+    fn is_thin(&self) -> bool {
+        self.breadth < 0.2
     }
 
     /// How far outside `p` is, metres; negative inside.
@@ -87,8 +111,10 @@ struct Rooms {
     rooms: Vec<Room>,
     /// By cell: its pieces, as indices into `rooms`.
     cells: Vec<Vec<usize>>,
-    /// By room: the rooms of the same cell that it touches, and a point between.
-    touching: Vec<Vec<(usize, DVec3)>>,
+    /// What is common to two rooms of one cell that touch.
+    passages: Vec<Room>,
+    /// By room: the rooms of the same cell that it touches, and the passage between.
+    touching: Vec<Vec<(usize, usize)>>,
 }
 
 impl Rooms {
@@ -115,18 +141,19 @@ impl Rooms {
             cells.push((start..rooms.len()).collect::<Vec<_>>());
         }
         let touch = bounds.diagonal() * 1e-4;
-        let mut touching = vec![Vec::new(); rooms.len()];
+        let (mut passages, mut touching) = (Vec::new(), vec![Vec::new(); rooms.len()]);
         for cell in &cells {
             for (i, &a) in cell.iter().enumerate() {
                 for &b in &cell[i + 1..] {
-                    if let Some(between) = between(&rooms[a], &rooms[b], touch) {
-                        touching[a].push((b, between));
-                        touching[b].push((a, between));
+                    if let Some(passage) = between(&rooms[a], &rooms[b], touch) {
+                        touching[a].push((b, passages.len()));
+                        touching[b].push((a, passages.len()));
+                        passages.push(passage);
                     }
                 }
             }
         }
-        Self { bounds, rooms, cells, touching }
+        Self { bounds, rooms, cells, passages, touching }
     }
 
     /// The piece of a cell that a walk stands in: the largest.
@@ -141,25 +168,48 @@ impl Rooms {
         self.cells[cell].iter().copied().min_by(|a, b| far(a).total_cmp(&far(b)).then(a.cmp(b)))
     }
 
-    /// Points on the way from piece to piece within a cell, the last one's stand excluded.
-    fn within(&self, from: usize, to: usize) -> Vec<DVec3> {
-        let mut before: Vec<Option<(usize, DVec3)>> = vec![None; self.rooms.len()];
+    /// Points on the way from `start` in piece `from` to `end` in piece `to` of the same cell, these two included.
+    fn within(&self, (start, from): (DVec3, usize), (end, to): (DVec3, usize)) -> Vec<DVec3> {
+        // Out of thin pieces at both ends, each by its own shortest step.
+        let (mut first, mut last) = (vec![start], vec![end]);
+        let (from, to) = (self.leave_thin(from, &mut first), self.leave_thin(to, &mut last));
+        let mut before: Vec<Option<(usize, usize)>> = vec![None; self.rooms.len()];
         let mut queue = VecDeque::from([to]);
         // Backwards, so that following `before` leads forwards.
         while let Some(room) = queue.pop_front() {
-            for &(next, point) in &self.touching[room] {
+            for &(next, passage) in &self.touching[room] {
                 if next != to && before[next].is_none() {
-                    before[next] = Some((room, point));
+                    before[next] = Some((room, passage));
                     queue.push_back(next);
                 }
             }
         }
-        let (mut at, mut points) = (from, Vec::new());
-        while let Some((next, point)) = before[at].filter(|_| at != to) {
-            points.push(point);
+        let mut at = from;
+        while let Some((next, passage)) = before[at].filter(|_| at != to) {
+            self.step(next, passage, &mut first);
             at = next;
         }
-        points
+        first.extend(last.into_iter().rev());
+        first
+    }
+
+    /// Goes from a thin piece to the largest that it touches, if that isn't thin: the piece where the way is then.
+    fn leave_thin(&self, room: usize, points: &mut Vec<DVec3>) -> usize {
+        let size = |r: usize| self.rooms[r].bounds.size().element_product();
+        let thick = self.touching[room].iter().filter(|(next, _)| !self.rooms[*next].is_thin());
+        match thick.max_by(|a, b| size(a.0).total_cmp(&size(b.0)).then(b.0.cmp(&a.0))) {
+            Some(&(next, passage)) if self.rooms[room].is_thin() => {
+                self.step(next, passage, points);
+                next
+            }
+            _ => room,
+        }
+    }
+
+    /// Goes through a passage into a piece.
+    fn step(&self, room: usize, passage: usize, points: &mut Vec<DVec3>) {
+        let between = self.passages[passage].step_from(points[points.len() - 1]);
+        points.extend([between, self.rooms[room].step_from(between)]);
     }
 
     /// The whole way: every cell that has a piece, in the order of the tree.
@@ -197,14 +247,16 @@ impl Rooms {
                 let (portal, target) = through;
                 let door = stand_in(&file.portals[portal].winding);
                 let (Some(leave), Some(enter)) = (self.nearest(cell, door), self.nearest(target, door)) else { continue };
-                way.points(&self.within(from, leave));
-                way.points(&[door]);
+                // From where the way has come to, towards the portal.
+                let start = way.last().unwrap_or(door);
+                way.points(&self.within((start, from), (door, leave)));
                 at = enter;
                 if !visited[target] {
                     visited[target] = true;
                     if let Some(main) = self.main(target) {
-                        way.points(&self.within(enter, main));
-                        way.keep(self.rooms[main].stand);
+                        let stand = self.rooms[main].stand;
+                        way.points(&self.within((door, enter), (stand, main)));
+                        way.keep(stand);
                         at = main;
                     }
                 }
@@ -214,13 +266,13 @@ impl Rooms {
     }
 }
 
-/// A point between two pieces that touch within `touch` metres.
-fn between(a: &Room, b: &Room, touch: f64) -> Option<DVec3> {
+/// What is common to two pieces that touch within `touch` metres.
+fn between(a: &Room, b: &Room, touch: f64) -> Option<Room> {
     if !a.bounds.inflated(touch).touches(&b.bounds.inflated(touch)) {
         return None;
     }
     let both = a.planes.iter().chain(&b.planes).map(|plane| Plane { d: plane.d + touch, ..*plane }).collect();
-    Room::new(both).map(|room| room.stand)
+    Room::new(both)
 }
 
 /// A point at eye height in a portal.
@@ -228,7 +280,7 @@ fn stand_in(winding: &[glam::Vec3]) -> DVec3 {
     let corners: Vec<DVec3> = winding.iter().map(|p| p.as_dvec3()).collect();
     let bounds = Aabb::of(corners.iter().copied());
     let height = bounds.max.y - bounds.min.y;
-    crate::geom::middle(&corners).with_y(bounds.min.y + EYE.min(0.6 * height))
+    crate::geom::middle(&corners).with_y(bounds.min.y + EYE.min(0.8 * height))
 }
 
 /// By cell: portals of a spanning tree and the cells that they lead to. Kruskal's algorithm, windows last.
@@ -276,6 +328,10 @@ impl Way {
     fn jump(&mut self, p: DVec3) {
         self.legs.push(Vec::new());
         self.keep(p);
+    }
+
+    fn last(&self) -> Option<DVec3> {
+        self.legs.last()?.last().copied()
     }
 
     fn points(&mut self, points: &[DVec3]) {

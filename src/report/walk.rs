@@ -158,14 +158,17 @@ fn time(culler: &Culler, mode: Mode, views: &[(usize, View)]) -> Vec<f64> {
 /// A picture of everything, and what it shows.
 struct Truth<'r> {
     rays: &'r RayScene<'r>,
-    view: &'r View,
+    /// From the eye itself: a camera that stands nearer to a wall than its near plane looks through the wall, which no
+    /// culler by visibility foresees.
+    view: View,
     full: IdBuffer,
     shown: Vec<ObjectId>,
 }
 
 impl<'r> Truth<'r> {
-    fn new(rays: &'r RayScene<'r>, view: &'r View) -> Self {
-        let full = draw(rays.scene(), view, &|_| true);
+    fn new(rays: &'r RayScene<'r>, view: &View) -> Self {
+        let view = View { near: view.near * 1e-3, ..*view };
+        let full = draw(rays.scene(), &view, &|_| true);
         Self { rays, view, shown: objects_shown(rays.scene(), &full), full }
     }
 
@@ -177,7 +180,7 @@ impl<'r> Truth<'r> {
     fn missed(&self, objects: &[ObjectId]) -> Missed {
         let mut kept = vec![false; self.rays.scene().objects.len()];
         objects.iter().for_each(|o| kept[o.index()] = true);
-        missed_pixels(self.rays, self.view, &self.full, &self.shown, &|o: ObjectId| kept[o.index()])
+        missed_pixels(self.rays, &self.view, &self.full, &self.shown, &|o: ObjectId| kept[o.index()])
     }
 }
 

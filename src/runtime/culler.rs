@@ -177,6 +177,11 @@ impl Culler {
         self.portal_cells.len()
     }
 
+    /// Number of pairs of a cell and an object in it.
+    pub(super) fn placed_count(&self) -> usize {
+        self.cell_objects.items.len()
+    }
+
     /// Number of triangles of an object.
     pub fn triangles(&self, object: ObjectId) -> u32 {
         self.triangles[object.index()]

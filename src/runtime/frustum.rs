@@ -147,30 +147,34 @@ impl Pyramid {
     pub fn rect(&self, centre: Vec3, half: Vec3) -> Rect {
         let centre = centre - self.camera.eye;
         let reach = centre.abs() + half;
-        let (mut corners, mut error) = ([[0f32; 8]; 3], [0f32; 3]);
-        for (row, form) in [self.camera.x, self.camera.y, self.camera.w].into_iter().enumerate() {
-            error[row] = SUM_ERROR * form.abs().dot(reach);
+        // Eight corners at a time, in loops without branches.
+        let corners = |form: Vec3| -> ([f32; 8], f32) {
             let (middle, step) = (form.dot(centre), form * half);
-            for (i, corner) in corners[row].iter_mut().enumerate() {
-                let sign = |bit: usize, v: f32| if i >> bit & 1 == 0 { -v } else { v };
-                *corner = middle + (sign(0, step.x) + sign(1, step.y) + sign(2, step.z));
-            }
-        }
-        let [across, along, depth] = corners;
-        let nearest = depth.iter().copied().fold(f32::INFINITY, f32::min) - error[2];
+            let sign = |bit: usize, i: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = |i| middle + (sign(0, i) * step.x + sign(1, i) * step.y + sign(2, i) * step.z);
+            (std::array::from_fn(corner), SUM_ERROR * form.abs().dot(reach))
+        };
+        let (depth, error) = corners(self.camera.w);
+        let nearest = depth.iter().copied().fold(f32::INFINITY, f32::min) - error;
         // The sums may be off by as much again before the quotients lose their sign.
-        if nearest <= error[2] || nearest.is_nan() {
+        if nearest <= error || nearest.is_nan() {
             return Rect::FULL;
         }
-        let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        for i in 0..8 {
-            let (near, far) = (depth[i] - error[2], depth[i] + error[2]);
-            let most = |v: f32| if v > 0.0 { v / near } else { v / far };
-            max = max.max(Vec2::new(most(across[i] + error[0]), most(along[i] + error[1])));
-            min = min.min(-Vec2::new(most(error[0] - across[i]), most(error[1] - along[i])));
-        }
-        // Quotients round by 2^-24 of their size; only those within the screen matter.
-        Rect { min: min - 1e-6, max: max + 1e-6 }
+        let near: [f32; 8] = std::array::from_fn(|i| 1.0 / (depth[i] - error));
+        let far: [f32; 8] = std::array::from_fn(|i| 1.0 / (depth[i] + error));
+        let extent = |form: Vec3| {
+            let (at, error) = corners(form);
+            let (mut min, mut max) = (f32::INFINITY, f32::NEG_INFINITY);
+            for i in 0..8 {
+                let (low, high) = (at[i] - error, at[i] + error);
+                min = min.min(low * if low > 0.0 { far[i] } else { near[i] });
+                max = max.max(high * if high > 0.0 { near[i] } else { far[i] });
+            }
+            // Quotients round by a few times 2^-24 of their size; only those within the screen matter.
+            (min - 1e-6, max + 1e-6)
+        };
+        let (x, y) = (extent(self.camera.x), extent(self.camera.y));
+        Rect { min: Vec2::new(x.0, y.0), max: Vec2::new(x.1, y.1) }
     }
 }
 

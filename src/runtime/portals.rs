@@ -25,9 +25,10 @@
 
 use super::culler::{Culler, bit};
 use super::frustum::{Camera, Pyramid, Rect};
-use super::scratch::{CrossedPortal, PortalState, Scratch};
+use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
 use crate::{CellId, DirectedPortal};
 use glam::{DVec2, DVec3, Vec3};
+use std::ops::Range;
 
 /// Rectangles grow by this much (normalised device coordinates) when they are rounded to `f32`, whose steps within [-2, 2]
 /// are under 2.4e-7. Larger: a portal beside another's rectangle is looked into. Smaller: a pixel on the edge gets lost.
@@ -158,9 +159,7 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scrat
     for &home in homes {
         scratch.reach(home);
         take_objects(culler, &pyramid, home, &Rect::FULL, None, scratch);
-        for &next in culler.cell_portals.get(home.index()) {
-            offer(culler, &eye, None, next, &Rect::FULL, scratch);
-        }
+        offer(culler, &eye, home, None, &Rect::FULL, scratch);
     }
 
     // 2. From portal to portal, until no rectangle grows.
@@ -173,12 +172,7 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scrat
             scratch.stats.capped += 1;
         }
         let open = state.open;
-        for &next in culler.cell_portals.get(target(culler, portal).index()) {
-            // No straight line passes one portal twice.
-            if next.portal() != portal.portal() {
-                offer(culler, &eye, Some(portal), next, &open, scratch);
-            }
-        }
+        offer(culler, &eye, target(culler, portal), Some(portal), &open, scratch);
     }
 
     // 3. What is to be seen through them.
@@ -198,37 +192,61 @@ fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
     culler.portal_cells[portal.portal().index()][1 - portal.side()]
 }
 
-/// Portal `next` is in the cell that is seen on `open`, through portal `through` (or from the eye): it is waiting in the queue
-/// afterwards if that opens more of it than before.
-fn offer(
-    culler: &Culler,
-    eye: &Eye,
-    through: Option<DirectedPortal>,
-    next: DirectedPortal,
-    open: &Rect,
-    scratch: &mut Scratch,
-) {
-    let frame = scratch.frame;
-    let state = &mut scratch.portal_states[next.0 as usize];
-    if state.frame != frame {
-        *state = PortalState { frame, own: eye.own_rect(culler, next), ..PortalState::UNSEEN };
+/// A cell is seen on `open`, through portal `through` (or from the eye): of its portals, those of which that opens more than
+/// before are waiting in the queue afterwards.
+fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPortal>, open: &Rect, scratch: &mut Scratch) {
+    let Range { start, mut end } = ways_out(culler, eye, cell, scratch);
+    let mut at = start;
+    while at < end {
+        let next = scratch.ways[at];
+        let state = &mut scratch.portal_states[next.0 as usize];
+        let rect = open.intersection(state.own);
+        // No straight line passes one portal twice.
+        let passes = |through: DirectedPortal| next.portal() != through.portal() && is_beyond(culler, through, next);
+        if rect.is_empty() || state.open.covers(&rect) || !through.is_none_or(passes) {
+            at += 1;
+            continue;
+        }
+        if state.open.is_empty() {
+            scratch.crossed.push(CrossedPortal { portal: next, rect });
+        }
+        state.open = state.open.union(rect);
+        if !state.queued {
+            state.queued = true;
+            scratch.queue.push(next);
+        }
+        if state.open.covers(&state.own) {
+            // It can't open more: nobody need look at it again.
+            end -= 1;
+            scratch.ways.swap(at, end);
+        } else {
+            at += 1;
+        }
     }
-    let rect = open.intersection(state.own);
-    if rect.is_empty() || state.open.covers(&rect) {
-        return;
+    scratch.cell_ways[cell.index()].end = end as u32;
+}
+
+/// The portals of a cell that the eye might see through, whatever leads to the cell, less those that are wide open already, as
+/// a range of [`Scratch::ways`]: found once a frame, since most portals of a large cell (the outside) face away from the eye or
+/// are off the screen.
+fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> Range<usize> {
+    let Part { frame, start, end } = scratch.cell_ways[cell.index()];
+    if frame == scratch.frame {
+        return start as usize..end as usize;
     }
-    if through.is_some_and(|through| !is_beyond(culler, through, next)) || !culler.may_enter(target(culler, next), scratch) {
-        return;
+    let start = scratch.ways.len();
+    for &portal in culler.cell_portals.get(cell.index()) {
+        if culler.may_enter(target(culler, portal), scratch) {
+            let own = eye.own_rect(culler, portal);
+            if !own.is_empty() {
+                scratch.portal_states[portal.0 as usize] = PortalState { own, ..PortalState::UNSEEN };
+                scratch.ways.push(portal);
+            }
+        }
     }
-    let state = &mut scratch.portal_states[next.0 as usize];
-    if state.open.is_empty() {
-        scratch.crossed.push(CrossedPortal { portal: next, rect });
-    }
-    state.open = state.open.union(rect);
-    if !state.queued {
-        state.queued = true;
-        scratch.queue.push(next);
-    }
+    let end = scratch.ways.len();
+    scratch.cell_ways[cell.index()] = Part { frame: scratch.frame, start: start as u32, end: end as u32 };
+    start..end
 }
 
 /// True where a corner of portal `next` is in front of the plane of portal `through`, within the tolerance.
@@ -251,21 +269,59 @@ fn take_objects(
     let (n, d) = through.map_or((Vec3::ZERO, -1.0), |portal| directed_plane(culler, portal));
     // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
     let behind = d - 3.0 * culler.tolerance as f32;
-    for &object in culler.cell_objects.get(cell.index()) {
-        let i = object.index();
-        let state = &mut scratch.object_states[i];
-        if state.taken == scratch.frame || !bit(&scratch.object_row, i) {
-            continue;
+    let Range { start, mut end } = candidates(culler, pyramid, cell, through.is_none(), scratch);
+    let mut at = start;
+    while at < end {
+        let object = scratch.candidates[at];
+        let state = &mut scratch.object_states[object.index()];
+        let mut taken = state.taken == scratch.frame;
+        if !taken && !state.own.intersection(*rect).is_empty() {
+            let (centre, half) = culler.boxes.get(object.index());
+            taken = n.dot(centre) + n.abs().dot(half) >= behind;
+            if taken {
+                state.taken = scratch.frame;
+                scratch.objects.push(object);
+            }
         }
-        let (centre, half) = culler.boxes.get(i);
-        if state.frame != scratch.frame {
-            state.frame = scratch.frame;
-            state.own = if pyramid.excludes(centre, half) { Rect::EMPTY } else { pyramid.rect(centre, half) };
+        if taken {
+            // Nobody need look at it again.
+            end -= 1;
+            scratch.candidates.swap(at, end);
+        } else {
+            at += 1;
         }
-        if state.own.intersection(*rect).is_empty() || n.dot(centre) + n.abs().dot(half) < behind {
-            continue;
-        }
-        state.taken = scratch.frame;
-        scratch.objects.push(object);
     }
+    scratch.cell_candidates[cell.index()].end = end as u32;
+}
+
+/// The objects of a cell that are in the row and in the frustum, less those taken since, as a range of
+/// [`Scratch::candidates`]: found once a frame, however many portals lead into the cell. In the eye's own cell all of them are
+/// about to be taken, wherever they are on the screen.
+fn candidates(culler: &Culler, pyramid: &Pyramid, cell: CellId, is_home: bool, scratch: &mut Scratch) -> Range<usize> {
+    let Part { frame, start, end } = scratch.cell_candidates[cell.index()];
+    if frame == scratch.frame {
+        return start as usize..end as usize;
+    }
+    let start = scratch.candidates.len();
+    for &object in culler.cell_objects.get(cell.index()) {
+        let state = &mut scratch.object_states[object.index()];
+        if state.taken == scratch.frame || !bit(&scratch.object_row, object.index()) {
+            continue;
+        }
+        if state.frame != scratch.frame {
+            let (centre, half) = culler.boxes.get(object.index());
+            state.frame = scratch.frame;
+            state.own = match pyramid.excludes(centre, half) {
+                true => Rect::EMPTY,
+                false if is_home => Rect::FULL,
+                false => pyramid.rect(centre, half),
+            };
+        }
+        if !state.own.is_empty() {
+            scratch.candidates.push(object);
+        }
+    }
+    let end = scratch.candidates.len();
+    scratch.cell_candidates[cell.index()] = Part { frame: scratch.frame, start: start as u32, end: end as u32 };
+    start..end
 }

@@ -64,11 +64,20 @@ pub struct VisibleSet<'s> {
     pub stats: FrameStats,
 }
 
-/// A directed portal in the current frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PortalState {
+/// A cell's part of a list that is filled cell by cell as a frame gets to them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Part {
     /// The frame that the rest is of.
     pub frame: u32,
+    /// Where it starts.
+    pub start: u32,
+    /// And ends, exclusively.
+    pub end: u32,
+}
+
+/// A directed portal in the current frame; set when its cell is first looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PortalState {
     /// Its own rectangle: the most that it can open. Empty where it can't be seen through.
     pub own: Rect,
     /// What it opens as far as is known.
@@ -80,7 +89,7 @@ pub(super) struct PortalState {
 }
 
 impl PortalState {
-    pub const UNSEEN: Self = Self { frame: 0, own: Rect::EMPTY, open: Rect::EMPTY, visits: 0, queued: false };
+    pub const UNSEEN: Self = Self { own: Rect::EMPTY, open: Rect::EMPTY, visits: 0, queued: false };
 }
 
 /// An object in the current frame.
@@ -128,6 +137,14 @@ pub struct Scratch {
     pub(super) frame: u32,
     pub(super) object_states: Vec<ObjectState>,
     pub(super) cell_marks: Vec<u32>,
+    /// By cell: its part of `ways`.
+    pub(super) cell_ways: Vec<Part>,
+    /// Portals that the eye might see through.
+    pub(super) ways: Vec<DirectedPortal>,
+    /// By cell: its part of `candidates`.
+    pub(super) cell_candidates: Vec<Part>,
+    /// Objects that are in the row and the frustum, but not taken yet.
+    pub(super) candidates: Vec<ObjectId>,
     pub(super) portal_states: Vec<PortalState>,
     pub(super) queue: Queue,
     /// The rows of the eye's cells, joined.
@@ -149,6 +166,10 @@ impl Scratch {
             frame: 0,
             object_states: vec![ObjectState::UNSEEN; objects],
             cell_marks: vec![0; cells],
+            cell_ways: vec![Part::default(); cells],
+            ways: Vec::with_capacity(portals),
+            cell_candidates: vec![Part::default(); cells],
+            candidates: Vec::with_capacity(culler.placed_count()),
             portal_states: vec![PortalState::UNSEEN; portals],
             queue: Queue { ring: vec![DirectedPortal(0); portals], head: 0, len: 0 },
             object_row: vec![0; objects.div_ceil(64)],
@@ -173,12 +194,15 @@ impl Scratch {
             self.frame = 0;
             self.object_states.fill(ObjectState::UNSEEN);
             self.cell_marks.fill(0);
-            self.portal_states.fill(PortalState::UNSEEN);
+            self.cell_ways.fill(Part::default());
+            self.cell_candidates.fill(Part::default());
         }
         self.frame += 1;
         self.objects.clear();
         self.cells.clear();
         self.crossed.clear();
+        self.ways.clear();
+        self.candidates.clear();
         self.stats = FrameStats::default();
     }
 

@@ -1,0 +1,81 @@
+//! `enfilade walk`, from the command line: what it prints, and what it refuses.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn enfilade(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_enfilade")).args(arguments).output().unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A small maze, baked: the model and its file.
+fn maze(folder: &Path) -> (PathBuf, PathBuf) {
+    std::fs::create_dir_all(folder).unwrap();
+    let (model, file) = (folder.join("maze.glb"), folder.join("maze.pvs"));
+    assert!(enfilade(&["generate", "maze", "--rooms", "4", "-o", text(&model)]).status.success());
+    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "0.1"]).status.success());
+    (model, file)
+}
+
+#[test]
+fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_walk_lines");
+    let (model, file) = maze(&folder);
+    let common = ["walk", text(&file), "--model", text(&model), "--size", "96x54", "--every", "10"];
+    let out = enfilade(&[&common[..], &["--mode", "all", "--verify-pixels", "--json"]].concat());
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    let lines: Vec<Value> =
+        String::from_utf8(out.stdout).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let (summaries, frames): (Vec<&Value>, Vec<&Value>) = lines.iter().partition(|l| l.get("summary").is_some());
+    let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
+    for frame in &frames {
+        assert_eq!(keys(frame), "frame mode cells portals objects triangles queries us missed_pixels crack_pixels");
+        assert_eq!(frame["frame"].as_u64().unwrap() % 10, 0);
+    }
+    assert_eq!(summaries.len(), 5);
+    for (summary, mode) in summaries.iter().zip(["none", "frustum", "portals", "pvs", "both"]) {
+        let summary = &summary["summary"];
+        let expected = "frames mode triangles_mean objects_mean us_median us_p99 missed_pixels crack_pixels \
+                        exact_triangles_mean capped_frames";
+        assert_eq!((keys(summary).as_str(), summary["mode"].as_str()), (expected, Some(mode)));
+        assert_eq!(summary["frames"].as_u64(), Some(frames.len() as u64 / 5));
+        assert_eq!(summary["missed_pixels"].as_u64(), Some(0), "{mode}");
+    }
+
+    // Pictures, and nothing on stdout without --json.
+    let pictures = folder.join("pictures");
+    let out = enfilade(&[&common[..], &["--frames", text(&pictures)]].concat());
+    assert!(out.status.success() && out.stdout.is_empty());
+    assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), frames.len() / 5);
+    assert!(std::fs::read(pictures.join("frame_00000_both.png")).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn bad_input_is_one_line_and_exit_2() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_walk_refuses");
+    let (model, file) = maze(&folder);
+    let other = folder.join("other.glb");
+    assert!(enfilade(&["generate", "maze", "--rooms", "4", "--seed", "1", "-o", text(&other)]).status.success());
+    let path = folder.join("path.json");
+    let frame = r#"{"eye": [0, 1, 0], "target": [0, 1, 0]}"#;
+    std::fs::write(&path, format!(r#"{{"name": "p", "fov_y_degrees": 60, "near": 0.1, "frames": [{frame}]}}"#)).unwrap();
+    let (m, f) = (text(&model), text(&file));
+    let cases: [(&[&str], &str); 6] = [
+        (&["walk", f, "--model", text(&other)], "is not the model that"),
+        (&["walk", f, "--model", m, "--path", text(&path)], "path.json: frame 0: eye and target are the same point"),
+        (&["walk", f, "--model", m, "--mode", "chc"], "occlusion queries"),
+        (&["walk", f, "--model", m, "--size", "0x10"], "--size"),
+        (&["walk", m, "--model", m], "maze.glb: not a .pvs file"),
+        (&["walk", f, "--model", f], "maze.pvs: no importer"),
+    ];
+    for (arguments, expected) in cases {
+        let out = enfilade(arguments);
+        let message = String::from_utf8(out.stderr).unwrap();
+        assert_eq!((out.status.code(), message.lines().count()), (Some(2), 1), "{arguments:?}: {message}");
+        assert!(message.contains(expected) && out.stdout.is_empty(), "{arguments:?}: {message}");
+    }
+}
