@@ -18,9 +18,7 @@ const PARALLEL: f64 = 1e-9;
 pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     // Directions that no plane bounds on either side are cut across, so that there are corners.
     let free = free_directions(planes);
-    let cuts = free
-        .iter()
-        .flat_map(|&n| [Plane { n, d: 0.0 }, Plane { n: -n, d: 0.0 }]);
+    let cuts = free.iter().flat_map(|&n| [Plane { n, d: 0.0 }, Plane { n: -n, d: 0.0 }]);
     let all: Vec<Plane> = planes.iter().copied().chain(cuts).collect();
     let mut rays = free.clone();
     rays.extend(free.iter().map(|&v| -v));
@@ -33,19 +31,14 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
                 continue;
             }
             let direction = edge.normalize();
-            rays.extend(
-                [direction, -direction]
-                    .into_iter()
-                    .filter(|v| all.iter().all(|p| p.n.dot(*v) <= PARALLEL)),
-            );
+            rays.extend([direction, -direction].into_iter().filter(|v| all.iter().all(|p| p.n.dot(*v) <= PARALLEL)));
             for c in &all[j + 1..] {
                 // Cramer's rule.
                 let determinant = edge.dot(c.n);
                 if determinant.abs() < PARALLEL * PARALLEL.sqrt() {
                     continue;
                 }
-                let corner =
-                    (b.n.cross(c.n) * a.d + c.n.cross(a.n) * b.d + edge * c.d) / determinant;
+                let corner = (b.n.cross(c.n) * a.d + c.n.cross(a.n) * b.d + edge * c.d) / determinant;
                 if corner.is_finite() && all.iter().all(|p| p.distance(corner) <= eps) {
                     corners = corners.with(corner);
                     sum += corner;
@@ -78,20 +71,14 @@ fn free_directions(planes: &[Plane]) -> Vec<DVec3> {
     let Some(first) = planes.first() else {
         return DVec3::AXES.to_vec();
     };
-    let widest = |directions: &mut dyn Iterator<Item = DVec3>| {
-        directions.max_by(|a, b| a.length().total_cmp(&b.length()))
-    };
+    let widest = |directions: &mut dyn Iterator<Item = DVec3>| directions.max_by(|a, b| a.length().total_cmp(&b.length()));
     let line = widest(&mut planes.iter().map(|p| first.n.cross(p.n))).unwrap_or_default();
     if line.length() < PARALLEL {
         let (a, b) = first.n.any_orthonormal_pair();
         return vec![a, b];
     }
     let line = line.normalize();
-    if planes.iter().all(|p| p.n.dot(line).abs() < PARALLEL) {
-        vec![line]
-    } else {
-        Vec::new()
-    }
+    if planes.iter().all(|p| p.n.dot(line).abs() < PARALLEL) { vec![line] } else { Vec::new() }
 }
 
 #[cfg(test)]
@@ -100,17 +87,11 @@ mod tests {
 
     fn plane(x: f64, y: f64, z: f64, d: f64) -> Plane {
         let n = DVec3::new(x, y, z);
-        Plane {
-            n: n.normalize(),
-            d: d / n.length(),
-        }
+        Plane { n: n.normalize(), d: d / n.length() }
     }
 
     fn close(a: DVec3, b: [f64; 3]) -> bool {
-        a.to_array()
-            .iter()
-            .zip(b)
-            .all(|(&a, b)| a == b || (a - b).abs() < 1e-9)
+        a.to_array().iter().zip(b).all(|(&a, b)| a == b || (a - b).abs() < 1e-9)
     }
 
     const INF: f64 = f64::INFINITY;
@@ -118,12 +99,7 @@ mod tests {
     #[test]
     fn bounded_pieces_have_the_box_of_their_corners() {
         // The simplex with legs of 2 m.
-        let simplex = [
-            plane(-1., 0., 0., 0.),
-            plane(0., -1., 0., 0.),
-            plane(0., 0., -1., 0.),
-            plane(1., 1., 1., 2.),
-        ];
+        let simplex = [plane(-1., 0., 0., 0.), plane(0., -1., 0., 0.), plane(0., 0., -1., 0.), plane(1., 1., 1., 2.)];
         let b = bounds(&simplex, 1e-9).unwrap();
         assert!(close(b.min, [0.; 3]) && close(b.max, [2.; 3]));
     }
@@ -139,25 +115,14 @@ mod tests {
         assert!(close(b.min, [-INF, -1., -INF]) && close(b.max, [INF, 3., INF]));
         let b = bounds(&[plane(1., 0., 0., 5.), plane(0., 0., -1., 4.)], 1e-9).unwrap();
         assert!(close(b.min, [-INF, -INF, -4.]) && close(b.max, [5., INF, INF]));
-        let wedge = [
-            plane(-1., 1., 0., 0.),
-            plane(-1., -1., 0., 0.),
-            plane(0., 0., 1., 1.),
-            plane(0., 0., -1., 1.),
-        ];
+        let wedge = [plane(-1., 1., 0., 0.), plane(-1., -1., 0., 0.), plane(0., 0., 1., 1.), plane(0., 0., -1., 1.)];
         let b = bounds(&wedge, 1e-9).unwrap();
         assert!(close(b.min, [0., -INF, -1.]) && close(b.max, [INF, INF, 1.]));
     }
 
     #[test]
     fn pieces_without_volume_are_none() {
-        assert_eq!(
-            bounds(&[plane(1., 0., 0., 0.), plane(-1., 0., 0., -1.)], 1e-9),
-            None
-        );
-        assert_eq!(
-            bounds(&[plane(1., 0., 0., 1.), plane(-1., 0., 0., -1.)], 1e-9),
-            None
-        );
+        assert_eq!(bounds(&[plane(1., 0., 0., 0.), plane(-1., 0., 0., -1.)], 1e-9), None);
+        assert_eq!(bounds(&[plane(1., 0., 0., 1.), plane(-1., 0., 0., -1.)], 1e-9), None);
     }
 }

@@ -41,7 +41,11 @@ const WIDE_GATE: f64 = 0.75;
 const WIDE_FRAMED_GATE: f64 = 0.97;
 /// Two regions are one space where this share of the smaller one's whole boundary is open to the other: a room's door is 2 % of
 /// it, a wide window 6 %, half a hall 20 % and more.
-const OPEN_SHARE: f64 = 0.12;
+const OPEN_SHARE: f64 = 0.2;
+/// The same where the smaller region is itself as large as a hall (cubic metres): a level whose halls flow into one another
+/// would end up as one cell.
+const OPEN_SHARE_OF_HALLS: f64 = 0.35;
+const HALL: f64 = 150.0;
 /// Narrower than this (metres) or smaller (cubic metres) is a part of its neighbour: a door's reveal, a niche.
 const LEAST_WIDTH: f64 = 0.6;
 const LEAST_VOLUME: f64 = 1.5;
@@ -176,7 +180,10 @@ pub(super) fn label(
         let mut wishes: Vec<(f64, (u32, u32))> = (contact.iter())
             .filter(|((a, b), _)| name[*a as usize].is_none() || name[*b as usize].is_none())
             .map(|(pair, &open)| (share(pair, open), *pair))
-            .filter(|w| w.0 >= OPEN_SHARE)
+            .filter(|&(share, (a, b))| {
+                let hall = volume[a as usize].min(volume[b as usize]) >= HALL * human.metre.powi(3);
+                share >= if hall { OPEN_SHARE_OF_HALLS } else { OPEN_SHARE }
+            })
             .collect();
         wishes.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
         let mut touched = vec![false; n];

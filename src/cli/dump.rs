@@ -48,11 +48,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         }
     }
     let mut out = BufWriter::new(io::stdout().lock());
-    let written = if args.json {
-        json(&file, args.rows, &mut out)
-    } else {
-        text(&file, args.rows, &mut out)
-    };
+    let written = if args.json { json(&file, args.rows, &mut out) } else { text(&file, args.rows, &mut out) };
     match written.and_then(|()| out.flush()) {
         // The reader has seen enough.
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
@@ -82,9 +78,7 @@ fn obj_lines(scene: &Scene, out: &mut dyn Write) -> io::Result<()> {
     }
     for (i, object) in scene.objects.iter().enumerate() {
         writeln!(out, "o object_{i}")?;
-        for [a, b, c] in
-            &scene.triangles[object.triangles.start as usize..object.triangles.end as usize]
-        {
+        for [a, b, c] in &scene.triangles[object.triangles.start as usize..object.triangles.end as usize] {
             writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
         }
     }
@@ -101,22 +95,10 @@ fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<
     if rows.is_none() {
         for (i, c) in file.cells.iter().enumerate() {
             let open = if c.open { ", open" } else { "" };
-            writeln!(
-                out,
-                "cell {i} {:?}: {} pieces{open}",
-                c.name,
-                c.pieces.len()
-            )?;
+            writeln!(out, "cell {i} {:?}: {} pieces{open}", c.name, c.pieces.len())?;
         }
         for (i, p) in file.portals.iter().enumerate() {
-            writeln!(
-                out,
-                "portal {i}: {} - {}, {} corners, {:?}",
-                p.cells[0],
-                p.cells[1],
-                p.winding.len(),
-                p.kind
-            )?;
+            writeln!(out, "portal {i}: {} - {}, {} corners, {:?}", p.cells[0], p.cells[1], p.winding.len(), p.kind)?;
         }
         for (i, o) in file.objects.iter().enumerate() {
             writeln!(out, "object {i} {:?}: {} triangles", o.node, o.triangles)?;
@@ -127,15 +109,7 @@ fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<
             continue;
         }
         if rows.is_none() {
-            writeln!(
-                out,
-                "rows of {}",
-                if which == Rows::Cells {
-                    "cells"
-                } else {
-                    "objects"
-                }
-            )?;
+            writeln!(out, "rows of {}", if which == Rows::Cells { "cells" } else { "objects" })?;
         }
         let matrix = Matrix::shipped(file, which);
         for row in 0..matrix.rows {
@@ -163,32 +137,17 @@ impl<'f> Matrix<'f> {
             Rows::Cells => (file.cell_rows.as_ref(), file.cells.len()),
             Rows::Objects => (file.object_rows.as_ref(), file.objects.len()),
         };
-        Self {
-            matrix,
-            rows: file.cells.len(),
-            columns,
-        }
+        Self { matrix, rows: file.cells.len(), columns }
     }
 
     fn of(matrix: &'f BitMatrix) -> Self {
-        Self {
-            matrix: Some(matrix),
-            rows: matrix.rows(),
-            columns: matrix.columns(),
-        }
+        Self { matrix: Some(matrix), rows: matrix.rows(), columns: matrix.columns() }
     }
 
     /// Ascending ids in a row.
     fn ids(self, row: usize) -> impl Iterator<Item = usize> + 'f {
-        let all = if self.matrix.is_none() {
-            0..self.columns
-        } else {
-            0..0
-        };
-        self.matrix
-            .into_iter()
-            .flat_map(move |m| m.ones(row))
-            .chain(all)
+        let all = if self.matrix.is_none() { 0..self.columns } else { 0..0 };
+        self.matrix.into_iter().flat_map(move |m| m.ones(row)).chain(all)
     }
 }
 
@@ -247,50 +206,26 @@ impl Serialize for Document<'_> {
         let Self { file, only } = *self;
         let origin = file.origin;
         let cell = |i: usize, c: &FileCell| {
-            let piece = |planes: &Vec<Vec4>| json!({ "planes": planes.iter().map(|p| plane(origin, p)).collect::<Vec<_>>() });
+            let piece =
+                |planes: &Vec<Vec4>| json!({ "planes": planes.iter().map(|p| plane(origin, p)).collect::<Vec<_>>() });
             let pieces: Vec<_> = c.pieces.iter().map(piece).collect();
             json!({ "id": i, "open": c.open, "name": c.name, "source": c.source, "pieces": pieces })
         };
         let portal = |i: usize, p: &FilePortal| {
-            let winding: Vec<_> = p
-                .winding
-                .iter()
-                .map(|p| (p.as_dvec3() + origin).to_array())
-                .collect();
+            let winding: Vec<_> = p.winding.iter().map(|p| (p.as_dvec3() + origin).to_array()).collect();
             json!({ "id": i, "cells": p.cells, "winding": winding, "kind": p.kind, "source": p.source })
         };
-        let object =
-            |i: usize, o: &FileObject| json!({ "id": i, "node": o.node, "triangles": o.triangles });
-        let sides = |cells, objects| Sides {
-            cells,
-            objects,
-            only,
-        };
+        let object = |i: usize, o: &FileObject| json!({ "id": i, "node": o.node, "triangles": o.triangles });
+        let sides = |cells, objects| Sides { cells, objects, only };
         let side = |cells, objects| sides(Matrix::of(cells), Matrix::of(objects));
 
         let mut map = s.serialize_map(None)?;
         map.serialize_entry("cells", &Each(&file.cells, cell))?;
         map.serialize_entry("portals", &Each(&file.portals, portal))?;
         map.serialize_entry("objects", &Each(&file.objects, object))?;
-        map.serialize_entry(
-            "rows",
-            &sides(
-                Matrix::shipped(file, Rows::Cells),
-                Matrix::shipped(file, Rows::Objects),
-            ),
-        )?;
-        if let Some(Bounds {
-            cells_lower,
-            cells_upper,
-            objects_lower,
-            objects_upper,
-            ..
-        }) = &file.bounds
-        {
-            let bounds = LowerUpper {
-                lower: side(cells_lower, objects_lower),
-                upper: side(cells_upper, objects_upper),
-            };
+        map.serialize_entry("rows", &sides(Matrix::shipped(file, Rows::Cells), Matrix::shipped(file, Rows::Objects)))?;
+        if let Some(Bounds { cells_lower, cells_upper, objects_lower, objects_upper, .. }) = &file.bounds {
+            let bounds = LowerUpper { lower: side(cells_lower, objects_lower), upper: side(cells_upper, objects_upper) };
             map.serialize_entry("bounds", &bounds)?;
         }
         if !file.repairs.is_empty() {
@@ -310,4 +245,27 @@ struct LowerUpper<'f> {
 fn json(file: &PvsFile, only: Option<Rows>, out: &mut impl Write) -> io::Result<()> {
     serde_json::to_writer(&mut *out, &Document { file, only })?;
     writeln!(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use enfilade::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    #[test]
+    fn obj_files_have_a_group_an_object_in_the_models_coordinates() {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        for (node, x) in [("floor", 100.0), ("roof", 100.5)] {
+            let positions = [[x, 0.25, 0.0], [x + 1.0, 0.25, 0.0], [x, 0.25, 1.0]].map(DVec3::from_array).to_vec();
+            let mesh = Mesh { node: node.into(), role: Role::Unknown, opaque: true, positions, triangles: vec![[0, 1, 2]] };
+            builder.add(mesh).expect("a good mesh");
+        }
+        let scene = builder.finish("two").expect("two triangles");
+        assert_ne!(scene.origin, DVec3::ZERO);
+        let mut out = Vec::new();
+        obj_lines(&scene, &mut out).expect("memory");
+        let expected = "v 100 0.25 0\nv 101 0.25 0\nv 100 0.25 1\nv 100.5 0.25 0\nv 101.5 0.25 0\nv 100.5 0.25 1\n\
+                        o object_0\nf 1 2 3\no object_1\nf 4 5 6\n";
+        assert_eq!(String::from_utf8_lossy(&out), expected);
+    }
 }

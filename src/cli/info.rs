@@ -96,7 +96,8 @@ fn prose(f: &Value) -> String {
     let percent = |key: &str, all: &str| 100.0 * number(key) / number(all).max(1.0);
     let mut out = String::new();
     let mut line = |name: &str, what: String| {
-        // Into a String: cannot fail.
+        // One line, whatever a name in the file holds. Writing into a String cannot fail.
+        let what = what.split_whitespace().collect::<Vec<_>>().join(" ");
         let _ = writeln!(out, "{name:<10} {what}");
     };
     line("file", format!("version {}, {} bytes, for model {}", f["version"], f["file_bytes"], text(&f["model_hash"])));

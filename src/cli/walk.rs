@@ -1,12 +1,151 @@
 //! `enfilade walk`.
 
-use super::{CliError, Outcome};
+use super::{CliError, Outcome, at};
+use enfilade::file::PvsFile;
+use enfilade::pvs::Guarantee;
+use enfilade::report::path::CameraPath;
+use enfilade::report::tour::tour;
+use enfilade::report::walk::{FrameLine, Summary, WalkOptions, walk};
+use enfilade::runtime::Mode;
+use enfilade::scene::import;
+use serde_json::json;
+use std::io::Write;
+use std::path::PathBuf;
 
 /// Flags.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The file that `bake` wrote.
+    file: PathBuf,
+    /// The model that it was baked for.
+    #[arg(long)]
+    model: PathBuf,
+    /// Camera path (JSON); without it, a path through every cell.
+    #[arg(long)]
+    path: Option<PathBuf>,
+    /// How to cull: none, frustum, portals, pvs, both, or all of them; may be given several times.
+    #[arg(long = "mode", default_value = "both")]
+    modes: Vec<String>,
+    /// Put a picture of every frame into this folder; frames are compared as with --verify-pixels.
+    #[arg(long, value_name = "DIR")]
+    frames: Option<PathBuf>,
+    /// Size of the pictures, pixels.
+    #[arg(long, default_value = "640x360", value_name = "WxH")]
+    size: String,
+    /// Compare every frame with a picture of everything; exit 1 where a conservative file misses a pixel.
+    #[arg(long)]
+    verify_pixels: bool,
+    /// Take every n-th frame of the path.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "N")]
+    every: u32,
+    /// Seed of the path through every cell.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// JSON on stdout: a line a frame, then a summary a mode.
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<Outcome, CliError> {
-    Err(CliError("not written yet".into()))
+pub fn run(args: Args) -> Result<Outcome, CliError> {
+    let (width, height) = size(&args.size)?;
+    let modes = modes(&args.modes)?;
+    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let path = match &args.path {
+        Some(path) => CameraPath::load(path).map_err(|e| at(path, e))?,
+        None => tour(&file, args.seed),
+    };
+    if path.frames.is_empty() {
+        return Err(at(&args.file, "has no cell to walk through; give a path with --path"));
+    }
+    let scene = import(&args.model, &file.import.options()).map_err(|e| at(&args.model, e))?;
+    if scene.hash() != file.model_hash {
+        let what =
+            format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
+        return Err(at(&args.model, what));
+    }
+    if let Some(folder) = &args.frames {
+        std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
+    }
+
+    let every = args.every as usize;
+    let options = WalkOptions { modes, width, height, verify_pixels: args.verify_pixels, pictures: args.frames, every };
+    let mut printed = Ok(());
+    let mut print = |line: &FrameLine| {
+        if printed.is_ok() && args.json {
+            printed = print_json(&json!(line));
+        }
+    };
+    let folder = options.pictures.clone().unwrap_or_default();
+    let summaries = walk(&scene, &file, &path, &options, &mut print).map_err(|e| at(&folder, e))?;
+    printed?;
+    for summary in &summaries {
+        if args.json {
+            print_json(&json!({ "summary": summary }))?;
+        } else {
+            eprintln!("{}", prose(summary, scene.triangles.len()));
+        }
+    }
+    // A sampled file doesn't promise every pixel, so a miss is a figure, not a fault.
+    let promised = args.verify_pixels && file.guarantee == Guarantee::Conservative;
+    let failed = promised && summaries.iter().any(|s| s.missed_pixels.is_some_and(|missed| missed > 0));
+    Ok(if failed { Outcome::Failed } else { Outcome::Done })
+}
+
+fn print_json(value: &serde_json::Value) -> Result<(), CliError> {
+    writeln!(std::io::stdout().lock(), "{value}").map_err(|e| CliError(format!("stdout: {e}")))
+}
+
+fn prose(s: &Summary, all_triangles: usize) -> String {
+    let mut line = format!(
+        "{:8} {} frames, {:.0} of {all_triangles} triangles, {:.0} objects, {:.1} us (p99 {:.1})",
+        s.mode, s.frames, s.triangles_mean, s.objects_mean, s.us_median, s.us_p99
+    );
+    if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
+        line += &format!(", {missed} missed pixels, {cracks} at cracks, {exact:.0} triangles really visible");
+    }
+    line
+}
+
+/// Modes by name, each once, in the order given; `all` stands for all.
+fn modes(names: &[String]) -> Result<Vec<Mode>, CliError> {
+    let mut modes = Vec::new();
+    for name in names {
+        let named = match name.as_str() {
+            "all" => Mode::ALL.to_vec(),
+            name => vec![name.parse().map_err(|e| CliError(format!("--mode: {e}")))?],
+        };
+        for mode in named {
+            if !modes.contains(&mode) {
+                modes.push(mode);
+            }
+        }
+    }
+    Ok(modes)
+}
+
+fn size(text: &str) -> Result<(usize, usize), CliError> {
+    let parse = |s: &str| s.parse::<usize>().ok().filter(|n| (1..=16384).contains(n));
+    text.split_once('x')
+        .and_then(|(w, h)| Some((parse(w)?, parse(h)?)))
+        .ok_or_else(|| CliError(format!("--size: \"{text}\" is not WIDTHxHEIGHT in pixels, each 1 to 16384")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_modes_are_read_strictly() {
+        assert_eq!(size("640x360").unwrap(), (640, 360));
+        for bad in ["640", "0x3", "3x0", "-1x5", "16385x1", "1x1x1", "ax1"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        let names = |names: &[&str]| modes(&names.iter().map(|s| s.to_string()).collect::<Vec<_>>());
+        assert_eq!(
+            names(&["both", "all", "pvs"]).unwrap(),
+            [Mode::Both, Mode::None, Mode::Frustum, Mode::Portals, Mode::Pvs]
+        );
+        assert!(names(&["chc"]).unwrap_err().to_string().contains("occlusion queries"));
+    }
 }

@@ -26,7 +26,7 @@ const CHECKSUM_AT: usize = 48;
 const REQUIRED: u32 = 1;
 /// Section flag: the stored bytes are zstd frames.
 const ZSTD: u32 = 2;
-/// Compression level; beyond it, time doubles and a hundredth is saved.
+/// Compression level. On the rows of grids of up to 576 rooms, level 19 took several times as long and saved less than 1 %.
 pub(super) const ZSTD_LEVEL: i32 = 15;
 
 /// What a section holds. The number in the file is the position in [`SectionId::ALL`], from 1.

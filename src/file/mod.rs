@@ -19,6 +19,7 @@ pub use format::{Container, MAGIC, Section, SectionId, VERSION};
 pub use rows::{RowReader, encode_rows, entropy_bits_per_pair};
 pub use save::{load_bytes, replace_file};
 
+use crate::bits::ones;
 use crate::cells::{PortalKind, Strategy};
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
 use crate::scene::ImportOptions;
@@ -164,6 +165,22 @@ impl PvsFile {
     pub fn cell_row(&self, cell: CellId) -> Option<&[u64]> {
         self.cell_rows.as_ref().map(|rows| rows.row(cell.index()))
     }
+
+    /// The objects that a cell sees, ascending.
+    pub fn objects_seen(&self, cell: CellId) -> impl Iterator<Item = ObjectId> + '_ {
+        seen(self.object_row(cell), self.objects.len()).map(|i| ObjectId(i as u32))
+    }
+
+    /// The cells that a cell sees, ascending.
+    pub fn cells_seen(&self, cell: CellId) -> impl Iterator<Item = CellId> + '_ {
+        seen(self.cell_row(cell), self.cells.len()).map(|i| CellId(i as u32))
+    }
+}
+
+/// The set bits of a row, or all `n` where there is no row.
+fn seen(row: Option<&[u64]>, n: usize) -> impl Iterator<Item = usize> + '_ {
+    let all = if row.is_none() { 0..n } else { 0..0 };
+    row.into_iter().flat_map(ones).chain(all)
 }
 
 /// How many pairs each side holds.

@@ -1,11 +1,12 @@
 //! Aimed witnesses: segments tried at the pairs that flow left undecided.
 //!
 //! Cubes look everywhere; what flow leaves between the two bounds is a short list, so the rays that are left go there: from
-//! random points on the cell's portals and in its pieces to random points on the object. Pairs are tried in rounds of more and
+//! random points on the cell's portals and in its pieces to random points on the object, and for an object in the cell itself
+//! also from random points straight before it. Pairs are tried in rounds of more and
 //! more attempts, so that easy ones don't wait for hopeless ones.
 
 use super::cubes::{Random, mix};
-use super::repair::facet;
+use super::repair::corners;
 use super::witness::{Found, Lower, Prover};
 use super::{Progress, PvsOptions};
 use crate::cells::{CellGraph, Locator};
@@ -25,11 +26,18 @@ const BATCH: usize = 32;
 /// Pieces of a cell that segments start in.
 const PIECES: usize = 16;
 
+/// What flow left: pairs of the upper set, of which those of the lower set are decided.
+pub(super) struct Undecided<'a> {
+    pub cells_upper: &'a BitMatrix,
+    pub objects_upper: &'a BitMatrix,
+    pub placement: &'a BitMatrix,
+}
+
 /// Tries pairs of `cells_upper` and `objects_upper` that have no proof yet until the lower bound has cost `budget` rays.
 pub(super) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
-    [cells_upper, objects_upper]: [&BitMatrix; 2],
+    Undecided { cells_upper, objects_upper, placement }: Undecided<'_>,
     options: &PvsOptions,
     budget: u64,
     lower: &mut Lower,
@@ -37,7 +45,7 @@ pub(super) fn sample(
 ) {
     let (scene, locator) = (rays.scene(), Locator::new(graph));
     let prover = Prover { rays, locator: &locator, clearance: scene.tolerance().clearance };
-    let origins: Vec<Origins> = (0..graph.cells.len()).map(|c| Origins::new(graph, scene, c)).collect();
+    let origins: Vec<Origins> = (0..graph.cells.len()).into_par_iter().map(|c| Origins::new(graph, scene, c)).collect();
     for round in 0..ROUNDS {
         let open = |c: usize| {
             let left = |upper: &BitMatrix, known: &BitMatrix| {
@@ -60,9 +68,12 @@ pub(super) fn sample(
                     let (cell, mut found) = (CellId(c as u32), Found::default());
                     let mut random = Random(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
                     for &object in objects {
-                        for _ in 0..attempts {
-                            let Some(from) = origins[c].draw(&mut random) else { break };
+                        for attempt in 0..attempts {
                             let (to, hit) = point_on(scene, object, &mut random);
+                            let near = attempt % 2 == 0 && placement.get(c, object);
+                            let from =
+                                if near { Some(before(scene, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
+                            let Some(from) = from else { break };
                             if prover.aim(cell, from, to, hit, &mut found) {
                                 break;
                             }
@@ -100,6 +111,15 @@ fn point_on(scene: &Scene, object: usize, random: &mut Random) -> (DVec3, Hit) {
     (a + (b - a) * x + (c - a) * y, Hit { t: 1.0, triangle, object: ObjectId(object as u32) })
 }
 
+/// A random point straight before a point of a triangle, on either side: near ones as likely as far ones.
+fn before(scene: &Scene, to: DVec3, hit: Hit, random: &mut Random) -> DVec3 {
+    let [a, b, c] = scene.corners(hit.triangle as usize);
+    let (near, far) = (8.0 * scene.tolerance().clearance, 0.1 * scene.bounds().diagonal());
+    let distance = near * (far / near).powf(random.unit());
+    let side = if random.next().is_multiple_of(2) { distance } else { -distance };
+    to + (b - a).cross(c - a).normalize_or(DVec3::Y) * side
+}
+
 /// Convex sets of a cell that segments start in: its portals' windings, just inside the cell, and its largest pieces' corners.
 struct Origins {
     portals: Vec<Vec<DVec3>>,
@@ -120,16 +140,13 @@ impl Origins {
         let mut largest: Vec<usize> = (0..cell.pieces.len()).collect();
         let order = |&a: &usize, &b: &usize| size(&cell.pieces[b].bounds).total_cmp(&size(&cell.pieces[a].bounds));
         largest.sort_by(|a, b| order(a, b).then(a.cmp(b)));
-        let pieces = largest.into_iter().take(PIECES).map(|i| {
-            let piece = &cell.pieces[i];
-            (0..piece.planes.len()).flat_map(|k| facet(piece, k, near)).collect::<Vec<DVec3>>()
-        });
+        let pieces = largest.into_iter().take(PIECES).map(|i| corners(&cell.pieces[i], near));
         Self { portals: portals.collect(), pieces: pieces.filter(|p| p.len() >= 4).collect() }
     }
 
     /// A random point of one of them: two times of three on a portal.
     fn draw(&self, random: &mut Random) -> Option<DVec3> {
-        let portals = self.pieces.is_empty() || (!self.portals.is_empty() && random.next() % 3 != 0);
+        let portals = self.pieces.is_empty() || (!self.portals.is_empty() && !random.next().is_multiple_of(3));
         let sets = if portals { &self.portals } else { &self.pieces };
         let set = sets.get((random.next() % sets.len().max(1) as u64) as usize)?;
         // A point between three random corners and, a little, the middle: never on the rim.

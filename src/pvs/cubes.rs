@@ -8,7 +8,7 @@
 //! that it crosses (`lines`); and a few cubes stand inside each cell, since objects in the cell itself need proofs too.
 
 use super::lines::{PortalTree, Start};
-use super::repair::facet;
+use super::repair::corners;
 use super::witness::{Found, Line, Lower, Prover};
 use super::{Progress, PvsOptions};
 use crate::cells::{CellGraph, Locator, Portal};
@@ -246,7 +246,7 @@ impl Surface {
     }
 
     /// The point at (`u`, `v`), pulled towards the middle until it is within the inset winding.
-    fn site(&self, graph: &CellGraph, portal: u32, u: u32, v: u32) -> Site {
+    fn point(&self, u: u32, v: u32) -> DVec3 {
         let unit = f64::from(1u32 << DEPTH);
         let p = self.origin + self.axes[0] * (f64::from(u) / unit) + self.axes[1] * (f64::from(v) / unit);
         let inside = |e: &Plane| {
@@ -254,8 +254,13 @@ impl Surface {
             if dp > 0.0 { (dm / (dm - dp)).clamp(0.0, 1.0) } else { 1.0 }
         };
         let t = self.edges.iter().map(inside).fold(1.0, f64::min);
+        self.middle.lerp(p, t)
+    }
+
+    /// The cube at that point of a portal.
+    fn site(&self, graph: &CellGraph, portal: u32, u: u32, v: u32) -> Site {
         let Portal { cells, plane, .. } = &graph.portals[portal as usize];
-        Site { at: self.middle.lerp(p, t), cells: *cells, normal: plane.n, portal: Some(PortalId(portal)) }
+        Site { at: self.point(u, v), cells: *cells, normal: plane.n, portal: Some(PortalId(portal)) }
     }
 }
 
@@ -271,7 +276,7 @@ fn inside_sites(graph: &CellGraph, locator: &Locator<'_>, bounds: Aabb) -> Vec<S
         let unbounded = cell.pieces.iter().any(|p| !p.bounds.size().is_finite());
         let count = if cell.open || unbounded { INSIDE_OPEN } else { INSIDE };
         for piece in pieces.into_iter().take(count).map(|i| &cell.pieces[i]) {
-            let corners: Vec<DVec3> = (0..piece.planes.len()).flat_map(|i| facet(piece, i, near)).collect();
+            let corners = corners(piece, near);
             let at = geom::middle(&corners);
             if corners.len() >= 4 && locator.holds(CellId(c), at) {
                 sites.push(Site { at, cells: [CellId(c); 2], normal: DVec3::ZERO, portal: None });
@@ -284,7 +289,7 @@ fn inside_sites(graph: &CellGraph, locator: &Locator<'_>, bounds: Aabb) -> Vec<S
 /// Casts cubes.
 struct Sampler<'a> {
     prover: Prover<'a>,
-    portals: PortalTree,
+    portals: PortalTree<'a>,
     /// No ray goes farther, metres.
     reach: f64,
     /// Pixels along a face's edge.
@@ -375,4 +380,30 @@ impl Random {
 /// A seed made of a seed and a number.
 pub(super) fn mix(seed: u64, number: u64) -> u64 {
     Random(seed ^ number.wrapping_mul(0xd6e8_feb8_6659_fd93)).next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_all_corners_see_is_not_missed() {
+        let (a, b): (Seen, Seen) = (vec![(1, 0.5), (2, 0.25)], vec![(1, 0.25), (2, 0.125), (7, 0.0625)]);
+        assert_eq!(missed(&[&a, &a, &a, &a]), 0.0);
+        assert_eq!(missed(&[&a, &b, &a, &b]), 0.0625);
+        assert_eq!(missed(&[&a, &b, &Seen::new(), &b]), 0.5 + 0.25 + 0.0625);
+    }
+
+    #[test]
+    fn sites_stay_off_the_rim() {
+        let corners = [(0.0, 0.0), (2.0, 0.0), (1.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 3.0));
+        let surface = Surface::new(&corners, DVec3::Z, 0.001);
+        let step = 1 << DEPTH;
+        for (u, v) in [(0, 0), (step, 0), (0, step), (step, step), (step / 2, step / 2)] {
+            let at = surface.point(u, v);
+            let depth =
+                super::super::lines::edges(&corners, DVec3::Z).iter().map(|e| -e.distance(at)).fold(f64::MAX, f64::min);
+            assert!(depth > 0.003 && (at.z - 3.0).abs() < 1e-12, "{at} is {depth} m inside");
+        }
+    }
 }

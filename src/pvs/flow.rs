@@ -4,6 +4,7 @@ mod might_see;
 mod net;
 mod search;
 mod separators;
+mod stab;
 mod window;
 
 use super::Progress;

@@ -1,7 +1,7 @@
 //! What can be seen from each cell: both sides of it.
 //!
-//! [`bake`] is the main path. The lower bound: [`cubes`], [`aimed`], their proofs in [`witness`], the cells along a line in
-//! [`lines`]. The upper bound: [`flow`]. Where the two contradict each other: [`repair`].
+//! [`bake`] is the main path. The lower bound: `cubes` and `aimed`, their proofs in `witness`, the cells along a line in
+//! `lines`. The upper bound: `flow`. Where the two contradict each other: `repair`.
 
 mod aimed;
 mod cubes;
@@ -163,7 +163,8 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
 
     // 5. The rays that are left, aimed at what is undecided; and what holes those show.
     let known = [lower.witnesses.len(), lower.sights.len()];
-    let undecided = [&flowed.cells_upper, &flowed.objects_upper];
+    let FlowResult { cells_upper, objects_upper, .. } = &flowed;
+    let undecided = aimed::Undecided { cells_upper, objects_upper, placement: &placement };
     aimed::sample(&rays, graph, undecided, options, options.ray_budget, &mut lower, progress);
     if mend(graph, &lower, known) {
         flowed = upper(graph, &lower);

@@ -255,23 +255,21 @@ impl Prover<'_> {
             if !found.may_try(key, limit) {
                 continue;
             }
-            // From where the cell is left towards the object, which is the shortest way, or from the middle.
+            // From where the cell is left towards the object, which is the shortest way; from the middle; and from where the
+            // line was cast, which is in the cell even where a missing portal makes the span too long.
             let inset = (0.5 * (high - low)).min(4.0 * self.clearance);
-            let middle = line.at(0.5 * (low + high));
-            let ahead = if (if forward { high } else { low }) == hit.t {
-                middle
-            } else {
-                line.at(if forward { high - inset } else { low + inset })
-            };
+            let middle = 0.5 * (low + high);
+            let exit = if forward { high } else { low };
+            let ahead = if exit == hit.t { middle } else { exit + if forward { -inset } else { inset } };
+            let [ahead, middle, cast] = [ahead, middle, 0.0f64.max(low + inset).min(high - inset)].map(|s| line.at(s));
             let to = line.at(hit.t);
             let corners = self.rays.scene().corners(hit.triangle as usize);
             let centre = corners.iter().sum::<DVec3>() / 3.0;
-            let variants = [(ahead, to), (middle, to), (ahead, to.lerp(centre, 0.3)), (middle, to.lerp(centre, 0.7))];
+            let variants =
+                [(ahead, to), (cast, to), (middle, to), (ahead, to.lerp(centre, 0.3)), (cast, to.lerp(centre, 0.7))];
             let tries = if limit > 1 { variants.len() } else { 1 };
-            for (from, to) in variants.into_iter().take(tries) {
-                if !self.locator.holds(span.cell, from) {
-                    continue;
-                }
+            let in_cell = variants.into_iter().filter(|&(from, _)| self.locator.holds(span.cell, from));
+            for (from, to) in in_cell.take(tries) {
                 if let Some(end) = self.proves(from, to, hit) {
                     found.witnesses.push((Witness { cell: span.cell, object: hit.object, from, to }, end));
                     found.settle(key);

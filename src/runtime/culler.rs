@@ -94,7 +94,9 @@ impl Culler {
         scratch.begin(self);
         let homes = match mode {
             Mode::None | Mode::Frustum => Homes::NONE,
-            Mode::Portals | Mode::Pvs | Mode::Both => self.locator.locate(camera.eye, self.tolerance, &mut scratch.last_piece),
+            Mode::Portals | Mode::Pvs | Mode::Both => {
+                self.locator.locate(camera.eye, self.tolerance, &mut scratch.last_piece)
+            }
         };
         scratch.stats.capped += u64::from(homes.overflow);
         let lost = homes.overflow || homes.as_slice().is_empty();

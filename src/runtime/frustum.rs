@@ -117,16 +117,29 @@ impl Pyramid {
         }
     }
 
-    /// True where the box is certainly outside one of the planes; false for a box or a camera that isn't a number.
+    /// How far the box is outside the plane that it is farthest outside of, less what rounding may make of it: above 0, it is
+    /// certainly outside. Never above 0 for a box or a camera that isn't a number.
     #[inline(always)]
-    pub fn excludes(&self, centre: Vec3, half: Vec3) -> bool {
-        let centre = centre - self.camera.eye;
-        let reach = centre.abs() + half;
-        let mut outside = false;
+    fn outside(&self, centre: [f32; 3], half: [f32; 3]) -> f32 {
+        let eye = self.camera.eye.to_array();
+        let mut outside = f32::NEG_INFINITY;
         for (n, magnitude) in self.normals.iter().zip(&self.magnitudes) {
-            outside |= n.dot(centre) - n.abs().dot(half) > SUM_ERROR * magnitude.dot(reach);
+            let (mut distance, mut error) = (0.0, 0.0);
+            for axis in 0..3 {
+                let at = centre[axis] - eye[axis];
+                distance += n[axis] * at - n[axis].abs() * half[axis];
+                error += magnitude[axis] * (at.abs() + half[axis]);
+            }
+            let by = distance - SUM_ERROR * error;
+            outside = if by > outside { by } else { outside };
         }
         outside
+    }
+
+    /// True where the box is certainly outside one of the planes.
+    #[inline]
+    pub fn excludes(&self, centre: Vec3, half: Vec3) -> bool {
+        self.outside(centre.to_array(), half.to_array()) > 0.0
     }
 
     /// A rectangle that covers the box on the screen; the whole screen for a box that reaches behind the eye. It depends on
@@ -146,7 +159,7 @@ impl Pyramid {
         let [across, along, depth] = corners;
         let nearest = depth.iter().copied().fold(f32::INFINITY, f32::min) - error[2];
         // The sums may be off by as much again before the quotients lose their sign.
-        if !(nearest > error[2]) {
+        if nearest <= error[2] || nearest.is_nan() {
             return Rect::FULL;
         }
         let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -189,28 +202,30 @@ impl Boxes {
         boxes
     }
 
-    #[inline(always)]
+    /// Centre and half-size.
+    #[inline]
     pub fn get(&self, i: usize) -> (Vec3, Vec3) {
-        let [cx, cy, cz] = &self.centre;
-        let [hx, hy, hz] = &self.half;
-        (Vec3::new(cx[i], cy[i], cz[i]), Vec3::new(hx[i], hy[i], hz[i]))
+        let at = |columns: &[Vec<f32>; 3]| Vec3::new(columns[0][i], columns[1][i], columns[2][i]);
+        (at(&self.centre), at(&self.half))
     }
 
     /// A bit for each of the boxes `64 * word ..`: set where the pyramid doesn't exclude it.
     pub fn word(&self, word: usize, pyramid: &Pyramid) -> u64 {
-        let mut bits = 0;
+        let block = |column: &Vec<f32>| -> [f32; 64] { std::array::from_fn(|i| column[word * 64 + i]) };
+        let (centre, half) = (self.centre.each_ref().map(block), self.half.each_ref().map(block));
+        // Two loops, so that the first has no branch and no carry: the compiler makes it several boxes at a time.
+        let mut outside = [0f32; 64];
         for i in 0..64 {
-            let (centre, half) = self.get(word * 64 + i);
-            bits |= u64::from(!pyramid.excludes(centre, half)) << i;
+            outside[i] = pyramid.outside([centre[0][i], centre[1][i], centre[2][i]], [half[0][i], half[1][i], half[2][i]]);
         }
-        bits
+        (0..64).fold(0, |bits, i| bits | u64::from(outside[i] <= 0.0) << i)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec2, Quat};
+    use glam::DVec2;
 
     fn looking_along_x(fov_y: f64) -> Camera {
         Camera::look_at(DVec3::ZERO, DVec3::X, fov_y, 2.0)
@@ -232,16 +247,29 @@ mod tests {
     #[test]
     fn a_matrix_and_look_at_make_the_same_camera() {
         let (eye, target) = (Vec3::new(3.0, 1.0, 2.0), Vec3::new(9.0, -4.0, 5.0));
-        let rotation = Quat::look_at_rh(eye, target, Vec3::Y);
+        let rotation = glam::camera::rh::view::look_at_quat(eye, target, Vec3::Y);
         let (near, focal, aspect) = (0.1f32, 1.0 / 0.5f32.tan(), 1.5f32);
         // Infinite reversed depth, written out: clip z is `near`, w is -z of the view.
         let projection = Mat4::from_cols_array(&[
-            focal / aspect, 0.0, 0.0, 0.0, //
-            0.0, focal, 0.0, 0.0, //
-            0.0, 0.0, 0.0, -1.0, //
-            0.0, 0.0, near, 0.0,
+            focal / aspect,
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            focal,
+            0.0,
+            0.0, //
+            0.0,
+            0.0,
+            0.0,
+            -1.0, //
+            0.0,
+            0.0,
+            near,
+            0.0,
         ]);
-        let from_matrix = Camera::from_view_proj(eye, &(projection * Mat4::from_quat(rotation) * Mat4::from_translation(-eye)));
+        let from_matrix =
+            Camera::from_view_proj(eye, &(projection * Mat4::from_quat(rotation) * Mat4::from_translation(-eye)));
         let from_points = Camera::look_at(eye.as_dvec3(), target.as_dvec3(), 1.0, 1.5);
         for (a, b) in [(from_matrix.x, from_points.x), (from_matrix.y, from_points.y), (from_matrix.w, from_points.w)] {
             assert!((a - b).length() < 1e-6, "{a} and {b}");
@@ -295,7 +323,11 @@ mod tests {
             let eye = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5) * 10f64.powf(next() * 4.0);
             let camera = Camera::look_at(eye, eye + DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5), fov, 1.0 + next());
             let on_edge = [-1.0, 1.0][round / 4 % 2];
-            let ndc = if round % 3 == 0 { DVec2::new(on_edge, next() * 2.0 - 1.0) } else { DVec2::new(next() * 2.0 - 1.0, on_edge) };
+            let ndc = if round % 3 == 0 {
+                DVec2::new(on_edge, next() * 2.0 - 1.0)
+            } else {
+                DVec2::new(next() * 2.0 - 1.0, on_edge)
+            };
             let exact = camera.eye.as_dvec3() + camera.ray(ndc) * 10f64.powf(next() * 6.0 - 3.0);
             // The box that a file would hold around it: rounded outwards.
             let (centre, half) = boxed(exact.as_vec3().map(f32::next_down), exact.as_vec3().map(f32::next_up));

@@ -124,7 +124,10 @@ impl Locator {
     /// How far `p` is outside the piece's farthest plane, metres; negative inside.
     fn outside(&self, piece: u32, p: DVec3) -> f64 {
         let range = self.starts[piece as usize] as usize..self.starts[piece as usize + 1] as usize;
-        self.planes[range].iter().map(|plane| plane.truncate().as_dvec3().dot(p) - f64::from(plane.w)).fold(f64::NEG_INFINITY, f64::max)
+        self.planes[range]
+            .iter()
+            .map(|plane| plane.truncate().as_dvec3().dot(p) - f64::from(plane.w))
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// The cells that hold `p` or come within `tolerance` metres of it. `last_piece` is where the search starts, and is set to

@@ -28,7 +28,7 @@
 //!
 //! * `role` is the [`Role`] of the node's mesh and of everything below it that doesn't say otherwise. Doors and windows are
 //!   see-through, whatever their material.
-//! * `room` is a name (nodes with one name are parts of one room) or `true` (the node's own name).
+//! * `room` is a name (nodes with one name are parts of one room) or `true` (the node's own name); `false` undoes a `-room` name.
 //! * `portal` makes the node's mesh an opening between two rooms; an empty name leaves a side to geometry.
 
 mod authored;
@@ -94,23 +94,22 @@ struct Importer<'a> {
 
 impl Importer<'_> {
     fn walk(&mut self, metres_per_unit: f64) -> Result<(), ImportError> {
-        let roots = roots(self.document)?;
         let world = DAffine3::from_scale(DVec3::splat(metres_per_unit));
-        let visit = |node| Visit { node, parent: world, role: Role::Unknown, room: None, outside: false };
-        let mut stack: Vec<Visit> = roots.into_iter().rev().map(visit).collect();
-        let mut seen = vec![false; self.document.nodes.len()];
-        while let Some(mut visit) = stack.pop() {
-            if std::mem::replace(&mut seen[visit.node], true) {
-                return Err(broken(format!("node {} is in the scene twice", visit.node)));
+        let mut seen = vec![false; self.document.node_count()];
+        let mut stack = Vec::new();
+        for root in roots(self.document)? {
+            stack.push(Visit { node: root, parent: world, role: Role::Unknown, room: None, outside: false });
+            while let Some(mut visit) = stack.pop() {
+                if std::mem::replace(&mut seen[visit.node], true) {
+                    return Err(broken(format!("node {} is in the scene twice", visit.node)));
+                }
+                let node = self.document.node(visit.node);
+                if node.is_visible() {
+                    visit.parent *= transform(node, visit.node)?;
+                    self.visit(node, &mut visit)?;
+                    stack.extend(node.children.iter().rev().map(|&child| Visit { node: child, ..visit }));
+                }
             }
-            let node = &self.document.nodes[visit.node];
-            if !node.is_visible() {
-                continue;
-            }
-            visit.parent *= transform(node, visit.node)?;
-            self.visit(node, &mut visit)?;
-            let below = |&child: &usize| Visit { node: child, ..visit };
-            stack.extend(node.children.iter().rev().map(below));
         }
         Ok(())
     }
@@ -118,16 +117,17 @@ impl Importer<'_> {
     /// Takes in a node; `visit.parent` is its own world transform by now, and `visit` becomes what its children inherit.
     fn visit(&mut self, node: &Node, visit: &mut Visit) -> Result<(), ImportError> {
         let mesh = node.mesh.map(|mesh| entry(&self.document.meshes, mesh, "mesh")).transpose()?;
-        let mesh_name = mesh.and_then(|m| m.name.as_ref());
-        let name = match node.name.as_ref().or(mesh_name).filter(|name| !name.is_empty()) {
+        let mesh_name = mesh.and_then(|m| m.name.as_deref());
+        let name = match node.name.as_deref().or(mesh_name).filter(|name| !name.is_empty()) {
             Some(name) => short_name(name),
             None => format!("node {}", visit.node),
         };
-        let extras = Extras::parse(&node.extras, &name)?;
+        let extras = Extras::parse(node.extras.as_deref(), &name)?;
         let named = Named::parse(&name);
         visit.role = extras.role.map_or(visit.role, Role::from);
         match (&named, extras.room) {
             (_, Some(RoomName::Name(room))) => visit.room = Some(self.authored.room_named(&name, &room, visit.outside)),
+            (_, Some(RoomName::IsRoom(false))) => {}
             (Named::Room(room), _) => visit.room = Some(self.authored.room(&name, room, visit.outside)),
             (_, Some(RoomName::IsRoom(true))) => visit.room = Some(self.authored.room(&name, &name, visit.outside)),
             _ => {}
@@ -248,10 +248,10 @@ impl Importer<'_> {
 /// The roots of the scene to show: of the default scene, else the first, else every node without a parent. Checks the node
 /// graph: children exist, no node has two parents, and none is its own ancestor.
 fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
-    let n = document.nodes.len();
+    let n = document.node_count();
     let mut has_parent = vec![false; n];
-    for (i, node) in document.nodes.iter().enumerate() {
-        for &child in &node.children {
+    for i in 0..n {
+        for &child in &document.node(i).children {
             match has_parent.get_mut(child) {
                 None => return Err(broken(format!("node {i} has child {child}, there are {n} nodes"))),
                 Some(true) => return Err(broken(format!("node {child} has two parents"))),
@@ -265,7 +265,7 @@ fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
     let mut stack = orphans.clone();
     while let Some(node) = stack.pop() {
         reached[node] = true;
-        stack.extend(&document.nodes[node].children);
+        stack.extend(&document.node(node).children);
     }
     if let Some(node) = reached.iter().position(|r| !r) {
         return Err(broken(format!("node {node} is in a cycle of nodes, or below one")));

@@ -105,7 +105,7 @@ impl<'s> RayScene<'s> {
     /// * the segment less `clearance` metres at the end `b` crosses none of them.
     ///
     /// So a segment may start beside a wall and end on a surface, but no ray through a crack between two triangles of a closed
-    /// wall passes. `target`'s own triangles never count: an object does not hide itself.
+    /// wall passes. `target`'s own triangles never count: an object does not hide itself. False where a number isn't finite.
     pub fn is_clear(&self, a: DVec3, b: DVec3, clearance: f64, target: Option<ObjectId>) -> bool {
         let length = a.distance(b);
         if length <= clearance || !length.is_finite() {
@@ -134,9 +134,12 @@ impl<'s> RayScene<'s> {
 
     /// True where every point of the closed segment from `a` to `b` is more than `clearance` metres from every opaque
     /// triangle. Of such a segment, a sound [`crate::cells::CellGraph`] promises that it stays in cells and goes from cell to
-    /// cell through portals only.
+    /// cell through portals only. False where a number isn't finite.
     pub fn keeps_clearance(&self, a: DVec3, b: DVec3, clearance: f64) -> bool {
         let length = a.distance(b);
+        if !length.is_finite() {
+            return false;
+        }
         let tree = &self.opaque;
         let unit = if length > 0.0 { (b - a) / length } else { DVec3::X };
         let Some((ray, ..)) = tree.enter(a, unit, length, clearance) else { return true };

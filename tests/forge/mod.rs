@@ -116,6 +116,10 @@ impl Forged {
     }
 }
 
+pub fn u32s(numbers: &[u32]) -> Vec<u8> {
+    numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
+}
+
 /// Writes the header's checksum over its table.
 pub fn sign(bytes: &mut [u8]) {
     let table_end = 56 + 32 * u32_at(bytes, 12) as usize;

@@ -326,9 +326,9 @@ fn rooms_and_portals_are_read_from_extras() {
     glb.node(node("wall 1", json!({"room": "b", "role": "structure"}), 2.0));
     glb.node(node("wall 2", json!({"room": "b"}), 4.0));
     glb.node(node("gate", json!({"portal": ["a", ""]}), 0.5));
-    glb.node(node("not", json!({"room": false}), 9.0));
+    glb.node(node("not-room", json!({"room": false}), 9.0));
     let scene = scene(&glb);
-    assert_eq!(names(&scene), ["a", "wall 1", "wall 2", "not"]);
+    assert_eq!(names(&scene), ["a", "wall 1", "wall 2", "not-room"]);
     let rooms: Vec<_> = scene.hints.rooms.iter().map(|r| (r.id.as_str(), r.name.as_str())).collect();
     assert_eq!(rooms, [("a", "a"), ("wall 1", "b")]);
     let b = geom::Aabb::of(scene.hints.rooms[1].surface.iter().flatten().map(|p| p + scene.origin));

@@ -174,10 +174,10 @@ fn triangles_without_area_make_an_empty_scene() {
     assert!(matches!(read_glb(&glb.bytes()), Err(ImportError::Empty)));
 }
 
-/// A few bytes that stand for billions of triangles: instances of instances are refused at the limit, and a chain of a hundred
-/// thousand nodes is walked without recursion.
+/// A small file that stands for millions of triangles is refused at the limit, and a chain of a hundred thousand nodes is
+/// walked without recursion.
 #[test]
-fn the_limit_on_triangles_holds_for_instances_and_deep_trees_are_walked() {
+fn instances_long_names_and_deep_trees_stay_within_bounds() {
     let mut glb = Glb::new();
     let mesh = glb.mesh(&TRIANGLE.repeat(1000));
     let nodes: Vec<Value> = (0..100_000u32).map(|i| json!({"mesh": mesh, "translation": [i, 0, 0]})).collect();
@@ -185,6 +185,17 @@ fn the_limit_on_triangles_holds_for_instances_and_deep_trees_are_walked() {
     let options = ImportOptions { max_triangles: 50_000, ..ImportOptions::default() };
     let read = enfilade::scene::gltf::from_slice(&glb.bytes(), "test", None, &options);
     assert!(matches!(read, Err(ImportError::TooLarge { limit: 50_000 })));
+
+    // Nodes that say nothing.
+    let mut empty = small();
+    empty.json["nodes"].as_array_mut().unwrap().extend(vec![json!({}); 100_000]);
+    assert_eq!(read_glb(&empty.bytes()).unwrap(), read_glb(&small().bytes()).unwrap());
+
+    // A name that every object would repeat.
+    let mut named = Glb::new();
+    let mesh = named.mesh(&TRIANGLE);
+    named.node(json!({"name": "ä".repeat(100_000), "mesh": mesh}));
+    assert_eq!(read_glb(&named.bytes()).unwrap().objects[0].node.chars().count(), 203);
 
     let mut deep = Glb::new();
     let mesh = deep.mesh(&TRIANGLE);

@@ -23,7 +23,8 @@ pub fn ball(node: &str, centre: DVec3, radius: f64, rings: u32) -> Mesh {
             f64::from(i) / f64::from(rows) * std::f64::consts::PI,
             f64::from(j) / f64::from(columns) * std::f64::consts::TAU,
         );
-        centre + radius * DVec3::new(a.sin() * b.cos(), a.cos(), a.sin() * b.sin())
+        let ring = if i == rows { 0.0 } else { a.sin() };
+        centre + radius * DVec3::new(ring * b.cos(), a.cos(), ring * b.sin())
     };
     let positions = (0..=rows).flat_map(|i| (0..columns).map(move |j| at(i, j))).collect();
     let id = |i: u32, j: u32| i * columns + j % columns;
@@ -149,6 +150,44 @@ pub fn office(n: u32, rings: u32) -> (Scene, CellGraph) {
             }
             pieces.push(cell);
         }
+    }
+    (scene, graph(pieces, portals))
+}
+
+/// Rooms of 4 m in a row along x with 0.2 m walls, each with a door at z = 1.8 to 2.7 m to the next. The doorway belongs to
+/// the room on its high side, so the portal stands on the wall's low face. `extra` meshes are added; portals whose number is
+/// in `left_out` are not in the graph.
+pub fn row(n: u32, extra: impl IntoIterator<Item = Mesh>, left_out: &[u32]) -> (Scene, CellGraph) {
+    let (pitch, wall, height, depth) = (4.2, 0.2, 2.6, 4.0);
+    let length = f64::from(n) * pitch + wall;
+    let mut meshes = vec![
+        solid("floor", [0.0, -0.2, -0.2], [length, 0.0, depth + 0.2]),
+        solid("ceiling", [0.0, height, -0.2], [length, height + 0.2, depth + 0.2]),
+        solid("south", [0.0, -0.2, -0.2], [length, height, 0.0]),
+        solid("north", [0.0, -0.2, depth], [length, height, depth + 0.2]),
+        solid("west", [0.0, -0.2, -0.2], [wall, height, depth + 0.2]),
+        solid("east", [length - wall, -0.2, -0.2], [length, height, depth + 0.2]),
+    ];
+    for i in 1..n {
+        let x = f64::from(i) * pitch;
+        meshes.push(solid(&format!("wall {i} south"), [x, -0.1, -0.1], [x + wall, height + 0.1, 1.8]));
+        meshes.push(solid(&format!("wall {i} north"), [x, -0.1, 2.7], [x + wall, height + 0.1, depth + 0.1]));
+        meshes.push(solid(&format!("lintel {i}"), [x, 2.1, 1.7], [x + wall, height + 0.1, 2.8]));
+    }
+    let scene = scene(meshes.into_iter().chain(extra));
+    let origin = scene.origin;
+    let (mut pieces, mut portals) = (Vec::new(), Vec::new());
+    for i in 0..n {
+        let x = f64::from(i) * pitch;
+        let mut cell = vec![box_piece([x + wall, 0.0, 0.0], [x + pitch, height, depth], origin)];
+        if i > 0 {
+            let (min, max) = ([x, 0.0, 1.8], [x + wall, 2.1, 2.7]);
+            cell.push(box_piece(min, max, origin));
+            if !left_out.contains(&(i - 1)) {
+                portals.push(portal([i - 1, i], 0, min, [x, max[1], max[2]], origin));
+            }
+        }
+        pieces.push(cell);
     }
     (scene, graph(pieces, portals))
 }

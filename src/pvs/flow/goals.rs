@@ -17,6 +17,9 @@ pub(super) trait Goals {
     /// True where nothing that a cell wants has a point inside every one of `planes`.
     fn is_cut_off(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool;
 
+    /// True where an arrival in `cell` inside `planes` would decide something.
+    fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool;
+
     /// A line inside `planes` may enter `cell`: decides what that shows. Returns the work in steps of the search.
     fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane]) -> u64;
 }
@@ -46,6 +49,10 @@ impl Goals for CellGoals {
 
     fn is_cut_off(&self, _net: &Net, _cell: usize, _planes: &[Plane]) -> bool {
         false // that its portals are is all there is to ask
+    }
+
+    fn would_decide(&self, _net: &Net, cell: usize, _planes: &[Plane]) -> bool {
+        get(&self.wanted, cell)
     }
 
     fn arrive(&mut self, net: &Net, cell: usize, _planes: &[Plane]) -> u64 {
@@ -140,6 +147,13 @@ impl<'a> ObjectGoals<'a> {
     }
 }
 
+impl ObjectGoals<'_> {
+    /// True where an object is wanted and not outside one of `planes`.
+    fn finds(&self, net: &Net, object: usize, planes: &[Plane]) -> bool {
+        get(&self.wanted, object) && !planes.iter().any(|plane| box_is_cut_off(net, self.boxes.boxes[object], plane))
+    }
+}
+
 impl Goals for ObjectGoals<'_> {
     fn portals(&self) -> &[u64] {
         &self.portals
@@ -150,6 +164,12 @@ impl Goals for ObjectGoals<'_> {
         planes.iter().any(|plane| box_is_cut_off(net, around, plane))
     }
 
+    fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool {
+        self.left[cell] > 0
+            && !self.is_cut_off(net, cell, planes)
+            && self.boxes.in_cell[cell].iter().any(|&o| self.finds(net, o as usize, planes))
+    }
+
     fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane]) -> u64 {
         if self.left[cell] == 0 || self.is_cut_off(net, cell, planes) {
             return 0;
@@ -157,9 +177,7 @@ impl Goals for ObjectGoals<'_> {
         let boxes = self.boxes;
         for &o in &boxes.in_cell[cell] {
             let index = o as usize;
-            if !get(&self.wanted, index)
-                || planes.iter().any(|plane| box_is_cut_off(net, boxes.boxes[index], plane))
-            {
+            if !self.finds(net, index, planes) {
                 continue;
             }
             self.wanted[index / 64] &= !(1 << (index % 64));

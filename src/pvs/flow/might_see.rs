@@ -114,8 +114,8 @@ fn narrowed(net: &Net, old: &BitMatrix, first: usize) -> Vec<u64> {
             let next = word * 64 + bit;
             source.assign(net.corners(first), net.plane(first).is_some());
             pass.assign(net.corners(next), net.plane(next).is_some());
-            let crossed = net.plane(next).is_none_or(|p| source.cut(&p, &net.slack, &mut spare))
-                && net.plane(first).is_none_or(|p| pass.cut(&p.flipped(), &net.slack, &mut spare));
+            let crossed = net.behind(first, next).is_none_or(|p| source.cut(&p, &net.slack, &mut spare))
+                && net.front(first, next).is_none_or(|p| pass.cut(&p, &net.slack, &mut spare));
             if !crossed {
                 continue;
             }

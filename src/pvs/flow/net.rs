@@ -36,6 +36,8 @@ pub(super) struct Net {
     pub target: Vec<u32>,
     /// The same portal, the other way.
     pub twin: Vec<u32>,
+    /// For each portal, those that can be crossed in the same point, ascending; mostly none. See [`Net::find_flush`].
+    flush: Vec<Vec<u32>>,
     /// Where the portals out of each cell begin.
     first_out: Vec<u32>,
 }
@@ -73,6 +75,7 @@ impl Net {
             spheres: Vec::with_capacity(order.len()),
             source: order.iter().map(|(c, _)| c.0).collect(),
             target: order.iter().map(|&(_, d)| graph.target(d).0).collect(),
+            flush: Vec::new(),
             twin: order.iter().map(|(_, d)| place[d.reversed().index()]).collect(),
             first_out: (0..=cells as u32).map(|c| order.partition_point(|&(s, _)| s < CellId(c)) as u32).collect(),
         };
@@ -80,6 +83,7 @@ impl Net {
             let plane = graph.plane(d);
             net.push(&graph.portals[d.portal().index()].winding, Plane { n: plane.n, d: plane.d - plane.n.dot(origin) });
         }
+        net.flush = net.find_flush();
         net
     }
 
@@ -104,6 +108,49 @@ impl Net {
         self.planes.push(flat.then_some(plane));
         self.spheres.push((middle, radius));
         self.first_corner.push(self.corners.len() as u32);
+    }
+
+    /// Portals one behind the other that lie in one plane, to within rounding, and lead the same way: the cells between them
+    /// have no thickness, and a line may cross all of them in one point. So their planes say nothing about each other.
+    fn find_flush(&self) -> Vec<Vec<u32>> {
+        let near = 4.0 * self.slack.strict;
+        let in_plane = |p: Plane, b: usize| self.corners(b).iter().all(|&q| p.distance(q).abs() <= near);
+        let flush = |a: usize, b: usize| match (self.planes[a], self.planes[b]) {
+            (Some(pa), Some(pb)) => pa.n.dot(pb.n) > -OPPOSITE && in_plane(pa, b) && in_plane(pb, a),
+            _ => false,
+        };
+        let follow = |a: usize| {
+            // Cells without thickness may lie one on the other: go on as long as it stays flush.
+            let (mut found, mut queue) = (Vec::new(), vec![a]);
+            while let Some(last) = queue.pop() {
+                for b in self.out(self.target[last] as usize) {
+                    if b != a && flush(a, b) && !found.contains(&(b as u32)) {
+                        found.push(b as u32);
+                        queue.push(b);
+                    }
+                }
+            }
+            found.sort_unstable();
+            found
+        };
+        (0..self.portals()).map(follow).collect()
+    }
+
+    /// The plane of `a` flipped, if it holds back lines that go on through `b`.
+    #[inline]
+    pub fn front(&self, a: usize, b: usize) -> Option<Plane> {
+        self.planes[a].filter(|_| !self.is_flush(a, b)).map(|p| p.flipped())
+    }
+
+    /// The plane of `b`, if it holds back lines that come from `a`.
+    #[inline]
+    pub fn behind(&self, a: usize, b: usize) -> Option<Plane> {
+        self.planes[b].filter(|_| !self.is_flush(a, b))
+    }
+
+    #[inline]
+    fn is_flush(&self, a: usize, b: usize) -> bool {
+        !self.flush[a].is_empty() && self.flush[a].binary_search(&(b as u32)).is_ok()
     }
 
     /// Number of directed portals.
@@ -149,7 +196,7 @@ impl Net {
         }
         let (pa, pb) = (self.planes[a], self.planes[b]);
         if pa.is_some_and(|p| self.is_cut_off(b, &p.flipped())) || pb.is_some_and(|p| self.is_cut_off(a, &p)) {
-            return false;
+            return self.is_flush(a, b);
         }
         // Two windows of one wall: out through one and in through the other is no line, however the corners were rounded.
         let in_one_wall = |pa: Plane, pb: Plane| {

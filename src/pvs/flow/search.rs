@@ -10,6 +10,7 @@ use super::goals::Goals;
 use super::might_see::{MightSee, get};
 use super::net::Net;
 use super::separators::separators;
+use super::stab::Stab;
 use super::window::Window;
 use crate::bits;
 use crate::geom::Plane;
@@ -29,10 +30,13 @@ pub(super) struct Outcome {
 struct Frame {
     /// What is left of the source portal.
     source: Window,
-    /// What is left of the portal that led in here.
+    /// What is left of the portal that led in here, and which it is.
     pass: Window,
-    /// Everything that lines through both can meet from here on is inside these.
+    entered: usize,
+    /// Everything that lines through both can meet from here on is inside these: first the half-spaces that the two portals
+    /// lead into, then separating planes.
     planes: Vec<Plane>,
+    separators: usize,
     /// Portals that may still be crossed, as bits. None that the chain has crossed is among them.
     live: Vec<u64>,
     /// Those of them that lead into a cell that wants something.
@@ -49,6 +53,7 @@ pub(super) struct Search<'a> {
     max_steps: u64,
     frames: Vec<Frame>,
     waist: Window,
+    stab: Stab,
     planes: Vec<Plane>,
     spare: Vec<DVec3>,
 }
@@ -56,8 +61,8 @@ pub(super) struct Search<'a> {
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, waist, planes, spare) = Default::default();
-        Self { net, might_see, max_steps, frames, waist, planes, spare }
+        let (frames, waist, stab, planes, spare) = Default::default();
+        Self { net, might_see, max_steps, frames, waist, stab, planes, spare }
     }
 
     /// Follows every line out through directed portal `first` that may lead to a goal.
@@ -90,7 +95,7 @@ impl<'a> Search<'a> {
                 outcome.capped = true;
                 return outcome;
             }
-            if self.cross(depth, first, target) {
+            if self.cross(depth, first, target) && self.stabs(depth, target, goals, &mut outcome.steps) {
                 outcome.steps += goals.arrive(net, net.target[target] as usize, &self.frames[depth + 1].planes);
                 if self.aim(depth, target, goals) {
                     depth += 1;
@@ -109,6 +114,7 @@ impl<'a> Search<'a> {
         frame.source.assign(net.corners(first), net.plane(first).is_some());
         frame.planes.clear();
         frame.planes.extend(net.plane(first).map(|p| p.flipped()));
+        (frame.entered, frame.separators) = (first, frame.planes.len());
         goals.arrive(net, net.target[first] as usize, &frame.planes);
         frame.live.clear();
         frame.live.extend_from_slice(self.might_see.row(first));
@@ -136,20 +142,20 @@ impl<'a> Search<'a> {
         }
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
-        let behind = net.plane(target);
-
-        child.pass.assign(net.corners(target), behind.is_some());
-        if !frame.planes.iter().all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare)) {
+        child.pass.assign(net.corners(target), net.plane(target).is_some());
+        let fronts = [net.front(first, target), net.front(frame.entered, target)];
+        let separators_below = &frame.planes[frame.separators..];
+        if !fronts.iter().flatten().chain(separators_below).all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare)) {
             return false;
         }
         child.source.assign(&frame.source.corners, frame.source.flat);
-        if !behind.is_none_or(|plane| child.source.cut(&plane, &net.slack, &mut self.spare)) {
+        if !net.behind(first, target).is_none_or(|plane| child.source.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
         if depth > 0 {
             // The same backwards: lines from the target through the last window end in part of the source.
             self.waist.assign(&frame.pass.corners, frame.pass.flat);
-            if !behind.is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
+            if !net.behind(frame.entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
                 return false;
             }
             self.planes.clear();
@@ -160,9 +166,21 @@ impl<'a> Search<'a> {
         }
         child.planes.clear();
         child.planes.extend(net.plane(first).map(|p| p.flipped()));
-        child.planes.extend(behind.map(|p| p.flipped()));
+        child.planes.extend(net.plane(target).map(|p| p.flipped()));
+        (child.entered, child.separators) = (target, child.planes.len());
         separators(&child.source.corners, &child.pass.corners, &mut child.planes);
         true
+    }
+
+    /// False where the line that has just crossed `target` would decide something, but is none.
+    fn stabs(&mut self, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
+        let net = self.net;
+        let top = &self.frames[depth + 1];
+        if !goals.would_decide(net, net.target[target] as usize, &top.planes) {
+            return true;
+        }
+        let chain = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
+        self.stab.may_pass(chain, &net.slack, steps)
     }
 
     /// Works out what the frame above `depth`, which has just crossed `target`, may still reach. False where that is nothing
@@ -191,7 +209,8 @@ fn drop_cut_off(net: &Net, frame: &mut Frame, goals: &impl Goals) -> bool {
     for (i, word) in frame.goals.iter_mut().enumerate() {
         for bit in bits::ones(&[*word]) {
             let portal = i * 64 + bit;
-            if frame.planes.iter().any(|plane| net.is_cut_off(portal, plane))
+            // Half-spaces of portals need no test here: might-see rows hold them.
+            if frame.planes[frame.separators..].iter().any(|plane| net.is_cut_off(portal, plane))
                 || goals.is_cut_off(net, net.target[portal] as usize, &frame.planes)
             {
                 *word &= !(1 << bit);

@@ -19,12 +19,14 @@ const DEPTH: f64 = 1024.0;
 ///
 /// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are none.
 pub(super) fn separators(first: &[DVec3], second: &[DVec3], planes: &mut Vec<Plane>) {
+    let Some(&origin) = first.first() else { return };
+    let size = first.iter().chain(second).fold(0.0f64, |s, &p| s.max(p.distance_squared(origin))).sqrt();
+    // No corner is farther than twice `size` from another: distances between corners are exact to this.
+    let rounding = 16.0 * f64::EPSILON * size;
     let start = planes.len();
-    through_edges(first, second, |plane| add(planes, start, plane));
-    through_edges(second, first, |plane| {
-        // The second window is now outside of the plane and the first inside: turn it round.
-        add(planes, start, plane.flipped());
-    });
+    through_edges(first, second, rounding, |plane| add(planes, start, plane));
+    // Here the second window lies outside of the plane and the first inside: turn it round.
+    through_edges(second, first, rounding, |plane| add(planes, start, plane.flipped()));
 }
 
 /// Leaves out planes that are there already: an edge of one window is often parallel to one of the other.
@@ -37,20 +39,26 @@ fn add(planes: &mut Vec<Plane>, start: usize, plane: Plane) {
 
 /// Calls `found` with every plane through an edge of `edges` and a corner of `others` that has `edges` outside and `others`
 /// inside.
-fn through_edges(edges: &[DVec3], others: &[DVec3], mut found: impl FnMut(Plane)) {
+fn through_edges(edges: &[DVec3], others: &[DVec3], rounding: f64, mut found: impl FnMut(Plane)) {
     let Some(&first) = others.first() else { return };
     for (i, &a) in edges.iter().enumerate() {
         let along = edges[(i + 1) % edges.len()] - a;
-        for sign in [1.0, -1.0] {
-            // Turn the plane about the edge until `others` lies on its inside. One round is enough where that can be done.
-            let mut normal = along.cross(first - a) * sign;
-            for &p in &others[1..] {
-                if normal.dot(p - a) > 0.0 || normal == DVec3::ZERO {
-                    normal = along.cross(p - a) * sign;
-                }
+        // Turn two planes about the edge, one each way, until `others` lies on one side of them. One round is enough where
+        // that can be done at all.
+        let (mut left, mut right) = (along.cross(first - a), along.cross(a - first));
+        for p in others[1..].iter().map(|&p| p - a) {
+            if left.dot(p) > 0.0 || left == DVec3::ZERO {
+                left = along.cross(p);
             }
-            if let Some(n) = normal.try_normalize()
-                && let Some(plane) = accept(n, a, edges, others)
+            if right.dot(p) > 0.0 || right == DVec3::ZERO {
+                right = -along.cross(p);
+            }
+        }
+        // The rest of `edges` tells which of the two is of use.
+        let across = edges[(i + 2) % edges.len()] - a;
+        for normal in [left, right] {
+            if normal.dot(across) >= 0.0
+                && let Some(plane) = accept(normal, a, edges, others, rounding)
             {
                 found(plane);
             }
@@ -58,21 +66,26 @@ fn through_edges(edges: &[DVec3], others: &[DVec3], mut found: impl FnMut(Plane)
     }
 }
 
-/// The plane through `a` with normal `n`, if `outer` lies outside of it and `inner` inside.
+/// The plane through `a` across `normal`, if `outer` lies outside of it and `inner` inside.
 ///
 /// Distances are taken from `a`, so that their error scales with the size of the windows and not with their coordinates.
-fn accept(n: DVec3, a: DVec3, outer: &[DVec3], inner: &[DVec3]) -> Option<Plane> {
-    let range = |points: &[DVec3]| {
-        points.iter().fold((f64::INFINITY, f64::NEG_INFINITY, 0.0f64), |(low, high, size), &p| {
-            let (q, d) = (p - a, n.dot(p - a));
-            (low.min(d), high.max(d), size.max(q.length_squared()))
-        })
-    };
-    let (outer_low, outer_high, outer_size) = range(outer);
-    let (inner_low, inner_high, inner_size) = range(inner);
-    let rounding = 8.0 * f64::EPSILON * outer_size.max(inner_size).sqrt();
-    let apart = outer_low >= -rounding && inner_high <= rounding;
-    let deep = outer_high > DEPTH * rounding && inner_low < -DEPTH * rounding;
+fn accept(normal: DVec3, a: DVec3, outer: &[DVec3], inner: &[DVec3], rounding: f64) -> Option<Plane> {
+    let n = normal.try_normalize()?;
+    let (mut outer_high, mut inner_low, mut inner_high) = (0.0f64, 0.0f64, 0.0f64);
+    for &p in outer {
+        let d = n.dot(p - a);
+        if d < -rounding {
+            return None;
+        }
+        outer_high = outer_high.max(d);
+    }
+    for &p in inner {
+        let d = n.dot(p - a);
+        if d > rounding {
+            return None;
+        }
+        (inner_low, inner_high) = (inner_low.min(d), inner_high.max(d));
+    }
     // `inner_high` is 0 but for rounding, which may only move the plane outwards.
-    (apart && deep).then(|| Plane { n, d: n.dot(a) + inner_high.max(0.0) })
+    (outer_high > DEPTH * rounding && -inner_low > DEPTH * rounding).then(|| Plane { n, d: n.dot(a) + inner_high })
 }

@@ -6,7 +6,7 @@ use crate::geom::Aabb;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::value::RawValue;
 use std::collections::HashMap;
 
 /// What a node's name says.
@@ -70,7 +70,7 @@ pub(super) enum RoleName {
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub(super) enum RoomName {
-    /// True: this node is a room, named as the node is.
+    /// True: this node is a room, named as the node is; false: it is none, whatever its name.
     IsRoom(bool),
     /// This node is (a part of) the room of this name.
     Name(String),
@@ -89,9 +89,15 @@ impl From<RoleName> for Role {
 
 impl Extras {
     /// Reads the extras of a node; other tools' extras are ignored, a spelling mistake in ours is an error.
-    pub fn parse(extras: &Value, node: &str) -> Result<Self, ImportError> {
-        match extras.get("enfilade") {
-            Some(ours) => Self::deserialize(ours).map_err(|e| broken(format!("node {node}: extras.enfilade: {e}"))),
+    pub fn parse(extras: Option<&RawValue>, node: &str) -> Result<Self, ImportError> {
+        /// Extras may be anything; only an object can hold ours.
+        #[derive(Deserialize)]
+        struct Any<'a> {
+            #[serde(borrow)]
+            enfilade: Option<&'a RawValue>,
+        }
+        match extras.and_then(|e| serde_json::from_str::<Any>(e.get()).ok()?.enfilade) {
+            Some(ours) => serde_json::from_str(ours.get()).map_err(|e| broken(format!("node {node}: extras.enfilade: {e}"))),
             None => Ok(Self::default()),
         }
     }

@@ -7,7 +7,7 @@
 use super::super::{ImportError, Place};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
-use serde_json::Value;
+use serde_json::value::RawValue;
 
 /// What may be listed under `extensionsRequired`: read, or without influence on where triangles are and what they hide.
 const KNOWN: [&str; 6] = [
@@ -31,7 +31,7 @@ pub(super) struct Document {
     #[serde(default)]
     pub scenes: Vec<SceneRoots>,
     #[serde(default)]
-    pub nodes: Vec<Node>,
+    nodes: Vec<Slot>,
     #[serde(default)]
     pub meshes: Vec<MeshEntry>,
     #[serde(default)]
@@ -59,24 +59,66 @@ pub(super) struct SceneRoots {
     pub nodes: Vec<usize>,
 }
 
+impl Document {
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Node `index`, which must be below [`Document::node_count`].
+    pub fn node(&self, index: usize) -> &Node {
+        static EMPTY: Node = Node::EMPTY;
+        self.nodes[index].0.as_deref().unwrap_or(&EMPTY)
+    }
+}
+
+/// A node, or nothing for one that says nothing: in a file, `{}` takes three bytes.
+#[derive(Deserialize)]
+#[serde(from = "Node")]
+struct Slot(Option<Box<Node>>);
+
+impl From<Node> for Slot {
+    fn from(node: Node) -> Self {
+        Self((!node.is_empty()).then(|| Box::new(node)))
+    }
+}
+
 #[derive(Deserialize)]
 pub(super) struct Node {
-    pub name: Option<String>,
+    pub name: Option<Box<str>>,
     pub mesh: Option<usize>,
     pub skin: Option<usize>,
     #[serde(default)]
     pub children: Vec<usize>,
-    // Boxed: a file of millions of empty nodes is small.
+    // Boxed: few nodes have all of these.
     pub matrix: Option<Box<[f64; 16]>>,
     pub translation: Option<Box<[f64; 3]>>,
     pub rotation: Option<Box<[f64; 4]>>,
     pub scale: Option<Box<[f64; 3]>>,
-    #[serde(default)]
-    pub extras: Value,
+    pub extras: Option<Box<RawValue>>,
     pub extensions: Option<Box<NodeExtensions>>,
 }
 
 impl Node {
+    const EMPTY: Self = Self {
+        name: None,
+        mesh: None,
+        skin: None,
+        children: Vec::new(),
+        matrix: None,
+        translation: None,
+        rotation: None,
+        scale: None,
+        extras: None,
+        extensions: None,
+    };
+
+    fn is_empty(&self) -> bool {
+        let Self { name, mesh, skin: _, children, matrix, translation, rotation, scale, extras, extensions } = self;
+        let placed = matrix.is_some() || translation.is_some() || rotation.is_some() || scale.is_some();
+        !placed && name.is_none() && mesh.is_none() && children.is_empty() && extras.is_none() && extensions.is_none()
+    }
+
     /// Its EXT_mesh_gpu_instancing.
     pub fn instancing(&self) -> Option<&Instancing> {
         self.extensions.as_ref()?.instancing.as_ref()

@@ -3,20 +3,34 @@
 use super::model::{Model, global_id, y_up};
 use super::relations::{Boundary, Relations};
 use super::spaces::Rooms;
-use crate::geom::{self, Plane};
+use crate::geom::{self, Aabb, Plane};
 use crate::scene::{OpeningHint, OpeningKind};
 use glam::{DMat4, DVec2, DVec3};
 use ifc_lite_core::{AttributeValue, DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;
+use std::collections::{HashMap, HashSet};
 
 /// Corners this near to each other, metres, are one; corners this near to a plane lie in it.
 const SAME: f64 = 1e-4;
 
-/// Two rooms' drawings of one boundary may differ by this much, metres.
-const PAIR: f64 = 0.02;
+/// Two rooms' drawings of one plane may lie this far apart, metres.
+const PAIR: f64 = 5e-3;
 
-/// Reads the virtual boundaries. Each side of one is drawn by its own room; the two are joined into one opening. Boundaries
-/// that aren't bounded plane surfaces, or aren't convex, are left out with a note.
+/// Pieces smaller than this, square metres, join no rooms.
+const LEAST: f64 = 1e-3;
+
+/// One room's drawing of a boundary.
+#[derive(Clone, Debug)]
+struct Side {
+    /// Its records: several where pieces were joined.
+    ids: Vec<u32>,
+    room: usize,
+    winding: Vec<DVec3>,
+}
+
+/// Reads the virtual boundaries. Each side of one is drawn by its own room, often in several pieces that don't match the other
+/// side's: pieces of a room that fit together are joined, then what two rooms share becomes an opening between them, and what
+/// no other room shares an opening of one. Boundaries that aren't convex pieces of a plane are left out with a note.
 pub(super) fn boundaries(
     model: &Model,
     decoder: &mut EntityDecoder<'_>,
@@ -25,28 +39,126 @@ pub(super) fn boundaries(
     rooms: &Rooms,
     notes: &mut Vec<String>,
 ) -> Vec<OpeningHint> {
-    let mut hints: Vec<OpeningHint> = Vec::new();
+    let mut sides: Vec<Side> = Vec::new();
     let mut skipped = 0;
     for boundary in relations.boundaries.iter().filter(|b| b.is_virtual) {
         let Some(&room) = rooms.index.get(&boundary.space) else { continue };
-        let Some(winding) = Reader { metres: model.metres, decoder }.winding(boundary, router).and_then(tidy) else {
-            skipped += 1;
-            continue;
-        };
-        match hints.iter_mut().find(|h| is_same(&h.winding, &winding)) {
-            Some(hint) if hint.rooms.contains(&Some(room)) => {}
-            Some(hint) if hint.rooms[1].is_none() => hint.rooms[1] = Some(room),
-            _ => {
-                let id = decoder.decode_by_id(boundary.id).map_or_else(|_| format!("#{}", boundary.id), |e| global_id(&e));
-                let rooms = [Some(room), None];
-                hints.push(OpeningHint { id, kind: OpeningKind::Virtual, winding, thickness: 0.0, rooms });
-            }
+        match (Reader { metres: model.metres, decoder }).winding(boundary, router).and_then(tidy) {
+            Some(winding) => sides.push(Side { ids: vec![boundary.id], room, winding }),
+            None => skipped += 1,
         }
     }
     if skipped > 0 {
         notes.push(format!("{skipped} virtual boundaries left out: not convex pieces of a plane"));
     }
-    hints
+    let mut used = HashSet::new();
+    pair(&join(sides))
+        .into_iter()
+        .map(|(side, other)| {
+            // A piece that two rooms share with this one lends its name once.
+            let id = *side.ids.iter().find(|id| !used.contains(*id)).unwrap_or(&side.ids[0]);
+            used.insert(id);
+            OpeningHint {
+                id: decoder.decode_by_id(id).map_or_else(|_| format!("#{id}"), |e| global_id(&e)),
+                kind: OpeningKind::Virtual,
+                winding: side.winding,
+                thickness: 0.0,
+                rooms: [Some(side.room), other],
+            }
+        })
+        .collect()
+}
+
+/// Joins pieces of the same room while two of them make one convex piece; the first of them keeps its place.
+fn join(sides: Vec<Side>) -> Vec<Side> {
+    let mut rooms: HashMap<usize, Vec<(usize, Side)>> = HashMap::new();
+    for (order, side) in sides.into_iter().enumerate() {
+        rooms.entry(side.room).or_default().push((order, side));
+    }
+    for pieces in rooms.values_mut() {
+        let mut at = 0;
+        while at < pieces.len() {
+            let winding = |i: usize| &pieces[i].1.winding;
+            match (at + 1..pieces.len()).find_map(|j| Some((j, union(winding(at), winding(j))?))) {
+                Some((j, both)) => {
+                    let (_, other) = pieces.remove(j);
+                    pieces[at].1.ids.extend(other.ids);
+                    pieces[at].1.winding = both;
+                    // What didn't fit before may fit now.
+                    at = 0;
+                }
+                None => at += 1,
+            }
+        }
+    }
+    let mut joined: Vec<(usize, Side)> = rooms.into_values().flatten().collect();
+    joined.sort_by_key(|&(order, _)| order);
+    joined.into_iter().map(|(_, side)| side).collect()
+}
+
+/// What two rooms share, each piece once, then what is left without a partner.
+fn pair(sides: &[Side]) -> Vec<(Side, Option<usize>)> {
+    let boxes: Vec<Aabb> = sides.iter().map(|s| Aabb::of(s.winding.iter().copied()).inflated(PAIR)).collect();
+    // Swept along x, so that only neighbours meet.
+    let mut order: Vec<usize> = (0..sides.len()).collect();
+    order.sort_by(|&a, &b| boxes[a].min.x.total_cmp(&boxes[b].min.x).then(a.cmp(&b)));
+    let mut found = Vec::new();
+    for (place, &i) in order.iter().enumerate() {
+        for &j in order[place + 1..].iter().take_while(|&&j| boxes[j].min.x <= boxes[i].max.x) {
+            if sides[i].room != sides[j].room && boxes[i].touches(&boxes[j]) {
+                found.push((i.min(j), i.max(j)));
+            }
+        }
+    }
+    found.sort_unstable();
+    let mut pairs: Vec<(Side, Option<usize>)> = Vec::new();
+    let mut partnered = vec![false; sides.len()];
+    for (i, j) in found {
+        let (a, b) = (&sides[i], &sides[j]);
+        if let Some(winding) = shared(&a.winding, &b.winding) {
+            let ids = a.ids.iter().chain(&b.ids).copied().collect();
+            pairs.push((Side { ids, room: a.room, winding }, Some(b.room)));
+            (partnered[i], partnered[j]) = (true, true);
+        }
+    }
+    pairs.extend(sides.iter().zip(partnered).filter(|(_, partnered)| !partnered).map(|(side, _)| (side.clone(), None)));
+    pairs
+}
+
+/// Whether two windings lie in one plane.
+fn coplanar(a: &[DVec3], b: &[DVec3]) -> bool {
+    let Some(normal) = geom::newell(&centred(a)).try_normalize() else { return false };
+    let plane = Plane::through(geom::middle(a), normal);
+    b.iter().all(|&p| plane.distance(p).abs() < PAIR)
+}
+
+/// The part of `a` that `b` covers; `None` if they lie in different planes or hardly touch.
+fn shared(a: &[DVec3], b: &[DVec3]) -> Option<Vec<DVec3>> {
+    if !coplanar(a, b) {
+        return None;
+    }
+    let normal = geom::newell(&centred(b)).try_normalize()?;
+    let mut rest = a.to_vec();
+    for (i, &p) in b.iter().enumerate() {
+        let out = (b[(i + 1) % b.len()] - p).cross(normal).try_normalize()?;
+        rest = geom::clip(&rest, &Plane::through(p, out), SAME);
+    }
+    tidy(rest).filter(|w| geom::area(&centred(w)) > LEAST)
+}
+
+/// The union of two windings where it is convex.
+fn union(a: &[DVec3], b: &[DVec3]) -> Option<Vec<DVec3>> {
+    if !coplanar(a, b) {
+        return None;
+    }
+    let area = |w: &[DVec3]| geom::area(&centred(w));
+    let normal = geom::newell(&centred(a)).try_normalize()?;
+    let right = (a[1] - a[0]).try_normalize()?;
+    let up = normal.cross(right);
+    let flat = a.iter().chain(b).map(|&p| DVec2::new((p - a[0]).dot(right), (p - a[0]).dot(up)));
+    let hull: Vec<DVec3> = super::plan::hull(flat.collect()).into_iter().map(|q| a[0] + right * q.x + up * q.y).collect();
+    let covered = area(a) + area(b) - shared(a, b).map_or(0.0, |w| area(&w));
+    (area(&hull) <= covered * (1.0 + 1e-3)).then(|| tidy(hull)).flatten()
 }
 
 /// Corners on a line or on each other dropped; `None` unless what is left is planar and convex.
@@ -80,12 +192,6 @@ fn tidy(mut winding: Vec<DVec3>) -> Option<Vec<DVec3>> {
 fn centred(winding: &[DVec3]) -> Vec<DVec3> {
     let middle = geom::middle(winding);
     winding.iter().map(|&p| p - middle).collect()
-}
-
-/// Whether two windings are the same piece of the same plane.
-fn is_same(a: &[DVec3], b: &[DVec3]) -> bool {
-    let near = |from: &[DVec3], to: &[DVec3]| from.iter().all(|p| to.iter().any(|q| p.distance(*q) < PAIR));
-    near(a, b) && near(b, a)
 }
 
 struct Reader<'r, 'm> {
@@ -236,5 +342,33 @@ mod tests {
         let mut bent = points(&[(0., 0.), (0., 2.), (2., 2.), (2., 0.)]);
         bent[0].y = 1.5;
         assert_eq!(tidy(bent), None);
+    }
+
+    #[test]
+    fn pieces_of_a_room_are_joined_and_shared_with_the_room_behind() {
+        let piece = |id, room, from: f64, to: f64| Side {
+            ids: vec![id],
+            room,
+            winding: points(&[(from, 0.), (from, 2.), (to, 2.), (to, 0.)]),
+        };
+        // Room 0 draws 0..1 and 1..5, room 1 draws 0.5..6 turned round, room 2 draws something else.
+        let mut back = piece(3, 1, 0.5, 6.0);
+        back.winding.reverse();
+        let pairs = pair(&join(vec![piece(1, 0, 0., 1.), piece(2, 0, 1., 5.), back, piece(4, 2, 7., 8.)]));
+        assert_eq!(pairs.len(), 2);
+        assert_eq!((&pairs[0].0.ids, pairs[0].0.room, pairs[0].1), (&vec![1, 2, 3], 0, Some(1)));
+        let x = pairs[0].0.winding.iter().map(|p| p.x);
+        let (low, high) = x.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        assert!((low - 0.5).abs() < 1e-9 && (high - 5.0).abs() < 1e-9 && pairs[0].0.winding.len() == 4);
+        assert_eq!((&pairs[1].0.ids, pairs[1].1), (&vec![4], None));
+    }
+
+    #[test]
+    fn pieces_that_make_a_corner_stay_apart() {
+        let tall = points(&[(0., 0.), (0., 3.), (1., 3.), (1., 0.)]);
+        let low = points(&[(1., 0.), (1., 2.), (4., 2.), (4., 0.)]);
+        assert_eq!(union(&tall, &low), None);
+        let level = points(&[(1., 0.), (1., 3.), (4., 3.), (4., 0.)]);
+        assert_eq!(union(&tall, &level).map(|w| geom::area(&w)), Some(12.0));
     }
 }

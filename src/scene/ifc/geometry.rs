@@ -140,7 +140,8 @@ impl Task {
         let mut built = Built::default();
         match clear_items {
             None => {
-                let parts = router.process_element_with_voids_parts(&entity, decoder, &self.model.voids).map_err(one_line)?;
+                let parts =
+                    router.process_element_with_voids_parts(&entity, decoder, &self.model.voids).map_err(one_line)?;
                 for mesh in &parts {
                     self.append(&mut built.solid, mesh)?;
                 }

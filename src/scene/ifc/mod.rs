@@ -58,3 +58,14 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         Err(ImportError::MissingFeature { format: "IFC", feature: "ifc" })
     }
 }
+
+#[cfg(all(test, not(feature = "ifc")))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_binary_without_the_feature_says_which_one_reads_ifc() {
+        let error = import(Path::new("x.ifc"), &ImportOptions::default()).unwrap_err();
+        assert_eq!(error.to_string(), "this binary reads no IFC; build it with `--features ifc`");
+    }
+}

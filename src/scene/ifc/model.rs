@@ -77,7 +77,9 @@ impl Model {
         // What ifc-lite would write to stderr is told as notes below.
         set_report_sink(|_| ());
         let index = Arc::new(build_entity_index(&bytes));
-        let schema = ifc_lite_core::declared_schema_bounded(&bytes).unwrap_or_else(|| "IFC".into()).to_ascii_uppercase();
+        let schema = ifc_lite_core::declared_schema_bounded(&bytes).map(|s| s.to_ascii_uppercase());
+        let is_word = |s: &String| s.len() < 32 && s.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let schema = schema.filter(is_word).unwrap_or_else(|| "IFC".into());
         let mut model = Self {
             bytes,
             index,
@@ -158,7 +160,10 @@ impl Model {
             return Err(ImportError::malformed(self.data_place(), "no records in the DATA section"));
         }
         if self.records("IFCPROJECT").is_empty() {
-            return Err(ImportError::malformed(self.data_place(), "no IFCPROJECT in the DATA section: not a building model"));
+            return Err(ImportError::malformed(
+                self.data_place(),
+                "no IFCPROJECT in the DATA section: not a building model",
+            ));
         }
         Ok(())
     }

@@ -21,6 +21,13 @@ use std::collections::HashMap;
 /// whose sides stop a hair before the opening are missed.
 const BESIDE: f64 = 0.02;
 
+/// An unfilled opening that stops farther than this from a wall's side, metres, is a niche.
+const THROUGH: f64 = 2e-3;
+
+/// A wall's side may be this far behind the end of an opening, metres: the depth of wall that a niche leaves. Larger: a wall
+/// bent into a U around the opening counts as one thick wall.
+const BEHIND: f64 = 0.3;
+
 /// Cosine of the angle (3 degrees) within which faces count as parallel.
 const PARALLEL: f64 = 0.9986;
 
@@ -66,7 +73,8 @@ pub(super) fn openings(
         };
         let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
         let filled = relations.fillings.get(&product.id).is_some_and(|f| !f.is_empty());
-        let opening = if kind == OpeningKind::Opening { Some(product.id) } else { relations.opening_of.get(&product.id).copied() };
+        let opening =
+            if kind == OpeningKind::Opening { Some(product.id) } else { relations.opening_of.get(&product.id).copied() };
         let host = opening.and_then(|o| host_of.get(&o).copied());
         if kind == OpeningKind::Opening && (filled || !host.is_some_and(|h| kinds.get(&h).is_some_and(|k| is_wall(k)))) {
             continue;
@@ -78,7 +86,7 @@ pub(super) fn openings(
         let (winding, thickness) = match (&hole, &filling, layer) {
             (Some(hole), _, Some(layer)) if kind == OpeningKind::Opening => {
                 let [low, high] = extent(hole, layer.normal);
-                if low > layer.range[0] + BESIDE || high < layer.range[1] - BESIDE {
+                if low > layer.range[0] + THROUGH || high < layer.range[1] - THROUGH {
                     // A niche.
                     continue;
                 }
@@ -137,51 +145,40 @@ fn shape_with_parts(element: u32, relations: &Relations, geometry: &Geometry) ->
     shape
 }
 
-fn bounds(shape: &Shape) -> Aabb {
-    Aabb::of(shape.corners().flatten())
-}
-
 fn extent(shape: &Shape, normal: DVec3) -> [f64; 2] {
-    shape.corners().flatten().map(|p| p.dot(normal)).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
+    shape
+        .corners()
+        .flatten()
+        .map(|p| p.dot(normal))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
 }
 
 /// The layer of `wall` that `hole` goes through.
 fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
-    let near = bounds(hole).inflated(BESIDE);
-    let hull = HoleBox::of(hole)?;
-    // Directions of faces, each with its area, opposite ones counted as one.
-    let mut directions: Vec<(DVec3, f64)> = Vec::new();
-    let mut beside = Vec::new();
-    for t in wall.corners() {
-        if !Aabb::of(t).touches(&near) || hull.contains((t[0] + t[1] + t[2]) / 3.0) {
-            continue;
+    let hole_box = HoleBox::of(hole)?;
+    // Directions of faces as sums of doubled areas, opposite ones counted as one: the larger a face, the surer its direction.
+    let mut directions: Vec<DVec3> = Vec::new();
+    for t in wall.corners().filter(|t| hole_box.is_near(t, DVec3::ZERO) && !hole_box.holds_middle(t)) {
+        let n = (t[1] - t[0]).cross(t[2] - t[0]);
+        match directions.iter_mut().find(|d| d.dot(n).abs() > PARALLEL * d.length() * n.length()) {
+            Some(sum) => *sum += n * n.dot(*sum).signum(),
+            None if n.length() > 0.0 => directions.push(n),
+            None => {}
         }
-        let doubled = (t[1] - t[0]).cross(t[2] - t[0]);
-        let Some(n) = doubled.try_normalize() else { continue };
-        let n = canonical(n);
-        match directions.iter_mut().find(|(d, _)| d.dot(n).abs() > PARALLEL) {
-            Some((_, area)) => *area += doubled.length(),
-            None => directions.push((n, doubled.length())),
-        }
-        beside.push((t, n));
     }
     // Of equal areas, the first in the wall's own order.
-    let mut best: Option<(DVec3, f64)> = None;
-    for &(n, area) in &directions {
-        if best.is_none_or(|(_, most)| area > most * (1.0 + 1e-9)) {
-            best = Some((n, area));
-        }
-    }
-    let (raw, _) = best?;
+    let largest = directions.into_iter().reduce(|a, b| if b.length() > a.length() * (1.0 + 1e-9) { b } else { a });
+    let raw = canonical(largest?.try_normalize()?);
     let normal = upright(raw);
-    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-    for d in beside.iter().filter(|(_, n)| n.dot(raw).abs() > PARALLEL).flat_map(|(t, _)| t.map(|p| p.dot(normal))) {
-        range = [range[0].min(d), range[1].max(d)];
-    }
+    // The sides, also that which a niche doesn't reach.
+    let is_side = |t: &[DVec3; 3]| {
+        let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+        n.dot(raw).abs() > PARALLEL && hole_box.is_near(t, normal * BEHIND)
+    };
+    let offsets = wall.corners().filter(is_side).flatten().map(|p| p.dot(normal));
+    let range = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)]);
     // One side only, as of a sheet: the hole's own depth.
-    if range[1] - range[0] < 1e-3 {
-        range = extent(hole, normal);
-    }
+    let range = if range[1] - range[0] < 1e-3 { extent(hole, normal) } else { range };
     Some(Layer { normal, range })
 }
 
@@ -197,13 +194,25 @@ impl HoleBox {
         Some(Self { plan, y: extent(hole, DVec3::Y) })
     }
 
-    fn contains(&self, p: DVec3) -> bool {
-        let margin = BESIDE / 2.0;
-        let q = DVec2::new(p.x, p.z);
-        let q = DVec2::new(q.dot(self.plan.axes[0]), q.dot(self.plan.axes[1]));
-        q.cmpge(self.plan.low - margin).all()
-            && q.cmple(self.plan.high + margin).all()
-            && (self.y[0] - margin..=self.y[1] + margin).contains(&p.y)
+    /// In the box's own axes: along the sides of the rectangle, then up.
+    fn local(&self, p: DVec3) -> DVec3 {
+        let plan = DVec2::new(p.x, p.z);
+        DVec3::new(plan.dot(self.plan.axes[0]), plan.dot(self.plan.axes[1]), p.y)
+    }
+
+    fn around(&self, margin: DVec3) -> Aabb {
+        let (low, high) = (self.plan.low, self.plan.high);
+        Aabb { min: low.extend(self.y[0]) - margin, max: high.extend(self.y[1]) + margin }
+    }
+
+    /// Whether a triangle comes within [`BESIDE`] of the box grown by `reach` both ways.
+    fn is_near(&self, t: &[DVec3; 3], reach: DVec3) -> bool {
+        self.around(self.local(reach).abs() + BESIDE).touches(&Aabb::of(t.map(|p| self.local(p))))
+    }
+
+    /// Whether a triangle's middle is in the box or on its surface: it is a reveal.
+    fn holds_middle(&self, t: &[DVec3; 3]) -> bool {
+        self.around(DVec3::splat(BESIDE / 2.0)).contains(self.local((t[0] + t[1] + t[2]) / 3.0))
     }
 }
 
@@ -305,4 +314,63 @@ fn crosses(a: DVec3, b: DVec3, t: [DVec3; 3]) -> bool {
     let q = s.cross(e);
     let (v, w) = (d.dot(q) / det, f.dot(q) / det);
     u >= 0.0 && v >= 0.0 && u + v <= 1.0 && (0.0..=1.0).contains(&w)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box turned about the vertical, in metres.
+    fn block(low: DVec3, high: DVec3, degrees: f64) -> Shape {
+        let turn = glam::DMat3::from_rotation_y(degrees.to_radians());
+        let positions =
+            (0..8).map(|i| turn * DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2]));
+        let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+        let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        Shape { positions: positions.collect(), triangles }
+    }
+
+    #[test]
+    fn a_leaf_without_a_wall_is_its_own_middle() {
+        for degrees in [0.0, 20.0, 90.0, 135.0] {
+            let leaf = block(DVec3::new(2.0, 0.0, 1.0), DVec3::new(2.9, 2.1, 1.04), degrees);
+            let layer = flattest(&leaf).unwrap();
+            let winding = rectangle_in(&leaf, layer);
+            let normal = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::Z;
+            assert!(layer.normal.dot(normal).abs() > 1.0 - 1e-12);
+            assert!((crate::geom::area(&winding) - 0.9 * 2.1).abs() < 1e-9);
+            assert!(crate::geom::newell(&winding).dot(layer.normal) > 0.0);
+            let centre = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::new(2.45, 1.05, 1.02);
+            assert!(crate::geom::middle(&winding).distance(centre) < 1e-9);
+        }
+        let hatch = flattest(&block(DVec3::ZERO, DVec3::new(0.8, 0.05, 1.2), 33.0)).unwrap();
+        assert_eq!(hatch.normal, DVec3::Y);
+        let winding = rectangle_in(&block(DVec3::ZERO, DVec3::new(0.8, 0.05, 1.2), 33.0), hatch);
+        assert!((crate::geom::area(&winding) - 0.96).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_wall_narrower_than_it_is_thick_beside_its_door_keeps_its_direction() {
+        // A pier of 5 cm beside the door in a wall of 60 cm: the reveal is larger than the pier's sides.
+        for degrees in [0.0, 40.0] {
+            let hole = block(DVec3::new(0.05, 0.0, 0.0), DVec3::new(1.05, 2.0, 0.6), degrees);
+            let mut wall = block(DVec3::ZERO, DVec3::new(0.05, 2.0, 0.6), degrees);
+            wall.append(&block(DVec3::new(0.0, 2.0, 0.0), DVec3::new(1.05, 2.4, 0.6), degrees));
+            let layer = layer_beside(&wall, &hole).unwrap();
+            let normal = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::Z;
+            assert!(layer.normal.dot(normal).abs() > 1.0 - 1e-12, "{layer:?}");
+            assert!((layer.range[1] - layer.range[0] - 0.6).abs() < 1e-9, "{layer:?}");
+            assert!(!is_blocked(&wall, &rectangle_in(&hole, layer), layer));
+            assert!(is_blocked(&hole, &rectangle_in(&hole, layer), layer));
+        }
+    }
+
+    #[test]
+    fn a_hole_shared_by_a_door_and_its_side_light_is_shared_out() {
+        let layer = Layer { normal: DVec3::Z, range: [0.0, 0.2] };
+        let hole = block(DVec3::ZERO, DVec3::new(2.0, 2.1, 0.2), 0.0);
+        let leaf = block(DVec3::new(-0.1, 0.0, 0.05), DVec3::new(0.9, 2.2, 0.1), 0.0);
+        let share = overlap(rectangle_in(&hole, layer), &rectangle_in(&leaf, layer), layer);
+        assert!((crate::geom::area(&share) - 0.9 * 2.1).abs() < 1e-9, "{share:?}");
+    }
 }

@@ -41,7 +41,7 @@ pub(super) fn smallest_rectangle(points: impl IntoIterator<Item = DVec2>) -> Opt
 }
 
 /// The convex hull, counter-clockwise (Andrew 1979).
-fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
     if points.len() < 3 {
@@ -51,7 +51,8 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     for upper in [false, true] {
         let start = hull.len();
         let mut add = |p: DVec2| {
-            while hull.len() >= start + 2 && (hull[hull.len() - 1] - hull[hull.len() - 2]).perp_dot(p - hull[hull.len() - 2]) <= 0.0
+            while hull.len() >= start + 2
+                && (hull[hull.len() - 1] - hull[hull.len() - 2]).perp_dot(p - hull[hull.len() - 2]) <= 0.0
             {
                 hull.pop();
             }

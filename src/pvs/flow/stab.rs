@@ -1,0 +1,125 @@
+//! Does a line stab a chain of windows? Asked of chains that are about to decide something.
+//!
+//! Based on: the branch and bound of *two-sided flow* as measured for this project, on the windows of Teller, *Visibility
+//! computations in densely occluded polyhedral environments*, 1992. The search narrows only the source and the last window of
+//! a chain, and so lets through chains that no line passes. Here all windows are narrowed by all others, forwards and
+//! backwards; then the larger end is halved, until every half is refuted, a line is found, or the pieces run out. Only a
+//! refutation is ever relied on: to find a line is a reason to stop, not a proof that anyone keeps.
+
+use super::separators::separators;
+use super::window::{Slack, Window};
+use crate::geom::{Plane, middle};
+use glam::DVec3;
+
+/// Pieces of one chain that are looked at before it counts as passable. Larger: rare wrong chains cost more.
+const PIECES: u32 = 64;
+
+/// A window shorter than this times [`Slack::strict`] is not halved.
+const SMALLEST: f64 = 1024.0;
+
+/// Times that the search for a line changes ends.
+const TURNS: usize = 4;
+
+/// Scratch memory.
+#[derive(Default)]
+pub(super) struct Stab {
+    pieces: Vec<Vec<Window>>,
+    planes: Vec<Plane>,
+    spare: Vec<DVec3>,
+    aim: Window,
+}
+
+impl Stab {
+    /// False where no line passes the windows, one after the other. Adds the work to `steps`.
+    pub fn may_pass(&mut self, windows: impl Iterator<Item = Window>, slack: &Slack, steps: &mut u64) -> bool {
+        let windows: Vec<Window> = windows.collect();
+        if windows.len() < 3 || windows.iter().any(|w| !w.flat) || self.line(&windows, slack) {
+            return true;
+        }
+        self.pieces.clear();
+        self.pieces.push(windows);
+        let mut left = PIECES;
+        while let Some(mut piece) = self.pieces.pop() {
+            *steps += piece.len() as u64;
+            if !self.narrow(&mut piece, slack) {
+                continue;
+            }
+            if left == 0 || self.line(&piece, slack) {
+                return true;
+            }
+            left -= 1;
+            let last = piece.len() - 1;
+            let (first_length, last_length) = (longest(&piece[0]), longest(&piece[last]));
+            let (end, [a, b]) =
+                if distance(first_length) >= distance(last_length) { (0, first_length) } else { (last, last_length) };
+            let (true, Some(along)) = (a.distance(b) > SMALLEST * slack.strict, (b - a).try_normalize()) else {
+                return true; // too small to halve without losing lines to rounding
+            };
+            let half = Plane::through(a.midpoint(b), along);
+            for plane in [half, half.flipped()] {
+                let mut part = piece.clone();
+                if part[end].cut(&plane, slack, &mut self.spare) {
+                    self.pieces.push(part);
+                }
+            }
+        }
+        false
+    }
+
+    /// Narrows every window by the planes of those on both sides of it. False where one is left without a line.
+    fn narrow(&mut self, windows: &mut [Window], slack: &Slack) -> bool {
+        let last = windows.len() - 1;
+        (2..=last).all(|k| self.cut(windows, 0, k - 1, k, slack))
+            && (0..=last - 2).rev().all(|k| self.cut(windows, last, k + 1, k, slack))
+    }
+
+    /// Cuts window `k` by the planes of two others that a line meets in this order before it (or after it).
+    fn cut(&mut self, windows: &mut [Window], first: usize, second: usize, k: usize, slack: &Slack) -> bool {
+        self.planes.clear();
+        separators(&windows[first].corners, &windows[second].corners, &mut self.planes);
+        self.planes.iter().all(|plane| windows[k].cut(plane, slack, &mut self.spare))
+    }
+
+    /// Looks for a line: from the middle of one end through all windows to the other end, and back from what that left.
+    fn line(&mut self, windows: &[Window], slack: &Slack) -> bool {
+        let last = windows.len() - 1;
+        let mut aim = std::mem::take(&mut self.aim);
+        let mut eye = middle(&windows[0].corners);
+        let mut found = false;
+        for turn in 0..TURNS {
+            let forwards = turn % 2 == 0;
+            aim.assign(&windows[if forwards { last } else { 0 }].corners, true);
+            found = (1..last).all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], slack));
+            if found {
+                break;
+            }
+            eye = middle(&aim.corners); // what was left before the window that closed the view
+        }
+        self.aim = aim;
+        found
+    }
+
+    /// Cuts `aim` down to what is seen from `eye` through a window. False where that is nothing.
+    fn keep_seen(&mut self, aim: &mut Window, eye: DVec3, window: &Window, slack: &Slack) -> bool {
+        let centre = middle(&window.corners);
+        let corners = &window.corners;
+        corners.iter().zip(corners.iter().cycle().skip(1)).all(|(&a, &b)| {
+            let Some(mut n) = (a - eye).cross(b - eye).try_normalize() else { return true };
+            if n.dot(centre - eye) > 0.0 {
+                n = -n;
+            }
+            aim.cut(&Plane::through(eye, n), slack, &mut self.spare)
+        })
+    }
+}
+
+/// The two corners that are farthest apart.
+fn longest(window: &Window) -> [DVec3; 2] {
+    let corners = &window.corners;
+    let pairs = corners.iter().enumerate().flat_map(|(i, &a)| corners[i..].iter().map(move |&b| [a, b]));
+    pairs.max_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap_or_default()
+}
+
+fn distance([a, b]: [DVec3; 2]) -> f64 {
+    a.distance_squared(b)
+}

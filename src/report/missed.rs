@@ -1,0 +1,102 @@
+//! Missed pixels: where a full picture shows something that the visible set leaves out.
+//!
+//! A pixel is missed if its frontmost opaque object, or the frontmost see-through object before it, isn't in the set. (A
+//! second pane of glass behind a first isn't looked at.)
+//!
+//! Meshes leak: where a corner of one triangle lies on the edge of another, rounding opens cracks of no width through which a
+//! pixel's middle can see. So each such pixel is looked at again with rays in `f64` around its middle, [`SPREAD`] pixels off
+//! it: only if every one of them, too, meets something first that the set leaves out, the pixel is missed. Otherwise it counts
+//! as a crack. What this can't tell from a crack is a sight line that is open over less than `2 * SPREAD` of a pixel.
+
+use super::raster::{IdBuffer, View};
+use crate::ObjectId;
+use crate::scene::Scene;
+use crate::scene::rays::{Hit, RayScene};
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// How far from the middle of a pixel the rays that settle it are, in pixels.
+/// Larger: narrow real openings count as cracks. Smaller: cracks that rounding widens count as misses.
+pub const SPREAD: f64 = 0.02;
+
+/// The rays that settle a pixel, around its middle.
+const AROUND: [DVec2; 8] = [
+    DVec2::new(1.0, 0.0),
+    DVec2::new(1.0, 1.0),
+    DVec2::new(0.0, 1.0),
+    DVec2::new(-1.0, 1.0),
+    DVec2::new(-1.0, 0.0),
+    DVec2::new(-1.0, -1.0),
+    DVec2::new(0.0, -1.0),
+    DVec2::new(1.0, -1.0),
+];
+
+/// What a set leaves out of a picture.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Missed {
+    /// Pixels that show an object that isn't in the set, ascending.
+    pub pixels: Vec<u32>,
+    /// Pixels that do so only through a crack.
+    pub cracks: u64,
+}
+
+/// Compares a picture of everything, which shows `shown` ([`objects_shown`]), with a set.
+pub fn missed_pixels(
+    rays: &RayScene<'_>,
+    view: &View,
+    full: &IdBuffer,
+    shown: &[ObjectId],
+    kept: &(dyn Fn(ObjectId) -> bool + Sync),
+) -> Missed {
+    if shown.iter().all(|&object| kept(object)) {
+        return Missed::default();
+    }
+    let scene = rays.scene();
+    let leaves_out = |triangle: usize| !kept(scene.object_of(triangle));
+    let doubtful: Vec<u32> = (0..view.width * view.height)
+        .filter(|&pixel| full.opaque(pixel).is_some_and(leaves_out) || full.glass(pixel).is_some_and(leaves_out))
+        .map(|pixel| pixel as u32)
+        .collect();
+    let pixels: Vec<u32> = doubtful.par_iter().copied().filter(|&pixel| settle(rays, view, pixel as usize, kept)).collect();
+    Missed { cracks: (doubtful.len() - pixels.len()) as u64, pixels }
+}
+
+/// True where all rays around a pixel's middle agree that the set leaves out what is in front.
+fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> bool {
+    let middle = DVec2::new((pixel % view.width) as f64 + 0.5, (pixel / view.width) as f64 + 0.5);
+    let limit = 10.0 * (rays.scene().bounds().diagonal() + view.camera.eye.as_dvec3().length());
+    let (mut opaque_missed, mut glass_missed) = (true, true);
+    let mut glass: Vec<Hit> = Vec::new();
+    for offset in AROUND {
+        let along = view.camera.ray(view.ndc(middle + offset * SPREAD));
+        // `along` goes one metre forward, so the near plane is `near` of them away.
+        let from = view.camera.eye.as_dvec3() + along * view.near;
+        let hit = rays.first_opaque(from, along, limit);
+        opaque_missed &= hit.is_some_and(|h| !kept(h.object));
+        glass.clear();
+        if glass_missed {
+            rays.see_through(from, along, hit.map_or(limit, |h| h.t), &mut glass);
+            glass_missed = glass.first().is_some_and(|h| !kept(h.object));
+        }
+        if !opaque_missed && !glass_missed {
+            return false;
+        }
+    }
+    true
+}
+
+/// The objects that a picture of everything shows, ascending: what a perfect culler would keep.
+pub fn objects_shown(scene: &Scene, full: &IdBuffer) -> Vec<ObjectId> {
+    let mut shown = vec![false; scene.objects.len()];
+    // Neighbouring pixels mostly show one triangle.
+    let mut last = [None; 2];
+    for pixel in 0..full.width * full.height {
+        for (layer, triangle) in [full.opaque(pixel), full.glass(pixel)].into_iter().enumerate() {
+            if let Some(triangle) = triangle.filter(|_| triangle != last[layer]) {
+                shown[scene.object_of(triangle).index()] = true;
+            }
+            last[layer] = triangle;
+        }
+    }
+    (0..shown.len()).filter(|&i| shown[i]).map(|i| ObjectId(i as u32)).collect()
+}

@@ -1,0 +1,338 @@
+//! A reject test for each clause of the format, but for those of matrices.
+
+use crate::forge::{Forged, Part, REQUIRED, ZSTD, sample, sign, u32s};
+use enfilade::file::{FileError, PvsFile, encode_rows};
+use enfilade::{BitMatrix, CellId};
+
+/// Numbers of sections in docs/format.md.
+mod number {
+    pub const META: u32 = 1;
+    pub const CELLS: u32 = 3;
+    pub const PORTALS: u32 = 4;
+    pub const OBJECTS: u32 = 5;
+    pub const PLACEMENT: u32 = 6;
+    pub const CELL_ROWS: u32 = 7;
+    pub const OBJECT_ROWS: u32 = 8;
+    pub const CELL_BOUNDS: u32 = 9;
+    pub const OBJECT_BOUNDS: u32 = 10;
+    pub const WITNESSES: u32 = 11;
+    pub const REPAIRS: u32 = 12;
+    pub const STATS: u32 = 13;
+}
+use number::*;
+
+fn forged() -> Forged {
+    Forged::take_apart(&sample().write())
+}
+
+/// The message must be one line that holds `expected`.
+fn refused(bytes: &[u8], expected: &str) {
+    let message = PvsFile::read(bytes).expect_err(expected).to_string();
+    assert!(message.contains(expected) && !message.contains('\n'), "{message} / {expected}");
+}
+
+fn refused_after(expected: &str, change: impl FnOnce(&mut Forged)) {
+    let mut forged = forged();
+    change(&mut forged);
+    refused(&forged.bytes(), expected);
+}
+
+/// Overwrites bytes of a section's decoded content.
+fn refused_with(number: u32, at: usize, new: &[u8], expected: &str) {
+    refused_after(expected, |f| {
+        let mut content = f.decoded(number);
+        content[at..at + new.len()].copy_from_slice(new);
+        f.put(number, content);
+    });
+}
+
+/// Replaces a section's decoded content.
+fn refused_as(number: u32, content: &[&[u8]], expected: &str) {
+    refused_after(expected, |f| f.put(number, content.concat()));
+}
+
+#[test]
+fn header_clauses() {
+    // The forger itself makes no difference.
+    assert_eq!(forged().bytes(), sample().write());
+
+    refused(b"", "cut short: 0 bytes of 56");
+    refused(b"glTF binary, say", "not a .pvs file");
+    refused_after("not a .pvs file", |f| f.magic[1] = b'X');
+    refused_after("format version 2, this program reads version 1; bake the model again", |f| f.version = 2);
+    refused_after("header, byte 40: guarantee 2, of which there are 2", |f| f.guarantee = 2);
+    refused_after("header, byte 46: a reserved byte that is not zero", |f| f.reserved[5] = 1);
+
+    let whole = sample().write();
+    refused(&[&whole[..], b"\n"].concat(), &format!("1 bytes too many at byte {}", whole.len()));
+    let patched = |at: usize, new: &[u8], signed: bool| {
+        let mut bytes = whole.clone();
+        bytes[at..at + new.len()].copy_from_slice(new);
+        if signed {
+            sign(&mut bytes);
+        }
+        bytes
+    };
+    refused(&patched(12, &u32::MAX.to_le_bytes(), false), "header, byte 12: a table of 4294967295 sections");
+    refused(
+        &patched(16, &u64::MAX.to_le_bytes(), true),
+        &format!("cut short: {} bytes of 18446744073709551615", whole.len()),
+    );
+    refused(&patched(30, &[whole[30] ^ 1], false), "header, byte 48: damaged (the checksum differs)");
+    let last = whole.len() - 1;
+    refused(&patched(last, &[whole[last] ^ 1], false), "section stats, ");
+}
+
+#[test]
+fn section_table_clauses() {
+    refused_after("section 1 out of order; numbers ascend from 1", |f| f.parts.swap(0, 1));
+    refused_after("section 13 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
+    refused_after("section 0 out of order", |f| f.parts[0].number = 0);
+    refused_after("section 1 has flags 0x5", |f| f.parts[0].flags = REQUIRED | 4);
+    refused_after("section 99 is required and unknown to this program", |f| {
+        f.parts.push(Part { number: 99, flags: REQUIRED, stored: vec![1, 2], decoded: 2 });
+    });
+    refused_after("section 8 is a matrix and can't be compressed as a whole", |f| f.part(OBJECT_ROWS).flags |= ZSTD);
+    refused_after("section 8 isn't compressed and has two lengths", |f| f.part(OBJECT_ROWS).decoded += 1);
+
+    // Lengths in the table that don't add up to the file's.
+    let whole = sample().write();
+    for (length, expected) in [(u64::MAX, "section 1 has 18446744073709551615 bytes"), (0, "sections end at byte")] {
+        let mut bytes = whole.clone();
+        bytes[56 + 8..56 + 16].copy_from_slice(&length.to_le_bytes());
+        bytes[56 + 4..56 + 8].copy_from_slice(&(REQUIRED | ZSTD).to_le_bytes());
+        sign(&mut bytes);
+        refused(&bytes, expected);
+    }
+}
+
+#[test]
+fn sections_that_a_reader_may_not_know_are_passed_over() {
+    let mut f = forged();
+    f.parts.push(Part { number: 99, flags: 0, stored: vec![1, 2, 3], decoded: 3 });
+    f.parts.push(Part { number: 100, flags: ZSTD, stored: vec![9], decoded: u64::MAX });
+    let bytes = f.bytes();
+    assert_eq!(PvsFile::read(&bytes).unwrap(), sample());
+    // Damage to them is damage.
+    let mut damaged = bytes.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    refused(&damaged, "section 100, 1 bytes from byte");
+}
+
+#[test]
+fn sections_that_must_be_there() {
+    for (number, name) in
+        [(META, "meta"), (CELLS, "cells"), (PORTALS, "portals"), (OBJECTS, "objects"), (PLACEMENT, "placement")]
+    {
+        refused_after(&format!("section {name} is missing"), |f| f.remove(number));
+    }
+    for (number, name) in [(CELL_BOUNDS, "cell-bounds"), (OBJECT_BOUNDS, "object-bounds"), (WITNESSES, "witnesses")] {
+        refused_after(&format!("section {name} is missing"), |f| f.remove(number));
+    }
+    // A witness section alone.
+    refused_after("section cell-bounds is missing", |f| {
+        f.remove(CELL_BOUNDS);
+        f.remove(OBJECT_BOUNDS);
+    });
+}
+
+#[test]
+fn compression_clauses() {
+    let bomb = zstd::bulk::compress(&vec![0; 1 << 30], 1).unwrap();
+    let as_cells = |f: &mut Forged, stored: Vec<u8>, decoded: u64| {
+        *f.part(CELLS) = Part { number: CELLS, flags: REQUIRED | ZSTD, stored, decoded };
+    };
+    // Declared as what it is, as more than there is memory, and as less than it is.
+    refused_after("section cells: needs 2147483648 bytes of memory, of which", |f| as_cells(f, vec![0; 100], 1 << 30));
+    refused_after("section cells: needs 18446744073709551615 bytes of memory", |f| as_cells(f, bomb.clone(), u64::MAX));
+    refused_after("section cells, byte 0: can't be decompressed to 100 bytes", |f| as_cells(f, bomb.clone(), 100));
+    refused_after("section cells, byte 0: 4 bytes decompressed, 5 declared", |f| {
+        as_cells(f, zstd::bulk::compress(b"cell", 1).unwrap(), 5);
+    });
+    refused_after("section cells, byte 0: can't be decompressed", |f| as_cells(f, b"no zstd".to_vec(), 9));
+}
+
+#[test]
+fn meta_clauses() {
+    let nan = f64::NAN.to_le_bytes();
+    refused_with(META, 8, &nan, "section meta, byte 8: a number that is not finite");
+    refused_with(META, 24, &f64::INFINITY.to_le_bytes(), "section meta, byte 24: a number that is not finite");
+    refused_with(META, 24, &(-1.0f64).to_le_bytes(), "section meta, byte 24: a negative length");
+    refused_with(META, 32, &[3], "section meta, byte 32: strategy 3, of which there are 3");
+    refused_with(META, 33, &[0; 4], "section meta, byte 33: objects of 0 triangles");
+    refused_with(META, 37, &[2], "section meta, byte 37: a flag 2");
+    // The rest is behind the unit, which may be there or not.
+    let mut f = forged();
+    let content = f.decoded(META);
+    let (head, rest) = (&content[..37], &content[if content[37] == 1 { 46 } else { 38 }..]);
+    for (unit, what) in [(0.0f64, "not above 0 metres"), (-2.0, "not above 0 metres"), (f64::NAN, "not finite")] {
+        refused_as(META, &[head, &[1], &unit.to_le_bytes(), rest], "section meta, byte 38: a ");
+        refused_as(META, &[head, &[1], &unit.to_le_bytes(), rest], what);
+    }
+    f.put(META, [head, &[0], rest].concat());
+    assert_eq!(PvsFile::read(&f.bytes()).unwrap().import.metres_per_unit, None);
+
+    let (counts, pairs, reason) = (&rest[..12], &rest[12..44], &rest[44..]);
+    let more = |at: usize| {
+        let mut counts = counts.to_vec();
+        counts[at] += 1;
+        counts
+    };
+    for (at, name) in [(0, "cells"), (4, "portals"), (8, "objects")] {
+        refused_as(META, &[head, &[0], &more(at), pairs, reason], &format!("section {name}, byte "));
+    }
+    refused_as(META, &[head, &[0], &[0xff; 12], pairs, reason], "section cells, byte ");
+    let numbers = |n: [u64; 4]| n.map(u64::to_le_bytes).concat();
+    // 3 cells and 70 objects: 210 pairs and 9.
+    refused_as(META, &[head, &[0], counts, &numbers([6, 5, 0, 0]), reason], "6 pairs in the lower set, 5 in the upper");
+    refused_as(META, &[head, &[0], counts, &numbers([0, 211, 0, 0]), reason], "211 in the upper, 210 in all");
+    refused_as(META, &[head, &[0], counts, &numbers([0, 0, 0, 10]), reason], "10 in the upper, 9 in all");
+    refused_as(META, &[head, &[0], counts, pairs, &[2, 0, 0, 0, b'a', 0xff]], "a string that is not UTF-8");
+    refused_as(META, &[head, &[0], counts, pairs, &[9, 0, 0, 0, b'a']], "9 bytes expected, 1 left");
+    refused_as(META, &[head, &[0], counts, pairs, reason, &[0]], "1 bytes too many");
+
+    // Fewer pairs than the rows have.
+    let real = |i: usize| u64::from_le_bytes(pairs[8 * i..8 * i + 8].try_into().unwrap());
+    let [lower, upper, cell_lower, cell_upper] = [real(0), real(1), real(2), real(3)];
+    refused_as(
+        META,
+        &[head, &[0], counts, &numbers([lower, upper - 1, cell_lower, cell_upper]), reason],
+        "section object-rows",
+    );
+    refused_as(
+        META,
+        &[head, &[0], counts, &numbers([lower, upper, cell_lower, cell_upper - 1]), reason],
+        "section cell-rows",
+    );
+    refused_as(
+        META,
+        &[head, &[0], counts, &numbers([lower - 1, upper, cell_lower, cell_upper]), reason],
+        "section object-bounds",
+    );
+    refused_as(
+        META,
+        &[head, &[0], counts, &numbers([lower, upper, cell_lower - 1, cell_upper]), reason],
+        "section cell-bounds",
+    );
+}
+
+const NO_NAME: &[u8] = &[0, 0, 0, 0];
+const NO_SOURCE: &[u8] = &[0];
+const CLOSED: &[u8] = &[0];
+
+fn f32s(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
+}
+
+#[test]
+fn cell_clauses() {
+    let cell = |pieces: &[u8]| [NO_NAME, NO_SOURCE, CLOSED, pieces].concat();
+    let empty = cell(&u32s(&[0]));
+    let list = |first: &[u8]| [&u32s(&[3])[..], first, &empty, &empty].concat();
+    let mut f = forged();
+    f.put(CELLS, list(&empty));
+    assert_eq!(PvsFile::read(&f.bytes()).unwrap().cells[0].pieces.len(), 0);
+
+    refused_as(CELLS, &[&u32s(&[2]), &empty, &empty], "section cells, byte ");
+    refused_as(CELLS, &[&u32s(&[u32::MAX]), &empty], "section cells, byte 0: a list of 4294967295, with 10 bytes left");
+    refused_as(CELLS, &[&list(&cell(&u32s(&[u32::MAX])))], "section cells, byte 10: a list of 4294967295");
+    refused_as(CELLS, &[&list(&cell(&u32s(&[1, u32::MAX])))], "section cells, byte 14: a list of 4294967295");
+    refused_as(CELLS, &[&list(&[&u32s(&[u32::MAX])[..], &[0; 6]].concat())], "4294967295 bytes expected");
+    refused_as(CELLS, &[&list(&[NO_NAME, &[7], CLOSED, NO_NAME].concat())], "section cells, byte 8: a flag 7");
+    refused_as(CELLS, &[&list(&[NO_NAME, NO_SOURCE, &[2], NO_NAME].concat())], "section cells, byte 9: a flag 2");
+    let plane = |p: [f32; 4]| list(&cell(&[u32s(&[1, 1]), f32s(&p)].concat()));
+    refused_as(CELLS, &[&plane([1.0, 1.0, 0.0, 0.0])], "a plane whose normal is not of length 1");
+    refused_as(CELLS, &[&plane([0.0, 0.0, 0.0, 0.0])], "a plane whose normal is not of length 1");
+    refused_as(CELLS, &[&plane([0.0, f32::NAN, 0.0, 0.0])], "section cells, byte 22: a number that is not finite");
+    refused_as(CELLS, &[&plane([0.0, 1.0, 0.0, f32::INFINITY])], "section cells, byte 30: a number that is not finite");
+}
+
+#[test]
+fn portal_clauses() {
+    let triangle = [u32s(&[3]), f32s(&[0., 0., 0., 1., 0., 0., 1., 1., 0.])].concat();
+    let portal = |cells: [u32; 2], plane: [f32; 4], kind: u8, winding: &[u8]| {
+        let other = [&u32s(&[0, 1])[..], &f32s(&[0., 0., 1., 0.]), &[0], NO_SOURCE, &triangle].concat();
+        let first = [&u32s(&cells)[..], &f32s(&plane), &[kind], NO_SOURCE, winding].concat();
+        [&u32s(&[4])[..], &first, &other, &other, &other].concat()
+    };
+    let up = [0., 0., 1., 0.];
+    let mut f = forged();
+    f.put(PORTALS, portal([2, 1], up, 2, &triangle));
+    assert_eq!(PvsFile::read(&f.bytes()).unwrap().portals[0].cells, [CellId(2), CellId(1)]);
+
+    refused_as(PORTALS, &[&portal([3, 1], up, 0, &triangle)], "section portals, byte 4: cell 3, of which there are 3");
+    refused_as(PORTALS, &[&portal([0, u32::MAX], up, 0, &triangle)], "section portals, byte 8: cell 4294967295");
+    refused_as(PORTALS, &[&portal([1, 1], up, 0, &triangle)], "a portal from cell 1 to itself");
+    refused_as(PORTALS, &[&portal([0, 1], [0., 0., 2., 0.], 0, &triangle)], "a plane whose normal is not of length 1");
+    refused_as(PORTALS, &[&portal([0, 1], up, 3, &triangle)], "section portals, byte 28: portal kind 3");
+    let corners = |n: u32| [u32s(&[n]), f32s(&[0., 0., 0., 1., 0., 0.])].concat();
+    refused_as(PORTALS, &[&portal([0, 1], up, 0, &corners(2))], "a winding of 2 corners");
+    refused_as(PORTALS, &[&portal([0, 1], up, 0, &u32s(&[u32::MAX]))], "a list of 4294967295");
+    let nan = [u32s(&[3]), f32s(&[0., 0., 0., 1., f32::NAN, 0., 1., 1., 0.])].concat();
+    refused_as(PORTALS, &[&portal([0, 1], up, 0, &nan)], "a number that is not finite");
+}
+
+#[test]
+fn object_clauses() {
+    let object = |triangles: u32, bounds: [f32; 6]| [NO_NAME, &u32s(&[triangles]), &f32s(&bounds)].concat();
+    let point = object(1, [0.; 6]);
+    let list = |first: &[u8]| [&u32s(&[70])[..], first, &point.repeat(69)].concat();
+    let mut f = forged();
+    f.put(OBJECTS, list(&point));
+    assert_eq!(PvsFile::read(&f.bytes()).unwrap().objects[69].triangles, 1);
+    refused_as(OBJECTS, &[&list(&object(0, [0.; 6]))], "section objects, byte 8: an object without triangles");
+    refused_as(OBJECTS, &[&list(&object(1, [0., 1., 0., 0., 0., 0.]))], "a box that ends before it begins");
+    refused_as(OBJECTS, &[&list(&object(1, [0., 0., 0., f32::INFINITY, 0., 0.]))], "a number that is not finite");
+}
+
+#[test]
+fn other_section_clauses() {
+    let mut f = forged();
+    let witnesses = f.decoded(WITNESSES);
+    let count = u32::from_le_bytes(witnesses[..4].try_into().unwrap());
+    refused_as(WITNESSES, &[&u32s(&[count - 1]), &witnesses[4..witnesses.len() - 48]], "no witness for cell 2, object ");
+    refused_as(WITNESSES, &[&u32s(&[count + 1]), &witnesses[4..], &[0; 48]], "a witness without a pair in the lower set");
+    refused_with(WITNESSES, 4, &f64::NAN.to_le_bytes(), "section witnesses, byte 4: a number that is not finite");
+    refused_with(REPAIRS, 8, &3u32.to_le_bytes(), "section repairs, byte 8: cell 3, of which there are 3");
+    refused_with(REPAIRS, 12, &f64::NAN.to_le_bytes(), "section repairs, byte 12: a number that is not finite");
+    let stats = f.decoded(STATS);
+    refused_as(STATS, &[&stats, &[0]], "section stats, byte 40: 1 bytes too many");
+    refused_as(STATS, &[&stats[..39]], "section stats, byte 32: 8 bytes expected, 7 left");
+
+    // A lower pair outside the upper set: all zeros above, all ones below (rows take turns).
+    let mut turns = BitMatrix::new(6, 3);
+    turns.set(1, 2);
+    refused_as(CELL_BOUNDS, &[&encode_rows(&turns)], "pair 0, 2 is in the lower set and not in the upper");
+    // Rows that aren't what was declared.
+    f.put(OBJECT_ROWS, encode_rows(&BitMatrix::new(3, 70)));
+    refused(&f.bytes(), "section object-rows, byte 0: 0 pairs, ");
+}
+
+#[test]
+fn a_small_file_cannot_ask_for_a_large_matrix() {
+    // Names compress to nothing, and a matrix of ones is a byte: 200,000 cells and as many objects would need 5 GB.
+    let n = 200_000u32;
+    let mut f = forged();
+    let part = |content: Vec<u8>| {
+        let stored = zstd::bulk::compress(&content, 19).unwrap();
+        (stored, content.len() as u64)
+    };
+    let cells = [u32s(&[n]), [NO_NAME, NO_SOURCE, CLOSED, NO_NAME].concat().repeat(n as usize)].concat();
+    let objects = [u32s(&[n]), [NO_NAME, &u32s(&[1]), &[0; 24]].concat().repeat(n as usize)].concat();
+    let mut meta = f.decoded(META);
+    let counts = if meta[37] == 1 { 46 } else { 38 };
+    meta[counts..counts + 12].copy_from_slice(&u32s(&[n, 4, n]));
+    f.put(META, meta);
+    for (number, content) in [(CELLS, cells), (OBJECTS, objects)] {
+        let (stored, decoded) = part(content);
+        *f.part(number) = Part { number, flags: ZSTD, stored, decoded };
+    }
+    for number in [PLACEMENT, CELL_ROWS, OBJECT_ROWS] {
+        f.put(number, vec![0xc0, 0x9a, 0x0c, 0xc0, 0x9a, 0x0c, 1]);
+    }
+    for number in [CELL_BOUNDS, OBJECT_BOUNDS, WITNESSES] {
+        f.remove(number);
+    }
+    let error = PvsFile::read(&f.bytes()).expect_err("too large");
+    assert!(matches!(error, FileError::TooLarge { .. }), "{error}");
+}

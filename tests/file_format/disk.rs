@@ -1,0 +1,350 @@
+//! From a bake to a file, on disk, and on the command line.
+
+use crate::forge::sample;
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, Strategy, read_cells};
+use enfilade::file::{Container, FileError, Import, PvsFile, entropy_bits_per_pair, replace_file};
+use enfilade::geom::{Aabb, Plane};
+use enfilade::pvs::{Guarantee, Pvs, PvsStats, Witness};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::{BitMatrix, CellId, ObjectId};
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Two rooms of 4 x 3 x 4 m joined by a door at x = 0 (scene coordinates); a wall beside the door, and a chair in each room.
+fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
+    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    let triangle = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 0.1, 0.0, 1.0), DVec3::new(x, 1.0, 0.1)].to_vec();
+    for (node, x) in [("wall", 1000.0), ("chair", 998.0), ("table", 1001.9)] {
+        let mesh = Mesh {
+            node: node.into(),
+            role: Role::Unknown,
+            opaque: true,
+            positions: triangle(x),
+            triangles: vec![[0, 1, 2]],
+        };
+        builder.add(mesh).unwrap();
+    }
+    let scene = builder.finish("two rooms").unwrap();
+    let room = |name: &str, min: [f64; 3], max: [f64; 3]| {
+        let (min, max) = (DVec3::from_array(min), DVec3::from_array(max));
+        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(max, n), Plane::through(min, -n)]).collect();
+        let pieces = vec![Piece { planes, bounds: Aabb { min, max } }];
+        Cell { name: name.into(), pieces, ..Cell::default() }
+    };
+    let winding = [[0., 0., -0.5], [0., 2., -0.5], [0., 2., 0.5], [0., 0., 0.5]].map(DVec3::from_array).to_vec();
+    let mut graph = CellGraph {
+        strategy: Strategy::Plan,
+        reason: "one storey".into(),
+        cells: vec![room("west", [-4., 0., -2.], [0., 3., 2.]), room("east", [0., 0., -2.], [4., 3., 2.])],
+        portals: vec![Portal {
+            cells: [CellId(0), CellId(1)],
+            plane: Plane { n: DVec3::X, d: 0.0 },
+            winding,
+            kind: PortalKind::Door,
+            source: Some("door 1".into()),
+        }],
+        smallest_hole: 0.001,
+        notes: vec!["a note".into()],
+    };
+    graph.link();
+    let matrix = |columns: usize, set: &[(usize, usize)]| {
+        let mut m = BitMatrix::new(2, columns);
+        set.iter().for_each(|&(row, column)| assert!(m.set(row, column)));
+        m
+    };
+    let lower = [(0, 0), (0, 1), (1, 0), (1, 2)];
+    let pvs = Pvs {
+        cells_lower: matrix(2, &[(0, 0), (1, 1)]),
+        cells_upper: matrix(2, &[(0, 0), (0, 1), (1, 0), (1, 1)]),
+        objects_lower: matrix(3, &lower),
+        objects_upper: matrix(3, &[&lower[..], &[(0, 2)]].concat()),
+        placement: matrix(3, &[(0, 0), (1, 0), (0, 1), (1, 2)]),
+        witnesses: lower
+            .iter()
+            .map(|&(cell, object)| Witness {
+                cell: CellId(cell as u32),
+                object: ObjectId(object as u32),
+                from: DVec3::new(0.1, 1.0, 0.2),
+                to: DVec3::new(0.3, 1.0, 0.4),
+            })
+            .collect(),
+        guarantee,
+        repairs: Vec::new(),
+        stats: PvsStats { rays: 12, ..PvsStats::default() },
+    };
+    (PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, keep_bounds), scene)
+}
+
+#[test]
+fn a_bake_becomes_a_file() {
+    let (file, scene) = baked(Guarantee::Conservative, true);
+    assert_eq!(PvsFile::read(&file.write()).unwrap(), file);
+    assert_eq!((file.model_hash, file.origin), (scene.hash(), scene.origin));
+    // Every cell sees every cell: that row is left out; table 2 is not proven hidden from the west room, chair 1 is from the east.
+    assert_eq!(file.cell_rows, None);
+    assert!(file.sees_cell(CellId(0), CellId(1)));
+    assert!(file.sees_object(CellId(0), ObjectId(2)) && !file.sees_object(CellId(1), ObjectId(1)));
+    assert_eq!(file.object_row(CellId(1)), Some(&[0b101][..]));
+    assert_eq!((file.pairs.lower, file.pairs.upper, file.pairs.cell_lower, file.pairs.cell_upper), (4, 5, 2, 4));
+    assert_eq!(
+        file.left_out,
+        ["cell rows: every cell sees every cell", "online hierarchy: the building is closed", "repairs: none were needed"]
+    );
+    assert_eq!(file.bounds.unwrap().witnesses.len(), 4);
+
+    let (sampled, _) = baked(Guarantee::Sampled, false);
+    assert!(!sampled.sees_object(CellId(0), ObjectId(2)) && !sampled.sees_cell(CellId(0), CellId(1)));
+    assert!(sampled.sees_cell(CellId(1), CellId(1)));
+    assert_eq!(sampled.bounds, None);
+    assert!(sampled.left_out.contains(&"bounds and witnesses: not asked for (--keep-bounds)".to_owned()));
+}
+
+#[test]
+fn one_room_carries_no_portals_and_no_rows() {
+    let (two, scene) = baked(Guarantee::Conservative, false);
+    let all = |columns: usize| {
+        let mut m = BitMatrix::new(1, columns);
+        (0..columns).for_each(|column| assert!(m.set(0, column)));
+        m
+    };
+    let graph = CellGraph {
+        strategy: Strategy::Plan,
+        reason: two.reason,
+        cells: vec![Cell::default()],
+        portals: Vec::new(),
+        smallest_hole: 0.001,
+        notes: Vec::new(),
+    };
+    let pvs = Pvs {
+        cells_lower: all(1),
+        cells_upper: all(1),
+        objects_lower: BitMatrix::new(1, 3),
+        objects_upper: all(3),
+        placement: all(3),
+        witnesses: Vec::new(),
+        guarantee: Guarantee::Conservative,
+        repairs: Vec::new(),
+        stats: PvsStats::default(),
+    };
+    let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, false);
+    let bytes = file.write();
+    assert_eq!(PvsFile::read(&bytes).unwrap(), file);
+    let sections: Vec<String> = Container::parse(&bytes).unwrap().sections().iter().map(|s| s.name()).collect();
+    assert_eq!(sections, ["meta", "notes", "cells", "objects", "placement"]);
+    assert_eq!(
+        file.left_out[..3],
+        ["cell rows: there is only one cell", "object rows: every cell sees every object", "portals: one cell has none"]
+    );
+}
+
+/// A folder of its own for a test, gone afterwards.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("enfilade-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn files(&self) -> Vec<String> {
+        let mut names: Vec<String> =
+            self.0.read_dir().unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn a_file_is_saved_whole_or_not_at_all() {
+    let folder = Folder::new("save");
+    let path = folder.0.join("a.pvs");
+    let file = sample();
+    file.save(&path).unwrap();
+    file.save(&path).unwrap();
+    assert_eq!(PvsFile::load(&path).unwrap(), file);
+    assert_eq!(folder.files(), ["a.pvs"]);
+
+    // A write that fails half-way leaves the old file and nothing else.
+    let error = replace_file(&path, |out| {
+        out.write_all(&[0; 100_000])?;
+        Err(std::io::Error::other("the disk is full"))
+    });
+    assert_eq!(error.unwrap_err().to_string(), "the disk is full");
+    assert_eq!(PvsFile::load(&path).unwrap(), file);
+    assert_eq!(folder.files(), ["a.pvs"]);
+
+    // No such folder; a folder in the file's place.
+    assert!(matches!(file.save(&folder.0.join("none/a.pvs")), Err(FileError::Io(_))));
+    assert!(matches!(file.save(&folder.0), Err(FileError::Io(_))));
+    assert_eq!(folder.files(), ["a.pvs"]);
+    assert!(matches!(PvsFile::load(&folder.0.join("b.pvs")), Err(FileError::Io(_))));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link_and_a_device_a_device() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    let folder = Folder::new("link");
+    let (path, link) = (folder.0.join("a.pvs"), folder.0.join("link.pvs"));
+    std::fs::write(&path, "old").unwrap();
+    symlink(&path, &link).unwrap();
+    sample().save(&link).unwrap();
+    assert!(link.symlink_metadata().unwrap().is_symlink());
+    assert_eq!(PvsFile::load(&path).unwrap(), sample());
+    sample().save(Path::new("/dev/null")).unwrap();
+    assert!(std::fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_that_cannot_be_written_to_is_an_error() {
+    // Nobody, root included, makes files here.
+    assert!(matches!(sample().save(Path::new("/proc/self/fd/a.pvs")), Err(FileError::Io(_))));
+}
+
+fn enfilade(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_enfilade")).args(args).output().unwrap()
+}
+
+fn json(args: &[&str]) -> serde_json::Value {
+    let output = enfilade(args);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON and nothing else")
+}
+
+#[test]
+fn info_says_what_is_in_a_file() {
+    let folder = Folder::new("info");
+    let path = folder.0.join("a.pvs");
+    let (file, scene) = baked(Guarantee::Conservative, true);
+    file.save(&path).unwrap();
+    let path = path.to_str().unwrap();
+    let info = json(&["info", path, "--json"]);
+    assert_eq!(info["model_hash"], format!("{:032x}", scene.hash()));
+    assert_eq!(
+        (&info["cells"], &info["portals"], &info["objects"], &info["triangles"]),
+        (&2.into(), &1.into(), &3.into(), &3.into())
+    );
+    assert_eq!(
+        (&info["guarantee"], &info["strategy"], &info["open_cells"]),
+        (&"conservative".into(), &"plan".into(), &0.into())
+    );
+    let pvs = &info["pvs"];
+    assert_eq!(
+        (&pvs["lower_pairs"], &pvs["upper_pairs"], &pvs["undecided_pairs"], &pvs["total_pairs"]),
+        (&4.into(), &5.into(), &1.into(), &6.into())
+    );
+    assert_eq!(
+        (&pvs["cell_lower_pairs"], &pvs["cell_upper_pairs"], &pvs["cell_total_pairs"]),
+        (&2.into(), &4.into(), &4.into())
+    );
+    assert_eq!(pvs["bits_per_pair"].as_f64().unwrap(), pvs["row_bytes"].as_f64().unwrap() * 8.0 / 6.0);
+    assert_eq!(pvs["entropy_bits_per_pair"].as_f64().unwrap(), entropy_bits_per_pair(5, 6));
+    let bytes: u64 = info["sections"].as_array().unwrap().iter().map(|s| s["bytes"].as_u64().unwrap()).sum();
+    let table = 56 + 32 * info["sections"].as_array().unwrap().len() as u64;
+    assert_eq!(info["file_bytes"].as_u64().unwrap(), bytes + table);
+
+    let prose = String::from_utf8(enfilade(&["info", path]).stdout).unwrap();
+    assert!(prose.contains("conservative") && prose.lines().count() <= 24, "{prose}");
+}
+
+#[test]
+fn dump_gives_what_a_cells_file_takes() {
+    let folder = Folder::new("dump");
+    let path = folder.0.join("a.pvs");
+    let (file, scene) = baked(Guarantee::Conservative, true);
+    file.save(&path).unwrap();
+    let path = path.to_str().unwrap();
+    let dump = json(&["dump", path, "--json"]);
+    assert_eq!(dump["rows"]["cells"], serde_json::json!([[0, 1], [0, 1]]));
+    assert_eq!(dump["rows"]["objects"], serde_json::json!([[0, 1, 2], [0, 2]]));
+    assert_eq!(dump["bounds"]["lower"]["objects"], serde_json::json!([[0, 1], [0, 2]]));
+    assert_eq!(dump["bounds"]["upper"]["cells"], serde_json::json!([[0, 1], [0, 1]]));
+    assert_eq!(dump["objects"][1], serde_json::json!({ "id": 1, "node": "chair", "triangles": 1 }));
+    // In the model's own coordinates: the door stands at x = origin + 0.
+    assert_eq!(dump["portals"][0]["winding"][0], serde_json::json!([scene.origin.x, scene.origin.y, scene.origin.z - 0.5]));
+    assert_eq!(dump["cells"][1]["pieces"][0]["planes"][0], serde_json::json!([1.0, 0.0, 0.0, scene.origin.x + 4.0]));
+
+    let graph = read_cells(&dump.to_string(), &scene).unwrap();
+    let again = |plane: &Plane| plane.n.as_vec3().extend(plane.d as f32);
+    for (given, kept) in graph.cells.iter().zip(&file.cells) {
+        let planes: Vec<_> = given.pieces[0].planes.iter().map(again).collect();
+        assert_eq!((planes, &given.name), (kept.pieces[0].clone(), &kept.name));
+    }
+    assert_eq!(again(&graph.portals[0].plane), file.portals[0].plane);
+    assert_eq!(graph.portals[0].winding.iter().map(|p| p.as_vec3()).collect::<Vec<_>>(), file.portals[0].winding);
+
+    let only = json(&["dump", path, "--json", "--rows", "cells"]);
+    assert!(only["rows"].get("objects").is_none() && only["rows"]["cells"].is_array());
+    let text = |args: &[&str]| String::from_utf8(enfilade(args).stdout).unwrap();
+    assert_eq!(text(&["dump", path, "--rows", "objects"]), "0 3: 0 1 2\n1 2: 0 2\n");
+    assert!(text(&["dump", path]).contains("cell 1 \"east\": 1 pieces\n"));
+}
+
+/// A square of two triangles and a triangle, `lift` metres above 5 m.
+fn obj(lift: f64) -> String {
+    let y = 5.0 + lift;
+    format!(
+        "o square\nv 10 {y} 0\nv 11 {y} 0\nv 11 {y} 1\nv 10 {y} 1\nf 1 2 3\nf 1 3 4\no flag\nv 12 9 0\nv 13 9 0\nv 12 9.5 0\nf 5 6 7\n"
+    )
+}
+
+#[test]
+fn dump_writes_the_model_that_was_baked_and_no_other() {
+    let folder = Folder::new("obj");
+    let at = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let [pvs, model, other, out] = ["a.pvs", "a.obj", "b.obj", "scene.obj"].map(at);
+    std::fs::write(&model, obj(0.0)).unwrap();
+    std::fs::write(&other, obj(0.125)).unwrap();
+    // Each triangle an object, and the source in feet: a default import would be another scene.
+    let options = ImportOptions { object_triangles: 1, metres_per_unit: Some(0.3048), ..ImportOptions::default() };
+    let scene = import(Path::new(&model), &options).unwrap();
+    let mut file = sample();
+    file.model_hash = scene.hash();
+    file.import = Import { object_triangles: 1, metres_per_unit: Some(0.3048) };
+    file.save(Path::new(&pvs)).unwrap();
+
+    let output = enfilade(&["dump", &pvs, "--obj", &out, "--model", &model]);
+    assert!(output.status.success() && output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    let written = std::fs::read_to_string(&out).unwrap();
+    let groups: Vec<&str> = written.lines().filter(|line| line.starts_with("o ")).collect();
+    assert_eq!(groups, ["o object_0", "o object_1", "o object_2"]);
+    // Written in metres, where it was read.
+    let again = import(Path::new(&out), &ImportOptions::default()).unwrap();
+    let corners = |scene: &Scene| -> Vec<DVec3> {
+        (0..scene.triangles.len()).flat_map(|t| scene.corners(t)).map(|p| p + scene.origin).collect()
+    };
+    assert_eq!(corners(&again).len(), 9);
+    assert!(corners(&again).iter().zip(corners(&scene)).all(|(a, b)| a.distance(b) < 1e-12));
+
+    let refused = enfilade(&["dump", &pvs, "--obj", &at("none.obj"), "--model", &other]);
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(message.starts_with(&format!("enfilade: {other}: not the model that {pvs} was baked for")), "{message}");
+    assert!(!Path::new(&at("none.obj")).exists());
+}
+
+#[test]
+fn bad_files_are_one_line_and_exit_2() {
+    let folder = Folder::new("bad");
+    let path = folder.0.join("a.pvs");
+    std::fs::write(&path, "not one of ours").unwrap();
+    let path = path.to_str().unwrap();
+    for args in
+        [&["info", path][..], &["dump", path, "--json"], &["info", "/nowhere/a.pvs"], &["dump", path, "--obj", "x.obj"]]
+    {
+        let output = enfilade(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(output.stdout.is_empty());
+    }
+    let message = String::from_utf8(enfilade(&["info", path]).stderr).unwrap();
+    assert_eq!(message, format!("enfilade: {path}: not a .pvs file; give one that `enfilade bake` wrote\n"));
+}

@@ -1,0 +1,59 @@
+//! The `.pvs` format: what is written is read again, and what isn't as docs/format.md says is refused, rule by rule.
+
+mod clauses;
+mod disk;
+#[path = "../forge/mod.rs"]
+mod forge;
+mod matrix;
+
+use enfilade::file::{FileError, MAGIC, PvsFile};
+use forge::{Shape, random_file, sample};
+use proptest::prelude::*;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn what_is_written_is_read(seed: u64, cells in 0usize..7, portals in 0usize..9, objects in 0usize..150, keep_bounds: bool) {
+        let file = random_file(seed, Shape { cells, portals, objects, keep_bounds });
+        let bytes = file.write();
+        prop_assert_eq!(&PvsFile::read(&bytes).unwrap(), &file);
+        prop_assert_eq!(file.write(), bytes);
+    }
+
+    #[test]
+    fn any_bytes_are_refused(tail: Vec<u8>) {
+        prop_assert!(PvsFile::read(&tail).is_err());
+        prop_assert!(PvsFile::read(&[&MAGIC[..], &[1, 0, 0, 0], &tail].concat()).is_err());
+    }
+}
+
+#[test]
+fn the_same_file_gives_the_same_bytes_on_any_number_of_threads() {
+    let file = random_file(3, Shape { cells: 300, portals: 500, objects: 900, keep_bounds: true });
+    let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| file.write());
+    assert_eq!(on(1), on(5));
+}
+
+#[test]
+fn a_cut_file_is_refused_wherever_it_is_cut() {
+    let bytes = sample().write();
+    for end in 0..bytes.len() {
+        let error = PvsFile::read(&bytes[..end]).expect_err("cut");
+        assert!(matches!(error, FileError::Truncated { .. }), "{end}: {error}");
+    }
+}
+
+#[test]
+fn a_changed_byte_is_found_wherever_it_is() {
+    let mut bytes = sample().write();
+    for at in 0..bytes.len() {
+        for change in [0x01, 0x80, 0xff] {
+            bytes[at] ^= change;
+            let read = PvsFile::read(&bytes);
+            assert!(read.is_err(), "byte {at} xor {change:#x}");
+            bytes[at] ^= change;
+        }
+    }
+    assert!(PvsFile::read(&bytes).is_ok());
+}
