@@ -10,11 +10,7 @@ use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::process::Command;
 
-const RAYS: CheckOptions = CheckOptions {
-    rays: 40_000,
-    views: 20,
-    seed: 1,
-};
+const RAYS: CheckOptions = CheckOptions { rays: 40_000, views: 20, seed: 1 };
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -22,42 +18,17 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
 
 /// A rectangle from a corner along two edges.
 fn sheet(node: &str, opaque: bool, rectangles: &[[DVec3; 3]]) -> Mesh {
-    let positions = rectangles
-        .iter()
-        .flat_map(|&[p, u, v]| [p, p + u, p + u + v, p + v])
-        .collect();
-    let triangles = (0..rectangles.len() as u32)
-        .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]])
-        .collect();
-    let role = if opaque {
-        Role::Structure
-    } else {
-        Role::Window
-    };
-    Mesh {
-        node: node.into(),
-        role,
-        opaque,
-        positions,
-        triangles,
-    }
+    let positions = rectangles.iter().flat_map(|&[p, u, v]| [p, p + u, p + u + v, p + v]).collect();
+    let triangles =
+        (0..rectangles.len() as u32).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect();
+    let role = if opaque { Role::Structure } else { Role::Window };
+    Mesh { node: node.into(), role, opaque, positions, triangles }
 }
 
 /// A box's six sides.
 fn cuboid(node: &str, min: DVec3, max: DVec3) -> Mesh {
     let [x, y, z] = [0, 1, 2].map(|k| DVec3::AXES[k] * (max - min)[k]);
-    sheet(
-        node,
-        true,
-        &[
-            [min, x, y],
-            [min, y, z],
-            [min, z, x],
-            [max, -x, -y],
-            [max, -y, -z],
-            [max, -z, -x],
-        ],
-    )
+    sheet(node, true, &[[min, x, y], [min, y, z], [min, z, x], [max, -x, -y], [max, -y, -z], [max, -z, -x]])
 }
 
 // Objects, as they are added.
@@ -69,38 +40,15 @@ const PANE: ObjectId = ObjectId(4);
 /// and a pane in the door if `glazed`. Every coordinate is exact in `f32`.
 fn scene(slit: f64, glazed: bool) -> Scene {
     let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    builder
-        .add(cuboid("shell", DVec3::ZERO, v(8.0, 3.0, 4.0)))
-        .unwrap();
+    builder.add(cuboid("shell", DVec3::ZERO, v(8.0, 3.0, 4.0))).unwrap();
     let (up, deep) = (DVec3::Y * 3.0, DVec3::Z);
     let wall = |z: f64, width: f64| [v(4.0, 0.0, z), up, deep * width];
     let over = [v(4.0, 2.0, 1.0), DVec3::Y, deep];
-    builder
-        .add(sheet(
-            "partition",
-            true,
-            &[
-                wall(0.0, 1.0),
-                over,
-                wall(2.0, 1.0),
-                wall(3.0 + slit, 1.0 - slit),
-            ],
-        ))
-        .unwrap();
-    builder
-        .add(cuboid("vase", v(1.0, 0.0, 3.0), v(1.5, 0.5, 3.5)))
-        .unwrap();
-    builder
-        .add(cuboid("statue", v(6.0, 0.0, 1.0), v(6.5, 1.5, 2.0)))
-        .unwrap();
+    builder.add(sheet("partition", true, &[wall(0.0, 1.0), over, wall(2.0, 1.0), wall(3.0 + slit, 1.0 - slit)])).unwrap();
+    builder.add(cuboid("vase", v(1.0, 0.0, 3.0), v(1.5, 0.5, 3.5))).unwrap();
+    builder.add(cuboid("statue", v(6.0, 0.0, 1.0), v(6.5, 1.5, 2.0))).unwrap();
     if glazed {
-        builder
-            .add(sheet(
-                "pane",
-                false,
-                &[[v(4.0, 0.0, 1.0), DVec3::Y * 2.0, deep]],
-            ))
-            .unwrap();
+        builder.add(sheet("pane", false, &[[v(4.0, 0.0, 1.0), DVec3::Y * 2.0, deep]])).unwrap();
     }
     builder.finish("two rooms").unwrap()
 }
@@ -116,23 +64,13 @@ fn full(rows: usize, columns: usize) -> BitMatrix {
 /// A box as a piece, relative to the scene's origin.
 fn piece(scene: &Scene, min: DVec3, max: DVec3) -> Vec<Vec4> {
     let (min, max) = (min - scene.origin, max - scene.origin);
-    let pair = |k: usize| {
-        [
-            DVec3::AXES[k].extend(max[k]),
-            (-DVec3::AXES[k]).extend(-min[k]),
-        ]
-    };
+    let pair = |k: usize| [DVec3::AXES[k].extend(max[k]), (-DVec3::AXES[k]).extend(-min[k])];
     (0..3).flat_map(pair).map(|p| p.as_vec4()).collect()
 }
 
 /// The good file: two cells, the second in two pieces, one portal, everything visible from everywhere.
 fn file(scene: &Scene) -> PvsFile {
-    let cell = |name: &str, pieces| FileCell {
-        name: name.into(),
-        source: None,
-        open: false,
-        pieces,
-    };
+    let cell = |name: &str, pieces| FileCell { name: name.into(), source: None, open: false, pieces };
     let at = |x: f64, y: f64, z: f64| (v(x, y, z) - scene.origin).as_vec3();
     let objects = scene.objects.iter().map(|o| FileObject {
         node: o.node.clone(),
@@ -144,10 +82,7 @@ fn file(scene: &Scene) -> PvsFile {
         model_hash: scene.hash(),
         origin: scene.origin,
         guarantee: Guarantee::Conservative,
-        import: Import {
-            object_triangles: ImportOptions::default().object_triangles,
-            metres_per_unit: None,
-        },
+        import: Import { object_triangles: ImportOptions::default().object_triangles, metres_per_unit: None },
         strategy: Strategy::Given,
         reason: "made by hand".into(),
         smallest_hole: scene.tolerance().smallest_hole(),
@@ -157,22 +92,14 @@ fn file(scene: &Scene) -> PvsFile {
             cell("first", vec![piece(scene, DVec3::ZERO, v(4.0, 3.0, 4.0))]),
             cell(
                 "second",
-                vec![
-                    piece(scene, v(4.0, 0.0, 0.0), v(6.0, 3.0, 4.0)),
-                    piece(scene, v(6.0, 0.0, 0.0), v(8.0, 3.0, 4.0)),
-                ],
+                vec![piece(scene, v(4.0, 0.0, 0.0), v(6.0, 3.0, 4.0)), piece(scene, v(6.0, 0.0, 0.0), v(8.0, 3.0, 4.0))],
             ),
         ],
         portals: vec![FilePortal {
             cells: [CellId(0), CellId(1)],
             plane: Vec3::X.extend((4.0 - scene.origin.x) as f32),
             // Counter-clockwise seen from the second room: (b - a) x (c - a) is along +x.
-            winding: vec![
-                at(4.0, 0.0, 1.0),
-                at(4.0, 2.0, 1.0),
-                at(4.0, 2.0, 2.0),
-                at(4.0, 0.0, 2.0),
-            ],
+            winding: vec![at(4.0, 0.0, 1.0), at(4.0, 2.0, 1.0), at(4.0, 2.0, 2.0), at(4.0, 0.0, 2.0)],
             kind: PortalKind::Opening,
             source: None,
         }],
@@ -193,13 +120,7 @@ fn run(file: &PvsFile, scene: &Scene) -> CheckReport {
 
 /// The counts that must be zero in a good file.
 fn faults(r: &CheckReport) -> [u64; 5] {
-    [
-        r.missed_rays,
-        r.missed_pairs,
-        r.missed_cell_pairs,
-        r.missed_segments,
-        r.crack_rays,
-    ]
+    [r.missed_rays, r.missed_pairs, r.missed_cell_pairs, r.missed_segments, r.crack_rays]
 }
 
 #[test]
@@ -207,18 +128,8 @@ fn a_good_file_passes() {
     let scene = scene(0.0, false);
     let report = run(&file(&scene), &scene);
     assert!(report.passed);
-    assert_eq!(
-        (faults(&report), report.rays, report.segments, report.views),
-        ([0; 5], 40_000, 40_000, 20)
-    );
-    assert_eq!(
-        (
-            report.false_pixels.max,
-            report.empty_cells,
-            report.examples.len()
-        ),
-        (0.0, 0, 0)
-    );
+    assert_eq!((faults(&report), report.rays, report.segments, report.views), ([0; 5], 40_000, 40_000, 20));
+    assert_eq!((report.false_pixels.max, report.empty_cells, report.examples.len()), (0.0, 0, 0));
 }
 
 #[test]
@@ -228,24 +139,14 @@ fn a_dropped_object_is_found_and_named() {
     file.object_rows.as_mut().unwrap().clear(0, STATUE.index());
     let report = run(&file, &scene);
     assert!(!report.passed && report.missed_rays > 0 && report.false_pixels.max > 0.0);
-    assert_eq!(
-        (
-            report.missed_pairs,
-            report.missed_segments,
-            report.missed_cell_pairs
-        ),
-        (1, 0, 0)
-    );
+    assert_eq!((report.missed_pairs, report.missed_segments, report.missed_cell_pairs), (1, 0, 0));
     for example in &report.examples {
         assert_eq!(
             (example.violation, example.object, example.cells[0]),
             (Violation::Object, Some(STATUE), Some(CellId(0)))
         );
         // In the model's own coordinates: the eye in the first room, the place on the statue's surface.
-        assert!(
-            example.from.x < 4.0 && (example.at.x - 6.25).abs() <= 0.25 + 1e-9,
-            "{example:?}"
-        );
+        assert!(example.from.x < 4.0 && (example.at.x - 6.25).abs() <= 0.25 + 1e-9, "{example:?}");
     }
 }
 
@@ -270,14 +171,7 @@ fn a_dropped_cell_pair_is_found() {
     file.cell_rows.as_mut().unwrap().clear(1, 0);
     let report = run(&file, &scene);
     assert!(!report.passed);
-    assert_eq!(
-        (
-            report.missed_cell_pairs,
-            report.missed_pairs,
-            report.missed_segments
-        ),
-        (1, 0, 0)
-    );
+    assert_eq!((report.missed_cell_pairs, report.missed_pairs, report.missed_segments), (1, 0, 0));
     assert_eq!(report.examples[0].cells, [Some(CellId(1)), Some(CellId(0))]);
 }
 
@@ -292,10 +186,7 @@ fn a_dropped_portal_is_found_and_named() {
     for example in &report.examples {
         assert_eq!(example.violation, Violation::Segment);
         let [a, b] = example.cells.map(|c| c.unwrap().0);
-        assert!(
-            a + b == 1 && (example.at.x - 4.0).abs() < 0.01 && (0.99..2.01).contains(&example.at.z),
-            "{example:?}"
-        );
+        assert!(a + b == 1 && (example.at.x - 4.0).abs() < 0.01 && (0.99..2.01).contains(&example.at.z), "{example:?}");
     }
 }
 
@@ -309,10 +200,7 @@ fn a_shifted_portal_is_found() {
     let report = run(&file, &scene);
     assert!(!report.passed && report.missed_segments > 0);
     for example in &report.examples {
-        assert!(
-            (0.99..1.26).contains(&example.at.z),
-            "only what the shift uncovered: {example:?}"
-        );
+        assert!((0.99..1.26).contains(&example.at.z), "only what the shift uncovered: {example:?}");
     }
 }
 
@@ -324,10 +212,7 @@ fn a_dropped_piece_is_found_as_space_in_no_cell() {
     let report = run(&file, &scene);
     assert!(!report.passed && report.missed_segments > 0);
     for example in &report.examples {
-        assert_eq!(
-            (example.violation, example.cells),
-            (Violation::Segment, [Some(CellId(1)), None])
-        );
+        assert_eq!((example.violation, example.cells), (Violation::Segment, [Some(CellId(1)), None]));
         assert!((example.at.x - 6.0).abs() < 0.1, "{example:?}");
     }
 }
@@ -347,10 +232,7 @@ fn what_is_behind_glass_and_the_glass_itself_must_be_listed() {
 
 #[test]
 fn a_slit_counts_only_if_it_is_as_wide_as_the_file_promises() {
-    let narrow = CheckOptions {
-        rays: 400_000,
-        ..RAYS
-    };
+    let narrow = CheckOptions { rays: 400_000, ..RAYS };
     // 8 mm, where openings of less than 20 mm may be sealed: cracks.
     let slit = scene(0.0078125, false);
     let mut sealed = file(&slit);
@@ -362,12 +244,7 @@ fn a_slit_counts_only_if_it_is_as_wide_as_the_file_promises() {
     let open = file(&slit);
     let report = check(&open, &slit, &narrow).unwrap();
     assert!(!report.passed && report.missed_segments > 0, "{report:?}");
-    assert!(
-        report
-            .examples
-            .iter()
-            .all(|e| (2.99..3.02).contains(&e.at.z))
-    );
+    assert!(report.examples.iter().all(|e| (2.99..3.02).contains(&e.at.z)));
 }
 
 #[test]
@@ -383,13 +260,7 @@ fn every_pixel_is_false_where_nothing_is_listed() {
 fn another_model_is_refused() {
     let (good, other) = (scene(0.0, false), scene(0.0, true));
     let error = check(&file(&good), &other, &RAYS).unwrap_err();
-    assert_eq!(
-        error,
-        CheckError::OtherModel {
-            model: other.hash(),
-            file: good.hash()
-        }
-    );
+    assert_eq!(error, CheckError::OtherModel { model: other.hash(), file: good.hash() });
 }
 
 #[test]
@@ -414,14 +285,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
     file.portals.clear();
     file.object_rows.as_mut().unwrap().clear(1, 0);
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        CheckReport {
-            seconds: 0.0,
-            ..pool.install(|| run(&file, &scene))
-        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        CheckReport { seconds: 0.0, ..pool.install(|| run(&file, &scene)) }
     };
     assert_eq!(on(1), on(3));
 }
@@ -433,39 +298,13 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     let [glb, other, pvs] = ["gallery.glb", "other.glb", "gallery.pvs"].map(|n| folder.join(n));
     std::fs::write(&glb, generate(Kind::Gallery { rooms: 4 }, 1).unwrap().glb).unwrap();
     std::fs::write(&other, generate(Kind::Gallery { rooms: 4 }, 2).unwrap().glb).unwrap();
-    let enfilade = |command: &[&std::ffi::OsStr]| {
-        Command::new(env!("CARGO_BIN_EXE_enfilade"))
-            .args(command)
-            .output()
-            .unwrap()
-    };
-    let baked = enfilade(&[
-        "bake".as_ref(),
-        glb.as_ref(),
-        "-o".as_ref(),
-        pvs.as_ref(),
-        "--rays".as_ref(),
-        "0.5".as_ref(),
-    ]);
-    assert!(
-        baked.status.success(),
-        "{}",
-        String::from_utf8_lossy(&baked.stderr)
-    );
+    let enfilade =
+        |command: &[&std::ffi::OsStr]| Command::new(env!("CARGO_BIN_EXE_enfilade")).args(command).output().unwrap();
+    let baked = enfilade(&["bake".as_ref(), glb.as_ref(), "-o".as_ref(), pvs.as_ref(), "--rays".as_ref(), "0.5".as_ref()]);
+    assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
     let check = |model: &std::path::Path| {
         let flags = ["--rays", "20000", "--views", "2", "--json"].map(std::ffi::OsStr::new);
-        let out = enfilade(
-            &[
-                &[
-                    "check".as_ref(),
-                    pvs.as_ref(),
-                    "--model".as_ref(),
-                    model.as_ref(),
-                ],
-                &flags[..],
-            ]
-            .concat(),
-        );
+        let out = enfilade(&[&["check".as_ref(), pvs.as_ref(), "--model".as_ref(), model.as_ref()], &flags[..]].concat());
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
         (out.status.code(), text(out.stdout), text(out.stderr))
     };
@@ -473,24 +312,13 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     let (code, stdout, stderr) = check(&glb);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
-    for key in [
-        "rays",
-        "segments",
-        "missed_pairs",
-        "missed_segments",
-        "crack_rays",
-        "views",
-        "seconds",
-    ] {
+    for key in ["rays", "segments", "missed_pairs", "missed_segments", "crack_rays", "views", "seconds"] {
         assert!(json[key].is_number(), "{key}");
     }
     for key in ["mean", "p95", "max"] {
         assert_eq!(json["false_pixels"][key], 0.0);
     }
-    assert_eq!(
-        (&json["passed"], &json["missed_pairs"]),
-        (&true.into(), &0.into())
-    );
+    assert_eq!((&json["passed"], &json["missed_pairs"]), (&true.into(), &0.into()));
 
     let mut damaged = PvsFile::load(&pvs).unwrap();
     let rows = damaged.object_rows.as_mut().unwrap();
@@ -503,18 +331,10 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     std::fs::write(&pvs, damaged.write()).unwrap();
     let (code, stdout, stderr) = check(&glb);
     assert_eq!(code, Some(1), "{stderr}");
-    assert!(
-        serde_json::from_str::<serde_json::Value>(&stdout).unwrap()["missed_pairs"]
-            .as_u64()
-            .unwrap()
-            > 0
-    );
+    assert!(serde_json::from_str::<serde_json::Value>(&stdout).unwrap()["missed_pairs"].as_u64().unwrap() > 0);
 
     let (code, stdout, stderr) = check(&other);
     assert_eq!((code, stdout.as_str()), (Some(2), ""));
-    assert!(
-        stderr.contains("other.glb: is not the model") && stderr.trim_end().lines().count() == 1,
-        "{stderr}"
-    );
+    assert!(stderr.contains("other.glb: is not the model") && stderr.trim_end().lines().count() == 1, "{stderr}");
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -35,11 +35,7 @@ pub struct Args {
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
     let scene = import(&args.model, &file.import.options()).map_err(|e| at(&args.model, e))?;
-    let options = CheckOptions {
-        rays: args.rays,
-        views: args.views,
-        seed: args.seed,
-    };
+    let options = CheckOptions { rays: args.rays, views: args.views, seed: args.seed };
     let report = check(&file, &scene, &options).map_err(|e| match e {
         CheckError::OtherModel { .. } => at(&args.model, e),
         _ => at(&args.file, e),
@@ -49,11 +45,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         println!("{text}");
     }
     tell(&report, &file, &scene);
-    Ok(if report.passed {
-        Outcome::Done
-    } else {
-        Outcome::Failed
-    })
+    Ok(if report.passed { Outcome::Done } else { Outcome::Failed })
 }
 
 fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
@@ -65,10 +57,7 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         "{} rays ({promise} rows): {} missed, {} cell-object pairs, {} cell-cell pairs",
         r.rays, r.missed_rays, r.missed_pairs, r.missed_cell_pairs
     );
-    eprintln!(
-        "{} segments: {} left a cell other than through a portal",
-        r.segments, r.missed_segments
-    );
+    eprintln!("{} segments: {} left a cell other than through a portal", r.segments, r.missed_segments);
     eprintln!(
         "{} violations through cracks narrower than {:.4} m, which are promised nothing",
         r.crack_rays, file.smallest_hole
@@ -83,39 +72,18 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         percent(f.max)
     );
     if r.empty_cells > 0 {
-        eprintln!(
-            "{} cells have no volume; nothing was cast from them",
-            r.empty_cells
-        );
+        eprintln!("{} cells have no volume; nothing was cast from them", r.empty_cells);
     }
     for e in &r.examples {
-        let name = |cell: Option<CellId>| {
-            cell.map_or("no cell".into(), |c| {
-                format!("cell {c} ({})", file.cells[c.index()].name)
-            })
-        };
-        let object = e.object.map_or(String::new(), |o| {
-            format!("object {o} ({})", scene.objects[o.index()].node)
-        });
+        let name =
+            |cell: Option<CellId>| cell.map_or("no cell".into(), |c| format!("cell {c} ({})", file.cells[c.index()].name));
+        let object = e.object.map_or(String::new(), |o| format!("object {o} ({})", scene.objects[o.index()].node));
         let [a, b] = e.cells.map(name);
         match e.violation {
-            Violation::Object => eprintln!(
-                "  {a} doesn't list {object}, seen from {:.3} at {:.3}",
-                e.from, e.at
-            ),
-            Violation::Cell => eprintln!(
-                "  {a} doesn't list {b}, seen from {:.3} at {:.3}",
-                e.from, e.at
-            ),
-            Violation::Segment => eprintln!(
-                "  from {a} into {b} without a portal at {:.3}, seen from {:.3}",
-                e.at, e.from
-            ),
+            Violation::Object => eprintln!("  {a} doesn't list {object}, seen from {:.3} at {:.3}", e.from, e.at),
+            Violation::Cell => eprintln!("  {a} doesn't list {b}, seen from {:.3} at {:.3}", e.from, e.at),
+            Violation::Segment => eprintln!("  from {a} into {b} without a portal at {:.3}, seen from {:.3}", e.at, e.from),
         }
     }
-    eprintln!(
-        "{} in {:.1} s",
-        if r.passed { "passed" } else { "failed" },
-        r.seconds
-    );
+    eprintln!("{} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
 }

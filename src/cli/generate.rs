@@ -74,19 +74,7 @@ struct Output {
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let (kind, out) = match args.scene {
-        Scene::Office {
-            rooms,
-            storeys,
-            furnished,
-            output,
-        } => (
-            Kind::Office {
-                rooms,
-                storeys,
-                furnished,
-            },
-            output,
-        ),
+        Scene::Office { rooms, storeys, furnished, output } => (Kind::Office { rooms, storeys, furnished }, output),
         Scene::Gallery { rooms, output } => (Kind::Gallery { rooms }, output),
         Scene::Maze { rooms, output } => (Kind::Maze { rooms }, output),
         Scene::House { output } => (Kind::House, output),
@@ -95,15 +83,8 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let made = generate(kind, out.seed).map_err(|e| CliError(e.to_string()))?;
     write(&out.output, &made.glb)?;
     if out.facts {
-        for (what, value) in [
-            ("path", &made.path),
-            ("rooms", &made.rooms),
-            ("expected", &made.expected),
-        ] {
-            write(
-                &out.output.with_extension(format!("{what}.json")),
-                pretty(value).as_bytes(),
-            )?;
+        for (what, value) in [("path", &made.path), ("rooms", &made.rooms), ("expected", &made.expected)] {
+            write(&out.output.with_extension(format!("{what}.json")), pretty(value).as_bytes())?;
         }
     }
     let count = |key: &str| made.expected[key].as_u64().unwrap_or_default();

@@ -34,11 +34,7 @@ impl Room {
     /// Area of the footprint, square metres.
     fn area(&self) -> f64 {
         let ring = &self.footprint;
-        (0..ring.len())
-            .map(|i| ring[i].perp_dot(ring[(i + 1) % ring.len()]))
-            .sum::<f64>()
-            .abs()
-            / 2.0
+        (0..ring.len()).map(|i| ring[i].perp_dot(ring[(i + 1) % ring.len()])).sum::<f64>().abs() / 2.0
     }
 
     /// Mean of the corners, on the floor.

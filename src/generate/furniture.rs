@@ -10,18 +10,11 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
 
 /// A box by its middle on the floor plane, its foot and its size.
 fn block(x: f64, y: f64, z: f64, w: f64, h: f64, d: f64) -> Solid {
-    cuboid(
-        v(x - w / 2.0, y, z - d / 2.0),
-        v(x + w / 2.0, y + h, z + d / 2.0),
-    )
+    cuboid(v(x - w / 2.0, y, z - d / 2.0), v(x + w / 2.0, y + h, z + d / 2.0))
 }
 
 fn rod(x: f64, y: f64, z: f64, radius: f64, height: f64, segments: u32) -> Solid {
-    lathe(
-        &[(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)],
-        segments,
-    )
-    .at(v(x, y, z))
+    lathe(&[(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)], segments).at(v(x, y, z))
 }
 
 /// 1.6 x 0.8 m, 0.74 m high, with a chest of drawers.
@@ -32,22 +25,8 @@ pub(super) fn desk() -> Solid {
     }
     parts.push(block(0.52, 0.05, 0.0, 0.42, 0.64, 0.7));
     for i in 0..3 {
-        parts.push(block(
-            0.52,
-            0.08 + 0.2 * f64::from(i),
-            0.36,
-            0.38,
-            0.18,
-            0.015,
-        ));
-        parts.push(block(
-            0.52,
-            0.16 + 0.2 * f64::from(i),
-            0.372,
-            0.14,
-            0.015,
-            0.01,
-        ));
+        parts.push(block(0.52, 0.08 + 0.2 * f64::from(i), 0.36, 0.38, 0.18, 0.015));
+        parts.push(block(0.52, 0.16 + 0.2 * f64::from(i), 0.372, 0.14, 0.015, 0.01));
     }
     Solid::of(&parts)
 }
@@ -59,33 +38,13 @@ pub(super) fn chair() -> Solid {
         let (cos, sin) = turn(f64::from(k) / 5.0);
         parts.push(rod(0.26 * cos, 0.0, 0.26 * sin, 0.03, 0.06, 5));
         // A flat spoke from the column to its castor.
-        let (a, b) = (
-            v(0.02 * cos, 0.06, 0.02 * sin),
-            v(0.28 * cos, 0.06, 0.28 * sin),
-        );
+        let (a, b) = (v(0.02 * cos, 0.06, 0.02 * sin), v(0.28 * cos, 0.06, 0.28 * sin));
         let side = v(-sin, 0.0, cos) * 0.02;
-        let ring = |p: DVec3| {
-            vec![
-                p - side,
-                p + side,
-                p + side + DVec3::Y * 0.04,
-                p - side + DVec3::Y * 0.04,
-            ]
-        };
+        let ring = |p: DVec3| vec![p - side, p + side, p + side + DVec3::Y * 0.04, p - side + DVec3::Y * 0.04];
         let end = |p: DVec3| vec![p + DVec3::Y * 0.02];
         parts.push(loft(&[end(b), ring(b), ring(a), end(a)]));
     }
-    parts.push(lathe(
-        &[
-            (0.0, 0.42),
-            (0.2, 0.42),
-            (0.24, 0.45),
-            (0.24, 0.48),
-            (0.2, 0.51),
-            (0.0, 0.5),
-        ],
-        10,
-    ));
+    parts.push(lathe(&[(0.0, 0.42), (0.2, 0.42), (0.24, 0.45), (0.24, 0.48), (0.2, 0.51), (0.0, 0.5)], 10));
     parts.push(block(0.0, 0.45, -0.24, 0.06, 0.25, 0.03));
     // A curved back.
     let rib = |k: i32, r: f64| {
@@ -94,12 +53,7 @@ pub(super) fn chair() -> Solid {
     };
     let section = |k: i32| {
         let (inner, outer) = (rib(k, 0.42), rib(k, 0.46));
-        vec![
-            inner + DVec3::Y * 0.62,
-            inner + DVec3::Y * 1.08,
-            outer + DVec3::Y * 1.08,
-            outer + DVec3::Y * 0.62,
-        ]
+        vec![inner + DVec3::Y * 0.62, inner + DVec3::Y * 1.08, outer + DVec3::Y * 1.08, outer + DVec3::Y * 0.62]
     };
     let cap = |k: i32| vec![rib(k, 0.44) + DVec3::Y * 0.85];
     let mut rings = vec![cap(-4)];
@@ -111,10 +65,7 @@ pub(super) fn chair() -> Solid {
 
 /// 0.9 m wide, 1.9 m high, 0.45 m deep, with doors and handles.
 pub(super) fn cupboard() -> Solid {
-    let mut parts = vec![
-        block(0.0, 0.06, 0.0, 0.9, 1.84, 0.42),
-        block(0.0, 0.0, 0.0, 0.84, 0.06, 0.36),
-    ];
+    let mut parts = vec![block(0.0, 0.06, 0.0, 0.9, 1.84, 0.42), block(0.0, 0.0, 0.0, 0.84, 0.06, 0.36)];
     for side in [-1.0, 1.0] {
         for (foot, height) in [(0.08, 0.88), (0.98, 0.9)] {
             parts.push(block(side * 0.222, foot, 0.22, 0.43, height, 0.02));
@@ -127,46 +78,19 @@ pub(super) fn cupboard() -> Solid {
 /// A flat screen on a foot, and a keyboard, to stand on a desk.
 pub(super) fn screen() -> Solid {
     let mut parts = vec![
-        lathe(
-            &[
-                (0.0, 0.0),
-                (0.12, 0.0),
-                (0.12, 0.008),
-                (0.03, 0.015),
-                (0.02, 0.2),
-                (0.0, 0.2),
-            ],
-            8,
-        ),
+        lathe(&[(0.0, 0.0), (0.12, 0.0), (0.12, 0.008), (0.03, 0.015), (0.02, 0.2), (0.0, 0.2)], 8),
         block(0.0, 0.12, 0.0, 0.6, 0.36, 0.02),
         block(0.0, 0.0, 0.28, 0.44, 0.012, 0.14),
     ];
     for row in 0..4 {
-        parts.push(block(
-            0.0,
-            0.012,
-            0.235 + 0.03 * f64::from(row),
-            0.4,
-            0.006,
-            0.022,
-        ));
+        parts.push(block(0.0, 0.012, 0.235 + 0.03 * f64::from(row), 0.4, 0.006, 0.022));
     }
     Solid::of(&parts)
 }
 
 /// A lamp under the ceiling; its origin is at the ceiling.
 pub(super) fn lamp() -> Solid {
-    let shade = lathe(
-        &[
-            (0.0, -0.3),
-            (0.16, -0.28),
-            (0.2, -0.22),
-            (0.19, -0.2),
-            (0.03, -0.14),
-            (0.0, -0.14),
-        ],
-        12,
-    );
+    let shade = lathe(&[(0.0, -0.3), (0.16, -0.28), (0.2, -0.22), (0.19, -0.2), (0.03, -0.14), (0.0, -0.14)], 12);
     Solid::of(&[shade, rod(0.0, -0.14, 0.0, 0.008, 0.14, 8)])
 }
 
@@ -181,14 +105,9 @@ pub(super) fn table(length: f64) -> Solid {
 
 /// A bench, 1.6 m long.
 pub(super) fn bench() -> Solid {
-    let mut parts: Vec<Solid> = (0..4)
-        .map(|i| block(0.0, 0.42, -0.165 + 0.11 * f64::from(i), 1.6, 0.04, 0.09))
-        .collect();
+    let mut parts: Vec<Solid> = (0..4).map(|i| block(0.0, 0.42, -0.165 + 0.11 * f64::from(i), 1.6, 0.04, 0.09)).collect();
     for x in [-0.6, 0.6] {
-        parts.extend([
-            block(x, 0.06, 0.0, 0.06, 0.36, 0.36),
-            block(x, 0.0, 0.0, 0.1, 0.06, 0.44),
-        ]);
+        parts.extend([block(x, 0.06, 0.0, 0.06, 0.36, 0.36), block(x, 0.0, 0.0, 0.1, 0.06, 0.44)]);
     }
     Solid::of(&parts)
 }
@@ -196,10 +115,7 @@ pub(super) fn bench() -> Solid {
 /// A picture and its frame, `width` x `height` metres, its back at z = 0, its middle at the origin.
 pub(super) fn picture(width: f64, height: f64) -> Solid {
     let (w, h, bar) = (width / 2.0, height / 2.0, 0.06);
-    let mut parts = vec![cuboid(
-        v(-w + bar, -h + bar, 0.005),
-        v(w - bar, h - bar, 0.025),
-    )];
+    let mut parts = vec![cuboid(v(-w + bar, -h + bar, 0.005), v(w - bar, h - bar, 0.025))];
     for (a, b) in [
         (v(-w, -h, 0.005), v(w, -h + bar, 0.045)),
         (v(-w, h - bar, 0.005), v(w, h, 0.045)),
@@ -267,11 +183,7 @@ mod tests {
             ("sculpture", sculpture(&mut rng)),
         ] {
             assert_closed(&solid, name);
-            assert!(
-                (36..=400).contains(&solid.triangles.len()),
-                "{name}: {}",
-                solid.triangles.len()
-            );
+            assert!((36..=400).contains(&solid.triangles.len()), "{name}: {}", solid.triangles.len());
         }
     }
 }

@@ -34,16 +34,9 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
     let (mut positions, mut indices) = (Vec::new(), Vec::new());
     let (mut accessors, mut meshes) = (Vec::new(), Vec::new());
     for (solid, material) in &model.meshes {
-        let corners: Vec<[f32; 3]> = solid
-            .positions
-            .iter()
-            .map(|p| p.as_vec3().to_array())
-            .collect();
+        let corners: Vec<[f32; 3]> = solid.positions.iter().map(|p| p.as_vec3().to_array()).collect();
         let bound = |pick: fn(f32, f32) -> f32| -> Value {
-            (0..3)
-                .map(|k| json!(corners.iter().map(|c| c[k]).reduce(pick)))
-                .collect::<Vec<_>>()
-                .into()
+            (0..3).map(|k| json!(corners.iter().map(|c| c[k]).reduce(pick))).collect::<Vec<_>>().into()
         };
         accessors.push(json!({
             "bufferView": 0, "byteOffset": positions.len(), "componentType": FLOAT, "count": corners.len(),

@@ -41,25 +41,16 @@ impl Grid {
         let rooms = (0..count)
             .map(|i| {
                 let (c, r) = (i % columns, i / columns);
-                PlanRoom {
-                    name: format!("Room {}", i + 1),
-                    x: [x[c], x[c + 1]],
-                    z: [z[r], z[r + 1]],
-                }
+                PlanRoom { name: format!("Room {}", i + 1), x: [x[c], x[c + 1]], z: [z[r], z[r + 1]] }
             })
             .collect();
-        Self {
-            plan: Plan::new(style, rooms),
-            columns,
-        }
+        Self { plan: Plan::new(style, rooms), columns }
     }
 
     /// The inner walls, each between two rooms.
     fn inner(&self) -> Vec<(usize, usize, usize)> {
         let walls = self.plan.walls.iter().enumerate();
-        walls
-            .filter_map(|(w, wall)| Some((w, wall.sides[0]?, wall.sides[1]?)))
-            .collect()
+        walls.filter_map(|(w, wall)| Some((w, wall.sides[0]?, wall.sides[1]?))).collect()
     }
 
     /// A spanning tree with short branches, as walls.
@@ -96,11 +87,7 @@ impl Grid {
         let (mut stack, mut tree) = (vec![0], Vec::new());
         seen[0] = true;
         while let Some(&room) = stack.last() {
-            let open: Vec<(usize, usize)> = next[room]
-                .iter()
-                .copied()
-                .filter(|&(_, r)| !seen[r])
-                .collect();
+            let open: Vec<(usize, usize)> = next[room].iter().copied().filter(|&(_, r)| !seen[r]).collect();
             if open.is_empty() {
                 stack.pop();
                 continue;
@@ -115,56 +102,25 @@ impl Grid {
 
     /// Cuts a doorway of `width` x `head` into each wall of `tree`, and into further inner walls with probability `extra`;
     /// a share `aligned` of them in the middle of the wall.
-    fn cut(
-        &mut self,
-        tree: &[usize],
-        [width, head]: [i32; 2],
-        extra: f64,
-        aligned: f64,
-        rng: &mut Prng,
-    ) {
+    fn cut(&mut self, tree: &[usize], [width, head]: [i32; 2], extra: f64, aligned: f64, rng: &mut Prng) {
         let mut tree = tree.to_vec();
         tree.sort_unstable();
         let walls = self.inner().into_iter().map(|w| w.0);
-        for w in walls
-            .filter(|w| tree.binary_search(w).is_ok() || rng.chance(extra))
-            .collect::<Vec<_>>()
-        {
+        for w in walls.filter(|w| tree.binary_search(w).is_ok() || rng.chance(extra)).collect::<Vec<_>>() {
             let [from, to] = self.plan.clear_span(w, 300 + width / 2);
-            let at = if rng.chance(aligned) {
-                (from + to) / 2
-            } else {
-                rng.steps(from, to, 50)
-            };
-            self.plan.walls[w].holes.push(Hole {
-                fill: Fill::Nothing,
-                at,
-                width,
-                sill: 0,
-                head,
-                into: 1,
-            });
+            let at = if rng.chance(aligned) { (from + to) / 2 } else { rng.steps(from, to, 50) };
+            self.plan.walls[w].holes.push(Hole { fill: Fill::Nothing, at, width, sill: 0, head, into: 1 });
         }
     }
 
     /// An entrance from the south (+z) in the middle of a room's outer wall. Gives the wall.
     fn entrance(&mut self, room: usize, [width, head]: [i32; 2]) {
         let outer = self.plan.between(room, None);
-        let south = outer
-            .into_iter()
-            .filter(|&w| self.plan.walls[w].along_x)
-            .max_by_key(|&w| self.plan.walls[w].line);
+        let south = outer.into_iter().filter(|&w| self.plan.walls[w].along_x).max_by_key(|&w| self.plan.walls[w].line);
         if let Some(w) = south {
             let wall = &mut self.plan.walls[w];
             let at = (wall.span[0] + wall.span[1]) / 2;
-            wall.holes.push(Hole {
-                fill: Fill::Door,
-                at,
-                width,
-                sill: 0,
-                head,
-                into: 0,
-            });
+            wall.holes.push(Hole { fill: Fill::Door, at, width, sill: 0, head, into: 0 });
         }
     }
 
@@ -175,14 +131,7 @@ impl Grid {
         self.plan.describe(&mut facts, 0, 0, &BTreeMap::new());
         let rooms = self.plan.rooms.len();
         // Leaves stand open, so that a walk sees what the sets say; none of a grid's are shut.
-        self.plan.build(
-            &mut model,
-            0,
-            0,
-            &vec![Vec::new(); rooms],
-            &vec![true; rooms],
-            &mut || false,
-        );
+        self.plan.build(&mut model, 0, 0, &vec![Vec::new(); rooms], &vec![true; rooms], &mut || false);
         ground(&mut model, &self.plan, 15.0);
         (model, facts)
     }
@@ -191,12 +140,7 @@ impl Grid {
 /// A gallery: see the module's text. Rooms of 7 to 10 m, 4 m high, doorways 1.6 x 2.6 m, one entrance.
 pub(super) fn gallery(count: usize, seed: u64) -> Building {
     let rng = &mut Prng::new(seed, PLAN);
-    let style = Style {
-        outer: 300,
-        inner: 300,
-        clear: 4000,
-        slab: 300,
-    };
+    let style = Style { outer: 300, inner: 300, clear: 4000, slab: 300 };
     let mut grid = Grid::new(count, [7000, 10000], style, rng);
     let tree = grid.bushy(rng);
     grid.cut(&tree, [1600, 2600], 0.25, 0.25, rng);
@@ -210,25 +154,13 @@ pub(super) fn gallery(count: usize, seed: u64) -> Building {
     }
 
     let path = wander(&facts, entry, 20);
-    Building {
-        name: format!("gallery{count}"),
-        seed,
-        counted: ("exhibition_rooms", count),
-        model,
-        facts,
-        path,
-    }
+    Building { name: format!("gallery{count}"), seed, counted: ("exhibition_rooms", count), model, facts, path }
 }
 
 /// A maze: rooms of 2.6 to 3.4 m, 2.6 m high, doorways 0.9 x 2.1 m, one entrance, long ways.
 pub(super) fn maze(count: usize, seed: u64) -> Building {
     let rng = &mut Prng::new(seed, PLAN);
-    let style = Style {
-        outer: 200,
-        inner: 150,
-        clear: 2600,
-        slab: 200,
-    };
+    let style = Style { outer: 200, inner: 150, clear: 2600, slab: 200 };
     let mut grid = Grid::new(count, [2600, 3400], style, rng);
     let tree = grid.winding(rng);
     grid.cut(&tree, [900, 2100], 0.05, 0.2, rng);
@@ -236,65 +168,27 @@ pub(super) fn maze(count: usize, seed: u64) -> Building {
     grid.entrance(entry, [900, 2100]);
     let (model, facts) = grid.build();
     let path = wander(&facts, entry, 40);
-    Building {
-        name: format!("maze{count}"),
-        seed,
-        counted: ("maze_rooms", count),
-        model,
-        facts,
-        path,
-    }
+    Building { name: format!("maze{count}"), seed, counted: ("maze_rooms", count), model, facts, path }
 }
 
 /// A hall: one closed room of 24 x 16 x 8 m with works of art in it, no door and no window.
 pub(super) fn hall(seed: u64) -> Building {
-    let style = Style {
-        outer: 300,
-        inner: 300,
-        clear: 8000,
-        slab: 300,
-    };
-    let room = PlanRoom {
-        name: "Hall".into(),
-        x: [0, 24_000],
-        z: [0, 16_000],
-    };
-    let grid = Grid {
-        plan: Plan::new(style, vec![room]),
-        columns: 1,
-    };
+    let style = Style { outer: 300, inner: 300, clear: 8000, slab: 300 };
+    let room = PlanRoom { name: "Hall".into(), x: [0, 24_000], z: [0, 16_000] };
+    let grid = Grid { plan: Plan::new(style, vec![room]), columns: 1 };
     let rng = &mut Prng::new(seed, EXHIBITS);
     let (mut model, facts) = grid.build();
     let ring = [(3., 3.), (21., 3.), (21., 13.), (3., 13.), (3., 3.)];
-    exhibits(
-        &mut model,
-        &grid.plan,
-        0,
-        &ring.map(|(x, z)| DVec2::new(x, z)),
-        rng,
-    );
+    exhibits(&mut model, &grid.plan, 0, &ring.map(|(x, z)| DVec2::new(x, z)), rng);
     let path = CameraPath::along(&ring.map(|(x, z)| DVec3::new(x, 0.0, z)), 0.5);
-    Building {
-        name: "hall".into(),
-        seed,
-        counted: ("halls", 1),
-        model,
-        facts,
-        path,
-    }
+    Building { name: "hall".into(), seed, counted: ("halls", 1), model, facts, path }
 }
 
 /// A walk from outside to the far end of the grid and on, as long as it enters at most `limit` rooms.
 fn wander(facts: &Facts, entry: usize, limit: usize) -> CameraPath {
     let farthest = |from: usize| {
-        let reach = |to: usize| {
-            facts.rooms[from]
-                .middle()
-                .distance(facts.rooms[to].middle())
-        };
-        (0..facts.rooms.len())
-            .max_by(|&a, &b| reach(a).total_cmp(&reach(b)).then(b.cmp(&a)))
-            .unwrap_or(from)
+        let reach = |to: usize| facts.rooms[from].middle().distance(facts.rooms[to].middle());
+        (0..facts.rooms.len()).max_by(|&a, &b| reach(a).total_cmp(&reach(b)).then(b.cmp(&a))).unwrap_or(from)
     };
     let first = farthest(entry);
     let mut rooms = facts.tour(&[entry, first, farthest(first)]);
@@ -310,41 +204,26 @@ fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &m
     let walls = plan.around(room);
     let mut stops = vec![middle];
     stops.extend(ways);
-    for hole in walls
-        .iter()
-        .flat_map(|&w| plan.walls[w].holes.iter().map(move |h| (w, h)))
-    {
+    for hole in walls.iter().flat_map(|&w| plan.walls[w].holes.iter().map(move |h| (w, h))) {
         let wall = &plan.walls[hole.0];
-        let inwards = if wall.sides[0] == Some(room) {
-            -1.2
-        } else {
-            1.2
-        };
+        let inwards = if wall.sides[0] == Some(room) { -1.2 } else { 1.2 };
         let (along, across) = (metres(hole.1.at), metres(wall.line));
-        stops.extend([across, across + inwards].map(|c| {
-            if wall.along_x {
-                DVec2::new(along, c)
-            } else {
-                DVec2::new(c, along)
-            }
-        }));
+        stops.extend([across, across + inwards].map(
+            |c| {
+                if wall.along_x { DVec2::new(along, c) } else { DVec2::new(c, along) }
+            },
+        ));
     }
     let mut taken: Vec<(DVec2, f64)> = Vec::new();
     let mut spot = |radius: f64, rng: &mut Prng| {
         let margin = radius + 0.5;
         let free = (0..40)
-            .map(|_| {
-                DVec2::new(
-                    rng.range(x[0] + margin, x[1] - margin),
-                    rng.range(z[0] + margin, z[1] - margin),
-                )
-            })
+            .map(|_| DVec2::new(rng.range(x[0] + margin, x[1] - margin), rng.range(z[0] + margin, z[1] - margin)))
             .find(|&p| {
-                let clear_of_ways = stops.iter().enumerate().all(|(i, &a)| {
-                    stops[..i]
-                        .iter()
-                        .all(|&b| distance_to_segment(p, a, b) > radius + 0.6)
-                });
+                let clear_of_ways = stops
+                    .iter()
+                    .enumerate()
+                    .all(|(i, &a)| stops[..i].iter().all(|&b| distance_to_segment(p, a, b) > radius + 0.6));
                 clear_of_ways && taken.iter().all(|&(q, r)| p.distance(q) > radius + r + 0.5)
             })?;
         taken.push((free, radius));
@@ -354,10 +233,7 @@ fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &m
     for i in 0..(area / 60.0).round().clamp(1.0, 12.0) as usize {
         if let Some(at) = spot(0.55, rng) {
             let kind = rng.below(8);
-            let turned = Placement {
-                at: at + DVec3::Y,
-                turns: rng.unit(),
-            };
+            let turned = Placement { at: at + DVec3::Y, turns: rng.unit() };
             model.place(
                 format!("plinth {room}.{i}"),
                 Role::Furnishing,
@@ -397,20 +273,13 @@ fn pictures(model: &mut Model, plan: &Plan, room: usize, w: usize, rng: &mut Prn
     let wall = &plan.walls[w];
     let [from, to] = plan.clear_span(w, 200);
     let side = usize::from(wall.sides[1] == Some(room));
-    let half = metres(if wall.is_outer() {
-        plan.style.outer
-    } else {
-        plan.style.inner
-    }) / 2.0;
+    let half = metres(if wall.is_outer() { plan.style.outer } else { plan.style.inner }) / 2.0;
     let face = metres(wall.line) + if side == 1 { half } else { -half };
     let (mut at, mut number) = (from, 0);
     while at < to {
         let kind = rng.below(4);
         let (width, height) = [(900, 1200), (1400, 900), (1800, 1200), (700, 700)][kind];
-        let free = wall
-            .holes
-            .iter()
-            .all(|h| at + width + 200 < h.at - h.width / 2 || at - 200 > h.at + h.width / 2);
+        let free = wall.holes.iter().all(|h| at + width + 200 < h.at - h.width / 2 || at - 200 > h.at + h.width / 2);
         if free && at + width <= to && rng.chance(0.2) {
             let along = metres(at) + metres(width) / 2.0;
             let (p, turns) = match (wall.along_x, side) {
@@ -422,14 +291,7 @@ fn pictures(model: &mut Model, plan: &Plan, room: usize, w: usize, rng: &mut Prn
             let key = format!("picture {kind}");
             let name = format!("picture {room}.{w}.{number}");
             let make = || furniture::picture(metres(width), metres(height));
-            model.place(
-                name,
-                Role::Furnishing,
-                Placement { at: p, turns },
-                &key,
-                Material::Picture,
-                make,
-            );
+            model.place(name, Role::Furnishing, Placement { at: p, turns }, &key, Material::Picture, make);
             number += 1;
         }
         at += width + 600;

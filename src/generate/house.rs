@@ -71,10 +71,7 @@ struct House {
 
 /// A box from two corners given in feet in plan and metres in height.
 fn feet(a: [f64; 2], b: [f64; 2], y: [f64; 2]) -> Aabb {
-    Aabb::of([
-        DVec3::new(a[0] * FOOT, y[0], a[1] * FOOT),
-        DVec3::new(b[0] * FOOT, y[1], b[1] * FOOT),
-    ])
+    Aabb::of([DVec3::new(a[0] * FOOT, y[0], a[1] * FOOT), DVec3::new(b[0] * FOOT, y[1], b[1] * FOOT)])
 }
 
 /// What a wall is pierced by: where along it (feet), width, sill, head (metres above the floor), what fills it.
@@ -98,19 +95,13 @@ impl House {
             .iter()
             .map(|&(at, [width, sill, head], _)| {
                 let mut cut = bounds;
-                (cut.min[along], cut.max[along]) =
-                    (at * FOOT - width / 2.0, at * FOOT + width / 2.0);
+                (cut.min[along], cut.max[along]) = (at * FOOT - width / 2.0, at * FOOT + width / 2.0);
                 (cut.min.y, cut.max.y) = (FLOOR + sill, FLOOR + head);
                 cut
             })
             .collect();
         let solid = super::solid::perforated(bounds.min, bounds.max, across, &cuts);
-        self.model.add(
-            format!("wall {name}"),
-            Role::Structure,
-            Material::Plaster,
-            solid,
-        );
+        self.model.add(format!("wall {name}"), Role::Structure, Material::Plaster, solid);
         for (i, (cut, &(_, [width, sill, head], fill))) in cuts.iter().zip(holes).enumerate() {
             let normal = if along_x { DVec3::Z } else { DVec3::X };
             let size = DVec3::new(width, head - sill, cut.size()[across]);
@@ -124,14 +115,7 @@ impl House {
             });
             match fill {
                 Fill::Glass => pane(&mut self.model, &format!("window {name} {i}"), along_x, cut),
-                Fill::Door => leaf(
-                    &mut self.model,
-                    &format!("door {name} {i}"),
-                    along_x,
-                    cut,
-                    into,
-                    false,
-                ),
+                Fill::Door => leaf(&mut self.model, &format!("door {name} {i}"), along_x, cut, into, false),
                 Fill::Nothing => {}
             }
         }
@@ -144,26 +128,14 @@ impl House {
     /// A rectangular room between two corners in plan, feet.
     fn room(&mut self, name: &str, a: [f64; 2], b: [f64; 2]) -> usize {
         let Aabb { min, max } = feet(a, b, [FLOOR, CEILING]);
-        let footprint = [
-            (min.x, min.z),
-            (max.x, min.z),
-            (max.x, max.z),
-            (min.x, max.z),
-        ]
-        .map(|(x, z)| DVec2::new(x, z))
-        .to_vec();
+        let footprint =
+            [(min.x, min.z), (max.x, min.z), (max.x, max.z), (min.x, max.z)].map(|(x, z)| DVec2::new(x, z)).to_vec();
         self.push_room(name, footprint, CEILING)
     }
 
     fn push_room(&mut self, name: &str, footprint: Vec<DVec2>, ceiling: f64) -> usize {
         let id = format!("0.{}", self.facts.rooms.len());
-        self.facts.rooms.push(Room {
-            id,
-            name: name.into(),
-            storey: 0,
-            height: [FLOOR, ceiling],
-            footprint,
-        });
+        self.facts.rooms.push(Room { id, name: name.into(), storey: 0, height: [FLOOR, ceiling], footprint });
         self.facts.rooms.len() - 1
     }
 
@@ -171,16 +143,8 @@ impl House {
     fn slabs(&mut self, name: &str, a: [f64; 2], b: [f64; 2]) {
         let floor = feet(a, b, [FLOOR - SLAB, FLOOR]);
         let ceiling = feet(a, b, [CEILING, CEILING + SLAB]);
-        self.solid(
-            format!("floor {name}"),
-            Material::Stone,
-            cuboid(floor.min, floor.max),
-        );
-        self.solid(
-            format!("ceiling {name}"),
-            Material::Plaster,
-            cuboid(ceiling.min, ceiling.max),
-        );
+        self.solid(format!("floor {name}"), Material::Stone, cuboid(floor.min, floor.max));
+        self.solid(format!("ceiling {name}"), Material::Plaster, cuboid(ceiling.min, ceiling.max));
     }
 }
 
@@ -202,10 +166,7 @@ fn quarter_arc() -> Vec<DVec2> {
 
 /// The house.
 pub(super) fn house() -> Building {
-    let mut house = House {
-        model: Model::default(),
-        facts: Facts::default(),
-    };
+    let mut house = House { model: Model::default(), facts: Facts::default() };
     house.facts.storeys.push(("Piano nobile".into(), FLOOR));
     let hall = hall(&mut house);
     // Rooms by the signs of x and z: [west, east], [north, south].
@@ -213,19 +174,11 @@ pub(super) fn house() -> Building {
     let words = [["north-west", "south-west"], ["north-east", "south-east"]];
     let along_z = [0, 1].map(|j| {
         let s = signs[j];
-        house.room(
-            ["North passage", "South passage"][j],
-            [-PASSAGE_Z, CORE * s],
-            [PASSAGE_Z, INSIDE * s],
-        )
+        house.room(["North passage", "South passage"][j], [-PASSAGE_Z, CORE * s], [PASSAGE_Z, INSIDE * s])
     });
     let along_x = [0, 1].map(|i| {
         let s = signs[i];
-        house.room(
-            ["West passage", "East passage"][i],
-            [CORE * s, -PASSAGE_X],
-            [INSIDE * s, PASSAGE_X],
-        )
+        house.room(["West passage", "East passage"][i], [CORE * s, -PASSAGE_X], [INSIDE * s, PASSAGE_X])
     });
     for i in 0..2 {
         for j in 0..2 {
@@ -244,39 +197,19 @@ pub(super) fn house() -> Building {
     }
     let block = feet([-BLOCK, -BLOCK], [BLOCK, BLOCK], [0.0, FLOOR - SLAB]);
     house.solid("basement", Material::Stone, cuboid(block.min, block.max));
-    house.solid(
-        "ground",
-        Material::Ground,
-        cuboid(DVec3::new(-40.0, -0.5, -40.0), DVec3::new(40.0, 0.0, 40.0)),
-    );
+    house.solid("ground", Material::Ground, cuboid(DVec3::new(-40.0, -0.5, -40.0), DVec3::new(40.0, 0.0, 40.0)));
     let House { model, facts } = house;
-    Building {
-        name: "villa_rotonda".into(),
-        seed: 0,
-        counted: ("houses", 1),
-        model,
-        facts,
-        path: walk(),
-    }
+    Building { name: "villa_rotonda".into(), seed: 0, counted: ("houses", 1), model, facts, path: walk() }
 }
 
 /// The round hall: floor, masonry with four ways through it, dome, four statues.
 fn hall(house: &mut House) -> usize {
     let arc = quarter_arc();
     let mut ring = Vec::new();
-    for (i, (sx, sz)) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
-        .into_iter()
-        .enumerate()
-    {
-        let mut corners: Vec<DVec2> = arc
-            .iter()
-            .map(|p| DVec2::new(p.x * sx, p.y * sz) * FOOT)
-            .collect();
+    for (i, (sx, sz)) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].into_iter().enumerate() {
+        let mut corners: Vec<DVec2> = arc.iter().map(|p| DVec2::new(p.x * sx, p.y * sz) * FOOT).collect();
         let mut outline = corners.clone();
-        outline.extend(
-            [(PASSAGE_Z, CORE), (CORE, CORE), (CORE, PASSAGE_X)]
-                .map(|(x, z)| DVec2::new(x * sx, z * sz) * FOOT),
-        );
+        outline.extend([(PASSAGE_Z, CORE), (CORE, CORE), (CORE, PASSAGE_X)].map(|(x, z)| DVec2::new(x * sx, z * sz) * FOOT));
         // z x x is y: upwards.
         let outline: Vec<DVec2> = outline.iter().map(|p| DVec2::new(p.y, p.x)).collect();
         let solid = extrude(&outline, DVec3::Y * FLOOR, DVec3::Z, DVec3::X, DRUM - FLOOR);
@@ -285,10 +218,7 @@ fn hall(house: &mut House) -> usize {
             corners.reverse();
         }
         ring.extend(corners);
-        let (at, spin) = (
-            DVec3::new(sx, 0.0, sz) * (9.0 * FOOT) + DVec3::Y * FLOOR,
-            i as f64 / 4.0 + 0.125,
-        );
+        let (at, spin) = (DVec3::new(sx, 0.0, sz) * (9.0 * FOOT) + DVec3::Y * FLOOR, i as f64 / 4.0 + 0.125);
         house.model.place(
             format!("plinth {i}"),
             Role::Furnishing,
@@ -298,27 +228,15 @@ fn hall(house: &mut House) -> usize {
             furniture::plinth,
         );
         let make = || furniture::sculpture(&mut Prng::new(i as u64, 0));
-        let turned = Placement {
-            at: at + DVec3::Y,
-            turns: spin,
-        };
-        house.model.place(
-            format!("statue {i}"),
-            Role::Furnishing,
-            turned,
-            &format!("statue {i}"),
-            Material::Bronze,
-            make,
-        );
+        let turned = Placement { at: at + DVec3::Y, turns: spin };
+        house.model.place(format!("statue {i}"), Role::Furnishing, turned, &format!("statue {i}"), Material::Bronze, make);
     }
     let floor = feet([-CORE, -CORE], [CORE, CORE], [FLOOR - SLAB, FLOOR]);
     house.solid("floor hall", Material::Stone, cuboid(floor.min, floor.max));
     // The dome: up the outside, down the inside.
     const RINGS: u32 = 8;
     let shell = |radius: f64| {
-        (0..RINGS)
-            .map(move |k| turn(f64::from(k) / f64::from(4 * RINGS)))
-            .map(move |(c, s)| (radius * c, DRUM + radius * s))
+        (0..RINGS).map(move |k| turn(f64::from(k) / f64::from(4 * RINGS))).map(move |(c, s)| (radius * c, DRUM + radius * s))
     };
     let (inner, outer) = (HALL * FOOT, HALL * FOOT + DOME_THICKNESS);
     let mut profile = vec![(0.0, DRUM + outer)];
@@ -333,23 +251,11 @@ fn hall(house: &mut House) -> usize {
 /// A large and a small room and the walls around them. `s`: the signs of x and z. `passages`: along z, along x.
 fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
     let p = |x: f64, z: f64| [x * s[0], z * s[1]];
-    let large = house.room(
-        &format!("Large room {word}"),
-        p(LARGE, CORE),
-        p(INSIDE, INSIDE),
-    );
-    let small = house.room(
-        &format!("Small room {word}"),
-        p(CORE, SMALL[0]),
-        p(INSIDE, SMALL[1]),
-    );
+    let large = house.room(&format!("Large room {word}"), p(LARGE, CORE), p(INSIDE, INSIDE));
+    let small = house.room(&format!("Small room {word}"), p(CORE, SMALL[0]), p(INSIDE, SMALL[1]));
     // Rooms on the lesser and greater side of a wall, given the nearer and the farther from the middle.
     let order = |axis: usize, near: Option<usize>, far: Option<usize>| {
-        if s[axis] > 0.0 {
-            [near, far]
-        } else {
-            [far, near]
-        }
+        if s[axis] > 0.0 { [near, far] } else { [far, near] }
     };
     let towards = |axis: usize, far: bool| usize::from((s[axis] > 0.0) == far);
     let window = |at: f64| (at, WINDOW, Fill::Glass);
@@ -360,14 +266,7 @@ fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
     let name = |what: &str| format!("{what} {word}");
 
     let windows = [window(11.0 * s[0]), window(ENFILADE_Z * s[0])];
-    house.wall(
-        &name("front"),
-        true,
-        [p(axis_z, INSIDE), p(BLOCK, BLOCK)],
-        &windows,
-        order(1, Some(large), None),
-        0,
-    );
+    house.wall(&name("front"), true, [p(axis_z, INSIDE), p(BLOCK, BLOCK)], &windows, order(1, Some(large), None), 0);
     house.wall(
         &name("side large"),
         false,
@@ -414,78 +313,28 @@ fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
     house.slabs(&name("large"), p(axis_z, CORE), p(BLOCK, BLOCK));
     house.slabs(&name("small"), p(CORE, axis_x), p(BLOCK, CORE));
 
-    let put = |house: &mut House,
-               what: &str,
-               x: f64,
-               z: f64,
-               turns: f64,
-               material: Material,
-               make: fn() -> Solid| {
+    let put = |house: &mut House, what: &str, x: f64, z: f64, turns: f64, material: Material, make: fn() -> Solid| {
         let at = DVec3::new(x * s[0] * FOOT, FLOOR, z * s[1] * FOOT);
-        house.model.place(
-            format!("{what} {word} {x}"),
-            Role::Furnishing,
-            Placement { at, turns },
-            what,
-            material,
-            make,
-        );
+        house.model.place(format!("{what} {word} {x}"), Role::Furnishing, Placement { at, turns }, what, material, make);
     };
-    put(house, "table", 15.0, 30.5, 0.0, Material::Wood, || {
-        furniture::table(2.4)
-    });
-    put(
-        house,
-        "bench",
-        15.0,
-        19.5,
-        0.0,
-        Material::Wood,
-        furniture::bench,
-    );
-    put(
-        house,
-        "bench",
-        19.6,
-        10.5,
-        0.25,
-        Material::Wood,
-        furniture::bench,
-    );
+    put(house, "table", 15.0, 30.5, 0.0, Material::Wood, || furniture::table(2.4));
+    put(house, "bench", 15.0, 19.5, 0.0, Material::Wood, furniture::bench);
+    put(house, "bench", 19.6, 10.5, 0.25, Material::Wood, furniture::bench);
     for x in [13.0, 17.0] {
-        put(
-            house,
-            "chair",
-            x,
-            28.0,
-            0.25 + 0.25 * s[1],
-            Material::Fabric,
-            furniture::chair,
-        );
+        put(house, "chair", x, 28.0, 0.25 + 0.25 * s[1], Material::Fabric, furniture::chair);
     }
     // A picture on the masonry, seen from the large room.
     let at = DVec3::new(11.0 * s[0] * FOOT, FLOOR + 1.9, CORE * s[1] * FOOT);
-    let placement = Placement {
-        at,
-        turns: if s[1] > 0.0 { 0.0 } else { 0.5 },
-    };
-    house.model.place(
-        name("picture"),
-        Role::Furnishing,
-        placement,
-        "picture",
-        Material::Picture,
-        || furniture::picture(1.8, 1.2),
-    );
+    let placement = Placement { at, turns: if s[1] > 0.0 { 0.0 } else { 0.5 } };
+    house
+        .model
+        .place(name("picture"), Role::Furnishing, placement, "picture", Material::Picture, || furniture::picture(1.8, 1.2));
 }
 
 /// A passage's ends, and the portico before it. `z`: the passage runs along z, else along x; `s`: to which side.
 fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
-    let (half, wall_axis) = if z {
-        (PASSAGE_Z, (PASSAGE_Z + LARGE) / 2.0)
-    } else {
-        (PASSAGE_X, (PASSAGE_X + SMALL[0]) / 2.0)
-    };
+    let (half, wall_axis) =
+        if z { (PASSAGE_Z, (PASSAGE_Z + LARGE) / 2.0) } else { (PASSAGE_X, (PASSAGE_X + SMALL[0]) / 2.0) };
     let word = match (z, s > 0.0) {
         (true, false) => "north",
         (true, true) => "south",
@@ -494,14 +343,9 @@ fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
     };
     // In feet: across the axis, outwards along it.
     let p = |across: f64, out: f64| {
-        if z {
-            [across, out * s]
-        } else {
-            [out * s, across]
-        }
+        if z { [across, out * s] } else { [out * s, across] }
     };
-    let order =
-        |near: Option<usize>, far: Option<usize>| if s > 0.0 { [near, far] } else { [far, near] };
+    let order = |near: Option<usize>, far: Option<usize>| if s > 0.0 { [near, far] } else { [far, near] };
     let gate = (0.0, [GATE[0], 0.0, GATE[1]], Fill::Door);
     let into = usize::from(s < 0.0);
     house.wall(
@@ -512,37 +356,18 @@ fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
         order(Some(passage), None),
         into,
     );
-    house.slabs(
-        &format!("passage {word}"),
-        p(-wall_axis, CORE),
-        p(wall_axis, BLOCK),
-    );
+    house.slabs(&format!("passage {word}"), p(-wall_axis, CORE), p(wall_axis, BLOCK));
 
     // The masonry over the way into the hall.
     let chord = (HALL * HALL - half * half).sqrt();
     let lintel = feet(p(-half, chord), p(half, CORE), [FLOOR + HALL_OPENING, DRUM]);
-    house.solid(
-        format!("lintel {word}"),
-        Material::Plaster,
-        cuboid(lintel.min, lintel.max),
-    );
-    let hole = feet(
-        p(-half, chord),
-        p(half, CORE),
-        [FLOOR, FLOOR + HALL_OPENING],
-    );
+    house.solid(format!("lintel {word}"), Material::Plaster, cuboid(lintel.min, lintel.max));
+    let hole = feet(p(-half, chord), p(half, CORE), [FLOOR, FLOOR + HALL_OPENING]);
     let normal = if z { DVec3::Z } else { DVec3::X };
     let size = DVec3::new(2.0 * half * FOOT, HALL_OPENING, (CORE - chord) * FOOT);
     let [lesser, greater] = order(Some(hall), Some(passage));
     let rooms = [greater, lesser];
-    house.facts.openings.push(Opening {
-        fill: Fill::Nothing,
-        storey: 0,
-        centre: hole.centre(),
-        size,
-        normal,
-        rooms,
-    });
+    house.facts.openings.push(Opening { fill: Fill::Nothing, storey: 0, centre: hole.centre(), size, normal, rooms });
 
     portico(house, word, &p, z, s);
 }
@@ -556,67 +381,27 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
         let bounds = feet(a, b, y);
         house.solid(name(what), Material::Stone, cuboid(bounds.min, bounds.max));
     };
-    block(
-        "portico floor",
-        p(-PORTICO, BLOCK),
-        p(PORTICO, PORTICO_FRONT),
-        [0.0, FLOOR],
-    );
-    block(
-        "portico ceiling",
-        p(-PORTICO, BLOCK),
-        p(PORTICO, beam),
-        [FLOOR + 6.4, top],
-    );
-    block(
-        "entablature",
-        p(-PORTICO, beam),
-        p(PORTICO, PORTICO_FRONT),
-        [FLOOR + 6.0, top],
-    );
+    block("portico floor", p(-PORTICO, BLOCK), p(PORTICO, PORTICO_FRONT), [0.0, FLOOR]);
+    block("portico ceiling", p(-PORTICO, BLOCK), p(PORTICO, beam), [FLOOR + 6.4, top]);
+    block("entablature", p(-PORTICO, beam), p(PORTICO, PORTICO_FRONT), [FLOOR + 6.0, top]);
     // Beside the steps.
     let (tread, rise) = (0.3, FLOOR / 20.0);
     let run = 19.0 * tread / FOOT;
-    block(
-        "flank left",
-        p(-13.0, PORTICO_FRONT),
-        p(-11.0, PORTICO_FRONT + run),
-        [0.0, FLOOR],
-    );
-    block(
-        "flank right",
-        p(11.0, PORTICO_FRONT),
-        p(13.0, PORTICO_FRONT + run),
-        [0.0, FLOOR],
-    );
+    block("flank left", p(-13.0, PORTICO_FRONT), p(-11.0, PORTICO_FRONT + run), [0.0, FLOOR]);
+    block("flank right", p(11.0, PORTICO_FRONT), p(13.0, PORTICO_FRONT + run), [0.0, FLOOR]);
     for (i, across) in [-13.2, -8.3, -3.4, 3.4, 8.3, 13.2].into_iter().enumerate() {
         let [x, zz] = p(across, PORTICO_FRONT - 1.2);
-        let placement = Placement {
-            at: DVec3::new(x * FOOT, FLOOR, zz * FOOT),
-            turns: 0.0,
-        };
-        house.model.place(
-            format!("column {word} {i}"),
-            Role::Structure,
-            placement,
-            "column",
-            Material::Stone,
-            column,
-        );
+        let placement = Placement { at: DVec3::new(x * FOOT, FLOOR, zz * FOOT), turns: 0.0 };
+        house.model.place(format!("column {word} {i}"), Role::Structure, placement, "column", Material::Stone, column);
     }
     for (side, a) in [("left", -PORTICO), ("right", PORTICO - 1.4)] {
         let bounds = feet(p(a, BLOCK), p(a + 1.4, beam), [FLOOR, FLOOR + 6.4]);
         let mut arch = bounds;
         let along = if z { 2 } else { 0 };
-        (arch.min[along], arch.max[along]) =
-            (bounds.centre()[along] - 0.8, bounds.centre()[along] + 0.8);
+        (arch.min[along], arch.max[along]) = (bounds.centre()[along] - 0.8, bounds.centre()[along] + 0.8);
         arch.max.y = FLOOR + 3.4;
         let solid = super::solid::perforated(bounds.min, bounds.max, 2 - along, &[arch]);
-        house.solid(
-            name(&format!("portico wall {side}")),
-            Material::Plaster,
-            solid,
-        );
+        house.solid(name(&format!("portico wall {side}")), Material::Plaster, solid);
     }
     // Outwards, and to the right of someone who looks outwards: out x up.
     let out = if z { DVec3::Z * s } else { DVec3::X * s };
@@ -625,13 +410,7 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
     let gable = [(-w, 0.0), (w, 0.0), (0.0, 2.2)].map(|(x, y)| DVec2::new(x, y));
     let depth = (PORTICO_FRONT - BLOCK) * FOOT;
     // right x up is -out: swept back from the front to the wall.
-    let solid = extrude(
-        &gable,
-        out * (PORTICO_FRONT * FOOT) + DVec3::Y * top,
-        right,
-        DVec3::Y,
-        depth,
-    );
+    let solid = extrude(&gable, out * (PORTICO_FRONT * FOOT) + DVec3::Y * top, right, DVec3::Y, depth);
     house.solid(name("gable"), Material::Roof, solid);
     let mut outline = vec![DVec2::ZERO];
     outline.extend(
@@ -641,26 +420,13 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
     );
     outline.push(DVec2::new(0.0, rise * 19.0));
     let from = out * (PORTICO_FRONT * FOOT) - right * (11.0 * FOOT);
-    house.solid(
-        name("steps"),
-        Material::Stone,
-        extrude(&outline, from, out, DVec3::Y, 22.0 * FOOT),
-    );
+    house.solid(name("steps"), Material::Stone, extrude(&outline, from, out, DVec3::Y, 22.0 * FOOT));
 }
 
 /// A column, 6 m high.
 fn column() -> Solid {
-    let shaft = [
-        (0.0, 0.0),
-        (0.5, 0.0),
-        (0.5, 0.15),
-        (0.4, 0.3),
-        (0.4, 2.0),
-        (0.34, 5.6),
-        (0.46, 5.8),
-        (0.46, 6.0),
-        (0.0, 6.0),
-    ];
+    let shaft =
+        [(0.0, 0.0), (0.5, 0.0), (0.5, 0.15), (0.4, 0.3), (0.4, 2.0), (0.34, 5.6), (0.46, 5.8), (0.46, 6.0), (0.0, 6.0)];
     lathe(&shaft, 16)
 }
 
@@ -678,20 +444,8 @@ fn hip(out: DVec3, right: DVec3) -> Solid {
         at(core, core, high),
         at(core, -core, high),
     ];
-    let triangles = vec![
-        [0, 4, 1],
-        [0, 5, 4],
-        [0, 1, 2],
-        [0, 2, 3],
-        [3, 4, 5],
-        [3, 2, 4],
-        [1, 4, 2],
-        [0, 3, 5],
-    ];
-    Solid {
-        positions,
-        triangles,
-    }
+    let triangles = vec![[0, 4, 1], [0, 5, 4], [0, 1, 2], [0, 2, 3], [3, 4, 5], [3, 2, 4], [1, 4, 2], [0, 3, 5]];
+    Solid { positions, triangles }
 }
 
 /// From the south up the steps, through the hall, round the eastern and southern rooms, and out to the north portico.
@@ -731,19 +485,11 @@ mod tests {
     fn rooms_have_palladios_sizes_in_feet() {
         let house = house();
         for (name, long, short) in [("Large", 26.0, 15.0), ("Small", 15.0, 11.0)] {
-            let rooms: Vec<_> = house
-                .facts
-                .rooms
-                .iter()
-                .filter(|r| r.name.starts_with(name))
-                .collect();
+            let rooms: Vec<_> = house.facts.rooms.iter().filter(|r| r.name.starts_with(name)).collect();
             assert_eq!(rooms.len(), 4);
             for room in rooms {
                 let size = (room.footprint[2] - room.footprint[0]).abs() / FOOT;
-                assert!(
-                    (size - DVec2::new(long, short)).length() < 1e-9,
-                    "{name}: {size}"
-                );
+                assert!((size - DVec2::new(long, short)).length() < 1e-9, "{name}: {size}");
             }
         }
     }

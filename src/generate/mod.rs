@@ -96,18 +96,10 @@ pub fn generate(kind: Kind, seed: u64) -> Result<Generated, GenerateError> {
         return Err(GenerateError::Rooms { rooms });
     }
     let building = match kind {
-        Kind::Office {
-            rooms,
-            storeys: Some(storeys),
-            ..
-        } if !(1..=rooms).contains(&storeys) => {
+        Kind::Office { rooms, storeys: Some(storeys), .. } if !(1..=rooms).contains(&storeys) => {
             return Err(GenerateError::Storeys { storeys, rooms });
         }
-        Kind::Office {
-            rooms,
-            storeys,
-            furnished,
-        } => office::office(rooms, storeys, furnished, seed),
+        Kind::Office { rooms, storeys, furnished } => office::office(rooms, storeys, furnished, seed),
         Kind::Gallery { rooms } => grid::gallery(rooms, seed),
         Kind::Maze { rooms } => grid::maze(rooms, seed),
         Kind::House => house::house(),
@@ -129,44 +121,25 @@ struct Building {
 
 impl Building {
     fn finish(self) -> Generated {
-        let Self {
-            name,
-            seed,
-            counted,
-            model,
-            facts,
-            path,
-        } = self;
+        let Self { name, seed, counted, model, facts, path } = self;
         let expected = json!({
             "name": name, "seed": seed, counted.0: counted.1,
             "rooms": facts.rooms.len(), "doors": facts.count(Fill::Door), "openings": facts.count(Fill::Nothing),
             "windows": facts.count(Fill::Glass), "storeys": facts.storeys.len(), "stairs": facts.stairs.len(),
             "triangles": model.triangles(), "nodes": model.nodes.len(), "frames": path.frames.len(),
         });
-        Generated {
-            glb: glb::write(&model, &name),
-            path: path.json(&name),
-            rooms: facts.rooms_json(&name),
-            expected,
-        }
+        Generated { glb: glb::write(&model, &name), path: path.json(&name), rooms: facts.rooms_json(&name), expected }
     }
 }
 
 /// The ground around and under a plan, `margin` metres wider on every side, its top where the ground floor's slab stands.
 fn ground(model: &mut Model, plan: &Plan, margin: f64) {
     let ends = |pick: fn(&plan::PlanRoom) -> [i32; 2]| {
-        let (from, to) = plan
-            .rooms
-            .iter()
-            .map(pick)
-            .fold((i32::MAX, i32::MIN), |(a, b), r| (a.min(r[0]), b.max(r[1])));
+        let (from, to) = plan.rooms.iter().map(pick).fold((i32::MAX, i32::MIN), |(a, b), r| (a.min(r[0]), b.max(r[1])));
         [plan::metres(from) - margin, plan::metres(to) + margin]
     };
     let (x, z, top) = (ends(|r| r.x), ends(|r| r.z), -plan::metres(plan.style.slab));
-    let solid = solid::cuboid(
-        DVec3::new(x[0], top - 0.2, z[0]),
-        DVec3::new(x[1], top, z[1]),
-    );
+    let solid = solid::cuboid(DVec3::new(x[0], top - 0.2, z[0]), DVec3::new(x[1], top, z[1]));
     model.add("ground", Role::Structure, Material::Ground, solid);
 }
 

@@ -74,20 +74,9 @@ pub(super) struct Model {
 
 impl Model {
     /// Adds a mesh in the model's own coordinates, with its node.
-    pub(super) fn add(
-        &mut self,
-        name: impl Into<String>,
-        role: Role,
-        material: Material,
-        solid: Solid,
-    ) {
+    pub(super) fn add(&mut self, name: impl Into<String>, role: Role, material: Material, solid: Solid) {
         self.meshes.push((solid, material));
-        self.nodes.push(Node {
-            name: name.into(),
-            role,
-            mesh: self.meshes.len() - 1,
-            placement: None,
-        });
+        self.nodes.push(Node { name: name.into(), role, mesh: self.meshes.len() - 1, placement: None });
     }
 
     /// Places a mesh that several nodes share under `key`; `make` builds it for the first of them.
@@ -108,19 +97,11 @@ impl Model {
                 self.meshes.len() - 1
             }
         };
-        self.nodes.push(Node {
-            name: name.into(),
-            role,
-            mesh,
-            placement: Some(placement),
-        });
+        self.nodes.push(Node { name: name.into(), role, mesh, placement: Some(placement) });
     }
 
     /// Number of triangles drawn: a mesh counts once for each node that places it.
     pub(super) fn triangles(&self) -> usize {
-        self.nodes
-            .iter()
-            .map(|n| self.meshes[n.mesh].0.triangles.len())
-            .sum()
+        self.nodes.iter().map(|n| self.meshes[n.mesh].0.triangles.len()).sum()
     }
 }

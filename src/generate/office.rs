@@ -28,12 +28,7 @@ const PLAN: u64 = 3;
 const DOORS: u64 = 4;
 const FURNITURE: u64 = 5;
 
-const STYLE: Style = Style {
-    outer: 300,
-    inner: 150,
-    clear: 3000,
-    slab: 300,
-};
+const STYLE: Style = Style { outer: 300, inner: 150, clear: 3000, slab: 300 };
 /// Most offices on one side of a corridor.
 const SIDE: usize = 14;
 /// Offices on a storey when the number of storeys isn't given.
@@ -98,64 +93,25 @@ impl Storey {
                 Use::Corridor,
                 wing,
             );
-            add(
-                format!("Stairs {letter}"),
-                [CORE, 0],
-                [z, z + STAIRS],
-                Use::Stairs,
-                wing,
-            );
-            add(
-                format!("Lift {letter}"),
-                [LIFT, 0],
-                [z + STAIRS, z + SHAFT],
-                Use::Lift,
-                wing,
-            );
-            add(
-                format!("Store {letter}"),
-                [CORE, LIFT],
-                [z + STAIRS, z + SHAFT],
-                Use::Store,
-                wing,
-            );
-            let lobby = if level == 0 && wing == 0 {
-                Use::Lobby
-            } else {
-                Use::Meeting
-            };
-            add(
-                format!("{lobby:?} {letter}"),
-                [CORE, 0],
-                [z + SHAFT, z + WING],
-                lobby,
-                wing,
-            );
+            add(format!("Stairs {letter}"), [CORE, 0], [z, z + STAIRS], Use::Stairs, wing);
+            add(format!("Lift {letter}"), [LIFT, 0], [z + STAIRS, z + SHAFT], Use::Lift, wing);
+            add(format!("Store {letter}"), [CORE, LIFT], [z + STAIRS, z + SHAFT], Use::Store, wing);
+            let lobby = if level == 0 && wing == 0 { Use::Lobby } else { Use::Meeting };
+            add(format!("{lobby:?} {letter}"), [CORE, 0], [z + SHAFT, z + WING], lobby, wing);
             for (side, &count) in counts.iter().enumerate() {
                 let from = z + side as i32 * (OFFICE_DEPTH + CORRIDOR);
-                let mut lines: Vec<i32> = (0..=count as i32)
-                    .map(|i| SPINE + (end - SPINE) * i / count.max(1) as i32 / 50 * 50)
-                    .collect();
+                let mut lines: Vec<i32> =
+                    (0..=count as i32).map(|i| SPINE + (end - SPINE) * i / count.max(1) as i32 / 50 * 50).collect();
                 for line in lines.iter_mut().take(count).skip(1) {
                     *line += rng.steps(-500, 500, 50);
                 }
                 for (i, pair) in lines.windows(2).enumerate() {
                     let name = format!("Office {level}{letter}{:02}", side * SIDE + i + 1);
-                    add(
-                        name,
-                        [pair[0], pair[1]],
-                        [from, from + OFFICE_DEPTH],
-                        Use::Office,
-                        wing,
-                    );
+                    add(name, [pair[0], pair[1]], [from, from + OFFICE_DEPTH], Use::Office, wing);
                 }
             }
         }
-        let mut storey = Self {
-            plan: Plan::new(STYLE, rooms),
-            uses,
-            wings,
-        };
+        let mut storey = Self { plan: Plan::new(STYLE, rooms), uses, wings };
         storey.cut(rng);
         storey
     }
@@ -164,18 +120,10 @@ impl Storey {
         for w in 0..self.plan.walls.len() {
             let wall = &self.plan.walls[w];
             let [a, b] = wall.sides.map(|s| s.map(|r| self.uses[r]));
-            let pair =
-                |x: Use, y: Use| [a, b] == [Some(x), Some(y)] || [a, b] == [Some(y), Some(x)];
+            let pair = |x: Use, y: Use| [a, b] == [Some(x), Some(y)] || [a, b] == [Some(y), Some(x)];
             // Doors open into the room that isn't a corridor, a spine or outside.
             let into = usize::from(matches!(a, None | Some(Use::Corridor | Use::Spine)));
-            let hole = |fill, at, width, head| Hole {
-                fill,
-                at,
-                width,
-                sill: 0,
-                head,
-                into,
-            };
+            let hole = |fill, at, width, head| Hole { fill, at, width, sill: 0, head, into };
             let [from, to] = self.plan.clear_span(w, 600);
             let middle = (wall.span[0] + wall.span[1]) / 2;
             let lesser = wall.span[0];
@@ -189,11 +137,7 @@ impl Storey {
                     let off = rng.steps(1500, 2100, 50);
                     holes.push(hole(
                         Fill::Door,
-                        if first_side {
-                            lesser + OFFICE_DEPTH - off
-                        } else {
-                            lesser + off
-                        },
+                        if first_side { lesser + OFFICE_DEPTH - off } else { lesser + off },
                         900,
                         2100,
                     ));
@@ -202,23 +146,14 @@ impl Storey {
                 holes.push(hole(Fill::Nothing, middle, 1600, 2400));
             } else if pair(Use::Lobby, Use::Spine) {
                 holes.push(hole(Fill::Nothing, middle, 1800, 2400));
-            } else if pair(Use::Meeting, Use::Spine)
-                || pair(Use::Store, Use::Lobby)
-                || pair(Use::Store, Use::Meeting)
-            {
+            } else if pair(Use::Meeting, Use::Spine) || pair(Use::Store, Use::Lobby) || pair(Use::Store, Use::Meeting) {
                 holes.push(hole(Fill::Door, middle, 950, 2100));
             } else if pair(Use::Lift, Use::Spine) {
                 // A lift's doors open from the landing: their leaf, when open, stands in the spine.
-                holes.push(Hole {
-                    into: 1,
-                    ..hole(Fill::Door, middle, 1100, 2100)
-                });
+                holes.push(Hole { into: 1, ..hole(Fill::Door, middle, 1100, 2100) });
             } else if pair(Use::Stairs, Use::Spine) {
                 // Opposite the first flight, so that the leaf clears the landing.
-                holes.push(Hole {
-                    into: 1,
-                    ..hole(Fill::Door, middle, 1000, 2100)
-                });
+                holes.push(Hole { into: 1, ..hole(Fill::Door, middle, 1000, 2100) });
             } else if wall.is_outer() {
                 let inside = a.or(b);
                 if inside == Some(Use::Lobby) && !wall.along_x {
@@ -229,11 +164,7 @@ impl Storey {
                     let room = to - from;
                     let count = (room / 2200).max(i32::from(room >= 900));
                     let width = if room >= 1600 { 1500 } else { 900 };
-                    holes.extend(
-                        (0..count).map(|i| {
-                            window(from + room * (2 * i + 1) / (2 * count) / 10 * 10, width)
-                        }),
-                    );
+                    holes.extend((0..count).map(|i| window(from + room * (2 * i + 1) / (2 * count) / 10 * 10, width)));
                 }
             }
             self.plan.walls[w].holes = holes;
@@ -247,14 +178,7 @@ impl Storey {
 }
 
 fn window(at: i32, width: i32) -> Hole {
-    Hole {
-        fill: Fill::Glass,
-        at,
-        width,
-        sill: 900,
-        head: 2200,
-        into: 0,
-    }
+    Hole { fill: Fill::Glass, at, width, sill: 900, head: 2200, into: 0 }
 }
 
 /// How many offices stand on each side of each wing, storey by storey: as even as can be, the rest from the bottom up.
@@ -262,35 +186,19 @@ fn distribute(offices: usize, storeys: usize) -> (Vec<Vec<[usize; 2]>>, usize) {
     let wings = offices.div_ceil(storeys).div_ceil(2 * SIDE);
     let sides = storeys * wings * 2;
     let share = |i: usize| offices / sides + usize::from(i < offices % sides);
-    let storey = |s: usize| {
-        (0..wings)
-            .map(|w| [0, 1].map(|side| share((s * wings + w) * 2 + side)))
-            .collect()
-    };
+    let storey = |s: usize| (0..wings).map(|w| [0, 1].map(|side| share((s * wings + w) * 2 + side))).collect();
     ((0..storeys).map(storey).collect(), offices.div_ceil(sides))
 }
 
 /// An office building with `offices` offices; corridors, stairs, lifts, stores, meeting rooms and the lobby come on top.
 /// `storeys`: as many as give about 50 offices each, unless said otherwise.
-pub(super) fn office(
-    offices: usize,
-    storeys: Option<usize>,
-    furnished: bool,
-    seed: u64,
-) -> Building {
+pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, seed: u64) -> Building {
     let storeys = storeys.unwrap_or(offices.div_ceil(PER_STOREY));
     let (sides, bays) = distribute(offices, storeys);
     let levels: Vec<Storey> = sides
         .iter()
         .enumerate()
-        .map(|(s, sides)| {
-            Storey::new(
-                s,
-                sides,
-                bays,
-                &mut Prng::new(seed, PLAN + ((s as u64) << 8)),
-            )
-        })
+        .map(|(s, sides)| Storey::new(s, sides, bays, &mut Prng::new(seed, PLAN + ((s as u64) << 8))))
         .collect();
     let wings = sides[0].len();
 
@@ -304,14 +212,7 @@ pub(super) fn office(
         let known = if s == 0 {
             BTreeMap::new()
         } else {
-            (0..wings)
-                .filter_map(|w| {
-                    Some((
-                        level.find(Use::Lift, w)?,
-                        ids[0][levels[0].find(Use::Lift, w)?],
-                    ))
-                })
-                .collect()
+            (0..wings).filter_map(|w| Some((level.find(Use::Lift, w)?, ids[0][levels[0].find(Use::Lift, w)?]))).collect()
         };
         ids.push(level.plan.describe(&mut facts, s, floor, &known));
     }
@@ -327,13 +228,9 @@ pub(super) fn office(
     let mut model = Model::default();
     for (s, pair) in levels.windows(2).enumerate() {
         for w in 0..wings {
-            if let [Some(lower), Some(upper)] =
-                [pair[0].find(Use::Stairs, w), pair[1].find(Use::Stairs, w)]
-            {
+            if let [Some(lower), Some(upper)] = [pair[0].find(Use::Stairs, w), pair[1].find(Use::Stairs, w)] {
                 let rooms = [ids[s][lower], ids[s + 1][upper]];
-                facts
-                    .stairs
-                    .push(stairs(&mut model, &pair[0].plan, lower, s, w, rooms));
+                facts.stairs.push(stairs(&mut model, &pair[0].plan, lower, s, w, rooms));
             }
         }
     }
@@ -343,18 +240,11 @@ pub(super) fn office(
     // 3. Walls, slabs, leaves, panes.
     let mut shut = Prng::new(seed, DOORS);
     let mut opening = 0;
-    let leaves: Vec<&super::facts::Opening> = facts
-        .openings
-        .iter()
-        .filter(|o| o.fill == Fill::Door)
-        .collect();
+    let leaves: Vec<&super::facts::Opening> = facts.openings.iter().filter(|o| o.fill == Fill::Door).collect();
     let mut closed = || {
         let rooms = leaves[opening].rooms;
         opening += 1;
-        let lift = rooms
-            .iter()
-            .flatten()
-            .any(|&r| facts.rooms[r].name.starts_with("Lift"));
+        let lift = rooms.iter().flatten().any(|&r| facts.rooms[r].name.starts_with("Lift"));
         let walked = walk.windows(2).any(|p| p == rooms || [p[1], p[0]] == rooms);
         lift || (shut.chance(0.2) && !walked)
     };
@@ -362,21 +252,9 @@ pub(super) fn office(
     for (s, level) in levels.iter().enumerate() {
         let floor = s as i32 * STYLE.storey();
         let above = levels.get(s + 1);
-        let roofed: Vec<bool> = level
-            .plan
-            .rooms
-            .iter()
-            .map(|r| above.is_none_or(|a| !covers(&a.plan, r)))
-            .collect();
-        let voids: Vec<Vec<Aabb>> = (0..level.uses.len())
-            .map(|r| {
-                if s == 0 {
-                    Vec::new()
-                } else {
-                    voids(level, r, floor)
-                }
-            })
-            .collect();
+        let roofed: Vec<bool> = level.plan.rooms.iter().map(|r| above.is_none_or(|a| !covers(&a.plan, r))).collect();
+        let voids: Vec<Vec<Aabb>> =
+            (0..level.uses.len()).map(|r| if s == 0 { Vec::new() } else { voids(level, r, floor) }).collect();
         shafts.extend(
             voids
                 .iter()
@@ -384,46 +262,26 @@ pub(super) fn office(
                 .filter(|(r, _)| level.uses[*r] == Use::Lift)
                 .flat_map(|(_, v)| v.iter().map(|b| [b.min, b.max])),
         );
-        level
-            .plan
-            .build(&mut model, s, floor, &voids, &roofed, &mut closed);
+        level.plan.build(&mut model, s, floor, &voids, &roofed, &mut closed);
     }
     facts.shafts = shafts;
     ground(&mut model, &levels[0].plan, 15.0);
     let door = metres(SHAFT + (WING - SHAFT) / 2);
-    let (min, max) = (
-        DVec3::new(metres(CORE) - 1.35, -0.3, door - 1.0),
-        DVec3::new(metres(CORE) - 0.15, -0.15, door + 1.0),
-    );
-    model.add(
-        "doorstep",
-        Role::Structure,
-        Material::Stone,
-        cuboid(min, max),
-    );
+    let (min, max) = (DVec3::new(metres(CORE) - 1.35, -0.3, door - 1.0), DVec3::new(metres(CORE) - 0.15, -0.15, door + 1.0));
+    model.add("doorstep", Role::Structure, Material::Stone, cuboid(min, max));
     if furnished {
         for (s, level) in levels.iter().enumerate() {
             let rng = &mut Prng::new(seed, FURNITURE + ((s as u64) << 8));
             furnish(&mut model, level, s, rng);
         }
     }
-    Building {
-        name: "office".into(),
-        seed,
-        counted: ("offices", offices),
-        model,
-        facts,
-        path,
-    }
+    Building { name: "office".into(), seed, counted: ("offices", offices), model, facts, path }
 }
 
 /// True where the storey above has a floor over a room.
 fn covers(above: &Plan, room: &PlanRoom) -> bool {
     let (x, z) = ((room.x[0] + room.x[1]) / 2, (room.z[0] + room.z[1]) / 2);
-    above
-        .rooms
-        .iter()
-        .any(|r| (r.x[0]..r.x[1]).contains(&x) && (r.z[0]..r.z[1]).contains(&z))
+    above.rooms.iter().any(|r| (r.x[0]..r.x[1]).contains(&x) && (r.z[0]..r.z[1]).contains(&z))
 }
 
 /// The holes in a room's floor above the ground.
@@ -435,21 +293,11 @@ fn voids(level: &Storey, room: usize, floor: i32) -> Vec<Aabb> {
         _ => return Vec::new(),
     };
     let corner = |i: usize, y: i32| DVec3::new(metres(x[i]), metres(y), metres(z[i]));
-    vec![Aabb {
-        min: corner(0, floor - STYLE.slab),
-        max: corner(1, floor),
-    }]
+    vec![Aabb { min: corner(0, floor - STYLE.slab), max: corner(1, floor) }]
 }
 
 /// Two flights and a landing between a storey and the next.
-fn stairs(
-    model: &mut Model,
-    plan: &Plan,
-    room: usize,
-    storey: usize,
-    wing: usize,
-    rooms: [usize; 2],
-) -> Stair {
+fn stairs(model: &mut Model, plan: &Plan, room: usize, storey: usize, wing: usize, rooms: [usize; 2]) -> Stair {
     let [x, z] = plan.clear(room).map(|ends| ends.map(metres));
     let floor = metres(storey as i32 * STYLE.storey());
     let rise = metres(STYLE.storey()) / f64::from(RISERS);
@@ -463,49 +311,18 @@ fn stairs(
         let steps = (1..half)
             .flat_map(|i| [(i - 1, i), (i, i)])
             .map(|(k, level)| DVec2::new(-tread * f64::from(k), rise * f64::from(level)));
-        let mut outline = if hung {
-            vec![DVec2::new(0.0, -0.25)]
-        } else {
-            vec![DVec2::new(-tread, 0.0), DVec2::ZERO]
-        };
+        let mut outline = if hung { vec![DVec2::new(0.0, -0.25)] } else { vec![DVec2::new(-tread, 0.0), DVec2::ZERO] };
         outline.extend(steps);
-        outline.push(DVec2::new(
-            -tread * f64::from(half - 1),
-            rise * f64::from(half - 1) - 0.22,
-        ));
+        outline.push(DVec2::new(-tread * f64::from(half - 1), rise * f64::from(half - 1) - 0.22));
         outline
     };
     let middle = floor + rise * f64::from(half);
-    let lower = extrude(
-        &flight(storey > 0),
-        DVec3::new(start, floor, z[0]),
-        DVec3::X,
-        DVec3::Y,
-        width,
-    );
+    let lower = extrude(&flight(storey > 0), DVec3::new(start, floor, z[0]), DVec3::X, DVec3::Y, width);
     // The same the other way round: turned about the vertical, so swept towards lesser z.
-    let upper = extrude(
-        &flight(true),
-        DVec3::new(end, middle, z[1]),
-        DVec3::NEG_X,
-        DVec3::Y,
-        width,
-    );
-    let landing = cuboid(
-        DVec3::new(x[0], middle - 0.25, z[0]),
-        DVec3::new(end, middle, z[1]),
-    );
-    for (what, solid) in [
-        ("flight.0", lower),
-        ("landing", landing),
-        ("flight.1", upper),
-    ] {
-        model.add(
-            format!("{what} {storey}.{wing}"),
-            Role::Structure,
-            Material::Concrete,
-            solid,
-        );
+    let upper = extrude(&flight(true), DVec3::new(end, middle, z[1]), DVec3::NEG_X, DVec3::Y, width);
+    let landing = cuboid(DVec3::new(x[0], middle - 0.25, z[0]), DVec3::new(end, middle, z[1]));
+    for (what, solid) in [("flight.0", lower), ("landing", landing), ("flight.1", upper)] {
+        model.add(format!("{what} {storey}.{wing}"), Role::Structure, Material::Concrete, solid);
     }
     let (first, second) = (z[0] + width / 2.0, z[1] - width / 2.0);
     let next = floor + metres(STYLE.storey());
@@ -521,10 +338,7 @@ fn stairs(
     Stair {
         rooms,
         way: way.map(|(x, y, z)| DVec3::new(x, y, z)).to_vec(),
-        hole: [
-            DVec3::new(x[0], next - metres(STYLE.slab), z[0]),
-            DVec3::new(start, next, z[1]),
-        ],
+        hole: [DVec3::new(x[0], next - metres(STYLE.slab), z[0]), DVec3::new(start, next, z[1])],
     }
 }
 
@@ -537,13 +351,9 @@ fn walk(facts: &Facts, levels: &[Storey], ids: &[Vec<usize>]) -> Vec<Option<usiz
         let plan = &level.plan;
         let connecting = plan.walls.iter().find_map(|w| {
             let [a, b] = [w.sides[0]?, w.sides[1]?];
-            (level.uses[a] == Use::Office && level.uses[b] == Use::Office && !w.holes.is_empty())
-                .then_some([a, b])
+            (level.uses[a] == Use::Office && level.uses[b] == Use::Office && !w.holes.is_empty()).then_some([a, b])
         });
-        let offices = connecting
-            .map(|c| c.to_vec())
-            .or(level.find(Use::Office, 0).map(|r| vec![r]))
-            .unwrap_or_default();
+        let offices = connecting.map(|c| c.to_vec()).or(level.find(Use::Office, 0).map(|r| vec![r])).unwrap_or_default();
         stops.extend(offices.iter().map(|&r| ids[s][r]));
         stops.extend(level.find(Use::Corridor, 0).map(|r| ids[s][r]));
     }
@@ -563,14 +373,7 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
             "table" => (Material::Wood, || furniture::table(3.0)),
             _ => (Material::Lamp, furniture::lamp),
         };
-        model.place(
-            format!("{what} {storey}.{room}.{i}"),
-            Role::Furnishing,
-            Placement { at, turns },
-            what,
-            material,
-            make,
-        );
+        model.place(format!("{what} {storey}.{room}.{i}"), Role::Furnishing, Placement { at, turns }, what, material, make);
     };
     for room in 0..level.uses.len() {
         let [x, z] = level.plan.clear(room).map(|ends| ends.map(metres));
@@ -579,11 +382,7 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
             Use::Office => {
                 // Windows towards lesser z on the first side of a corridor, towards greater z on the second.
                 let first_side = level.plan.rooms[room].z[0] % (WING + COURT) == 0;
-                let (facade, inwards) = if first_side {
-                    (z[0], 1.0)
-                } else {
-                    (z[1], -1.0)
-                };
+                let (facade, inwards) = if first_side { (z[0], 1.0) } else { (z[1], -1.0) };
                 let width = x[1] - x[0];
                 let desks = ((width / 2.6).floor() as usize).clamp(1, 2);
                 for i in 0..desks {
@@ -607,13 +406,7 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
                 for i in 0..6 {
                     let side = if i % 2 == 0 { -1.0 } else { 1.0 };
                     let off = DVec3::new((f64::from(i / 2) - 1.0) * 0.9, 0.0, 0.85 * side);
-                    put(
-                        "chair",
-                        room,
-                        i as usize,
-                        at + off,
-                        if side < 0.0 { 0.5 } else { 0.0 },
-                    );
+                    put("chair", room, i as usize, at + off, if side < 0.0 { 0.5 } else { 0.0 });
                 }
                 put("lamp", room, 0, DVec3::new(mx, ceiling, mz), 0.0);
             }
@@ -624,24 +417,14 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
                         "lamp",
                         room,
                         i,
-                        DVec3::new(
-                            x[0] + (x[1] - x[0]) * (i as f64 + 0.5) / lamps as f64,
-                            ceiling,
-                            mz,
-                        ),
+                        DVec3::new(x[0] + (x[1] - x[0]) * (i as f64 + 0.5) / lamps as f64, ceiling, mz),
                         0.0,
                     );
                 }
             }
             Use::Store => {
                 for i in 0..2 {
-                    put(
-                        "cupboard",
-                        room,
-                        i,
-                        DVec3::new(x[0] + 0.6 + i as f64, floor, z[0] + 0.25),
-                        0.0,
-                    );
+                    put("cupboard", room, i, DVec3::new(x[0] + 0.6 + i as f64, floor, z[0] + 0.25), 0.0);
                 }
             }
             Use::Lobby | Use::Spine | Use::Stairs | Use::Lift => {}
@@ -650,29 +433,12 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
 }
 
 /// One or two cupboards against the corridor's wall, where the door leaves space.
-fn cupboards(
-    level: &Storey,
-    room: usize,
-    [x, z]: [[f64; 2]; 2],
-    inwards: f64,
-    mut put: impl FnMut(usize, DVec2, f64),
-) {
-    let wall = level
-        .plan
-        .walls
-        .iter()
-        .find(|w| w.sides.contains(&Some(room)) && w.along_x && !w.is_outer());
+fn cupboards(level: &Storey, room: usize, [x, z]: [[f64; 2]; 2], inwards: f64, mut put: impl FnMut(usize, DVec2, f64)) {
+    let wall = level.plan.walls.iter().find(|w| w.sides.contains(&Some(room)) && w.along_x && !w.is_outer());
     let Some(door) = wall.and_then(|w| w.holes.first()) else {
         return;
     };
-    let (door, face) = (
-        metres(door.at),
-        if inwards > 0.0 {
-            z[1] - 0.25
-        } else {
-            z[0] + 0.25
-        },
-    );
+    let (door, face) = (metres(door.at), if inwards > 0.0 { z[1] - 0.25 } else { z[0] + 0.25 });
     let turns = if inwards > 0.0 { 0.5 } else { 0.0 };
     // The leaf stands at the hinge, on the lesser side.
     let mut number = 0;

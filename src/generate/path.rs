@@ -26,30 +26,19 @@ impl CameraPath {
         let mut eyes: Vec<DVec3> = Vec::new();
         for leg in way.windows(2) {
             let parts = (leg[0].distance(leg[1]) / step).ceil().max(1.0) as usize;
-            eyes.extend(
-                (0..parts).map(|i| leg[0].lerp(leg[1], i as f64 / parts as f64) + DVec3::Y * EYE),
-            );
+            eyes.extend((0..parts).map(|i| leg[0].lerp(leg[1], i as f64 / parts as f64) + DVec3::Y * EYE));
         }
         eyes.extend(way.last().map(|p| *p + DVec3::Y * EYE));
-        let frames = (0..eyes.len())
-            .map(|i| {
-                [
-                    eyes[i],
-                    look_ahead(&eyes[i..]).unwrap_or(eyes[i] + heading(&eyes)),
-                ]
-            })
-            .collect();
+        let frames =
+            (0..eyes.len()).map(|i| [eyes[i], look_ahead(&eyes[i..]).unwrap_or(eyes[i] + heading(&eyes))]).collect();
         Self { frames }
     }
 
     /// In the form that `walk --path` reads.
     pub(super) fn json(&self, name: &str) -> Value {
         let round = |p: DVec3| p.to_array().map(|x| (x * 1e4).round() / 1e4 + 0.0);
-        let frames: Vec<Value> = self
-            .frames
-            .iter()
-            .map(|[eye, target]| json!({ "eye": round(*eye), "target": round(*target) }))
-            .collect();
+        let frames: Vec<Value> =
+            self.frames.iter().map(|[eye, target]| json!({ "eye": round(*eye), "target": round(*target) })).collect();
         json!({ "name": name, "fov_y_degrees": 60.0, "near": 0.1, "frames": frames })
     }
 }
@@ -70,12 +59,7 @@ fn look_ahead(eyes: &[DVec3]) -> Option<DVec3> {
 
 /// The direction of the last leg that has a length.
 fn heading(eyes: &[DVec3]) -> DVec3 {
-    eyes.windows(2)
-        .rev()
-        .map(|l| l[1] - l[0])
-        .find(|d| d.length() > 0.0)
-        .map_or(DVec3::NEG_Z, DVec3::normalize)
-        * AHEAD
+    eyes.windows(2).rev().map(|l| l[1] - l[0]).find(|d| d.length() > 0.0).map_or(DVec3::NEG_Z, DVec3::normalize) * AHEAD
 }
 
 impl Facts {
@@ -83,11 +67,7 @@ impl Facts {
     pub(super) fn shortest(&self, from: Option<usize>, to: Option<usize>) -> Vec<Option<usize>> {
         let slot = |r: Option<usize>| r.map_or(0, |r| r + 1);
         let mut next = vec![Vec::new(); self.rooms.len() + 1];
-        let doors = self
-            .openings
-            .iter()
-            .filter(|o| o.fill != Fill::Glass)
-            .map(|o| o.rooms);
+        let doors = self.openings.iter().filter(|o| o.fill != Fill::Glass).map(|o| o.rooms);
         for [a, b] in doors.chain(self.stairs.iter().map(|s| s.rooms.map(Some))) {
             next[slot(a)].push(b);
             next[slot(b)].push(a);
@@ -132,11 +112,7 @@ impl Facts {
         let mut way = Vec::new();
         for (i, pair) in rooms.windows(2).enumerate() {
             let [a, b] = [pair[0], pair[1]];
-            if let Some(stair) = self
-                .stairs
-                .iter()
-                .find(|s| s.rooms.map(Some) == [a, b] || s.rooms.map(Some) == [b, a])
-            {
+            if let Some(stair) = self.stairs.iter().find(|s| s.rooms.map(Some) == [a, b] || s.rooms.map(Some) == [b, a]) {
                 let up = stair.rooms[0] == a.unwrap_or(usize::MAX);
                 way.extend(stair.way.iter().copied());
                 if !up {
@@ -144,16 +120,10 @@ impl Facts {
                     let start = way.len() - n;
                     way[start..].reverse();
                 }
-            } else if let Some(door) = self
-                .openings
-                .iter()
-                .find(|o| o.fill != Fill::Glass && (o.rooms == [a, b] || o.rooms == [b, a]))
+            } else if let Some(door) =
+                self.openings.iter().find(|o| o.fill != Fill::Glass && (o.rooms == [a, b] || o.rooms == [b, a]))
             {
-                let towards = if door.rooms[0] == b {
-                    door.normal
-                } else {
-                    -door.normal
-                };
+                let towards = if door.rooms[0] == b { door.normal } else { -door.normal };
                 let sill = door.centre - DVec3::Y * (door.size.y / 2.0);
                 let reach = towards * (STRAIGHT + door.size.z / 2.0);
                 if a.is_none() {

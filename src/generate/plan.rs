@@ -84,29 +84,17 @@ impl Wall {
     }
 
     fn thickness(&self, style: &Style) -> i32 {
-        if self.is_outer() {
-            style.outer
-        } else {
-            style.inner
-        }
+        if self.is_outer() { style.outer } else { style.inner }
     }
 
     fn point(&self, along: i32) -> (i32, i32) {
-        if self.along_x {
-            (along, self.line)
-        } else {
-            (self.line, along)
-        }
+        if self.along_x { (along, self.line) } else { (self.line, along) }
     }
 
     /// Metres: along the wall, up, and across it from its axis.
     fn place(&self, along: f64, y: f64, across: f64) -> DVec3 {
         let line = metres(self.line) + across;
-        if self.along_x {
-            DVec3::new(along, y, line)
-        } else {
-            DVec3::new(line, y, along)
-        }
+        if self.along_x { DVec3::new(along, y, line) } else { DVec3::new(line, y, along) }
     }
 }
 
@@ -127,14 +115,8 @@ impl Plan {
         let mut lines: BTreeMap<(bool, i32), Vec<(usize, [i32; 2], usize)>> = BTreeMap::new();
         for (i, room) in rooms.iter().enumerate() {
             for side in 0..2 {
-                lines
-                    .entry((true, room.z[1 - side]))
-                    .or_default()
-                    .push((side, room.x, i));
-                lines
-                    .entry((false, room.x[1 - side]))
-                    .or_default()
-                    .push((side, room.z, i));
+                lines.entry((true, room.z[1 - side])).or_default().push((side, room.x, i));
+                lines.entry((false, room.x[1 - side])).or_default().push((side, room.z, i));
             }
         }
         let mut walls = Vec::new();
@@ -152,13 +134,7 @@ impl Plan {
             }
             for (span, sides) in cuts.windows(2).zip(pieces) {
                 if sides != [None; 2] {
-                    walls.push(Wall {
-                        along_x,
-                        line,
-                        span: [span[0], span[1]],
-                        sides,
-                        holes: Vec::new(),
-                    });
+                    walls.push(Wall { along_x, line, span: [span[0], span[1]], sides, holes: Vec::new() });
                 }
             }
         }
@@ -168,22 +144,13 @@ impl Plan {
                 around[room].push(w);
             }
         }
-        Self {
-            style,
-            rooms,
-            walls,
-            around,
-        }
+        Self { style, rooms, walls, around }
     }
 
     /// The walls between a room and another, or outside.
     pub(super) fn between(&self, a: usize, b: Option<usize>) -> Vec<usize> {
         let a_b = [[Some(a), b], [b, Some(a)]];
-        self.around[a]
-            .iter()
-            .copied()
-            .filter(|&w| a_b.contains(&self.walls[w].sides))
-            .collect()
+        self.around[a].iter().copied().filter(|&w| a_b.contains(&self.walls[w].sides)).collect()
     }
 
     /// The walls around a room, ascending.
@@ -212,10 +179,7 @@ impl Plan {
             }
         }
         let r = &self.rooms[room];
-        [
-            [r.x[0] + off[0][0], r.x[1] - off[0][1]],
-            [r.z[0] + off[1][0], r.z[1] - off[1][1]],
-        ]
+        [[r.x[0] + off[0][0], r.x[1] - off[0][1]], [r.z[0] + off[1][0], r.z[1] - off[1][1]]]
     }
 
     /// How far each wall reaches along its axis once junctions are closed: see the module's text.
@@ -225,9 +189,8 @@ impl Plan {
         for wall in &self.walls {
             let t = wall.thickness(&self.style);
             for end in wall.span {
-                let (count, least, most) = &mut junctions
-                    .entry(wall.point(end))
-                    .or_insert([(0, i32::MAX, 0); 2])[usize::from(wall.along_x)];
+                let (count, least, most) =
+                    &mut junctions.entry(wall.point(end)).or_insert([(0, i32::MAX, 0); 2])[usize::from(wall.along_x)];
                 (*count, *least, *most) = (*count + 1, t.min(*least), t.max(*most));
             }
         }
@@ -242,10 +205,7 @@ impl Plan {
                         (false, _) => -x_walls.1 / 2,
                     }
                 };
-                [
-                    wall.span[0] - off(wall.span[0]),
-                    wall.span[1] + off(wall.span[1]),
-                ]
+                [wall.span[0] - off(wall.span[0]), wall.span[1] + off(wall.span[1])]
             })
             .collect()
     }
@@ -269,9 +229,7 @@ impl Plan {
                         name: self.rooms[i].name.clone(),
                         storey,
                         height: [metres(floor), metres(floor + style.clear)],
-                        footprint: [(0, 0), (1, 0), (1, 1), (0, 1)]
-                            .map(|(a, b)| DVec2::new(x[a], z[b]))
-                            .to_vec(),
+                        footprint: [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(a, b)| DVec2::new(x[a], z[b])).to_vec(),
                     });
                     facts.rooms.len() - 1
                 })
@@ -284,11 +242,7 @@ impl Plan {
                     fill: hole.fill,
                     storey,
                     centre: wall.place(metres(hole.at), y, 0.0),
-                    size: DVec3::new(
-                        metres(hole.width),
-                        metres(hole.head - hole.sill),
-                        metres(wall.thickness(style)),
-                    ),
+                    size: DVec3::new(metres(hole.width), metres(hole.head - hole.sill), metres(wall.thickness(style))),
                     normal: if wall.along_x { DVec3::Z } else { DVec3::X },
                     rooms: [wall.sides[1].map(|r| ids[r]), wall.sides[0].map(|r| ids[r])],
                 });
@@ -315,100 +269,47 @@ impl Plan {
             let half = metres(wall.thickness(style)) / 2.0;
             let hole_box = |h: &Hole| {
                 let [a, b] = [h.at - h.width / 2, h.at + h.width / 2].map(metres);
-                Aabb {
-                    min: wall.place(a, metres(floor + h.sill), -half),
-                    max: wall.place(b, metres(floor + h.head), half),
-                }
+                Aabb { min: wall.place(a, metres(floor + h.sill), -half), max: wall.place(b, metres(floor + h.head), half) }
             };
             let holes: Vec<Aabb> = wall.holes.iter().map(hole_box).collect();
-            let (min, max) = (
-                wall.place(metres(from), y0, -half),
-                wall.place(metres(to), y1, half),
-            );
+            let (min, max) = (wall.place(metres(from), y0, -half), wall.place(metres(to), y1, half));
             let solid = perforated(min, max, if wall.along_x { 2 } else { 0 }, &holes);
-            model.add(
-                format!("wall {storey}.{w}"),
-                Role::Structure,
-                Material::Plaster,
-                solid,
-            );
+            model.add(format!("wall {storey}.{w}"), Role::Structure, Material::Plaster, solid);
             for (h, (hole, bounds)) in wall.holes.iter().zip(&holes).enumerate() {
                 match hole.fill {
-                    Fill::Glass => pane(
-                        model,
-                        &format!("window {storey}.{w}.{h}"),
-                        wall.along_x,
-                        bounds,
-                    ),
-                    Fill::Door => leaf(
-                        model,
-                        &format!("door {storey}.{w}.{h}"),
-                        wall.along_x,
-                        bounds,
-                        hole.into,
-                        closed(),
-                    ),
+                    Fill::Glass => pane(model, &format!("window {storey}.{w}.{h}"), wall.along_x, bounds),
+                    Fill::Door => leaf(model, &format!("door {storey}.{w}.{h}"), wall.along_x, bounds, hole.into, closed()),
                     Fill::Nothing => {}
                 }
             }
         }
         for room in 0..self.rooms.len() {
-            let slab = |top: i32, voids: &[Aabb]| {
-                self.slab(room, &extents, [top - style.slab, top].map(metres), voids)
-            };
+            let slab = |top: i32, voids: &[Aabb]| self.slab(room, &extents, [top - style.slab, top].map(metres), voids);
             let solid = slab(floor, &voids[room]);
             if !solid.triangles.is_empty() {
-                model.add(
-                    format!("floor {storey}.{room}"),
-                    Role::Structure,
-                    Material::Concrete,
-                    solid,
-                );
+                model.add(format!("floor {storey}.{room}"), Role::Structure, Material::Concrete, solid);
             }
             if roofed[room] {
                 let solid = slab(floor + style.storey(), &[]);
-                model.add(
-                    format!("roof {storey}.{room}"),
-                    Role::Structure,
-                    Material::Concrete,
-                    solid,
-                );
+                model.add(format!("roof {storey}.{room}"), Role::Structure, Material::Concrete, solid);
             }
         }
     }
 
     /// A room's slab between its axes, and the strips under its outer walls' outer halves.
-    fn slab(
-        &self,
-        room: usize,
-        extents: &[[i32; 2]],
-        [bottom, top]: [f64; 2],
-        voids: &[Aabb],
-    ) -> Solid {
+    fn slab(&self, room: usize, extents: &[[i32; 2]], [bottom, top]: [f64; 2], voids: &[Aabb]) -> Solid {
         let PlanRoom { x, z, .. } = &self.rooms[room];
         let ([x0, x1], [z0, z1]) = (x.map(metres), z.map(metres));
-        let mut parts = vec![perforated(
-            DVec3::new(x0, bottom, z0),
-            DVec3::new(x1, top, z1),
-            1,
-            voids,
-        )];
+        let mut parts = vec![perforated(DVec3::new(x0, bottom, z0), DVec3::new(x1, top, z1), 1, voids)];
         let half = metres(self.style.outer) / 2.0;
         for &w in &self.around[room] {
             let wall = &self.walls[w];
             if let Some(outside) = wall.sides.iter().position(Option::is_none) {
                 // Along x the strip takes the corners, as the wall does; along z it runs from axis to axis.
                 let ends = if wall.along_x { extents[w] } else { wall.span };
-                let across = if outside == 0 {
-                    [-half, 0.0]
-                } else {
-                    [0.0, half]
-                };
+                let across = if outside == 0 { [-half, 0.0] } else { [0.0, half] };
                 let [a, b] = ends.map(metres);
-                parts.push(cuboid(
-                    wall.place(a, bottom, across[0]),
-                    wall.place(b, top, across[1]),
-                ));
+                parts.push(cuboid(wall.place(a, bottom, across[0]), wall.place(b, top, across[1])));
             }
         }
         Solid::of(&parts)
@@ -419,25 +320,13 @@ impl Plan {
 pub(super) fn pane(model: &mut Model, name: &str, along_x: bool, hole: &Aabb) {
     let size = hole.size();
     let half = DVec3::new(if along_x { size.x } else { size.z }, size.y, PANE) / 2.0;
-    let placement = Placement {
-        at: hole.centre(),
-        turns: if along_x { 0.0 } else { 0.75 },
-    };
+    let placement = Placement { at: hole.centre(), turns: if along_x { 0.0 } else { 0.75 } };
     let key = format!("pane {:.3} {:.3}", half.x, half.y);
-    model.place(name, Role::Window, placement, &key, Material::Glass, || {
-        cuboid(-half, half)
-    });
+    model.place(name, Role::Window, placement, &key, Material::Glass, || cuboid(-half, half));
 }
 
 /// A leaf hinged at the lesser end of its hole, shut or standing open at a right angle; `into` as in [`Hole::into`].
-pub(super) fn leaf(
-    model: &mut Model,
-    name: &str,
-    along_x: bool,
-    hole: &Aabb,
-    into: usize,
-    closed: bool,
-) {
+pub(super) fn leaf(model: &mut Model, name: &str, along_x: bool, hole: &Aabb, into: usize, closed: bool) {
     let size = hole.size();
     let (width, height) = (if along_x { size.x } else { size.z } - 0.02, size.y - 0.01);
     // +x, -z, -x, +z are 0 to 3 quarter turns.
@@ -456,16 +345,8 @@ pub(super) fn leaf(
         (false, 0) => hole.min[across],
         (false, _) => hole.max[across],
     };
-    let placement = Placement {
-        at,
-        turns: f64::from(quarter) / 4.0,
-    };
+    let placement = Placement { at, turns: f64::from(quarter) / 4.0 };
     let key = format!("leaf {width:.3} {height:.3}");
-    let (min, max) = (
-        DVec3::new(0.0, 0.0, -LEAF / 2.0),
-        DVec3::new(width, height, LEAF / 2.0),
-    );
-    model.place(name, Role::Door, placement, &key, Material::Leaf, || {
-        cuboid(min, max)
-    });
+    let (min, max) = (DVec3::new(0.0, 0.0, -LEAF / 2.0), DVec3::new(width, height, LEAF / 2.0));
+    model.place(name, Role::Door, placement, &key, Material::Leaf, || cuboid(min, max));
 }

@@ -80,14 +80,7 @@ mod tests {
     fn splitmix_gives_the_published_first_numbers_of_seed_1234567() {
         let mut state = 1_234_567;
         let first: Vec<u64> = (0..3).map(|_| splitmix(&mut state)).collect();
-        assert_eq!(
-            first,
-            [
-                6_457_827_717_110_365_317,
-                3_203_168_211_198_807_973,
-                9_817_491_932_198_370_423
-            ]
-        );
+        assert_eq!(first, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]);
     }
 
     #[test]

@@ -30,8 +30,7 @@ impl Solid {
     pub(super) fn append(&mut self, other: &Self) {
         let base = self.positions.len() as u32;
         self.positions.extend(&other.positions);
-        self.triangles
-            .extend(other.triangles.iter().map(|t| t.map(|i| i + base)));
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + base)));
     }
 
     /// Several solids as one mesh.
@@ -54,11 +53,7 @@ impl Solid {
     #[cfg(test)]
     pub(super) fn volume(&self) -> f64 {
         let corner = |i: u32| self.positions[i as usize];
-        self.triangles
-            .iter()
-            .map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))))
-            .sum::<f64>()
-            / 6.0
+        self.triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c)))).sum::<f64>() / 6.0
     }
 }
 
@@ -95,11 +90,8 @@ pub(super) fn cuboid(min: DVec3, max: DVec3) -> Solid {
 pub(super) fn perforated(min: DVec3, max: DVec3, axis: usize, holes: &[Aabb]) -> Solid {
     let (ua, va) = ((axis + 1) % 3, (axis + 2) % 3);
     let cuts = |a: usize| {
-        let mut cuts: Vec<f64> = holes
-            .iter()
-            .flat_map(|h| [h.min[a], h.max[a]])
-            .filter(|c| (min[a]..max[a]).contains(c))
-            .collect();
+        let mut cuts: Vec<f64> =
+            holes.iter().flat_map(|h| [h.min[a], h.max[a]]).filter(|c| (min[a]..max[a]).contains(c)).collect();
         cuts.extend([min[a], max[a]]);
         cuts.sort_by(f64::total_cmp);
         cuts.dedup();
@@ -111,9 +103,7 @@ pub(super) fn perforated(min: DVec3, max: DVec3, axis: usize, holes: &[Aabb]) ->
         // Wraps past the lower rim to a number past the upper one.
         i < nu && j < nv && {
             let (u, v) = ((us[i] + us[i + 1]) / 2.0, (vs[j] + vs[j + 1]) / 2.0);
-            !holes
-                .iter()
-                .any(|h| h.min[ua] < u && u < h.max[ua] && h.min[va] < v && v < h.max[va])
+            !holes.iter().any(|h| h.min[ua] < u && u < h.max[ua] && h.min[va] < v && v < h.max[va])
         }
     };
     let mut solid = Solid::default();
@@ -155,9 +145,7 @@ pub(super) fn perforated(min: DVec3, max: DVec3, axis: usize, holes: &[Aabb]) ->
 /// right angles) span at `origin`, either way round, and has no three corners in a row on one line.
 pub(super) fn extrude(outline: &[DVec2], origin: DVec3, u: DVec3, v: DVec3, depth: f64) -> Solid {
     let n = outline.len() as u32;
-    let twice: f64 = (0..outline.len())
-        .map(|i| outline[i].perp_dot(outline[(i + 1) % outline.len()]))
-        .sum();
+    let twice: f64 = (0..outline.len()).map(|i| outline[i].perp_dot(outline[(i + 1) % outline.len()])).sum();
     let turned: Vec<DVec2>;
     let outline = if twice < 0.0 {
         turned = outline.iter().rev().copied().collect();
@@ -195,8 +183,7 @@ fn ears(outline: &[DVec2]) -> Vec<[u32; 3]> {
             let (a, b, c) = (left[(i + n - 1) % n], left[i], left[(i + 1) % n]);
             turn(a, b, c) > 0.0
                 && left.iter().all(|&p| {
-                    [a, b, c].contains(&p)
-                        || !(turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0)
+                    [a, b, c].contains(&p) || !(turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0)
                 })
         });
         let i = ear.expect("a simple polygon has an ear");
@@ -224,8 +211,7 @@ pub(super) fn loft(rings: &[Vec<DVec3>]) -> Solid {
     let joined = rings.first().is_some_and(|r| r.len() > 1);
     for i in 0..rings.len() - usize::from(!joined) {
         let j = (i + 1) % rings.len();
-        let at =
-            |ring: usize, k: u32| starts[ring] + if rings[ring].len() == 1 { 0 } else { k % n };
+        let at = |ring: usize, k: u32| starts[ring] + if rings[ring].len() == 1 { 0 } else { k % n };
         for k in 0..n {
             let quad = [at(i, k), at(j, k), at(j, k + 1), at(i, k + 1)];
             if quad[1] == quad[2] {
@@ -274,11 +260,7 @@ pub(super) mod tests {
             }
         }
         for (&(a, b), &count) in &edges {
-            assert_eq!(
-                (count, edges.get(&(b, a))),
-                (1, Some(&1)),
-                "{what}: edge {a} {b}"
-            );
+            assert_eq!((count, edges.get(&(b, a))), (1, Some(&1)), "{what}: edge {a} {b}");
         }
         assert!(solid.volume() > 0.0, "{what}: wound inwards");
     }
@@ -289,15 +271,9 @@ pub(super) mod tests {
             let t = f64::from(k) * 0.037;
             let (c, s) = turn(t);
             let a = t * std::f64::consts::TAU;
-            assert!(
-                (c - a.cos()).abs() < 1e-14 && (s - a.sin()).abs() < 1e-14,
-                "{t}"
-            );
+            assert!((c - a.cos()).abs() < 1e-14 && (s - a.sin()).abs() < 1e-14, "{t}");
         }
-        assert_eq!(
-            [turn(0.0), turn(0.25), turn(0.5), turn(0.75)],
-            [(1., 0.), (-0., 1.), (-1., -0.), (0., -1.)]
-        );
+        assert_eq!([turn(0.0), turn(0.25), turn(0.5), turn(0.75)], [(1., 0.), (-0., 1.), (-1., -0.), (0., -1.)]);
     }
 
     #[test]
@@ -306,20 +282,10 @@ pub(super) mod tests {
             let size = DVec3::new(5.0, 4.0, 3.0);
             let hole = |a: f64, b: f64, c: f64, d: f64| {
                 let (mut min, mut max) = (DVec3::ZERO, DVec3::ZERO);
-                (
-                    min[(axis + 1) % 3],
-                    max[(axis + 1) % 3],
-                    min[(axis + 2) % 3],
-                    max[(axis + 2) % 3],
-                ) = (a, b, c, d);
+                (min[(axis + 1) % 3], max[(axis + 1) % 3], min[(axis + 2) % 3], max[(axis + 2) % 3]) = (a, b, c, d);
                 Aabb { min, max }
             };
-            let solid = perforated(
-                DVec3::ZERO,
-                size,
-                axis,
-                &[hole(0.0, 2.0, 0.5, 1.0), hole(1.0, 1.5, 1.5, 2.5)],
-            );
+            let solid = perforated(DVec3::ZERO, size, axis, &[hole(0.0, 2.0, 0.5, 1.0), hole(1.0, 1.5, 1.5, 2.5)]);
             assert_closed(&solid, "wall");
             assert!((solid.volume() - (60.0 - 1.5 * size[axis])).abs() < 1e-12);
         }
@@ -327,8 +293,7 @@ pub(super) mod tests {
 
     #[test]
     fn extrusions_and_revolutions_are_closed_and_of_the_right_volume() {
-        let l = [(0., 0.), (2., 0.), (2., 1.), (1., 1.), (1., 3.), (0., 3.)]
-            .map(|(x, y)| DVec2::new(x, y));
+        let l = [(0., 0.), (2., 0.), (2., 1.), (1., 1.), (1., 3.), (0., 3.)].map(|(x, y)| DVec2::new(x, y));
         let solid = extrude(&l, DVec3::ONE, DVec3::X, DVec3::Y, 0.5);
         assert_closed(&solid, "L");
         assert!((solid.volume() - 2.0).abs() < 1e-12);

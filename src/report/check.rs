@@ -62,11 +62,7 @@ pub struct CheckOptions {
 
 impl Default for CheckOptions {
     fn default() -> Self {
-        Self {
-            rays: 1_000_000,
-            views: 100,
-            seed: 0,
-        }
+        Self { rays: 1_000_000, views: 100, seed: 0 }
     }
 }
 
@@ -162,11 +158,7 @@ pub struct CheckReport {
 }
 
 /// Tests a file against its model.
-pub fn check(
-    file: &PvsFile,
-    scene: &Scene,
-    options: &CheckOptions,
-) -> Result<CheckReport, CheckError> {
+pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<CheckReport, CheckError> {
     let start = Instant::now();
     // 1. The right model, and tables that fit each other.
     consistent(file, scene)?;
@@ -177,13 +169,8 @@ pub fn check(
     let tolerance = file.smallest_hole.max(rounding);
     let tracer = Tracer::new(scene, file.smallest_hole / 2.0, rounding);
     let cells = Cells::new(file, scene.bounds(), tolerance, rounding);
-    let test = Test {
-        file,
-        scene,
-        tracer: &tracer,
-        cells: &cells,
-        sampler: Sampler::new(scene, &tracer, &cells, tolerance),
-    };
+    let test =
+        Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
     // 3. Rays, in chunks with a random stream each.
     let chunks = options.rays.div_ceil(CHUNK);
     let mut tally = (0..chunks)
@@ -226,10 +213,7 @@ pub fn check(
         views: fractions.len() as u32,
         false_pixels: Fractions {
             mean: fractions.iter().sum::<f64>() / fractions.len().max(1) as f64,
-            p95: fractions
-                .get((fractions.len() * 95).div_ceil(100).saturating_sub(1))
-                .copied()
-                .unwrap_or_default(),
+            p95: fractions.get((fractions.len() * 95).div_ceil(100).saturating_sub(1)).copied().unwrap_or_default(),
             max: fractions.last().copied().unwrap_or_default(),
         },
         empty_cells: cells.empty_cells(),
@@ -242,35 +226,20 @@ pub fn check(
 fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
     let model = scene.hash();
     if model != file.model_hash {
-        return Err(CheckError::OtherModel {
-            model,
-            file: file.model_hash,
-        });
+        return Err(CheckError::OtherModel { model, file: file.model_hash });
     }
     let bad = |what: String| Err(CheckError::Inconsistent(what));
     if file.objects.len() != scene.objects.len() {
-        return bad(format!(
-            "{} objects in the file, {} in the model",
-            file.objects.len(),
-            scene.objects.len()
-        ));
+        return bad(format!("{} objects in the file, {} in the model", file.objects.len(), scene.objects.len()));
     }
     let cells = file.cells.len();
-    let shape = |rows: &Option<BitMatrix>, columns: usize| {
-        rows.as_ref()
-            .is_none_or(|r| r.rows() == cells && r.columns() == columns)
-    };
+    let shape =
+        |rows: &Option<BitMatrix>, columns: usize| rows.as_ref().is_none_or(|r| r.rows() == cells && r.columns() == columns);
     if !shape(&file.cell_rows, cells) || !shape(&file.object_rows, scene.objects.len()) {
         return bad("the rows have the wrong shape".into());
     }
-    match file
-        .portals
-        .iter()
-        .position(|p| p.winding.len() < 3 || p.cells.iter().any(|c| c.index() >= cells))
-    {
-        Some(portal) => bad(format!(
-            "portal {portal} joins cells that don't exist, or has fewer than three corners"
-        )),
+    match file.portals.iter().position(|p| p.winding.len() < 3 || p.cells.iter().any(|c| c.index() >= cells)) {
+        Some(portal) => bad(format!("portal {portal} joins cells that don't exist, or has fewer than three corners")),
         None => Ok(()),
     }
 }
@@ -313,11 +282,7 @@ impl Tally {
 
     /// Keeps the first few of each kind.
     fn example(&mut self, example: Example) {
-        let alike = self
-            .examples
-            .iter()
-            .filter(|e| e.violation == example.violation)
-            .count();
+        let alike = self.examples.iter().filter(|e| e.violation == example.violation).count();
         if self.examples.len() < EXAMPLES && alike < EXAMPLES / 2 {
             self.examples.push(example);
         }
@@ -334,17 +299,11 @@ struct Test<'t> {
 
 impl Test<'_> {
     fn sees_object(&self, cell: CellId, object: ObjectId) -> bool {
-        self.file
-            .object_rows
-            .as_ref()
-            .is_none_or(|rows| rows.get(cell.index(), object.index()))
+        self.file.object_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), object.index()))
     }
 
     fn sees_cell(&self, cell: CellId, other: CellId) -> bool {
-        self.file
-            .cell_rows
-            .as_ref()
-            .is_none_or(|rows| rows.get(cell.index(), other.index()))
+        self.file.cell_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), other.index()))
     }
 
     fn example(
@@ -356,33 +315,17 @@ impl Test<'_> {
         object: Option<ObjectId>,
     ) -> Example {
         let origin = self.scene.origin;
-        Example {
-            violation,
-            from: from + origin,
-            at: at + origin,
-            cells,
-            object,
-        }
+        Example { violation, from: from + origin, at: at + origin, cells, object }
     }
 
     /// Casts a ray from a point in a cell. True where it meets an object which isn't in the row.
-    fn ray(
-        &self,
-        cell: CellId,
-        eye: DVec3,
-        direction: DVec3,
-        follow: bool,
-        tally: &mut Tally,
-    ) -> bool {
+    fn ray(&self, cell: CellId, eye: DVec3, direction: DVec3, follow: bool, tally: &mut Tally) -> bool {
         let end = self.cells.exit(eye, direction);
         let hit = self.tracer.first_opaque(eye, direction, end);
         let length = hit.map_or(end, |h| h.0);
         let mut met = self.tracer.see_through(eye, direction, length);
         met.extend(hit);
-        let mut missed = met
-            .into_iter()
-            .filter(|&(_, object)| !self.sees_object(cell, object))
-            .peekable();
+        let mut missed = met.into_iter().filter(|&(_, object)| !self.sees_object(cell, object)).peekable();
         let is_missed = missed.peek().is_some();
         let (mut counted, mut crack) = (false, false);
         for (t, object) in missed {
@@ -390,13 +333,7 @@ impl Test<'_> {
             if self.tracer.is_clear(eye, at, Some(object)) {
                 counted = true;
                 tally.pairs.push((cell, object));
-                tally.example(self.example(
-                    Violation::Object,
-                    eye,
-                    at,
-                    [Some(cell), self.cells.locate(at)],
-                    Some(object),
-                ));
+                tally.example(self.example(Violation::Object, eye, at, [Some(cell), self.cells.locate(at)], Some(object)));
             } else {
                 crack = true;
             }
@@ -410,15 +347,7 @@ impl Test<'_> {
     }
 
     /// Follows an unobstructed segment through cells and portals.
-    fn segment(
-        &self,
-        cell: CellId,
-        eye: DVec3,
-        direction: DVec3,
-        length: f64,
-        object: Option<ObjectId>,
-        tally: &mut Tally,
-    ) {
+    fn segment(&self, cell: CellId, eye: DVec3, direction: DVec3, length: f64, object: Option<ObjectId>, tally: &mut Tally) {
         tally.segments += 1;
         let Walk { reached, stuck } = self.cells.walk(cell, eye, direction, length);
         if let Some((t, from, to)) = stuck {
@@ -427,31 +356,16 @@ impl Test<'_> {
             let target = if beyond == length { object } else { None };
             if self.tracer.is_clear(eye, eye + direction * beyond, target) {
                 tally.missed_segments += 1;
-                tally.example(self.example(
-                    Violation::Segment,
-                    eye,
-                    eye + direction * t,
-                    [Some(from), to],
-                    object,
-                ));
+                tally.example(self.example(Violation::Segment, eye, eye + direction * t, [Some(from), to], object));
             } else {
                 tally.crack_rays += 1;
             }
         }
         for (other, t) in reached {
             let at = eye + direction * t;
-            if !self.sees_cell(cell, other)
-                && self.cells.is_inside(other, at)
-                && self.tracer.is_clear(eye, at, None)
-            {
+            if !self.sees_cell(cell, other) && self.cells.is_inside(other, at) && self.tracer.is_clear(eye, at, None) {
                 tally.cell_pairs.push((cell, other));
-                tally.example(self.example(
-                    Violation::Cell,
-                    eye,
-                    at,
-                    [Some(cell), Some(other)],
-                    None,
-                ));
+                tally.example(self.example(Violation::Cell, eye, at, [Some(cell), Some(other)], None));
             }
         }
     }
@@ -471,10 +385,7 @@ impl Test<'_> {
         let (mut tally, mut wrong) = (Tally::default(), 0);
         for y in 0..VIEW[1] {
             for x in 0..VIEW[0] {
-                let (u, v) = (
-                    (f64::from(x) + 0.5) / columns * 2.0 - 1.0,
-                    (f64::from(y) + 0.5) / rows * 2.0 - 1.0,
-                );
+                let (u, v) = ((f64::from(x) + 0.5) / columns * 2.0 - 1.0, (f64::from(y) + 0.5) / rows * 2.0 - 1.0);
                 let direction = (forward + right * (u * wide) + up * (v * tall)).normalize();
                 wrong += u32::from(self.ray(cell, eye, direction, false, &mut tally));
             }

@@ -60,18 +60,11 @@ impl Cells {
     /// boundary are not taken as safely inside; metres.
     pub(super) fn new(file: &PvsFile, bounds: Aabb, tolerance: f64, rounding: f64) -> Self {
         let region = bounds.inflated(2.0 + bounds.diagonal() * 0.1);
-        let plane = |p: &Vec4| Plane {
-            n: p.truncate().as_dvec3(),
-            d: f64::from(p.w),
-        };
+        let plane = |p: &Vec4| Plane { n: p.truncate().as_dvec3(), d: f64::from(p.w) };
         let mut pieces = Vec::new();
         for (c, cell) in file.cells.iter().enumerate() {
             for planes in &cell.pieces {
-                pieces.extend(Piece::new(
-                    CellId(c as u32),
-                    planes.iter().map(plane).collect(),
-                    &region,
-                ));
+                pieces.extend(Piece::new(CellId(c as u32), planes.iter().map(plane).collect(), &region));
             }
         }
         let mut by_cell = vec![Vec::new(); file.cells.len()];
@@ -89,28 +82,14 @@ impl Cells {
                 of_cell[cell.index()].push(i);
             }
             let winding = portal.winding.iter().map(|p| p.as_dvec3()).collect();
-            portals.push(Portal {
-                plane: plane(&portal.plane),
-                winding,
-            });
+            portals.push(Portal { plane: plane(&portal.plane), winding });
         }
         let tree = Tree::new(pieces.iter().map(|p| p.bounds), tolerance + rounding);
         let open = (0..file.cells.len())
             .filter(|&c| file.cells[c].open && !by_cell[c].is_empty())
             .map(|c| CellId(c as u32))
             .collect();
-        Self {
-            pieces,
-            tree,
-            by_cell,
-            portals,
-            between,
-            of_cell,
-            region,
-            tolerance,
-            rounding,
-            open,
-        }
+        Self { pieces, tree, by_cell, portals, between, of_cell, region, tolerance, rounding, open }
     }
 
     pub(super) fn tolerance(&self) -> f64 {
@@ -161,9 +140,7 @@ impl Cells {
 
     /// True where a point is safely inside a cell: by more than the tolerance.
     pub(super) fn is_inside(&self, cell: CellId, p: DVec3) -> bool {
-        self.by_cell[cell.index()]
-            .iter()
-            .any(|&(i, _)| self.pieces[i].holds(p, -self.tolerance))
+        self.by_cell[cell.index()].iter().any(|&(i, _)| self.pieces[i].holds(p, -self.tolerance))
     }
 
     /// A point in a cell, uniform over its volume, safely inside; `None` where a few tries find none.
@@ -172,8 +149,7 @@ impl Cells {
         let total = pieces.last()?.1;
         (0..8).find_map(|_| {
             let at = rng.range(0.0, total);
-            let piece =
-                &self.pieces[pieces[pieces.partition_point(|p| p.1 <= at).min(pieces.len() - 1)].0];
+            let piece = &self.pieces[pieces[pieces.partition_point(|p| p.1 <= at).min(pieces.len() - 1)].0];
             Some(piece.point(rng)).filter(|&p| piece.holds(p, -self.rounding))
         })
     }
@@ -183,9 +159,8 @@ impl Cells {
     pub(super) fn walk(&self, cell: CellId, origin: DVec3, direction: DVec3, length: f64) -> Walk {
         let stretches = self.stretches(origin, direction, length);
         let mut seen = vec![false; stretches.len()];
-        let mut queue: Vec<usize> = (0..stretches.len())
-            .filter(|&i| stretches[i].cell == cell && stretches[i].from <= 0.0)
-            .collect();
+        let mut queue: Vec<usize> =
+            (0..stretches.len()).filter(|&i| stretches[i].cell == cell && stretches[i].from <= 0.0).collect();
         for &i in &queue {
             seen[i] = true;
         }
@@ -199,26 +174,14 @@ impl Cells {
                 }
             }
         }
-        let reached: Vec<(CellId, f64)> = queue
-            .iter()
-            .map(|&i| {
-                (
-                    stretches[i].cell,
-                    (stretches[i].from + stretches[i].to) / 2.0,
-                )
-            })
-            .collect();
-        let last = queue
-            .iter()
-            .max_by(|&&a, &&b| stretches[a].to.total_cmp(&stretches[b].to));
+        let reached: Vec<(CellId, f64)> =
+            queue.iter().map(|&i| (stretches[i].cell, (stretches[i].from + stretches[i].to) / 2.0)).collect();
+        let last = queue.iter().max_by(|&&a, &&b| stretches[a].to.total_cmp(&stretches[b].to));
         let stuck = match last {
             Some(&i) if stretches[i].to >= length - self.tolerance => None,
             _ => {
-                let (end, from) =
-                    last.map_or((0.0, cell), |&i| (stretches[i].to, stretches[i].cell));
-                let beyond = stretches
-                    .iter()
-                    .filter(|s| s.from <= end + self.tolerance && s.to > end);
+                let (end, from) = last.map_or((0.0, cell), |&i| (stretches[i].to, stretches[i].cell));
+                let beyond = stretches.iter().filter(|s| s.from <= end + self.tolerance && s.to > end);
                 let beyond = beyond.max_by(|a, b| a.to.total_cmp(&b.to));
                 Some((end, from, beyond.map(|s| s.cell)))
             }
@@ -233,11 +196,7 @@ impl Cells {
             tree.along(origin, direction, length, |i| {
                 let piece = &self.pieces[i];
                 if let Some((from, to)) = piece.cut(origin, direction, length, self.tolerance) {
-                    found.push(Stretch {
-                        cell: piece.cell,
-                        from,
-                        to,
-                    });
+                    found.push(Stretch { cell: piece.cell, from, to });
                 }
                 f64::INFINITY
             });
@@ -255,18 +214,12 @@ impl Cells {
 
     /// True where a portal between the cells of two overlapping stretches is crossed in their overlap.
     fn passes(&self, a: &Stretch, b: &Stretch, origin: DVec3, direction: DVec3) -> bool {
-        let (from, to) = (
-            a.from.max(b.from) - self.tolerance,
-            a.to.min(b.to) + self.tolerance,
-        );
+        let (from, to) = (a.from.max(b.from) - self.tolerance, a.to.min(b.to) + self.tolerance);
         if from > to + self.tolerance || a.cell == b.cell {
             return false;
         }
         let portals = self.between.get(&(a.cell.min(b.cell), a.cell.max(b.cell)));
-        portals
-            .into_iter()
-            .flatten()
-            .any(|&p| self.portals[p].crossed(origin, direction, from, to, self.tolerance))
+        portals.into_iter().flatten().any(|&p| self.portals[p].crossed(origin, direction, from, to, self.tolerance))
     }
 }
 
@@ -276,16 +229,7 @@ impl Piece {
         let own = planes.len();
         for axis in 0..3 {
             let n = DVec3::AXES[axis];
-            planes.extend([
-                Plane {
-                    n,
-                    d: region.max[axis],
-                },
-                Plane {
-                    n: -n,
-                    d: -region.min[axis],
-                },
-            ]);
+            planes.extend([Plane { n, d: region.max[axis] }, Plane { n: -n, d: -region.min[axis] }]);
         }
         // Each face is a square on its plane, larger than the region, clipped by all other planes.
         let size = region.diagonal();
@@ -295,9 +239,7 @@ impl Piece {
             .map(|(i, plane)| {
                 let middle = region.centre() - plane.n * plane.distance(region.centre());
                 let (u, v) = plane.n.any_orthonormal_pair();
-                let square = [u + v, v - u, -u - v, u - v]
-                    .map(|corner| middle + corner * size)
-                    .to_vec();
+                let square = [u + v, v - u, -u - v, u - v].map(|corner| middle + corner * size).to_vec();
                 let others = planes.iter().enumerate().filter(|&(j, _)| j != i);
                 others.fold(square, |face, (_, other)| clip(&face, other, size * 1e-9))
             })
@@ -320,12 +262,7 @@ impl Piece {
             }
         }
         planes.truncate(own);
-        (!tetrahedra.is_empty()).then_some(Self {
-            cell,
-            planes,
-            tetrahedra,
-            bounds,
-        })
+        (!tetrahedra.is_empty()).then_some(Self { cell, planes, tetrahedra, bounds })
     }
 
     fn volume(&self) -> f64 {
@@ -340,10 +277,7 @@ impl Piece {
     /// Uniform over its volume.
     fn point(&self, rng: &mut Prng) -> DVec3 {
         let at = rng.range(0.0, self.volume());
-        let i = self
-            .tetrahedra
-            .partition_point(|t| t.1 <= at)
-            .min(self.tetrahedra.len() - 1);
+        let i = self.tetrahedra.partition_point(|t| t.1 <= at).min(self.tetrahedra.len() - 1);
         let [a, b, c, d] = self.tetrahedra[i].0;
         // The gaps between three sorted numbers are uniform barycentric coordinates.
         let mut cuts = [rng.unit(), rng.unit(), rng.unit()];
@@ -376,26 +310,18 @@ impl Portal {
     fn crossed(&self, origin: DVec3, direction: DVec3, from: f64, to: f64, by: f64) -> bool {
         let (height, slope) = (self.plane.distance(origin), self.plane.n.dot(direction));
         // A line within its plane crosses it anywhere.
-        let t = if slope.abs() > 1e-12 {
-            -height / slope
-        } else {
-            (from + to) / 2.0
-        };
+        let t = if slope.abs() > 1e-12 { -height / slope } else { (from + to) / 2.0 };
         if !(from..=to).contains(&t) {
             return false;
         }
         let p = origin + direction * t;
         self.plane.distance(p).abs() <= by
-            && self
-                .winding
-                .iter()
-                .zip(self.winding.iter().cycle().skip(1))
-                .all(|(a, b)| {
-                    // Counter-clockwise seen from the tip of the normal: the inside is to the left.
-                    match (*b - *a).try_normalize() {
-                        Some(along) => self.plane.n.cross(along).dot(p - *a) >= -by,
-                        None => true,
-                    }
-                })
+            && self.winding.iter().zip(self.winding.iter().cycle().skip(1)).all(|(a, b)| {
+                // Counter-clockwise seen from the tip of the normal: the inside is to the left.
+                match (*b - *a).try_normalize() {
+                    Some(along) => self.plane.n.cross(along).dot(p - *a) >= -by,
+                    None => true,
+                }
+            })
     }
 }

@@ -16,11 +16,7 @@ const ROOM: f64 = 0.15;
 /// Uniform over the sphere (rejection from the cube: basic operations only).
 pub(super) fn direction(rng: &mut Prng) -> DVec3 {
     loop {
-        let p = DVec3::new(
-            rng.range(-1.0, 1.0),
-            rng.range(-1.0, 1.0),
-            rng.range(-1.0, 1.0),
-        );
+        let p = DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
         let length = p.length();
         if (1e-3..=1.0).contains(&length) {
             return p / length;
@@ -36,18 +32,8 @@ pub(super) struct Sampler<'t> {
 }
 
 impl<'t> Sampler<'t> {
-    pub(super) fn new(
-        scene: &'t Scene,
-        tracer: &'t Tracer,
-        cells: &'t Cells,
-        tolerance: f64,
-    ) -> Self {
-        Self {
-            scene,
-            tracer,
-            cells,
-            tolerance,
-        }
+    pub(super) fn new(scene: &'t Scene, tracer: &'t Tracer, cells: &'t Cells, tolerance: f64) -> Self {
+        Self { scene, tracer, cells, tolerance }
     }
 
     /// A cell, an eye in it, a direction. `None` where a few tries find no point safely inside a cell.
@@ -80,16 +66,10 @@ impl<'t> Sampler<'t> {
             let Some((cell, p)) = self.anywhere(rng) else {
                 continue;
             };
-            let down = self
-                .tracer
-                .first_opaque(p, DVec3::NEG_Y, self.cells.exit(p, DVec3::NEG_Y));
+            let down = self.tracer.first_opaque(p, DVec3::NEG_Y, self.cells.exit(p, DVec3::NEG_Y));
             let eye = down.map_or(p, |(t, _)| p + DVec3::Y * (EYE - t));
             let sides = DVec3::AXES.into_iter().flat_map(|a| [a, -a]);
-            let roomy = || {
-                sides
-                    .into_iter()
-                    .all(|d| self.tracer.first_opaque(eye, d, ROOM).is_none())
-            };
+            let roomy = || sides.into_iter().all(|d| self.tracer.first_opaque(eye, d, ROOM).is_none());
             if self.cells.locate(eye) == Some(cell) && roomy() {
                 return Some((cell, eye));
             }
@@ -146,9 +126,7 @@ impl<'t> Sampler<'t> {
     fn object_point(&self, rng: &mut Prng) -> DVec3 {
         let object = &self.scene.objects[rng.below(self.scene.objects.len())];
         let count = object.triangles.len();
-        let corners = self
-            .scene
-            .corners(object.triangles.start as usize + rng.below(count));
+        let corners = self.scene.corners(object.triangles.start as usize + rng.below(count));
         polygon_point(&corners, rng)
     }
 }

@@ -20,32 +20,16 @@ pub(super) struct Tree(Bvh2);
 impl Tree {
     /// `None` for no boxes.
     pub(super) fn new(boxes: impl Iterator<Item = crate::geom::Aabb>, pad: f64) -> Option<Self> {
-        let boxes: Vec<Aabb> = boxes
-            .map(|b| Aabb::new((b.min - pad).as_vec3a(), (b.max + pad).as_vec3a()))
-            .collect();
-        (!boxes.is_empty()).then(|| {
-            Self(build_bvh2(
-                &boxes,
-                BvhBuildParams::medium_build(),
-                &mut Duration::default(),
-            ))
-        })
+        let boxes: Vec<Aabb> = boxes.map(|b| Aabb::new((b.min - pad).as_vec3a(), (b.max + pad).as_vec3a())).collect();
+        (!boxes.is_empty()).then(|| Self(build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default())))
     }
 
     /// Calls `visit` with items whose box a ray may enter before `limit`, in no order; it returns the new limit.
-    pub(super) fn along(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        limit: f64,
-        mut visit: impl FnMut(usize) -> f64,
-    ) {
+    pub(super) fn along(&self, origin: DVec3, direction: DVec3, limit: f64, mut visit: impl FnMut(usize) -> f64) {
         // Upwards, whatever the rounding.
         let up = |t: f64| t as f32 * (1.0 + 1e-6);
         let ray = Ray::new(origin.as_vec3a(), direction.as_vec3a(), 0.0, up(limit));
-        self.0.ray_traverse(ray, &mut RayHit::none(), |_, i| {
-            up(visit(self.0.primitive_indices[i] as usize))
-        });
+        self.0.ray_traverse(ray, &mut RayHit::none(), |_, i| up(visit(self.0.primitive_indices[i] as usize)));
     }
 
     /// Calls `visit` with items whose box holds a point, until it returns false.
@@ -53,9 +37,7 @@ impl Tree {
         self.0.point_traverse(p.as_vec3a(), |bvh, node| {
             let node = &bvh.nodes[node as usize];
             let items = node.first_index..node.first_index + node.prim_count;
-            items
-                .into_iter()
-                .all(|i| visit(bvh.primitive_indices[i as usize] as usize))
+            items.into_iter().all(|i| visit(bvh.primitive_indices[i as usize] as usize))
         });
     }
 }
@@ -70,23 +52,14 @@ struct Layer {
 impl Layer {
     fn new(scene: &Scene, opaque: bool, pad: f64) -> Self {
         let (mut corners, mut objects) = (Vec::new(), Vec::new());
-        for (i, object) in scene
-            .objects
-            .iter()
-            .enumerate()
-            .filter(|(_, o)| o.opaque == opaque)
-        {
+        for (i, object) in scene.objects.iter().enumerate().filter(|(_, o)| o.opaque == opaque) {
             for t in object.triangles.clone() {
                 corners.push(scene.corners(t as usize));
                 objects.push(ObjectId(i as u32));
             }
         }
         let tree = Tree::new(corners.iter().map(|c| crate::geom::Aabb::of(*c)), pad);
-        Self {
-            tree,
-            corners,
-            objects,
-        }
+        Self { tree, corners, objects }
     }
 }
 
@@ -101,50 +74,32 @@ impl Tracer {
     /// `clearance`: see [`Tracer::is_clear`]; `rounding`: what `f32` may lose of a position; both in metres.
     pub(super) fn new(scene: &Scene, clearance: f64, rounding: f64) -> Self {
         let pad = clearance + rounding;
-        Self {
-            opaque: Layer::new(scene, true, pad),
-            see_through: Layer::new(scene, false, pad),
-            clearance,
-        }
+        Self { opaque: Layer::new(scene, true, pad), see_through: Layer::new(scene, false, pad), clearance }
     }
 
     /// The distance and object of the first opaque triangle on a ray (`direction` of length 1) before `limit`, from either
     /// side. Of two at one distance, the one with the lesser number.
-    pub(super) fn first_opaque(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        limit: f64,
-    ) -> Option<(f64, ObjectId)> {
+    pub(super) fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, ObjectId)> {
         let mut best: Option<(f64, usize)> = None;
         let layer = &self.opaque;
-        layer.tree.as_ref()?.along(origin, direction, limit, |i| {
-            match intersect(origin, direction, &layer.corners[i]) {
-                Some(t) if t <= limit && best.is_none_or(|b| (t, i) < b) => {
-                    best = Some((t, i));
-                    t
-                }
-                _ => f64::INFINITY,
+        layer.tree.as_ref()?.along(origin, direction, limit, |i| match intersect(origin, direction, &layer.corners[i]) {
+            Some(t) if t <= limit && best.is_none_or(|b| (t, i) < b) => {
+                best = Some((t, i));
+                t
             }
+            _ => f64::INFINITY,
         });
         best.map(|(t, i)| (t, layer.objects[i]))
     }
 
     /// Every see-through object on a ray before `limit`, once, the nearest first.
-    pub(super) fn see_through(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        limit: f64,
-    ) -> Vec<(f64, ObjectId)> {
+    pub(super) fn see_through(&self, origin: DVec3, direction: DVec3, limit: f64) -> Vec<(f64, ObjectId)> {
         let mut met = Vec::new();
         let layer = &self.see_through;
         if let Some(tree) = &layer.tree {
             tree.along(origin, direction, limit, |i| {
                 met.extend(
-                    intersect(origin, direction, &layer.corners[i])
-                        .filter(|&t| t < limit)
-                        .map(|t| (t, layer.objects[i])),
+                    intersect(origin, direction, &layer.corners[i]).filter(|&t| t < limit).map(|t| (t, layer.objects[i])),
                 );
                 f64::INFINITY
             });
@@ -163,16 +118,12 @@ impl Tracer {
             return true;
         }
         let direction = (b - a) / length;
-        let (p, q) = (
-            a + direction * self.clearance,
-            b - direction * self.clearance,
-        );
+        let (p, q) = (a + direction * self.clearance, b - direction * self.clearance);
         let layer = &self.opaque;
         let mut clear = true;
         if let Some(tree) = &layer.tree {
             tree.along(p, direction, p.distance(q), |i| {
-                let near = Some(layer.objects[i]) != target
-                    && distance_at_most(p, q, &layer.corners[i], self.clearance);
+                let near = Some(layer.objects[i]) != target && distance_at_most(p, q, &layer.corners[i], self.clearance);
                 clear &= !near;
                 // Nothing is before the start: ends the search.
                 if near { 0.0 } else { f64::INFINITY }
@@ -207,46 +158,26 @@ fn distance_at_most(p: DVec3, q: DVec3, triangle: &[DVec3; 3], limit: f64) -> bo
     let length = p.distance(q);
     // The nearest points lie where the segment crosses the triangle, at an end of the segment, or on an edge.
     intersect(p, (q - p) / length, triangle).is_some_and(|t| t <= length)
-        || [p, q]
-            .into_iter()
-            .any(|e| above(e, triangle).is_some_and(|h| h.abs() <= limit))
-        || [(a, b), (b, c), (c, a)]
-            .into_iter()
-            .any(|(s, e)| near(between_segments(p, q, s, e)))
+        || [p, q].into_iter().any(|e| above(e, triangle).is_some_and(|h| h.abs() <= limit))
+        || [(a, b), (b, c), (c, a)].into_iter().any(|(s, e)| near(between_segments(p, q, s, e)))
 }
 
 /// The height of a point over a triangle, where it is over it.
 fn above(p: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
     let n = (*b - *a).cross(*c - *a).try_normalize()?;
-    let inside = [(a, b), (b, c), (c, a)]
-        .into_iter()
-        .all(|(s, e)| n.dot((*e - *s).cross(p - *s)) >= 0.0);
+    let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(s, e)| n.dot((*e - *s).cross(p - *s)) >= 0.0);
     inside.then(|| n.dot(p - *a))
 }
 
 /// The shortest vector between two segments (C. Ericson, *Real-time collision detection*, 2005, section 5.1.9).
 fn between_segments(p1: DVec3, q1: DVec3, p2: DVec3, q2: DVec3) -> DVec3 {
     let (d1, d2, r) = (q1 - p1, q2 - p2, p1 - p2);
-    let (a, e, f, b, c) = (
-        d1.length_squared(),
-        d2.length_squared(),
-        d2.dot(r),
-        d1.dot(d2),
-        d1.dot(r),
-    );
+    let (a, e, f, b, c) = (d1.length_squared(), d2.length_squared(), d2.dot(r), d1.dot(d2), d1.dot(r));
     let det = a * e - b * b;
     let clamp = |x: f64| x.clamp(0.0, 1.0);
-    let s = if det > 0.0 {
-        clamp((b * f - c * e) / det)
-    } else {
-        0.0
-    };
+    let s = if det > 0.0 { clamp((b * f - c * e) / det) } else { 0.0 };
     let t = if e > 0.0 { (b * s + f) / e } else { 0.0 };
-    let s = if (0.0..=1.0).contains(&t) || a == 0.0 {
-        s
-    } else {
-        clamp((b * clamp(t) - c) / a)
-    };
+    let s = if (0.0..=1.0).contains(&t) || a == 0.0 { s } else { clamp((b * clamp(t) - c) / a) };
     (p1 + d1 * s) - (p2 + d2 * clamp(t))
 }
 
@@ -266,14 +197,8 @@ mod tests {
             (v(-3.0, 4.0, -1.0), v(-3.0, 4.0, 1.0), 5.0),
             (v(0.5, 1.0, 0.5), v(0.5, 0.125, 0.5), 0.125),
         ] {
-            assert!(
-                distance_at_most(p, q, &triangle, distance + 1e-9),
-                "{p} {q}"
-            );
-            assert!(
-                distance == 0.0 || !distance_at_most(p, q, &triangle, distance - 1e-9),
-                "{p} {q}"
-            );
+            assert!(distance_at_most(p, q, &triangle, distance + 1e-9), "{p} {q}");
+            assert!(distance == 0.0 || !distance_at_most(p, q, &triangle, distance - 1e-9), "{p} {q}");
         }
     }
 }
