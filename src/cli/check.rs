@@ -53,17 +53,30 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         Guarantee::Conservative => "conservative",
         Guarantee::Sampled => "sampled",
     };
-    eprintln!("{} rays ({promise} rows): {} missed, {} cell-object pairs, {} cell-cell pairs", r.rays, r.missed_rays, r.missed_pairs, r.missed_cell_pairs);
+    eprintln!(
+        "{} rays ({promise} rows): {} missed, {} cell-object pairs, {} cell-cell pairs",
+        r.rays, r.missed_rays, r.missed_pairs, r.missed_cell_pairs
+    );
     eprintln!("{} segments: {} left a cell other than through a portal", r.segments, r.missed_segments);
-    eprintln!("{} violations through cracks narrower than {:.4} m, which are promised nothing", r.crack_rays, file.smallest_hole);
+    eprintln!(
+        "{} violations through cracks narrower than {:.4} m, which are promised nothing",
+        r.crack_rays, file.smallest_hole
+    );
     let percent = |x: f64| x * 100.0;
     let f = &r.false_pixels;
-    eprintln!("{} views: false pixels {:.4} % mean, {:.4} % p95, {:.4} % max", r.views, percent(f.mean), percent(f.p95), percent(f.max));
+    eprintln!(
+        "{} views: false pixels {:.4} % mean, {:.4} % p95, {:.4} % max",
+        r.views,
+        percent(f.mean),
+        percent(f.p95),
+        percent(f.max)
+    );
     if r.empty_cells > 0 {
         eprintln!("{} cells have no volume; nothing was cast from them", r.empty_cells);
     }
     for e in &r.examples {
-        let name = |cell: Option<CellId>| cell.map_or("no cell".into(), |c| format!("cell {c} ({})", file.cells[c.index()].name));
+        let name =
+            |cell: Option<CellId>| cell.map_or("no cell".into(), |c| format!("cell {c} ({})", file.cells[c.index()].name));
         let object = e.object.map_or(String::new(), |o| format!("object {o} ({})", scene.objects[o.index()].node));
         let [a, b] = e.cells.map(name);
         match e.violation {

@@ -129,7 +129,11 @@ pub(super) fn picture(width: f64, height: f64) -> Solid {
 
 /// A plinth, 1 m high.
 pub(super) fn plinth() -> Solid {
-    Solid::of(&[block(0.0, 0.0, 0.0, 0.76, 0.08, 0.76), block(0.0, 0.08, 0.0, 0.64, 0.86, 0.64), block(0.0, 0.94, 0.0, 0.7, 0.06, 0.7)])
+    Solid::of(&[
+        block(0.0, 0.0, 0.0, 0.76, 0.08, 0.76),
+        block(0.0, 0.08, 0.0, 0.64, 0.86, 0.64),
+        block(0.0, 0.94, 0.0, 0.7, 0.06, 0.7),
+    ])
 }
 
 /// A leaning, swelling column of bronze, about a metre high, different for every state of `rng`; its origin at its foot.

@@ -208,15 +208,24 @@ fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &m
         let wall = &plan.walls[hole.0];
         let inwards = if wall.sides[0] == Some(room) { -1.2 } else { 1.2 };
         let (along, across) = (metres(hole.1.at), metres(wall.line));
-        stops.extend([across, across + inwards].map(|c| if wall.along_x { DVec2::new(along, c) } else { DVec2::new(c, along) }));
+        stops.extend([across, across + inwards].map(
+            |c| {
+                if wall.along_x { DVec2::new(along, c) } else { DVec2::new(c, along) }
+            },
+        ));
     }
     let mut taken: Vec<(DVec2, f64)> = Vec::new();
     let mut spot = |radius: f64, rng: &mut Prng| {
         let margin = radius + 0.5;
-        let free = (0..40).map(|_| DVec2::new(rng.range(x[0] + margin, x[1] - margin), rng.range(z[0] + margin, z[1] - margin))).find(|&p| {
-            let clear_of_ways = stops.iter().enumerate().all(|(i, &a)| stops[..i].iter().all(|&b| distance_to_segment(p, a, b) > radius + 0.6));
-            clear_of_ways && taken.iter().all(|&(q, r)| p.distance(q) > radius + r + 0.5)
-        })?;
+        let free = (0..40)
+            .map(|_| DVec2::new(rng.range(x[0] + margin, x[1] - margin), rng.range(z[0] + margin, z[1] - margin)))
+            .find(|&p| {
+                let clear_of_ways = stops
+                    .iter()
+                    .enumerate()
+                    .all(|(i, &a)| stops[..i].iter().all(|&b| distance_to_segment(p, a, b) > radius + 0.6));
+                clear_of_ways && taken.iter().all(|&(q, r)| p.distance(q) > radius + r + 0.5)
+            })?;
         taken.push((free, radius));
         Some(DVec3::new(free.x, 0.0, free.y))
     };
@@ -225,15 +234,34 @@ fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &m
         if let Some(at) = spot(0.55, rng) {
             let kind = rng.below(8);
             let turned = Placement { at: at + DVec3::Y, turns: rng.unit() };
-            model.place(format!("plinth {room}.{i}"), Role::Furnishing, Placement { at, turns: 0.0 }, "plinth", Material::Stone, furniture::plinth);
-            model.place(format!("sculpture {room}.{i}"), Role::Furnishing, turned, &format!("sculpture {kind}"), Material::Bronze, || {
-                furniture::sculpture(&mut Prng::new(kind as u64, EXHIBITS))
-            });
+            model.place(
+                format!("plinth {room}.{i}"),
+                Role::Furnishing,
+                Placement { at, turns: 0.0 },
+                "plinth",
+                Material::Stone,
+                furniture::plinth,
+            );
+            model.place(
+                format!("sculpture {room}.{i}"),
+                Role::Furnishing,
+                turned,
+                &format!("sculpture {kind}"),
+                Material::Bronze,
+                || furniture::sculpture(&mut Prng::new(kind as u64, EXHIBITS)),
+            );
         }
     }
     if let Some(at) = spot(0.9, rng) {
         let turns = f64::from(rng.steps(0, 1, 1)) / 4.0;
-        model.place(format!("bench {room}"), Role::Furnishing, Placement { at, turns }, "bench", Material::Wood, furniture::bench);
+        model.place(
+            format!("bench {room}"),
+            Role::Furnishing,
+            Placement { at, turns },
+            "bench",
+            Material::Wood,
+            furniture::bench,
+        );
     }
     for &w in walls {
         pictures(model, plan, room, w, rng);

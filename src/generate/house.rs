@@ -80,7 +80,15 @@ type Pierced = (f64, [f64; 3], Fill);
 impl House {
     /// A wall between two corners in plan (feet) with its thickness along z if `along_x`, and its openings.
     /// `sides`: the rooms towards lesser and greater coordinates. `into`: see [`super::plan::Hole::into`].
-    fn wall(&mut self, name: &str, along_x: bool, [a, b]: [[f64; 2]; 2], holes: &[Pierced], sides: [Option<usize>; 2], into: usize) {
+    fn wall(
+        &mut self,
+        name: &str,
+        along_x: bool,
+        [a, b]: [[f64; 2]; 2],
+        holes: &[Pierced],
+        sides: [Option<usize>; 2],
+        into: usize,
+    ) {
         let bounds = feet(a, b, [FLOOR, CEILING]);
         let (along, across) = if along_x { (0, 2) } else { (2, 0) };
         let cuts: Vec<Aabb> = holes
@@ -97,7 +105,14 @@ impl House {
         for (i, (cut, &(_, [width, sill, head], fill))) in cuts.iter().zip(holes).enumerate() {
             let normal = if along_x { DVec3::Z } else { DVec3::X };
             let size = DVec3::new(width, head - sill, cut.size()[across]);
-            self.facts.openings.push(Opening { fill, storey: 0, centre: cut.centre(), size, normal, rooms: [sides[1], sides[0]] });
+            self.facts.openings.push(Opening {
+                fill,
+                storey: 0,
+                centre: cut.centre(),
+                size,
+                normal,
+                rooms: [sides[1], sides[0]],
+            });
             match fill {
                 Fill::Glass => pane(&mut self.model, &format!("window {name} {i}"), along_x, cut),
                 Fill::Door => leaf(&mut self.model, &format!("door {name} {i}"), along_x, cut, into, false),
@@ -113,7 +128,8 @@ impl House {
     /// A rectangular room between two corners in plan, feet.
     fn room(&mut self, name: &str, a: [f64; 2], b: [f64; 2]) -> usize {
         let Aabb { min, max } = feet(a, b, [FLOOR, CEILING]);
-        let footprint = [(min.x, min.z), (max.x, min.z), (max.x, max.z), (min.x, max.z)].map(|(x, z)| DVec2::new(x, z)).to_vec();
+        let footprint =
+            [(min.x, min.z), (max.x, min.z), (max.x, max.z), (min.x, max.z)].map(|(x, z)| DVec2::new(x, z)).to_vec();
         self.push_room(name, footprint, CEILING)
     }
 
@@ -134,7 +150,10 @@ impl House {
 
 /// The hall's wall between two passages, in the quarter where x and z are above zero: from the x axis's side to the z axis's.
 fn quarter_arc() -> Vec<DVec2> {
-    let ends = [DVec2::new((HALL * HALL - PASSAGE_X * PASSAGE_X).sqrt(), PASSAGE_X), DVec2::new(PASSAGE_Z, (HALL * HALL - PASSAGE_Z * PASSAGE_Z).sqrt())];
+    let ends = [
+        DVec2::new((HALL * HALL - PASSAGE_X * PASSAGE_X).sqrt(), PASSAGE_X),
+        DVec2::new(PASSAGE_Z, (HALL * HALL - PASSAGE_Z * PASSAGE_Z).sqrt()),
+    ];
     // The ends are at 0.032 and 0.207 turns; corners between them at even angles.
     let mut arc = vec![ends[0]];
     arc.extend((1..ARC).map(|k| {
@@ -200,7 +219,14 @@ fn hall(house: &mut House) -> usize {
         }
         ring.extend(corners);
         let (at, spin) = (DVec3::new(sx, 0.0, sz) * (9.0 * FOOT) + DVec3::Y * FLOOR, i as f64 / 4.0 + 0.125);
-        house.model.place(format!("plinth {i}"), Role::Furnishing, Placement { at, turns: spin }, "plinth", Material::Stone, furniture::plinth);
+        house.model.place(
+            format!("plinth {i}"),
+            Role::Furnishing,
+            Placement { at, turns: spin },
+            "plinth",
+            Material::Stone,
+            furniture::plinth,
+        );
         let make = || furniture::sculpture(&mut Prng::new(i as u64, 0));
         let turned = Placement { at: at + DVec3::Y, turns: spin };
         house.model.place(format!("statue {i}"), Role::Furnishing, turned, &format!("statue {i}"), Material::Bronze, make);
@@ -209,7 +235,9 @@ fn hall(house: &mut House) -> usize {
     house.solid("floor hall", Material::Stone, cuboid(floor.min, floor.max));
     // The dome: up the outside, down the inside.
     const RINGS: u32 = 8;
-    let shell = |radius: f64| (0..RINGS).map(move |k| turn(f64::from(k) / f64::from(4 * RINGS))).map(move |(c, s)| (radius * c, DRUM + radius * s));
+    let shell = |radius: f64| {
+        (0..RINGS).map(move |k| turn(f64::from(k) / f64::from(4 * RINGS))).map(move |(c, s)| (radius * c, DRUM + radius * s))
+    };
     let (inner, outer) = (HALL * FOOT, HALL * FOOT + DOME_THICKNESS);
     let mut profile = vec![(0.0, DRUM + outer)];
     profile.extend(shell(outer).collect::<Vec<_>>().into_iter().rev());
@@ -226,7 +254,9 @@ fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
     let large = house.room(&format!("Large room {word}"), p(LARGE, CORE), p(INSIDE, INSIDE));
     let small = house.room(&format!("Small room {word}"), p(CORE, SMALL[0]), p(INSIDE, SMALL[1]));
     // Rooms on the lesser and greater side of a wall, given the nearer and the farther from the middle.
-    let order = |axis: usize, near: Option<usize>, far: Option<usize>| if s[axis] > 0.0 { [near, far] } else { [far, near] };
+    let order = |axis: usize, near: Option<usize>, far: Option<usize>| {
+        if s[axis] > 0.0 { [near, far] } else { [far, near] }
+    };
     let towards = |axis: usize, far: bool| usize::from((s[axis] > 0.0) == far);
     let window = |at: f64| (at, WINDOW, Fill::Glass);
     let door = |at: f64| (at, [DOOR[0], 0.0, DOOR[1]], Fill::Door);
@@ -237,14 +267,49 @@ fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
 
     let windows = [window(11.0 * s[0]), window(ENFILADE_Z * s[0])];
     house.wall(&name("front"), true, [p(axis_z, INSIDE), p(BLOCK, BLOCK)], &windows, order(1, Some(large), None), 0);
-    house.wall(&name("side large"), false, [p(INSIDE, axis_rooms), p(BLOCK, INSIDE)], &[window(ENFILADE_X * s[1])], order(0, Some(large), None), 0);
-    house.wall(&name("side small"), false, [p(INSIDE, axis_x), p(BLOCK, axis_rooms)], &[window(10.5 * s[1])], order(0, Some(small), None), 0);
+    house.wall(
+        &name("side large"),
+        false,
+        [p(INSIDE, axis_rooms), p(BLOCK, INSIDE)],
+        &[window(ENFILADE_X * s[1])],
+        order(0, Some(large), None),
+        0,
+    );
+    house.wall(
+        &name("side small"),
+        false,
+        [p(INSIDE, axis_x), p(BLOCK, axis_rooms)],
+        &[window(10.5 * s[1])],
+        order(0, Some(small), None),
+        0,
+    );
     let sides = order(0, Some(passages[0]), Some(large));
-    house.wall(&name("passage large"), false, [p(PASSAGE_Z, CORE), p(LARGE, INSIDE)], &[door(ENFILADE_X * s[1])], sides, towards(0, true));
+    house.wall(
+        &name("passage large"),
+        false,
+        [p(PASSAGE_Z, CORE), p(LARGE, INSIDE)],
+        &[door(ENFILADE_X * s[1])],
+        sides,
+        towards(0, true),
+    );
     let sides = order(1, Some(small), Some(large));
-    house.wall(&name("large small"), true, [p(CORE, SMALL[1]), p(INSIDE, CORE)], &[door(ENFILADE_Z * s[0])], sides, towards(1, true));
+    house.wall(
+        &name("large small"),
+        true,
+        [p(CORE, SMALL[1]), p(INSIDE, CORE)],
+        &[door(ENFILADE_Z * s[0])],
+        sides,
+        towards(1, true),
+    );
     let sides = order(1, Some(passages[1]), Some(small));
-    house.wall(&name("passage small"), true, [p(CORE, PASSAGE_X), p(INSIDE, SMALL[0])], &[door(ENFILADE_Z * s[0])], sides, towards(1, true));
+    house.wall(
+        &name("passage small"),
+        true,
+        [p(CORE, PASSAGE_X), p(INSIDE, SMALL[0])],
+        &[door(ENFILADE_Z * s[0])],
+        sides,
+        towards(1, true),
+    );
     house.slabs(&name("large"), p(axis_z, CORE), p(BLOCK, BLOCK));
     house.slabs(&name("small"), p(CORE, axis_x), p(BLOCK, CORE));
 
@@ -261,12 +326,15 @@ fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
     // A picture on the masonry, seen from the large room.
     let at = DVec3::new(11.0 * s[0] * FOOT, FLOOR + 1.9, CORE * s[1] * FOOT);
     let placement = Placement { at, turns: if s[1] > 0.0 { 0.0 } else { 0.5 } };
-    house.model.place(name("picture"), Role::Furnishing, placement, "picture", Material::Picture, || furniture::picture(1.8, 1.2));
+    house
+        .model
+        .place(name("picture"), Role::Furnishing, placement, "picture", Material::Picture, || furniture::picture(1.8, 1.2));
 }
 
 /// A passage's ends, and the portico before it. `z`: the passage runs along z, else along x; `s`: to which side.
 fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
-    let (half, wall_axis) = if z { (PASSAGE_Z, (PASSAGE_Z + LARGE) / 2.0) } else { (PASSAGE_X, (PASSAGE_X + SMALL[0]) / 2.0) };
+    let (half, wall_axis) =
+        if z { (PASSAGE_Z, (PASSAGE_Z + LARGE) / 2.0) } else { (PASSAGE_X, (PASSAGE_X + SMALL[0]) / 2.0) };
     let word = match (z, s > 0.0) {
         (true, false) => "north",
         (true, true) => "south",
@@ -274,11 +342,20 @@ fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
         (false, true) => "east",
     };
     // In feet: across the axis, outwards along it.
-    let p = |across: f64, out: f64| if z { [across, out * s] } else { [out * s, across] };
+    let p = |across: f64, out: f64| {
+        if z { [across, out * s] } else { [out * s, across] }
+    };
     let order = |near: Option<usize>, far: Option<usize>| if s > 0.0 { [near, far] } else { [far, near] };
     let gate = (0.0, [GATE[0], 0.0, GATE[1]], Fill::Door);
     let into = usize::from(s < 0.0);
-    house.wall(&format!("gate {word}"), z, [p(-wall_axis, INSIDE), p(wall_axis, BLOCK)], &[gate], order(Some(passage), None), into);
+    house.wall(
+        &format!("gate {word}"),
+        z,
+        [p(-wall_axis, INSIDE), p(wall_axis, BLOCK)],
+        &[gate],
+        order(Some(passage), None),
+        into,
+    );
     house.slabs(&format!("passage {word}"), p(-wall_axis, CORE), p(wall_axis, BLOCK));
 
     // The masonry over the way into the hall.
@@ -336,7 +413,11 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
     let solid = extrude(&gable, out * (PORTICO_FRONT * FOOT) + DVec3::Y * top, right, DVec3::Y, depth);
     house.solid(name("gable"), Material::Roof, solid);
     let mut outline = vec![DVec2::ZERO];
-    outline.extend((0..19).flat_map(|i| [(19 - i, i), (19 - i, i + 1)]).map(|(k, l)| DVec2::new(tread * f64::from(k), rise * f64::from(l))));
+    outline.extend(
+        (0..19)
+            .flat_map(|i| [(19 - i, i), (19 - i, i + 1)])
+            .map(|(k, l)| DVec2::new(tread * f64::from(k), rise * f64::from(l))),
+    );
     outline.push(DVec2::new(0.0, rise * 19.0));
     let from = out * (PORTICO_FRONT * FOOT) - right * (11.0 * FOOT);
     house.solid(name("steps"), Material::Stone, extrude(&outline, from, out, DVec3::Y, 22.0 * FOOT));
@@ -344,7 +425,8 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
 
 /// A column, 6 m high.
 fn column() -> Solid {
-    let shaft = [(0.0, 0.0), (0.5, 0.0), (0.5, 0.15), (0.4, 0.3), (0.4, 2.0), (0.34, 5.6), (0.46, 5.8), (0.46, 6.0), (0.0, 6.0)];
+    let shaft =
+        [(0.0, 0.0), (0.5, 0.0), (0.5, 0.15), (0.4, 0.3), (0.4, 2.0), (0.34, 5.6), (0.46, 5.8), (0.46, 6.0), (0.0, 6.0)];
     lathe(&shaft, 16)
 }
 

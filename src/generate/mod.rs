@@ -146,7 +146,9 @@ fn ground(model: &mut Model, plan: &Plan, margin: f64) {
 /// JSON for people and for `diff`: each key on a line of its own, and each element of a list of objects.
 pub fn pretty(value: &Value) -> String {
     let mut out = String::from("{\n");
-    let Value::Object(map) = value else { return value.to_string() };
+    let Value::Object(map) = value else {
+        return value.to_string();
+    };
     for (i, (key, value)) in map.iter().enumerate() {
         let end = if i + 1 == map.len() { "" } else { "," };
         match value {

@@ -86,7 +86,13 @@ impl Storey {
         for (wing, counts) in sides.iter().enumerate() {
             let z = wing as i32 * (WING + COURT);
             let letter = wing + 1;
-            add(format!("Corridor {letter}"), [SPINE, end], [z + OFFICE_DEPTH, z + OFFICE_DEPTH + CORRIDOR], Use::Corridor, wing);
+            add(
+                format!("Corridor {letter}"),
+                [SPINE, end],
+                [z + OFFICE_DEPTH, z + OFFICE_DEPTH + CORRIDOR],
+                Use::Corridor,
+                wing,
+            );
             add(format!("Stairs {letter}"), [CORE, 0], [z, z + STAIRS], Use::Stairs, wing);
             add(format!("Lift {letter}"), [LIFT, 0], [z + STAIRS, z + SHAFT], Use::Lift, wing);
             add(format!("Store {letter}"), [CORE, LIFT], [z + STAIRS, z + SHAFT], Use::Store, wing);
@@ -94,7 +100,8 @@ impl Storey {
             add(format!("{lobby:?} {letter}"), [CORE, 0], [z + SHAFT, z + WING], lobby, wing);
             for (side, &count) in counts.iter().enumerate() {
                 let from = z + side as i32 * (OFFICE_DEPTH + CORRIDOR);
-                let mut lines: Vec<i32> = (0..=count as i32).map(|i| SPINE + (end - SPINE) * i / count.max(1) as i32 / 50 * 50).collect();
+                let mut lines: Vec<i32> =
+                    (0..=count as i32).map(|i| SPINE + (end - SPINE) * i / count.max(1) as i32 / 50 * 50).collect();
                 for line in lines.iter_mut().take(count).skip(1) {
                     *line += rng.steps(-500, 500, 50);
                 }
@@ -128,7 +135,12 @@ impl Storey {
                     // In the half next to the corridor: desks stand at the windows.
                     let first_side = lesser % (WING + COURT) == 0;
                     let off = rng.steps(1500, 2100, 50);
-                    holes.push(hole(Fill::Door, if first_side { lesser + OFFICE_DEPTH - off } else { lesser + off }, 900, 2100));
+                    holes.push(hole(
+                        Fill::Door,
+                        if first_side { lesser + OFFICE_DEPTH - off } else { lesser + off },
+                        900,
+                        2100,
+                    ));
                 }
             } else if pair(Use::Corridor, Use::Spine) {
                 holes.push(hole(Fill::Nothing, middle, 1600, 2400));
@@ -183,8 +195,11 @@ fn distribute(offices: usize, storeys: usize) -> (Vec<Vec<[usize; 2]>>, usize) {
 pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, seed: u64) -> Building {
     let storeys = storeys.unwrap_or(offices.div_ceil(PER_STOREY));
     let (sides, bays) = distribute(offices, storeys);
-    let levels: Vec<Storey> =
-        sides.iter().enumerate().map(|(s, sides)| Storey::new(s, sides, bays, &mut Prng::new(seed, PLAN + ((s as u64) << 8)))).collect();
+    let levels: Vec<Storey> = sides
+        .iter()
+        .enumerate()
+        .map(|(s, sides)| Storey::new(s, sides, bays, &mut Prng::new(seed, PLAN + ((s as u64) << 8))))
+        .collect();
     let wings = sides[0].len();
 
     // 1. What there is.
@@ -238,8 +253,15 @@ pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, se
         let floor = s as i32 * STYLE.storey();
         let above = levels.get(s + 1);
         let roofed: Vec<bool> = level.plan.rooms.iter().map(|r| above.is_none_or(|a| !covers(&a.plan, r))).collect();
-        let voids: Vec<Vec<Aabb>> = (0..level.uses.len()).map(|r| if s == 0 { Vec::new() } else { voids(level, r, floor) }).collect();
-        shafts.extend(voids.iter().enumerate().filter(|(r, _)| level.uses[*r] == Use::Lift).flat_map(|(_, v)| v.iter().map(|b| [b.min, b.max])));
+        let voids: Vec<Vec<Aabb>> =
+            (0..level.uses.len()).map(|r| if s == 0 { Vec::new() } else { voids(level, r, floor) }).collect();
+        shafts.extend(
+            voids
+                .iter()
+                .enumerate()
+                .filter(|(r, _)| level.uses[*r] == Use::Lift)
+                .flat_map(|(_, v)| v.iter().map(|b| [b.min, b.max])),
+        );
         level.plan.build(&mut model, s, floor, &voids, &roofed, &mut closed);
     }
     facts.shafts = shafts;
@@ -286,7 +308,9 @@ fn stairs(model: &mut Model, plan: &Plan, room: usize, storey: usize, wing: usiz
     // Steps from right to left in (x, y): up the fronts, back down the sloping underside. The last riser is the landing's edge.
     // A flight that starts from a slab's or a landing's edge hangs from it; the first one stands on the ground floor.
     let flight = |hung: bool| {
-        let steps = (1..half).flat_map(|i| [(i - 1, i), (i, i)]).map(|(k, level)| DVec2::new(-tread * f64::from(k), rise * f64::from(level)));
+        let steps = (1..half)
+            .flat_map(|i| [(i - 1, i), (i, i)])
+            .map(|(k, level)| DVec2::new(-tread * f64::from(k), rise * f64::from(level)));
         let mut outline = if hung { vec![DVec2::new(0.0, -0.25)] } else { vec![DVec2::new(-tread, 0.0), DVec2::ZERO] };
         outline.extend(steps);
         outline.push(DVec2::new(-tread * f64::from(half - 1), rise * f64::from(half - 1) - 0.22));
@@ -371,7 +395,9 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
                     put("screen", room, i, place(1.62) + DVec3::Y * 0.74, turns);
                     put("lamp", room, i, DVec3::new(at, ceiling, mz), 0.0);
                 }
-                cupboards(level, room, [x, z], inwards, |i, at, turns| put("cupboard", room, i, DVec3::new(at.x, floor, at.y), turns));
+                cupboards(level, room, [x, z], inwards, |i, at, turns| {
+                    put("cupboard", room, i, DVec3::new(at.x, floor, at.y), turns)
+                });
             }
             Use::Meeting => {
                 // Off the line between the doors to the spine and to the store.
@@ -387,7 +413,13 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
             Use::Corridor => {
                 let lamps = ((x[1] - x[0]) / 4.0) as usize;
                 for i in 0..lamps {
-                    put("lamp", room, i, DVec3::new(x[0] + (x[1] - x[0]) * (i as f64 + 0.5) / lamps as f64, ceiling, mz), 0.0);
+                    put(
+                        "lamp",
+                        room,
+                        i,
+                        DVec3::new(x[0] + (x[1] - x[0]) * (i as f64 + 0.5) / lamps as f64, ceiling, mz),
+                        0.0,
+                    );
                 }
             }
             Use::Store => {
@@ -403,7 +435,9 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
 /// One or two cupboards against the corridor's wall, where the door leaves space.
 fn cupboards(level: &Storey, room: usize, [x, z]: [[f64; 2]; 2], inwards: f64, mut put: impl FnMut(usize, DVec2, f64)) {
     let wall = level.plan.walls.iter().find(|w| w.sides.contains(&Some(room)) && w.along_x && !w.is_outer());
-    let Some(door) = wall.and_then(|w| w.holes.first()) else { return };
+    let Some(door) = wall.and_then(|w| w.holes.first()) else {
+        return;
+    };
     let (door, face) = (metres(door.at), if inwards > 0.0 { z[1] - 0.25 } else { z[0] + 0.25 });
     let turns = if inwards > 0.0 { 0.5 } else { 0.0 };
     // The leaf stands at the hinge, on the lesser side.

@@ -29,7 +29,8 @@ impl CameraPath {
             eyes.extend((0..parts).map(|i| leg[0].lerp(leg[1], i as f64 / parts as f64) + DVec3::Y * EYE));
         }
         eyes.extend(way.last().map(|p| *p + DVec3::Y * EYE));
-        let frames = (0..eyes.len()).map(|i| [eyes[i], look_ahead(&eyes[i..]).unwrap_or(eyes[i] + heading(&eyes))]).collect();
+        let frames =
+            (0..eyes.len()).map(|i| [eyes[i], look_ahead(&eyes[i..]).unwrap_or(eyes[i] + heading(&eyes))]).collect();
         Self { frames }
     }
 

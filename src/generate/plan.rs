@@ -98,6 +98,22 @@ impl Wall {
     }
 }
 
+/// One side of a room: on which side of its line the room lies (0: lesser coordinates), its extent along it.
+#[derive(Clone, Copy)]
+struct Edge {
+    side: usize,
+    span: [i32; 2],
+    room: usize,
+}
+
+/// Walls of one direction that end at a junction: how many, the least and the greatest thickness.
+#[derive(Clone, Copy, Default)]
+struct Ends {
+    count: u32,
+    least: i32,
+    most: i32,
+}
+
 /// A storey's rooms and walls.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
@@ -112,20 +128,20 @@ impl Plan {
     /// Finds the walls of rooms that don't overlap.
     pub(super) fn new(style: Style, rooms: Vec<PlanRoom>) -> Self {
         // For each line: the rooms that end there (side 0) and that start there (side 1), with their extent along it.
-        let mut lines: BTreeMap<(bool, i32), Vec<(usize, [i32; 2], usize)>> = BTreeMap::new();
+        let mut lines: BTreeMap<(bool, i32), Vec<Edge>> = BTreeMap::new();
         for (i, room) in rooms.iter().enumerate() {
             for side in 0..2 {
-                lines.entry((true, room.z[1 - side])).or_default().push((side, room.x, i));
-                lines.entry((false, room.x[1 - side])).or_default().push((side, room.z, i));
+                lines.entry((true, room.z[1 - side])).or_default().push(Edge { side, span: room.x, room: i });
+                lines.entry((false, room.x[1 - side])).or_default().push(Edge { side, span: room.z, room: i });
             }
         }
         let mut walls = Vec::new();
         for (&(along_x, line), edges) in &lines {
-            let mut cuts: Vec<i32> = edges.iter().flat_map(|e| e.1).collect();
+            let mut cuts: Vec<i32> = edges.iter().flat_map(|e| e.span).collect();
             cuts.sort_unstable();
             cuts.dedup();
             let mut pieces = vec![[None; 2]; cuts.len()];
-            for &(side, span, room) in edges {
+            for &Edge { side, span, room } in edges {
                 let from = cuts.partition_point(|&c| c < span[0]);
                 let to = cuts.partition_point(|&c| c < span[1]);
                 for piece in &mut pieces[from..to] {
@@ -184,13 +200,14 @@ impl Plan {
 
     /// How far each wall reaches along its axis once junctions are closed: see the module's text.
     fn extents(&self) -> Vec<[i32; 2]> {
-        // At each junction, per direction: how many walls end there, and the least and greatest thickness.
-        let mut junctions: BTreeMap<(i32, i32), [(u32, i32, i32); 2]> = BTreeMap::new();
+        // At each junction: the walls along z, the walls along x.
+        let mut junctions: BTreeMap<(i32, i32), [Ends; 2]> = BTreeMap::new();
         for wall in &self.walls {
             let t = wall.thickness(&self.style);
             for end in wall.span {
-                let (count, least, most) = &mut junctions.entry(wall.point(end)).or_insert([(0, i32::MAX, 0); 2])[usize::from(wall.along_x)];
-                (*count, *least, *most) = (*count + 1, t.min(*least), t.max(*most));
+                let ends = &mut junctions.entry(wall.point(end)).or_default()[usize::from(wall.along_x)];
+                ends.least = if ends.count == 0 { t } else { t.min(ends.least) };
+                (ends.count, ends.most) = (ends.count + 1, t.max(ends.most));
             }
         }
         self.walls
@@ -198,10 +215,10 @@ impl Plan {
             .map(|wall| {
                 let off = |end: i32| {
                     let [z_walls, x_walls] = junctions[&wall.point(end)];
-                    match (wall.along_x, x_walls.0) {
-                        (true, 1) => z_walls.2 / 2,
+                    match (wall.along_x, x_walls.count) {
+                        (true, 1) => z_walls.most / 2,
                         (true, _) | (false, 0) => 0,
-                        (false, _) => -x_walls.1 / 2,
+                        (false, _) => -x_walls.least / 2,
                     }
                 };
                 [wall.span[0] - off(wall.span[0]), wall.span[1] + off(wall.span[1])]
@@ -211,7 +228,13 @@ impl Plan {
 
     /// The facts of this storey: its rooms, then its doors and windows. Gives each plan room's number among all rooms.
     /// `known` names rooms that reach through several storeys and were listed before.
-    pub(super) fn describe(&self, facts: &mut Facts, storey: usize, floor: i32, known: &BTreeMap<usize, usize>) -> Vec<usize> {
+    pub(super) fn describe(
+        &self,
+        facts: &mut Facts,
+        storey: usize,
+        floor: i32,
+        known: &BTreeMap<usize, usize>,
+    ) -> Vec<usize> {
         let style = &self.style;
         let ids: Vec<usize> = (0..self.rooms.len())
             .map(|i| {
@@ -246,7 +269,15 @@ impl Plan {
 
     /// Builds walls, floor slabs, the roof over rooms with `roofed`, panes and door leaves. `voids` are the holes of each
     /// room's floor; `closed` says which of the plan's leaves are shut, in the order of walls and holes.
-    pub(super) fn build(&self, model: &mut Model, storey: usize, floor: i32, voids: &[Vec<Aabb>], roofed: &[bool], closed: &mut dyn FnMut() -> bool) {
+    pub(super) fn build(
+        &self,
+        model: &mut Model,
+        storey: usize,
+        floor: i32,
+        voids: &[Vec<Aabb>],
+        roofed: &[bool],
+        closed: &mut dyn FnMut() -> bool,
+    ) {
         let style = &self.style;
         let (y0, y1) = (metres(floor), metres(floor + style.clear));
         let extents = self.extents();

@@ -90,7 +90,8 @@ pub(super) fn cuboid(min: DVec3, max: DVec3) -> Solid {
 pub(super) fn perforated(min: DVec3, max: DVec3, axis: usize, holes: &[Aabb]) -> Solid {
     let (ua, va) = ((axis + 1) % 3, (axis + 2) % 3);
     let cuts = |a: usize| {
-        let mut cuts: Vec<f64> = holes.iter().flat_map(|h| [h.min[a], h.max[a]]).filter(|c| (min[a]..max[a]).contains(c)).collect();
+        let mut cuts: Vec<f64> =
+            holes.iter().flat_map(|h| [h.min[a], h.max[a]]).filter(|c| (min[a]..max[a]).contains(c)).collect();
         cuts.extend([min[a], max[a]]);
         cuts.sort_by(f64::total_cmp);
         cuts.dedup();

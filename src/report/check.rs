@@ -71,7 +71,9 @@ impl Default for CheckOptions {
 #[non_exhaustive]
 pub enum CheckError {
     /// The model is another one, or was imported differently.
-    #[error("is not the model that the file was baked for (hash {model:032x}, the file names {file:032x}); bake again or give that model")]
+    #[error(
+        "is not the model that the file was baked for (hash {model:032x}, the file names {file:032x}); bake again or give that model"
+    )]
     OtherModel {
         /// The model's hash.
         model: u128,
@@ -167,7 +169,8 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     let tolerance = file.smallest_hole.max(rounding);
     let tracer = Tracer::new(scene, file.smallest_hole / 2.0, rounding);
     let cells = Cells::new(file, scene.bounds(), tolerance, rounding);
-    let test = Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
+    let test =
+        Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
     // 3. Rays, in chunks with a random stream each.
     let chunks = options.rays.div_ceil(CHUNK);
     let mut tally = (0..chunks)
@@ -230,7 +233,8 @@ fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
         return bad(format!("{} objects in the file, {} in the model", file.objects.len(), scene.objects.len()));
     }
     let cells = file.cells.len();
-    let shape = |rows: &Option<BitMatrix>, columns: usize| rows.as_ref().is_none_or(|r| r.rows() == cells && r.columns() == columns);
+    let shape =
+        |rows: &Option<BitMatrix>, columns: usize| rows.as_ref().is_none_or(|r| r.rows() == cells && r.columns() == columns);
     if !shape(&file.cell_rows, cells) || !shape(&file.object_rows, scene.objects.len()) {
         return bad("the rows have the wrong shape".into());
     }
@@ -302,7 +306,14 @@ impl Test<'_> {
         self.file.cell_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), other.index()))
     }
 
-    fn example(&self, violation: Violation, from: DVec3, at: DVec3, cells: [Option<CellId>; 2], object: Option<ObjectId>) -> Example {
+    fn example(
+        &self,
+        violation: Violation,
+        from: DVec3,
+        at: DVec3,
+        cells: [Option<CellId>; 2],
+        object: Option<ObjectId>,
+    ) -> Example {
         let origin = self.scene.origin;
         Example { violation, from: from + origin, at: at + origin, cells, object }
     }

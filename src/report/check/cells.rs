@@ -85,7 +85,10 @@ impl Cells {
             portals.push(Portal { plane: plane(&portal.plane), winding });
         }
         let tree = Tree::new(pieces.iter().map(|p| p.bounds), tolerance + rounding);
-        let open = (0..file.cells.len()).filter(|&c| file.cells[c].open && !by_cell[c].is_empty()).map(|c| CellId(c as u32)).collect();
+        let open = (0..file.cells.len())
+            .filter(|&c| file.cells[c].open && !by_cell[c].is_empty())
+            .map(|c| CellId(c as u32))
+            .collect();
         Self { pieces, tree, by_cell, portals, between, of_cell, region, tolerance, rounding, open }
     }
 
@@ -156,7 +159,8 @@ impl Cells {
     pub(super) fn walk(&self, cell: CellId, origin: DVec3, direction: DVec3, length: f64) -> Walk {
         let stretches = self.stretches(origin, direction, length);
         let mut seen = vec![false; stretches.len()];
-        let mut queue: Vec<usize> = (0..stretches.len()).filter(|&i| stretches[i].cell == cell && stretches[i].from <= 0.0).collect();
+        let mut queue: Vec<usize> =
+            (0..stretches.len()).filter(|&i| stretches[i].cell == cell && stretches[i].from <= 0.0).collect();
         for &i in &queue {
             seen[i] = true;
         }
@@ -170,7 +174,8 @@ impl Cells {
                 }
             }
         }
-        let reached: Vec<(CellId, f64)> = queue.iter().map(|&i| (stretches[i].cell, (stretches[i].from + stretches[i].to) / 2.0)).collect();
+        let reached: Vec<(CellId, f64)> =
+            queue.iter().map(|&i| (stretches[i].cell, (stretches[i].from + stretches[i].to) / 2.0)).collect();
         let last = queue.iter().max_by(|&&a, &&b| stretches[a].to.total_cmp(&stretches[b].to));
         let stuck = match last {
             Some(&i) if stretches[i].to >= length - self.tolerance => None,

@@ -63,7 +63,9 @@ impl<'t> Sampler<'t> {
     pub(super) fn viewpoint(&self, rng: &mut Prng) -> Option<(CellId, DVec3)> {
         let mut any = None;
         for _ in 0..32 {
-            let Some((cell, p)) = self.anywhere(rng) else { continue };
+            let Some((cell, p)) = self.anywhere(rng) else {
+                continue;
+            };
             let down = self.tracer.first_opaque(p, DVec3::NEG_Y, self.cells.exit(p, DVec3::NEG_Y));
             let eye = down.map_or(p, |(t, _)| p + DVec3::Y * (EYE - t));
             let sides = DVec3::AXES.into_iter().flat_map(|a| [a, -a]);
@@ -80,7 +82,11 @@ impl<'t> Sampler<'t> {
     fn anywhere(&self, rng: &mut Prng) -> Option<(CellId, DVec3)> {
         let open = self.cells.open();
         (0..8).find_map(|_| {
-            let cell = if !open.is_empty() && rng.chance(0.1) { open[rng.below(open.len())] } else { CellId(rng.below(self.cells.count()) as u32) };
+            let cell = if !open.is_empty() && rng.chance(0.1) {
+                open[rng.below(open.len())]
+            } else {
+                CellId(rng.below(self.cells.count()) as u32)
+            };
             self.cells.point(cell, rng).map(|p| (cell, p))
         })
     }

@@ -82,14 +82,12 @@ impl Tracer {
     pub(super) fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, ObjectId)> {
         let mut best: Option<(f64, usize)> = None;
         let layer = &self.opaque;
-        layer.tree.as_ref()?.along(origin, direction, limit, |i| {
-            match intersect(origin, direction, &layer.corners[i]) {
-                Some(t) if t <= limit && best.is_none_or(|b| (t, i) < b) => {
-                    best = Some((t, i));
-                    t
-                }
-                _ => f64::INFINITY,
+        layer.tree.as_ref()?.along(origin, direction, limit, |i| match intersect(origin, direction, &layer.corners[i]) {
+            Some(t) if t <= limit && best.is_none_or(|b| (t, i) < b) => {
+                best = Some((t, i));
+                t
             }
+            _ => f64::INFINITY,
         });
         best.map(|(t, i)| (t, layer.objects[i]))
     }
@@ -100,7 +98,9 @@ impl Tracer {
         let layer = &self.see_through;
         if let Some(tree) = &layer.tree {
             tree.along(origin, direction, limit, |i| {
-                met.extend(intersect(origin, direction, &layer.corners[i]).filter(|&t| t < limit).map(|t| (t, layer.objects[i])));
+                met.extend(
+                    intersect(origin, direction, &layer.corners[i]).filter(|&t| t < limit).map(|t| (t, layer.objects[i])),
+                );
                 f64::INFINITY
             });
         }
