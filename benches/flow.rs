@@ -60,8 +60,7 @@ fn grid_world(rooms: usize) -> World {
     let world = World { graph: grid.graph(), placement: grid.placement(), bounds: grid.object_bounds() };
     let result = world.flow();
     world.describe(&format!("grid {rooms}"), &result);
-    let (mut cells, mut objects) =
-        (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
+    let (mut cells, mut objects) = (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
     let (mut random, mut path) = (Random(1), Vec::new());
     for k in 0..4_000 * rooms {
         let (room, p, direction) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
@@ -95,11 +94,7 @@ fn street_world(rooms: usize) -> World {
         let wall = if side == 0 { 0.0 } else { 20.0 };
         let z = at.z + random.real(0.5, 3.0);
         let window = Aabb { min: DVec3::new(wall, at.y + 1.0, z), max: DVec3::new(wall, at.y + 2.2, z + 1.5) };
-        portals.push(rectangle(
-            if side == 0 { [CellId(room), CellId(0)] } else { [CellId(0), CellId(room)] },
-            0,
-            &window,
-        ));
+        portals.push(rectangle(if side == 0 { [CellId(room), CellId(0)] } else { [CellId(0), CellId(room)] }, 0, &window));
         if k + 1 < along && random.chance(0.5) {
             let x = at.x + random.real(0.5, 4.0);
             let door = Aabb { min: DVec3::new(x, at.y, at.z + 5.0), max: DVec3::new(x + 1.0, at.y + 2.0, at.z + 5.0) };

@@ -15,12 +15,7 @@ impl BitMatrix {
     /// All zeros.
     pub fn new(rows: usize, columns: usize) -> Self {
         let stride = columns.div_ceil(64);
-        Self {
-            rows,
-            columns,
-            stride,
-            words: vec![0; rows * stride],
-        }
+        Self { rows, columns, stride, words: vec![0; rows * stride] }
     }
 
     /// Number of rows.
@@ -87,19 +82,12 @@ impl BitMatrix {
 
     /// Number of set bits in one row.
     pub fn count_row(&self, row: usize) -> u64 {
-        self.row(row)
-            .iter()
-            .map(|w| u64::from(w.count_ones()))
-            .sum()
+        self.row(row).iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
     /// `self |= other`; both must have one shape.
     pub fn union_with(&mut self, other: &Self) {
-        assert_eq!(
-            (self.rows, self.columns),
-            (other.rows, other.columns),
-            "matrices of one shape"
-        );
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
         for (a, b) in self.words.iter_mut().zip(&other.words) {
             *a |= b;
         }
@@ -107,20 +95,12 @@ impl BitMatrix {
 
     /// The first (row, column) that is set here and not in `other`, if there is one.
     pub fn first_outside(&self, other: &Self) -> Option<(usize, usize)> {
-        assert_eq!(
-            (self.rows, self.columns),
-            (other.rows, other.columns),
-            "matrices of one shape"
-        );
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
         (0..self.rows).find_map(|r| {
-            self.row(r)
-                .iter()
-                .zip(other.row(r))
-                .enumerate()
-                .find_map(|(i, (a, b))| {
-                    let only = a & !b;
-                    (only != 0).then(|| (r, i * 64 + only.trailing_zeros() as usize))
-                })
+            self.row(r).iter().zip(other.row(r)).enumerate().find_map(|(i, (a, b))| {
+                let only = a & !b;
+                (only != 0).then(|| (r, i * 64 + only.trailing_zeros() as usize))
+            })
         })
     }
 }
@@ -149,10 +129,7 @@ mod tests {
         }
         assert_eq!(m.ones(1).collect::<Vec<_>>(), [0, 63, 64, 129]);
         assert_eq!(m.ones(0).count(), 0);
-        assert_eq!(
-            (m.count_ones(), m.count_row(0), m.row_bits(1).count_ones()),
-            (4, 0, 4)
-        );
+        assert_eq!((m.count_ones(), m.count_row(0), m.row_bits(1).count_ones()), (4, 0, 4));
         m.clear(1, 64);
         assert!(!m.get(1, 64));
     }

@@ -26,10 +26,7 @@ impl Plane {
 
     /// The other side.
     pub fn flipped(&self) -> Self {
-        Self {
-            n: -self.n,
-            d: -self.d,
-        }
+        Self { n: -self.n, d: -self.d }
     }
 }
 
@@ -44,10 +41,7 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box around nothing.
-    pub const EMPTY: Self = Self {
-        min: DVec3::INFINITY,
-        max: DVec3::NEG_INFINITY,
-    };
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// The box around some points.
     pub fn of(points: impl IntoIterator<Item = DVec3>) -> Self {
@@ -56,26 +50,17 @@ impl Aabb {
 
     /// Grown to hold `p`.
     pub fn with(self, p: DVec3) -> Self {
-        Self {
-            min: self.min.min(p),
-            max: self.max.max(p),
-        }
+        Self { min: self.min.min(p), max: self.max.max(p) }
     }
 
     /// Grown to hold `other`.
     pub fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// Grown by `by` metres on every side.
     pub fn inflated(self, by: f64) -> Self {
-        Self {
-            min: self.min - by,
-            max: self.max + by,
-        }
+        Self { min: self.min - by, max: self.max + by }
     }
 
     /// True while no point is inside.
@@ -105,21 +90,13 @@ impl Aabb {
 
     /// Length of the diagonal, metres; 0 for an empty box.
     pub fn diagonal(&self) -> f64 {
-        if self.is_empty() {
-            0.0
-        } else {
-            self.size().length()
-        }
+        if self.is_empty() { 0.0 } else { self.size().length() }
     }
 }
 
 /// Twice the area of a planar polygon times its unit normal (Newell 1972): robust for windings with collinear points.
 pub fn newell(winding: &[DVec3]) -> DVec3 {
-    winding
-        .iter()
-        .zip(winding.iter().cycle().skip(1))
-        .map(|(&a, &b)| a.cross(b))
-        .sum::<DVec3>()
+    winding.iter().zip(winding.iter().cycle().skip(1)).map(|(&a, &b)| a.cross(b)).sum::<DVec3>()
 }
 
 /// Area of a planar polygon, square metres.
@@ -159,26 +136,9 @@ mod tests {
     #[test]
     fn clip_keeps_the_inside_half_of_a_square() {
         let square = [(0., 0.), (2., 0.), (2., 2.), (0., 2.)].map(|(x, y)| DVec3::new(x, y, 5.0));
-        let half = clip(
-            &square,
-            &Plane {
-                n: DVec3::X,
-                d: 0.5,
-            },
-            1e-9,
-        );
+        let half = clip(&square, &Plane { n: DVec3::X, d: 0.5 }, 1e-9);
         assert!((area(&half) - 1.0).abs() < 1e-12 && (area(&square) - 4.0).abs() < 1e-12);
-        assert!(
-            clip(
-                &square,
-                &Plane {
-                    n: DVec3::X,
-                    d: -1.0
-                },
-                1e-9
-            )
-            .is_empty()
-        );
+        assert!(clip(&square, &Plane { n: DVec3::X, d: -1.0 }, 1e-9).is_empty());
         assert_eq!(newell(&square).normalize(), DVec3::Z);
     }
 }

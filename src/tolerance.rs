@@ -23,11 +23,7 @@ pub struct Tolerance {
 impl Tolerance {
     /// Tolerances for a scene whose bounding box has this diagonal (metres, finite, above zero).
     pub fn for_extent(diagonal: f64) -> Self {
-        Self {
-            coplanar: diagonal * 2e-6,
-            seal: diagonal * 5e-6,
-            clearance: diagonal * 1.2e-5,
-        }
+        Self { coplanar: diagonal * 2e-6, seal: diagonal * 5e-6, clearance: diagonal * 1.2e-5 }
     }
 
     /// The narrowest opening that is certain to be kept open: anything narrower may be sealed on purpose.

@@ -136,11 +136,7 @@ fn slit(from: u32, x: f64, a: (f64, f64), b: (f64, f64)) -> Portal {
     let (a, b) = (DVec3::new(x, a.0, a.1), DVec3::new(x, b.0, b.1));
     let across = DVec3::X.cross((b - a).normalize()) * 0.01;
     let winding = vec![a, b, b + across, a + across];
-    Portal {
-        plane: Plane { n: DVec3::X, d: x },
-        winding,
-        ..rectangle([CellId(from), CellId(from + 1)], 0, &Aabb::EMPTY)
-    }
+    Portal { plane: Plane { n: DVec3::X, d: x }, winding, ..rectangle([CellId(from), CellId(from + 1)], 0, &Aabb::EMPTY) }
 }
 
 #[test]
@@ -460,8 +456,7 @@ fn what_is_known_to_be_visible_is_in_the_bound_and_saves_steps() {
         };
         flow(&input, &|_, _| ())
     };
-    let (no_cells, no_objects) =
-        (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
+    let (no_cells, no_objects) = (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
     let blind = run(&no_cells, &no_objects);
     // Told everything that it will find, it has only the hidden pairs left to refute.
     let told = run(&blind.cells_upper, &blind.objects_upper);

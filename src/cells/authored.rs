@@ -10,20 +10,13 @@ use rayon::prelude::*;
 
 /// For each point, the author's room that holds it, as an index into [`Hints::rooms`]; the smallest where several do.
 pub(super) fn rooms_of(points: &[DVec3], hints: &Hints) -> Vec<Option<u32>> {
-    let boxes: Vec<Aabb> = hints
-        .rooms
-        .iter()
-        .map(|r| Aabb::of(r.surface.iter().flatten().copied()))
-        .collect();
+    let boxes: Vec<Aabb> = hints.rooms.iter().map(|r| Aabb::of(r.surface.iter().flatten().copied())).collect();
     points
         .par_iter()
         .map(|&p| {
             let inside = |i: &usize| boxes[*i].contains(p) && holds(&hints.rooms[*i], p);
             let size = |i: &usize| boxes[*i].size().element_product();
-            (0..boxes.len())
-                .filter(inside)
-                .min_by(|a, b| size(a).total_cmp(&size(b)))
-                .map(|i| i as u32)
+            (0..boxes.len()).filter(inside).min_by(|a, b| size(a).total_cmp(&size(b))).map(|i| i as u32)
         })
         .collect()
 }
@@ -51,43 +44,12 @@ mod tests {
 
     #[test]
     fn a_box_holds_its_middle_and_not_what_is_beside_above_or_below() {
-        let c = |i: usize| {
-            DVec3::new(
-                (i & 1) as f64 * 4.0,
-                (i >> 1 & 1) as f64 * 3.0,
-                (i >> 2 & 1) as f64 * 5.0,
-            )
-        };
-        let quads = [
-            [0, 1, 3, 2],
-            [4, 6, 7, 5],
-            [0, 4, 5, 1],
-            [2, 3, 7, 6],
-            [0, 2, 6, 4],
-            [1, 5, 7, 3],
-        ];
-        let surface = quads
-            .iter()
-            .flat_map(|q| [[c(q[0]), c(q[1]), c(q[2])], [c(q[0]), c(q[2]), c(q[3])]])
-            .collect();
-        let room = RoomHint {
-            id: "r".into(),
-            name: "r".into(),
-            storey: None,
-            surface,
-            outside: false,
-        };
-        let hints = Hints {
-            rooms: vec![room],
-            ..Hints::default()
-        };
-        let points = [
-            (2.0, 1.5, 2.5),
-            (5.0, 1.5, 2.5),
-            (2.0, 4.0, 2.5),
-            (2.0, -1.0, 2.5),
-            (2.0, 1.5, 2.0),
-        ];
+        let c = |i: usize| DVec3::new((i & 1) as f64 * 4.0, (i >> 1 & 1) as f64 * 3.0, (i >> 2 & 1) as f64 * 5.0);
+        let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+        let surface = quads.iter().flat_map(|q| [[c(q[0]), c(q[1]), c(q[2])], [c(q[0]), c(q[2]), c(q[3])]]).collect();
+        let room = RoomHint { id: "r".into(), name: "r".into(), storey: None, surface, outside: false };
+        let hints = Hints { rooms: vec![room], ..Hints::default() };
+        let points = [(2.0, 1.5, 2.5), (5.0, 1.5, 2.5), (2.0, 4.0, 2.5), (2.0, -1.0, 2.5), (2.0, 1.5, 2.0)];
         let found = rooms_of(&points.map(|(x, y, z)| DVec3::new(x, y, z)), &hints);
         assert_eq!(found, [Some(0), None, None, None, Some(0)]);
     }

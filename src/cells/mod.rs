@@ -131,11 +131,7 @@ impl CellGraph {
     #[inline]
     pub fn plane(&self, portal: DirectedPortal) -> Plane {
         let plane = self.portals[portal.portal().index()].plane;
-        if portal.side() == 0 {
-            plane
-        } else {
-            plane.flipped()
-        }
+        if portal.side() == 0 { plane } else { plane.flipped() }
     }
 
     /// Fills every [`Cell::portals`] from [`CellGraph::portals`].
@@ -145,9 +141,7 @@ impl CellGraph {
         }
         for (i, portal) in self.portals.iter().enumerate() {
             for side in 0..2 {
-                self.cells[portal.cells[side].index()]
-                    .portals
-                    .push(PortalId(i as u32).directed(side as u32));
+                self.cells[portal.cells[side].index()].portals.push(PortalId(i as u32).directed(side as u32));
             }
         }
     }

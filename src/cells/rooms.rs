@@ -49,6 +49,8 @@ const HALL: f64 = 150.0;
 /// Narrower than this (metres) or smaller (cubic metres) is a part of its neighbour: a door's reveal, a niche.
 const LEAST_WIDTH: f64 = 0.6;
 const LEAST_VOLUME: f64 = 1.5;
+/// The same where the author named rooms: what has no name and is this small is a plenum, a shaft, the inside of a wall.
+const LEAST_UNNAMED_VOLUME: f64 = 25.0;
 /// Most cells; beyond it the least volume grows until it fits.
 const MOST_CELLS: usize = 1_500;
 
@@ -58,9 +60,7 @@ struct Regions {
 
 impl Regions {
     fn new(n: usize) -> Self {
-        Self {
-            parent: (0..n as u32).collect(),
-        }
+        Self { parent: (0..n as u32).collect() }
     }
 
     fn find(&mut self, mut i: u32) -> u32 {
@@ -102,13 +102,10 @@ pub(super) fn label(
     let mut regions = Regions::new(n);
     let mut named: BTreeMap<i64, u32> = BTreeMap::new();
     let name_of = |p: usize| {
-        if rim[p] {
-            Some(-1)
-        } else {
-            rooms[p].map(i64::from)
-        }
+        if rim[p] { Some(-1) } else { rooms[p].map(i64::from) }
     };
     let mut name: Vec<Option<i64>> = (0..n).map(name_of).collect();
+    fill_up(faces, &mut name);
     for p in 0..n {
         if let Some(label) = name[p] {
             let first = *named.entry(label).or_insert(p as u32);
@@ -125,12 +122,7 @@ pub(super) fn label(
             name[r as usize] = name[r as usize].or(name[p as usize]);
         }
     }
-    let unite = |regions: &mut Regions,
-                 width: &mut [f64],
-                 volume: &mut [f64],
-                 name: &mut [Option<i64>],
-                 a: u32,
-                 b: u32| {
+    let unite = |regions: &mut Regions, width: &mut [f64], volume: &mut [f64], name: &mut [Option<i64>], a: u32, b: u32| {
         let (a, b) = (regions.find(a), regions.find(b));
         let r = regions.join(a, b) as usize;
         width[r] = width[a as usize].max(width[b as usize]);
@@ -141,9 +133,7 @@ pub(super) fn label(
     // 2. Gates, widest first.
     let usable = |f: &&Face| f.open_area > 0.0 && free[f.a as usize] && free[f.b as usize];
     let gates = gates(faces, seal);
-    let mut order: Vec<usize> = (0..faces.len())
-        .filter(|&i| usable(&&faces[i]) && gates[i].width > 0.0)
-        .collect();
+    let mut order: Vec<usize> = (0..faces.len()).filter(|&i| usable(&&faces[i]) && gates[i].width > 0.0).collect();
     order.sort_by(|&i, &j| gates[j].width.total_cmp(&gates[i].width).then(i.cmp(&j)));
     for i in order {
         let (a, b) = (regions.find(faces[i].a), regions.find(faces[i].b));
@@ -151,11 +141,7 @@ pub(super) fn label(
         if a == b || (na.is_some() && nb.is_some()) {
             continue;
         }
-        let share = if gates[i].framed {
-            WIDE_FRAMED_GATE
-        } else {
-            WIDE_GATE
-        };
+        let share = if gates[i].framed { WIDE_FRAMED_GATE } else { WIDE_GATE };
         let narrower = width[a as usize].min(width[b as usize]);
         if gates[i].width >= share * narrower {
             unite(&mut regions, &mut width, &mut volume, &mut name, a, b);
@@ -200,7 +186,8 @@ pub(super) fn label(
     }
 
     // 4. What is too small to be a room goes to the neighbour that it is most open to.
-    let mut least = LEAST_VOLUME * human.metre.powi(3);
+    let authored = rooms.iter().any(Option::is_some);
+    let mut least = if authored { LEAST_UNNAMED_VOLUME } else { LEAST_VOLUME } * human.metre.powi(3);
     loop {
         let mut best: BTreeMap<(u32, u32), f64> = BTreeMap::new();
         for f in faces.iter().filter(usable) {
@@ -211,8 +198,7 @@ pub(super) fn label(
             }
         }
         let small = |r: u32| {
-            name[r as usize].is_none()
-                && (volume[r as usize] < least || width[r as usize] < LEAST_WIDTH * human.metre)
+            name[r as usize].is_none() && (volume[r as usize] < least || width[r as usize] < LEAST_WIDTH * human.metre)
         };
         let mut wish: BTreeMap<u32, (u32, f64)> = BTreeMap::new();
         for (&(a, b), &open) in &best {
@@ -221,11 +207,7 @@ pub(super) fn label(
             }
         }
         let mut wishes: Vec<(u32, u32)> = wish.into_iter().map(|(a, (b, _))| (a, b)).collect();
-        wishes.sort_by(|x, y| {
-            volume[x.0 as usize]
-                .total_cmp(&volume[y.0 as usize])
-                .then(x.0.cmp(&y.0))
-        });
+        wishes.sort_by(|x, y| volume[x.0 as usize].total_cmp(&volume[y.0 as usize]).then(x.0.cmp(&y.0)));
         let mut joined = false;
         for (a, b) in wishes {
             let (ra, rb) = (regions.find(a), regions.find(b));
@@ -236,9 +218,7 @@ pub(super) fn label(
             }
         }
         if !joined {
-            let count = (0..n as u32)
-                .filter(|&p| free[p as usize] && regions.find(p) == p)
-                .count();
+            let count = (0..n as u32).filter(|&p| free[p as usize] && regions.find(p) == p).count();
             if count <= MOST_CELLS || best.is_empty() {
                 break;
             }
@@ -248,10 +228,7 @@ pub(super) fn label(
 
     // 5. Numbers in the order of the first piece.
     let mut number: HashMap<u32, u32> = HashMap::new();
-    let mut labels = Labels {
-        of_piece: vec![None; n],
-        regions: Vec::new(),
-    };
+    let mut labels = Labels { of_piece: vec![None; n], regions: Vec::new() };
     for p in 0..n as u32 {
         if free[p as usize] {
             let r = regions.find(p);
@@ -259,10 +236,7 @@ pub(super) fn label(
             let id = *number.entry(r).or_insert(next);
             if id == next {
                 let name = name[r as usize];
-                labels.regions.push(Region {
-                    room: name.and_then(|x| u32::try_from(x).ok()),
-                    outside: name == Some(-1),
-                });
+                labels.regions.push(Region { room: name.and_then(|x| u32::try_from(x).ok()), outside: name == Some(-1) });
             }
             labels.of_piece[p as usize] = Some(id);
         }
@@ -270,16 +244,32 @@ pub(super) fn label(
     labels
 }
 
+/// An author's room reaches up and down to the next slab or level: what lies over a ceiling that isn't there is the room's.
+fn fill_up(faces: &[Face], name: &mut [Option<i64>]) {
+    let through = |f: &&Face| matches!(f.surface, Surface::Cut(Cut::Sheet(_))) && f.open_area > 0.9 * f.area;
+    loop {
+        let mut grown = false;
+        for f in faces.iter().filter(through) {
+            for (from, to) in [(f.a, f.b), (f.b, f.a)] {
+                let room = name[from as usize].filter(|&r| r >= 0);
+                if room.is_some() && name[to as usize].is_none() {
+                    name[to as usize] = room;
+                    grown = true;
+                }
+            }
+        }
+        if !grown {
+            return;
+        }
+    }
+}
+
 /// Pieces that touch the rim of the domain: they are the outside.
 fn rim(plan: &Plan, columns: &Columns) -> Vec<bool> {
     let mut out = Vec::with_capacity(columns.pieces());
     for (t, slices) in columns.slices.iter().enumerate() {
         let at_edge = plan.neighbours[t].iter().any(Option::is_none);
-        out.extend(
-            slices
-                .windows(2)
-                .map(|w| at_edge || w[0].cut == Cut::Bottom || w[1].cut == Cut::Top),
-        );
+        out.extend(slices.windows(2).map(|w| at_edge || w[0].cut == Cut::Bottom || w[1].cut == Cut::Top));
     }
     out
 }
@@ -288,19 +278,12 @@ fn volume(plan: &Plan, columns: &Columns, piece: u32) -> f64 {
     let (floor, ceiling) = columns.heights(piece);
     let (column, _) = columns.of_piece(piece);
     let corners = plan.triangles[column].map(|i| plan.points[i as usize]);
-    super::complex::coverage::area(&corners) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>()
-        / 3.0
+    super::complex::coverage::area(&corners) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
 }
 
 /// For each piece, how wide the space around its middle is, metres: twice the way to the nearest wall that stands at its height,
 /// at most twice its own height.
-fn widths(
-    plan: &Plan,
-    columns: &Columns,
-    faces: &[Face],
-    facets: &Facets,
-    human: Human,
-) -> Vec<f64> {
+fn widths(plan: &Plan, columns: &Columns, faces: &[Face], facets: &Facets, human: Human) -> Vec<f64> {
     struct Standing {
         ends: (DVec2, DVec2),
         heights: (f64, f64),
@@ -329,10 +312,7 @@ fn widths(
         for c in cells {
             grid.entry(c).or_default().push(walls.len() as u32);
         }
-        walls.push(Standing {
-            ends,
-            heights: (lo.y, hi.y),
-        });
+        walls.push(Standing { ends, heights: (lo.y, hi.y) });
     }
     const FAR: i64 = 8;
     let nearest = |q: DVec2, low: f64, high: f64| {
@@ -344,19 +324,14 @@ fn widths(
                 break;
             }
             for x in cx - ring..=cx + ring {
-                let step = if (x - cx).abs() == ring {
-                    1
-                } else {
-                    (2 * ring).max(1)
-                };
+                let step = if (x - cx).abs() == ring { 1 } else { (2 * ring).max(1) };
                 let mut y = cy - ring;
                 while y <= cy + ring {
                     for &w in grid.get(&(x, y)).map_or(&[][..], Vec::as_slice) {
                         let w = &walls[w as usize];
                         if w.heights.0 < high && low < w.heights.1 {
                             let (a, d) = (w.ends.0, w.ends.1 - w.ends.0);
-                            let t = ((q - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE))
-                                .clamp(0.0, 1.0);
+                            let t = ((q - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
                             best = best.min(q.distance(a + d * t));
                         }
                     }
@@ -370,16 +345,9 @@ fn widths(
         .into_par_iter()
         .map(|p| {
             let (column, _) = columns.of_piece(p);
-            let middle = plan.triangles[column]
-                .iter()
-                .map(|&i| plan.points[i as usize])
-                .sum::<DVec2>()
-                / 3.0;
+            let middle = plan.triangles[column].iter().map(|&i| plan.points[i as usize]).sum::<DVec2>() / 3.0;
             let (floor, ceiling) = columns.heights(p);
-            let (low, high) = (
-                floor.iter().sum::<f64>() / 3.0,
-                ceiling.iter().sum::<f64>() / 3.0,
-            );
+            let (low, high) = (floor.iter().sum::<f64>() / 3.0, ceiling.iter().sum::<f64>() / 3.0);
             // Walls that only graze the piece's height don't narrow it.
             let (a, b) = (low + 0.25 * (high - low), low + 0.75 * (high - low));
             (2.0 * nearest(middle, a, b)).min(2.0 * (high - low))
@@ -390,14 +358,7 @@ fn widths(
 /// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward
 /// (or, where the model is wound both ways, that are as large as a room). A wrong answer costs culling, not correctness: no line
 /// leaves a sealed piece.
-fn free_space(
-    n: usize,
-    faces: &[Face],
-    rim: &[bool],
-    rooms: &[Option<u32>],
-    widths: &[f64],
-    human: Human,
-) -> Vec<bool> {
+fn free_space(n: usize, faces: &[Face], rim: &[bool], rooms: &[Option<u32>], widths: &[f64], human: Human) -> Vec<bool> {
     let mut parts = Regions::new(n);
     for f in faces.iter().filter(|f| f.open_area > 0.0) {
         parts.join(f.a, f.b);
@@ -411,10 +372,7 @@ fn free_space(
         roomy[root] |= widths[p as usize] >= 1.0 * human.metre;
     }
     for f in faces {
-        for (piece, [inward, outward]) in [
-            (f.a, [f.fronts[0], f.fronts[1]]),
-            (f.b, [f.fronts[1], f.fronts[0]]),
-        ] {
+        for (piece, [inward, outward]) in [(f.a, [f.fronts[0], f.fronts[1]]), (f.b, [f.fronts[1], f.fronts[0]])] {
             let root = parts.find(piece) as usize;
             looks[root][0] += inward;
             looks[root][1] += outward;
@@ -424,9 +382,7 @@ fn free_space(
         let [inward, outward] = looks[root];
         known[root] || inward > 1.5 * outward || (inward > 0.67 * outward && roomy[root])
     };
-    (0..n as u32)
-        .map(|p| free_part(parts.find(p) as usize))
-        .collect()
+    (0..n as u32).map(|p| free_part(parts.find(p) as usize)).collect()
 }
 
 #[derive(Clone, Copy)]
@@ -438,11 +394,7 @@ struct Gate {
 }
 
 fn extent(polygon: &[DVec2]) -> (DVec2, DVec2) {
-    polygon
-        .iter()
-        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| {
-            (a.0.min(*p), a.1.max(*p))
-        })
+    polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)))
 }
 
 /// The gate of each face. Openings of one wall that touch along it are one opening.
@@ -450,10 +402,7 @@ fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
     let open_extent = |f: &Face| match &f.open {
         Open::Whole => extent(&f.polygon),
         Open::Parts(parts) => {
-            let boxes = parts
-                .iter()
-                .filter_map(|s| s.first())
-                .map(|outer| extent(&points(outer)));
+            let boxes = parts.iter().filter_map(|s| s.first()).map(|outer| extent(&points(outer)));
             boxes
                 .max_by(|a, b| {
                     let size = |e: &(DVec2, DVec2)| (e.1 - e.0).x * (e.1 - e.0).y;
@@ -473,10 +422,7 @@ fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
                 Surface::Cut(_) => 0.0,
                 _ => size.x.min(size.y),
             };
-            Gate {
-                width,
-                framed: framed(f),
-            }
+            Gate { width, framed: framed(f) }
         })
         .collect();
     let mut by_wall: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -486,8 +432,7 @@ fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
         }
     }
     for (_, mut list) in by_wall {
-        let extents: HashMap<usize, (DVec2, DVec2)> =
-            list.iter().map(|&i| (i, open_extent(&faces[i]))).collect();
+        let extents: HashMap<usize, (DVec2, DVec2)> = list.iter().map(|&i| (i, open_extent(&faces[i]))).collect();
         list.sort_by(|a, b| extents[a].0.x.total_cmp(&extents[b].0.x).then(a.cmp(b)));
         let mut groups = Regions::new(list.len());
         let mut active: Vec<usize> = Vec::new();
@@ -505,21 +450,12 @@ fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
         let mut whole: HashMap<u32, (DVec2, DVec2, bool)> = HashMap::new();
         for k in 0..list.len() {
             let (lo, hi) = extents[&list[k]];
-            let entry = whole
-                .entry(groups.find(k as u32))
-                .or_insert((lo, hi, false));
-            *entry = (
-                entry.0.min(lo),
-                entry.1.max(hi),
-                entry.2 || gates[list[k]].framed,
-            );
+            let entry = whole.entry(groups.find(k as u32)).or_insert((lo, hi, false));
+            *entry = (entry.0.min(lo), entry.1.max(hi), entry.2 || gates[list[k]].framed);
         }
         for k in 0..list.len() {
             let (lo, hi, framed) = whole[&groups.find(k as u32)];
-            gates[list[k]] = Gate {
-                width: (hi - lo).min_element(),
-                framed,
-            };
+            gates[list[k]] = Gate { width: (hi - lo).min_element(), framed };
         }
     }
     gates

@@ -39,14 +39,8 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
         Some(Strategy::Given) => return Err(SplitError::Given),
         Some(s) => (s, "asked for".to_owned()),
-        None if has_rooms => (
-            Strategy::Authored,
-            format!("the model names {} rooms", scene.hints.rooms.len()),
-        ),
-        None => (
-            Strategy::Plan,
-            "the model names no rooms; walls and floors do".to_owned(),
-        ),
+        None if has_rooms => (Strategy::Authored, format!("the model names {} rooms", scene.hints.rooms.len())),
+        None => (Strategy::Plan, "the model names no rooms; walls and floors do".to_owned()),
     };
     let with_rooms = strategy == Strategy::Authored;
 
@@ -56,14 +50,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     let found = facets(scene, tolerance.coplanar, tolerance.seal, human, with_rooms);
     let plan = arrange(&found, domain, tolerance.coplanar, 0.03 * human.metre);
     let levels = levels(scene, &found, human);
-    let columns = columns(
-        &plan,
-        &found,
-        domain,
-        tolerance.coplanar,
-        &levels,
-        0.45 * human.metre,
-    );
+    let columns = columns(&plan, &found, domain, tolerance.coplanar, &levels, 0.45 * human.metre);
     // 2. What is open between them.
     let faces = faces(&plan, &columns, &found, tolerance.coplanar, tolerance.seal);
     // 3. Labels.
@@ -71,11 +58,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         let centres: Vec<DVec3> = (0..columns.pieces() as u32)
             .map(|p| {
                 let (column, _) = columns.of_piece(p);
-                let q = plan.triangles[column]
-                    .iter()
-                    .map(|&i| plan.points[i as usize])
-                    .sum::<glam::DVec2>()
-                    / 3.0;
+                let q = plan.triangles[column].iter().map(|&i| plan.points[i as usize]).sum::<glam::DVec2>() / 3.0;
                 let (floor, ceiling) = columns.heights(p);
                 lift(q, (0..3).map(|i| floor[i] + ceiling[i]).sum::<f64>() / 6.0)
             })
@@ -84,23 +67,9 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     } else {
         vec![None; columns.pieces()]
     };
-    let labels = label(
-        &plan,
-        &columns,
-        &faces,
-        &found,
-        human,
-        tolerance.seal,
-        &rooms, !scene.hints.storeys.is_empty());
+    let labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &rooms, !scene.hints.storeys.is_empty());
     // 4. The graph.
-    let complex = Complex {
-        plan: &plan,
-        columns: &columns,
-        facets: &found,
-        faces: &faces,
-        levels: &levels,
-        domain,
-    };
+    let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
     let mut graph = CellGraph {
         strategy,
         reason,
@@ -116,20 +85,14 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
 
 /// Heights that part storeys even where no slab does: the author's, or those with much floor; and the model's own rims.
 fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
-    let structure = scene
-        .objects
-        .iter()
-        .filter(|o| matches!(o.role, Role::Structure | Role::Unknown));
+    let structure = scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown));
     let bounds = structure.fold(Aabb::EMPTY, |b, o| b.union(o.bounds));
     let mut levels: Vec<f64> = scene.hints.storeys.iter().map(|s| s.elevation).collect();
     if levels.is_empty() {
         let mut floors: Vec<(f64, f64)> = Vec::new();
         for sheet in 0..found.sheets.len() as u32 {
             let plane = found.sheets[sheet as usize].plane;
-            let of_sheet = found
-                .sheet_facets
-                .iter()
-                .filter(|f| f.owner == sheet && f.front && f.opaque);
+            let of_sheet = found.sheet_facets.iter().filter(|f| f.owner == sheet && f.front && f.opaque);
             let area: f64 = of_sheet.map(|f| crate::geom::area(&f.corners)).sum();
             if plane.n.y > 0.999 && area > 0.0 {
                 floors.push((area, plane.d / plane.n.y));
@@ -138,9 +101,7 @@ fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
         floors.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
         let most = floors.first().map_or(0.0, |f| f.0);
         for (area, y) in floors {
-            let clear = levels
-                .iter()
-                .all(|l: &f64| (l - y).abs() >= 2.2 * human.metre);
+            let clear = levels.iter().all(|l: &f64| (l - y).abs() >= 2.2 * human.metre);
             if clear && area >= 0.15 * most && area >= 8.0 * human.metre.powi(2) {
                 levels.push(y);
             }
@@ -172,37 +133,21 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
                 _ => format!("cell {i}"),
             };
             let open = region.outside || hint.is_some_and(|h| h.outside);
-            Cell {
-                name,
-                source: hint.map(|h| h.id.clone()),
-                open,
-                pieces,
-                portals: Vec::new(),
-            }
+            Cell { name, source: hint.map(|h| h.id.clone()), open, pieces, portals: Vec::new() }
         })
         .collect()
 }
 
 fn notes(scene: &Scene, labels: &Labels, found: &Facets, human: Human) -> Vec<String> {
-    let mut notes = vec![format!(
-        "{} walls and {} sheets make cuts",
-        found.walls.len(),
-        found.sheets.len()
-    )];
+    let mut notes = vec![format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len())];
     if human.metre != 1.0 {
-        notes.push(format!(
-            "the model is plainly not in metres: a person's metre is taken as {} units",
-            human.metre
-        ));
+        notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
     }
     for (i, room) in scene.hints.rooms.iter().enumerate() {
         if !labels.regions.is_empty() && labels.regions.iter().any(|r| r.room.is_some()) {
             let found = labels.regions.iter().any(|r| r.room == Some(i as u32));
             if !found {
-                notes.push(format!(
-                    "room {} ({}) holds no free space",
-                    room.id, room.name
-                ));
+                notes.push(format!("room {} ({}) holds no free space", room.id, room.name));
             }
         }
     }
@@ -213,8 +158,7 @@ fn notes(scene: &Scene, labels: &Labels, found: &Facets, human: Human) -> Vec<St
 fn name_openings(scene: &Scene, portals: &mut [Portal], human: Human) {
     let hinted: Vec<(Aabb, OpeningKind, &str)> = (scene.hints.openings.iter())
         .map(|o| {
-            let around =
-                Aabb::of(o.winding.iter().copied()).inflated(0.5 * o.thickness + 0.1 * human.metre);
+            let around = Aabb::of(o.winding.iter().copied()).inflated(0.5 * o.thickness + 0.1 * human.metre);
             (around, o.kind, o.id.as_str())
         })
         .collect();

@@ -97,9 +97,9 @@ fn between(graph: &CellGraph, id: PortalId, tolerance: f64) -> bool {
     let (centre, n) = (middle(&portal.winding), portal.plane.n);
     let holds = |c: CellId, p: DVec3| graph.cells[c.index()].pieces.iter().any(|piece| piece.contains(p, tolerance));
     let samples = portal.winding.iter().flat_map(|&w| [0.02, 0.35, 0.7, 0.98].map(|t| centre.lerp(w, t))).chain([centre]);
-    samples.into_iter().any(|p| {
-        holds(portal.cells[0], p - n * (2.0 * tolerance)) && holds(portal.cells[1], p + n * (2.0 * tolerance))
-    })
+    samples
+        .into_iter()
+        .any(|p| holds(portal.cells[0], p - n * (2.0 * tolerance)) && holds(portal.cells[1], p + n * (2.0 * tolerance)))
 }
 
 /// The answer of [`sealing`].
@@ -207,7 +207,9 @@ fn leak(
         }
         if next.cell != here.cell {
             let through = pairs.get(&(here.cell, next.cell)).is_some_and(|list| {
-                list.iter().any(|p| passes(&graph.portals[p.index()].winding, graph.portals[p.index()].plane, point, graph.smallest_hole))
+                list.iter().any(|p| {
+                    passes(&graph.portals[p.index()].winding, graph.portals[p.index()].plane, point, graph.smallest_hole)
+                })
             });
             if !through && next.span[1] - next.span[0] > 2.0 * slack && really(at) {
                 return Some(Fault::Leak { cells: [Some(here.cell), Some(next.cell)], at: point, segment: [from, to] });

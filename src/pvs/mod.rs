@@ -45,12 +45,7 @@ pub struct PvsOptions {
 
 impl Default for PvsOptions {
     fn default() -> Self {
-        Self {
-            ship: Guarantee::Conservative,
-            seed: 0,
-            ray_budget: 20_000_000,
-            flow_steps: 200_000,
-        }
+        Self { ship: Guarantee::Conservative, seed: 0, ray_budget: 20_000_000, flow_steps: 20_000 }
     }
 }
 

@@ -42,14 +42,7 @@ pub struct SceneBuilder {
 impl SceneBuilder {
     /// An empty scene.
     pub fn new(options: &ImportOptions, source: Source) -> Self {
-        Self {
-            options: options.clone(),
-            meshes: Vec::new(),
-            count: 0,
-            degenerate: 0,
-            hints: Hints::default(),
-            source,
-        }
+        Self { options: options.clone(), meshes: Vec::new(), count: 0, degenerate: 0, hints: Hints::default(), source }
     }
 
     /// Counts triangles against [`ImportOptions::max_triangles`]. [`SceneBuilder::add`] does so itself; importers call it for
@@ -84,18 +77,8 @@ impl SceneBuilder {
 
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
-        let used = |m: &Mesh| {
-            Aabb::of(
-                m.triangles
-                    .iter()
-                    .flatten()
-                    .map(|&i| m.positions[i as usize]),
-            )
-        };
-        let bounds = self
-            .meshes
-            .iter()
-            .fold(Aabb::EMPTY, |b, m| b.union(used(m)));
+        let used = |m: &Mesh| Aabb::of(m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
+        let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, m| b.union(used(m)));
         if bounds.is_empty() {
             return Err(ImportError::Empty);
         }
@@ -118,44 +101,23 @@ impl SceneBuilder {
                     }));
                 }
                 let triangles = start..triangles.len() as u32;
-                objects.push(Object {
-                    node: mesh.node.clone(),
-                    role: mesh.role,
-                    opaque: mesh.opaque,
-                    triangles,
-                    bounds,
-                });
+                objects.push(Object { node: mesh.node.clone(), role: mesh.role, opaque: mesh.opaque, triangles, bounds });
             }
         }
         if self.degenerate > 0 {
-            self.source.notes.push(format!(
-                "{} triangles without area dropped",
-                self.degenerate
-            ));
+            self.source.notes.push(format!("{} triangles without area dropped", self.degenerate));
         }
         let mut hints = self.hints;
         for s in &mut hints.storeys {
             s.elevation -= origin.y;
         }
-        for p in hints
-            .rooms
-            .iter_mut()
-            .flat_map(|r| r.surface.iter_mut().flatten())
-        {
+        for p in hints.rooms.iter_mut().flat_map(|r| r.surface.iter_mut().flatten()) {
             *p -= origin;
         }
         for p in hints.openings.iter_mut().flat_map(|o| o.winding.iter_mut()) {
             *p -= origin;
         }
-        Ok(Scene {
-            name: name.to_owned(),
-            source: self.source,
-            origin,
-            positions,
-            triangles,
-            objects,
-            hints,
-        })
+        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, hints })
     }
 }
 

@@ -80,9 +80,6 @@ pub enum ImportError {
 impl ImportError {
     /// Shorthand for [`ImportError::Malformed`].
     pub fn malformed(place: Place, what: impl Into<String>) -> Self {
-        Self::Malformed {
-            place,
-            what: what.into(),
-        }
+        Self::Malformed { place, what: what.into() }
     }
 }

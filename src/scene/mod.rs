@@ -97,17 +97,12 @@ impl Scene {
 
     /// The object that owns a triangle.
     pub fn object_of(&self, triangle: usize) -> ObjectId {
-        ObjectId(
-            self.objects
-                .partition_point(|o| o.triangles.end as usize <= triangle) as u32,
-        )
+        ObjectId(self.objects.partition_point(|o| o.triangles.end as usize <= triangle) as u32)
     }
 
     /// Box around everything.
     pub fn bounds(&self) -> Aabb {
-        self.objects
-            .iter()
-            .fold(Aabb::EMPTY, |b, o| b.union(o.bounds))
+        self.objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.bounds))
     }
 
     /// The tolerances that fit this scene's size.
@@ -119,12 +114,7 @@ impl Scene {
     /// was baked for.
     pub fn hash(&self) -> u128 {
         let mut h = xxhash_rust::xxh3::Xxh3::new();
-        for x in self
-            .positions
-            .iter()
-            .chain([&self.origin])
-            .flat_map(|p| p.to_array())
-        {
+        for x in self.positions.iter().chain([&self.origin]).flat_map(|p| p.to_array()) {
             h.update(&x.to_bits().to_le_bytes());
         }
         for i in self.triangles.iter().flatten() {
@@ -151,21 +141,13 @@ pub struct ImportOptions {
 
 impl Default for ImportOptions {
     fn default() -> Self {
-        Self {
-            object_triangles: 256,
-            metres_per_unit: None,
-            max_triangles: 50_000_000,
-        }
+        Self { object_triangles: 256, metres_per_unit: None, max_triangles: 50_000_000 }
     }
 }
 
 /// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`).
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let extension = path
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or_default()
-        .to_ascii_lowercase();
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "glb" | "gltf" => gltf::import(path, options),
         "obj" => obj::import(path, options),

@@ -73,8 +73,7 @@ impl Grid {
             doors: [(); 3].map(|()| vec![Vec::new(); rooms]),
             objects: Vec::new(),
         };
-        let border =
-            |at: [usize; 3]| (0..3).any(|axis| size[axis] > 1 && (at[axis] == 0 || at[axis] + 1 == size[axis]));
+        let border = |at: [usize; 3]| (0..3).any(|axis| size[axis] > 1 && (at[axis] == 0 || at[axis] + 1 == size[axis]));
         if recipe.outside {
             let first = (0..rooms).find(|&r| border(grid.at(r))).expect("a border");
             let ring: Vec<usize> = (0..rooms).filter(|&r| border(grid.at(r))).collect();
@@ -159,10 +158,8 @@ impl Grid {
         let mut cells = vec![Cell::default(); self.cells];
         for room in 0..self.cell.len() {
             let bounds = self.bounds(room);
-            let planes = DVec3::AXES
-                .iter()
-                .flat_map(|&n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)])
-                .collect();
+            let planes =
+                DVec3::AXES.iter().flat_map(|&n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)]).collect();
             cells[self.cell[room]].pieces.push(Piece { planes, bounds });
         }
         graph(cells, portals)
@@ -251,12 +248,8 @@ pub fn rectangle(cells: [CellId; 2], axis: usize, b: &Aabb) -> Portal {
         (p[u], p[v]) = (cu, cv);
         p
     };
-    let winding = vec![
-        corner(b.min[u], b.min[v]),
-        corner(b.max[u], b.min[v]),
-        corner(b.max[u], b.max[v]),
-        corner(b.min[u], b.max[v]),
-    ];
+    let winding =
+        vec![corner(b.min[u], b.min[v]), corner(b.max[u], b.min[v]), corner(b.max[u], b.max[v]), corner(b.min[u], b.max[v])];
     let plane = Plane::through(b.min, DVec3::AXES[axis]);
     Portal { cells, plane, winding, kind: PortalKind::Door, source: None }
 }

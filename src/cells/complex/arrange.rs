@@ -29,11 +29,7 @@ pub fn arrange(facets: &Facets, domain: Aabb, coplanar: f64, reach: f64) -> Plan
     let snap = |q: DVec2| ((q.x / grid).round() as i64, (q.y / grid).round() as i64);
     let mut segments: Vec<(DVec2, DVec2)> = Vec::new();
     for wall in &facets.walls {
-        segments.extend(
-            wall.spans
-                .iter()
-                .map(|&(u0, u1)| (wall.at(u0), wall.at(u1))),
-        );
+        segments.extend(wall.spans.iter().map(|&(u0, u1)| (wall.at(u0), wall.at(u1))));
     }
     segments.extend(facets.sheets.iter().flat_map(|s| s.outline.iter().copied()));
     segments.retain(|(a, b)| snap(*a) != snap(*b));
@@ -72,9 +68,7 @@ pub fn arrange(facets: &Facets, domain: Aabb, coplanar: f64, reach: f64) -> Plan
 
 /// For each segment, where others cross it, as fractions of its length; beyond 0 or 1 where it stops short by up to `reach`.
 fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
-    let cell = segments.iter().map(|(a, b)| a.distance(*b)).sum::<f64>()
-        / (segments.len().max(1)) as f64
-        + 4.0 * reach;
+    let cell = segments.iter().map(|(a, b)| a.distance(*b)).sum::<f64>() / (segments.len().max(1)) as f64 + 4.0 * reach;
     let cells_of = |&(a, b): &(DVec2, DVec2)| {
         let (lo, hi) = ((a.min(b) - reach) / cell, (a.max(b) + reach) / cell);
         let n = (b - a).perp().normalize_or_zero();
@@ -96,11 +90,7 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
         .par_iter()
         .enumerate()
         .map(|(i, s)| {
-            let mut others: Vec<u32> = cells_of(s)
-                .filter_map(|c| buckets.get(&c))
-                .flatten()
-                .copied()
-                .collect();
+            let mut others: Vec<u32> = cells_of(s).filter_map(|c| buckets.get(&c)).flatten().copied().collect();
             others.sort_unstable();
             others.dedup();
             let (a, b) = *s;
@@ -160,26 +150,17 @@ fn triangulate(vertices: Vec<Point2<f64>>, edges: Vec<[usize; 2]>) -> Plan {
             cdt.add_constraint_and_split(a, b, |p| p);
         }
     }
-    let number: HashMap<usize, u32> = cdt
-        .inner_faces()
-        .enumerate()
-        .map(|(i, f)| (f.fix().index(), i as u32))
-        .collect();
+    let number: HashMap<usize, u32> = cdt.inner_faces().enumerate().map(|(i, f)| (f.fix().index(), i as u32)).collect();
     let mut plan = Plan {
-        points: cdt
-            .vertices()
-            .map(|v| DVec2::new(v.position().x, v.position().y))
-            .collect(),
+        points: cdt.vertices().map(|v| DVec2::new(v.position().x, v.position().y)).collect(),
         triangles: Vec::new(),
         neighbours: Vec::new(),
         constrained: Vec::new(),
     };
     for face in cdt.inner_faces() {
         let edges = face.adjacent_edges();
-        plan.triangles
-            .push(edges.map(|e| e.from().fix().index() as u32));
-        plan.neighbours
-            .push(edges.map(|e| e.rev().face().as_inner().map(|f| number[&f.fix().index()])));
+        plan.triangles.push(edges.map(|e| e.from().fix().index() as u32));
+        plan.neighbours.push(edges.map(|e| e.rev().face().as_inner().map(|f| number[&f.fix().index()])));
         plan.constrained.push(edges.map(|e| e.is_constraint_edge()));
     }
     plan

@@ -42,37 +42,21 @@ pub struct Complex<'c> {
 impl Complex<'_> {
     /// The plane of a face with its normal from piece `a` to piece `b`, and the way from face coordinates to the world.
     fn frame(&self, face: &Face) -> (Plane, Box<dyn Fn(DVec2) -> DVec3 + '_>) {
-        let upright = |normal: DVec2, on: DVec2| {
-            // `a`'s column lies wholly on one side of the line.
-            let (column, _) = self.columns.of_piece(face.a);
-            let middle = self.plan.triangles[column]
-                .iter()
-                .map(|&i| self.plan.points[i as usize])
-                .sum::<DVec2>()
-                / 3.0;
-            let normal = if normal.dot(middle - on) > 0.0 {
-                -normal
-            } else {
-                normal
-            };
-            Plane::through(lift(on, 0.0), lift(normal, 0.0))
+        // Told by the edge of the plan and not by a point of the column, which may be thinner than the wall is flat.
+        let upright = |along: DVec2, on: DVec2| {
+            let right = -along.perp();
+            Plane::through(lift(on, 0.0), lift(if face.a_is_left { right } else { -right }, 0.0))
         };
         match face.surface {
             Surface::Wall(w) => {
                 let wall = &self.facets.walls[w as usize];
-                (
-                    upright(wall.normal, wall.at(0.0)),
-                    Box::new(move |p| lift(wall.at(p.x), p.y)),
-                )
+                (upright(wall.along(), wall.at(0.0)), Box::new(move |p| lift(wall.at(p.x), p.y)))
             }
             Surface::Edge { triangle, edge } => {
                 let t = self.plan.triangles[triangle as usize];
                 let a = self.plan.points[t[edge as usize] as usize];
                 let along = (self.plan.points[t[(edge as usize + 1) % 3] as usize] - a).normalize();
-                (
-                    upright(along.perp(), a),
-                    Box::new(move |p| lift(a + along * p.x, p.y)),
-                )
+                (upright(along, a), Box::new(move |p| lift(a + along * p.x, p.y)))
             }
             Surface::Cut(Cut::Sheet(s)) => {
                 let sheet = &self.facets.sheets[s as usize];
@@ -110,35 +94,19 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
         };
         let (plane, _) = complex.frame(f);
         let forward = if a < b { plane.n } else { -plane.n };
-        let positive = [forward.x, forward.y, forward.z]
-            .into_iter()
-            .find(|x| x.abs() > 1e-6)
-            .is_some_and(|x| x > 0.0);
-        groups
-            .entry((a.min(b), a.max(b), surface, positive))
-            .or_default()
-            .push(i);
+        let positive = [forward.x, forward.y, forward.z].into_iter().find(|x| x.abs() > 1e-6).is_some_and(|x| x > 0.0);
+        groups.entry((a.min(b), a.max(b), surface, positive)).or_default().push(i);
     }
     use rayon::prelude::*;
     let groups: Vec<_> = groups.into_iter().collect();
     let of_group = |((low, high, ..), members): &((u32, u32, [u32; 3], bool), Vec<usize>)| {
         let first = &complex.faces[members[0]];
         let (plane, to_world) = complex.frame(first);
-        let plane = if labels[first.a as usize] == Some(*low) {
-            plane
-        } else {
-            plane.flipped()
-        };
+        let plane = if labels[first.a as usize] == Some(*low) { plane } else { plane.flipped() };
         let mut parts: Vec<Shape> = Vec::new();
         for &i in members {
             match &complex.faces[i].open {
-                Open::Whole => parts.push(vec![
-                    complex.faces[i]
-                        .polygon
-                        .iter()
-                        .map(|p| p.to_array())
-                        .collect(),
-                ]),
+                Open::Whole => parts.push(vec![complex.faces[i].polygon.iter().map(|p| p.to_array()).collect()]),
                 Open::Parts(p) => parts.extend(p.iter().cloned()),
             }
         }
@@ -146,30 +114,16 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
         hulls
             .filter_map(|hull| {
                 let mut winding: Vec<DVec3> = hull.iter().map(|&p| to_world(p)).collect();
-                let n = crate::geom::newell(
-                    &winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>(),
-                );
+                let n = crate::geom::newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>());
                 if n.dot(plane.n) < 0.0 {
                     winding.reverse();
                 }
                 let cells = [CellId(*low), CellId(*high)];
-                (n.length() > 0.0).then_some(Portal {
-                    cells,
-                    plane,
-                    winding,
-                    kind: PortalKind::Opening,
-                    source: None,
-                })
+                (n.length() > 0.0).then_some(Portal { cells, plane, winding, kind: PortalKind::Opening, source: None })
             })
             .collect::<Vec<_>>()
     };
-    groups
-        .par_iter()
-        .map(of_group)
-        .collect::<Vec<_>>()
-        .into_iter()
-        .flatten()
-        .collect()
+    groups.par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 /// Convex polygons that hold every part, each grown to make good what coverage took.
@@ -180,11 +134,7 @@ fn hulls(mut parts: Vec<Shape>, seal: f64) -> Vec<Vec<DVec2>> {
         *p = p.map(|x| (x / grid).round() * grid);
     }
     let none: Vec<Shape> = Vec::new();
-    let united = if parts.len() > 1 {
-        parts.overlay(&none, OverlayRule::Subject, FillRule::NonZero)
-    } else {
-        parts
-    };
+    let united = if parts.len() > 1 { parts.overlay(&none, OverlayRule::Subject, FillRule::NonZero) } else { parts };
     let mut out = Vec::new();
     for shape in united {
         split(shape, MOST_SPLITS, &mut out);
@@ -192,9 +142,8 @@ fn hulls(mut parts: Vec<Shape>, seal: f64) -> Vec<Vec<DVec2>> {
     out.iter()
         .map(|hull| {
             let by = 1.5 * seal;
-            let grown = hull.iter().flat_map(|p| {
-                [(-by, -by), (by, -by), (by, by), (-by, by)].map(|(x, y)| *p + DVec2::new(x, y))
-            });
+            let grown =
+                hull.iter().flat_map(|p| [(-by, -by), (by, -by), (by, by), (-by, by)].map(|(x, y)| *p + DVec2::new(x, y)));
             convex_hull(grown.collect())
         })
         .collect()
@@ -211,11 +160,7 @@ fn split(shape: Shape, splits: u32, out: &mut Vec<Vec<DVec2>>) {
         out.push(hull);
         return;
     }
-    let (lo, hi) = hull
-        .iter()
-        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| {
-            (a.0.min(*p), a.1.max(*p))
-        });
+    let (lo, hi) = hull.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)));
     let half = |axis: usize, at: f64, upper: bool| {
         let (mut a, mut b) = (lo - 1.0, hi + 1.0);
         if upper {
@@ -226,25 +171,15 @@ fn split(shape: Shape, splits: u32, out: &mut Vec<Vec<DVec2>>) {
         let window = vec![[a.x, a.y], [b.x, a.y], [b.x, b.y], [a.x, b.y]];
         shape.overlay(&window, OverlayRule::Intersect, FillRule::NonZero)
     };
-    let loose = |shapes: &[Shape]| -> f64 {
-        shapes
-            .iter()
-            .filter_map(|s| s.first())
-            .map(|c| area(&convex_hull(points(c))))
-            .sum()
-    };
+    let loose =
+        |shapes: &[Shape]| -> f64 { shapes.iter().filter_map(|s| s.first()).map(|c| area(&convex_hull(points(c)))).sum() };
     let mut lines: Vec<(usize, f64)> = Vec::new();
     for axis in 0..2 {
         let mut at: Vec<f64> = shape.iter().flatten().map(|p| p[axis]).collect();
         at.sort_by(f64::total_cmp);
         at.dedup();
         let step = at.len().div_ceil(12).max(1);
-        lines.extend(
-            at.into_iter()
-                .step_by(step)
-                .filter(|&x| x > lo[axis] && x < hi[axis])
-                .map(|x| (axis, x)),
-        );
+        lines.extend(at.into_iter().step_by(step).filter(|&x| x > lo[axis] && x < hi[axis]).map(|x| (axis, x)));
     }
     let best = lines
         .iter()
@@ -255,10 +190,7 @@ fn split(shape: Shape, splits: u32, out: &mut Vec<Vec<DVec2>>) {
         .min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
         Some((total, halves)) if total < 0.98 * area(&hull) => {
-            halves
-                .into_iter()
-                .flatten()
-                .for_each(|s| split(s, splits - 1, out));
+            halves.into_iter().flatten().for_each(|s| split(s, splits - 1, out));
         }
         _ => out.push(hull),
     }
@@ -278,18 +210,9 @@ pub fn pieces(complex: &Complex<'_>, labels: &[Option<u32>], cells: usize) -> Ve
                 k += 1;
             }
             if let Some(l) = label(from) {
-                let low = slices[from]
-                    .heights
-                    .iter()
-                    .fold(f64::INFINITY, |a, &b| a.min(b));
-                let high = slices[k + 1]
-                    .heights
-                    .iter()
-                    .fold(f64::NEG_INFINITY, |a, &b| a.max(b));
-                prisms
-                    .entry((l, slices[from].cut, slices[k + 1].cut))
-                    .or_default()
-                    .push((t as u32, low, high));
+                let low = slices[from].heights.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+                let high = slices[k + 1].heights.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
+                prisms.entry((l, slices[from].cut, slices[k + 1].cut)).or_default().push((t as u32, low, high));
             }
             k += 1;
         }
@@ -297,18 +220,9 @@ pub fn pieces(complex: &Complex<'_>, labels: &[Option<u32>], cells: usize) -> Ve
     let mut out: Vec<Vec<Piece>> = vec![Vec::new(); cells];
     for ((label, floor, ceiling), members) in prisms {
         let plane = |cut: Cut| match cut {
-            Cut::Bottom => Plane {
-                n: DVec3::Y,
-                d: complex.domain.min.y,
-            },
-            Cut::Top => Plane {
-                n: DVec3::Y,
-                d: complex.domain.max.y,
-            },
-            Cut::Level(l) => Plane {
-                n: DVec3::Y,
-                d: complex.levels[l as usize],
-            },
+            Cut::Bottom => Plane { n: DVec3::Y, d: complex.domain.min.y },
+            Cut::Top => Plane { n: DVec3::Y, d: complex.domain.max.y },
+            Cut::Level(l) => Plane { n: DVec3::Y, d: complex.levels[l as usize] },
             Cut::Sheet(s) => complex.facets.sheets[s as usize].plane,
         };
         for (polygon, low, high) in convex_unions(plan, &members) {
@@ -339,20 +253,10 @@ pub fn around(domain: Aabb) -> Vec<Piece> {
         for high in [false, true] {
             let mut n = DVec3::ZERO;
             n[axis] = if high { 1.0 } else { -1.0 };
-            let rim = Plane {
-                n,
-                d: if high {
-                    domain.max[axis]
-                } else {
-                    -domain.min[axis]
-                },
-            };
+            let rim = Plane { n, d: if high { domain.max[axis] } else { -domain.min[axis] } };
             let mut planes = inside_so_far.clone();
             planes.push(rim.flipped());
-            let mut bounds = Aabb {
-                min: DVec3::NEG_INFINITY,
-                max: DVec3::INFINITY,
-            };
+            let mut bounds = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
             for p in &planes {
                 for a in 0..3 {
                     if p.n[a] > 0.5 {
@@ -371,10 +275,8 @@ pub fn around(domain: Aabb) -> Vec<Piece> {
 
 /// Unions of triangles that are convex, as corner lists, with the lowest and highest point of their prisms.
 fn convex_unions(plan: &Plan, members: &[(u32, f64, f64)]) -> Vec<(Vec<u32>, f64, f64)> {
-    let mut polygons: Vec<Option<(Vec<u32>, f64, f64)>> = members
-        .iter()
-        .map(|&(t, low, high)| Some((plan.triangles[t as usize].to_vec(), low, high)))
-        .collect();
+    let mut polygons: Vec<Option<(Vec<u32>, f64, f64)>> =
+        members.iter().map(|&(t, low, high)| Some((plan.triangles[t as usize].to_vec(), low, high))).collect();
     let place: HashMap<u32, usize> = members.iter().enumerate().map(|(i, m)| (m.0, i)).collect();
     let mut owner: Vec<usize> = (0..members.len()).collect();
     fn find(owner: &mut [usize], mut i: usize) -> usize {
@@ -389,17 +291,8 @@ fn convex_unions(plan: &Plan, members: &[(u32, f64, f64)]) -> Vec<(Vec<u32>, f64
         for e in 0..3 {
             if let Some(&j) = plan.neighbours[t as usize][e].and_then(|n| place.get(&n)) {
                 if i < j {
-                    let (a, b) = (
-                        plan.triangles[t as usize][e],
-                        plan.triangles[t as usize][(e + 1) % 3],
-                    );
-                    edges.push((
-                        plan.points[a as usize].distance(plan.points[b as usize]),
-                        i,
-                        j,
-                        a,
-                        b,
-                    ));
+                    let (a, b) = (plan.triangles[t as usize][e], plan.triangles[t as usize][(e + 1) % 3]);
+                    edges.push((plan.points[a as usize].distance(plan.points[b as usize]), i, j, a, b));
                 }
             }
         }
@@ -452,13 +345,7 @@ fn join(plan: &Plan, p: &[u32], q: &[u32], a: u32, b: u32) -> Option<Vec<u32>> {
     };
     let n = ring.len();
     let convex = n >= 3
-        && (0..n).all(|i| {
-            robust::orient2d(
-                coord(ring[i]),
-                coord(ring[(i + 1) % n]),
-                coord(ring[(i + 2) % n]),
-            ) >= 0.0
-        });
+        && (0..n).all(|i| robust::orient2d(coord(ring[i]), coord(ring[(i + 1) % n]), coord(ring[(i + 2) % n])) >= 0.0);
     let mut seen = ring.clone();
     seen.sort_unstable();
     seen.dedup();

@@ -57,10 +57,7 @@ impl Columns {
     /// Heights of a piece's floor and ceiling above its column's corners.
     pub fn heights(&self, piece: u32) -> ([f64; 3], [f64; 3]) {
         let (column, k) = self.of_piece(piece);
-        (
-            self.slices[column][k].heights,
-            self.slices[column][k + 1].heights,
-        )
+        (self.slices[column][k].heights, self.slices[column][k + 1].heights)
     }
 }
 
@@ -68,19 +65,8 @@ impl Columns {
 const LEAST_SHARE: f64 = 0.15;
 
 /// Cuts the columns. `levels` are heights of storeys, metres, each used where no sheet is within `near` of it.
-pub fn columns(
-    plan: &Plan,
-    facets: &Facets,
-    domain: Aabb,
-    coplanar: f64,
-    levels: &[f64],
-    near: f64,
-) -> Columns {
-    let corners: Vec<[DVec2; 3]> = plan
-        .triangles
-        .iter()
-        .map(|t| t.map(|i| plan.points[i as usize]))
-        .collect();
+pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels: &[f64], near: f64) -> Columns {
+    let corners: Vec<[DVec2; 3]> = plan.triangles.iter().map(|t| t.map(|i| plan.points[i as usize])).collect();
     let over = facets_over(&corners, facets);
     let slices: Vec<Vec<Slice>> = corners
         .par_iter()
@@ -97,45 +83,19 @@ pub fn columns(
                 }
             }
             let whole = super::coverage::area(q).max(f64::MIN_POSITIVE);
-            let mut by_share: Vec<(u32, f64, Vec<u32>)> = wanted
-                .into_iter()
-                .map(|(s, (a, f))| (s, a / whole, f))
-                .filter(|w| w.1 >= LEAST_SHARE)
-                .collect();
+            let mut by_share: Vec<(u32, f64, Vec<u32>)> =
+                wanted.into_iter().map(|(s, (a, f))| (s, a / whole, f)).filter(|w| w.1 >= LEAST_SHARE).collect();
             by_share.sort_by(|a, b| b.1.min(1.0).total_cmp(&a.1.min(1.0)).then(a.0.cmp(&b.0)));
-            let rim = |cut, y| Slice {
-                cut,
-                heights: [y; 3],
-                facets: Vec::new(),
-            };
+            let rim = |cut, y| Slice { cut, heights: [y; 3], facets: Vec::new() };
             let mut stack = vec![rim(Cut::Bottom, domain.min.y), rim(Cut::Top, domain.max.y)];
             for (sheet, _, list) in by_share {
                 let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
-                insert(
-                    &mut stack,
-                    Slice {
-                        cut: Cut::Sheet(sheet),
-                        heights,
-                        facets: list,
-                    },
-                    coplanar,
-                );
+                insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar);
             }
             for (i, &y) in levels.iter().enumerate() {
-                let taken = |s: &Slice| {
-                    matches!(s.cut, Cut::Sheet(_))
-                        && s.heights.iter().all(|h| (h - y).abs() <= near)
-                };
+                let taken = |s: &Slice| matches!(s.cut, Cut::Sheet(_)) && s.heights.iter().all(|h| (h - y).abs() <= near);
                 if !stack.iter().any(taken) {
-                    insert(
-                        &mut stack,
-                        Slice {
-                            cut: Cut::Level(i as u32),
-                            heights: [y; 3],
-                            facets: Vec::new(),
-                        },
-                        coplanar,
-                    );
+                    insert(&mut stack, Slice { cut: Cut::Level(i as u32), heights: [y; 3], facets: Vec::new() }, coplanar);
                 }
             }
             stack
@@ -145,10 +105,7 @@ pub fn columns(
     for s in &slices {
         first_piece.push(first_piece[first_piece.len() - 1] + s.len() as u32 - 1);
     }
-    Columns {
-        slices,
-        first_piece,
-    }
+    Columns { slices, first_piece }
 }
 
 /// Puts a cut between its neighbours; one that would cross another is dropped (which only leaves more open). Heights within the
@@ -162,16 +119,8 @@ fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) {
         }
     }
     let below = |a: &Slice, b: &Slice| a.heights.iter().zip(b.heights).all(|(x, y)| *x <= y);
-    let at = stack
-        .iter()
-        .take_while(|s| below(s, &new) && s.heights != new.heights)
-        .count();
-    if at > 0
-        && stack[at..]
-            .iter()
-            .all(|s| below(&new, s) && s.heights != new.heights)
-        && at < stack.len()
-    {
+    let at = stack.iter().take_while(|s| below(s, &new) && s.heights != new.heights).count();
+    if at > 0 && stack[at..].iter().all(|s| below(&new, s) && s.heights != new.heights) && at < stack.len() {
         stack.insert(at, new);
     }
 }
@@ -187,11 +136,7 @@ fn facets_over(corners: &[[DVec2; 3]], facets: &Facets) -> Vec<Vec<u32>> {
         })
         .collect();
     let n = boxes.len().max(1) as f64;
-    let (lo, hi) = boxes
-        .iter()
-        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, b| {
-            (a.0.min(b.0), a.1.max(b.1))
-        });
+    let (lo, hi) = boxes.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
     let cell = ((hi - lo).max_element() / n.sqrt().max(1.0)).max(1e-9);
     // Large triangles would fill the grid: those wider than 16 cells are kept apart.
     let (mut grid, mut large): (HashMap<(i64, i64), Vec<u32>>, Vec<u32>) = Default::default();
@@ -221,13 +166,8 @@ fn facets_over(corners: &[[DVec2; 3]], facets: &Facets) -> Vec<Vec<u32>> {
             };
             let (x0, y0, x1, y1) = range(a.max(lo), b.min(hi));
             let cells = (x0..=x1).flat_map(|x| (y0..=y1).map(move |y| (x, y)));
-            let mut out: Vec<u32> = cells
-                .filter_map(|c| grid.get(&c))
-                .flatten()
-                .chain(&large)
-                .copied()
-                .filter(touches)
-                .collect();
+            let mut out: Vec<u32> =
+                cells.filter_map(|c| grid.get(&c)).flatten().chain(&large).copied().filter(touches).collect();
             out.sort_unstable();
             out.dedup();
             out
@@ -237,9 +177,5 @@ fn facets_over(corners: &[[DVec2; 3]], facets: &Facets) -> Vec<Vec<u32>> {
 
 /// The triangle, counter-clockwise.
 pub fn counter_clockwise(q: [DVec2; 3]) -> [DVec2; 3] {
-    if (q[1] - q[0]).perp_dot(q[2] - q[0]) < 0.0 {
-        [q[0], q[2], q[1]]
-    } else {
-        q
-    }
+    if (q[1] - q[0]).perp_dot(q[2] - q[0]) < 0.0 { [q[0], q[2], q[1]] } else { q }
 }

@@ -34,21 +34,13 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
         .iter()
         .map(|t| {
             let corners = t.iter().flat_map(|p| {
-                [(-seal, -seal), (seal, -seal), (seal, seal), (-seal, seal)]
-                    .map(|(x, y)| *p + DVec2::new(x, y))
+                [(-seal, -seal), (seal, -seal), (seal, seal), (-seal, seal)].map(|(x, y)| *p + DVec2::new(x, y))
             });
-            convex_hull(corners.collect())
-                .iter()
-                .map(|p| p.to_array())
-                .collect()
+            convex_hull(corners.collect()).iter().map(|p| p.to_array()).collect()
         })
         .collect();
     let mut parts = subject.overlay(&grown, OverlayRule::Difference, FillRule::NonZero);
-    parts.retain(|shape| {
-        shape
-            .first()
-            .is_some_and(|outer| width(&convex_hull(points(outer))) >= 2.0 * seal)
-    });
+    parts.retain(|shape| shape.first().is_some_and(|outer| width(&convex_hull(points(outer))) >= 2.0 * seal));
     Open::Parts(parts)
 }
 
@@ -61,20 +53,13 @@ pub fn points(contour: &[[f64; 2]]) -> Vec<DVec2> {
 pub fn area(contour: &[DVec2]) -> f64 {
     let o = contour.first().copied().unwrap_or_default();
     let next = contour.iter().cycle().skip(1);
-    contour
-        .iter()
-        .zip(next)
-        .map(|(a, b)| (*a - o).perp_dot(*b - o))
-        .sum::<f64>()
-        * 0.5
+    contour.iter().zip(next).map(|(a, b)| (*a - o).perp_dot(*b - o)).sum::<f64>() * 0.5
 }
 
 /// Area of a shape less its holes.
 pub fn shape_area(shape: &Shape) -> f64 {
     let areas: Vec<f64> = shape.iter().map(|c| area(&points(c)).abs()).collect();
-    areas
-        .first()
-        .map_or(0.0, |outer| outer - areas[1..].iter().sum::<f64>())
+    areas.first().map_or(0.0, |outer| outer - areas[1..].iter().sum::<f64>())
 }
 
 /// Convex hull, counter-clockwise, no three corners in line (Andrew 1979); signs by robust predicates.
@@ -91,11 +76,7 @@ pub fn convex_hull(mut p: Vec<DVec2>) -> Vec<DVec2> {
     let mut hull: Vec<DVec2> = Vec::with_capacity(p.len() + 1);
     for half in 0..2 {
         let floor = hull.len();
-        let order: Box<dyn Iterator<Item = &DVec2>> = if half == 0 {
-            Box::new(p.iter())
-        } else {
-            Box::new(p.iter().rev())
-        };
+        let order: Box<dyn Iterator<Item = &DVec2>> = if half == 0 { Box::new(p.iter()) } else { Box::new(p.iter().rev()) };
         for &q in order {
             while hull.len() >= floor + 2 && !left(hull[hull.len() - 2], hull[hull.len() - 1], q) {
                 hull.pop();
@@ -126,14 +107,7 @@ pub fn shared_area(triangle: [DVec2; 3], polygon: &[DVec2]) -> f64 {
     for (i, a) in polygon.iter().enumerate() {
         let b = polygon[(i + 1) % polygon.len()];
         let out = -(b - *a).perp().normalize_or_zero();
-        left = clip(
-            &left,
-            &Plane {
-                n: out.extend(0.0),
-                d: out.dot(*a),
-            },
-            0.0,
-        );
+        left = clip(&left, &Plane { n: out.extend(0.0), d: out.dot(*a) }, 0.0);
     }
     crate::geom::area(&left)
 }
@@ -143,9 +117,7 @@ mod tests {
     use super::*;
 
     fn square(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<DVec2> {
-        [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-            .map(|(x, y)| DVec2::new(x, y))
-            .to_vec()
+        [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec2::new(x, y)).to_vec()
     }
 
     fn halves(s: &[DVec2]) -> [[DVec2; 3]; 2] {
@@ -162,14 +134,10 @@ mod tests {
     #[test]
     fn a_wall_with_a_door_leaves_the_door() {
         let face = square(0.0, 0.0, 5.0, 3.0);
-        let wall: Vec<_> = [
-            square(0.0, 0.0, 2.0, 3.0),
-            square(3.0, 0.0, 5.0, 3.0),
-            square(2.0, 2.1, 3.0, 3.0),
-        ]
-        .iter()
-        .flat_map(|s| halves(s))
-        .collect();
+        let wall: Vec<_> = [square(0.0, 0.0, 2.0, 3.0), square(3.0, 0.0, 5.0, 3.0), square(2.0, 2.1, 3.0, 3.0)]
+            .iter()
+            .flat_map(|s| halves(s))
+            .collect();
         let open = open_part(&face, &wall, 1e-4);
         assert!((open_area(&open, 15.0) - 2.1).abs() < 1e-3);
     }
@@ -178,15 +146,9 @@ mod tests {
     fn cracks_close_and_slits_stay() {
         let face = square(0.0, 0.0, 2.0, 2.0);
         for (gap, open) in [(1e-7, false), (1e-4, false), (4e-3, true)] {
-            let wall: Vec<_> = [square(0.0, 0.0, 1.0, 2.0), square(1.0 + gap, 0.0, 2.0, 2.0)]
-                .iter()
-                .flat_map(|s| halves(s))
-                .collect();
-            assert_eq!(
-                open_area(&open_part(&face, &wall, 1e-3), 4.0) > 0.0,
-                open,
-                "gap {gap}"
-            );
+            let wall: Vec<_> =
+                [square(0.0, 0.0, 1.0, 2.0), square(1.0 + gap, 0.0, 2.0, 2.0)].iter().flat_map(|s| halves(s)).collect();
+            assert_eq!(open_area(&open_part(&face, &wall, 1e-3), 4.0) > 0.0, open, "gap {gap}");
         }
     }
 

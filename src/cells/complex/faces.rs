@@ -42,18 +42,14 @@ pub struct Face {
     pub open_area: f64,
     /// Area of the face.
     pub area: f64,
+    /// On a wall or edge: whether `a` is to the left of the direction in which the first coordinate grows.
+    pub a_is_left: bool,
     /// Area of opaque triangles on it whose front looks into `a`, and into `b`.
     pub fronts: [f64; 2],
 }
 
 /// All faces between pieces, in a fixed order: columns ascending; within one, its cuts, then its edges.
-pub fn faces(
-    plan: &Plan,
-    columns: &Columns,
-    facets: &Facets,
-    coplanar: f64,
-    seal: f64,
-) -> Vec<Face> {
+pub fn faces(plan: &Plan, columns: &Columns, facets: &Facets, coplanar: f64, seal: f64) -> Vec<Face> {
     let grid = WallGrid::new(facets);
     let of_column = |t: usize| {
         let mut out = Vec::new();
@@ -61,60 +57,31 @@ pub fn faces(
         for e in 0..3 {
             if let Some(n) = plan.neighbours[t][e] {
                 if (n as usize) > t {
-                    sides(
-                        t, e, n as usize, plan, columns, facets, &grid, coplanar, seal, &mut out,
-                    );
+                    sides(t, e, n as usize, plan, columns, facets, &grid, coplanar, seal, &mut out);
                 }
             }
         }
         out
     };
-    (0..plan.triangles.len())
-        .into_par_iter()
-        .map(of_column)
-        .collect::<Vec<_>>()
-        .into_iter()
-        .flatten()
-        .collect()
+    (0..plan.triangles.len()).into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 /// The face between the pieces below and above each cut of column `t`.
 fn cuts(t: usize, plan: &Plan, columns: &Columns, facets: &Facets, seal: f64, out: &mut Vec<Face>) {
-    let polygon: Vec<DVec2> = plan.triangles[t]
-        .iter()
-        .map(|&i| plan.points[i as usize])
-        .collect();
+    let polygon: Vec<DVec2> = plan.triangles[t].iter().map(|&i| plan.points[i as usize]).collect();
     let whole = area(&polygon);
     let slices = &columns.slices[t];
-    for (k, slice) in slices
-        .iter()
-        .enumerate()
-        .skip(1)
-        .take(slices.len().saturating_sub(2))
-    {
+    for (k, slice) in slices.iter().enumerate().skip(1).take(slices.len().saturating_sub(2)) {
         let mut fronts = [0.0; 2];
         let mut triangles = Vec::new();
-        for facet in slice
-            .facets
-            .iter()
-            .map(|&f| &facets.sheet_facets[f as usize])
-            .filter(|f| f.opaque)
-        {
+        for facet in slice.facets.iter().map(|&f| &facets.sheet_facets[f as usize]).filter(|f| f.opaque) {
             let q = counter_clockwise(facet.corners.map(to_plan));
             fronts[usize::from(facet.front)] += shared_area(q, &polygon);
             triangles.push(q);
         }
         let a = columns.first_piece[t] + k as u32 - 1;
-        push(
-            out,
-            a,
-            a + 1,
-            Surface::Cut(slice.cut),
-            polygon.clone(),
-            whole,
-            open_part(&polygon, &triangles, seal),
-            fronts,
-        );
+        let open = open_part(&polygon, &triangles, seal);
+        out.push(Face::new([a, a + 1], Surface::Cut(slice.cut), true, polygon.clone(), whole, open, fronts));
     }
 }
 
@@ -136,28 +103,16 @@ fn sides(
     let (pa, pb) = (plan.points[ia as usize], plan.points[ib as usize]);
     let corner = |c: usize, i: u32| (0..3).find(|&k| plan.triangles[c][k] == i).unwrap_or(0);
     let (ta, tb, na, nb) = (corner(t, ia), corner(t, ib), corner(n, ia), corner(n, ib));
-    let walls = if plan.constrained[t][e] {
-        grid.along(pa, pb, facets, coplanar * 1.5)
-    } else {
-        Vec::new()
-    };
+    let walls = if plan.constrained[t][e] { grid.along(pa, pb, facets, coplanar * 1.5) } else { Vec::new() };
     // The coordinate along the edge follows the first wall's line, so that faces of one wall share coordinates.
     let first = walls.first().map(|&(w, _)| (w, &facets.walls[w as usize]));
     let (ua, ub, surface) = match first {
         Some((w, wall)) => (wall.along().dot(pa), wall.along().dot(pb), Surface::Wall(w)),
-        None => (
-            0.0,
-            pa.distance(pb),
-            Surface::Edge {
-                triangle: t as u32,
-                edge: e as u32,
-            },
-        ),
+        None => (0.0, pa.distance(pb), Surface::Edge { triangle: t as u32, edge: e as u32 }),
     };
     let (lower, upper) = (&columns.slices[t], &columns.slices[n]);
     let ends = |slice: &Slice, a: usize, b: usize| [slice.heights[a], slice.heights[b]];
-    let apart =
-        |floor: [f64; 2], ceiling: [f64; 2]| floor[0] >= ceiling[0] && floor[1] >= ceiling[1];
+    let apart = |floor: [f64; 2], ceiling: [f64; 2]| floor[0] >= ceiling[0] && floor[1] >= ceiling[1];
     for i in 0..lower.len() - 1 {
         let (floor_t, ceiling_t) = (ends(&lower[i], ta, tb), ends(&lower[i + 1], ta, tb));
         for j in 0..upper.len() - 1 {
@@ -172,11 +127,7 @@ fn sides(
             }
             let mut triangles = Vec::new();
             let mut fronts = [0.0; 2];
-            let (lo, hi) = polygon
-                .iter()
-                .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| {
-                    (a.0.min(*p), a.1.max(*p))
-                });
+            let (lo, hi) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)));
             for (w, list) in &walls {
                 let wall = &facets.walls[*w as usize];
                 // Another wall on the same line may run the other way.
@@ -185,76 +136,47 @@ fn sides(
                 // Left of a -> b is `t`; the wall's normal is left of its `along`.
                 let normal_into_t = (pb - pa).dot(wall.along()) > 0.0;
                 for facet in list.iter().map(|&f| &facets.wall_facets[f as usize]) {
-                    let q = facet
-                        .corners
-                        .map(|p| DVec2::new(sign * wall.along().dot(to_plan(p)) + shift, p.y));
-                    let (a, b) = (
-                        q[0].min(q[1]).min(q[2]) - seal,
-                        q[0].max(q[1]).max(q[2]) + seal,
-                    );
+                    let q = facet.corners.map(|p| DVec2::new(sign * wall.along().dot(to_plan(p)) + shift, p.y));
+                    let (a, b) = (q[0].min(q[1]).min(q[2]) - seal, q[0].max(q[1]).max(q[2]) + seal);
                     if a.cmple(hi).all() && lo.cmple(b).all() {
                         let q = counter_clockwise(q);
-                        fronts[usize::from(facet.front != normal_into_t)] +=
-                            shared_area(q, &polygon);
+                        fronts[usize::from(facet.front != normal_into_t)] += shared_area(q, &polygon);
                         triangles.push(q);
                     }
                 }
             }
             let open = open_part(&polygon, &triangles, seal);
-            let (a, b) = (
-                columns.first_piece[t] + i as u32,
-                columns.first_piece[n] + j as u32,
-            );
-            push(out, a, b, surface, polygon, whole, open, fronts);
+            let (a, b) = (columns.first_piece[t] + i as u32, columns.first_piece[n] + j as u32);
+            out.push(Face::new([a, b], surface, ua <= ub, polygon, whole, open, fronts));
         }
     }
 }
 
-#[allow(clippy::too_many_arguments)]
-fn push(
-    out: &mut Vec<Face>,
-    a: u32,
-    b: u32,
-    surface: Surface,
-    polygon: Vec<DVec2>,
-    area: f64,
-    open: Open,
-    fronts: [f64; 2],
-) {
-    let open_area = match &open {
-        Open::Whole => area,
-        Open::Parts(parts) => parts.iter().map(shape_area).sum(),
-    };
-    out.push(Face {
-        a,
-        b,
-        surface,
-        polygon,
-        open,
-        open_area,
-        area,
-        fronts,
-    });
+impl Face {
+    fn new(
+        [a, b]: [u32; 2],
+        surface: Surface,
+        a_is_left: bool,
+        polygon: Vec<DVec2>,
+        area: f64,
+        open: Open,
+        fronts: [f64; 2],
+    ) -> Self {
+        let open_area = match &open {
+            Open::Whole => area,
+            Open::Parts(parts) => parts.iter().map(shape_area).sum(),
+        };
+        Self { a, b, surface, polygon, open, open_area, area, a_is_left, fronts }
+    }
 }
 
 /// The polygon over `ua..ub` above both floors and below both ceilings, counter-clockwise with the coordinate growing.
 fn between(ua: f64, ub: f64, floors: &[[f64; 2]], ceilings: &[[f64; 2]]) -> Vec<DVec2> {
     let (lo, hi) = (
-        floors
-            .iter()
-            .flatten()
-            .fold(f64::INFINITY, |a, &b| a.min(b)),
-        ceilings
-            .iter()
-            .flatten()
-            .fold(f64::NEG_INFINITY, |a, &b| a.max(b)),
+        floors.iter().flatten().fold(f64::INFINITY, |a, &b| a.min(b)),
+        ceilings.iter().flatten().fold(f64::NEG_INFINITY, |a, &b| a.max(b)),
     );
-    let mut polygon = vec![
-        DVec2::new(0.0, lo),
-        DVec2::new(1.0, lo),
-        DVec2::new(1.0, hi),
-        DVec2::new(0.0, hi),
-    ];
+    let mut polygon = vec![DVec2::new(0.0, lo), DVec2::new(1.0, lo), DVec2::new(1.0, hi), DVec2::new(0.0, hi)];
     let mut cut = |line: &[f64; 2], above: bool| {
         let side = |p: &DVec2| {
             let d = p.y - (line[0] + (line[1] - line[0]) * p.x);
@@ -275,10 +197,7 @@ fn between(ua: f64, ub: f64, floors: &[[f64; 2]], ceilings: &[[f64; 2]]) -> Vec<
     };
     floors.iter().for_each(|f| cut(f, true));
     ceilings.iter().for_each(|c| cut(c, false));
-    let mut polygon: Vec<DVec2> = polygon
-        .iter()
-        .map(|p| DVec2::new(ua + (ub - ua) * p.x, p.y))
-        .collect();
+    let mut polygon: Vec<DVec2> = polygon.iter().map(|p| DVec2::new(ua + (ub - ua) * p.x, p.y)).collect();
     if ub < ua {
         polygon.reverse();
     }
@@ -298,12 +217,8 @@ impl WallGrid {
             (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
         });
         let spans: Vec<_> = spans.collect();
-        let mean =
-            spans.iter().map(|(a, b)| a.distance(*b)).sum::<f64>() / spans.len().max(1) as f64;
-        let mut grid = Self {
-            cell: mean.max(1e-6),
-            buckets: HashMap::new(),
-        };
+        let mean = spans.iter().map(|(a, b)| a.distance(*b)).sum::<f64>() / spans.len().max(1) as f64;
+        let mut grid = Self { cell: mean.max(1e-6), buckets: HashMap::new() };
         for (i, f) in facets.wall_facets.iter().enumerate() {
             let wall = &facets.walls[f.owner as usize];
             let u = f.corners.map(|p| wall.along().dot(to_plan(p)));
@@ -338,13 +253,7 @@ impl WallGrid {
             return Vec::new();
         }
         let on = |w: &Wall, p: DVec2| (w.normal.dot(p) - w.offset).abs() <= tolerance;
-        let mut found: Vec<u32> = self
-            .cells(a, b)
-            .iter()
-            .filter_map(|c| self.buckets.get(c))
-            .flatten()
-            .copied()
-            .collect();
+        let mut found: Vec<u32> = self.cells(a, b).iter().filter_map(|c| self.buckets.get(c)).flatten().copied().collect();
         found.sort_unstable();
         found.dedup();
         let mut out: Vec<(u32, Vec<u32>)> = Vec::new();

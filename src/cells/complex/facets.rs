@@ -97,13 +97,7 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms:
     let mut scale = 1.0;
     loop {
         let mut found = Facets::default();
-        walls(
-            &loose,
-            coplanar,
-            seal,
-            human.least_wall() * scale,
-            &mut found,
-        );
+        walls(&loose, coplanar, seal, human.least_wall() * scale, &mut found);
         sheets(&loose, coplanar, human.least_sheet() * scale, &mut found);
         let segments: usize = found.walls.iter().map(|w| w.spans.len()).sum::<usize>()
             + found.sheets.iter().map(|s| s.outline.len()).sum::<usize>();
@@ -114,13 +108,7 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms:
     }
 }
 
-fn walls(
-    loose: &[([DVec3; 3], DVec3, bool)],
-    coplanar: f64,
-    seal: f64,
-    least: f64,
-    out: &mut Facets,
-) {
+fn walls(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, seal: f64, least: f64, out: &mut Facets) {
     let mut lines: Vec<(DVec2, f64, Vec<Facet>)> = Vec::new();
     let mut by_angle: HashMap<i64, Vec<u32>> = HashMap::new();
     for &(corners, newell, opaque) in loose {
@@ -132,12 +120,8 @@ fn walls(
         let along = longest.unwrap_or(DVec2::X).normalize_or_zero();
         let mut normal = DVec2::new(-along.y, along.x);
         let offsets = q.map(|p| normal.dot(p));
-        let spread = offsets.iter().fold(f64::MIN, |a, &b| a.max(b))
-            - offsets.iter().fold(f64::MAX, |a, &b| a.min(b));
-        if along == DVec2::ZERO
-            || spread > coplanar
-            || newell.y.abs() > STEEPEST_SHEET * newell.length()
-        {
+        let spread = offsets.iter().fold(f64::MIN, |a, &b| a.max(b)) - offsets.iter().fold(f64::MAX, |a, &b| a.min(b));
+        if along == DVec2::ZERO || spread > coplanar || newell.y.abs() > STEEPEST_SHEET * newell.length() {
             continue;
         }
         let mut offset = (offsets[0] + offsets[1] + offsets[2]) / 3.0;
@@ -152,42 +136,19 @@ fn walls(
         };
         // The angle wraps at pi: the buckets at both ends are neighbours.
         let last = (std::f64::consts::PI / 0.01).floor() as i64;
-        let near = [
-            bucket - 1,
-            bucket,
-            bucket + 1,
-            if bucket <= 0 { last } else { 0 },
-        ];
-        let found = near
-            .iter()
-            .filter_map(|b| by_angle.get(b))
-            .flatten()
-            .copied()
-            .filter(|i| fits(i))
-            .min();
+        let near = [bucket - 1, bucket, bucket + 1, if bucket <= 0 { last } else { 0 }];
+        let found = near.iter().filter_map(|b| by_angle.get(b)).flatten().copied().filter(|i| fits(i)).min();
         let owner = found.unwrap_or_else(|| {
             lines.push((normal, offset, Vec::new()));
-            by_angle
-                .entry(bucket)
-                .or_default()
-                .push(lines.len() as u32 - 1);
+            by_angle.entry(bucket).or_default().push(lines.len() as u32 - 1);
             lines.len() as u32 - 1
         });
         let line = &mut lines[owner as usize];
         let front = line.0.dot(to_plan(newell)) > 0.0;
-        line.2.push(Facet {
-            corners,
-            owner,
-            opaque,
-            front,
-        });
+        line.2.push(Facet { corners, owner, opaque, front });
     }
     for (normal, offset, mut members) in lines {
-        let mut wall = Wall {
-            normal,
-            offset,
-            spans: Vec::new(),
-        };
+        let mut wall = Wall { normal, offset, spans: Vec::new() };
         let reach = |f: &Facet| {
             let u = f.corners.map(|p| wall.along().dot(to_plan(p)));
             (u[0].min(u[1]).min(u[2]), u[0].max(u[1]).max(u[2]))
@@ -204,11 +165,7 @@ fn walls(
             }
             if area >= least {
                 spans.push((from, to));
-                out.wall_facets
-                    .extend(members[first..i].iter().map(|f| Facet {
-                        owner: out.walls.len() as u32,
-                        ..*f
-                    }));
+                out.wall_facets.extend(members[first..i].iter().map(|f| Facet { owner: out.walls.len() as u32, ..*f }));
             }
         }
         wall.spans = spans;
@@ -232,78 +189,41 @@ fn sheets(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, least: f64, out: &
         }
         let cell = ((n.x / 0.01).round() as i64, (n.z / 0.01).round() as i64);
         let near = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (cell.0 + i, cell.1 + j)));
-        let fits = |&i: &u32| {
-            corners
-                .iter()
-                .all(|&p| planes[i as usize].0.distance(p).abs() <= coplanar)
-        };
-        let found = near
-            .filter_map(|c| by_normal.get(&c))
-            .flatten()
-            .copied()
-            .filter(|i| fits(i))
-            .min();
+        let fits = |&i: &u32| corners.iter().all(|&p| planes[i as usize].0.distance(p).abs() <= coplanar);
+        let found = near.filter_map(|c| by_normal.get(&c)).flatten().copied().filter(|i| fits(i)).min();
         let owner = found.unwrap_or_else(|| {
-            planes.push((
-                Plane::through((corners[0] + corners[1] + corners[2]) / 3.0, n),
-                0.0,
-                Vec::new(),
-            ));
-            by_normal
-                .entry(cell)
-                .or_default()
-                .push(planes.len() as u32 - 1);
+            planes.push((Plane::through((corners[0] + corners[1] + corners[2]) / 3.0, n), 0.0, Vec::new()));
+            by_normal.entry(cell).or_default().push(planes.len() as u32 - 1);
             planes.len() as u32 - 1
         });
         let plane = &mut planes[owner as usize];
         plane.1 += newell.length() * 0.5;
-        plane.2.push(Facet {
-            corners,
-            owner,
-            opaque,
-            front,
-        });
+        plane.2.push(Facet { corners, owner, opaque, front });
     }
     for (plane, area, members) in planes {
         if area < least {
             continue;
         }
         let owner = out.sheets.len() as u32;
-        let outline = if area >= 2.0 * least {
-            outline(&members, coplanar)
-        } else {
-            Vec::new()
-        };
+        let outline = if area >= 2.0 * least { outline(&members, coplanar) } else { Vec::new() };
         out.sheets.push(Sheet { plane, outline });
-        out.sheet_facets
-            .extend(members.into_iter().map(|f| Facet { owner, ..f }));
+        out.sheet_facets.extend(members.into_iter().map(|f| Facet { owner, ..f }));
     }
 }
 
 /// Edges that only one of the triangles has.
 fn outline(members: &[Facet], coplanar: f64) -> Vec<(DVec2, DVec2)> {
-    let key = |q: DVec2| {
-        (
-            (q.x / coplanar).round() as i64,
-            (q.y / coplanar).round() as i64,
-        )
-    };
+    let key = |q: DVec2| ((q.x / coplanar).round() as i64, (q.y / coplanar).round() as i64);
     let mut edges: HashMap<[(i64, i64); 2], (u32, usize, (DVec2, DVec2))> = HashMap::new();
     for (order, f) in members.iter().enumerate() {
         let q = f.corners.map(to_plan);
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let mut ends = [key(q[i]), key(q[j])];
             ends.sort_unstable();
-            edges
-                .entry(ends)
-                .or_insert((0, order * 3 + i, (q[i], q[j])))
-                .0 += 1;
+            edges.entry(ends).or_insert((0, order * 3 + i, (q[i], q[j]))).0 += 1;
         }
     }
-    let mut once: Vec<_> = edges
-        .into_values()
-        .filter(|(count, ..)| *count == 1)
-        .collect();
+    let mut once: Vec<_> = edges.into_values().filter(|(count, ..)| *count == 1).collect();
     once.sort_unstable_by_key(|&(_, order, _)| order);
     once.into_iter().map(|(_, _, segment)| segment).collect()
 }

@@ -45,13 +45,7 @@ pub(super) struct Human {
 impl Human {
     /// Buildings and levels are 3 to 400 m across; anything else is taken to be 100 m in other units.
     pub fn for_extent(diagonal: f64) -> Self {
-        Self {
-            metre: if (3.0..=400.0).contains(&diagonal) {
-                1.0
-            } else {
-                diagonal / 100.0
-            },
-        }
+        Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } }
     }
 
     /// Less wall than this on one line makes no cut, square metres.

@@ -99,8 +99,7 @@ impl Boxes {
                 if usable { (middle, half) } else { (DVec3::ZERO, DVec3::INFINITY) }
             })
             .collect();
-        let in_cell: Vec<Vec<u32>> =
-            (0..placement.rows()).map(|c| placement.ones(c).map(|o| o as u32).collect()).collect();
+        let in_cell: Vec<Vec<u32>> = (0..placement.rows()).map(|c| placement.ones(c).map(|o| o as u32).collect()).collect();
         let mut cells_of = vec![Vec::new(); placement.columns()];
         for (cell, objects) in in_cell.iter().enumerate() {
             objects.iter().for_each(|&o| cells_of[o as usize].push(cell as u32));

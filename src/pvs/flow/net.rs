@@ -81,10 +81,7 @@ impl Net {
         };
         for &(_, d) in &order {
             let plane = graph.plane(d);
-            net.push(
-                &graph.portals[d.portal().index()].winding,
-                Plane { n: plane.n, d: plane.d - plane.n.dot(origin) },
-            );
+            net.push(&graph.portals[d.portal().index()].winding, Plane { n: plane.n, d: plane.d - plane.n.dot(origin) });
         }
         net.flush = net.find_flush();
         net

@@ -156,12 +156,7 @@ impl<'a> Search<'a> {
         child.pass.assign(net.corners(target), net.plane(target).is_some());
         let fronts = [net.front(first, target), net.front(frame.entered, target)];
         let separators_below = &frame.planes[frame.separators..];
-        if !fronts
-            .iter()
-            .flatten()
-            .chain(separators_below)
-            .all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare))
-        {
+        if !fronts.iter().flatten().chain(separators_below).all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare)) {
             return false;
         }
         child.source.assign(&frame.source.corners, frame.source.flat);
@@ -171,10 +166,7 @@ impl<'a> Search<'a> {
         if depth > 0 {
             // The same backwards: lines from the target through the last window end in part of the source.
             self.waist.assign(&frame.pass.corners, frame.pass.flat);
-            if !net
-                .behind(frame.entered, target)
-                .is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare))
-            {
+            if !net.behind(frame.entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
                 return false;
             }
             self.planes.clear();
@@ -198,8 +190,7 @@ impl<'a> Search<'a> {
         if !goals.would_decide(net, net.target[target] as usize, &top.planes) {
             return true;
         }
-        let chain =
-            std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
+        let chain = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
         self.stab.may_pass(chain, &net.slack, steps)
     }
 

@@ -89,8 +89,7 @@ impl Stab {
         for turn in 0..TURNS {
             let forwards = turn % 2 == 0;
             aim.assign(&windows[if forwards { last } else { 0 }].corners, true);
-            found =
-                (1..last).all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], slack));
+            found = (1..last).all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], slack));
             if found {
                 break;
             }
