@@ -28,8 +28,8 @@ test-full:
 
 # The README's commands, as written there.
 readme:
-    bash docs/readme-commands.sh
+    bash scripts/readme-commands.sh
 
 # The long part: ten million rays on every real building, every frame's pixels. Writes out/torture.
 torture:
-    bash docs/torture.sh
+    bash scripts/torture.sh

@@ -42,5 +42,10 @@ pub mod tolerance;
 mod bits;
 mod ids;
 
+/// The README's example compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use bits::BitMatrix;
 pub use ids::{CellId, DirectedPortal, ObjectId, PortalId};

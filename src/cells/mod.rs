@@ -1,7 +1,7 @@
 //! Free space as cells joined by portals.
 //!
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
-//! [`CellGraph`], and tested by [`validate`].
+//! [`CellGraph`], and tested by [`validate`](mod@validate).
 
 mod authored;
 mod complex;

@@ -15,7 +15,7 @@ use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
 use glam::DVec2;
 use rayon::prelude::*;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What the author or the geometry calls a region.
 #[derive(Clone, PartialEq, Debug)]
@@ -52,7 +52,10 @@ const LEAST_VOLUME: f64 = 1.5;
 /// The same where the author named rooms: what has no name and is this small is a plenum, a shaft, the inside of a wall.
 const LEAST_UNNAMED_VOLUME: f64 = 25.0;
 /// Most cells; beyond it the least volume grows until it fits.
-const MOST_CELLS: usize = 1_500;
+const MOST_CELLS: usize = 4_000;
+/// Most planes with portals, in all or a cell, whichever is more; likewise.
+const MOST_PORTALS: usize = 4_000;
+const MOST_PORTALS_A_CELL: usize = 4;
 
 struct Regions {
     parent: Vec<u32>,
@@ -186,6 +189,7 @@ pub(super) fn label(
     }
 
     // 4. What is too small to be a room goes to the neighbour that it is most open to.
+    let whole: f64 = volume.iter().sum();
     let authored = rooms.iter().any(Option::is_some);
     let mut least = if authored { LEAST_UNNAMED_VOLUME } else { LEAST_VOLUME } * human.metre.powi(3);
     loop {
@@ -219,7 +223,13 @@ pub(super) fn label(
         }
         if !joined {
             let count = (0..n as u32).filter(|&p| free[p as usize] && regions.find(p) == p).count();
-            if count <= MOST_CELLS || best.is_empty() {
+            let planes: BTreeSet<(u32, u32, [u32; 3])> = (faces.iter().filter(usable))
+                .map(|f| (regions.find(f.a), regions.find(f.b), f.surface.key()))
+                .filter(|(a, b, _)| a != b)
+                .map(|(a, b, key)| (a.min(b), a.max(b), key))
+                .collect();
+            let portals = MOST_PORTALS.max(MOST_PORTALS_A_CELL * count);
+            if (count <= MOST_CELLS && planes.len() <= portals) || best.is_empty() || least > whole {
                 break;
             }
             least *= 2.0;

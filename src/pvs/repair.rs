@@ -103,7 +103,9 @@ impl Follower<'_> {
                 .or_else(|| stretches.iter().filter(onward).max_by(farthest))
                 .or_else(|| stretches.iter().find(|s| s.span[0] > t));
             let Some(&next) = next else { return holes };
-            if next.cell != here.cell && !through(&&next) {
+            // Less than the clearance beyond a face says nothing: a proof's end on a pane of glass may lie a rounding behind it.
+            let deep = (next.span[1] - t) * length > self.eps;
+            if next.cell != here.cell && deep && !through(&&next) {
                 let [from, to] = [here, next].map(|s| Side { cell: s.cell, piece: s.piece });
                 let at = segment[0].lerp(segment[1], t);
                 holes.push(Hole { from, to, touching: next.span[0] <= t + slack, at, segment });

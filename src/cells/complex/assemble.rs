@@ -85,17 +85,10 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
         if a == b || f.open_area <= 0.0 {
             continue;
         }
-        let surface = match f.surface {
-            Surface::Wall(w) => [0, w, 0],
-            Surface::Edge { triangle, edge } => [1, triangle, edge],
-            Surface::Cut(Cut::Sheet(s)) => [2, s, 0],
-            Surface::Cut(Cut::Level(l)) => [3, l, 0],
-            Surface::Cut(Cut::Bottom | Cut::Top) => continue,
-        };
         let (plane, _) = complex.frame(f);
         let forward = if a < b { plane.n } else { -plane.n };
         let positive = [forward.x, forward.y, forward.z].into_iter().find(|x| x.abs() > 1e-6).is_some_and(|x| x > 0.0);
-        groups.entry((a.min(b), a.max(b), surface, positive)).or_default().push(i);
+        groups.entry((a.min(b), a.max(b), f.surface.key(), positive)).or_default().push(i);
     }
     use rayon::prelude::*;
     let groups: Vec<_> = groups.into_iter().collect();

@@ -25,6 +25,20 @@ pub enum Surface {
     Cut(Cut),
 }
 
+impl Surface {
+    /// The same for faces of one plane only; ordered.
+    pub fn key(&self) -> [u32; 3] {
+        match *self {
+            Self::Wall(w) => [0, w, 0],
+            Self::Edge { triangle, edge } => [1, triangle, edge],
+            Self::Cut(Cut::Sheet(s)) => [2, s, 0],
+            Self::Cut(Cut::Level(l)) => [3, l, 0],
+            Self::Cut(Cut::Bottom) => [4, 0, 0],
+            Self::Cut(Cut::Top) => [5, 0, 0],
+        }
+    }
+}
+
 /// Where piece `a` meets piece `b`. On a wall or edge, `a`'s column has the lower number; on a cut, `a` is below.
 #[derive(Clone, Debug)]
 pub struct Face {

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# The long figures of docs/results.md, on the real buildings and levels of $ENFILADE_DATA: bake, ten million rays, every pixel of
+# a walk through every cell in each mode. Prints one line of JSON a model and leaves everything in out/torture.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+data=${ENFILADE_DATA:-../shared/data}
+rays=${RAYS:-10000000}
+every=${EVERY:-1}
+cargo build --release --features full
+mkdir -p out/torture
+models=("$@")
+[ $# -gt 0 ] || models=("$data"/duplex/Duplex_A_20110907.ifc "$data"/kit-apache/AC11-FZK-Haus.ifc "$data"/webifc-mpl/Office_A_20110811.ifc
+  "$data"/godot-demos/zdm2.glb "$data"/game-maps-obj/pandora.obj data/buildings/villa_rotonda.glb data/buildings/office.glb
+  data/buildings/gallery100.glb)
+failed=0
+for model in "${models[@]}"; do
+  name=$(basename "${model%.*}")
+  out=out/torture/$name
+  ./target/release/enfilade bake "$model" -o "$out.pvs" --json >"$out.bake.json"
+  ./target/release/enfilade check "$out.pvs" --model "$model" --rays "$rays" --json >"$out.check.json" || failed=1
+  ./target/release/enfilade walk "$out.pvs" --model "$model" --mode all --verify-pixels --every "$every" --json >"$out.walk.jsonl" || failed=1
+  path=${model%.*}.path.json
+  if [ -e "$path" ]; then
+    ./target/release/enfilade walk "$out.pvs" --model "$model" --path "$path" --mode all --verify-pixels --json >"$out.path.jsonl" || failed=1
+  fi
+  echo "$name baked, checked, walked: $([ $failed = 0 ] && echo passed || echo FAILED)"
+done
+exit $failed
