@@ -33,12 +33,7 @@ fn solid(min: DVec3, max: DVec3) -> Vec<Quad> {
 /// `z`, `y` ranges. Boxes beside, below and above the hole; without thickness, single quads.
 fn wall_with_hole(x: f64, thickness: f64, z: [f64; 2], y: [f64; 2], hole: [[f64; 2]; 2]) -> Vec<Vec<Quad>> {
     let [hz, hy] = hole;
-    let parts = [
-        ([z[0], hz[0]], y),
-        ([hz[1], z[1]], y),
-        (hz, [y[0], hy[0]]),
-        (hz, [hy[1], y[1]]),
-    ];
+    let parts = [([z[0], hz[0]], y), ([hz[1], z[1]], y), (hz, [y[0], hy[0]]), (hz, [hy[1], y[1]])];
     let part = |(z, y): ([f64; 2], [f64; 2])| {
         if thickness > 0.0 {
             solid(v(x, y[0], z[0]), v(x + thickness, y[1], z[1]))
@@ -221,8 +216,7 @@ fn a_sealed_room_has_no_portals() {
 #[test]
 fn the_gallery_has_its_rooms_and_doors() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
-    let expected: Value =
-        serde_json::from_slice(&std::fs::read(folder.join("gallery100.expected.json")).unwrap()).unwrap();
+    let expected: Value = serde_json::from_slice(&std::fs::read(folder.join("gallery100.expected.json")).unwrap()).unwrap();
     let number = |key: &str| expected[key].as_u64().unwrap() as usize;
     let scene = import(&folder.join("gallery100.glb"), &ImportOptions::default()).unwrap();
     let graph = split_scene(&scene);
