@@ -130,11 +130,11 @@ fn assert_opening(portals: &[&Portal], size: DVec2) {
 fn check_two_rooms(thickness: f64, place: Place) {
     let scene = scene(&two_rooms(thickness), place);
     let graph = split_scene(&scene);
-    assert_eq!(graph.cells.len(), 3, "two rooms and the outside");
     let locator = Locator::new(&graph);
     let at = |x: f64, y: f64, z: f64| locator.locate(place.of(&scene, v(x, y, z))).expect("free space is in a cell").0;
     let (first, second, outside) = (at(2.0, EYE, 2.5), at(6.0, EYE, 2.5), at(12.0, EYE, 2.5));
-    assert!(first != second && second != outside && first != outside);
+    assert!(first != second && second != outside && first != outside, "rooms {first}, {second}, outside {outside}");
+    assert_eq!(graph.cells.len(), 3, "two rooms and the outside");
     // Corners of rooms belong to them as their middles do; the roof is outside.
     for (x, z) in [(0.05, 0.05), (3.9, 0.05), (3.9, 4.95), (0.05, 4.95)] {
         assert_eq!(at(x, 0.05, z), first);
