@@ -1,0 +1,68 @@
+//! Whole bakes of generated buildings: the same bytes on any number of threads, both sides in order, nothing missed.
+
+use enfilade::bake::{BakeOptions, Baked, bake};
+use enfilade::file::PvsFile;
+use enfilade::pvs::PvsOptions;
+use enfilade::report::check::{CheckOptions, check};
+use enfilade::report::path::CameraPath;
+use enfilade::report::walk::{WalkOptions, walk};
+use enfilade::runtime::Mode;
+use enfilade::scene::{ImportOptions, Scene, import};
+use std::path::{Path, PathBuf};
+
+fn building(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(file)
+}
+
+fn options() -> BakeOptions {
+    let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
+    BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }
+}
+
+/// Import and bake on a number of threads.
+fn baked(model: &Path, threads: usize) -> (Scene, Baked) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let scene = import(model, &ImportOptions::default()).unwrap();
+        let baked = bake(&scene, options(), &|_, _| ()).unwrap();
+        (scene, baked)
+    })
+}
+
+fn check_bake(name: &str) -> (Scene, PvsFile) {
+    let model = building(&format!("{name}.glb"));
+    let (scene, one) = baked(&model, 1);
+    let (_, two) = baked(&model, 2);
+    assert!(one.file.write() == two.file.write(), "{name}: one and two threads give different bytes");
+
+    let file = one.file;
+    let bounds = file.bounds.as_ref().expect("both sides are kept");
+    assert_eq!(bounds.cells_lower.first_outside(&bounds.cells_upper), None, "{name}: cells");
+    assert_eq!(bounds.objects_lower.first_outside(&bounds.objects_upper), None, "{name}: objects");
+    assert!(bounds.objects_lower.count_ones() > 0, "{name}: nothing is seen");
+    assert_eq!(file.stats.contradictions, 0, "{name}: {:?}", file.stats);
+
+    let report = check(&file, &scene, &CheckOptions { rays: 300_000, ..CheckOptions::default() }).unwrap();
+    assert!(report.passed, "{name}: {:?}", report.examples);
+    assert_eq!((report.missed_pairs, report.missed_cell_pairs, report.missed_segments), (0, 0, 0), "{name}");
+    (scene, file)
+}
+
+#[test]
+fn the_villa_is_baked_the_same_everywhere_and_passes_its_check() {
+    check_bake("villa_rotonda");
+}
+
+#[test]
+fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
+    let (scene, file) = check_bake("gallery100");
+    let path = CameraPath::load(&building("gallery100.path.json")).unwrap();
+    let modes = vec![Mode::Frustum, Mode::Both];
+    let options = WalkOptions { modes, width: 160, height: 90, verify_pixels: true, pictures: None, every: 1 };
+    let summaries = walk(&scene, &file, &path, &options, &mut |_| ()).unwrap();
+    for summary in &summaries {
+        assert_eq!((summary.frames, summary.missed_pixels), (path.frames.len(), Some(0)), "{}", summary.mode);
+    }
+    let [frustum, both] = [0, 1].map(|m: usize| summaries[m].triangles_mean);
+    assert!(both > 0.0 && both <= frustum / 10.0, "{both} triangles of the frustum's {frustum}");
+}

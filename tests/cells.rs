@@ -1,0 +1,229 @@
+//! Splitting hand-made buildings, whose rooms and openings are known, and a generated one, whose plan is.
+
+use enfilade::CellId;
+use enfilade::cells::{CellGraph, Locator, Portal, PortalKind, SplitOptions, split, validate};
+use enfilade::geom::{Aabb, area};
+use enfilade::scene::rays::RayScene;
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use glam::{DMat3, DVec2, DVec3};
+use serde_json::Value;
+use std::path::Path;
+
+/// A door of 0.9 x 2.1 m, a window of 1.5 x 1.2 m.
+const DOOR: DVec2 = DVec2::new(0.9, 2.1);
+const WINDOW: DVec2 = DVec2::new(1.5, 1.2);
+/// Storey height and the middle of a person.
+const HEIGHT: f64 = 2.8;
+const EYE: f64 = 1.5;
+
+type Quad = [DVec3; 4];
+
+fn v(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+/// The six sides of a box, counter-clockwise from outside.
+fn solid(min: DVec3, max: DVec3) -> Vec<Quad> {
+    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
+    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    sides.map(|s: [usize; 4]| s.map(corner)).to_vec()
+}
+
+/// A wall of a building: from `x` to `x + thickness`, from `z[0]` to `z[1]`, from `y[0]` to `y[1]`, around a hole given by its
+/// `z`, `y` ranges. Boxes beside, below and above the hole; without thickness, single quads.
+fn wall_with_hole(x: f64, thickness: f64, z: [f64; 2], y: [f64; 2], hole: [[f64; 2]; 2]) -> Vec<Vec<Quad>> {
+    let [hz, hy] = hole;
+    let parts = [([z[0], hz[0]], y), ([hz[1], z[1]], y), (hz, [y[0], hy[0]]), (hz, [hy[1], y[1]])];
+    let part = |(z, y): ([f64; 2], [f64; 2])| {
+        if thickness > 0.0 {
+            solid(v(x, y[0], z[0]), v(x + thickness, y[1], z[1]))
+        } else {
+            vec![[v(x, y[0], z[0]), v(x, y[1], z[0]), v(x, y[1], z[1]), v(x, y[0], z[1])]]
+        }
+    };
+    parts.into_iter().filter(|(z, y)| z[1] > z[0] && y[1] > y[0]).map(part).collect()
+}
+
+/// A turn about +Y and a move.
+#[derive(Clone, Copy)]
+struct Place {
+    turn: DMat3,
+    shift: DVec3,
+}
+
+const HERE: Place = Place { turn: DMat3::IDENTITY, shift: DVec3::ZERO };
+
+impl Place {
+    /// A point of the model in the scene's coordinates.
+    fn of(&self, scene: &Scene, p: DVec3) -> DVec3 {
+        self.turn * p + self.shift - scene.origin
+    }
+}
+
+fn scene(parts: &[Vec<Quad>], place: Place) -> Scene {
+    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    for (i, quads) in parts.iter().enumerate() {
+        let positions = quads.iter().flatten().map(|&p| place.turn * p + place.shift).collect();
+        let triangles = (0..quads.len() as u32).flat_map(|q| [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| 4 * q + k))).collect();
+        builder.add(Mesh { node: format!("part {i}"), role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+    }
+    builder.finish("hand-made").unwrap()
+}
+
+/// Outer walls of 0.3 m around 0..x, 0..z from floor to ceiling, the one at `+x` left out; slabs of 0.2 m below and above.
+fn shell(x: f64, z: f64, y: [f64; 2]) -> Vec<Vec<Quad>> {
+    let [floor, ceiling] = y;
+    vec![
+        solid(v(-0.3, floor, -0.3), v(0.0, ceiling, z + 0.3)),
+        solid(v(0.0, floor, -0.3), v(x + 0.3, ceiling, 0.0)),
+        solid(v(0.0, floor, z), v(x + 0.3, ceiling, z + 0.3)),
+    ]
+}
+
+fn slab(x: f64, z: f64, top: f64) -> Vec<Quad> {
+    solid(v(-0.3, top - 0.2, -0.3), v(x + 0.3, top, z + 0.3))
+}
+
+const LONG: f64 = 8.15;
+const DEEP: f64 = 5.0;
+
+/// Two rooms of 4 x 5 m along x; a door in the wall between them from z = 2, a window to the outside at +x from z = 1.5.
+fn two_rooms(thickness: f64) -> Vec<Vec<Quad>> {
+    let (z, y) = ([0.0, DEEP], [0.0, HEIGHT]);
+    let mut parts = shell(LONG, DEEP, y);
+    parts.extend([slab(LONG, DEEP, 0.0), slab(LONG, DEEP, HEIGHT + 0.2)]);
+    parts.extend(wall_with_hole(4.0, thickness, z, y, [[2.0, 2.0 + DOOR.x], [0.0, DOOR.y]]));
+    parts.extend(wall_with_hole(LONG, 0.3, z, y, [[1.5, 1.5 + WINDOW.x], [0.9, 0.9 + WINDOW.y]]));
+    parts
+}
+
+fn split_scene(scene: &Scene) -> CellGraph {
+    split(scene, &SplitOptions::default()).unwrap()
+}
+
+fn sound(graph: &CellGraph, scene: &Scene, segments: u64) {
+    let faults = validate::structure(graph, scene.tolerance().coplanar.max(1e-9));
+    assert!(faults.is_empty(), "{faults:?}");
+    let sealing = validate::sealing(graph, &RayScene::new(scene), segments, 1);
+    assert!(sealing.segments > segments / 5, "only {} segments were followed", sealing.segments);
+    let leaks: Vec<String> = sealing.leaks.iter().map(ToString::to_string).collect();
+    assert!(leaks.is_empty(), "{leaks:?}");
+}
+
+/// The portals between two cells.
+fn between(graph: &CellGraph, a: CellId, b: CellId) -> Vec<&Portal> {
+    graph.portals.iter().filter(|p| p.cells == [a, b] || p.cells == [b, a]).collect()
+}
+
+/// All portals between two cells together are one rectangle of this size, to a centimetre.
+fn assert_opening(portals: &[&Portal], size: DVec2) {
+    assert_eq!(portals.len(), 1, "{portals:?}");
+    let total: f64 = portals.iter().map(|p| area(&p.winding)).sum();
+    // A centimetre on either side.
+    assert!((total - size.x * size.y).abs() <= 0.01 * (size.x + size.y), "{total} m2 for {size} m");
+    let bounds = Aabb::of(portals.iter().flat_map(|p| p.winding.iter().copied())).size();
+    let found = DVec2::new(bounds.x.hypot(bounds.z), bounds.y);
+    assert!((found - size).abs().max_element() <= 0.01, "{found} m for {size} m");
+}
+
+/// The three cells of the two rooms, told apart by where they are.
+fn check_two_rooms(thickness: f64, place: Place) {
+    let scene = scene(&two_rooms(thickness), place);
+    let graph = split_scene(&scene);
+    let locator = Locator::new(&graph);
+    let at = |x: f64, y: f64, z: f64| locator.locate(place.of(&scene, v(x, y, z))).expect("free space is in a cell").0;
+    let (first, second, outside) = (at(2.0, EYE, 2.5), at(6.0, EYE, 2.5), at(12.0, EYE, 2.5));
+    assert!(first != second && second != outside && first != outside, "rooms {first}, {second}, outside {outside}");
+    assert_eq!(graph.cells.len(), 3, "two rooms and the outside");
+    // Corners of rooms belong to them as their middles do; the roof is outside.
+    for (x, z) in [(0.05, 0.05), (3.9, 0.05), (3.9, 4.95), (0.05, 4.95)] {
+        assert_eq!(at(x, 0.05, z), first);
+        assert_eq!(at(x, HEIGHT - 0.05, z), first);
+        assert_eq!(at(x + 4.2, EYE, z), second);
+    }
+    assert_eq!(at(4.0, HEIGHT + 1.0, 2.5), outside);
+    assert_eq!([first, second, outside].map(|c| graph.cells[c.index()].open), [false, false, true]);
+    assert_opening(&between(&graph, first, second), DOOR);
+    assert_opening(&between(&graph, second, outside), WINDOW);
+    assert_eq!(graph.portals.len(), 2, "nothing else is open");
+    sound(&graph, &scene, 200_000);
+}
+
+#[test]
+fn two_rooms_a_door_and_a_window() {
+    check_two_rooms(0.15, HERE);
+}
+
+#[test]
+fn turned_and_far_from_the_origin() {
+    let turn = DMat3::from_rotation_y(30f64.to_radians());
+    check_two_rooms(0.15, Place { turn, shift: v(1000.0, 0.0, 0.0) });
+    check_two_rooms(0.15, Place { turn, shift: v(-600.0, 20.0, 800.0) });
+}
+
+#[test]
+fn a_wall_without_thickness_parts_rooms() {
+    check_two_rooms(0.0, HERE);
+    check_two_rooms(0.0, Place { turn: DMat3::from_rotation_y(30f64.to_radians()), shift: v(1000.0, 0.0, 0.0) });
+}
+
+#[test]
+fn a_stair_hole_in_a_slab_is_a_horizontal_portal() {
+    const STAIR: DVec2 = DVec2::new(1.2, 2.5);
+    let (x, z, upper) = (6.0, DEEP, HEIGHT + 0.2);
+    let mut parts = vec![slab(x, z, 0.0), slab(x, z, upper + HEIGHT + 0.2)];
+    for y in [[0.0, HEIGHT], [upper, upper + HEIGHT]] {
+        parts.extend(shell(x, z, y));
+        parts.push(solid(v(x, y[0], 0.0), v(x + 0.3, y[1], z)));
+    }
+    // The slab between the storeys, around a hole from (4, 1).
+    let (hx, hz) = ([4.0, 4.0 + STAIR.x], [1.0, 1.0 + STAIR.y]);
+    for ([x0, x1], [z0, z1]) in
+        [([-0.3, hx[0]], [-0.3, z + 0.3]), ([hx[1], x + 0.3], [-0.3, z + 0.3]), (hx, [-0.3, hz[0]]), (hx, [hz[1], z + 0.3])]
+    {
+        parts.push(solid(v(x0, HEIGHT, z0), v(x1, upper, z1)));
+    }
+    let scene = scene(&parts, HERE);
+    let graph = split_scene(&scene);
+    assert_eq!(graph.cells.len(), 3, "two storeys and the outside");
+    let locator = Locator::new(&graph);
+    let at = |y: f64| locator.locate(HERE.of(&scene, v(2.0, y, 2.5))).unwrap().0;
+    let (below, above, outside) = (at(EYE), at(upper + EYE), at(upper + HEIGHT + 1.2));
+    assert!(below != above && above != outside && below != outside);
+    let portals = between(&graph, below, above);
+    assert_eq!((portals.len(), graph.portals.len()), (1, 1));
+    assert!(portals[0].plane.n.y.abs() > 0.999, "{:?}", portals[0].plane);
+    let size = Aabb::of(portals[0].winding.iter().copied()).size();
+    assert!((size.x - STAIR.x).abs() <= 0.01 && (size.z - STAIR.y).abs() <= 0.01, "{size}");
+    assert!((area(&portals[0].winding) - STAIR.x * STAIR.y).abs() <= 0.01 * (STAIR.x + STAIR.y));
+    sound(&graph, &scene, 200_000);
+}
+
+#[test]
+fn a_sealed_room_has_no_portals() {
+    let mut parts = shell(4.0, DEEP, [0.0, HEIGHT]);
+    parts.extend([slab(4.0, DEEP, 0.0), slab(4.0, DEEP, HEIGHT + 0.2)]);
+    parts.push(solid(v(4.0, 0.0, 0.0), v(4.3, HEIGHT, DEEP)));
+    let scene = scene(&parts, HERE);
+    let graph = split_scene(&scene);
+    assert_eq!((graph.cells.len(), graph.portals.len()), (2, 0));
+    let locator = Locator::new(&graph);
+    let at = |x: f64| locator.locate(HERE.of(&scene, v(x, EYE, 2.5))).unwrap().0;
+    assert_ne!(at(2.0), at(8.0));
+    sound(&graph, &scene, 200_000);
+}
+
+#[test]
+fn the_gallery_has_its_rooms_and_doors() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
+    let expected: Value = serde_json::from_slice(&std::fs::read(folder.join("gallery100.expected.json")).unwrap()).unwrap();
+    let number = |key: &str| expected[key].as_u64().unwrap() as usize;
+    let scene = import(&folder.join("gallery100.glb"), &ImportOptions::default()).unwrap();
+    let graph = split_scene(&scene);
+    assert_eq!((graph.cells.len(), graph.portals.len()), (101, 123));
+    assert_eq!(graph.cells.iter().filter(|c| !c.open).count(), number("rooms"));
+    let count = |kind| graph.portals.iter().filter(|p| p.kind == kind).count();
+    let kinds = [PortalKind::Door, PortalKind::Opening, PortalKind::Window].map(count);
+    assert_eq!(kinds, ["doors", "openings", "windows"].map(number));
+    sound(&graph, &scene, 500_000);
+}

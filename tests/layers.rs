@@ -1,0 +1,210 @@
+//! Data flows one way: a module uses only what stands before it. The arrows are read from the source text.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// What each module may use, beside [`BASE`] and itself. `module` allows all of it, `module::item` that item only.
+///
+/// Two kinds of plain words are named by the file and so by everybody after it: what the rows promise (`pvs::Guarantee`) and
+/// what a portal is (`cells::PortalKind`).
+const MAY_USE: [(&str, &[&str]); 8] = [
+    ("scene", &[]),
+    ("cells", &["scene"]),
+    ("pvs", &["scene", "cells"]),
+    ("file", &["scene", "cells", "pvs"]),
+    ("bake", &["scene", "cells", "pvs", "file"]),
+    ("runtime", &["file", "pvs::Guarantee"]),
+    ("report", &["scene", "file", "runtime", "cells::PortalKind", "pvs::Guarantee", "generate::prng"]),
+    ("generate", &["scene::Role"]),
+];
+
+/// Below everything; uses nothing but itself.
+const BASE: [&str; 4] = ["geom", "tolerance", "bits", "ids"];
+
+/// A use of `module::item` (or of the whole `module`) by a source file.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+struct Arrow {
+    file: String,
+    from: String,
+    to: String,
+    item: Option<String>,
+}
+
+impl Arrow {
+    fn is_allowed(&self) -> bool {
+        if self.to == self.from || BASE.contains(&self.to.as_str()) {
+            return true;
+        }
+        let Some((_, allowed)) = MAY_USE.iter().find(|(module, _)| *module == self.from) else { return false };
+        allowed.iter().any(|a| self.falls_under(a))
+    }
+
+    fn falls_under(&self, allowed: &str) -> bool {
+        match allowed.split_once("::") {
+            None => allowed == self.to,
+            Some((module, item)) => module == self.to && self.item.as_deref() == Some(item),
+        }
+    }
+}
+
+fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, into);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            into.push(path);
+        }
+    }
+}
+
+/// Source text without its `//` comments; no source has `//` in a string before an arrow on the same line.
+fn without_comments(text: &str) -> String {
+    text.lines().map(|l| l.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
+}
+
+/// The paths of a use tree, cut to two segments: `a::{b, c::d}` is `a::b`, `a::c`. Returns what follows the tree.
+fn tree<'t>(text: &'t str, prefix: &[&'t str], into: &mut Vec<Vec<&'t str>>) -> &'t str {
+    let text = text.trim_start();
+    if let Some(mut rest) = text.strip_prefix('{') {
+        loop {
+            rest = rest.trim_start();
+            if let Some(after) = rest.strip_prefix('}') {
+                return after;
+            }
+            rest = tree(rest, prefix, into).trim_start();
+            if let Some(after) = rest.strip_prefix(',') {
+                rest = after;
+            } else if let Some(after) = rest.strip_prefix("as ") {
+                rest = after.trim_start().trim_start_matches(|c: char| c.is_alphanumeric() || c == '_');
+            } else {
+                assert!(rest.starts_with('}'), "a use tree that this test can't read: {}", &text[..text.len().min(80)]);
+            }
+        }
+    }
+    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '*')).unwrap_or(text.len());
+    let path: Vec<&str> = prefix.iter().copied().chain([&text[..end]]).collect();
+    match text[end..].strip_prefix("::") {
+        // `module::<T>` is no path of modules; a turbofish ends it.
+        Some(rest) if !rest.trim_start().starts_with('<') => tree(rest, &path, into),
+        _ => {
+            into.push(path);
+            &text[end..]
+        }
+    }
+}
+
+/// The module that a path from the crate's root leads to, and the item in it.
+fn target(path: &[&str]) -> (String, Option<String>) {
+    let owned = |s: &&str| (*s).to_owned();
+    match path[0] {
+        "BitMatrix" => ("bits".to_owned(), Some("BitMatrix".to_owned())),
+        "CellId" | "DirectedPortal" | "ObjectId" | "PortalId" => ("ids".to_owned(), Some(path[0].to_owned())),
+        module => (module.to_owned(), path.get(1).map(owned)),
+    }
+}
+
+/// Every arrow of a file whose path below `src` is given.
+fn arrows_of(file: &Path, text: &str) -> Vec<Arrow> {
+    let text = without_comments(text);
+    let name = file.to_str().unwrap().replace('\\', "/");
+    let parts: Vec<&str> = name.trim_end_matches(".rs").trim_end_matches("/mod").split('/').collect();
+    let mut paths = Vec::new();
+    for (at, _) in text.match_indices("crate::") {
+        let inside_a_name = text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '$');
+        if !inside_a_name {
+            tree(&text[at + "crate::".len()..], &[], &mut paths);
+        }
+    }
+    // A chain of `super` that climbs to the root says the same as `crate`.
+    let tests = text.find("mod tests").unwrap_or(text.len());
+    let mut at = 0;
+    while let Some(found) = text[at..].find("super::") {
+        let start = at + found;
+        let rest = text[start..].trim_start_matches("super::");
+        let climbed = (text.len() - start - rest.len()) / "super::".len();
+        if climbed >= parts.len() + usize::from(start > tests) {
+            tree(rest, &[], &mut paths);
+        }
+        at = text.len() - rest.len();
+    }
+    let arrow = |path: Vec<&str>| {
+        let (to, item) = target(&path);
+        Arrow { file: name.clone(), from: parts[0].to_owned(), to, item }
+    };
+    paths.into_iter().map(arrow).collect()
+}
+
+fn arrows() -> BTreeSet<Arrow> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    sources(&source, &mut files);
+    let mut all = BTreeSet::new();
+    for path in files {
+        let relative = path.strip_prefix(&source).unwrap();
+        // The crate's root names every module; the binary stands outside of the library.
+        if ["lib.rs", "main.rs"].iter().any(|f| relative == Path::new(f)) || relative.starts_with("cli") {
+            continue;
+        }
+        all.extend(arrows_of(relative, &std::fs::read_to_string(&path).unwrap()));
+    }
+    all
+}
+
+fn list(arrows: &[&Arrow]) -> String {
+    let line = |a: &&Arrow| format!("  {}: {} -> {}::{}", a.file, a.from, a.to, a.item.as_deref().unwrap_or(""));
+    arrows.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn no_arrow_points_back() {
+    let arrows = arrows();
+    assert!(arrows.len() > 100, "only {} arrows were found: this test reads nothing", arrows.len());
+    let back: Vec<&Arrow> = arrows.iter().filter(|a| !a.is_allowed()).collect();
+    assert!(back.is_empty(), "these point back:\n{}", list(&back));
+}
+
+#[test]
+fn every_exception_is_needed() {
+    let arrows = arrows();
+    for (module, allowed) in MAY_USE {
+        for entry in allowed {
+            let used = arrows.iter().any(|a| a.from == module && a.falls_under(entry));
+            assert!(used, "{module} no longer uses {entry}: take it out of the list");
+        }
+    }
+}
+
+/// The check shares nothing with the bake but the triangles and the decoded file.
+#[test]
+fn the_check_is_independent_of_the_bake() {
+    const ALLOWED: [&str; 4] = ["file", "scene::Scene", "pvs::Guarantee", "generate::prng"];
+    let of_check = |a: &&Arrow| a.file == "report/check.rs" || a.file.starts_with("report/check/");
+    let arrows = arrows();
+    let all: Vec<&Arrow> = arrows.iter().filter(of_check).collect();
+    assert!(all.len() > 5, "only {} arrows were found: this test reads nothing", all.len());
+    let base = |a: &Arrow| BASE.contains(&a.to.as_str()) || a.to == "report";
+    let shared: Vec<&Arrow> = all.into_iter().filter(|a| !base(a) && !ALLOWED.iter().any(|x| a.falls_under(x))).collect();
+    // Scenes for its own unit tests are not the check's.
+    assert!(shared.is_empty(), "the check shares:\n{}", list(&shared));
+}
+
+#[test]
+fn the_reader_sees_arrows_however_they_are_written() {
+    let read = |file: &str, text: &str| {
+        let arrows = arrows_of(Path::new(file), text);
+        arrows.into_iter().map(|a| (a.to.clone(), a.item.clone().unwrap_or_default(), a.is_allowed())).collect::<Vec<_>>()
+    };
+    let one = |to: &str, item: &str, allowed| vec![(to.to_owned(), item.to_owned(), allowed)];
+    assert_eq!(read("runtime/a.rs", "use crate::scene::Scene;"), one("scene", "Scene", false));
+    assert_eq!(read("runtime/a.rs", "let x = crate::report::walk::walk();"), one("report", "walk", false));
+    assert_eq!(read("runtime/a.rs", "use super::super::cells::Cell;"), one("cells", "Cell", false));
+    assert_eq!(read("runtime/mod.rs", "use super::pvs;"), one("pvs", "", false));
+    assert_eq!(read("runtime/a.rs", "use crate::pvs::Guarantee;"), one("pvs", "Guarantee", true));
+    assert_eq!(read("runtime/a.rs", "// use crate::scene::Scene;\nuse super::Mode;"), Vec::new());
+    assert_eq!(read("geom.rs", "use crate::CellId;"), one("ids", "CellId", true));
+    assert_eq!(read("geom.rs", "use crate::scene;"), one("scene", "", false));
+    let several = read("runtime/a.rs", "use crate::{file::{PvsFile, FileCell as F}, pvs::{self, Guarantee}};");
+    let names: Vec<String> = several.iter().map(|(to, item, allowed)| format!("{to}::{item} {allowed}")).collect();
+    assert_eq!(names, ["file::PvsFile true", "file::FileCell true", "pvs::self false", "pvs::Guarantee true"]);
+}

@@ -1,0 +1,71 @@
+//! Real buildings, from the model to a checked file: rooms as their authors named them, nothing missed.
+#![cfg(feature = "ifc")]
+
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::pvs::PvsOptions;
+use enfilade::report::check::{CheckOptions, check};
+use enfilade::scene::{ImportOptions, import};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+/// The data folder, or `None` after saying that the test wasn't run.
+fn data(test: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("ENFILADE_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
+    eprintln!("not run: {test}: no data folder");
+    None
+}
+
+fn check_building(test: &str, model: &str) {
+    let Some(folder) = data(test) else { return };
+    let options = ImportOptions::default();
+    let scene = import(&folder.join(format!("{model}.ifc")), &options).unwrap();
+    let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
+    let file = bake(&scene, BakeOptions { pvs, import: options, ..BakeOptions::default() }, &|_, _| ()).unwrap().file;
+    assert_eq!(file.stats.contradictions, 0, "{:?}", file.stats);
+
+    // 1. Every room of the author's that holds free space is a cell, and no cell bears a room's name that isn't one.
+    let rooms: Value = serde_json::from_slice(&std::fs::read(folder.join(format!("{model}.rooms.json"))).unwrap()).unwrap();
+    let authored: BTreeSet<&str> = rooms["rooms"].as_array().unwrap().iter().map(|r| r["id"].as_str().unwrap()).collect();
+    let named: BTreeSet<&str> = file.cells.iter().filter_map(|c| c.source.as_deref()).collect();
+    let stray: Vec<&&str> = named.difference(&authored).collect();
+    assert!(stray.is_empty(), "cells named after no room: {stray:?}");
+    let without: BTreeSet<&str> = authored.difference(&named).copied().collect();
+    let said =
+        |id: &&str| file.notes.iter().any(|n| n.starts_with(&format!("room {id} ")) && n.ends_with("holds no free space"));
+    let lost: Vec<&&str> = without.iter().filter(|id| !said(id)).collect();
+    assert!(lost.is_empty(), "rooms without a cell, and without a word about it: {lost:?}");
+    assert!(named.len() as f64 >= 0.95 * authored.len() as f64, "{} of {} rooms: {without:?}", named.len(), authored.len());
+    eprintln!(
+        "{test}: {} of {} rooms, {} cells, {} portals",
+        named.len(),
+        authored.len(),
+        file.cells.len(),
+        file.portals.len()
+    );
+
+    // 2. The file keeps what it promises.
+    let report = check(&file, &scene, &CheckOptions { rays: 300_000, ..CheckOptions::default() }).unwrap();
+    assert!(report.passed, "{:?}", report.examples);
+    assert_eq!((report.missed_pairs, report.missed_cell_pairs, report.missed_segments), (0, 0, 0), "{:?}", report.examples);
+}
+
+#[test]
+fn the_duplex() {
+    check_building("the_duplex", "duplex/Duplex_A_20110907");
+}
+
+#[test]
+fn the_fzk_house() {
+    check_building("the_fzk_house", "kit-apache/AC11-FZK-Haus");
+}
+
+#[test]
+fn the_office() {
+    check_building("the_office", "webifc-mpl/Office_A_20110811");
+}
