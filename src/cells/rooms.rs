@@ -109,8 +109,8 @@ pub(super) fn label(
     };
     let mut name: Vec<Option<i64>> = (0..n).map(name_of).collect();
     fill_up(faces, &mut name);
-    for p in 0..n {
-        if let Some(label) = name[p] {
+    for (p, label) in name.iter().enumerate() {
+        if let Some(label) = *label {
             let first = *named.entry(label).or_insert(p as u32);
             regions.join(first, p as u32);
         }
@@ -124,6 +124,10 @@ pub(super) fn label(
             volume[r as usize] += volume[p as usize];
             name[r as usize] = name[r as usize].or(name[p as usize]);
         }
+    }
+    // The outside goes on beyond the rim.
+    for r in (0..n).filter(|&r| name[r] == Some(-1)) {
+        width[r] = f64::INFINITY;
     }
     let unite = |regions: &mut Regions, width: &mut [f64], volume: &mut [f64], name: &mut [Option<i64>], a: u32, b: u32| {
         let (a, b) = (regions.find(a), regions.find(b));
@@ -355,12 +359,15 @@ fn widths(plan: &Plan, columns: &Columns, faces: &[Face], facets: &Facets, human
         .into_par_iter()
         .map(|p| {
             let (column, _) = columns.of_piece(p);
-            let middle = plan.triangles[column].iter().map(|&i| plan.points[i as usize]).sum::<DVec2>() / 3.0;
+            let q = plan.triangles[column].map(|i| plan.points[i as usize]);
+            // The middle of an edge that no wall is on may be the middle of the room, as in one of two triangles.
+            let edges = (0..3).filter(|&e| !plan.constrained[column][e]).map(|e| (q[e] + q[(e + 1) % 3]) * 0.5);
             let (floor, ceiling) = columns.heights(p);
             let (low, high) = (floor.iter().sum::<f64>() / 3.0, ceiling.iter().sum::<f64>() / 3.0);
             // Walls that only graze the piece's height don't narrow it.
             let (a, b) = (low + 0.25 * (high - low), low + 0.75 * (high - low));
-            (2.0 * nearest(middle, a, b)).min(2.0 * (high - low))
+            let clear = edges.chain([(q[0] + q[1] + q[2]) / 3.0]).map(|p| nearest(p, a, b)).fold(0.0, f64::max);
+            (2.0 * clear).min(2.0 * (high - low))
         })
         .collect()
 }
@@ -430,6 +437,8 @@ fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
             let width = match f.surface {
                 Surface::Cut(Cut::Sheet(_)) if f.open_area > 0.8 * f.area => f.open_area.sqrt(),
                 Surface::Cut(_) => 0.0,
+                // Without a frame there is no lintel either, and a room isn't narrow for being low.
+                _ if !framed(f) => size.x,
                 _ => size.x.min(size.y),
             };
             Gate { width, framed: framed(f) }
@@ -465,7 +474,7 @@ fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
         }
         for k in 0..list.len() {
             let (lo, hi, framed) = whole[&groups.find(k as u32)];
-            gates[list[k]] = Gate { width: (hi - lo).min_element(), framed };
+            gates[list[k]] = Gate { width: if framed { (hi - lo).min_element() } else { hi.x - lo.x }, framed };
         }
     }
     gates

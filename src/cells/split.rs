@@ -175,11 +175,12 @@ fn name_openings(scene: &Scene, portals: &mut [Portal], human: Human) {
     for portal in portals {
         let at = middle(&portal.winding);
         let upright = portal.plane.n.y.abs() < 0.7;
-        let found = hinted
-            .iter()
-            .filter(|_| upright)
-            .chain(&hung)
-            .find(|(around, kind, _)| around.contains(at) && *kind != OpeningKind::Virtual);
+        let found = hinted.iter().filter(|_| upright).chain(&hung).find(|(around, kind, _)| match kind {
+            OpeningKind::Virtual => false,
+            // A leaf may stand open beside the doorway.
+            OpeningKind::Door => upright && around.touches(&Aabb::of(portal.winding.iter().copied())),
+            _ => around.contains(at),
+        });
         if let Some(&(_, kind, id)) = found {
             portal.kind = match kind {
                 OpeningKind::Door => PortalKind::Door,

@@ -193,7 +193,9 @@ fn split(shape: Shape, splits: u32, out: &mut Vec<Vec<DVec2>>) {
 /// longest edges first while the polygon stays convex (after Hertel, Mehlhorn 1983).
 pub fn pieces(complex: &Complex<'_>, labels: &[Option<u32>], cells: usize) -> Vec<Vec<Piece>> {
     let (plan, columns) = (complex.plan, complex.columns);
-    let mut prisms: BTreeMap<(u32, Cut, Cut), Vec<(u32, f64, f64)>> = BTreeMap::new();
+    /// A column with the lowest and the highest point of its prism.
+    type Prism = (u32, f64, f64);
+    let mut prisms: BTreeMap<(u32, Cut, Cut), Vec<Prism>> = BTreeMap::new();
     for (t, slices) in columns.slices.iter().enumerate() {
         let label = |k: usize| labels[columns.first_piece[t] as usize + k];
         let mut k = 0;
@@ -282,11 +284,11 @@ fn convex_unions(plan: &Plan, members: &[(u32, f64, f64)]) -> Vec<(Vec<u32>, f64
     let mut edges: Vec<(f64, usize, usize, u32, u32)> = Vec::new();
     for (i, &(t, ..)) in members.iter().enumerate() {
         for e in 0..3 {
-            if let Some(&j) = plan.neighbours[t as usize][e].and_then(|n| place.get(&n)) {
-                if i < j {
-                    let (a, b) = (plan.triangles[t as usize][e], plan.triangles[t as usize][(e + 1) % 3]);
-                    edges.push((plan.points[a as usize].distance(plan.points[b as usize]), i, j, a, b));
-                }
+            if let Some(&j) = plan.neighbours[t as usize][e].and_then(|n| place.get(&n))
+                && i < j
+            {
+                let (a, b) = (plan.triangles[t as usize][e], plan.triangles[t as usize][(e + 1) % 3]);
+                edges.push((plan.points[a as usize].distance(plan.points[b as usize]), i, j, a, b));
             }
         }
     }

@@ -139,7 +139,8 @@ fn facets_over(corners: &[[DVec2; 3]], facets: &Facets) -> Vec<Vec<u32>> {
     let (lo, hi) = boxes.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
     let cell = ((hi - lo).max_element() / n.sqrt().max(1.0)).max(1e-9);
     // Large triangles would fill the grid: those wider than 16 cells are kept apart.
-    let (mut grid, mut large): (HashMap<(i64, i64), Vec<u32>>, Vec<u32>) = Default::default();
+    let mut grid: HashMap<(i64, i64), Vec<u32>> = HashMap::new();
+    let mut large: Vec<u32> = Vec::new();
     let range = |lo: DVec2, hi: DVec2| {
         let (a, b) = ((lo / cell).floor(), (hi / cell).floor());
         (a.x as i64, a.y as i64, b.x as i64, b.y as i64)

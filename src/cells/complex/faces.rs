@@ -69,10 +69,10 @@ pub fn faces(plan: &Plan, columns: &Columns, facets: &Facets, coplanar: f64, sea
         let mut out = Vec::new();
         cuts(t, plan, columns, facets, seal, &mut out);
         for e in 0..3 {
-            if let Some(n) = plan.neighbours[t][e] {
-                if (n as usize) > t {
-                    sides(t, e, n as usize, plan, columns, facets, &grid, coplanar, seal, &mut out);
-                }
+            if let Some(n) = plan.neighbours[t][e]
+                && (n as usize) > t
+            {
+                sides(t, e, n as usize, plan, columns, facets, &grid, coplanar, seal, &mut out);
             }
         }
         out

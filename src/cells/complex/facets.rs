@@ -214,7 +214,9 @@ fn sheets(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, least: f64, out: &
 /// Edges that only one of the triangles has.
 fn outline(members: &[Facet], coplanar: f64) -> Vec<(DVec2, DVec2)> {
     let key = |q: DVec2| ((q.x / coplanar).round() as i64, (q.y / coplanar).round() as i64);
-    let mut edges: HashMap<[(i64, i64); 2], (u32, usize, (DVec2, DVec2))> = HashMap::new();
+    /// How many triangles have the edge, its place in their order, its ends.
+    type Edge = (u32, usize, (DVec2, DVec2));
+    let mut edges: HashMap<[(i64, i64); 2], Edge> = HashMap::new();
     for (order, f) in members.iter().enumerate() {
         let q = f.corners.map(to_plan);
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {

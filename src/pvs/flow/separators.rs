@@ -130,7 +130,7 @@ mod tests {
         let vector = move || (real(), real(), real()).prop_map(DVec3::from);
         (vector(), vector(), vector(), thin, 3..8usize).prop_map(|(o, u, v, thin, n)| {
             let corner = |k: usize| (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
-            (0..n).map(|k| corner(k)).map(|(s, c)| o + u * c + v * (s * thin)).collect()
+            (0..n).map(corner).map(|(s, c)| o + u * c + v * (s * thin)).collect()
         })
     }
 
