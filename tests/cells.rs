@@ -1,7 +1,7 @@
 //! Splitting hand-made buildings, whose rooms and openings are known, and a generated one, whose plan is.
 
 use enfilade::CellId;
-use enfilade::cells::{CellGraph, Locator, Portal, PortalKind, SplitOptions, split, validate};
+use enfilade::cells::{CellGraph, Locator, Portal, SplitOptions, split, validate};
 use enfilade::geom::{Aabb, area};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};

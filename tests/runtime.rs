@@ -373,10 +373,10 @@ impl Grid {
         // A door within one cell would be a hole in its own wall: walled up.
         for i in 0..n {
             for axis in 0..3 {
-                if let (Face::Door(..), Some(next)) = (grid.faces[i][axis], grid.next(i, axis, true)) {
-                    if group[i] == group[next] {
-                        grid.faces[i][axis] = Face::Wall;
-                    }
+                if let (Face::Door(..), Some(next)) = (grid.faces[i][axis], grid.next(i, axis, true))
+                    && group[i] == group[next]
+                {
+                    grid.faces[i][axis] = Face::Wall;
                 }
             }
         }

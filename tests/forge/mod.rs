@@ -281,7 +281,14 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
                 segment: [r.point(), r.point()],
             })
             .collect(),
-        stats: PvsStats { rays: r.next(), cubes: 3, flow_steps: r.next(), flow_capped: 1, cracks: 2 },
+        stats: PvsStats {
+            rays: r.next(),
+            cubes: 3,
+            flow_steps: r.next(),
+            flow_capped: 1,
+            cracks: 2,
+            contradictions: r.next(),
+        },
     }
 }
 
