@@ -21,15 +21,15 @@ pub(super) fn rooms_of(points: &[DVec3], hints: &Hints) -> Vec<Option<u32>> {
         .collect()
 }
 
-/// True where a line straight up from `p` leaves the room's surface an odd number of times.
+/// True where a line straight up leaves the room's surface an odd number of times. The line starts a tenth of a micrometre beside
+/// `p`, off both axes and diagonals, so that it meets no edge that two triangles share: this only names a piece.
 fn holds(room: &RoomHint, p: DVec3) -> bool {
+    let p = p + DVec3::new(1.0e-7, 0.0, 0.618e-7);
     let above = |t: &&[DVec3; 3]| {
-        let side = |a: DVec3, b: DVec3| robust::orient2d(coord(a), coord(b), coord(p));
+        let side = |a: DVec3, b: DVec3| robust::orient2d(coord(a), coord(b), coord(p)) > 0.0;
         let s = [side(t[0], t[1]), side(t[1], t[2]), side(t[2], t[0])];
-        // Half-open: an edge belongs to the triangle on one side of it only.
-        let inside = (s[0] >= 0.0) == (s[1] >= 0.0) && (s[1] >= 0.0) == (s[2] >= 0.0);
         let n = (t[1] - t[0]).cross(t[2] - t[0]);
-        inside && n.y != 0.0 && p.y < t[0].y - (n.x * (p.x - t[0].x) + n.z * (p.z - t[0].z)) / n.y
+        s[0] == s[1] && s[1] == s[2] && n.y != 0.0 && p.y < t[0].y - (n.x * (p.x - t[0].x) + n.z * (p.z - t[0].z)) / n.y
     };
     room.surface.iter().filter(above).count() % 2 == 1
 }
