@@ -296,8 +296,8 @@ fn other_section_clauses() {
     refused_with(REPAIRS, 8, &3u32.to_le_bytes(), "section repairs, byte 8: cell 3, of which there are 3");
     refused_with(REPAIRS, 12, &f64::NAN.to_le_bytes(), "section repairs, byte 12: a number that is not finite");
     let stats = f.decoded(STATS);
-    refused_as(STATS, &[&stats, &[0]], "section stats, byte 40: 1 bytes too many");
-    refused_as(STATS, &[&stats[..39]], "section stats, byte 32: 8 bytes expected, 7 left");
+    refused_as(STATS, &[&stats, &[0]], "section stats, byte 48: 1 bytes too many");
+    refused_as(STATS, &[&stats[..47]], "section stats, byte 40: 8 bytes expected, 7 left");
 
     // A lower pair outside the upper set: all zeros above, all ones below (rows take turns).
     let mut turns = BitMatrix::new(6, 3);
