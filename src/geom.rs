@@ -68,6 +68,11 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
+    /// Distance between two boxes, metres; 0 where they touch.
+    pub fn gap(&self, other: &Self) -> f64 {
+        (self.min - other.max).max(other.min - self.max).max(DVec3::ZERO).length()
+    }
+
     /// True where the boxes share at least a point.
     pub fn touches(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()

@@ -1,7 +1,7 @@
 //! Every tolerance of the build side, in one place: named, in metres, scaled to the model's extent.
 //!
-//! They nest: `coplanar + sqrt(2) * seal < clearance`. With that, "sealed" can be proven and not only sampled: wherever a
-//! portal face is called closed, an opaque triangle lies within `coplanar + sqrt(2) * seal` of the crossing point, so no
+//! They nest: `coplanar + (sqrt(2) + 1/2) * seal < clearance`. With that, "sealed" can be proven and not only sampled: wherever a
+//! portal face is called closed, an opaque triangle lies within `coplanar + (sqrt(2) + 1/2) * seal` of the crossing point, so no
 //! segment that keeps `clearance` from every opaque triangle gets through. See `cells::coverage`.
 
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ mod tests {
     fn tolerances_nest_at_every_scale() {
         for diagonal in [1e-4, 1.0, 50.0, 1e6] {
             let t = Tolerance::for_extent(diagonal);
-            assert!(t.coplanar + std::f64::consts::SQRT_2 * t.seal < t.clearance);
+            assert!(t.coplanar + (std::f64::consts::SQRT_2 + 0.5) * t.seal < t.clearance);
             assert!(2.0 * t.seal < t.smallest_hole());
         }
     }

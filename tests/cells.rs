@@ -1,7 +1,7 @@
 //! Splitting hand-made buildings, whose rooms and openings are known, and a generated one, whose plan is.
 
 use enfilade::CellId;
-use enfilade::cells::{CellGraph, Locator, Portal, SplitOptions, split, validate};
+use enfilade::cells::{CellGraph, Locator, Portal, PortalKind, SplitOptions, split, validate};
 use enfilade::geom::{Aabb, area};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
@@ -222,5 +222,8 @@ fn the_gallery_has_its_rooms_and_doors() {
     let graph = split_scene(&scene);
     assert_eq!((graph.cells.len(), graph.portals.len()), (101, 123));
     assert_eq!(graph.cells.iter().filter(|c| !c.open).count(), number("rooms"));
+    let count = |kind| graph.portals.iter().filter(|p| p.kind == kind).count();
+    let kinds = [PortalKind::Door, PortalKind::Opening, PortalKind::Window].map(count);
+    assert_eq!(kinds, ["doors", "openings", "windows"].map(number));
     sound(&graph, &scene, 500_000);
 }

@@ -10,6 +10,7 @@ pub(crate) mod locate;
 mod place;
 mod polyhedron;
 mod rooms;
+mod smooth;
 mod split;
 pub mod validate;
 

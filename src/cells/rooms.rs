@@ -13,6 +13,7 @@ use super::complex::columns::{Columns, Cut};
 use super::complex::coverage::{Open, points};
 use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
+use super::smooth::smooth;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -116,7 +117,7 @@ pub(super) fn label(
         }
     }
     let mut width = widths;
-    let mut volume = volumes;
+    let mut volume = volumes.clone();
     for p in 0..n as u32 {
         let r = regions.find(p);
         if r != p {
@@ -255,6 +256,10 @@ pub(super) fn label(
             labels.of_piece[p as usize] = Some(id);
         }
     }
+
+    // 6. Boundaries drawn tight.
+    let fixed: Vec<bool> = (0..n).map(|p| rim[p] || rooms[p].is_some()).collect();
+    smooth(faces, &volumes, &fixed, &mut labels.of_piece, labels.regions.len());
     labels
 }
 

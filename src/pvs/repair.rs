@@ -79,7 +79,10 @@ impl Follower<'_> {
         if spans.last().is_some_and(|s| self.locator.holds(s.cell, b)) {
             return Vec::new();
         }
-        self.portals.crossings(a, direction, length, self.eps, &mut crossings);
+        // A proof may begin on a portal.
+        let back = 4.0 * self.eps;
+        self.portals.crossings(a - direction * back, direction, length + 2.0 * back, self.eps, &mut crossings);
+        crossings.iter_mut().for_each(|c| c.0 -= back);
         self.walk(cell, [a, b], &crossings)
     }
 
@@ -96,8 +99,9 @@ impl Follower<'_> {
             let onward = |s: &&Stretch| s.span[0] <= t + slack && s.span[1] > t;
             let farthest = |a: &&Stretch, b: &&Stretch| a.span[1].total_cmp(&b.span[1]);
             let next = stretches.iter().filter(onward).filter(|s| s.cell == here.cell).max_by(farthest);
+            let direction = (segment[1] - segment[0]) / length;
             let through =
-                |s: &&Stretch| self.passed(here.cell, s.cell, [t - 4.0 * slack, s.span[0] + 4.0 * slack], length, crossings);
+                |s: &&Stretch| self.passed([here.cell, s.cell], [t * length, s.span[0] * length], direction, crossings);
             let next = next
                 .or_else(|| stretches.iter().filter(onward).find(through))
                 .or_else(|| stretches.iter().filter(onward).max_by(farthest))
@@ -114,11 +118,14 @@ impl Follower<'_> {
         }
     }
 
-    /// True where the segment passes a portal between two cells within `range` (fractions of its length).
-    fn passed(&self, a: CellId, b: CellId, range: [f64; 2], length: f64, crossings: &[(f64, PortalId)]) -> bool {
+    /// True where a segment along `direction` passes a portal between two cells within `range`, metres, give or take a few
+    /// clearances off the portal's plane: pieces and portals round apart, and a grazing line makes much of that.
+    fn passed(&self, [a, b]: [CellId; 2], range: [f64; 2], direction: DVec3, crossings: &[(f64, PortalId)]) -> bool {
         crossings.iter().any(|&(t, portal)| {
-            let cells = self.graph.portals[portal.index()].cells;
-            (cells == [a, b] || cells == [b, a]) && range[0] <= t / length && t / length <= range[1]
+            let portal = &self.graph.portals[portal.index()];
+            let beyond = (range[0] - t).max(t - range[1]).max(0.0);
+            let off = beyond * portal.plane.n.dot(direction).abs();
+            (portal.cells == [a, b] || portal.cells == [b, a]) && off <= 4.0 * self.eps && beyond <= 64.0 * self.eps
         })
     }
 }

@@ -1,7 +1,7 @@
 //! What part of a face is open: the face less every opaque triangle that lies on it.
 //!
 //! Soundness: triangles grow by a square of half-width `seal` before they are taken away, so a point that counts as closed is
-//! within `sqrt(2) * seal` of a triangle's projection, and that triangle is within the coplanar tolerance of the face. No
+//! within `sqrt(2) * seal` of a triangle's projection (and half a `seal` more in a sliver), and that triangle is within the coplanar tolerance of the face. No
 //! segment with more clearance than the sum gets through ([`crate::tolerance`]). Polygon booleans are done on integers
 //! (i_overlay), at a resolution of 2^-30 of the face.
 
@@ -24,6 +24,10 @@ pub enum Open {
     Parts(Vec<Shape>),
 }
 
+/// What is narrower than this, in seals, is left over from rounding. It adds to the distance at which a closed point may be from
+/// its triangle, so it counts in the nesting of tolerances.
+const CRUMB: f64 = 0.5;
+
 /// The open part of a convex `face` (counter-clockwise) under triangles in the same coordinates.
 pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     if triangles.is_empty() {
@@ -40,7 +44,9 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
         })
         .collect();
     let mut parts = subject.overlay(&grown, OverlayRule::Difference, FillRule::NonZero);
-    parts.retain(|shape| shape.first().is_some_and(|outer| width(&convex_hull(points(outer))) >= 2.0 * seal));
+    // Slivers along a triangle are rounding; a face that is itself no wider closes nothing.
+    let least = (CRUMB * seal).min(0.9 * width(face));
+    parts.retain(|shape| shape.first().is_some_and(|outer| width(&convex_hull(points(outer))) >= least));
     Open::Parts(parts)
 }
 

@@ -157,7 +157,7 @@ fn walls(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, seal: f64, least: f
         let (mut spans, mut i) = (Vec::new(), 0);
         while i < members.len() {
             let (from, mut to) = reach(&members[i]);
-            let (first, mut area) = (i, 0.0);
+            let mut area = 0.0;
             while i < members.len() && reach(&members[i]).0 <= to + 2.0 * seal {
                 to = to.max(reach(&members[i]).1);
                 area += crate::scene::triangle_area(members[i].corners);
@@ -165,11 +165,12 @@ fn walls(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, seal: f64, least: f
             }
             if area >= least {
                 spans.push((from, to));
-                out.wall_facets.extend(members[first..i].iter().map(|f| Facet { owner: out.walls.len() as u32, ..*f }));
             }
         }
+        // What is too small to make a cut still closes a face on the same line.
         wall.spans = spans;
         if !wall.spans.is_empty() {
+            out.wall_facets.extend(members.iter().map(|f| Facet { owner: out.walls.len() as u32, ..*f }));
             out.walls.push(wall);
         }
     }

@@ -48,9 +48,10 @@ impl Human {
         Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } }
     }
 
-    /// Less wall than this on one line makes no cut, square metres.
+    /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
+    /// a moulding less.
     pub fn least_wall(&self) -> f64 {
-        0.4 * self.metre * self.metre
+        0.1 * self.metre * self.metre
     }
 
     /// Less floor, ceiling or roof than this in one plane makes no cut, square metres.
