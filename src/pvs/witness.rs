@@ -107,6 +107,8 @@ pub(super) struct Found {
     /// Rays cast.
     pub rays: u64,
     tried: HashMap<(Kind, u32, u32), u8>,
+    /// Scratch: a bit for each cell that a line crosses.
+    crossed: Vec<u64>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -226,11 +228,17 @@ impl Prover<'_> {
                 }
             }
         }
+        // Most lines show no cell anything new, which whole words tell.
+        let mut crossed = std::mem::take(&mut found.crossed);
+        crossed.clear();
+        crossed.resize(known.cells.columns().div_ceil(64), 0);
+        line.spans.iter().for_each(|s| crossed[s.cell.index() / 64] |= 1 << (s.cell.index() % 64));
         for (i, a) in line.spans.iter().enumerate() {
-            for b in &line.spans[i + 1..] {
-                self.sight(line, *a, *b, known, found);
+            if crossed.iter().zip(known.cells.row(a.cell.index())).any(|(new, old)| new & !old != 0) {
+                line.spans[i + 1..].iter().for_each(|b| self.sight(line, *a, *b, known, found));
             }
         }
+        found.crossed = crossed;
     }
 
     /// Proves that the cells on one side of a hit see it.
