@@ -109,7 +109,8 @@ pub(super) fn label(
         if rim[p] { Some(-1) } else { rooms[p].map(i64::from) }
     };
     let mut name: Vec<Option<i64>> = (0..n).map(name_of).collect();
-    fill_up(faces, &mut name);
+    fill_up(faces, &free, &widths, human, &mut name);
+    let fixed: Vec<bool> = name.iter().map(Option::is_some).collect();
     for (p, label) in name.iter().enumerate() {
         if let Some(label) = *label {
             let first = *named.entry(label).or_insert(p as u32);
@@ -258,28 +259,50 @@ pub(super) fn label(
     }
 
     // 6. Boundaries drawn tight.
-    let fixed: Vec<bool> = (0..n).map(|p| rim[p] || rooms[p].is_some()).collect();
     smooth(faces, &volumes, &fixed, &mut labels.of_piece, labels.regions.len());
     labels
 }
 
-/// An author's room reaches up and down to the next slab or level: what lies over a ceiling that isn't there is the room's.
-fn fill_up(faces: &[Face], name: &mut [Option<i64>]) {
+/// What lies over (or under) an author's room up to the next slab or level is the room's where no other room reaches it. Where
+/// several do, as over walls that end below the slab, it is a plenum: one more region, that rooms don't merge with. Names below
+/// -1 are plenums.
+fn fill_up(faces: &[Face], free: &[bool], widths: &[f64], human: Human, name: &mut [Option<i64>]) {
+    // 1. What rooms reach.
     let through = |f: &&Face| matches!(f.surface, Surface::Cut(Cut::Sheet(_))) && f.open_area > 0.9 * f.area;
+    let authored = name.to_vec();
+    let mut reached = authored.clone();
     loop {
         let mut grown = false;
         for f in faces.iter().filter(through) {
             for (from, to) in [(f.a, f.b), (f.b, f.a)] {
-                let room = name[from as usize].filter(|&r| r >= 0);
-                if room.is_some() && name[to as usize].is_none() {
-                    name[to as usize] = room;
+                let room = reached[from as usize].filter(|&r| r >= 0);
+                if room.is_some() && reached[to as usize].is_none() {
+                    reached[to as usize] = room;
                     grown = true;
                 }
             }
         }
         if !grown {
-            return;
+            break;
         }
+    }
+    // 2. Which of it hangs together, over the tops of walls too.
+    let narrow = |p: usize| authored[p].is_none() && free[p] && widths[p] < LEAST_WIDTH * human.metre;
+    let over = |p: usize| authored[p].is_none() && (reached[p].is_some() || narrow(p));
+    let mut parts = Regions::new(name.len());
+    for f in faces.iter().filter(|f| f.open_area > 0.5 * f.area && !matches!(f.surface, Surface::Cut(Cut::Level(_)))) {
+        if over(f.a as usize) && over(f.b as usize) {
+            parts.join(f.a, f.b);
+        }
+    }
+    // 3. Whose it is.
+    let mut rooms: BTreeMap<u32, BTreeSet<i64>> = BTreeMap::new();
+    for p in (0..name.len()).filter(|&p| over(p)) {
+        rooms.entry(parts.find(p as u32)).or_default().extend(reached[p]);
+    }
+    for p in (0..name.len()).filter(|&p| over(p)) {
+        let part = parts.find(p as u32);
+        name[p] = if rooms[&part].len() > 1 { Some(-2 - i64::from(part)) } else { reached[p] };
     }
 }
 

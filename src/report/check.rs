@@ -16,10 +16,10 @@
 //!
 //! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So each
 //! violation is looked at again: it counts only if the segment, up to the violation, keeps half of `smallest_hole` from every
-//! opaque triangle (other than those of the object that it ends on, and other than within that length of its ends). This is
-//! measured exactly, segment against triangle. What doesn't pass is counted in [`CheckReport::crack_rays`] and fails nothing.
-//! Points within `smallest_hole` of a piece's boundary count as inside, and portals are grown by as much. Pixels of views are
-//! counted as they are, cracks included.
+//! opaque triangle (other than those of the object that it ends on, and other than within that length of its end): an eye on a
+//! wall, to within rounding, may be on either side of it. This is measured exactly, segment against triangle. What doesn't pass
+//! is counted in [`CheckReport::crack_rays`] and fails nothing. Points within `smallest_hole` of a piece's boundary count as
+//! inside, and portals are grown by as much. Pixels of views are counted as they are, cracks included.
 //!
 //! [`CheckReport::passed`] is false where a segment or a row of a [`Guarantee::Conservative`] file is violated. The rows of a
 //! [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is missed. A pass

@@ -110,15 +110,15 @@ impl Tracer {
         met
     }
 
-    /// True where a segment keeps the clearance from every opaque triangle, not counting those of `target` and not counting
-    /// its ends up to the clearance.
+    /// True where a segment, from its very start at `a`, keeps the clearance from every opaque triangle, not counting those of
+    /// `target` and not counting its end at `b` up to the clearance.
     pub(super) fn is_clear(&self, a: DVec3, b: DVec3, target: Option<ObjectId>) -> bool {
         let length = a.distance(b);
-        if length <= 2.0 * self.clearance {
-            return true;
+        if length == 0.0 {
+            return false;
         }
         let direction = (b - a) / length;
-        let (p, q) = (a + direction * self.clearance, b - direction * self.clearance);
+        let (p, q) = (a, b - direction * self.clearance.min(0.5 * length));
         let layer = &self.opaque;
         let mut clear = true;
         if let Some(tree) = &layer.tree {
