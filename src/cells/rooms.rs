@@ -36,8 +36,9 @@ pub(super) struct Labels {
     pub regions: Vec<Region>,
 }
 
-/// A gate must be this share of the narrower region's width to be no narrowing.
-const WIDE_GATE: f64 = 0.75;
+/// A gate must be this share of the narrower region's width to be no narrowing. At 0.75 the Villa Rotonda's outer doors (1.6 m in
+/// passages of 2.14 m) join its hall to the outside; from 0.9 on levels with ragged walls fall to pieces.
+const WIDE_GATE: f64 = 0.8;
 /// The same where a wall or lintel lies on part of the gate's face: people build those where rooms end.
 const WIDE_FRAMED_GATE: f64 = 0.97;
 /// Two regions are one space where this share of the smaller one's whole boundary is open to the other: a room's door is 2 % of
@@ -99,7 +100,8 @@ pub(super) fn label(
     let n = columns.pieces();
     let rim = rim(plan, columns);
     let volumes: Vec<f64> = (0..n as u32).map(|p| volume(plan, columns, p)).collect();
-    let widths = widths(plan, columns, faces, facets, human);
+    let clearance = Clearance::new(faces, facets, human);
+    let widths = widths(plan, columns, &clearance);
     let free = free_space(n, faces, &rim, rooms, &widths, human);
 
     // 1. What belongs together whatever the gates say: the rim, and each of the author's rooms.
@@ -141,7 +143,7 @@ pub(super) fn label(
 
     // 2. Gates, widest first.
     let usable = |f: &&Face| f.open_area > 0.0 && free[f.a as usize] && free[f.b as usize];
-    let gates = gates(faces, seal);
+    let gates = gates(faces, plan, columns, facets, &clearance, seal);
     let mut order: Vec<usize> = (0..faces.len()).filter(|&i| usable(&&faces[i]) && gates[i].width > 0.0).collect();
     order.sort_by(|&i, &j| gates[j].width.total_cmp(&gates[i].width).then(i.cmp(&j)));
     for i in order {
@@ -157,16 +159,19 @@ pub(super) fn label(
         }
     }
 
-    // 3. Regions that are open to each other over much of their boundary are one space, whatever lies between them.
+    // 3. Regions that are open to each other over much of their boundary are one space, whatever lies between them. In torn
+    // columns what is open may not be, so those don't count.
+    let trusted = |piece: u32| !columns.torn[columns.of_piece(piece).0];
     loop {
         let mut contact: BTreeMap<(u32, u32), f64> = BTreeMap::new();
         let mut boundary = vec![0.0f64; n];
         for f in faces {
             let (a, b) = (regions.find(f.a), regions.find(f.b));
-            if a != b {
+            if a != b && trusted(f.a) && trusted(f.b) {
                 boundary[a as usize] += f.area;
                 boundary[b as usize] += f.area;
-                if usable(&f) && !(storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)))) {
+                let parted = storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)));
+                if usable(&f) && !parted {
                     *contact.entry((a.min(b), a.max(b))).or_default() += f.open_area;
                 }
             }
@@ -323,54 +328,67 @@ fn volume(plan: &Plan, columns: &Columns, piece: u32) -> f64 {
     super::complex::coverage::area(&corners) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
 }
 
-/// For each piece, how wide the space around its middle is, metres: twice the way to the nearest wall that stands at its height,
-/// at most twice its own height.
-fn widths(plan: &Plan, columns: &Columns, faces: &[Face], facets: &Facets, human: Human) -> Vec<f64> {
-    struct Standing {
-        ends: (DVec2, DVec2),
-        heights: (f64, f64),
-    }
-    let cell = human.metre;
-    let mut walls: Vec<Standing> = Vec::new();
-    let mut grid: HashMap<(i64, i64), Vec<u32>> = HashMap::new();
-    for f in faces {
-        let Surface::Wall(w) = f.surface else {
-            continue;
-        };
-        if f.open_area > 0.5 * f.area {
-            continue;
-        }
-        let wall = &facets.walls[w as usize];
-        let (lo, hi) = extent(&f.polygon);
-        let ends = (wall.at(lo.x), wall.at(hi.x));
-        let steps = (ends.0.distance(ends.1) / (0.5 * cell)).ceil().max(1.0) as usize;
-        let mut cells: Vec<(i64, i64)> = (0..=steps)
-            .map(|s| {
-                let p = (ends.0.lerp(ends.1, s as f64 / steps as f64) / cell).floor();
-                (p.x as i64, p.y as i64)
-            })
-            .collect();
-        cells.dedup();
-        for c in cells {
-            grid.entry(c).or_default().push(walls.len() as u32);
-        }
-        walls.push(Standing { ends, heights: (lo.y, hi.y) });
-    }
+/// How far it is to the nearest wall.
+struct Clearance {
+    walls: Vec<Standing>,
+    grid: HashMap<(i64, i64), Vec<u32>>,
+    cell: f64,
+}
+
+/// A closed face on a wall.
+struct Standing {
+    ends: (DVec2, DVec2),
+    heights: (f64, f64),
+}
+
+impl Clearance {
+    /// Walls farther than this many metres don't count.
     const FAR: i64 = 8;
-    let nearest = |q: DVec2, low: f64, high: f64| {
-        let (cx, cy) = ((q.x / cell).floor() as i64, (q.y / cell).floor() as i64);
-        let mut best = FAR as f64 * cell;
-        for ring in 0..=FAR {
+
+    fn new(faces: &[Face], facets: &Facets, human: Human) -> Self {
+        let mut all = Self { walls: Vec::new(), grid: HashMap::new(), cell: human.metre };
+        for f in faces {
+            let Surface::Wall(w) = f.surface else {
+                continue;
+            };
+            if f.open_area > 0.5 * f.area {
+                continue;
+            }
+            let wall = &facets.walls[w as usize];
+            let (lo, hi) = extent(&f.polygon);
+            let ends = (wall.at(lo.x), wall.at(hi.x));
+            let steps = (ends.0.distance(ends.1) / (0.5 * all.cell)).ceil().max(1.0) as usize;
+            let mut cells: Vec<(i64, i64)> =
+                (0..=steps).map(|s| all.cell_of(ends.0.lerp(ends.1, s as f64 / steps as f64))).collect();
+            cells.dedup();
+            for c in cells {
+                all.grid.entry(c).or_default().push(all.walls.len() as u32);
+            }
+            all.walls.push(Standing { ends, heights: (lo.y, hi.y) });
+        }
+        all
+    }
+
+    fn cell_of(&self, q: DVec2) -> (i64, i64) {
+        let c = (q / self.cell).floor();
+        (c.x as i64, c.y as i64)
+    }
+
+    /// Metres from a point of the plan to the nearest wall that stands between two heights.
+    fn at(&self, q: DVec2, low: f64, high: f64) -> f64 {
+        let (cx, cy) = self.cell_of(q);
+        let mut best = Self::FAR as f64 * self.cell;
+        for ring in 0..=Self::FAR {
             // A wall registered `ring` cells away is at least `ring - 1.5` cells off.
-            if (ring as f64 - 1.5) * cell > best {
+            if (ring as f64 - 1.5) * self.cell > best {
                 break;
             }
             for x in cx - ring..=cx + ring {
                 let step = if (x - cx).abs() == ring { 1 } else { (2 * ring).max(1) };
                 let mut y = cy - ring;
                 while y <= cy + ring {
-                    for &w in grid.get(&(x, y)).map_or(&[][..], Vec::as_slice) {
-                        let w = &walls[w as usize];
+                    for &w in self.grid.get(&(x, y)).map_or(&[][..], Vec::as_slice) {
+                        let w = &self.walls[w as usize];
                         if w.heights.0 < high && low < w.heights.1 {
                             let (a, d) = (w.ends.0, w.ends.1 - w.ends.0);
                             let t = ((q - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -382,7 +400,17 @@ fn widths(plan: &Plan, columns: &Columns, faces: &[Face], facets: &Facets, human
             }
         }
         best
-    };
+    }
+}
+
+/// The middle half of a range: walls that only graze a height don't narrow what is there.
+fn middle_half(low: f64, high: f64) -> (f64, f64) {
+    (low + 0.25 * (high - low), low + 0.75 * (high - low))
+}
+
+/// For each piece, how wide the space around its middle is, metres: twice the way to the nearest wall that stands at its height,
+/// at most twice its own height.
+fn widths(plan: &Plan, columns: &Columns, clearance: &Clearance) -> Vec<f64> {
     (0..columns.pieces() as u32)
         .into_par_iter()
         .map(|p| {
@@ -392,9 +420,8 @@ fn widths(plan: &Plan, columns: &Columns, faces: &[Face], facets: &Facets, human
             let edges = (0..3).filter(|&e| !plan.constrained[column][e]).map(|e| (q[e] + q[(e + 1) % 3]) * 0.5);
             let (floor, ceiling) = columns.heights(p);
             let (low, high) = (floor.iter().sum::<f64>() / 3.0, ceiling.iter().sum::<f64>() / 3.0);
-            // Walls that only graze the piece's height don't narrow it.
-            let (a, b) = (low + 0.25 * (high - low), low + 0.75 * (high - low));
-            let clear = edges.chain([(q[0] + q[1] + q[2]) / 3.0]).map(|p| nearest(p, a, b)).fold(0.0, f64::max);
+            let (a, b) = middle_half(low, high);
+            let clear = edges.chain([(q[0] + q[1] + q[2]) / 3.0]).map(|p| clearance.at(p, a, b)).fold(0.0, f64::max);
             (2.0 * clear).min(2.0 * (high - low))
         })
         .collect()
@@ -442,8 +469,10 @@ fn extent(polygon: &[DVec2]) -> (DVec2, DVec2) {
     polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)))
 }
 
-/// The gate of each face. Openings of one wall that touch along it are one opening.
-fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
+/// The gate of each face. Openings of one wall that touch along it are one opening; where nothing frames it, a gate is as wide as
+/// the space around its middle, however short the edge of the triangulation that it lies on; but not in torn columns, where a
+/// vault may be open that isn't.
+fn gates(faces: &[Face], plan: &Plan, columns: &Columns, facets: &Facets, clearance: &Clearance, seal: f64) -> Vec<Gate> {
     let open_extent = |f: &Face| match &f.open {
         Open::Whole => extent(&f.polygon),
         Open::Parts(parts) => {
@@ -505,5 +534,23 @@ fn gates(faces: &[Face], seal: f64) -> Vec<Gate> {
             gates[list[k]] = Gate { width: if framed { (hi - lo).min_element() } else { hi.x - lo.x }, framed };
         }
     }
+    let whole = |piece: u32| !columns.torn[columns.of_piece(piece).0];
+    let wide = |(gate, f): &(&mut Gate, &Face)| !gate.framed && f.open_area > 0.0 && whole(f.a) && whole(f.b);
+    gates.par_iter_mut().zip(faces).filter(wide).for_each(|(gate, f)| {
+        let (lo, hi) = extent(&f.polygon);
+        let along = |x: f64| match f.surface {
+            Surface::Wall(w) => Some(facets.walls[w as usize].at(x)),
+            Surface::Edge { triangle, edge } => {
+                let t = plan.triangles[triangle as usize];
+                let [a, b] = [t[edge as usize], t[(edge as usize + 1) % 3]].map(|i| plan.points[i as usize]);
+                Some(a + (b - a).normalize_or_zero() * x)
+            }
+            Surface::Cut(_) => None,
+        };
+        let (low, high) = middle_half(lo.y, hi.y);
+        for x in [0.25, 0.5, 0.75].map(|t| lo.x + (hi.x - lo.x) * t) {
+            gate.width = along(x).map_or(gate.width, |q| gate.width.max(2.0 * clearance.at(q, low, high)));
+        }
+    });
     gates
 }

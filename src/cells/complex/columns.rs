@@ -38,6 +38,8 @@ pub struct Slice {
 pub struct Columns {
     /// For each triangle of the plan, its cuts from bottom to top; two at least.
     pub slices: Vec<Vec<Slice>>,
+    /// Columns over which part of an opaque sheet lies that could not cut them: what is open in them may really be closed.
+    pub torn: Vec<bool>,
     /// Number of the lowest piece of each column; piece `k` lies between slices `k` and `k + 1`. One entry more than columns.
     pub first_piece: Vec<u32>,
 }
@@ -63,12 +65,14 @@ impl Columns {
 
 /// A sheet cuts a column if it lies over this share of it: less is dropped, which only leaves more open.
 const LEAST_SHARE: f64 = 0.15;
+/// Less than this share is a neighbour's sheet that rounding let in.
+const ROUNDING_SHARE: f64 = 1e-3;
 
 /// Cuts the columns. `levels` are heights of storeys, metres, each used where no sheet is within `near` of it.
 pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels: &[f64], near: f64) -> Columns {
     let corners: Vec<[DVec2; 3]> = plan.triangles.iter().map(|t| t.map(|i| plan.points[i as usize])).collect();
     let over = facets_over(&corners, facets);
-    let slices: Vec<Vec<Slice>> = corners
+    let (slices, torn): (Vec<Vec<Slice>>, Vec<bool>) = corners
         .par_iter()
         .zip(over)
         .map(|(q, over)| {
@@ -83,14 +87,21 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
                 }
             }
             let whole = super::coverage::area(q).max(f64::MIN_POSITIVE);
+            let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].opaque);
+            let mut torn = false;
             let mut by_share: Vec<(u32, f64, Vec<u32>)> =
-                wanted.into_iter().map(|(s, (a, f))| (s, a / whole, f)).filter(|w| w.1 >= LEAST_SHARE).collect();
+                wanted.into_iter().map(|(s, (a, f))| (s, a / whole, f)).filter(|w| w.1 >= ROUNDING_SHARE).collect();
+            by_share.retain(|w| {
+                torn |= w.1 < LEAST_SHARE && opaque(&w.2);
+                w.1 >= LEAST_SHARE
+            });
             by_share.sort_by(|a, b| b.1.min(1.0).total_cmp(&a.1.min(1.0)).then(a.0.cmp(&b.0)));
             let rim = |cut, y| Slice { cut, heights: [y; 3], facets: Vec::new() };
             let mut stack = vec![rim(Cut::Bottom, domain.min.y), rim(Cut::Top, domain.max.y)];
             for (sheet, _, list) in by_share {
                 let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
-                insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar);
+                let closes = opaque(&list);
+                torn |= !insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar) && closes;
             }
             for (i, &y) in levels.iter().enumerate() {
                 let taken = |s: &Slice| matches!(s.cut, Cut::Sheet(_)) && s.heights.iter().all(|h| (h - y).abs() <= near);
@@ -98,19 +109,19 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
                     insert(&mut stack, Slice { cut: Cut::Level(i as u32), heights: [y; 3], facets: Vec::new() }, coplanar);
                 }
             }
-            stack
+            (stack, torn)
         })
-        .collect();
+        .unzip();
     let mut first_piece = vec![0u32];
     for s in &slices {
         first_piece.push(first_piece[first_piece.len() - 1] + s.len() as u32 - 1);
     }
-    Columns { slices, first_piece }
+    Columns { slices, torn, first_piece }
 }
 
-/// Puts a cut between its neighbours; one that would cross another is dropped (which only leaves more open). Heights within the
+/// Puts a cut between its neighbours; one that would cross another is dropped, which only leaves more open: false. Heights within the
 /// coplanar tolerance of a neighbour's are taken to be the neighbour's.
-fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) {
+fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
     for other in stack.iter() {
         for (h, o) in new.heights.iter_mut().zip(other.heights) {
             if (*h - o).abs() <= coplanar {
@@ -120,9 +131,13 @@ fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) {
     }
     let below = |a: &Slice, b: &Slice| a.heights.iter().zip(b.heights).all(|(x, y)| *x <= y);
     let at = stack.iter().take_while(|s| below(s, &new) && s.heights != new.heights).count();
-    if at > 0 && stack[at..].iter().all(|s| below(&new, s) && s.heights != new.heights) && at < stack.len() {
+    let fits = at > 0 && at < stack.len() && stack[at..].iter().all(|s| below(&new, s) && s.heights != new.heights);
+    // In the same place as another is as good as cut.
+    let there = stack.iter().any(|s| s.heights == new.heights);
+    if fits {
         stack.insert(at, new);
     }
+    fits || there
 }
 
 /// For each column, the sheet triangles whose boxes touch it.

@@ -56,6 +56,6 @@ impl Human {
 
     /// Less floor, ceiling or roof than this in one plane makes no cut, square metres.
     pub fn least_sheet(&self) -> f64 {
-        0.8 * self.metre * self.metre
+        0.1 * self.metre * self.metre
     }
 }

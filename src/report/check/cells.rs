@@ -306,15 +306,12 @@ impl Piece {
 }
 
 impl Portal {
-    /// True where a line crosses it between two places, or passes within `by` metres of its rim.
+    /// True where a line, between two places on it, comes within `by` metres of the portal's plane and of what its rim holds.
     fn crossed(&self, origin: DVec3, direction: DVec3, from: f64, to: f64, by: f64) -> bool {
         let (height, slope) = (self.plane.distance(origin), self.plane.n.dot(direction));
         // A line within its plane crosses it anywhere.
         let t = if slope.abs() > 1e-12 { -height / slope } else { (from + to) / 2.0 };
-        if !(from..=to).contains(&t) {
-            return false;
-        }
-        let p = origin + direction * t;
+        let p = origin + direction * t.max(from).min(to);
         self.plane.distance(p).abs() <= by
             && self.winding.iter().zip(self.winding.iter().cycle().skip(1)).all(|(a, b)| {
                 // Counter-clockwise seen from the tip of the normal: the inside is to the left.
