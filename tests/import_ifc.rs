@@ -314,7 +314,7 @@ fn check_house(house: &House) {
     let edges = 6.0 * 0.2 + 4.0 * 0.2 + 2.0 * 3.0 * 0.2;
     let reveals = (2.0 * 2.1 + 1.0) * 0.2 + (2.0 * 2.0 + 1.0) * 0.2 + 4.0 * 0.2;
     assert!((wall - sides - edges - reveals).abs() < 1e-4, "{context}: {wall}");
-    let box_of_all = enfilade::geom::Aabb::of((0..scene.triangles.len()).flat_map(|t| scene.corners(t as usize)).map(world));
+    let box_of_all = enfilade::geom::Aabb::of((0..scene.triangles.len()).flat_map(|t| scene.corners(t)).map(world));
     let built = [(0., -0.1, 0.), (6., 3.15, 3.)].map(|(x, y, z)| DVec3::new(x, y, z));
     let expected =
         enfilade::geom::Aabb::of((0..8).map(|i| house.at(DVec3::new(built[i & 1].x, built[i >> 1 & 1].y, built[i >> 2].z))));
