@@ -7,12 +7,15 @@
 //! pixel's middle can see. So each such pixel is looked at again with rays in `f64` around its middle, [`SPREAD`] pixels off
 //! it: only if every one of them, too, meets something first that the set leaves out, the pixel is missed. Otherwise it counts
 //! as a crack. What this can't tell from a crack is a sight line that is open over less than `2 * SPREAD` of a pixel.
+//!
+//! Models have surfaces in one place, as where a wall's end lies in another wall's face. Whichever of the two an item buffer
+//! names is rounding's choice, so a surface isn't missed where the set keeps another within the scene's clearance of it.
 
 use super::raster::{IdBuffer, View};
 use crate::ObjectId;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// How far from the middle of a pixel the rays that settle it are, in pixels.
@@ -72,7 +75,7 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
         // `along` goes one metre forward, so the near plane is `near` of them away.
         let from = view.camera.eye.as_dvec3() + along * view.near;
         let hit = rays.first_opaque(from, along, limit);
-        opaque_missed &= hit.is_some_and(|h| !kept(h.object));
+        opaque_missed &= hit.is_some_and(|h| !kept(h.object) && !is_doubled(rays, from + along * h.t, kept));
         glass.clear();
         if glass_missed {
             rays.see_through(from, along, hit.map_or(limit, |h| h.t), &mut glass);
@@ -83,6 +86,15 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
         }
     }
     true
+}
+
+/// True where an opaque object of the set is within the scene's clearance of a point.
+fn is_doubled(rays: &RayScene<'_>, p: DVec3, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> bool {
+    let clearance = rays.scene().tolerance().clearance;
+    (0u32..)
+        .map(ObjectId)
+        .zip(&rays.scene().objects)
+        .any(|(id, object)| object.opaque && kept(id) && rays.is_near(p, id, clearance))
 }
 
 /// The objects that a picture of everything shows, ascending: what a perfect culler would keep.
@@ -99,4 +111,42 @@ pub fn objects_shown(scene: &Scene, full: &IdBuffer) -> Vec<ObjectId> {
         }
     }
     (0..shown.len()).filter(|&i| shown[i]).map(|i| ObjectId(i as u32)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::raster::draw;
+    use super::*;
+    use crate::runtime::Camera;
+    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    /// A square of 4 m, facing +z, at a given z.
+    fn square(z: f64) -> Mesh {
+        let positions = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)].map(|(x, y)| DVec3::new(x, y, z)).to_vec();
+        Mesh { node: "wall".into(), role: Role::Structure, opaque: true, positions, triangles: vec![[0, 1, 2], [0, 2, 3]] }
+    }
+
+    #[test]
+    fn of_two_surfaces_in_one_place_one_is_enough() {
+        // How far the second wall stands before the first, and whether leaving it out shows.
+        for (before, shows) in [(0.0, false), (0.01, true)] {
+            let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+            builder.add(square(0.0)).unwrap();
+            builder.add(square(before)).unwrap();
+            let scene = builder.finish("walls").unwrap();
+            let eye = DVec3::new(0.0, 0.0, 3.0) - scene.origin;
+            let camera = Camera::look_at(eye, eye - DVec3::Z, 1.0, 1.0);
+            let view = View { camera, near: 0.05, width: 16, height: 16 };
+            let full = draw(&scene, &view, &|_| true);
+            // Either wall may be the one that shows where both do.
+            let shown = objects_shown(&scene, &full);
+            let missed = |left_out: u32| {
+                let kept = move |o: ObjectId| o != ObjectId(left_out);
+                missed_pixels(&RayScene::new(&scene), &view, &full, &shown, &kept).pixels.len()
+            };
+            assert_eq!((missed(0), missed(1)), (0, if shows { 256 } else { 0 }), "{before}");
+            let none = missed_pixels(&RayScene::new(&scene), &view, &full, &shown, &|_| false);
+            assert_eq!(none.pixels.len(), 256, "nothing kept");
+        }
+    }
 }
