@@ -2,8 +2,11 @@
 //! every number of it.
 #![cfg(feature = "ifc")]
 
+#[path = "common/data.rs"]
+mod data;
 mod house;
 
+use data::data;
 use enfilade::geom::{Aabb, area, middle, newell};
 use enfilade::scene::ifc::import_bytes;
 use enfilade::scene::{ImportError, ImportOptions, OpeningHint, OpeningKind, Role, RoomHint, Scene};
@@ -11,7 +14,6 @@ use glam::{DVec2, DVec3};
 use house::{House, Schema};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Real buildings: path, storeys, spaces, doors, windows as counted in the files' text.
@@ -24,18 +26,6 @@ const FILES: [(&str, [usize; 4]); 7] = [
     ("bimwhale-mit/LargeBuilding", [2, 8, 18, 42]),
     ("bimwhale-mit/TallBuilding", [5, 3, 5, 21]),
 ];
-
-/// The data folder, or `None` after saying that the test wasn't run.
-fn data(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
-    eprintln!("not run: {test}: no data folder");
-    None
-}
 
 /// Every real building with what others wrote down about it.
 fn buildings(test: &str) -> Vec<(&'static str, [usize; 4], Scene, Value)> {

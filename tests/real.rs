@@ -1,25 +1,16 @@
 //! Real buildings, from the model to a checked file: rooms as their authors named them, nothing missed.
 #![cfg(feature = "ifc")]
 
+#[path = "common/data.rs"]
+mod data;
+
+use data::data;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::pvs::PvsOptions;
 use enfilade::report::check::{CheckOptions, check};
 use enfilade::scene::{ImportOptions, import};
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
-
-/// The data folder, or `None` after saying that the test wasn't run.
-fn data(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
-    eprintln!("not run: {test}: no data folder");
-    None
-}
 
 fn check_building(test: &str, model: &str) {
     let Some(folder) = data(test) else { return };

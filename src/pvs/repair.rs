@@ -93,13 +93,13 @@ impl Follower<'_> {
         let Some(first) = stretches.iter().find(|s| s.cell == cell) else { return Vec::new() };
         let (mut holes, mut here) = (Vec::new(), *first);
         let slack = self.eps / length;
+        let direction = (segment[1] - segment[0]) / length;
         loop {
             let t = here.span[1];
             // On through the same cell while that goes on; else into whatever goes on; else over the gap.
             let onward = |s: &&Stretch| s.span[0] <= t + slack && s.span[1] > t;
             let farthest = |a: &&Stretch, b: &&Stretch| a.span[1].total_cmp(&b.span[1]);
             let next = stretches.iter().filter(onward).filter(|s| s.cell == here.cell).max_by(farthest);
-            let direction = (segment[1] - segment[0]) / length;
             let through =
                 |s: &&Stretch| self.passed([here.cell, s.cell], [t * length, s.span[0] * length], direction, crossings);
             let next = next

@@ -119,8 +119,8 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
     Columns { slices, torn, first_piece }
 }
 
-/// Puts a cut between its neighbours; one that would cross another is dropped, which only leaves more open: false. Heights within the
-/// coplanar tolerance of a neighbour's are taken to be the neighbour's.
+/// Puts a cut between its neighbours. One that would cross another is dropped, which only leaves more open, and the answer is
+/// false. Heights within the coplanar tolerance of a neighbour's are taken to be the neighbour's.
 fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
     for other in stack.iter() {
         for (h, o) in new.heights.iter_mut().zip(other.heights) {

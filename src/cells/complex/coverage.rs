@@ -1,9 +1,9 @@
 //! What part of a face is open: the face less every opaque triangle that lies on it.
 //!
 //! Soundness: triangles grow by a square of half-width `seal` before they are taken away, so a point that counts as closed is
-//! within `sqrt(2) * seal` of a triangle's projection (and half a `seal` more in a sliver), and that triangle is within the coplanar tolerance of the face. No
-//! segment with more clearance than the sum gets through ([`crate::tolerance`]). Polygon booleans are done on integers
-//! (i_overlay), at a resolution of 2^-30 of the face.
+//! within `sqrt(2) * seal` of a triangle's projection (and half a `seal` more in a sliver), and that triangle is within the
+//! coplanar tolerance of the face. No segment with more clearance than the sum gets through ([`crate::tolerance`]). Polygon
+//! booleans are done on integers (i_overlay), at a resolution of 2^-30 of the face.
 
 use crate::geom::Plane;
 use crate::geom::clip;
