@@ -44,6 +44,8 @@ struct Frame {
     goals: [usize; 2],
     /// Portals that can be reached inside the planes, as bits. None that the chain has crossed is among them.
     live: Vec<u64>,
+    /// Number of goals when `live` was last asked whether it leads to them.
+    asked: usize,
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
@@ -135,6 +137,7 @@ impl<'a> Search<'a> {
         let frame = &mut self.frames[0];
         frame.source.assign(net.window(first));
         frame.planes.clear();
+        frame.bundle.assign(&[]);
         frame.planes.extend(net.plane(first).map(|p| p.flipped()));
         frame.separators = frame.planes.len();
         goals.arrive(net, net.target[first] as usize, &frame.planes, Passage::Unknown);
@@ -148,6 +151,7 @@ impl<'a> Search<'a> {
         }
         self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
         frame.goals = [0, self.goals.len()];
+        frame.asked = usize::MAX / 4;
         !self.goals.is_empty()
     }
 
@@ -188,19 +192,19 @@ impl<'a> Search<'a> {
         let pass = &mut above[0].pass;
         pass.assign(net.window(target));
         let fronts = [net.front(first, target), net.front(entered, target)];
-        let separators = below.iter().rev().flat_map(|frame| &frame.planes[frame.separators..]);
-        for plane in fronts.iter().flatten().chain(separators) {
-            match net.bounds(target).side(plane) {
+        let (bounds, slack, spare) = (net.bounds(target), &net.slack, &mut self.spare);
+        for plane in fronts.iter().flatten() {
+            match bounds.side(plane) {
                 Side::Inside => {}
                 Side::Outside => return false,
                 Side::Unknown => {
-                    if !pass.cut(plane, &net.slack, &mut self.spare) {
+                    if !pass.cut(plane, slack, spare) {
                         return false;
                     }
                 }
             }
         }
-        true
+        below.iter().rev().all(|frame| frame.bundle.across(bounds, |plane| pass.cut(plane, slack, spare)))
     }
 
     /// What is left of the source for lines that go on through what is left of `target`.
@@ -284,7 +288,8 @@ impl<'a> Search<'a> {
         self.goals.truncate(kept);
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
-        let fewer = kept - start < frame.goals[1] - frame.goals[0];
+        let fewer = (kept - start) * 4 <= frame.asked * 3;
+        child.asked = if fewer { kept - start } else { frame.asked };
         self.allowed.clear();
         self.allowed.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
         child.live.clear();
