@@ -26,6 +26,16 @@ pub(crate) struct Outcome {
     pub capped: bool,
 }
 
+/// Where a search ended, for those who want to know why.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct End {
+    /// Directed portals of the chain, from the source on.
+    pub chain: Vec<u32>,
+    /// Everything that lines through the chain meet beyond it is inside these, and no goal can be reached inside them. Empty:
+    /// no line passes the chain.
+    pub planes: Vec<Plane>,
+}
+
 /// A chain of portals, as it stands when it has entered a cell.
 #[derive(Default)]
 struct Frame {
@@ -56,6 +66,8 @@ pub(crate) struct Search<'a> {
     net: &'a Net,
     might_see: &'a MightSee,
     max_steps: u64,
+    /// Where searches ended, if that is to be kept.
+    pub ends: Option<Vec<End>>,
     frames: Vec<Frame>,
     /// The portal through which each frame was entered.
     chain: Vec<u32>,
@@ -77,7 +89,7 @@ impl<'a> Search<'a> {
         let (frames, chain, goals, on_chain, waist, stab, spare, allowed, queue) = Default::default();
         let separators = Separators::new(net.rounding);
         Self {
-            net, might_see, max_steps, frames, chain, goals, on_chain, waist, stab, spare, separators, allowed, queue,
+            net, might_see, max_steps, ends: None, frames, chain, goals, on_chain, waist, stab, spare, separators, allowed, queue,
         }
     }
 
@@ -119,7 +131,9 @@ impl<'a> Search<'a> {
                 outcome.capped = true;
                 return outcome;
             }
-            if self.cross(depth, target) && self.enter(depth, target, goals, &mut outcome.steps) {
+            if !self.cross(depth, target) {
+                self.end(target, None);
+            } else if self.enter(depth, target, goals, &mut outcome.steps) {
                 depth += 1;
                 set(&mut self.on_chain, cell);
             }
@@ -244,11 +258,13 @@ impl<'a> Search<'a> {
             let passage = self.stab(depth, goals, steps);
             self.chain.pop();
             if passage == Passage::Refuted {
+                self.end(target, None);
                 return false;
             }
             *steps += goals.arrive(net, cell, &self.frames[depth + 1].planes, passage);
         }
         if !self.cull(depth, target, goals) {
+            self.end(target, Some(depth + 1));
             return false;
         }
         let child = &mut self.frames[depth + 1];
@@ -326,6 +342,14 @@ impl<'a> Search<'a> {
         self.goals.truncate(kept);
         child.goals = [start, kept];
         kept > start
+    }
+
+    /// Notes that the chain ends with `target`, because of the planes of a frame or as such.
+    fn end(&mut self, target: usize, frame: Option<usize>) {
+        if let Some(ends) = &mut self.ends {
+            let chain = self.chain.iter().copied().chain([target as u32]).collect();
+            ends.push(End { chain, planes: frame.map_or(Vec::new(), |f| self.frames[f].planes.clone()) });
+        }
     }
 
     /// Asks whether a line passes the chain of which the frame above `depth` is the last.
