@@ -4,10 +4,11 @@
 //! pass and target portals of level compilers after Carmack, 1996. Stages, cheapest first; each keeps a superset of what a
 //! line can reach and hands it to the next:
 //!
-//! 1. `might_see`: pairs of directed portals that their planes allow, flooded; then one step of separating planes, twice.
+//! 1. `might_see`: pairs of directed portals that their planes allow, flooded.
 //! 2. `cells`: for each undecided pair of cells, a search for a chain of portals that a line may pass, from the side where
-//!    that is cheaper: a pair hidden from one side is hidden. `search` narrows the source and the last portal of a chain;
-//!    `stab` asks the whole chain before it is believed.
+//!    that is cheaper: a pair hidden from one side is hidden. `search` narrows the source and the last portal of a chain, and
+//!    floods inside its planes; `stab` asks the whole chain before it is believed. A caller may take the line that `stab`
+//!    finds for a proof (`goals::Prover`): [`crate::vis`] does, a bake has its own.
 //! 3. `objects`: the same search for the boxes of objects in the cells that are left.
 //!
 //! # Why nothing visible is missing

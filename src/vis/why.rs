@@ -130,10 +130,7 @@ fn search(net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal
         return Why::Witnessed(line);
     }
     let moved = |p: Plane| Plane { n: p.n, d: p.d + p.n.dot(net.origin) };
-    let separation = |end: End| Separation {
-        chain: ids(&end.chain),
-        planes: end.planes.into_iter().map(moved).collect(),
-    };
+    let separation = |end: End| Separation { chain: ids(&end.chain), planes: end.planes.into_iter().map(moved).collect() };
     Why::Separated(search.ends.take().unwrap_or_default().into_iter().map(separation).collect())
 }
 

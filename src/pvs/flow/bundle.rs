@@ -133,10 +133,13 @@ mod tests {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 2.0, 0.0), DVec3::Y * 2.0];
         let bounds = Bounds::new(corners.into_iter(), true, &SLACK);
         let window = Window::new(&corners, DVec3::Z, true);
-        for (k, n) in [DVec3::X, -DVec3::X, DVec3::ONE.normalize(), DVec3::new(3.0, -4.0, 0.0) / 5.0].into_iter().enumerate() {
+        for (k, n) in [DVec3::X, -DVec3::X, DVec3::ONE.normalize(), DVec3::new(3.0, -4.0, 0.0) / 5.0].into_iter().enumerate()
+        {
             let low = corners.iter().map(|p| n.dot(*p)).fold(f64::INFINITY, f64::min);
             let high = corners.iter().map(|p| n.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
-            for (d, side) in [(low - 1e-6, Side::Outside), (low, Side::Outside), (low + 1e-6, Side::Unknown), (high + 1e-6, Side::Inside)] {
+            for (d, side) in
+                [(low - 1e-6, Side::Outside), (low, Side::Outside), (low + 1e-6, Side::Unknown), (high + 1e-6, Side::Inside)]
+            {
                 let plane = Plane { n, d };
                 assert_eq!(bounds.side(&plane), side, "{k} {d}");
                 let far = Plane { n: DVec3::Z, d: 9.0 };

@@ -3,19 +3,27 @@
 //! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992; the recursion over source,
 //! pass and target portals of level compilers after Carmack, 1996. Deviates: goals that the planes of (source, pass) cut off
 //! are dropped from the branch, and a branch without goals ends (goal culling: four to ten times fewer steps on game levels);
-//! goals are a list that each step filters, plane by plane while planes are being made, so that most branches end before
-//! all of their planes are; the stack is explicit, because a chain may be thousands of portals long; and cells needn't be
+//! so are goals that no way through portals leads to inside those planes, which a flood tells at each step (three times
+//! fewer again, because most goals that lie in view lie behind a wall); the stack is explicit, because a chain may be thousands of portals long; and cells needn't be
 //! convex. A line may cross one cell several times, but a chain that comes back into one of its cells needn't be followed:
 //! without the loop it is a chain too, it asks less of a line, and it leads to the same places.
 
+use super::bundle::{Bundle, Side};
 use super::goals::Goals;
 use super::might_see::{MightSee, get, set};
-use super::bundle::{Bundle, Side};
 use super::net::Net;
 use super::separators::{Cut, Separators, Way};
 use super::stab::{Passage, Question, Stab};
 use super::window::Window;
 use crate::geom::Plane;
+
+/// Frames whose planes a portal is clipped by: the last one's alone let through windows that the one before had cut. Larger:
+/// slower by a few per cent, and hardly any chain more is cut.
+const ANCESTORS: usize = 4;
+
+/// Live portals are asked again whether they lead to a goal once no more than this fraction of the goals is left that they
+/// were asked for last. Closer to 1: asked more often than it is worth.
+const FEWER: [usize; 2] = [3, 4];
 
 /// How a search went.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -89,7 +97,20 @@ impl<'a> Search<'a> {
         let (frames, chain, goals, on_chain, waist, stab, spare, allowed, queue) = Default::default();
         let separators = Separators::new(net.rounding);
         Self {
-            net, might_see, max_steps, ends: None, frames, chain, goals, on_chain, waist, stab, spare, separators, allowed, queue,
+            net,
+            might_see,
+            max_steps,
+            ends: None,
+            frames,
+            chain,
+            goals,
+            on_chain,
+            waist,
+            stab,
+            spare,
+            separators,
+            allowed,
+            queue,
         }
     }
 
@@ -165,12 +186,11 @@ impl<'a> Search<'a> {
         }
         self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
         frame.goals = [0, self.goals.len()];
-        frame.asked = usize::MAX / 4;
+        frame.asked = usize::MAX / FEWER[0];
         !self.goals.is_empty()
     }
 
     /// True where `target` leads to a goal: itself, or one that may come after it. Lists those after the goals of the frame.
-    #[inline(never)]
     fn wanted(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let (row, wanted) = (self.might_see.row(target), goals.portals());
         let [start, end] = self.frames[depth].goals;
@@ -197,8 +217,7 @@ impl<'a> Search<'a> {
         self.clip_pass(depth, target) && self.clip_source(depth, target)
     }
 
-    /// What is left of `target` inside all planes of the chain so far.
-    #[inline(never)]
+    /// What is left of `target` inside the planes of the last frames.
     fn clip_pass(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
@@ -218,11 +237,10 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        below.iter().rev().all(|frame| frame.bundle.across(bounds, |plane| pass.cut(plane, slack, spare)))
+        below.iter().rev().take(ANCESTORS).all(|frame| frame.bundle.across(bounds, |plane| pass.cut(plane, slack, spare)))
     }
 
     /// What is left of the source for lines that go on through what is left of `target`.
-    #[inline(never)]
     fn clip_source(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
@@ -251,8 +269,6 @@ impl<'a> Search<'a> {
         let net = self.net;
         let cell = net.target[target] as usize;
         self.spread(depth, target);
-        let start = self.frames[depth].goals[1];
-       
         if goals.would_decide(net, cell, &self.frames[depth + 1].planes) {
             self.chain.push(target as u32);
             let passage = self.stab(depth, goals, steps);
@@ -275,7 +291,6 @@ impl<'a> Search<'a> {
     }
 
     /// The planes of the frame above `depth`.
-    #[inline(never)]
     fn spread(&mut self, depth: usize, target: usize) {
         let net = self.net;
         let child = &mut self.frames[depth + 1];
@@ -289,7 +304,6 @@ impl<'a> Search<'a> {
 
     /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
     /// none is left.
-    #[inline(never)]
     fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let net = self.net;
         let start = self.frames[depth].goals[1];
@@ -304,7 +318,7 @@ impl<'a> Search<'a> {
         self.goals.truncate(kept);
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
-        let fewer = (kept - start) * 4 <= frame.asked * 3;
+        let fewer = (kept - start) * FEWER[1] <= frame.asked * FEWER[0];
         child.asked = if fewer { kept - start } else { frame.asked };
         self.allowed.clear();
         self.allowed.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
@@ -353,7 +367,6 @@ impl<'a> Search<'a> {
     }
 
     /// Asks whether a line passes the chain of which the frame above `depth` is the last.
-    #[inline(never)]
     fn stab(&mut self, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
         let net = self.net;
         let top = &self.frames[depth + 1];

@@ -121,14 +121,7 @@ impl Separators {
     /// Gives `sink` planes through an edge of `edges` and a corner of `others` that have `edges` outside and `others` inside,
     /// times `turn`; `sign` says on which side of `edges` the others lie. False where it has enough.
     #[inline]
-    fn through_edges(
-        &mut self,
-        edges: &Window,
-        others: &Window,
-        sign: f64,
-        turn: f64,
-        sink: &mut impl Sink,
-    ) -> bool {
+    fn through_edges(&mut self, edges: &Window, others: &Window, sign: f64, turn: f64, sink: &mut impl Sink) -> bool {
         let up = edges.normal * sign;
         let n = edges.len();
         let mut a = edges.corner(n - 1);
@@ -192,8 +185,7 @@ fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> 
     }
     let (outer_low, outer_high) = outer.range(&plane);
     // `inner_high` is 0 but for rounding, which may only move the plane outwards.
-    (outer_low >= -rounding && outer_high > DEPTH * rounding)
-        .then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
+    (outer_low >= -rounding && outer_high > DEPTH * rounding).then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::geom::Plane;
 use glam::DVec3;
 
 /// Pieces of one chain that are looked at before it counts as passable. Larger: rare wrong chains cost more.
-const PIECES: u32 = 64;
+const PIECES: u32 = 16;
 
 /// A window shorter than this times [`Slack::strict`] is not halved.
 const SMALLEST: f64 = 1024.0;
@@ -105,7 +105,13 @@ impl Stab {
     }
 
     /// Cuts window `k` by the planes of two others that a line meets in this order before it (or after it).
-    fn cut(&mut self, windows: &mut [Window], [first, second, k]: [usize; 3], way: Way, question: &mut Question<'_>) -> bool {
+    fn cut(
+        &mut self,
+        windows: &mut [Window],
+        [first, second, k]: [usize; 3],
+        way: Way,
+        question: &mut Question<'_>,
+    ) -> bool {
         let mut window = std::mem::take(&mut windows[k]);
         let mut cut = Cut { window: &mut window, passes: true, slack: question.slack, spare: &mut self.spare };
         question.separators.each(&windows[first], &windows[second], way, &mut cut);
