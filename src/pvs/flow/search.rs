@@ -10,7 +10,7 @@
 
 use super::bundle::{Bundle, Side};
 use super::goals::Goals;
-use super::might_see::{MightSee, get, set};
+use super::might_see::{MightSee, get, set, words_of};
 use super::net::Net;
 use super::separators::{Cut, Separators, Way};
 use super::stab::{Passage, Question, Stab};
@@ -308,16 +308,21 @@ impl<'a> Search<'a> {
         let net = self.net;
         let start = self.frames[depth].goals[1];
         let wanted = goals.portals();
+        let (below, above) = self.frames.split_at_mut(depth + 1);
+        let (frame, child) = (&below[depth], &mut above[0]);
+        // First the goals alone, because that often is the end of it.
         let mut kept = start;
         for i in start..self.goals.len() {
-            if get(wanted, self.goals[i] as usize) {
-                self.goals[kept] = self.goals[i];
+            let goal = self.goals[i] as usize;
+            if get(wanted, goal) && !child.bundle.cuts_off(net.bounds(goal), net.window(goal)) {
+                self.goals[kept] = goal as u32;
                 kept += 1;
             }
         }
         self.goals.truncate(kept);
-        let (below, above) = self.frames.split_at_mut(depth + 1);
-        let (frame, child) = (&below[depth], &mut above[0]);
+        if kept == start {
+            return false;
+        }
         let fewer = (kept - start) * FEWER[1] <= frame.asked * FEWER[0];
         child.asked = if fewer { kept - start } else { frame.asked };
         self.allowed.clear();
@@ -326,22 +331,23 @@ impl<'a> Search<'a> {
         child.live.resize(frame.live.len(), 0);
         self.queue.push(target as u32);
         while let Some(last) = self.queue.pop() {
-            for &p in net.next(last as usize) {
-                let p = p as usize;
-                if !get(&self.allowed, p) {
-                    continue;
-                }
-                self.allowed[p / 64] &= !(1 << (p % 64)); // once is enough
-                if fewer {
-                    // What leads to none of the goals that are left is no part of the way to them.
-                    let ahead = self.might_see.row(p);
-                    if !self.goals[start..].iter().any(|&g| g as usize == p || get(ahead, g as usize)) {
-                        continue;
+            for (word, mask) in words_of(net.out(net.target[last as usize] as usize)) {
+                let mut ways = self.allowed[word] & mask;
+                self.allowed[word] &= !mask; // once is enough
+                while ways != 0 {
+                    let p = word * 64 + ways.trailing_zeros() as usize;
+                    ways &= ways - 1;
+                    if fewer {
+                        // What leads to none of the goals that are left is no part of the way to them.
+                        let ahead = self.might_see.row(p);
+                        if !self.goals[start..].iter().any(|&g| g as usize == p || get(ahead, g as usize)) {
+                            continue;
+                        }
                     }
-                }
-                if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
-                    set(&mut child.live, p);
-                    self.queue.push(p as u32);
+                    if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
+                        set(&mut child.live, p);
+                        self.queue.push(p as u32);
+                    }
                 }
             }
         }

@@ -86,7 +86,7 @@ impl Sink for Cut<'_> {
 pub(crate) struct Separators {
     rounding: f64,
     /// Inverse heights of the other window's corners over the plane of the one whose edges are looked at.
-    heights: Vec<f64>,
+    heights: Vec<[f64; 4]>,
 }
 
 impl Separators {
@@ -127,12 +127,12 @@ impl Separators {
         let mut a = edges.corner(n - 1);
         let base = up.dot(a);
         self.heights.clear();
-        for [x, y, z] in others.groups() {
-            for k in 0..x.len() {
+        self.heights.extend(others.groups().map(|[x, y, z]| {
+            std::array::from_fn(|k| {
                 let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
-                self.heights.push(if h > self.rounding { 1.0 / h } else { LEVEL });
-            }
-        }
+                if h > self.rounding { 1.0 / h } else { LEVEL }
+            })
+        }));
         for i in 0..n {
             let b = edges.corner(i);
             let along = b - a;
@@ -141,8 +141,7 @@ impl Separators {
             let start = inward.dot(a);
             // The corner that a plane turned about the edge meets first: that with the least angle from `inward` to `up`.
             let (mut best, mut greatest) = (0, f64::NEG_INFINITY);
-            for (g, ([x, y, z], heights)) in others.groups().zip(self.heights.as_chunks().0).enumerate() {
-                let heights: &[f64; 4] = heights;
+            for (g, ([x, y, z], heights)) in others.groups().zip(&self.heights).enumerate() {
                 let mut cotangents = [0.0; 4];
                 for k in 0..4 {
                     cotangents[k] = (inward.x * x[k] + inward.y * y[k] + inward.z * z[k] - start) * heights[k];
