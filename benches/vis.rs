@@ -1,5 +1,5 @@
 //! `vis` on real levels, beside the reference (ericw-tools vis 2.0.0-alpha11, level 4). The counts are checked before anything
-//! is timed: fewer upper pairs than the reference's rows, at most a thousandth of them undecided, and whatever the reference
+//! is timed: fewer upper pairs than the reference's rows, at most a thousandth of them undecided (of small levels ten pairs, both ways), and whatever the reference
 //! refutes is on a line of ours, or undecided. Not run without the data folder.
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -43,7 +43,7 @@ fn vis_over_levels(criterion: &mut Criterion) {
         let result = on(1).install(|| run(&level));
         let (upper, lower) = (result.upper.count_ones(), result.lower.count_ones());
         assert!(upper < reference.count_ones(), "{name}: {upper} upper pairs");
-        assert!((upper - lower) * 1000 <= upper, "{name}: {} undecided", upper - lower);
+        assert!(upper - lower <= (upper / 1000).max(20), "{name}: {} undecided", upper - lower);
         assert_eq!(result.lower.first_outside(&result.upper), None, "{name}");
         let pairs = || (0..level.cells).flat_map(|i| result.upper.ones(i).map(move |j| (i, j)));
         let only_ours = pairs().filter(|&(i, j)| !reference.get(i, j)).count();

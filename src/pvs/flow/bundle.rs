@@ -85,7 +85,7 @@ impl Bundle {
                 let distance = x[k] * m.x + y[k] * m.y + z[k] * m.z - d[k];
                 let reach = x[k].abs() * h.x + y[k].abs() * h.y + z[k].abs() * h.z;
                 outside[k] = distance - reach >= *limit;
-                across[k] = !(distance + reach < 0.0);
+                across[k] = distance + reach >= 0.0 || reach.is_nan();
             }
             if outside[0] | outside[1] | outside[2] | outside[3] {
                 return false;

@@ -119,14 +119,15 @@ fn by_planes(net: &Net, first: usize, queue: &mut Vec<u32>, asked: &mut [u64], r
     asked.fill(0);
     queue.push(first as u32);
     while let Some(last) = queue.pop() {
-        for &p in net.next(last as usize) {
-            if !get(asked, p as usize) {
-                set(asked, p as usize);
-                if net.may_follow(first, p as usize) {
-                    set(row, p as usize);
-                    queue.push(p);
+        for &(word, mask) in net.next(last as usize) {
+            let word = word as usize;
+            for p in bits::ones(&[mask & !asked[word]]).map(|bit| word * 64 + bit) {
+                if net.may_follow(first, p) {
+                    set(row, p);
+                    queue.push(p as u32);
                 }
             }
+            asked[word] |= mask;
         }
     }
 }

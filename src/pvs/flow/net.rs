@@ -56,8 +56,8 @@ pub(crate) struct Net {
     flush: Vec<Vec<u32>>,
     /// Where the portals out of each cell begin.
     first_out: Vec<u32>,
-    /// Portals that may be crossed right after each, and where those of each begin.
-    next: Vec<u32>,
+    /// Portals that may be crossed right after each, as words of a row of bits, and where those of each begin.
+    next: Vec<(u32, u64)>,
     first_next: Vec<u32>,
 }
 
@@ -116,9 +116,16 @@ impl Net {
         }
         net.flush = net.find_flush();
         for p in 0..net.portals() {
-            let out = net.out(net.target[p] as usize);
-            let next: Vec<u32> = out.filter(|&q| net.may_follow(p, q)).map(|q| q as u32).collect();
-            net.next.extend(next);
+            let start = net.next.len();
+            for q in net.out(net.target[p] as usize) {
+                if net.may_follow(p, q) {
+                    let word = q as u32 / 64;
+                    if net.next[start..].last().is_none_or(|&(last, _)| last != word) {
+                        net.next.push((word, 0));
+                    }
+                    net.next.last_mut().into_iter().for_each(|(_, mask)| *mask |= 1 << (q % 64));
+                }
+            }
             net.first_next.push(net.next.len() as u32);
         }
         net
@@ -217,9 +224,9 @@ impl Net {
         self.first_out[cell] as usize..self.first_out[cell + 1] as usize
     }
 
-    /// The portals that a line may cross right after a portal, as far as their planes tell.
+    /// The portals that a line may cross right after a portal, as far as their planes tell: words of a row of bits.
     #[inline]
-    pub fn next(&self, portal: usize) -> &[u32] {
+    pub fn next(&self, portal: usize) -> &[(u32, u64)] {
         &self.next[self.first_next[portal] as usize..self.first_next[portal + 1] as usize]
     }
 

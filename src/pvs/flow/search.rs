@@ -10,7 +10,7 @@
 
 use super::bundle::{Bundle, Side};
 use super::goals::Goals;
-use super::might_see::{MightSee, get, set, words_of};
+use super::might_see::{MightSee, get, set};
 use super::net::Net;
 use super::separators::{Cut, Separators, Way};
 use super::stab::{Passage, Question, Stab};
@@ -331,7 +331,8 @@ impl<'a> Search<'a> {
         child.live.resize(frame.live.len(), 0);
         self.queue.push(target as u32);
         while let Some(last) = self.queue.pop() {
-            for (word, mask) in words_of(net.out(net.target[last as usize] as usize)) {
+            for &(word, mask) in net.next(last as usize) {
+                let word = word as usize;
                 let mut ways = self.allowed[word] & mask;
                 self.allowed[word] &= !mask; // once is enough
                 while ways != 0 {

@@ -146,9 +146,9 @@ impl Separators {
                 for k in 0..4 {
                     cotangents[k] = (inward.x * x[k] + inward.y * y[k] + inward.z * z[k] - start) * heights[k];
                 }
-                for k in 0..4 {
-                    if cotangents[k] > greatest {
-                        (best, greatest) = (g * 4 + k, cotangents[k]);
+                for (k, &cotangent) in cotangents.iter().enumerate() {
+                    if cotangent > greatest {
+                        (best, greatest) = (g * 4 + k, cotangent);
                     }
                 }
             }

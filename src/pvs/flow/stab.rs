@@ -12,7 +12,7 @@ use crate::geom::Plane;
 use glam::DVec3;
 
 /// Pieces of one chain that are looked at before it counts as passable. Larger: rare wrong chains cost more.
-const PIECES: u32 = 16;
+const PIECES: u32 = 24;
 
 /// A window shorter than this times [`Slack::strict`] is not halved.
 const SMALLEST: f64 = 1024.0;
