@@ -1,6 +1,7 @@
 //! `vis`: both bounds hold, every line is one, and results don't depend on threads or interruptions.
 
 #[path = "common/grid.rs"]
+#[expect(dead_code, reason = "there are no objects here")]
 mod grid;
 #[path = "common/prt.rs"]
 mod prt;
