@@ -38,6 +38,7 @@ pub mod report;
 pub mod runtime;
 pub mod scene;
 pub mod tolerance;
+pub mod vis;
 
 mod bits;
 mod ids;

@@ -3,27 +3,45 @@
 //! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992; the recursion over source,
 //! pass and target portals of level compilers after Carmack, 1996. Deviates: goals that the planes of (source, pass) cut off
 //! are dropped from the branch, and a branch without goals ends (goal culling: four to ten times fewer steps on game levels);
-//! the stack is explicit, because a chain may be thousands of portals long; and cells needn't be convex. A line may cross one
-//! cell several times, but a chain that comes back into one of its cells needn't be followed: without the loop it is a chain
-//! too, it asks less of a line, and it leads to the same places.
+//! so are goals that no way through portals leads to inside those planes, which a flood tells at each step (three times
+//! fewer again, because most goals that lie in view lie behind a wall); the stack is explicit, because a chain may be thousands of portals long; and cells needn't be
+//! convex. A line may cross one cell several times, but a chain that comes back into one of its cells needn't be followed:
+//! without the loop it is a chain too, it asks less of a line, and it leads to the same places.
 
+use super::bundle::{Bundle, Side};
 use super::goals::Goals;
 use super::might_see::{MightSee, get, set};
 use super::net::Net;
-use super::separators::separators;
-use super::stab::Stab;
+use super::separators::{Cut, Separators, Way};
+use super::stab::{Passage, Question, Stab};
 use super::window::Window;
-use crate::bits;
 use crate::geom::Plane;
-use glam::DVec3;
+
+/// Frames whose planes a portal is clipped by: the last one's alone let through windows that the one before had cut. Larger:
+/// slower by a few per cent, and hardly any chain more is cut.
+const ANCESTORS: usize = 4;
+
+/// Live portals are asked again whether they lead to a goal once no more than this fraction of the goals is left that they
+/// were asked for last. Closer to 1: asked more often than it is worth.
+const FEWER: [usize; 2] = [3, 4];
 
 /// How a search went.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Outcome {
+pub(crate) struct Outcome {
     /// Steps taken.
     pub steps: u64,
     /// It ran out of steps: what is still wanted stays undecided.
     pub capped: bool,
+}
+
+/// Where a search ended, for those who want to know why.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct End {
+    /// Directed portals of the chain, from the source on.
+    pub chain: Vec<u32>,
+    /// Everything that lines through the chain meet beyond it is inside these, and no goal can be reached inside them. Empty:
+    /// no line passes the chain.
+    pub planes: Vec<Plane>,
 }
 
 /// A chain of portals, as it stands when it has entered a cell.
@@ -31,41 +49,69 @@ pub(super) struct Outcome {
 struct Frame {
     /// What is left of the source portal.
     source: Window,
-    /// What is left of the portal that led in here, and which it is.
+    /// What is left of the portal that led in here.
     pass: Window,
-    entered: usize,
     /// Everything that lines through both can meet from here on is inside these: first the half-spaces that the two portals
     /// lead into, then separating planes.
     planes: Vec<Plane>,
     separators: usize,
-    /// Portals that may still be crossed, as bits. None that the chain has crossed is among them.
+    /// The separating planes once more, for boxes.
+    bundle: Bundle,
+    /// Where the goals of this frame begin and end in the list of all frames: portals that lead into a cell that wants
+    /// something and that no plane has cut off.
+    goals: [usize; 2],
+    /// Portals that can be reached inside the planes, as bits. None that the chain has crossed is among them.
     live: Vec<u64>,
-    /// Those of them that lead into a cell that wants something.
-    goals: Vec<u64>,
+    /// Number of goals when `live` was last asked whether it leads to them.
+    asked: usize,
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
 }
 
 /// Scratch memory of searches over one net.
-pub(super) struct Search<'a> {
+pub(crate) struct Search<'a> {
     net: &'a Net,
     might_see: &'a MightSee,
     max_steps: u64,
+    /// Where searches ended, if that is to be kept.
+    pub ends: Option<Vec<End>>,
     frames: Vec<Frame>,
+    /// The portal through which each frame was entered.
+    chain: Vec<u32>,
+    goals: Vec<u32>,
     /// Cells of the chain, as bits.
     on_chain: Vec<u64>,
     waist: Window,
     stab: Stab,
-    planes: Vec<Plane>,
-    spare: Vec<DVec3>,
+    spare: Window,
+    separators: Separators,
+    /// Portals that a flood has not asked yet, as bits.
+    allowed: Vec<u64>,
+    queue: Vec<u32>,
 }
 
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, on_chain, waist, stab, planes, spare) = Default::default();
-        Self { net, might_see, max_steps, frames, on_chain, waist, stab, planes, spare }
+        let (frames, chain, goals, on_chain, waist, stab, spare, allowed, queue) = Default::default();
+        let separators = Separators::new(net.rounding);
+        Self {
+            net,
+            might_see,
+            max_steps,
+            ends: None,
+            frames,
+            chain,
+            goals,
+            on_chain,
+            waist,
+            stab,
+            spare,
+            separators,
+            allowed,
+            queue,
+        }
     }
 
     /// Follows every line out through directed portal `first` that may lead to a goal.
@@ -89,15 +135,16 @@ impl<'a> Search<'a> {
                 if depth == 0 {
                     return outcome;
                 }
-                let cell = net.target[frame.entered] as usize;
+                let cell = net.target[self.chain[depth] as usize] as usize;
                 self.on_chain[cell / 64] &= !(1 << (cell % 64));
+                self.chain.pop();
                 depth -= 1;
                 continue;
             }
             let target = frame.next;
             frame.next += 1;
             let cell = net.target[target] as usize;
-            if !get(&frame.live, target) || get(&self.on_chain, cell) || !self.wanted(depth, target, goals) {
+            if get(&self.on_chain, cell) || !get(&self.frames[depth].live, target) || !self.wanted(depth, target, goals) {
                 continue;
             }
             outcome.steps += 1;
@@ -105,12 +152,11 @@ impl<'a> Search<'a> {
                 outcome.capped = true;
                 return outcome;
             }
-            if self.cross(depth, first, target) && self.stabs(depth, target, goals, &mut outcome.steps) {
-                outcome.steps += goals.arrive(net, cell, &self.frames[depth + 1].planes);
-                if self.aim(depth, target, goals) {
-                    depth += 1;
-                    set(&mut self.on_chain, cell);
-                }
+            if !self.cross(depth, target) {
+                self.end(target, None);
+            } else if self.enter(depth, target, goals, &mut outcome.steps) {
+                depth += 1;
+                set(&mut self.on_chain, cell);
             }
         }
     }
@@ -121,113 +167,220 @@ impl<'a> Search<'a> {
         if self.frames.is_empty() {
             self.frames.push(Frame::default());
         }
+        self.chain.clear();
+        self.chain.push(first as u32);
         let frame = &mut self.frames[0];
-        frame.source.assign(net.corners(first), net.plane(first).is_some());
+        frame.source.assign(net.window(first));
         frame.planes.clear();
+        frame.bundle.assign(&[]);
         frame.planes.extend(net.plane(first).map(|p| p.flipped()));
-        (frame.entered, frame.separators) = (first, frame.planes.len());
-        goals.arrive(net, net.target[first] as usize, &frame.planes);
-        frame.live.clear();
-        frame.live.extend_from_slice(self.might_see.row(first));
-        frame.goals.clear();
-        frame.goals.extend(frame.live.iter().zip(goals.portals()).map(|(a, b)| a & b));
+        frame.separators = frame.planes.len();
+        goals.arrive(net, net.target[first] as usize, &frame.planes, Passage::Unknown);
         let cell = net.out(net.target[first] as usize);
         (frame.next, frame.end) = (cell.start, cell.end);
-        drop_cut_off(net, frame, goals)
+        frame.live.clear();
+        frame.live.extend_from_slice(self.might_see.row(first));
+        self.goals.clear();
+        for (i, (a, b)) in self.might_see.row(first).iter().zip(goals.portals()).enumerate() {
+            self.goals.extend(crate::bits::ones(&[a & b]).map(|bit| (i * 64 + bit) as u32));
+        }
+        self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
+        frame.goals = [0, self.goals.len()];
+        frame.asked = usize::MAX / FEWER[0];
+        !self.goals.is_empty()
     }
 
-    /// True where `target` leads to a goal: itself, or one that may come after it.
-    fn wanted(&self, depth: usize, target: usize, goals: &impl Goals) -> bool {
-        let frame = &self.frames[depth];
+    /// True where `target` leads to a goal: itself, or one that may come after it. Lists those after the goals of the frame.
+    fn wanted(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let (row, wanted) = (self.might_see.row(target), goals.portals());
-        get(&frame.goals, target) && get(wanted, target)
-            || frame.goals.iter().zip(row).zip(wanted).any(|((a, b), c)| a & b & c != 0)
+        let [start, end] = self.frames[depth].goals;
+        self.goals.truncate(end);
+        let mut is_goal = false;
+        for i in start..end {
+            let goal = self.goals[i] as usize;
+            if get(wanted, goal) {
+                if get(row, goal) {
+                    self.goals.push(goal as u32);
+                }
+                is_goal |= goal == target;
+            }
+        }
+        is_goal || self.goals.len() > end
     }
 
-    /// Tries to lead the lines of the frame at `depth` through `target`: fills windows and planes of the frame above.
+    /// Tries to lead the lines of the frame at `depth` through `target`: fills the windows of the frame above.
     /// False where no line passes.
-    fn cross(&mut self, depth: usize, first: usize, target: usize) -> bool {
-        let net = self.net;
+    fn cross(&mut self, depth: usize, target: usize) -> bool {
         if self.frames.len() == depth + 1 {
             self.frames.push(Frame::default());
         }
+        self.clip_pass(depth, target) && self.clip_source(depth, target)
+    }
+
+    /// What is left of `target` inside the planes of the last frames.
+    fn clip_pass(&mut self, depth: usize, target: usize) -> bool {
+        let net = self.net;
+        let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
+        let (below, above) = self.frames.split_at_mut(depth + 1);
+        let pass = &mut above[0].pass;
+        pass.assign(net.window(target));
+        let fronts = [net.front(first, target), net.front(entered, target)];
+        let (bounds, slack, spare) = (net.bounds(target), &net.slack, &mut self.spare);
+        for plane in fronts.iter().flatten() {
+            match bounds.side(plane) {
+                Side::Inside => {}
+                Side::Outside => return false,
+                Side::Unknown => {
+                    if !pass.cut(plane, slack, spare) {
+                        return false;
+                    }
+                }
+            }
+        }
+        below.iter().rev().take(ANCESTORS).all(|frame| frame.bundle.across(bounds, |plane| pass.cut(plane, slack, spare)))
+    }
+
+    /// What is left of the source for lines that go on through what is left of `target`.
+    fn clip_source(&mut self, depth: usize, target: usize) -> bool {
+        let net = self.net;
+        let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
-        child.pass.assign(net.corners(target), net.plane(target).is_some());
-        let fronts = [net.front(first, target), net.front(frame.entered, target)];
-        let separators_below = &frame.planes[frame.separators..];
-        if !fronts.iter().flatten().chain(separators_below).all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare)) {
-            return false;
-        }
-        child.source.assign(&frame.source.corners, frame.source.flat);
+        child.source.assign(&frame.source);
         if !net.behind(first, target).is_none_or(|plane| child.source.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
-        if depth > 0 {
-            // The same backwards: lines from the target through the last window end in part of the source.
-            self.waist.assign(&frame.pass.corners, frame.pass.flat);
-            if !net.behind(frame.entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
-                return false;
-            }
-            self.planes.clear();
-            separators(&child.pass.corners, &self.waist.corners, &mut self.planes);
-            if !self.planes.iter().all(|plane| child.source.cut(plane, &net.slack, &mut self.spare)) {
-                return false;
-            }
-        }
-        child.planes.clear();
-        child.planes.extend(net.plane(first).map(|p| p.flipped()));
-        child.planes.extend(net.plane(target).map(|p| p.flipped()));
-        (child.entered, child.separators) = (target, child.planes.len());
-        separators(&child.source.corners, &child.pass.corners, &mut child.planes);
-        true
-    }
-
-    /// False where the line that has just crossed `target` would decide something, but is none.
-    fn stabs(&mut self, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
-        let net = self.net;
-        let top = &self.frames[depth + 1];
-        if !goals.would_decide(net, net.target[target] as usize, &top.planes) {
+        if depth == 0 {
             return true;
         }
-        let chain = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
-        self.stab.may_pass(chain, &net.slack, steps)
-    }
-
-    /// Works out what the frame above `depth`, which has just crossed `target`, may still reach. False where that is nothing
-    /// that is wanted.
-    fn aim(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
-        let net = self.net;
-        let (below, above) = self.frames.split_at_mut(depth + 1);
-        let (frame, child) = (&below[depth], &mut above[0]);
-        let row = self.might_see.row(target);
-        child.goals.clear();
-        child.goals.extend(frame.goals.iter().zip(row).zip(goals.portals()).map(|((a, b), c)| a & b & c));
-        if !drop_cut_off(net, child, goals) {
+        // Lines from the target back through the last window end in part of the source.
+        self.waist.assign(&frame.pass);
+        if !net.behind(entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
-        child.live.clear();
-        child.live.extend(frame.live.iter().zip(row).map(|(a, b)| a & b));
-        let cell = net.out(net.target[target] as usize);
-        (child.next, child.end) = (cell.start, cell.end);
+        let mut cut = Cut { window: &mut child.source, passes: true, slack: &net.slack, spare: &mut self.spare };
+        self.separators.each(&child.pass, &self.waist, Way::Against, &mut cut);
+        cut.passes
+    }
+
+    /// Works out what the frame above `depth`, which has just crossed `target`, decides and may still reach. False where
+    /// there is no such line or nothing beyond that is wanted.
+    fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
+        let net = self.net;
+        let cell = net.target[target] as usize;
+        self.spread(depth, target);
+        if goals.would_decide(net, cell, &self.frames[depth + 1].planes) {
+            self.chain.push(target as u32);
+            let passage = self.stab(depth, goals, steps);
+            self.chain.pop();
+            if passage == Passage::Refuted {
+                self.end(target, None);
+                return false;
+            }
+            *steps += goals.arrive(net, cell, &self.frames[depth + 1].planes, passage);
+        }
+        if !self.cull(depth, target, goals) {
+            self.end(target, Some(depth + 1));
+            return false;
+        }
+        let child = &mut self.frames[depth + 1];
+        let out = net.out(cell);
+        (child.next, child.end) = (out.start, out.end);
+        self.chain.push(target as u32);
         true
     }
-}
 
-/// Goal culling: drops the goals of a frame that its planes cut off. False where none is left.
-fn drop_cut_off(net: &Net, frame: &mut Frame, goals: &impl Goals) -> bool {
-    let mut any = false;
-    for (i, word) in frame.goals.iter_mut().enumerate() {
-        for bit in bits::ones(&[*word]) {
-            let portal = i * 64 + bit;
-            // Half-spaces of portals need no test here: might-see rows hold them.
-            if frame.planes[frame.separators..].iter().any(|plane| net.is_cut_off(portal, plane))
-                || goals.is_cut_off(net, net.target[portal] as usize, &frame.planes)
-            {
-                *word &= !(1 << bit);
+    /// The planes of the frame above `depth`.
+    fn spread(&mut self, depth: usize, target: usize) {
+        let net = self.net;
+        let child = &mut self.frames[depth + 1];
+        child.planes.clear();
+        child.planes.extend(net.plane(self.chain[0] as usize).map(|p| p.flipped()));
+        child.planes.extend(net.plane(target).map(|p| p.flipped()));
+        child.separators = child.planes.len();
+        self.separators.list(&child.source, &child.pass, Way::Along, &mut child.planes);
+        child.bundle.assign(&child.planes[child.separators..]);
+    }
+
+    /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
+    /// none is left.
+    fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
+        let net = self.net;
+        let start = self.frames[depth].goals[1];
+        let wanted = goals.portals();
+        let (below, above) = self.frames.split_at_mut(depth + 1);
+        let (frame, child) = (&below[depth], &mut above[0]);
+        // First the goals alone, because that often is the end of it.
+        let mut kept = start;
+        for i in start..self.goals.len() {
+            let goal = self.goals[i] as usize;
+            if get(wanted, goal) && !child.bundle.cuts_off(net.bounds(goal), net.window(goal)) {
+                self.goals[kept] = goal as u32;
+                kept += 1;
             }
         }
-        any |= *word != 0;
+        self.goals.truncate(kept);
+        if kept == start {
+            return false;
+        }
+        let fewer = (kept - start) * FEWER[1] <= frame.asked * FEWER[0];
+        child.asked = if fewer { kept - start } else { frame.asked };
+        self.allowed.clear();
+        self.allowed.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
+        child.live.clear();
+        child.live.resize(frame.live.len(), 0);
+        self.queue.push(target as u32);
+        while let Some(last) = self.queue.pop() {
+            for &(word, mask) in net.next(last as usize) {
+                let word = word as usize;
+                let mut ways = self.allowed[word] & mask;
+                self.allowed[word] &= !mask; // once is enough
+                while ways != 0 {
+                    let p = word * 64 + ways.trailing_zeros() as usize;
+                    ways &= ways - 1;
+                    if fewer {
+                        // What leads to none of the goals that are left is no part of the way to them.
+                        let ahead = self.might_see.row(p);
+                        if !self.goals[start..].iter().any(|&g| g as usize == p || get(ahead, g as usize)) {
+                            continue;
+                        }
+                    }
+                    if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
+                        set(&mut child.live, p);
+                        self.queue.push(p as u32);
+                    }
+                }
+            }
+        }
+        kept = start;
+        for i in start..self.goals.len() {
+            let goal = self.goals[i] as usize;
+            if get(&child.live, goal) && !goals.is_cut_off(net, net.target[goal] as usize, &child.planes) {
+                self.goals[kept] = goal as u32;
+                kept += 1;
+            }
+        }
+        self.goals.truncate(kept);
+        child.goals = [start, kept];
+        kept > start
     }
-    any
+
+    /// Notes that the chain ends with `target`, because of the planes of a frame or as such.
+    fn end(&mut self, target: usize, frame: Option<usize>) {
+        if let Some(ends) = &mut self.ends {
+            let chain = self.chain.iter().copied().chain([target as u32]).collect();
+            ends.push(End { chain, planes: frame.map_or(Vec::new(), |f| self.frames[f].planes.clone()) });
+        }
+    }
+
+    /// Asks whether a line passes the chain of which the frame above `depth` is the last.
+    fn stab(&mut self, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
+        let net = self.net;
+        let top = &self.frames[depth + 1];
+        let windows = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
+        let chain = &self.chain;
+        let mut question =
+            Question { slack: &net.slack, separators: &mut self.separators, accept: &mut |line| goals.accepts(chain, line) };
+        self.stab.ask(windows, &mut question, steps)
+    }
 }

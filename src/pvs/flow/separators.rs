@@ -2,12 +2,17 @@
 //!
 //! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992 (antipenumbra); the planes
 //! through an edge of one window and a corner of the other are the ones that portal flow in level compilers takes, after an
-//! idea of Carmack, 1996. Deviates in how a plane is accepted: not by the way it was made, but by testing that the first
-//! window lies wholly on its outside and the second wholly on its inside. That alone makes a plane valid, for any two sets
-//! of points: a line from `s` to `w` that has not gone inwards by `w` never comes back out beyond it. So bad input
-//! (collinear corners, edges of length zero, windings that aren't quite flat) can make planes fail the test, never pass it
-//! wrongly.
+//! idea of Carmack, 1996. Deviates in two ways.
+//!
+//! How a plane is found: turned about an edge, away from the window's own plane, it meets the other window first in the corner
+//! of the greatest cotangent; so one pass over the corners gives the only candidate of an edge.
+//!
+//! How a plane is accepted: not by the way it was made, but by testing that the first window lies wholly on its outside and
+//! the second wholly on its inside. That alone makes a plane valid, for any two sets of points: a line from `s` to `w` that
+//! has not gone inwards by `w` never comes back out beyond it. So bad input (collinear corners, edges of length zero, windings
+//! that aren't quite flat, normals that are a guess) can make planes fail the test, never pass it wrongly.
 
+use super::window::{Slack, Window};
 use crate::geom::Plane;
 use glam::DVec3;
 
@@ -15,79 +20,171 @@ use glam::DVec3;
 /// lose lines only within that fraction of the window's width from its edge. Larger: narrower slits go without planes.
 const DEPTH: f64 = 1024.0;
 
-/// Appends planes whose inside holds everything that lines through `first` and then `second` can meet beyond `second`.
-///
-/// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are none.
-pub(super) fn separators(first: &[DVec3], second: &[DVec3], planes: &mut Vec<Plane>) {
-    let Some(&origin) = first.first() else { return };
-    let size = first.iter().chain(second).fold(0.0f64, |s, &p| s.max(p.distance_squared(origin))).sqrt();
-    // No corner is farther than twice `size` from another: distances between corners are exact to this.
-    let rounding = 16.0 * f64::EPSILON * size;
-    let start = planes.len();
-    through_edges(first, second, rounding, |plane| add(planes, start, plane));
-    // Here the second window lies outside of the plane and the first inside: turn it round.
-    through_edges(second, first, rounding, |plane| add(planes, start, plane.flipped()));
+/// Which way lines go through a window, by the way its portal leads.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Way {
+    /// As it leads.
+    Along,
+    /// The other way.
+    Against,
 }
 
-/// Leaves out planes that are there already: an edge of one window is often parallel to one of the other.
-fn add(planes: &mut Vec<Plane>, start: usize, plane: Plane) {
-    let same = |p: &Plane| (p.n - plane.n).abs().max_element() < 1e-12 && p.d == plane.d;
-    if !planes[start..].iter().any(same) {
-        planes.push(plane);
+/// Takes planes.
+pub(crate) trait Sink {
+    /// False where a plane through `a` across the unit vector `n` needn't be looked at any closer.
+    fn is_of_use(&self, n: DVec3, a: DVec3) -> bool;
+
+    /// Takes a plane; false where that is enough.
+    fn take(&mut self, plane: Plane) -> bool;
+}
+
+/// Planes that differ from each other, from some place of a list on.
+struct Distinct<'a> {
+    planes: &'a mut Vec<Plane>,
+    start: usize,
+}
+
+impl Sink for Distinct<'_> {
+    #[inline]
+    fn is_of_use(&self, n: DVec3, _a: DVec3) -> bool {
+        !self.planes[self.start..].iter().any(|p| p.n.dot(n) > SAME)
+    }
+
+    #[inline]
+    fn take(&mut self, plane: Plane) -> bool {
+        self.planes.push(plane);
+        true
     }
 }
 
-/// Calls `found` with every plane through an edge of `edges` and a corner of `others` that has `edges` outside and `others`
-/// inside.
-fn through_edges(edges: &[DVec3], others: &[DVec3], rounding: f64, mut found: impl FnMut(Plane)) {
-    let Some(&first) = others.first() else { return };
-    for (i, &a) in edges.iter().enumerate() {
-        let along = edges[(i + 1) % edges.len()] - a;
-        // Turn two planes about the edge, one each way, until `others` lies on one side of them. One round is enough where
-        // that can be done at all.
-        let (mut left, mut right) = (along.cross(first - a), along.cross(a - first));
-        for p in others[1..].iter().map(|&p| p - a) {
-            if left.dot(p) > 0.0 || left == DVec3::ZERO {
-                left = along.cross(p);
-            }
-            if right.dot(p) > 0.0 || right == DVec3::ZERO {
-                right = -along.cross(p);
-            }
+/// Cuts a window down to the inside of each plane.
+pub(crate) struct Cut<'a> {
+    /// What is left of it.
+    pub window: &'a mut Window,
+    /// Whether anything is.
+    pub passes: bool,
+    /// Tolerances.
+    pub slack: &'a Slack,
+    /// Scratch.
+    pub spare: &'a mut Window,
+}
+
+impl Sink for Cut<'_> {
+    #[inline]
+    fn is_of_use(&self, n: DVec3, a: DVec3) -> bool {
+        self.window.reaches(n, a)
+    }
+
+    #[inline]
+    fn take(&mut self, plane: Plane) -> bool {
+        self.passes = self.window.cut(&plane, self.slack, self.spare);
+        self.passes
+    }
+}
+
+/// Makes separating planes. Scratch memory, and the error of a distance between two corners.
+pub(crate) struct Separators {
+    rounding: f64,
+    /// Inverse heights of the other window's corners over the plane of the one whose edges are looked at.
+    heights: Vec<[f64; 4]>,
+}
+
+impl Separators {
+    /// `rounding`: [`super::net::Net::rounding`].
+    pub fn new(rounding: f64) -> Self {
+        Self { rounding, heights: Vec::new() }
+    }
+
+    /// Gives `sink` planes whose inside holds everything that lines through `first` and then `second` can meet beyond
+    /// `second`, until it has enough.
+    ///
+    /// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are
+    /// none.
+    #[inline]
+    pub fn each(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
+        if first.is_empty() || second.is_empty() {
+            return;
         }
-        // The rest of `edges` tells which of the two is of use.
-        let across = edges[(i + 2) % edges.len()] - a;
-        for normal in [left, right] {
-            if normal.dot(across) >= 0.0
-                && let Some(plane) = accept(normal, a, edges, others, rounding)
+        let sign = if way == Way::Along { 1.0 } else { -1.0 };
+        if self.through_edges(first, second, sign, 1.0, sink) {
+            // Here the second window lies outside of the plane and the first inside: turn it round.
+            self.through_edges(second, first, -sign, -1.0, sink);
+        }
+    }
+
+    /// Appends those planes to a list. One that nearly is another, as from edges that are parallel, is left out.
+    pub fn list(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
+        let start = planes.len();
+        self.each(first, second, way, &mut Distinct { planes, start });
+    }
+
+    /// Gives `sink` planes through an edge of `edges` and a corner of `others` that have `edges` outside and `others` inside,
+    /// times `turn`; `sign` says on which side of `edges` the others lie. False where it has enough.
+    #[inline]
+    fn through_edges(&mut self, edges: &Window, others: &Window, sign: f64, turn: f64, sink: &mut impl Sink) -> bool {
+        let up = edges.normal * sign;
+        let n = edges.len();
+        let mut a = edges.corner(n - 1);
+        let base = up.dot(a);
+        self.heights.clear();
+        self.heights.extend(others.groups().map(|[x, y, z]| {
+            std::array::from_fn(|k| {
+                let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
+                if h > self.rounding { 1.0 / h } else { LEVEL }
+            })
+        }));
+        for i in 0..n {
+            let b = edges.corner(i);
+            let along = b - a;
+            // Towards the inside of `edges`, in its plane.
+            let inward = edges.normal.cross(along);
+            let start = inward.dot(a);
+            // The corner that a plane turned about the edge meets first: that with the least angle from `inward` to `up`.
+            let (mut best, mut greatest) = (0, f64::NEG_INFINITY);
+            for (g, ([x, y, z], heights)) in others.groups().zip(&self.heights).enumerate() {
+                let mut cotangents = [0.0; 4];
+                for k in 0..4 {
+                    cotangents[k] = (inward.x * x[k] + inward.y * y[k] + inward.z * z[k] - start) * heights[k];
+                }
+                for (k, &cotangent) in cotangents.iter().enumerate() {
+                    if cotangent > greatest {
+                        (best, greatest) = (g * 4 + k, cotangent);
+                    }
+                }
+            }
+            let best = if best < others.len() { best } else { 0 }; // copies of the first
+            let normal = (others.corner(best) - a).cross(along) * sign;
+            let normal = normal * (1.0 / normal.length());
+            if normal.is_finite()
+                && sink.is_of_use(normal * turn, a)
+                && let Some(plane) = accept(normal, a, edges, others, self.rounding)
+                && !sink.take(Plane { n: plane.n * turn, d: plane.d * turn })
             {
-                found(plane);
+                return false;
             }
+            a = b;
         }
+        true
     }
 }
 
-/// The plane through `a` across `normal`, if `outer` lies outside of it and `inner` inside.
-///
-/// Distances are taken from `a`, so that their error scales with the size of the windows and not with their coordinates.
-fn accept(normal: DVec3, a: DVec3, outer: &[DVec3], inner: &[DVec3], rounding: f64) -> Option<Plane> {
-    let n = normal.try_normalize()?;
-    let (mut outer_high, mut inner_low, mut inner_high) = (0.0f64, 0.0f64, 0.0f64);
-    for &p in outer {
-        let d = n.dot(p - a);
-        if d < -rounding {
-            return None;
-        }
-        outer_high = outer_high.max(d);
+/// Planes whose normals have a greater dot product are taken for one.
+const SAME: f64 = 1.0 - 1e-12;
+
+/// Stands for the inverse of a height of zero.
+const LEVEL: f64 = 1e300;
+
+/// The plane through `a` across the unit vector `n`, if `outer` lies outside of it and `inner` inside.
+#[inline]
+fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> Option<Plane> {
+    let plane = Plane::through(a, n);
+    let (inner_low, inner_high) = inner.range(&plane);
+    if inner_high > rounding || -inner_low <= DEPTH * rounding {
+        return None;
     }
-    for &p in inner {
-        let d = n.dot(p - a);
-        if d > rounding {
-            return None;
-        }
-        (inner_low, inner_high) = (inner_low.min(d), inner_high.max(d));
-    }
+    let (outer_low, outer_high) = outer.range(&plane);
     // `inner_high` is 0 but for rounding, which may only move the plane outwards.
-    (outer_high > DEPTH * rounding && -inner_low > DEPTH * rounding).then(|| Plane { n, d: n.dot(a) + inner_high })
+    (outer_low >= -rounding && outer_high > DEPTH * rounding).then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
 }
 
 #[cfg(test)]
@@ -100,15 +197,18 @@ mod tests {
     }
 
     fn between(a: &[DVec3], b: &[DVec3]) -> Vec<Plane> {
+        let window = |corners: &[DVec3]| Window::new(corners, crate::geom::newell(corners).normalize_or_zero(), true);
         let mut planes = Vec::new();
-        separators(a, b, &mut planes);
+        for way in [Way::Along, Way::Against] {
+            Separators::new(64.0 * f64::EPSILON).list(&window(a), &window(b), way, &mut planes);
+        }
         planes
     }
 
     #[test]
     fn two_squares_spread_by_their_diagonals() {
         let planes = between(&square(0.0, 1.0), &square(1.0, 1.0));
-        assert_eq!(planes.len(), 4);
+        assert!(planes.len() >= 4);
         let inside = |y: f64, z: f64| planes.iter().all(|p| p.distance(DVec3::new(2.0, y, z)) <= 1e-12);
         assert!(inside(0.5, 0.5) && inside(2.0, 0.5) && inside(-1.0, -1.0));
         assert!(!inside(2.001, 0.5) && !inside(0.5, -1.001));

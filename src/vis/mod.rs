@@ -1,0 +1,223 @@
+//! `vis`: both sides of what can be seen through a ready portal graph.
+//!
+//! A pair of cells sees each other where a straight line passes a chain of portals from one to the other. Each pair ends up
+//! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
+//!
+//! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`crate::pvs`] decides the rest, and
+//! each chain that it believes in becomes a line, too. [`State`] lets an interrupted run go on; [`why()`] tells the proof of a
+//! pair.
+//!
+//! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
+//! holds where cells are convex, as leaves and clusters of a level's tree are.
+
+mod lines;
+mod state;
+mod why;
+
+pub use state::State;
+pub use why::{Separation, Why, why};
+
+use crate::BitMatrix;
+use crate::geom::{Plane, newell};
+use crate::pvs::flow::cells::Cells;
+use crate::pvs::flow::might_see::MightSee;
+use crate::pvs::flow::net::{Net, NetPortal};
+use glam::DVec3;
+use lines::Walker;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// A ready portal graph: what a `.prt` file holds. Lengths are in any unit; nothing depends on which.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Level {
+    /// Number of cells (clusters, where the file has clusters).
+    pub cells: usize,
+    /// Portals; each is crossed both ways.
+    pub portals: Vec<LevelPortal>,
+}
+
+/// A convex planar polygon between two cells.
+#[derive(Clone, PartialEq, Debug)]
+pub struct LevelPortal {
+    /// The normal ([`crate::geom::newell`]) leads from `cells[0]` into `cells[1]`.
+    pub cells: [u32; 2],
+    /// Corners, counter-clockwise seen from the tip of that normal; 3 or more, any number.
+    pub winding: Vec<DVec3>,
+}
+
+/// How to work.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct VisOptions {
+    /// Seed of the random lines.
+    pub seed: u64,
+    /// Most flow steps that the search from one directed portal may take; what it has not decided then counts as visible.
+    pub steps: u64,
+    /// Random lines from each directed portal, before any search.
+    pub lines: u64,
+}
+
+impl Default for VisOptions {
+    fn default() -> Self {
+        Self { seed: 0, steps: 1_000_000, lines: 16 }
+    }
+}
+
+/// A line that proves that two cells see each other. It proves it for every pair of cells along it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Line {
+    /// The cells at its ends.
+    pub cells: [u32; 2],
+    /// A point in the first portal's window.
+    pub from: DVec3,
+    /// A point in the last portal's window.
+    pub to: DVec3,
+    /// The portals that it crosses, in order, as `2 * portal + side`: side 0 leads from `cells[0]` to `cells[1]`, side 1 back.
+    pub portals: Vec<u32>,
+}
+
+/// What it took.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct VisStats {
+    /// Random lines followed.
+    pub lines: u64,
+    /// Flow steps: portals tried.
+    pub steps: u64,
+    /// Directed portals whose search ran out of steps.
+    pub capped: u64,
+}
+
+/// Both sides.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Vis {
+    /// Cells x cells, symmetric, the diagonal set: pairs that a line proves, and neighbours. A subset of `upper`.
+    pub lower: BitMatrix,
+    /// Cells x cells, symmetric, the diagonal set: pairs not proven hidden.
+    pub upper: BitMatrix,
+    /// Lines that prove `lower`: each pair lies along at least one of them, or shares a portal.
+    pub lines: Vec<Line>,
+    /// Counters.
+    pub stats: VisStats,
+}
+
+/// How a caller follows and stops a run.
+#[derive(Clone, Copy)]
+pub struct Control<'a> {
+    /// Called with the stage and the fraction of it that is done, from any thread.
+    pub progress: &'a (dyn Fn(&str, f64) + Sync),
+    /// Set by the caller to end the run: soon after, [`vis`] returns [`VisError::Stopped`].
+    pub stop: &'a AtomicBool,
+    /// Called after each round with what is decided by then.
+    pub checkpoint: &'a (dyn Fn(&State) + Sync),
+}
+
+/// Why there is no result.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum VisError {
+    /// The caller stopped it. The state of the last round that ended, where one did.
+    #[error("stopped")]
+    Stopped(Option<Box<State>>),
+    /// The state to go on from belongs to another level or other options.
+    #[error("the state belongs to another level or other options")]
+    OtherState,
+    /// A portal names a cell that isn't there.
+    #[error("portal {portal} leads to cell {cell}, but there are only {cells}")]
+    NoSuchCell {
+        /// Index of the portal.
+        portal: usize,
+        /// The cell that it names.
+        cell: u32,
+        /// Number of cells.
+        cells: usize,
+    },
+}
+
+/// Decides what can be seen from each cell of `level`; goes on from `resume` where there is one.
+///
+/// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
+///
+/// # Errors
+///
+/// [`VisError`].
+pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: &Control<'_>) -> Result<Vis, VisError> {
+    // 1. The portals, and a cheap superset of what each sees.
+    check(level)?;
+    let digest = State::digest(level, options);
+    if resume.as_ref().is_some_and(|state| !state.is_of(digest)) {
+        return Err(VisError::OtherState);
+    }
+    (control.progress)("might-see", 0.0);
+    let net = net(level);
+    let might_see = MightSee::new(&net);
+
+    // 2. Random lines: most of what is visible.
+    (control.progress)("lines", 0.0);
+    let walker = Walker::new(&net);
+    let mut lower = BitMatrix::new(level.cells, level.cells);
+    for i in 0..level.cells {
+        lower.set(i, i);
+        net.out(i).for_each(|p| _ = lower.set(i, net.target[p] as usize));
+    }
+    let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
+
+    // 3. Flow: searches for every pair that is left, in rounds.
+    let mut pairs = Cells::new(&net, might_see, &lower, options.steps);
+    let mut state = resume.unwrap_or_else(|| State::new(digest));
+    for k in 0..pairs.rounds() {
+        (control.progress)("flow", k as f64 / pairs.rounds() as f64);
+        if state.rounds() == k {
+            let found = pairs.search(k, &walker, control.stop);
+            if control.stop.load(Relaxed) {
+                return Err(VisError::Stopped(Some(Box::new(state))));
+            }
+            state.push(found);
+            (control.checkpoint)(&state);
+        }
+        let found = state.round(k).ok_or(VisError::OtherState)?;
+        for walk in found.iter().flat_map(|f| &f.proofs) {
+            if lines::keep(&walker, walk, &mut lower) {
+                walks.push(walk.clone());
+            }
+        }
+        pairs.settled.union_with(&lower);
+        pairs.merge(k, found);
+    }
+
+    // 4. What is not hidden may be visible.
+    let mut upper = BitMatrix::new(level.cells, level.cells);
+    for i in 0..level.cells {
+        (0..level.cells).filter(|&j| !pairs.hidden.get(i, j)).for_each(|j| _ = upper.set(i, j));
+    }
+    let stats = VisStats {
+        lines: options.lines * net.portals() as u64,
+        steps: pairs.tally.steps,
+        capped: pairs.tally.capped.len() as u64,
+    };
+    Ok(Vis { lower, upper, lines: walks.iter().map(|w| walker.line(w)).collect(), stats })
+}
+
+/// That every portal leads to cells that are there.
+fn check(level: &Level) -> Result<(), VisError> {
+    let cells = level.cells;
+    for (portal, p) in level.portals.iter().enumerate() {
+        if let Some(&cell) = p.cells.iter().find(|&&c| c as usize >= cells) {
+            return Err(VisError::NoSuchCell { portal, cell, cells });
+        }
+    }
+    Ok(())
+}
+
+/// Corners within this fraction of the level's size of their winding's plane were meant to lie in it.
+const COPLANAR: f64 = 1e-8;
+
+/// A level's portals, laid out for flow. Every cell that they name is there.
+fn net(level: &Level) -> Net {
+    let plane = |winding: &[DVec3]| {
+        let middle = crate::geom::middle(winding);
+        let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
+        Plane::through(middle, newell(&relative).normalize_or_zero())
+    };
+    let portals: Vec<NetPortal<'_>> =
+        level.portals.iter().map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding }).collect();
+    let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
+    Net::new(level.cells, &portals, COPLANAR * bounds.diagonal())
+}
