@@ -3,6 +3,11 @@
 //! A pair of cells sees each other where a straight line passes a chain of portals from one to the other. Each pair ends up
 //! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
 
+pub mod bsp;
+pub mod prt;
+pub mod resume;
+pub mod rows;
+
 use crate::BitMatrix;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
