@@ -179,6 +179,10 @@ struct Exit {
     to: u32,
     /// In `edges`.
     edges: [u32; 2],
+    /// Of a ball around the portal.
+    centre: DVec3,
+    /// Of that ball, squared.
+    radius2: f64,
 }
 
 struct Plane {
@@ -223,7 +227,7 @@ impl<'l> Walker<'l> {
             let around: Vec<DVec3> = p.winding.iter().map(|&q| q - point).collect();
             Plane { normal: newell(&around).normalize_or_zero(), point }
         });
-        let (areas, planes) = (areas.collect(), planes.collect());
+        let (areas, planes): (_, Vec<Plane>) = (areas.collect(), planes.collect());
         // Ways out by cell: side 0 leads from the portal's first cell, along its normal.
         let mut ways: Vec<(u32, u32, usize)> = Vec::new();
         for &p in &portals {
@@ -239,7 +243,9 @@ impl<'l> Walker<'l> {
                 let direction = (b - a).try_normalize()?;
                 Some(Edge { direction, moment: a.cross(direction) })
             }));
-            exits.push(Exit { portal, to, edges: [begin, edges.len() as u32] });
+            let centre = planes[portal as usize].point;
+            let radius2 = winding.iter().map(|p| p.distance_squared(centre)).fold(0.0, f64::max);
+            exits.push(Exit { portal, to, edges: [begin, edges.len() as u32], centre, radius2 });
             first[cell as usize + 1] += 1;
         }
         for cell in 0..level.cells {
@@ -253,6 +259,10 @@ impl<'l> Walker<'l> {
     }
 
     fn passes(&self, ray: &Ray, exit: &Exit) -> bool {
+        // The line's distance from the ball's centre; most portals are ruled out by it.
+        if (exit.centre.cross(ray.direction) - ray.moment).length_squared() > exit.radius2 {
+            return false;
+        }
         let edges = &self.edges[exit.edges[0] as usize..exit.edges[1] as usize];
         edges.iter().all(|e| e.direction.dot(ray.moment) + e.moment.dot(ray.direction) >= CLEARANCE)
     }
