@@ -65,6 +65,14 @@ impl BitMatrix {
         &mut self.words[row * self.stride..(row + 1) * self.stride]
     }
 
+    /// All rows, to write side by side. Bits past `columns` must stay zero.
+    pub(crate) fn rows_mut(&mut self) -> Vec<&mut [u64]> {
+        if self.stride == 0 {
+            return (0..self.rows).map(|_| Default::default()).collect();
+        }
+        self.words.chunks_exact_mut(self.stride).collect()
+    }
+
     /// A row as a `bitvec` slice of `columns` bits: the edge where other crates meet these rows.
     pub fn row_bits(&self, row: usize) -> &BitSlice<u64, Lsb0> {
         &BitSlice::<u64, Lsb0>::from_slice(self.row(row))[..self.columns]

@@ -38,24 +38,26 @@
 //!
 //! Searches run in a fixed number of rounds. Within a round they share nothing; after it, results are merged in a fixed order.
 
-mod cells;
-mod goals;
-mod might_see;
-mod net;
+pub(crate) mod cells;
+pub(crate) mod goals;
+pub(crate) mod might_see;
+pub(crate) mod net;
 mod objects;
-mod schedule;
-mod search;
-mod separators;
-mod stab;
-mod window;
+pub(crate) mod schedule;
+pub(crate) mod search;
+pub(crate) mod separators;
+pub(crate) mod stab;
+pub(crate) mod window;
 
 use super::Progress;
 use crate::BitMatrix;
 use crate::cells::CellGraph;
 use crate::geom::Aabb;
+use cells::Cells;
+use goals::NoProof;
 use might_see::MightSee;
 use net::Net;
-use schedule::Tally;
+use std::sync::atomic::AtomicBool;
 
 /// What flow starts from.
 #[derive(Clone, Copy)]
@@ -102,14 +104,15 @@ pub fn flow(input: &FlowInput<'_>, progress: Progress<'_>) -> FlowResult {
         assert_eq!((matrix.rows(), matrix.columns()), (cells, columns), "rows of every cell, columns of every target");
     }
     progress("flow: might-see", 0.0);
-    let net = Net::new(input.graph, input.coplanar);
-    let mut might_see = MightSee::by_planes(&net);
-    for pass in 1..=2 {
-        progress("flow: might-see", f64::from(pass) / 3.0);
-        might_see.narrow(&net);
+    let net = Net::of_graph(input.graph, input.coplanar);
+    let might_see = MightSee::new(&net, |done| progress("flow: might-see", done));
+    let mut pairs = Cells::new(&net, might_see, input.cells_lower, input.max_steps);
+    for k in 0..pairs.rounds() {
+        progress("flow: cells", k as f64 / pairs.rounds() as f64);
+        let found = pairs.search(k, &NoProof, &AtomicBool::new(false));
+        pairs.merge(k, &found);
     }
-    let mut tally = Tally::default();
-    let cells_upper = cells::decide(input, &net, &mut might_see, &mut tally, progress);
+    let Cells { might_see, settled: cells_upper, mut tally, .. } = pairs;
     let objects_upper = objects::decide(input, &net, &might_see, &cells_upper, &mut tally, progress);
     FlowResult { cells_upper, objects_upper, steps: tally.steps, capped: tally.capped.len() as u64 }
 }

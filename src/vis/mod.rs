@@ -4,14 +4,23 @@
 //! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
 
 pub mod bsp;
+mod lines;
 pub mod prt;
 pub mod resume;
 pub mod rows;
+mod state;
+
+pub use state::State;
 
 use crate::BitMatrix;
+use crate::geom::{Plane, newell};
+use crate::pvs::flow::cells::Cells;
+use crate::pvs::flow::might_see::MightSee;
+use crate::pvs::flow::net::{Net, NetPortal};
 use glam::DVec3;
+use lines::Walker;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// A ready portal graph: what a `.prt` file holds. Lengths are in any unit; nothing depends on which.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -38,13 +47,13 @@ pub struct VisOptions {
     pub seed: u64,
     /// Most flow steps that the search from one directed portal may take; what it has not decided then counts as visible.
     pub steps: u64,
-    /// Random lines, before any search.
+    /// Random lines from each directed portal, before any search.
     pub lines: u64,
 }
 
 impl Default for VisOptions {
     fn default() -> Self {
-        Self { seed: 0, steps: 1_000_000, lines: 200_000 }
+        Self { seed: 0, steps: 1_000_000, lines: 16 }
     }
 }
 
@@ -83,21 +92,6 @@ pub struct Vis {
     pub lines: Vec<Line>,
     /// Counters.
     pub stats: VisStats,
-}
-
-/// What is decided so far, to go on from. Belongs to one level and one set of options, by [`State::matches`].
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct State {
-    /// Digest of the level and the options.
-    digest: u64,
-}
-
-impl State {
-    /// True where this is a state of that very level and those options: only then may a run go on from it.
-    pub fn matches(&self, level: &Level, options: &VisOptions) -> bool {
-        let _ = (level, options);
-        self.digest == 0
-    }
 }
 
 /// How a caller follows and stops a run.
@@ -140,16 +134,90 @@ pub enum VisError {
 ///
 /// [`VisError`].
 pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: &Control<'_>) -> Result<Vis, VisError> {
-    let _ = (options, resume, control);
+    // 1. The portals, and a cheap superset of what each sees.
+    check(level)?;
+    let digest = State::digest(level, options);
+    if resume.as_ref().is_some_and(|state| !state.is_of(digest)) {
+        return Err(VisError::OtherState);
+    }
+    (control.progress)("might-see", 0.0);
+    let net = net(level);
+    let might_see = MightSee::new(&net, |done| (control.progress)("might-see", done));
+
+    // 2. Random lines: most of what is visible.
+    (control.progress)("lines", 0.0);
+    let walker = Walker::new(&net);
     let mut lower = BitMatrix::new(level.cells, level.cells);
-    let mut upper = BitMatrix::new(level.cells, level.cells);
     for i in 0..level.cells {
         lower.set(i, i);
-        for j in 0..level.cells {
-            upper.set(i, j);
+        net.out(i).for_each(|p| _ = lower.set(i, net.target[p] as usize));
+    }
+    let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
+
+    // 3. Flow: searches for every pair that is left, in rounds.
+    let mut pairs = Cells::new(&net, might_see, &lower, options.steps);
+    let mut state = resume.unwrap_or_else(|| State::new(digest));
+    for k in 0..pairs.rounds() {
+        (control.progress)("flow", k as f64 / pairs.rounds() as f64);
+        if state.rounds() == k {
+            let found = pairs.search(k, &walker, control.stop);
+            if control.stop.load(Relaxed) {
+                return Err(VisError::Stopped(Some(Box::new(state))));
+            }
+            state.push(found);
+            (control.checkpoint)(&state);
+        }
+        let found = state.round(k).ok_or(VisError::OtherState)?;
+        for walk in found.iter().flat_map(|f| &f.proofs) {
+            if lines::keep(&walker, walk, &mut lower) {
+                walks.push(walk.clone());
+            }
+        }
+        pairs.settled.union_with(&lower);
+        pairs.merge(k, found);
+    }
+
+    // 4. What is not hidden may be visible.
+    let mut upper = BitMatrix::new(level.cells, level.cells);
+    for i in 0..level.cells {
+        (0..level.cells).filter(|&j| !pairs.hidden.get(i, j)).for_each(|j| _ = upper.set(i, j));
+    }
+    let stats = VisStats {
+        lines: options.lines * net.portals() as u64,
+        steps: pairs.tally.steps,
+        capped: pairs.tally.capped.len() as u64,
+    };
+    Ok(Vis { lower, upper, lines: walks.iter().map(|w| walker.line(w)).collect(), stats })
+}
+
+/// That every portal leads to cells that are there.
+fn check(level: &Level) -> Result<(), VisError> {
+    let cells = level.cells;
+    for (portal, p) in level.portals.iter().enumerate() {
+        if let Some(&cell) = p.cells.iter().find(|&&c| c as usize >= cells) {
+            return Err(VisError::NoSuchCell { portal, cell, cells });
         }
     }
-    Ok(Vis { lower, upper, lines: Vec::new(), stats: VisStats::default() })
+    Ok(())
+}
+
+/// Corners within this fraction of the level's size of their winding's plane were meant to lie in it.
+const COPLANAR: f64 = 1e-8;
+
+/// A level's portals, laid out for flow. Every cell that they name is there.
+fn net(level: &Level) -> Net {
+    let plane = |winding: &[DVec3]| {
+        let middle = crate::geom::middle(winding);
+        let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
+        Plane::through(middle, newell(&relative).normalize_or_zero())
+    };
+    let portals: Vec<NetPortal<'_>> = level
+        .portals
+        .iter()
+        .map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding })
+        .collect();
+    let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
+    Net::new(level.cells, &portals, COPLANAR * bounds.diagonal())
 }
 
 /// The answer to: why is this pair in the rows, or not?

@@ -1,98 +1,152 @@
 //! Which cells may see each other.
 
-use super::FlowInput;
-use super::goals::CellGoals;
+use super::goals::{CellGoals, Prover};
 use super::might_see::{MightSee, get, set};
 use super::net::Net;
-use super::schedule::{Found, Tally, Task, costs, rounds, run};
+use super::schedule::{Tally, Task, costs, rounds, run};
 use super::search::Search;
-use crate::pvs::Progress;
 use crate::{BitMatrix, bits};
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// Decides every pair of cells; `might_see` loses what that rules out.
-pub(super) fn decide(
-    input: &FlowInput<'_>,
-    net: &Net,
-    might_see: &mut MightSee,
-    tally: &mut Tally,
-    progress: Progress<'_>,
-) -> BitMatrix {
-    let n = net.cells;
-    let mut upper = known(input, net);
-    let mut hidden = BitMatrix::new(n, n);
-    for i in 0..n {
-        let reached = reached(net, might_see, net.out(i));
-        for j in (0..n).filter(|&j| !upper.get(i, j) && !get(&reached, j)) {
-            set_both(&mut hidden, i, j);
-        }
-    }
-    might_see.drop_hidden(net, &hidden);
+/// Pairs of cells, and what is known of them so far. All matrices are cells x cells.
+pub(crate) struct Cells<'a> {
+    net: &'a Net,
+    max_steps: u64,
+    /// Pairs of directed portals that are still possible.
+    pub might_see: MightSee,
+    /// Symmetric: pairs that see each other or are no longer searched for.
+    pub settled: BitMatrix,
+    /// Symmetric: pairs that don't see each other.
+    pub hidden: BitMatrix,
+    /// Pairs that are to be searched for, each from one side.
+    wanted: BitMatrix,
+    rounds: Vec<Vec<Task>>,
+    /// What it took.
+    pub tally: Tally,
+}
 
-    // Each pair is searched for from one side.
-    let costs = costs(net, might_see);
-    let mut wanted = BitMatrix::new(n, n);
-    for i in 0..n {
-        for j in (0..n).filter(|&j| (costs[i], i) < (costs[j], j) && !upper.get(i, j) && !hidden.get(i, j)) {
-            wanted.set(i, j);
+/// What the searches of one task found.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub(crate) struct Found<P> {
+    /// Cells that may be seen from the task's cell, or are no longer searched for.
+    pub settled: Vec<u32>,
+    /// For a portal, cells that no line through it reaches.
+    pub refuted: Vec<(u32, Vec<u32>)>,
+    /// Lines.
+    pub proofs: Vec<P>,
+    /// What it took.
+    pub tally: Tally,
+}
+
+impl<'a> Cells<'a> {
+    /// Starts from what might see each other, and from pairs that are known to, one way or both.
+    pub fn new(net: &'a Net, might_see: MightSee, known: &BitMatrix, max_steps: u64) -> Self {
+        let n = net.cells;
+        let mut settled = BitMatrix::new(n, n);
+        for i in 0..n {
+            settled.set(i, i);
+            let neighbours = net.out(i).map(|p| net.target[p] as usize);
+            known.ones(i).chain(neighbours).for_each(|j| set_both(&mut settled, i, j));
         }
-    }
-    let rounds = rounds(net, might_see, (0..n).filter(|&c| wanted.count_row(c) > 0));
-    let before = tally.steps;
-    for (k, round) in rounds.iter().enumerate() {
-        progress("flow: cells", k as f64 / rounds.len() as f64);
-        let found = run(&rounds, k, tally.steps - before, net, might_see, input.max_steps, |search, task| {
-            search_from(net, might_see, search, task, wanted.row(task.cell))
-        });
-        for (task, found) in round.iter().zip(&found) {
-            for j in bits::ones(&found.seen) {
-                set_both(&mut upper, task.cell, j);
-                wanted.clear(task.cell, j);
+        let mut hidden = BitMatrix::new(n, n);
+        for i in 0..n {
+            let reached = reached(net, &might_see, net.out(i));
+            for j in (0..n).filter(|&j| !settled.get(i, j) && !get(&reached, j)) {
+                set_both(&mut hidden, i, j);
             }
+        }
+        let mut all = Self {
+            net,
+            max_steps,
+            might_see,
+            settled,
+            hidden,
+            wanted: BitMatrix::new(n, n),
+            rounds: Vec::new(),
+            tally: Tally::default(),
+        };
+        all.might_see.drop_hidden(net, &all.hidden);
+        let costs = costs(net, &all.might_see);
+        for i in 0..n {
+            for j in (0..n).filter(|&j| (costs[i], i) < (costs[j], j)) {
+                if !all.settled.get(i, j) && !all.hidden.get(i, j) {
+                    all.wanted.set(i, j);
+                }
+            }
+        }
+        all.rounds = rounds(net, &all.might_see, (0..n).filter(|&c| all.wanted.count_row(c) > 0));
+        all
+    }
+
+    /// Number of rounds.
+    pub fn rounds(&self) -> usize {
+        self.rounds.len()
+    }
+
+    /// Searches side by side for what round `k` is to decide. Results are in the order of the tasks; they mean nothing where
+    /// `stop` was set meanwhile.
+    pub fn search<P: Prover>(&self, k: usize, prover: &P, stop: &AtomicBool) -> Vec<Found<P::Proof>> {
+        run(&self.rounds, k, self.tally.steps, self.net, &self.might_see, self.max_steps, |search, task| {
+            self.search_from(search, task, prover, stop)
+        })
+    }
+
+    /// Takes over what round `k` found.
+    pub fn merge<P>(&mut self, k: usize, found: &[Found<P>]) {
+        for (task, found) in self.rounds[k].iter().zip(found) {
+            found.settled.iter().for_each(|&j| set_both(&mut self.settled, task.cell, j as usize));
             for (portal, cells) in &found.refuted {
-                might_see.drop_into(net, *portal, cells);
+                let mut row = vec![0; self.net.cells.div_ceil(64)];
+                cells.iter().for_each(|&c| set(&mut row, c as usize));
+                self.might_see.drop_into(self.net, *portal as usize, &row);
             }
-            tally.add(&found.tally);
+            self.tally.add(&found.tally);
         }
-        for task in round.iter().filter(|task| task.last) {
-            wanted.ones(task.cell).for_each(|j| set_both(&mut hidden, task.cell, j));
+        for i in self.rounds[k].iter().filter(|task| task.last).map(|task| task.cell) {
+            for j in 0..self.net.cells {
+                if self.wanted.get(i, j) && !self.settled.get(i, j) {
+                    set_both(&mut self.hidden, i, j);
+                }
+            }
         }
-        might_see.drop_hidden(net, &hidden);
+        self.might_see.drop_hidden(self.net, &self.hidden);
     }
-    upper
-}
 
-/// Pairs that need no search: a cell and itself, neighbours, and what the caller knows.
-fn known(input: &FlowInput<'_>, net: &Net) -> BitMatrix {
-    let mut upper = BitMatrix::new(net.cells, net.cells);
-    for i in 0..net.cells {
-        upper.set(i, i);
-        let neighbours = net.out(i).map(|p| net.target[p] as usize);
-        input.cells_lower.ones(i).chain(neighbours).for_each(|j| set_both(&mut upper, i, j));
-    }
-    upper
-}
-
-/// Searches from the portals of a task for the cells whose bit is set in `wanted`.
-fn search_from(net: &Net, might_see: &MightSee, search: &mut Search<'_>, task: &Task, wanted: &[u64]) -> Found {
-    let mut found = Found { seen: wanted.to_vec(), refuted: Vec::new(), tally: Tally::default() };
-    let mut goals = CellGoals::new(net, wanted.to_vec());
-    for &portal in &task.portals {
-        let outcome = search.run(portal, &mut goals);
-        found.tally.steps += outcome.steps;
-        if outcome.capped {
-            found.tally.capped.insert(portal);
-            bits::ones(&reached(net, might_see, [portal])).for_each(|cell| goals.see(net, cell));
-        } else if !net.out(task.cell).any(|back| get(might_see.row(portal), net.twin[back] as usize)) {
-            // Loops through the cell itself leave out this portal: only where there are none has it been tried for all.
-            found.refuted.push((portal, goals.wanted().to_vec()));
+    /// Searches from the portals of a task.
+    fn search_from<P: Prover>(&self, search: &mut Search<'_>, task: &Task, prover: &P, stop: &AtomicBool) -> Found<P::Proof> {
+        let net = self.net;
+        let rows = self.wanted.row(task.cell).iter().zip(self.settled.row(task.cell));
+        let wanted: Vec<u64> = rows.map(|(wanted, settled)| wanted & !settled).collect();
+        let mut found = Found { settled: Vec::new(), refuted: Vec::new(), proofs: Vec::new(), tally: Tally::default() };
+        let mut goals = CellGoals::new(net, prover, wanted.clone());
+        for &portal in &task.portals {
+            if stop.load(Relaxed) {
+                break;
+            }
+            let outcome = search.run(portal, &mut goals);
+            found.tally.steps += outcome.steps;
+            if outcome.capped {
+                found.tally.capped.insert(portal);
+                bits::ones(&reached(net, &self.might_see, [portal])).for_each(|cell| goals.doubt(net, cell));
+            } else if !net.out(task.cell).any(|back| get(self.might_see.row(portal), net.twin[back] as usize)) {
+                // Loops through the cell itself leave out this portal: only where there are none has it been tried for all.
+                let mut cells = goals.wanted().to_vec();
+                goals.doubtful().for_each(|c| cells[c / 64] &= !(1 << (c % 64)));
+                found.refuted.push((portal as u32, bits::ones(&cells).map(|c| c as u32).collect()));
+            }
         }
+        let mut left = goals.wanted().to_vec();
+        goals.doubtful().for_each(|c| left[c / 64] &= !(1 << (c % 64)));
+        let settled: Vec<u64> = wanted.iter().zip(&left).map(|(a, b)| a & !b).collect();
+        found.settled = bits::ones(&settled).map(|c| c as u32).collect();
+        found.proofs = goals.into_proofs();
+        found
     }
-    found.seen.iter_mut().zip(goals.wanted()).for_each(|(seen, left)| *seen &= !left);
-    found
 }
 
 /// Cells that lines through some portals might reach, as bits.
-pub(super) fn reached(net: &Net, might_see: &MightSee, portals: impl IntoIterator<Item = usize>) -> Vec<u64> {
+pub(crate) fn reached(net: &Net, might_see: &MightSee, portals: impl IntoIterator<Item = usize>) -> Vec<u64> {
     let mut cells = vec![0; net.cells.div_ceil(64)];
     for portal in portals {
         set(&mut cells, net.target[portal] as usize);
@@ -101,7 +155,8 @@ pub(super) fn reached(net: &Net, might_see: &MightSee, portals: impl IntoIterato
     cells
 }
 
-fn set_both(matrix: &mut BitMatrix, i: usize, j: usize) {
+/// Sets a pair both ways.
+pub(crate) fn set_both(matrix: &mut BitMatrix, i: usize, j: usize) {
     matrix.set(i, j);
     matrix.set(j, i);
 }

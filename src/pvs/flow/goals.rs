@@ -7,12 +7,14 @@
 
 use super::might_see::{get, set};
 use super::net::Net;
+use super::stab::Passage;
 use crate::geom::{Aabb, Plane};
 use crate::{BitMatrix, bits};
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// The undecided targets of one source.
-pub(super) trait Goals {
+pub(crate) trait Goals {
     /// Directed portals that lead into a cell that still wants something, as bits.
     fn portals(&self) -> &[u64];
 
@@ -22,24 +24,58 @@ pub(super) trait Goals {
     /// True where an arrival in `cell` inside `planes` would decide something.
     fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool;
 
-    /// A line inside `planes` may enter `cell`: decides what that shows. Returns the work in steps of the search.
-    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane]) -> u64;
+    /// True where a line through two points, which seems to pass `chain`, is one as far as these goals care.
+    fn accepts(&mut self, chain: &[u32], line: [DVec3; 2]) -> bool;
+
+    /// A line inside `planes` may enter `cell`; where the chain was asked, `passage` says what is known of it. Decides what
+    /// that shows. Returns the work in steps of the search.
+    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane], passage: Passage) -> u64;
 }
+
+/// Turns a line that passes a chain into a proof.
+pub(crate) trait Prover: Sync {
+    /// What proves it.
+    type Proof: Send;
+
+    /// Follows a line that seems to pass `chain`; appends the cells that it is proven to pass. `None` where it is no proof of
+    /// anything.
+    fn prove(&self, chain: &[u32], line: [DVec3; 2], cells: &mut Vec<u32>) -> Option<Self::Proof>;
+}
+
+/// Keeps no proofs: that a chain may be passed is enough.
+pub(crate) struct NoProof;
+
+impl Prover for NoProof {
+    type Proof = ();
+
+    fn prove(&self, _chain: &[u32], _line: [DVec3; 2], _cells: &mut Vec<u32>) -> Option<()> {
+        Some(())
+    }
+}
+
+/// Chains that may be passed by a line that can't be found, before a cell counts as undecided and is no longer searched for.
+const DOUBTS: u32 = 8;
 
 /// Cells to be seen or not.
-pub(super) struct CellGoals {
+pub(crate) struct CellGoals<'a, P: Prover> {
+    prover: &'a P,
     wanted: Vec<u64>,
     portals: Vec<u64>,
+    /// Cells that chains lead to which may or may not be passed, and how many.
+    doubts: BTreeMap<usize, u32>,
+    proofs: Vec<P::Proof>,
+    /// The last line's cells.
+    cells: Vec<u32>,
 }
 
-impl CellGoals {
+impl<'a, P: Prover> CellGoals<'a, P> {
     /// Wants the cells whose bit is set.
-    pub fn new(net: &Net, wanted: Vec<u64>) -> Self {
+    pub fn new(net: &Net, prover: &'a P, wanted: Vec<u64>) -> Self {
         let mut portals = vec![0; net.portals().div_ceil(64)];
         for cell in bits::ones(&wanted) {
             net.out(cell).for_each(|p| set(&mut portals, net.twin[p] as usize));
         }
-        Self { wanted, portals }
+        Self { prover, wanted, portals, doubts: BTreeMap::new(), proofs: Vec::new(), cells: Vec::new() }
     }
 
     /// Cells that are still wanted, as bits.
@@ -47,16 +83,32 @@ impl CellGoals {
         &self.wanted
     }
 
-    /// Decides that a cell may be seen.
+    /// Cells that may be seen, though no line is known.
+    pub fn doubtful(&self) -> impl Iterator<Item = usize> + '_ {
+        self.doubts.keys().copied()
+    }
+
+    /// The lines that were found.
+    pub fn into_proofs(self) -> Vec<P::Proof> {
+        self.proofs
+    }
+
+    /// Decides that a cell may be seen, or is at least no longer searched for.
     pub fn see(&mut self, net: &Net, cell: usize) {
         if get(&self.wanted, cell) {
             self.wanted[cell / 64] &= !(1 << (cell % 64));
             forget(&mut self.portals, net, cell);
         }
     }
+
+    /// Leaves a cell undecided.
+    pub fn doubt(&mut self, net: &Net, cell: usize) {
+        self.doubts.insert(cell, DOUBTS);
+        self.see(net, cell);
+    }
 }
 
-impl Goals for CellGoals {
+impl<P: Prover> Goals for CellGoals<'_, P> {
     fn portals(&self) -> &[u64] {
         &self.portals
     }
@@ -69,14 +121,41 @@ impl Goals for CellGoals {
         get(&self.wanted, cell)
     }
 
-    fn arrive(&mut self, net: &Net, cell: usize, _planes: &[Plane]) -> u64 {
-        self.see(net, cell);
+    fn accepts(&mut self, chain: &[u32], line: [DVec3; 2]) -> bool {
+        self.cells.clear();
+        match self.prover.prove(chain, line, &mut self.cells) {
+            Some(proof) => {
+                self.proofs.push(proof);
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn arrive(&mut self, net: &Net, cell: usize, _planes: &[Plane], passage: Passage) -> u64 {
+        if !get(&self.wanted, cell) {
+            return 0;
+        }
+        if let Passage::Line(_) = passage {
+            self.doubts.remove(&cell);
+            self.see(net, cell);
+            for other in std::mem::take(&mut self.cells) {
+                self.doubts.remove(&(other as usize));
+                self.see(net, other as usize);
+            }
+        } else {
+            let doubts = self.doubts.entry(cell).or_default();
+            *doubts += 1;
+            if *doubts >= DOUBTS {
+                self.see(net, cell);
+            }
+        }
         0
     }
 }
 
 /// Objects as flow sees them: boxes, and in which cells they are.
-pub(super) struct Boxes {
+pub(crate) struct Boxes {
     /// Middle and half size; an infinite half size where the box is unusable.
     boxes: Vec<(DVec3, DVec3)>,
     /// Objects of each cell, ascending.
@@ -115,7 +194,7 @@ fn box_is_cut_off(net: &Net, (middle, half): (DVec3, DVec3), plane: &Plane) -> b
 }
 
 /// Objects to be seen or not, from one source portal.
-pub(super) struct ObjectGoals<'a> {
+pub(crate) struct ObjectGoals<'a> {
     boxes: &'a Boxes,
     wanted: Vec<u64>,
     found: Vec<usize>,
@@ -189,7 +268,11 @@ impl Goals for ObjectGoals<'_> {
             && self.boxes.in_cell[cell].iter().any(|&o| self.finds(net, o as usize, planes))
     }
 
-    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane]) -> u64 {
+    fn accepts(&mut self, _chain: &[u32], _line: [DVec3; 2]) -> bool {
+        true
+    }
+
+    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane], _passage: Passage) -> u64 {
         if self.left[cell] == 0 || self.is_cut_off(net, cell, planes) {
             return 0;
         }

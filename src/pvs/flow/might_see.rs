@@ -1,28 +1,41 @@
 //! Might-see: for each directed portal, a cheap superset of the portals that a line through it can cross later.
 //!
 //! Based on: the "base" pass of level compilers after Carmack, 1996 (flood over portals that lie in front), and *two-sided
-//! flow* as measured for this project: one step of separating planes over all pairs, before any search, makes the search
-//! clearly shorter. Deviates: the flood goes from portal to portal and not from cell to cell, asking at each step also the
-//! portal that it came through; and every fact is used both ways, because a line read backwards is a line.
+//! flow* as measured for this project: one step of separating planes before any search makes the search clearly shorter.
+//! Deviates: the flood goes from portal to portal and not from cell to cell, inside the planes of the first portal and each
+//! of its next ones, and asks at each step also the portal that it came through; it is done twice, the second time over what
+//! the first has left; and every fact is used both ways, because a line read backwards is a line.
 
 use super::net::Net;
-use super::separators::separators;
+use super::separators::{Way, separators};
 use super::window::Window;
+use crate::geom::Plane;
 use crate::{BitMatrix, bits};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Bit q of row p is clear only where no line crosses directed portal p and later directed portal q.
-pub(super) struct MightSee {
+#[derive(Clone)]
+pub(crate) struct MightSee {
     rows: BitMatrix,
 }
 
+/// Times that all portals are flooded from. A third finds next to nothing.
+const FLOODS: usize = 2;
+
 impl MightSee {
-    /// Pairs that the planes of the two portals allow, along chains of such pairs.
-    pub fn by_planes(net: &Net) -> Self {
+    /// Pairs that are left by floods inside the planes of each portal and each of its next ones.
+    pub fn new(net: &Net, mut progress: impl FnMut(f64)) -> Self {
         let n = net.portals();
-        let rows = from_rows(n, n, |a, row| (0..n).filter(|&b| net.may_follow(a, b)).for_each(|b| set(row, b)));
+        let rows = from_rows(n, n, Flood::default, |flood, first, row| flood.by_planes(net, first, row));
         let mut all = Self { rows };
+        all.mirror(net);
+        for pass in 1..FLOODS {
+            progress(pass as f64 / FLOODS as f64);
+            let old = &all.rows;
+            all.rows = from_rows(n, n, Flood::default, |flood, first, row| flood.by_rows(net, old, first, row));
+            all.mirror(net);
+        }
         all.flood(net);
         all
     }
@@ -41,7 +54,7 @@ impl MightSee {
     /// Keeps what a chain of allowed pairs leads to: each portal of it allowed after the one before and after the first.
     fn flood(&mut self, net: &Net) {
         let old = &self.rows;
-        self.rows = from_rows(old.rows(), old.columns(), |first, row| {
+        self.rows = from_rows(old.rows(), old.columns(), || (), |(), first, row| {
             let mut queue = vec![first];
             while let Some(last) = queue.pop() {
                 let out = net.out(net.target[last] as usize);
@@ -57,19 +70,10 @@ impl MightSee {
     /// Keeps (p, q) only where (q reversed, p reversed) is there too.
     fn mirror(&mut self, net: &Net) {
         let old = &self.rows;
-        self.rows = from_rows(old.rows(), old.columns(), |a, row| {
+        self.rows = from_rows(old.rows(), old.columns(), || (), |(), a, row| {
             let back = net.twin[a] as usize;
             bits::ones(old.row(a)).filter(|&b| old.get(net.twin[b] as usize, back)).for_each(|b| set(row, b));
         });
-    }
-
-    /// One step of separating planes: drops what lies outside the planes of a portal and each of its next portals.
-    pub fn narrow(&mut self, net: &Net) {
-        let old = &self.rows;
-        let tests: Vec<Vec<u64>> = (0..net.portals()).into_par_iter().map(|first| narrowed(net, old, first)).collect();
-        self.rows = from_rows(old.rows(), old.columns(), |a, row| row.copy_from_slice(&tests[a]));
-        self.mirror(net);
-        self.flood(net);
     }
 
     /// Drops everything after `portal` that leads into one of `cells`, a row of bits.
@@ -90,7 +94,7 @@ impl MightSee {
     pub fn drop_hidden(&mut self, net: &Net, hidden: &BitMatrix) {
         let n = net.portals();
         // For each cell, the portals whose two cells it may see.
-        let allowed = from_rows(net.cells, n, |cell, row| {
+        let allowed = from_rows(net.cells, n, || (), |(), cell, row| {
             let open = |c: u32| !hidden.get(cell, c as usize);
             (0..n).filter(|&p| open(net.source[p]) && open(net.target[p])).for_each(|p| set(row, p));
         });
@@ -104,68 +108,111 @@ impl MightSee {
     }
 }
 
-/// The portals after `first` that at least one choice of the next portal leaves possible.
-fn narrowed(net: &Net, old: &BitMatrix, first: usize) -> Vec<u64> {
-    let mut kept = vec![0u64; old.row(first).len()];
-    let (mut source, mut pass, mut spare) = (Window::default(), Window::default(), Vec::new());
-    let mut planes = Vec::new();
-    for (word, mask) in words_of(net.out(net.target[first] as usize)) {
-        for bit in bits::ones(&[old.row(first)[word] & mask]) {
-            let next = word * 64 + bit;
-            source.assign(net.corners(first), net.plane(first).is_some());
-            pass.assign(net.corners(next), net.plane(next).is_some());
-            let crossed = net.behind(first, next).is_none_or(|p| source.cut(&p, &net.slack, &mut spare))
-                && net.front(first, next).is_none_or(|p| pass.cut(&p, &net.slack, &mut spare));
-            if !crossed {
+/// Scratch memory of floods inside planes.
+#[derive(Default)]
+struct Flood {
+    source: Window,
+    pass: Window,
+    spare: Window,
+    planes: Vec<Plane>,
+    queue: Vec<u32>,
+    seen: Vec<u64>,
+    touched: Vec<u32>,
+}
+
+impl Flood {
+    /// Sets the portals after `first` that can be reached through portals that its planes allow.
+    fn by_planes(&mut self, net: &Net, first: usize, row: &mut [u64]) {
+        self.run(net, first, row, |_, next| net.may_follow(first, next), |last, next| net.may_follow(last, next));
+    }
+
+    /// Sets the portals after `first` that can be reached through portals that `old` allows.
+    fn by_rows(&mut self, net: &Net, old: &BitMatrix, first: usize, row: &mut [u64]) {
+        let first_row = old.row(first);
+        self.run(net, first, row, |_, next| get(first_row, next), |last, next| get(old.row(last), next));
+    }
+
+    fn run(
+        &mut self,
+        net: &Net,
+        first: usize,
+        row: &mut [u64],
+        from_first: impl Fn(usize, usize) -> bool,
+        from_last: impl Fn(usize, usize) -> bool,
+    ) {
+        self.seen.resize(row.len(), 0);
+        for next in net.out(net.target[first] as usize) {
+            if !from_first(first, next) || !self.cone(net, first, next) {
                 continue;
             }
-            set(&mut kept, next);
-            planes.clear();
-            separators(&source.corners, &pass.corners, &mut planes);
-            for (i, (a, b)) in old.row(first).iter().zip(old.row(next)).enumerate() {
-                for bit in bits::ones(&[a & b & !kept[i]]) {
-                    if !planes.iter().any(|plane| net.is_cut_off(i * 64 + bit, plane)) {
-                        kept[i] |= 1 << bit;
+            set(row, next);
+            self.queue.push(next as u32);
+            while let Some(last) = self.queue.pop() {
+                for p in net.out(net.target[last as usize] as usize) {
+                    if get(&self.seen, p) {
+                        continue;
+                    }
+                    if !from_last(last as usize, p) {
+                        continue; // perhaps after another one
+                    }
+                    set(&mut self.seen, p);
+                    self.touched.push(p as u32);
+                    if (get(row, p) || from_first(first, p)) && !self.planes.iter().any(|plane| net.is_cut_off(p, plane)) {
+                        set(row, p);
+                        self.queue.push(p as u32);
                     }
                 }
             }
+            for p in self.touched.drain(..) {
+                self.seen[p as usize / 64] = 0;
+            }
         }
     }
-    kept
+
+    /// Fills in the planes of the lines through `first` and then `next`. False where there are none.
+    fn cone(&mut self, net: &Net, first: usize, next: usize) -> bool {
+        self.source.assign(net.window(first));
+        self.pass.assign(net.window(next));
+        let crossed = net.behind(first, next).is_none_or(|p| self.source.cut(&p, &net.slack, &mut self.spare))
+            && net.front(first, next).is_none_or(|p| self.pass.cut(&p, &net.slack, &mut self.spare));
+        self.planes.clear();
+        let planes = &mut self.planes;
+        if crossed {
+            separators(&self.source, &self.pass, Way::Along, net.rounding, |plane| {
+                planes.push(plane);
+                true
+            });
+        }
+        crossed
+    }
 }
 
-/// A matrix whose rows are worked out in parallel, each by itself.
-fn from_rows(rows: usize, columns: usize, fill: impl Fn(usize, &mut [u64]) + Sync) -> BitMatrix {
+/// A matrix whose rows are worked out in parallel, each by itself, with scratch memory.
+fn from_rows<S>(
+    rows: usize,
+    columns: usize,
+    scratch: impl Fn() -> S + Sync,
+    fill: impl Fn(&mut S, usize, &mut [u64]) + Sync,
+) -> BitMatrix {
     let mut matrix = BitMatrix::new(rows, columns);
-    let words = columns.div_ceil(64);
-    let done: Vec<Vec<u64>> = (0..rows)
-        .into_par_iter()
-        .map(|r| {
-            let mut row = vec![0; words];
-            fill(r, &mut row);
-            row
-        })
-        .collect();
-    for (r, row) in done.iter().enumerate() {
-        matrix.row_mut(r).copy_from_slice(row);
-    }
+    matrix.rows_mut().into_par_iter().enumerate().for_each_init(&scratch, |scratch, (r, row)| fill(scratch, r, row));
     matrix
 }
 
 /// Sets a bit of a row.
 #[inline]
-pub(super) fn set(row: &mut [u64], bit: usize) {
+pub(crate) fn set(row: &mut [u64], bit: usize) {
     row[bit / 64] |= 1 << (bit % 64);
 }
 
 /// True where a bit of a row is set.
 #[inline]
-pub(super) fn get(row: &[u64], bit: usize) -> bool {
+pub(crate) fn get(row: &[u64], bit: usize) -> bool {
     row[bit / 64] >> (bit % 64) & 1 != 0
 }
 
 /// The words that a range of bits covers, each with the mask of the bits in the range.
-pub(super) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)> {
+pub(crate) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)> {
     let (start, end) = (range.start, range.end);
     (start / 64..end.div_ceil(64)).map(move |word| {
         let low = !0u64 << start.saturating_sub(word * 64).min(63);
@@ -200,7 +247,7 @@ mod tests {
             notes: Vec::new(),
         };
         graph.link();
-        Net::new(&graph, 1e-6)
+        Net::of_graph(&graph, 1e-6)
     }
 
     fn cells_after(net: &Net, might_see: &MightSee, portal: usize) -> Vec<u32> {
@@ -211,10 +258,8 @@ mod tests {
     fn planes_tell_forwards_from_backwards_and_one_step_tells_more() {
         let net = row(&[0.0, 0.0, 2.5, 0.0]);
         let first = net.out(0).start;
-        let mut might_see = MightSee::by_planes(&net);
-        assert_eq!(cells_after(&net, &might_see, first), [2, 3, 4]);
-        // From the first two doors the third is met below 2 m.
-        might_see.narrow(&net);
+        // Inside the planes of the first two doors the third is met below 2 m.
+        let might_see = MightSee::new(&net, |_| ());
         assert_eq!(cells_after(&net, &might_see, first), [2]);
         // Backwards the same: nothing from the last room reaches the first two.
         assert_eq!(cells_after(&net, &might_see, net.out(4).start), [2]);
@@ -223,13 +268,13 @@ mod tests {
     #[test]
     fn what_is_hidden_takes_along_what_lay_behind_it() {
         let net = row(&[0.0; 4]);
-        let mut might_see = MightSee::by_planes(&net);
+        let mut might_see = MightSee::new(&net, |_| ());
         let mut hidden = BitMatrix::new(5, 5);
         hidden.set(0, 2);
         hidden.set(2, 0);
         might_see.drop_hidden(&net, &hidden);
         assert!(cells_after(&net, &might_see, net.out(0).start).is_empty());
-        let mut might_see = MightSee::by_planes(&net);
+        let mut might_see = MightSee::new(&net, |_| ());
         might_see.drop_into(&net, net.out(0).start, &[1 << 4]);
         assert_eq!(cells_after(&net, &might_see, net.out(0).start), [2, 3]);
         assert_eq!(might_see.count(net.out(4).start), 2, "and back");

@@ -1,9 +1,8 @@
 //! A cell graph laid out for flow: directed portals in a row, those of one cell side by side.
 
-use super::window::{Slack, is_cut_off};
-use crate::cells::CellGraph;
+use super::window::{Slack, Window};
+use crate::cells::{CellGraph, Portal};
 use crate::geom::{Aabb, Plane};
-use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -13,21 +12,33 @@ const FARTHEST: f64 = 1e100;
 /// Two unit normals are opposite where their dot product is below this (an angle of about 0.08 degrees).
 const OPPOSITE: f64 = -1.0 + 1e-6;
 
+/// A portal as [`Net::new`] takes it.
+#[derive(Clone, Copy)]
+pub(crate) struct NetPortal<'a> {
+    /// Behind the plane, in front of it.
+    pub cells: [u32; 2],
+    /// Normal from `cells[0]` into `cells[1]`.
+    pub plane: Plane,
+    /// Corners, counter-clockwise seen from the tip of the normal.
+    pub winding: &'a [DVec3],
+}
+
 /// Directed portals, numbered in the order of the cells that they lead out of. Coordinates are relative to [`Net::origin`],
 /// the middle of all windings, so that rounding follows the size of the graph and not its distance from zero.
-pub(super) struct Net {
+pub(crate) struct Net {
     /// Subtracted from every position.
     pub origin: DVec3,
     /// Tolerances.
     pub slack: Slack,
+    /// Error of a distance between two corners, metres.
+    pub rounding: f64,
     /// Number of cells.
     pub cells: usize,
     /// The plane of each directed portal, normal the way it leads; `None` where the winding doesn't lie in the plane that
     /// the graph gives, or is no polygon. Such portals hide nothing by themselves.
     planes: Vec<Option<Plane>>,
-    /// Corners of all portals, and where those of each begin.
-    corners: Vec<DVec3>,
-    first_corner: Vec<u32>,
+    /// The whole window of each; without corners where they are unusable.
+    windows: Vec<Window>,
     /// Sphere around each winding.
     spheres: Vec<(DVec3, f64)>,
     /// The cell that each leads out of.
@@ -36,6 +47,8 @@ pub(super) struct Net {
     pub target: Vec<u32>,
     /// The same portal, the other way.
     pub twin: Vec<u32>,
+    /// `2 * portal + side` of each.
+    pub ids: Vec<u32>,
     /// For each portal, those that can be crossed in the same point, ascending; mostly none. See [`Net::find_flush`].
     flush: Vec<Vec<u32>>,
     /// Where the portals out of each cell begin.
@@ -43,10 +56,21 @@ pub(super) struct Net {
 }
 
 impl Net {
-    /// Lays out `graph`. `coplanar`, metres: how far corners may lie from the plane that they are meant to lie in.
-    pub fn new(graph: &CellGraph, coplanar: f64) -> Self {
+    /// Lays out the portals of `graph`. `coplanar`, metres: how far corners may lie from the plane that they are meant to lie
+    /// in.
+    pub fn of_graph(graph: &CellGraph, coplanar: f64) -> Self {
+        let portal = |p| {
+            let Portal { cells, plane, winding, .. }: &Portal = p;
+            NetPortal { cells: cells.map(|c| c.0), plane: *plane, winding }
+        };
+        let portals: Vec<NetPortal<'_>> = graph.portals.iter().map(portal).collect();
+        Self::new(graph.cells.len(), &portals, coplanar)
+    }
+
+    /// Lays out `portals` between `cells` cells, every one of which is there.
+    pub fn new(cells: usize, portals: &[NetPortal<'_>], coplanar: f64) -> Self {
         let usable = |p: &DVec3| p.abs().max_element() < FARTHEST;
-        let bounds = Aabb::of(graph.portals.iter().flat_map(|p| &p.winding).copied().filter(usable));
+        let bounds = Aabb::of(portals.iter().flat_map(|p| p.winding).copied().filter(usable));
         let origin = if bounds.is_empty() { DVec3::ZERO } else { bounds.centre() };
         let far = bounds.min.abs().max(bounds.max.abs()).max_element();
         let far = if far.is_finite() { far } else { 0.0 };
@@ -55,47 +79,45 @@ impl Net {
         let coplanar = if coplanar.is_finite() { coplanar.max(0.0) } else { 0.0 };
         let slack = Slack { reach: 16.0 * ulp, strict: 64.0 * ulp, coplanar: coplanar.max(256.0 * ulp) };
 
-        let mut order: Vec<_> = (0..graph.portals.len() as u32)
-            .flat_map(|p| [0, 1].map(|side| PortalId(p).directed(side)))
-            .map(|d| (graph.source(d), d))
-            .collect();
+        let mut order: Vec<(u32, u32)> =
+            (0..2 * portals.len()).map(|d| (portals[d / 2].cells[d % 2], d as u32)).collect();
         order.sort_unstable();
         let mut place = vec![0u32; order.len()];
-        for (i, (_, d)) in order.iter().enumerate() {
-            place[d.index()] = i as u32;
+        for (i, &(_, d)) in order.iter().enumerate() {
+            place[d as usize] = i as u32;
         }
-        let cells = graph.cells.len();
         let mut net = Self {
             origin,
             slack,
+            rounding: 16.0 * f64::EPSILON * bounds.diagonal(),
             cells,
             planes: Vec::with_capacity(order.len()),
-            corners: Vec::new(),
-            first_corner: vec![0],
+            windows: Vec::with_capacity(order.len()),
             spheres: Vec::with_capacity(order.len()),
-            source: order.iter().map(|(c, _)| c.0).collect(),
-            target: order.iter().map(|&(_, d)| graph.target(d).0).collect(),
+            source: order.iter().map(|&(c, _)| c).collect(),
+            target: order.iter().map(|&(_, d)| portals[d as usize / 2].cells[1 - d as usize % 2]).collect(),
             flush: Vec::new(),
-            twin: order.iter().map(|(_, d)| place[d.reversed().index()]).collect(),
-            first_out: (0..=cells as u32).map(|c| order.partition_point(|&(s, _)| s < CellId(c)) as u32).collect(),
+            twin: order.iter().map(|&(_, d)| place[d as usize ^ 1]).collect(),
+            ids: order.iter().map(|&(_, d)| d).collect(),
+            first_out: (0..=cells as u32).map(|c| order.partition_point(|&(s, _)| s < c) as u32).collect(),
         };
         for &(_, d) in &order {
-            let plane = graph.plane(d);
-            net.push(&graph.portals[d.portal().index()].winding, Plane { n: plane.n, d: plane.d - plane.n.dot(origin) });
+            let portal = &portals[d as usize / 2];
+            let plane = Plane { n: portal.plane.n, d: portal.plane.d - portal.plane.n.dot(origin) };
+            net.push(portal.winding, plane, d % 2 == 1);
         }
         net.flush = net.find_flush();
         net
     }
 
-    /// Appends the winding and the plane of the next portal.
-    fn push(&mut self, winding: &[DVec3], plane: Plane) {
-        let start = self.corners.len();
+    /// Appends the winding and the plane of the next directed portal, which leads against the plane where `back` is set.
+    fn push(&mut self, winding: &[DVec3], plane: Plane, back: bool) {
+        let mut corners = Vec::new();
         if winding.iter().all(|p| p.abs().max_element() < FARTHEST) {
-            self.corners.extend(winding.iter().map(|&p| p - self.origin));
+            corners.extend(winding.iter().map(|&p| p - self.origin));
         }
-        let corners = &mut self.corners[start..];
         let off = corners.iter().map(|&p| plane.distance(p).abs()).fold(0.0, f64::max);
-        let wide = crate::geom::area(corners) > self.slack.strict * self.slack.strict;
+        let wide = crate::geom::area(&corners) > self.slack.strict * self.slack.strict;
         let flat = wide && (plane.n.length_squared() - 1.0).abs() < 1e-9 && off <= 4.0 * self.slack.coplanar;
         if flat {
             // The portal is what its winding covers on its plane.
@@ -103,18 +125,22 @@ impl Net {
                 *p -= plane.n * plane.distance(*p);
             }
         }
-        let middle = crate::geom::middle(corners);
+        let plane = if back { plane.flipped() } else { plane };
+        if back {
+            corners.reverse();
+        }
+        let middle = crate::geom::middle(&corners);
         let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         self.planes.push(flat.then_some(plane));
         self.spheres.push((middle, radius));
-        self.first_corner.push(self.corners.len() as u32);
+        self.windows.push(Window::new(&corners, plane.n, flat));
     }
 
     /// Portals one behind the other that lie in one plane, to within rounding, and lead the same way: the cells between them
     /// have no thickness, and a line may cross all of them in one point. So their planes say nothing about each other.
     fn find_flush(&self) -> Vec<Vec<u32>> {
         let near = 4.0 * self.slack.strict;
-        let in_plane = |p: Plane, b: usize| self.corners(b).iter().all(|&q| p.distance(q).abs() <= near);
+        let in_plane = |p: Plane, b: usize| self.windows[b].iter().all(|q| p.distance(q).abs() <= near);
         let flush = |a: usize, b: usize| match (self.planes[a], self.planes[b]) {
             (Some(pa), Some(pb)) => pa.n.dot(pb.n) > -OPPOSITE && in_plane(pa, b) && in_plane(pb, a),
             _ => false,
@@ -164,10 +190,10 @@ impl Net {
         self.planes[portal]
     }
 
-    /// The corners of a portal; none where they are unusable.
+    /// The whole window of a portal.
     #[inline]
-    pub fn corners(&self, portal: usize) -> &[DVec3] {
-        &self.corners[self.first_corner[portal] as usize..self.first_corner[portal + 1] as usize]
+    pub fn window(&self, portal: usize) -> &Window {
+        &self.windows[portal]
     }
 
     /// The directed portals that lead out of a cell.
@@ -184,9 +210,22 @@ impl Net {
         if distance < -self.slack.strict {
             return false; // the middle is a point of the window
         }
-        let corners = self.corners(portal);
-        distance - radius > self.slack.coplanar && !corners.is_empty()
-            || is_cut_off(corners, self.planes[portal].is_some(), plane, &self.slack)
+        let window = &self.windows[portal];
+        distance - radius > self.slack.coplanar && !window.is_empty() || window.is_cut_off(plane, &self.slack)
+    }
+
+    /// Where the whole window of a portal lies.
+    #[inline]
+    pub fn side(&self, portal: usize, plane: &Plane) -> Side {
+        let (middle, radius) = self.spheres[portal];
+        let distance = plane.distance(middle);
+        if distance + radius < 0.0 {
+            Side::Inside
+        } else if distance - radius > self.slack.coplanar && !self.windows[portal].is_empty() {
+            Side::Outside
+        } else {
+            Side::Unknown
+        }
     }
 
     /// False where no line crosses directed portal `a` and later directed portal `b`, by their planes alone.
@@ -201,9 +240,20 @@ impl Net {
         // Two windows of one wall: out through one and in through the other is no line, however the corners were rounded.
         let in_one_wall = |pa: Plane, pb: Plane| {
             pa.n.dot(pb.n) < OPPOSITE
-                && self.corners(b).iter().all(|&p| pa.distance(p) <= self.slack.coplanar)
-                && self.corners(a).iter().all(|&p| pb.distance(p) >= -self.slack.coplanar)
+                && self.windows[b].iter().all(|p| pa.distance(p) <= self.slack.coplanar)
+                && self.windows[a].iter().all(|p| pb.distance(p) >= -self.slack.coplanar)
         };
         !matches!((pa, pb), (Some(pa), Some(pb)) if in_one_wall(pa, pb))
     }
+}
+
+/// Where a window lies, as far as the sphere around it tells.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Side {
+    /// Wholly inside a plane.
+    Inside,
+    /// Wholly outside.
+    Outside,
+    /// It has to be looked at.
+    Unknown,
 }

@@ -5,10 +5,18 @@ use super::cells::reached;
 use super::goals::{Boxes, ObjectGoals};
 use super::might_see::{MightSee, set};
 use super::net::Net;
-use super::schedule::{Found, Tally, Task, rounds, run};
+use super::schedule::{Tally, Task, rounds, run};
 use super::search::Search;
 use crate::pvs::Progress;
 use crate::{BitMatrix, bits};
+
+/// What a task found.
+struct Found {
+    /// Objects that may be seen, as bits.
+    seen: Vec<u64>,
+    /// What it took.
+    tally: Tally,
+}
 
 /// Decides every pair of a cell and an object.
 pub(super) fn decide(
@@ -62,7 +70,7 @@ fn search_from(
     cells: &[u64],
     mut undecided: Vec<u64>,
 ) -> Found {
-    let mut found = Found { seen: vec![0; undecided.len()], refuted: Vec::new(), tally: Tally::default() };
+    let mut found = Found { seen: vec![0; undecided.len()], tally: Tally::default() };
     for &portal in &task.portals {
         let mut cells_here = reached(net, might_see, [portal]);
         cells_here.iter_mut().zip(cells).for_each(|(a, b)| *a &= b);

@@ -8,6 +8,7 @@ use super::might_see::MightSee;
 use super::net::Net;
 use super::search::Search;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Portals that one task searches from. Larger: more is shared at once, less runs side by side.
@@ -23,7 +24,7 @@ const STAGE_STEPS: u64 = 125;
 const DEAR: u64 = 32;
 
 /// Searches out of one cell, one after the other.
-pub(super) struct Task {
+pub(crate) struct Task {
     /// The cell.
     pub cell: usize,
     /// Directed portals out of it.
@@ -32,19 +33,9 @@ pub(super) struct Task {
     pub last: bool,
 }
 
-/// What a task found.
-pub(super) struct Found {
-    /// Cells or objects that may be seen, as bits.
-    pub seen: Vec<u64>,
-    /// For a portal, cells that no line through it reaches, as bits.
-    pub refuted: Vec<(usize, Vec<u64>)>,
-    /// What it took.
-    pub tally: Tally,
-}
-
 /// Counters.
-#[derive(Default)]
-pub(super) struct Tally {
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Tally {
     /// Steps of searches.
     pub steps: u64,
     /// Directed portals whose search ran out of steps.
@@ -60,12 +51,12 @@ impl Tally {
 }
 
 /// What all portals of a cell might see together: the cost of searching from it.
-pub(super) fn costs(net: &Net, might_see: &MightSee) -> Vec<u64> {
+pub(crate) fn costs(net: &Net, might_see: &MightSee) -> Vec<u64> {
     (0..net.cells).map(|c| net.out(c).map(|p| might_see.count(p)).sum()).collect()
 }
 
 /// Tasks for `cells`, by round.
-pub(super) fn rounds(net: &Net, might_see: &MightSee, cells: impl Iterator<Item = usize>) -> Vec<Vec<Task>> {
+pub(crate) fn rounds(net: &Net, might_see: &MightSee, cells: impl Iterator<Item = usize>) -> Vec<Vec<Task>> {
     let costs = costs(net, might_see);
     let mut order: Vec<usize> = cells.filter(|&c| !net.out(c).is_empty()).collect();
     order.sort_by_key(|&c| (costs[c], c));
@@ -92,15 +83,15 @@ fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
 }
 
 /// Runs the tasks of round `k` side by side, after `spent` steps in this stage; results are in the order of the tasks.
-pub(super) fn run(
+pub(crate) fn run<F: Send>(
     rounds: &[Vec<Task>],
     k: usize,
     spent: u64,
     net: &Net,
     might_see: &MightSee,
     max_steps: u64,
-    search: impl Fn(&mut Search<'_>, &Task) -> Found + Sync,
-) -> Vec<Found> {
+    search: impl Fn(&mut Search<'_>, &Task) -> F + Sync,
+) -> Vec<F> {
     let round = &rounds[k];
     let max_steps = limit(max_steps, rounds, k, spent);
     let scratch = || Search::new(net, might_see, max_steps);

@@ -3,23 +3,22 @@
 //! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992; the recursion over source,
 //! pass and target portals of level compilers after Carmack, 1996. Deviates: goals that the planes of (source, pass) cut off
 //! are dropped from the branch, and a branch without goals ends (goal culling: four to ten times fewer steps on game levels);
-//! the stack is explicit, because a chain may be thousands of portals long; and cells needn't be convex. A line may cross one
-//! cell several times, but a chain that comes back into one of its cells needn't be followed: without the loop it is a chain
-//! too, it asks less of a line, and it leads to the same places.
+//! goals are a list that each step filters, plane by plane while planes are being made, so that most branches end before
+//! all of their planes are; the stack is explicit, because a chain may be thousands of portals long; and cells needn't be
+//! convex. A line may cross one cell several times, but a chain that comes back into one of its cells needn't be followed:
+//! without the loop it is a chain too, it asks less of a line, and it leads to the same places.
 
 use super::goals::Goals;
 use super::might_see::{MightSee, get, set};
-use super::net::Net;
-use super::separators::separators;
-use super::stab::Stab;
+use super::net::{Net, Side};
+use super::separators::{Way, separators};
+use super::stab::{Passage, Question, Stab};
 use super::window::Window;
-use crate::bits;
 use crate::geom::Plane;
-use glam::DVec3;
 
 /// How a search went.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Outcome {
+pub(crate) struct Outcome {
     /// Steps taken.
     pub steps: u64,
     /// It ran out of steps: what is still wanted stays undecided.
@@ -31,41 +30,41 @@ pub(super) struct Outcome {
 struct Frame {
     /// What is left of the source portal.
     source: Window,
-    /// What is left of the portal that led in here, and which it is.
+    /// What is left of the portal that led in here.
     pass: Window,
-    entered: usize,
     /// Everything that lines through both can meet from here on is inside these: first the half-spaces that the two portals
     /// lead into, then separating planes.
     planes: Vec<Plane>,
     separators: usize,
-    /// Portals that may still be crossed, as bits. None that the chain has crossed is among them.
-    live: Vec<u64>,
-    /// Those of them that lead into a cell that wants something.
-    goals: Vec<u64>,
+    /// Where the goals of this frame begin and end in the list of all frames: portals that lead into a cell that wants
+    /// something and that no plane has cut off.
+    goals: [usize; 2],
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
 }
 
 /// Scratch memory of searches over one net.
-pub(super) struct Search<'a> {
+pub(crate) struct Search<'a> {
     net: &'a Net,
     might_see: &'a MightSee,
     max_steps: u64,
     frames: Vec<Frame>,
+    /// The portal through which each frame was entered.
+    chain: Vec<u32>,
+    goals: Vec<u32>,
     /// Cells of the chain, as bits.
     on_chain: Vec<u64>,
     waist: Window,
     stab: Stab,
-    planes: Vec<Plane>,
-    spare: Vec<DVec3>,
+    spare: Window,
 }
 
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, on_chain, waist, stab, planes, spare) = Default::default();
-        Self { net, might_see, max_steps, frames, on_chain, waist, stab, planes, spare }
+        let (frames, chain, goals, on_chain, waist, stab, spare) = Default::default();
+        Self { net, might_see, max_steps, frames, chain, goals, on_chain, waist, stab, spare }
     }
 
     /// Follows every line out through directed portal `first` that may lead to a goal.
@@ -89,15 +88,16 @@ impl<'a> Search<'a> {
                 if depth == 0 {
                     return outcome;
                 }
-                let cell = net.target[frame.entered] as usize;
+                let cell = net.target[self.chain[depth] as usize] as usize;
                 self.on_chain[cell / 64] &= !(1 << (cell % 64));
+                self.chain.pop();
                 depth -= 1;
                 continue;
             }
             let target = frame.next;
             frame.next += 1;
             let cell = net.target[target] as usize;
-            if !get(&frame.live, target) || get(&self.on_chain, cell) || !self.wanted(depth, target, goals) {
+            if get(&self.on_chain, cell) || !self.is_live(target) || !self.wanted(depth, target, goals) {
                 continue;
             }
             outcome.steps += 1;
@@ -105,12 +105,9 @@ impl<'a> Search<'a> {
                 outcome.capped = true;
                 return outcome;
             }
-            if self.cross(depth, first, target) && self.stabs(depth, target, goals, &mut outcome.steps) {
-                outcome.steps += goals.arrive(net, cell, &self.frames[depth + 1].planes);
-                if self.aim(depth, target, goals) {
-                    depth += 1;
-                    set(&mut self.on_chain, cell);
-                }
+            if self.cross(depth, target) && self.enter(depth, target, goals, &mut outcome.steps) {
+                depth += 1;
+                set(&mut self.on_chain, cell);
             }
         }
     }
@@ -121,113 +118,156 @@ impl<'a> Search<'a> {
         if self.frames.is_empty() {
             self.frames.push(Frame::default());
         }
+        self.chain.clear();
+        self.chain.push(first as u32);
         let frame = &mut self.frames[0];
-        frame.source.assign(net.corners(first), net.plane(first).is_some());
+        frame.source.assign(net.window(first));
         frame.planes.clear();
         frame.planes.extend(net.plane(first).map(|p| p.flipped()));
-        (frame.entered, frame.separators) = (first, frame.planes.len());
-        goals.arrive(net, net.target[first] as usize, &frame.planes);
-        frame.live.clear();
-        frame.live.extend_from_slice(self.might_see.row(first));
-        frame.goals.clear();
-        frame.goals.extend(frame.live.iter().zip(goals.portals()).map(|(a, b)| a & b));
+        frame.separators = frame.planes.len();
+        goals.arrive(net, net.target[first] as usize, &frame.planes, Passage::Unknown);
         let cell = net.out(net.target[first] as usize);
         (frame.next, frame.end) = (cell.start, cell.end);
-        drop_cut_off(net, frame, goals)
+        self.goals.clear();
+        for (i, (a, b)) in self.might_see.row(first).iter().zip(goals.portals()).enumerate() {
+            self.goals.extend(crate::bits::ones(&[a & b]).map(|bit| (i * 64 + bit) as u32));
+        }
+        self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
+        frame.goals = [0, self.goals.len()];
+        !self.goals.is_empty()
     }
 
-    /// True where `target` leads to a goal: itself, or one that may come after it.
-    fn wanted(&self, depth: usize, target: usize, goals: &impl Goals) -> bool {
-        let frame = &self.frames[depth];
+    /// True where every portal of the chain allows `target` after it.
+    fn is_live(&self, target: usize) -> bool {
+        self.chain.iter().rev().all(|&p| get(self.might_see.row(p as usize), target))
+    }
+
+    /// True where `target` leads to a goal: itself, or one that may come after it. Lists those after the goals of the frame.
+    fn wanted(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let (row, wanted) = (self.might_see.row(target), goals.portals());
-        get(&frame.goals, target) && get(wanted, target)
-            || frame.goals.iter().zip(row).zip(wanted).any(|((a, b), c)| a & b & c != 0)
+        let [start, end] = self.frames[depth].goals;
+        self.goals.truncate(end);
+        let mut is_goal = false;
+        for i in start..end {
+            let goal = self.goals[i] as usize;
+            if get(wanted, goal) {
+                if get(row, goal) {
+                    self.goals.push(goal as u32);
+                }
+                is_goal |= goal == target;
+            }
+        }
+        is_goal || self.goals.len() > end
     }
 
-    /// Tries to lead the lines of the frame at `depth` through `target`: fills windows and planes of the frame above.
+    /// Tries to lead the lines of the frame at `depth` through `target`: fills the windows of the frame above.
     /// False where no line passes.
-    fn cross(&mut self, depth: usize, first: usize, target: usize) -> bool {
+    fn cross(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
         if self.frames.len() == depth + 1 {
             self.frames.push(Frame::default());
         }
+        let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
-        child.pass.assign(net.corners(target), net.plane(target).is_some());
-        let fronts = [net.front(first, target), net.front(frame.entered, target)];
-        let separators_below = &frame.planes[frame.separators..];
-        if !fronts.iter().flatten().chain(separators_below).all(|plane| child.pass.cut(plane, &net.slack, &mut self.spare)) {
-            return false;
+        child.pass.assign(net.window(target));
+        let fronts = [net.front(first, target), net.front(entered, target)];
+        for plane in fronts.iter().flatten().chain(&frame.planes[frame.separators..]) {
+            match net.side(target, plane) {
+                Side::Inside => {}
+                Side::Outside => return false,
+                Side::Unknown => {
+                    if !child.pass.cut(plane, &net.slack, &mut self.spare) {
+                        return false;
+                    }
+                }
+            }
         }
-        child.source.assign(&frame.source.corners, frame.source.flat);
+        child.source.assign(&frame.source);
         if !net.behind(first, target).is_none_or(|plane| child.source.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
         if depth > 0 {
             // The same backwards: lines from the target through the last window end in part of the source.
-            self.waist.assign(&frame.pass.corners, frame.pass.flat);
-            if !net.behind(frame.entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
+            self.waist.assign(&frame.pass);
+            if !net.behind(entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
                 return false;
             }
-            self.planes.clear();
-            separators(&child.pass.corners, &self.waist.corners, &mut self.planes);
-            if !self.planes.iter().all(|plane| child.source.cut(plane, &net.slack, &mut self.spare)) {
-                return false;
-            }
+            let mut passes = true;
+            separators(&child.pass, &self.waist, Way::Against, net.rounding, |plane| {
+                passes = child.source.cut(&plane, &net.slack, &mut self.spare);
+                passes
+            });
+            return passes;
         }
-        child.planes.clear();
-        child.planes.extend(net.plane(first).map(|p| p.flipped()));
-        child.planes.extend(net.plane(target).map(|p| p.flipped()));
-        (child.entered, child.separators) = (target, child.planes.len());
-        separators(&child.source.corners, &child.pass.corners, &mut child.planes);
         true
     }
 
-    /// False where the line that has just crossed `target` would decide something, but is none.
-    fn stabs(&mut self, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
+    /// Works out what the frame above `depth`, which has just crossed `target`, decides and may still reach. False where
+    /// there is no such line or nothing beyond that is wanted.
+    fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
+        let net = self.net;
+        let cell = net.target[target] as usize;
+        let (below, above) = self.frames.split_at_mut(depth + 1);
+        let child = &mut above[0];
+        child.planes.clear();
+        child.planes.extend(net.plane(self.chain[0] as usize).map(|p| p.flipped()));
+        child.planes.extend(net.plane(target).map(|p| p.flipped()));
+        child.separators = child.planes.len();
+        let start = below[depth].goals[1];
+        let decides = goals.would_decide(net, cell, &child.planes);
+        let list = &mut self.goals;
+        separators(&child.source, &child.pass, Way::Along, net.rounding, |plane| {
+            child.planes.push(plane);
+            let mut kept = start;
+            for i in start..list.len() {
+                if !net.is_cut_off(list[i] as usize, &plane) {
+                    list[kept] = list[i];
+                    kept += 1;
+                }
+            }
+            list.truncate(kept);
+            decides || kept > start
+        });
+        if decides {
+            self.chain.push(target as u32);
+            if goals.would_decide(net, cell, &self.frames[depth + 1].planes) {
+                let passage = self.stab(depth, goals, steps);
+                if passage == Passage::Refuted {
+                    self.chain.pop();
+                    return false;
+                }
+                *steps += goals.arrive(net, cell, &self.frames[depth + 1].planes, passage);
+            }
+            self.chain.pop();
+        }
+        let child = &mut self.frames[depth + 1];
+        let (wanted, mut kept) = (goals.portals(), start);
+        for i in start..self.goals.len() {
+            let goal = self.goals[i] as usize;
+            if get(wanted, goal) && !goals.is_cut_off(net, net.target[goal] as usize, &child.planes) {
+                self.goals[kept] = goal as u32;
+                kept += 1;
+            }
+        }
+        self.goals.truncate(kept);
+        child.goals = [start, kept];
+        let out = net.out(cell);
+        (child.next, child.end) = (out.start, out.end);
+        if kept > start {
+            self.chain.push(target as u32);
+        }
+        kept > start
+    }
+
+    /// Asks whether a line passes the chain of which the frame above `depth` is the last.
+    fn stab(&mut self, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
         let net = self.net;
         let top = &self.frames[depth + 1];
-        if !goals.would_decide(net, net.target[target] as usize, &top.planes) {
-            return true;
-        }
-        let chain = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
-        self.stab.may_pass(chain, &net.slack, steps)
+        let windows = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
+        let chain = &self.chain;
+        let mut question =
+            Question { slack: &net.slack, rounding: net.rounding, accept: &mut |line| goals.accepts(chain, line) };
+        self.stab.ask(windows, &mut question, steps)
     }
-
-    /// Works out what the frame above `depth`, which has just crossed `target`, may still reach. False where that is nothing
-    /// that is wanted.
-    fn aim(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
-        let net = self.net;
-        let (below, above) = self.frames.split_at_mut(depth + 1);
-        let (frame, child) = (&below[depth], &mut above[0]);
-        let row = self.might_see.row(target);
-        child.goals.clear();
-        child.goals.extend(frame.goals.iter().zip(row).zip(goals.portals()).map(|((a, b), c)| a & b & c));
-        if !drop_cut_off(net, child, goals) {
-            return false;
-        }
-        child.live.clear();
-        child.live.extend(frame.live.iter().zip(row).map(|(a, b)| a & b));
-        let cell = net.out(net.target[target] as usize);
-        (child.next, child.end) = (cell.start, cell.end);
-        true
-    }
-}
-
-/// Goal culling: drops the goals of a frame that its planes cut off. False where none is left.
-fn drop_cut_off(net: &Net, frame: &mut Frame, goals: &impl Goals) -> bool {
-    let mut any = false;
-    for (i, word) in frame.goals.iter_mut().enumerate() {
-        for bit in bits::ones(&[*word]) {
-            let portal = i * 64 + bit;
-            // Half-spaces of portals need no test here: might-see rows hold them.
-            if frame.planes[frame.separators..].iter().any(|plane| net.is_cut_off(portal, plane))
-                || goals.is_cut_off(net, net.target[portal] as usize, &frame.planes)
-            {
-                *word &= !(1 << bit);
-            }
-        }
-        any |= *word != 0;
-    }
-    any
 }

@@ -4,11 +4,11 @@
 //! computations in densely occluded polyhedral environments*, 1992. The search narrows only the source and the last window of
 //! a chain, and so lets through chains that no line passes. Here all windows are narrowed by all others, forwards and
 //! backwards; then the larger end is halved, until every half is refuted, a line is found, or the pieces run out. Only a
-//! refutation is ever relied on: to find a line is a reason to stop, not a proof that anyone keeps.
+//! refutation is relied on by the upper bound; a line is handed to the caller, who may check it and keep it as a witness.
 
-use super::separators::separators;
+use super::separators::{Way, separators};
 use super::window::{Slack, Window};
-use crate::geom::{Plane, middle};
+use crate::geom::Plane;
 use glam::DVec3;
 
 /// Pieces of one chain that are looked at before it counts as passable. Larger: rare wrong chains cost more.
@@ -20,32 +20,63 @@ const SMALLEST: f64 = 1024.0;
 /// Times that the search for a line changes ends.
 const TURNS: usize = 4;
 
+/// The answer.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Passage {
+    /// No line passes.
+    Refuted,
+    /// The line through these two points passes, and the caller has accepted it.
+    Line([DVec3; 2]),
+    /// Not known: count it as passable.
+    Unknown,
+}
+
 /// Scratch memory.
 #[derive(Default)]
-pub(super) struct Stab {
+pub(crate) struct Stab {
     pieces: Vec<Vec<Window>>,
     planes: Vec<Plane>,
-    spare: Vec<DVec3>,
+    spare: Window,
     aim: Window,
 }
 
+/// What is asked of a chain.
+pub(crate) struct Question<'a> {
+    /// Tolerances.
+    pub slack: &'a Slack,
+    /// Error of a distance between two corners.
+    pub rounding: f64,
+    /// Says whether a line, given by two points, is one.
+    pub accept: &'a mut dyn FnMut([DVec3; 2]) -> bool,
+}
+
 impl Stab {
-    /// False where no line passes the windows, one after the other. Adds the work to `steps`.
-    pub fn may_pass(&mut self, windows: impl Iterator<Item = Window>, slack: &Slack, steps: &mut u64) -> bool {
+    /// Asks whether a line passes the windows, one after the other. Adds the work to `steps`.
+    pub fn ask(&mut self, windows: impl Iterator<Item = Window>, question: &mut Question<'_>, steps: &mut u64) -> Passage {
         let windows: Vec<Window> = windows.collect();
-        if windows.len() < 3 || windows.iter().any(|w| !w.flat) || self.line(&windows, slack) {
-            return true;
+        if windows.iter().any(|w| !w.flat) {
+            return Passage::Unknown;
         }
+        if let Some(line) = self.line(&windows, question) {
+            return Passage::Line(line);
+        }
+        if windows.len() < 3 {
+            return Passage::Unknown;
+        }
+        let slack = question.slack;
         self.pieces.clear();
         self.pieces.push(windows);
         let mut left = PIECES;
         while let Some(mut piece) = self.pieces.pop() {
             *steps += piece.len() as u64;
-            if !self.narrow(&mut piece, slack) {
+            if !self.narrow(&mut piece, question) {
                 continue;
             }
-            if left == 0 || self.line(&piece, slack) {
-                return true;
+            if left == 0 {
+                return Passage::Unknown;
+            }
+            if let Some(line) = self.line(&piece, question) {
+                return Passage::Line(line);
             }
             left -= 1;
             let last = piece.len() - 1;
@@ -53,7 +84,7 @@ impl Stab {
             let (end, [a, b]) =
                 if distance(first_length) >= distance(last_length) { (0, first_length) } else { (last, last_length) };
             let (true, Some(along)) = (a.distance(b) > SMALLEST * slack.strict, (b - a).try_normalize()) else {
-                return true; // too small to halve without losing lines to rounding
+                return Passage::Unknown; // too small to halve without losing lines to rounding
             };
             let half = Plane::through(a.midpoint(b), along);
             for plane in [half, half.flipped()] {
@@ -63,37 +94,45 @@ impl Stab {
                 }
             }
         }
-        false
+        Passage::Refuted
     }
 
     /// Narrows every window by the planes of those on both sides of it. False where one is left without a line.
-    fn narrow(&mut self, windows: &mut [Window], slack: &Slack) -> bool {
+    fn narrow(&mut self, windows: &mut [Window], question: &Question<'_>) -> bool {
         let last = windows.len() - 1;
-        (2..=last).all(|k| self.cut(windows, 0, k - 1, k, slack))
-            && (0..=last - 2).rev().all(|k| self.cut(windows, last, k + 1, k, slack))
+        (2..=last).all(|k| self.cut(windows, [0, k - 1, k], Way::Along, question))
+            && (0..=last - 2).rev().all(|k| self.cut(windows, [last, k + 1, k], Way::Against, question))
     }
 
     /// Cuts window `k` by the planes of two others that a line meets in this order before it (or after it).
-    fn cut(&mut self, windows: &mut [Window], first: usize, second: usize, k: usize, slack: &Slack) -> bool {
-        self.planes.clear();
-        separators(&windows[first].corners, &windows[second].corners, &mut self.planes);
-        self.planes.iter().all(|plane| windows[k].cut(plane, slack, &mut self.spare))
+    fn cut(&mut self, windows: &mut [Window], [first, second, k]: [usize; 3], way: Way, question: &Question<'_>) -> bool {
+        let planes = &mut self.planes;
+        planes.clear();
+        separators(&windows[first], &windows[second], way, question.rounding, |plane| {
+            planes.push(plane);
+            true
+        });
+        planes.iter().all(|plane| windows[k].cut(plane, question.slack, &mut self.spare))
     }
 
     /// Looks for a line: from the middle of one end through all windows to the other end, and back from what that left.
-    fn line(&mut self, windows: &[Window], slack: &Slack) -> bool {
+    fn line(&mut self, windows: &[Window], question: &mut Question<'_>) -> Option<[DVec3; 2]> {
         let last = windows.len() - 1;
         let mut aim = std::mem::take(&mut self.aim);
-        let mut eye = middle(&windows[0].corners);
-        let mut found = false;
+        let mut eye = windows[0].middle();
+        let mut found = None;
         for turn in 0..TURNS {
             let forwards = turn % 2 == 0;
-            aim.assign(&windows[if forwards { last } else { 0 }].corners, true);
-            found = (1..last).all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], slack));
-            if found {
+            aim.assign(&windows[if forwards { last } else { 0 }]);
+            let seen = (1..last)
+                .all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], question.slack));
+            let to = aim.middle(); // of what was left before the window that closed the view, if one did
+            let line = if forwards { [eye, to] } else { [to, eye] };
+            if seen && (question.accept)(line) {
+                found = Some(line);
                 break;
             }
-            eye = middle(&aim.corners); // what was left before the window that closed the view
+            eye = to;
         }
         self.aim = aim;
         found
@@ -101,10 +140,13 @@ impl Stab {
 
     /// Cuts `aim` down to what is seen from `eye` through a window. False where that is nothing.
     fn keep_seen(&mut self, aim: &mut Window, eye: DVec3, window: &Window, slack: &Slack) -> bool {
-        let centre = middle(&window.corners);
-        let corners = &window.corners;
-        corners.iter().zip(corners.iter().cycle().skip(1)).all(|(&a, &b)| {
-            let Some(mut n) = (a - eye).cross(b - eye).try_normalize() else { return true };
+        let centre = window.middle();
+        let mut a = window.corner(window.len() - 1);
+        (0..window.len()).all(|i| {
+            let b = window.corner(i);
+            let normal = (a - eye).cross(b - eye).try_normalize();
+            a = b;
+            let Some(mut n) = normal else { return true };
             if n.dot(centre - eye) > 0.0 {
                 n = -n;
             }
@@ -115,8 +157,8 @@ impl Stab {
 
 /// The two corners that are farthest apart.
 fn longest(window: &Window) -> [DVec3; 2] {
-    let corners = &window.corners;
-    let pairs = corners.iter().enumerate().flat_map(|(i, &a)| corners[i..].iter().map(move |&b| [a, b]));
+    let n = window.len();
+    let pairs = (0..n).flat_map(|i| (i..n).map(move |k| [window.corner(i), window.corner(k)]));
     pairs.max_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap_or_default()
 }
 
@@ -132,13 +174,13 @@ mod tests {
 
     /// A window in the plane at `x`.
     fn window(x: f64, y: [f64; 2], z: [f64; 2]) -> Window {
-        let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, k)| DVec3::new(x, y[i], z[k])).to_vec();
-        Window { corners, flat: true }
+        Window::new(&[(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, k)| DVec3::new(x, y[i], z[k])), DVec3::X, true)
     }
 
     fn may_pass(windows: &[Window]) -> (bool, u64) {
         let mut steps = 0;
-        (Stab::default().may_pass(windows.iter().cloned(), &SLACK, &mut steps), steps)
+        let mut question = Question { slack: &SLACK, rounding: 1e-15, accept: &mut |_| true };
+        (Stab::default().ask(windows.iter().cloned(), &mut question, &mut steps) != Passage::Refuted, steps)
     }
 
     #[test]

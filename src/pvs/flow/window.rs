@@ -4,13 +4,16 @@
 //! [`Slack::reach`] before the cut, and the cut itself then has no tolerance: keeping corners that lie within an epsilon, as
 //! is usual, drops the wedge between such a corner and the place where a long edge crosses the plane. And what is left may be
 //! a segment or a point: it is still a window, and only a line that is known to be none ends a chain.
+//!
+//! Corners are held as a structure of arrays, filled up to whole groups of four with copies of the first, so that distances
+//! of all corners to a plane are a loop without branches. There is no limit on their number.
 
 use crate::geom::Plane;
 use glam::DVec3;
 
 /// How much a comparison with a plane gives way, metres.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Slack {
+pub(crate) struct Slack {
     /// A cut keeps what lies up to this far outside. Swallows the rounding of the cuts before it.
     pub reach: f64,
     /// A window that lies nowhere deeper than this inside is cut off: only lines that touch the plane would be left.
@@ -20,61 +23,182 @@ pub(super) struct Slack {
     pub coplanar: f64,
 }
 
+/// Corners in one group.
+const LANES: usize = 4;
+
 /// Corners of a convex polygon that holds every point where a line of the chain can cross the portal. Without corners:
 /// nothing is known, a line may cross anywhere.
 #[derive(Clone, Default, Debug)]
-pub(super) struct Window {
-    /// In the portal's order. May be collinear or coincide.
-    pub corners: Vec<DVec3>,
+pub(crate) struct Window {
+    /// x of all corners, then y, then z, each `room` long.
+    corners: Vec<f64>,
+    room: usize,
+    len: usize,
+    /// The way the portal leads. Corners are counter-clockwise seen from its tip, where the window is flat.
+    pub normal: DVec3,
     /// Whether the corners lie in one plane that is known. Others are never clipped, only kept or cut off as a whole, because
     /// clipping the outline of a body doesn't clip the body.
     pub flat: bool,
 }
 
 impl Window {
-    /// Takes over another window's corners, keeping the memory.
-    pub fn assign(&mut self, corners: &[DVec3], flat: bool) {
-        self.corners.clear();
-        self.corners.extend_from_slice(corners);
-        self.flat = flat;
+    /// A window with these corners. They may be collinear or coincide.
+    pub fn new(corners: &[DVec3], normal: DVec3, flat: bool) -> Self {
+        let mut window = Self { normal, flat, ..Self::default() };
+        corners.iter().for_each(|&p| window.push(p));
+        window.pad();
+        window
+    }
+
+    /// Takes over another window, keeping the memory.
+    #[inline]
+    pub fn assign(&mut self, other: &Self) {
+        if self.room == other.room {
+            self.corners.copy_from_slice(&other.corners);
+        } else {
+            self.corners.clear();
+            self.corners.extend_from_slice(&other.corners);
+            self.room = other.room;
+        }
+        (self.len, self.normal, self.flat) = (other.len, other.normal, other.flat);
+    }
+
+    /// Number of corners.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// True where nothing is known.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// A corner.
+    #[inline]
+    pub fn corner(&self, i: usize) -> DVec3 {
+        DVec3::new(self.corners[i], self.corners[self.room + i], self.corners[2 * self.room + i])
+    }
+
+    /// All corners, in order.
+    pub fn iter(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
+        (0..self.len).map(|i| self.corner(i))
+    }
+
+    /// The mean of the corners.
+    pub fn middle(&self) -> DVec3 {
+        self.iter().sum::<DVec3>() / self.len.max(1) as f64
+    }
+
+    /// x, y and z of the corners in groups of four; the last group is filled up with copies of the first corner.
+    #[inline]
+    pub fn groups(&self) -> impl Iterator<Item = [&[f64; LANES]; 3]> {
+        let (x, rest) = self.corners.split_at(self.room);
+        let (y, z) = rest.split_at(self.room);
+        let groups = self.len.div_ceil(LANES);
+        let ([x, y, z], _) = ([x, y, z].map(|axis| axis.as_chunks::<LANES>().0), ());
+        x[..groups].iter().zip(&y[..groups]).zip(&z[..groups]).map(|((x, y), z)| [x, y, z])
+    }
+
+    /// The least and the greatest distance of a corner to a plane.
+    #[inline]
+    pub fn range(&self, plane: &Plane) -> (f64, f64) {
+        let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+        for [x, y, z] in self.groups() {
+            for k in 0..LANES {
+                let d = plane.n.x * x[k] + plane.n.y * y[k] + plane.n.z * z[k] - plane.d;
+                low[k] = if d < low[k] { d } else { low[k] };
+                high[k] = if d > high[k] { d } else { high[k] };
+            }
+        }
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        let most = |a: f64, b: f64| if a > b { a } else { b };
+        (
+            least(least(low[0], low[1]), least(low[2], low[3])),
+            most(most(high[0], high[1]), most(high[2], high[3])),
+        )
+    }
+
+    /// True where no line through the window comes inside `plane`, touching lines aside.
+    #[inline]
+    pub fn is_cut_off(&self, plane: &Plane, slack: &Slack) -> bool {
+        let limit = if self.flat { -slack.strict } else { slack.coplanar };
+        self.len > 0 && self.range(plane).0 >= limit
     }
 
     /// Cuts the window down to the inside of `plane`; false where no line is left. `spare` is scratch.
     #[must_use]
-    pub fn cut(&mut self, plane: &Plane, slack: &Slack, spare: &mut Vec<DVec3>) -> bool {
-        if is_cut_off(&self.corners, self.flat, plane, slack) {
-            return false;
-        }
-        let outside = |p: DVec3| plane.distance(p) - slack.reach;
-        if !self.flat || !self.corners.iter().any(|&p| outside(p) > 0.0) {
+    #[inline]
+    pub fn cut(&mut self, plane: &Plane, slack: &Slack, spare: &mut Self) -> bool {
+        if self.len == 0 {
             return true;
         }
-        spare.clear();
-        let (Some(&last), mut kept) = (self.corners.last(), false) else { return true };
-        let (mut a, mut da) = (last, outside(last));
-        for &b in &self.corners {
+        let (low, high) = self.range(plane);
+        if low >= if self.flat { -slack.strict } else { slack.coplanar } {
+            return false;
+        }
+        if self.flat && high > slack.reach {
+            self.clip(plane, slack.reach, spare);
+        }
+        true
+    }
+
+    /// Cuts off what lies farther out than `reach`; there is something on both sides.
+    fn clip(&mut self, plane: &Plane, reach: f64, spare: &mut Self) {
+        spare.len = 0;
+        let outside = |p: DVec3| plane.distance(p) - reach;
+        let mut a = self.corner(self.len - 1);
+        let mut da = outside(a);
+        for i in 0..self.len {
+            let b = self.corner(i);
             let db = outside(b);
             if (da > 0.0) != (db > 0.0) {
                 spare.push(a + (b - a) * (da / (da - db)));
             }
             if db <= 0.0 {
                 spare.push(b);
-                kept = true;
             }
             (a, da) = (b, db);
         }
-        if kept {
-            std::mem::swap(&mut self.corners, spare);
+        if spare.len > 0 {
+            spare.pad();
+            (spare.normal, spare.flat) = (self.normal, self.flat);
+            std::mem::swap(self, spare);
         }
-        true
     }
-}
 
-/// True where no line through the hull of `corners` comes inside `plane`, touching lines aside.
-#[inline]
-pub(super) fn is_cut_off(corners: &[DVec3], flat: bool, plane: &Plane, slack: &Slack) -> bool {
-    let limit = if flat { -slack.strict } else { slack.coplanar };
-    !corners.is_empty() && corners.iter().all(|&p| plane.distance(p) >= limit)
+    #[inline]
+    fn push(&mut self, p: DVec3) {
+        if self.len == self.room {
+            self.grow();
+        }
+        let i = self.len;
+        self.corners[i] = p.x;
+        self.corners[self.room + i] = p.y;
+        self.corners[2 * self.room + i] = p.z;
+        self.len += 1;
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        let room = (2 * self.room).max(2 * LANES);
+        let mut corners = vec![0.0; 3 * room];
+        for axis in 0..3 {
+            let from = &self.corners[axis * self.room..axis * self.room + self.len];
+            corners[axis * room..axis * room + self.len].copy_from_slice(from);
+        }
+        (self.corners, self.room) = (corners, room);
+    }
+
+    #[inline]
+    fn pad(&mut self) {
+        for axis in 0..3 {
+            let start = axis * self.room;
+            let first = self.corners.get(start).copied().unwrap_or_default();
+            self.corners[start + self.len..start + self.len.next_multiple_of(LANES)].fill(first);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -85,18 +209,23 @@ mod tests {
     const SLACK: Slack = Slack { reach: 1e-12, strict: 1e-10, coplanar: 1e-6 };
 
     fn window(points: &[(f64, f64)]) -> Window {
-        Window { corners: points.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect(), flat: true }
+        let corners: Vec<DVec3> = points.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect();
+        Window::new(&corners, DVec3::Z, true)
     }
 
     fn cut(w: &mut Window, n: DVec3, d: f64) -> bool {
-        w.cut(&Plane { n, d }, &SLACK, &mut Vec::new())
+        w.cut(&Plane { n, d }, &SLACK, &mut Window::default())
+    }
+
+    fn size(w: &Window) -> f64 {
+        area(&w.iter().collect::<Vec<_>>())
     }
 
     #[test]
     fn a_cut_keeps_the_inside_and_no_more() {
         let mut w = window(&[(0., 0.), (2., 0.), (2., 2.), (0., 2.)]);
-        assert!(cut(&mut w, DVec3::X, 0.5) && (area(&w.corners) - 1.0).abs() < 1e-9);
-        assert!(cut(&mut w, DVec3::X, 7.0) && (area(&w.corners) - 1.0).abs() < 1e-9);
+        assert!(cut(&mut w, DVec3::X, 0.5) && (size(&w) - 1.0).abs() < 1e-9);
+        assert!(cut(&mut w, DVec3::X, 7.0) && (size(&w) - 1.0).abs() < 1e-9);
         assert!(!cut(&mut w, DVec3::X, 0.0), "touching is not crossing");
     }
 
@@ -105,7 +234,7 @@ mod tests {
         // A corner a hair inside, its neighbour 10 cm outside and 100 m away: the crossing lies far along the edge.
         let mut w = window(&[(0., -1e-9), (100., 1e-8), (100., 1.), (0., 1.)]);
         assert!(cut(&mut w, DVec3::Y, 0.0));
-        assert!(w.corners.iter().any(|p| p.x > 9.0), "{:?}", w.corners);
+        assert!(w.iter().any(|p| p.x > 9.0), "{w:?}");
     }
 
     #[test]
@@ -113,9 +242,23 @@ mod tests {
         let mut sliver = window(&[(0., 0.), (1e-6, 0.), (1e-6, 100.), (0., 100.)]);
         assert!(cut(&mut sliver, DVec3::Y, 50.0) && cut(&mut sliver, DVec3::X, 5e-7));
         let mut segment = window(&[(0., 0.), (1., 0.), (1., 0.), (0., 0.)]);
-        assert!(cut(&mut segment, DVec3::X, 0.5) && segment.corners.iter().all(|p| p.x <= 0.5 + 1e-9));
+        assert!(cut(&mut segment, DVec3::X, 0.5) && segment.iter().all(|p| p.x <= 0.5 + 1e-9));
         assert!(!cut(&mut segment, DVec3::X, -0.5));
         let mut unknown = Window::default();
         assert!(cut(&mut unknown, DVec3::X, -0.5), "without corners nothing can be cut off");
+    }
+
+    #[test]
+    fn any_number_of_corners() {
+        for n in 3..70 {
+            let corner = |k: usize| (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
+            let mut w = window(&(0..n).map(corner).map(|(s, c)| (c, s)).collect::<Vec<_>>());
+            let whole = size(&w);
+            let mut other = w.clone();
+            assert!(cut(&mut w, DVec3::X, 0.1) && cut(&mut other, -DVec3::X, -0.1));
+            assert!((size(&w) + size(&other) - whole).abs() < 1e-9 && w.len() + other.len() >= n);
+            let (low, high) = w.range(&Plane { n: DVec3::X, d: 0.0 });
+            assert!(low == w.iter().map(|p| p.x).fold(f64::INFINITY, f64::min) && (high - 0.1).abs() < 1e-9);
+        }
     }
 }
