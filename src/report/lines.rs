@@ -179,10 +179,42 @@ struct Exit {
     to: u32,
     /// In `edges`.
     edges: [u32; 2],
-    /// Of a ball around the portal.
-    centre: DVec3,
-    /// Of that ball, squared.
-    radius2: f64,
+}
+
+/// Balls around some exits of a cell, side by side, so that several are tested at once. Single precision: their radii are
+/// larger by [`Balls::SLACK`] of the level's extent, far more than it may err.
+#[derive(Clone, Copy, Default)]
+struct Balls {
+    x: [f32; Balls::WIDTH],
+    y: [f32; Balls::WIDTH],
+    z: [f32; Balls::WIDTH],
+    /// Squared; 0 where there is no exit.
+    radius2: [f32; Balls::WIDTH],
+}
+
+impl Balls {
+    const WIDTH: usize = 8;
+    const SLACK: f64 = 1e-5;
+
+    fn set(&mut self, k: usize, centre: DVec3, radius: f64) {
+        let c = centre.as_vec3();
+        (self.x[k], self.y[k], self.z[k], self.radius2[k]) = (c.x, c.y, c.z, (radius * radius) as f32);
+    }
+
+    /// How much farther than its radius a line is from each centre, in squares; positive: it misses. `None` if it misses all.
+    #[inline]
+    fn beyond(&self, [dx, dy, dz, mx, my, mz]: [f32; 6]) -> Option<[f32; Self::WIDTH]> {
+        let Self { x, y, z, radius2 } = self;
+        // Plain loops over arrays: the compiler makes vector instructions of them.
+        let beyond = std::array::from_fn(|k| {
+            let x2 = (y[k] * dz - z[k] * dy - mx).powi(2);
+            let y2 = (z[k] * dx - x[k] * dz - my).powi(2);
+            let z2 = (x[k] * dy - y[k] * dx - mz).powi(2);
+            x2 + y2 + z2 - radius2[k]
+        });
+        let met = beyond.iter().fold(0, |met, &b: &f32| met | u32::from(b <= 0.0));
+        (met != 0).then_some(beyond)
+    }
 }
 
 struct Plane {
@@ -210,6 +242,9 @@ struct Walker<'l> {
     /// By cell, from `first[cell]` to `first[cell + 1]`.
     exits: Vec<Exit>,
     first: Vec<u32>,
+    /// By cell, from `first_balls[cell]` to `first_balls[cell + 1]`: of its exits in order.
+    balls: Vec<Balls>,
+    first_balls: Vec<u32>,
     edges: Vec<Edge>,
 }
 
@@ -243,15 +278,35 @@ impl<'l> Walker<'l> {
                 let direction = (b - a).try_normalize()?;
                 Some(Edge { direction, moment: a.cross(direction) })
             }));
-            let centre = planes[portal as usize].point;
-            let radius2 = winding.iter().map(|p| p.distance_squared(centre)).fold(0.0, f64::max);
-            exits.push(Exit { portal, to, edges: [begin, edges.len() as u32], centre, radius2 });
+            exits.push(Exit { portal, to, edges: [begin, edges.len() as u32] });
             first[cell as usize + 1] += 1;
         }
         for cell in 0..level.cells {
             first[cell + 1] += first[cell];
         }
-        Self { level, rows, portals, areas, planes, exits, first, edges }
+        let mut walker =
+            Self { level, rows, portals, areas, planes, exits, first, balls: Vec::new(), first_balls: vec![0], edges };
+        walker.add_balls();
+        walker
+    }
+
+    fn add_balls(&mut self) {
+        let windings = self.level.portals.iter().flat_map(|p| &p.winding);
+        let slack = Balls::SLACK * windings.map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        for cell in 0..self.level.cells {
+            let mut all = Vec::new();
+            for exits in self.exits(cell as u32).chunks(Balls::WIDTH) {
+                let mut balls = Balls::default();
+                for (k, exit) in exits.iter().enumerate() {
+                    let centre = self.planes[exit.portal as usize].point;
+                    let corners = self.level.portals[exit.portal as usize].winding.iter();
+                    balls.set(k, centre, corners.map(|p| p.distance(centre)).fold(0.0, f64::max) + slack);
+                }
+                all.push(balls);
+            }
+            self.balls.extend(all);
+            self.first_balls.push(self.balls.len() as u32);
+        }
     }
 
     fn exits(&self, cell: u32) -> &[Exit] {
@@ -259,12 +314,18 @@ impl<'l> Walker<'l> {
     }
 
     fn passes(&self, ray: &Ray, exit: &Exit) -> bool {
-        // The line's distance from the ball's centre; most portals are ruled out by it.
-        if (exit.centre.cross(ray.direction) - ray.moment).length_squared() > exit.radius2 {
-            return false;
-        }
         let edges = &self.edges[exit.edges[0] as usize..exit.edges[1] as usize];
         edges.iter().all(|e| e.direction.dot(ray.moment) + e.moment.dot(ray.direction) >= CLEARANCE)
+    }
+
+    /// The exit that a line takes.
+    fn exit(&self, cell: u32, ray: &Ray, single: [f32; 6]) -> Option<&Exit> {
+        let balls = self.first_balls[cell as usize] as usize..self.first_balls[cell as usize + 1] as usize;
+        let exits = self.exits(cell).chunks(Balls::WIDTH);
+        self.balls[balls].iter().zip(exits).find_map(|(balls, exits)| {
+            let beyond = balls.beyond(single)?;
+            exits.iter().zip(beyond).find(|(exit, beyond)| *beyond <= 0.0 && self.passes(ray, exit)).map(|(exit, _)| exit)
+        })
     }
 
     /// Follows one line and compares what it proves with the rows.
@@ -295,8 +356,10 @@ impl<'l> Walker<'l> {
     /// Adds `cell` and all that the line reaches from there. True where it ended at a contradiction.
     fn follow(&self, mut cell: u32, ray: &Ray, mut at: f64, trail: &mut Trail) -> bool {
         trail.cells.push(cell);
+        let (d, m) = (ray.direction.as_vec3(), ray.moment.as_vec3());
+        let single = [d.x, d.y, d.z, m.x, m.y, m.z];
         for _ in 0..LONGEST {
-            let Some(exit) = self.exits(cell).iter().find(|exit| self.passes(ray, exit)) else { return false };
+            let Some(exit) = self.exit(cell, ray, single) else { return false };
             let Plane { normal, point } = &self.planes[exit.portal as usize];
             let t = normal.dot(*point - ray.origin) / normal.dot(ray.direction);
             // Also where there is no number.

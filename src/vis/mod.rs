@@ -211,11 +211,8 @@ fn net(level: &Level) -> Net {
         let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
         Plane::through(middle, newell(&relative).normalize_or_zero())
     };
-    let portals: Vec<NetPortal<'_>> = level
-        .portals
-        .iter()
-        .map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding })
-        .collect();
+    let portals: Vec<NetPortal<'_>> =
+        level.portals.iter().map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding }).collect();
     let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
     Net::new(level.cells, &portals, COPLANAR * bounds.diagonal())
 }

@@ -54,26 +54,36 @@ impl MightSee {
     /// Keeps what a chain of allowed pairs leads to: each portal of it allowed after the one before and after the first.
     fn flood(&mut self, net: &Net) {
         let old = &self.rows;
-        self.rows = from_rows(old.rows(), old.columns(), || (), |(), first, row| {
-            let mut queue = vec![first];
-            while let Some(last) = queue.pop() {
-                let out = net.out(net.target[last] as usize);
-                for (word, mask) in words_of(out) {
-                    let new = old.row(first)[word] & old.row(last)[word] & mask & !row[word];
-                    row[word] |= new;
-                    queue.extend(bits::ones(&[new]).map(|bit| word * 64 + bit));
+        self.rows = from_rows(
+            old.rows(),
+            old.columns(),
+            || (),
+            |(), first, row| {
+                let mut queue = vec![first];
+                while let Some(last) = queue.pop() {
+                    let out = net.out(net.target[last] as usize);
+                    for (word, mask) in words_of(out) {
+                        let new = old.row(first)[word] & old.row(last)[word] & mask & !row[word];
+                        row[word] |= new;
+                        queue.extend(bits::ones(&[new]).map(|bit| word * 64 + bit));
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Keeps (p, q) only where (q reversed, p reversed) is there too.
     fn mirror(&mut self, net: &Net) {
         let old = &self.rows;
-        self.rows = from_rows(old.rows(), old.columns(), || (), |(), a, row| {
-            let back = net.twin[a] as usize;
-            bits::ones(old.row(a)).filter(|&b| old.get(net.twin[b] as usize, back)).for_each(|b| set(row, b));
-        });
+        self.rows = from_rows(
+            old.rows(),
+            old.columns(),
+            || (),
+            |(), a, row| {
+                let back = net.twin[a] as usize;
+                bits::ones(old.row(a)).filter(|&b| old.get(net.twin[b] as usize, back)).for_each(|b| set(row, b));
+            },
+        );
     }
 
     /// Drops everything after `portal` that leads into one of `cells`, a row of bits.
@@ -94,10 +104,15 @@ impl MightSee {
     pub fn drop_hidden(&mut self, net: &Net, hidden: &BitMatrix) {
         let n = net.portals();
         // For each cell, the portals whose two cells it may see.
-        let allowed = from_rows(net.cells, n, || (), |(), cell, row| {
-            let open = |c: u32| !hidden.get(cell, c as usize);
-            (0..n).filter(|&p| open(net.source[p]) && open(net.target[p])).for_each(|p| set(row, p));
-        });
+        let allowed = from_rows(
+            net.cells,
+            n,
+            || (),
+            |(), cell, row| {
+                let open = |c: u32| !hidden.get(cell, c as usize);
+                (0..n).filter(|&p| open(net.source[p]) && open(net.target[p])).for_each(|p| set(row, p));
+            },
+        );
         for p in 0..n {
             let (a, b) = (allowed.row(net.source[p] as usize), allowed.row(net.target[p] as usize));
             for (word, (a, b)) in self.rows.row_mut(p).iter_mut().zip(a.iter().zip(b)) {

@@ -79,8 +79,7 @@ impl Net {
         let coplanar = if coplanar.is_finite() { coplanar.max(0.0) } else { 0.0 };
         let slack = Slack { reach: 16.0 * ulp, strict: 64.0 * ulp, coplanar: coplanar.max(256.0 * ulp) };
 
-        let mut order: Vec<(u32, u32)> =
-            (0..2 * portals.len()).map(|d| (portals[d / 2].cells[d % 2], d as u32)).collect();
+        let mut order: Vec<(u32, u32)> = (0..2 * portals.len()).map(|d| (portals[d / 2].cells[d % 2], d as u32)).collect();
         order.sort_unstable();
         let mut place = vec![0u32; order.len()];
         for (i, &(_, d)) in order.iter().enumerate() {

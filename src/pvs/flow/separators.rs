@@ -48,13 +48,7 @@ pub(crate) fn separators(first: &Window, second: &Window, way: Way, rounding: f6
 /// Calls `found` with planes through an edge of `edges` and a corner of `others` that have `edges` outside and `others`
 /// inside; `sign` says on which side of `edges` the others lie. False where `found` ended it.
 #[inline]
-fn through_edges(
-    edges: &Window,
-    others: &Window,
-    sign: f64,
-    rounding: f64,
-    found: &mut impl FnMut(Plane) -> bool,
-) -> bool {
+fn through_edges(edges: &Window, others: &Window, sign: f64, rounding: f64, found: &mut impl FnMut(Plane) -> bool) -> bool {
     let up = edges.normal * sign;
     let n = edges.len();
     let mut a = edges.corner(n - 1);
@@ -98,8 +92,7 @@ fn accept(normal: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64
     }
     let (outer_low, outer_high) = outer.range(&plane);
     // `inner_high` is 0 but for rounding, which may only move the plane outwards.
-    (outer_low >= -rounding && outer_high > DEPTH * rounding)
-        .then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
+    (outer_low >= -rounding && outer_high > DEPTH * rounding).then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
 }
 
 #[cfg(test)]

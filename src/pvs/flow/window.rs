@@ -114,10 +114,7 @@ impl Window {
         }
         let least = |a: f64, b: f64| if a < b { a } else { b };
         let most = |a: f64, b: f64| if a > b { a } else { b };
-        (
-            least(least(low[0], low[1]), least(low[2], low[3])),
-            most(most(high[0], high[1]), most(high[2], high[3])),
-        )
+        (least(least(low[0], low[1]), least(low[2], low[3])), most(most(high[0], high[1]), most(high[2], high[3])))
     }
 
     /// True where no line through the window comes inside `plane`, touching lines aside.
