@@ -93,7 +93,7 @@ fn every_count_is_checked() {
 #[test]
 fn every_field_of_a_portal_is_checked() {
     let unexpected = |found: &str, due| PrtFault::Unexpected(found.into(), due);
-    let at = |what, by, field| damaged(PRT1, what, by, 4, field);
+    let at = |what: &str, by: &str, field: &str| damaged(PRT1, what, by, 4, field);
     assert_eq!(at("4 0 1", "2 0 1", "points"), PrtFault::OutOfRange { value: 2, least: 3, most: 1024 });
     assert_eq!(at("4 0 1", "4 0", "second cluster"), unexpected("(", "a whole number"));
     assert_eq!(at("4 0 1", "4 0 3", "second cluster"), PrtFault::OutOfRange { value: 3, least: 0, most: 2 });
