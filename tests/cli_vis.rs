@@ -222,7 +222,9 @@ fn stopped(text: &[u8], options: &VisOptions) -> State {
     };
     let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint };
     match vis(&level, options, None, &control) {
-        Err(VisError::Stopped(Some(state))) => assert_eq!(Some(*state), *kept.lock().unwrap()),
+        Err(VisError::Stopped(Some(state))) => {
+            assert!(Some(*state) == *kept.lock().unwrap(), "the last state is the one to go on from")
+        }
         // It was over with that round.
         Ok(_) => (),
         Err(e) => panic!("{e}"),
@@ -238,7 +240,7 @@ fn a_run_goes_on_from_its_state_and_from_no_other() {
     let text = std::fs::read(&level).unwrap();
     let state = stopped(&text, &VisOptions::default());
     save_state(&state_file, &state).unwrap();
-    assert_eq!(load_state(&state_file).unwrap(), Some(state));
+    assert!(load_state(&state_file).unwrap() == Some(state), "a state comes back to the last bit");
 
     // 1. The same rows as in one go; the state is gone then.
     let (whole, resumed) = (folder.join("whole.txt"), folder.join("resumed.txt"));
