@@ -38,6 +38,7 @@
 //!
 //! Searches run in a fixed number of rounds. Within a round they share nothing; after it, results are merged in a fixed order.
 
+pub(crate) mod bundle;
 pub(crate) mod cells;
 pub(crate) mod goals;
 pub(crate) mod might_see;
@@ -105,7 +106,7 @@ pub fn flow(input: &FlowInput<'_>, progress: Progress<'_>) -> FlowResult {
     }
     progress("flow: might-see", 0.0);
     let net = Net::of_graph(input.graph, input.coplanar);
-    let might_see = MightSee::new(&net, |done| progress("flow: might-see", done));
+    let might_see = MightSee::new(&net);
     let mut pairs = Cells::new(&net, might_see, input.cells_lower, input.max_steps);
     for k in 0..pairs.rounds() {
         progress("flow: cells", k as f64 / pairs.rounds() as f64);

@@ -142,7 +142,7 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
     }
     (control.progress)("might-see", 0.0);
     let net = net(level);
-    let might_see = MightSee::new(&net, |done| (control.progress)("might-see", done));
+    let might_see = MightSee::new(&net);
 
     // 2. Random lines: most of what is visible.
     (control.progress)("lines", 0.0);

@@ -114,13 +114,7 @@ impl<'a> Cells<'a> {
     }
 
     /// Searches from the portals of a task.
-    fn search_from<P: Prover>(
-        &self,
-        search: &mut Search<'_>,
-        task: &Task,
-        prover: &P,
-        stop: &AtomicBool,
-    ) -> Found<P::Proof> {
+    fn search_from<P: Prover>(&self, search: &mut Search<'_>, task: &Task, prover: &P, stop: &AtomicBool) -> Found<P::Proof> {
         let net = self.net;
         let rows = self.wanted.row(task.cell).iter().zip(self.settled.row(task.cell));
         let wanted: Vec<u64> = rows.map(|(wanted, settled)| wanted & !settled).collect();

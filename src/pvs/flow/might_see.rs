@@ -7,9 +7,6 @@
 //! the first has left; and every fact is used both ways, because a line read backwards is a line.
 
 use super::net::Net;
-use super::separators::{Way, separators};
-use super::window::Window;
-use crate::geom::Plane;
 use crate::{BitMatrix, bits};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -24,18 +21,12 @@ pub(crate) struct MightSee {
 const FLOODS: usize = 2;
 
 impl MightSee {
-    /// Pairs that are left by floods inside the planes of each portal and each of its next ones.
-    pub fn new(net: &Net, mut progress: impl FnMut(f64)) -> Self {
+    /// Pairs whose planes allow it, along chains of such pairs.
+    pub fn new(net: &Net) -> Self {
         let n = net.portals();
-        let rows = from_rows(n, n, Flood::default, |flood, first, row| flood.by_planes(net, first, row));
+        let rows = from_rows(n, n, Vec::new, |queue, first, row| by_planes(net, first, queue, row));
         let mut all = Self { rows };
         all.mirror(net);
-        for pass in 1..FLOODS {
-            progress(pass as f64 / FLOODS as f64);
-            let old = &all.rows;
-            all.rows = from_rows(n, n, Flood::default, |flood, first, row| flood.by_rows(net, old, first, row));
-            all.mirror(net);
-        }
         all.flood(net);
         all
     }
@@ -54,36 +45,26 @@ impl MightSee {
     /// Keeps what a chain of allowed pairs leads to: each portal of it allowed after the one before and after the first.
     fn flood(&mut self, net: &Net) {
         let old = &self.rows;
-        self.rows = from_rows(
-            old.rows(),
-            old.columns(),
-            || (),
-            |(), first, row| {
-                let mut queue = vec![first];
-                while let Some(last) = queue.pop() {
-                    let out = net.out(net.target[last] as usize);
-                    for (word, mask) in words_of(out) {
-                        let new = old.row(first)[word] & old.row(last)[word] & mask & !row[word];
-                        row[word] |= new;
-                        queue.extend(bits::ones(&[new]).map(|bit| word * 64 + bit));
-                    }
+        self.rows = from_rows(old.rows(), old.columns(), || (), |(), first, row| {
+            let mut queue = vec![first];
+            while let Some(last) = queue.pop() {
+                let out = net.out(net.target[last] as usize);
+                for (word, mask) in words_of(out) {
+                    let new = old.row(first)[word] & old.row(last)[word] & mask & !row[word];
+                    row[word] |= new;
+                    queue.extend(bits::ones(&[new]).map(|bit| word * 64 + bit));
                 }
-            },
-        );
+            }
+        });
     }
 
     /// Keeps (p, q) only where (q reversed, p reversed) is there too.
     fn mirror(&mut self, net: &Net) {
         let old = &self.rows;
-        self.rows = from_rows(
-            old.rows(),
-            old.columns(),
-            || (),
-            |(), a, row| {
-                let back = net.twin[a] as usize;
-                bits::ones(old.row(a)).filter(|&b| old.get(net.twin[b] as usize, back)).for_each(|b| set(row, b));
-            },
-        );
+        self.rows = from_rows(old.rows(), old.columns(), || (), |(), a, row| {
+            let back = net.twin[a] as usize;
+            bits::ones(old.row(a)).filter(|&b| old.get(net.twin[b] as usize, back)).for_each(|b| set(row, b));
+        });
     }
 
     /// Drops everything after `portal` that leads into one of `cells`, a row of bits.
@@ -104,101 +85,29 @@ impl MightSee {
     pub fn drop_hidden(&mut self, net: &Net, hidden: &BitMatrix) {
         let n = net.portals();
         // For each cell, the portals whose two cells it may see.
-        let allowed = from_rows(
-            net.cells,
-            n,
-            || (),
-            |(), cell, row| {
-                let open = |c: u32| !hidden.get(cell, c as usize);
-                (0..n).filter(|&p| open(net.source[p]) && open(net.target[p])).for_each(|p| set(row, p));
-            },
-        );
+        let allowed = from_rows(net.cells, n, || (), |(), cell, row| {
+            let open = |c: u32| !hidden.get(cell, c as usize);
+            (0..n).filter(|&p| open(net.source[p]) && open(net.target[p])).for_each(|p| set(row, p));
+        });
         for p in 0..n {
             let (a, b) = (allowed.row(net.source[p] as usize), allowed.row(net.target[p] as usize));
             for (word, (a, b)) in self.rows.row_mut(p).iter_mut().zip(a.iter().zip(b)) {
                 *word &= a & b;
             }
         }
-        self.flood(net);
     }
 }
 
-/// Scratch memory of floods inside planes.
-#[derive(Default)]
-struct Flood {
-    source: Window,
-    pass: Window,
-    spare: Window,
-    planes: Vec<Plane>,
-    queue: Vec<u32>,
-    seen: Vec<u64>,
-    touched: Vec<u32>,
-}
-
-impl Flood {
-    /// Sets the portals after `first` that can be reached through portals that its planes allow.
-    fn by_planes(&mut self, net: &Net, first: usize, row: &mut [u64]) {
-        self.run(net, first, row, |_, next| net.may_follow(first, next), |last, next| net.may_follow(last, next));
-    }
-
-    /// Sets the portals after `first` that can be reached through portals that `old` allows.
-    fn by_rows(&mut self, net: &Net, old: &BitMatrix, first: usize, row: &mut [u64]) {
-        let first_row = old.row(first);
-        self.run(net, first, row, |_, next| get(first_row, next), |last, next| get(old.row(last), next));
-    }
-
-    fn run(
-        &mut self,
-        net: &Net,
-        first: usize,
-        row: &mut [u64],
-        from_first: impl Fn(usize, usize) -> bool,
-        from_last: impl Fn(usize, usize) -> bool,
-    ) {
-        self.seen.resize(row.len(), 0);
-        for next in net.out(net.target[first] as usize) {
-            if !from_first(first, next) || !self.cone(net, first, next) {
-                continue;
-            }
-            set(row, next);
-            self.queue.push(next as u32);
-            while let Some(last) = self.queue.pop() {
-                for p in net.out(net.target[last as usize] as usize) {
-                    if get(&self.seen, p) {
-                        continue;
-                    }
-                    if !from_last(last as usize, p) {
-                        continue; // perhaps after another one
-                    }
-                    set(&mut self.seen, p);
-                    self.touched.push(p as u32);
-                    if (get(row, p) || from_first(first, p)) && !self.planes.iter().any(|plane| net.is_cut_off(p, plane)) {
-                        set(row, p);
-                        self.queue.push(p as u32);
-                    }
-                }
-            }
-            for p in self.touched.drain(..) {
-                self.seen[p as usize / 64] = 0;
+/// Sets the portals that a flood from `first` reaches whose planes allow it.
+fn by_planes(net: &Net, first: usize, queue: &mut Vec<u32>, row: &mut [u64]) {
+    queue.push(first as u32);
+    while let Some(last) = queue.pop() {
+        for &p in net.next(last as usize) {
+            if !get(row, p as usize) && net.may_follow(first, p as usize) {
+                set(row, p as usize);
+                queue.push(p);
             }
         }
-    }
-
-    /// Fills in the planes of the lines through `first` and then `next`. False where there are none.
-    fn cone(&mut self, net: &Net, first: usize, next: usize) -> bool {
-        self.source.assign(net.window(first));
-        self.pass.assign(net.window(next));
-        let crossed = net.behind(first, next).is_none_or(|p| self.source.cut(&p, &net.slack, &mut self.spare))
-            && net.front(first, next).is_none_or(|p| self.pass.cut(&p, &net.slack, &mut self.spare));
-        self.planes.clear();
-        let planes = &mut self.planes;
-        if crossed {
-            separators(&self.source, &self.pass, Way::Along, net.rounding, |plane| {
-                planes.push(plane);
-                true
-            });
-        }
-        crossed
     }
 }
 

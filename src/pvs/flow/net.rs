@@ -1,5 +1,6 @@
 //! A cell graph laid out for flow: directed portals in a row, those of one cell side by side.
 
+use super::bundle::Bounds;
 use super::window::{Slack, Window};
 use crate::cells::{CellGraph, Portal};
 use crate::geom::{Aabb, Plane};
@@ -39,6 +40,8 @@ pub(crate) struct Net {
     planes: Vec<Option<Plane>>,
     /// The whole window of each; without corners where they are unusable.
     windows: Vec<Window>,
+    /// Box around each winding.
+    bounds: Vec<Bounds>,
     /// Sphere around each winding.
     spheres: Vec<(DVec3, f64)>,
     /// The cell that each leads out of.
@@ -53,6 +56,9 @@ pub(crate) struct Net {
     flush: Vec<Vec<u32>>,
     /// Where the portals out of each cell begin.
     first_out: Vec<u32>,
+    /// Portals that may be crossed right after each, and where those of each begin.
+    next: Vec<u32>,
+    first_next: Vec<u32>,
 }
 
 impl Net {
@@ -79,7 +85,8 @@ impl Net {
         let coplanar = if coplanar.is_finite() { coplanar.max(0.0) } else { 0.0 };
         let slack = Slack { reach: 16.0 * ulp, strict: 64.0 * ulp, coplanar: coplanar.max(256.0 * ulp) };
 
-        let mut order: Vec<(u32, u32)> = (0..2 * portals.len()).map(|d| (portals[d / 2].cells[d % 2], d as u32)).collect();
+        let mut order: Vec<(u32, u32)> =
+            (0..2 * portals.len()).map(|d| (portals[d / 2].cells[d % 2], d as u32)).collect();
         order.sort_unstable();
         let mut place = vec![0u32; order.len()];
         for (i, &(_, d)) in order.iter().enumerate() {
@@ -92,6 +99,7 @@ impl Net {
             cells,
             planes: Vec::with_capacity(order.len()),
             windows: Vec::with_capacity(order.len()),
+            bounds: Vec::with_capacity(order.len()),
             spheres: Vec::with_capacity(order.len()),
             source: order.iter().map(|&(c, _)| c).collect(),
             target: order.iter().map(|&(_, d)| portals[d as usize / 2].cells[1 - d as usize % 2]).collect(),
@@ -99,6 +107,8 @@ impl Net {
             twin: order.iter().map(|&(_, d)| place[d as usize ^ 1]).collect(),
             ids: order.iter().map(|&(_, d)| d).collect(),
             first_out: (0..=cells as u32).map(|c| order.partition_point(|&(s, _)| s < c) as u32).collect(),
+            next: Vec::new(),
+            first_next: vec![0],
         };
         for &(_, d) in &order {
             let portal = &portals[d as usize / 2];
@@ -106,6 +116,12 @@ impl Net {
             net.push(portal.winding, plane, d % 2 == 1);
         }
         net.flush = net.find_flush();
+        for p in 0..net.portals() {
+            let out = net.out(net.target[p] as usize);
+            let next: Vec<u32> = out.filter(|&q| net.may_follow(p, q)).map(|q| q as u32).collect();
+            net.next.extend(next);
+            net.first_next.push(net.next.len() as u32);
+        }
         net
     }
 
@@ -132,6 +148,7 @@ impl Net {
         let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         self.planes.push(flat.then_some(plane));
         self.spheres.push((middle, radius));
+        self.bounds.push(Bounds::new(corners.iter().copied(), flat, &self.slack));
         self.windows.push(Window::new(&corners, plane.n, flat));
     }
 
@@ -201,6 +218,12 @@ impl Net {
         self.first_out[cell] as usize..self.first_out[cell + 1] as usize
     }
 
+    /// The portals that a line may cross right after a portal, as far as their planes tell.
+    #[inline]
+    pub fn next(&self, portal: usize) -> &[u32] {
+        &self.next[self.first_next[portal] as usize..self.first_next[portal + 1] as usize]
+    }
+
     /// True where no line through the portal comes inside `plane`.
     #[inline]
     pub fn is_cut_off(&self, portal: usize, plane: &Plane) -> bool {
@@ -213,18 +236,10 @@ impl Net {
         distance - radius > self.slack.coplanar && !window.is_empty() || window.is_cut_off(plane, &self.slack)
     }
 
-    /// Where the whole window of a portal lies.
+    /// The box around a portal's whole window.
     #[inline]
-    pub fn side(&self, portal: usize, plane: &Plane) -> Side {
-        let (middle, radius) = self.spheres[portal];
-        let distance = plane.distance(middle);
-        if distance + radius < 0.0 {
-            Side::Inside
-        } else if distance - radius > self.slack.coplanar && !self.windows[portal].is_empty() {
-            Side::Outside
-        } else {
-            Side::Unknown
-        }
+    pub fn bounds(&self, portal: usize) -> &Bounds {
+        &self.bounds[portal]
     }
 
     /// False where no line crosses directed portal `a` and later directed portal `b`, by their planes alone.
@@ -244,15 +259,4 @@ impl Net {
         };
         !matches!((pa, pb), (Some(pa), Some(pb)) if in_one_wall(pa, pb))
     }
-}
-
-/// Where a window lies, as far as the sphere around it tells.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Side {
-    /// Wholly inside a plane.
-    Inside,
-    /// Wholly outside.
-    Outside,
-    /// It has to be looked at.
-    Unknown,
 }

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 const TASK_PORTALS: usize = 16;
 
 /// Number of rounds. Larger: more is shared, more time goes to sharing.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 16;
 
 /// Steps that all searches of a stage together are meant to take, in units of the most that one may take.
 const STAGE_STEPS: u64 = 125;

@@ -10,8 +10,9 @@
 
 use super::goals::Goals;
 use super::might_see::{MightSee, get, set};
-use super::net::{Net, Side};
-use super::separators::{Way, separators};
+use super::bundle::{Bundle, Side};
+use super::net::Net;
+use super::separators::{Cut, Separators, Way};
 use super::stab::{Passage, Question, Stab};
 use super::window::Window;
 use crate::geom::Plane;
@@ -36,9 +37,13 @@ struct Frame {
     /// lead into, then separating planes.
     planes: Vec<Plane>,
     separators: usize,
+    /// The separating planes once more, for boxes.
+    bundle: Bundle,
     /// Where the goals of this frame begin and end in the list of all frames: portals that lead into a cell that wants
     /// something and that no plane has cut off.
     goals: [usize; 2],
+    /// Portals that can be reached inside the planes, as bits. None that the chain has crossed is among them.
+    live: Vec<u64>,
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
@@ -58,13 +63,20 @@ pub(crate) struct Search<'a> {
     waist: Window,
     stab: Stab,
     spare: Window,
+    separators: Separators,
+    /// Portals that a flood has not asked yet, as bits.
+    allowed: Vec<u64>,
+    queue: Vec<u32>,
 }
 
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, chain, goals, on_chain, waist, stab, spare) = Default::default();
-        Self { net, might_see, max_steps, frames, chain, goals, on_chain, waist, stab, spare }
+        let (frames, chain, goals, on_chain, waist, stab, spare, allowed, queue) = Default::default();
+        let separators = Separators::new(net.rounding);
+        Self {
+            net, might_see, max_steps, frames, chain, goals, on_chain, waist, stab, spare, separators, allowed, queue,
+        }
     }
 
     /// Follows every line out through directed portal `first` that may lead to a goal.
@@ -97,7 +109,7 @@ impl<'a> Search<'a> {
             let target = frame.next;
             frame.next += 1;
             let cell = net.target[target] as usize;
-            if get(&self.on_chain, cell) || !self.is_live(target) || !self.wanted(depth, target, goals) {
+            if get(&self.on_chain, cell) || !get(&self.frames[depth].live, target) || !self.wanted(depth, target, goals) {
                 continue;
             }
             outcome.steps += 1;
@@ -128,6 +140,8 @@ impl<'a> Search<'a> {
         goals.arrive(net, net.target[first] as usize, &frame.planes, Passage::Unknown);
         let cell = net.out(net.target[first] as usize);
         (frame.next, frame.end) = (cell.start, cell.end);
+        frame.live.clear();
+        frame.live.extend_from_slice(self.might_see.row(first));
         self.goals.clear();
         for (i, (a, b)) in self.might_see.row(first).iter().zip(goals.portals()).enumerate() {
             self.goals.extend(crate::bits::ones(&[a & b]).map(|bit| (i * 64 + bit) as u32));
@@ -137,12 +151,8 @@ impl<'a> Search<'a> {
         !self.goals.is_empty()
     }
 
-    /// True where every portal of the chain allows `target` after it.
-    fn is_live(&self, target: usize) -> bool {
-        self.chain.iter().rev().all(|&p| get(self.might_see.row(p as usize), target))
-    }
-
     /// True where `target` leads to a goal: itself, or one that may come after it. Lists those after the goals of the frame.
+    #[inline(never)]
     fn wanted(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let (row, wanted) = (self.might_see.row(target), goals.portals());
         let [start, end] = self.frames[depth].goals;
@@ -163,44 +173,58 @@ impl<'a> Search<'a> {
     /// Tries to lead the lines of the frame at `depth` through `target`: fills the windows of the frame above.
     /// False where no line passes.
     fn cross(&mut self, depth: usize, target: usize) -> bool {
-        let net = self.net;
         if self.frames.len() == depth + 1 {
             self.frames.push(Frame::default());
         }
+        self.clip_pass(depth, target) && self.clip_source(depth, target)
+    }
+
+    /// What is left of `target` inside all planes of the chain so far.
+    #[inline(never)]
+    fn clip_pass(&mut self, depth: usize, target: usize) -> bool {
+        let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
         let (below, above) = self.frames.split_at_mut(depth + 1);
-        let (frame, child) = (&below[depth], &mut above[0]);
-        child.pass.assign(net.window(target));
+        let pass = &mut above[0].pass;
+        pass.assign(net.window(target));
         let fronts = [net.front(first, target), net.front(entered, target)];
-        for plane in fronts.iter().flatten().chain(&frame.planes[frame.separators..]) {
-            match net.side(target, plane) {
+        let separators = below.iter().rev().flat_map(|frame| &frame.planes[frame.separators..]);
+        for plane in fronts.iter().flatten().chain(separators) {
+            match net.bounds(target).side(plane) {
                 Side::Inside => {}
                 Side::Outside => return false,
                 Side::Unknown => {
-                    if !child.pass.cut(plane, &net.slack, &mut self.spare) {
+                    if !pass.cut(plane, &net.slack, &mut self.spare) {
                         return false;
                     }
                 }
             }
         }
+        true
+    }
+
+    /// What is left of the source for lines that go on through what is left of `target`.
+    #[inline(never)]
+    fn clip_source(&mut self, depth: usize, target: usize) -> bool {
+        let net = self.net;
+        let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
+        let (below, above) = self.frames.split_at_mut(depth + 1);
+        let (frame, child) = (&below[depth], &mut above[0]);
         child.source.assign(&frame.source);
         if !net.behind(first, target).is_none_or(|plane| child.source.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
-        if depth > 0 {
-            // The same backwards: lines from the target through the last window end in part of the source.
-            self.waist.assign(&frame.pass);
-            if !net.behind(entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
-                return false;
-            }
-            let mut passes = true;
-            separators(&child.pass, &self.waist, Way::Against, net.rounding, |plane| {
-                passes = child.source.cut(&plane, &net.slack, &mut self.spare);
-                passes
-            });
-            return passes;
+        if depth == 0 {
+            return true;
         }
-        true
+        // Lines from the target back through the last window end in part of the source.
+        self.waist.assign(&frame.pass);
+        if !net.behind(entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
+            return false;
+        }
+        let mut cut = Cut { window: &mut child.source, passes: true, slack: &net.slack, spare: &mut self.spare };
+        self.separators.each(&child.pass, &self.waist, Way::Against, &mut cut);
+        cut.passes
     }
 
     /// Works out what the frame above `depth`, which has just crossed `target`, decides and may still reach. False where
@@ -208,66 +232,106 @@ impl<'a> Search<'a> {
     fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let cell = net.target[target] as usize;
-        let (below, above) = self.frames.split_at_mut(depth + 1);
-        let child = &mut above[0];
+        self.spread(depth, target);
+        let start = self.frames[depth].goals[1];
+       
+        if goals.would_decide(net, cell, &self.frames[depth + 1].planes) {
+            self.chain.push(target as u32);
+            let passage = self.stab(depth, goals, steps);
+            self.chain.pop();
+            if passage == Passage::Refuted {
+                return false;
+            }
+            *steps += goals.arrive(net, cell, &self.frames[depth + 1].planes, passage);
+        }
+        if !self.cull(depth, target, goals) {
+            return false;
+        }
+        let child = &mut self.frames[depth + 1];
+        let out = net.out(cell);
+        (child.next, child.end) = (out.start, out.end);
+        self.chain.push(target as u32);
+        true
+    }
+
+    /// The planes of the frame above `depth`.
+    #[inline(never)]
+    fn spread(&mut self, depth: usize, target: usize) {
+        let net = self.net;
+        let child = &mut self.frames[depth + 1];
         child.planes.clear();
         child.planes.extend(net.plane(self.chain[0] as usize).map(|p| p.flipped()));
         child.planes.extend(net.plane(target).map(|p| p.flipped()));
         child.separators = child.planes.len();
-        let start = below[depth].goals[1];
-        let decides = goals.would_decide(net, cell, &child.planes);
-        let list = &mut self.goals;
-        separators(&child.source, &child.pass, Way::Along, net.rounding, |plane| {
-            child.planes.push(plane);
-            let mut kept = start;
-            for i in start..list.len() {
-                if !net.is_cut_off(list[i] as usize, &plane) {
-                    list[kept] = list[i];
-                    kept += 1;
-                }
+        self.separators.list(&child.source, &child.pass, Way::Along, &mut child.planes);
+        child.bundle.assign(&child.planes[child.separators..]);
+    }
+
+    /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
+    /// none is left.
+    #[inline(never)]
+    fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
+        let net = self.net;
+        let start = self.frames[depth].goals[1];
+        let wanted = goals.portals();
+        let mut kept = start;
+        for i in start..self.goals.len() {
+            if get(wanted, self.goals[i] as usize) {
+                self.goals[kept] = self.goals[i];
+                kept += 1;
             }
-            list.truncate(kept);
-            decides || kept > start
-        });
-        if decides {
-            self.chain.push(target as u32);
-            if goals.would_decide(net, cell, &self.frames[depth + 1].planes) {
-                let passage = self.stab(depth, goals, steps);
-                if passage == Passage::Refuted {
-                    self.chain.pop();
-                    return false;
-                }
-                *steps += goals.arrive(net, cell, &self.frames[depth + 1].planes, passage);
-            }
-            self.chain.pop();
         }
-        let child = &mut self.frames[depth + 1];
-        let (wanted, mut kept) = (goals.portals(), start);
+        self.goals.truncate(kept);
+        let (below, above) = self.frames.split_at_mut(depth + 1);
+        let (frame, child) = (&below[depth], &mut above[0]);
+        let fewer = kept - start < frame.goals[1] - frame.goals[0];
+        self.allowed.clear();
+        self.allowed.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
+        child.live.clear();
+        child.live.resize(frame.live.len(), 0);
+        self.queue.push(target as u32);
+        while let Some(last) = self.queue.pop() {
+            for &p in net.next(last as usize) {
+                let p = p as usize;
+                if !get(&self.allowed, p) {
+                    continue;
+                }
+                self.allowed[p / 64] &= !(1 << (p % 64)); // once is enough
+                if fewer {
+                    // What leads to none of the goals that are left is no part of the way to them.
+                    let ahead = self.might_see.row(p);
+                    if !self.goals[start..].iter().any(|&g| g as usize == p || get(ahead, g as usize)) {
+                        continue;
+                    }
+                }
+                if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
+                    set(&mut child.live, p);
+                    self.queue.push(p as u32);
+                }
+            }
+        }
+        kept = start;
         for i in start..self.goals.len() {
             let goal = self.goals[i] as usize;
-            if get(wanted, goal) && !goals.is_cut_off(net, net.target[goal] as usize, &child.planes) {
+            if get(&child.live, goal) && !goals.is_cut_off(net, net.target[goal] as usize, &child.planes) {
                 self.goals[kept] = goal as u32;
                 kept += 1;
             }
         }
         self.goals.truncate(kept);
         child.goals = [start, kept];
-        let out = net.out(cell);
-        (child.next, child.end) = (out.start, out.end);
-        if kept > start {
-            self.chain.push(target as u32);
-        }
         kept > start
     }
 
     /// Asks whether a line passes the chain of which the frame above `depth` is the last.
+    #[inline(never)]
     fn stab(&mut self, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
         let net = self.net;
         let top = &self.frames[depth + 1];
         let windows = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
         let chain = &self.chain;
         let mut question =
-            Question { slack: &net.slack, rounding: net.rounding, accept: &mut |line| goals.accepts(chain, line) };
+            Question { slack: &net.slack, separators: &mut self.separators, accept: &mut |line| goals.accepts(chain, line) };
         self.stab.ask(windows, &mut question, steps)
     }
 }

@@ -12,7 +12,7 @@
 //! has not gone inwards by `w` never comes back out beyond it. So bad input (collinear corners, edges of length zero, windings
 //! that aren't quite flat, normals that are a guess) can make planes fail the test, never pass it wrongly.
 
-use super::window::Window;
+use super::window::{Slack, Window};
 use crate::geom::Plane;
 use glam::DVec3;
 
@@ -29,62 +29,162 @@ pub(crate) enum Way {
     Against,
 }
 
-/// Calls `found` with planes whose inside holds everything that lines through `first` and then `second` can meet beyond
-/// `second`, until it returns false. `rounding` is the error of a distance of two corners.
-///
-/// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are none.
-#[inline]
-pub(crate) fn separators(first: &Window, second: &Window, way: Way, rounding: f64, mut found: impl FnMut(Plane) -> bool) {
-    if first.is_empty() || second.is_empty() {
-        return;
+/// Takes planes.
+pub(crate) trait Sink {
+    /// False where a plane through `a` across the unit vector `n` needn't be looked at any closer.
+    fn is_of_use(&self, n: DVec3, a: DVec3) -> bool;
+
+    /// Takes a plane; false where that is enough.
+    fn take(&mut self, plane: Plane) -> bool;
+}
+
+/// Planes that differ from each other, from some place of a list on.
+struct Distinct<'a> {
+    planes: &'a mut Vec<Plane>,
+    start: usize,
+}
+
+impl Sink for Distinct<'_> {
+    #[inline]
+    fn is_of_use(&self, n: DVec3, _a: DVec3) -> bool {
+        !self.planes[self.start..].iter().any(|p| p.n.dot(n) > SAME)
     }
-    let sign = if way == Way::Along { 1.0 } else { -1.0 };
-    if through_edges(first, second, sign, rounding, &mut found) {
-        // Here the second window lies outside of the plane and the first inside: turn it round.
-        through_edges(second, first, -sign, rounding, &mut |plane| found(plane.flipped()));
+
+    #[inline]
+    fn take(&mut self, plane: Plane) -> bool {
+        self.planes.push(plane);
+        true
     }
 }
 
-/// Calls `found` with planes through an edge of `edges` and a corner of `others` that have `edges` outside and `others`
-/// inside; `sign` says on which side of `edges` the others lie. False where `found` ended it.
-#[inline]
-fn through_edges(edges: &Window, others: &Window, sign: f64, rounding: f64, found: &mut impl FnMut(Plane) -> bool) -> bool {
-    let up = edges.normal * sign;
-    let n = edges.len();
-    let mut a = edges.corner(n - 1);
-    for i in 0..n {
-        let b = edges.corner(i);
-        let along = b - a;
-        // Towards the inside of `edges`, in its plane.
-        let inward = edges.normal.cross(along);
-        // The corner that a plane turned about the edge meets first: that with the least angle from `inward` to `up`.
-        let nearest = others.corner(0) - a;
-        let (mut best, mut best_y, mut best_h) = (0, inward.dot(nearest), up.dot(nearest));
-        for k in 1..others.len() {
-            let p = others.corner(k) - a;
-            let (y, h) = (inward.dot(p), up.dot(p));
-            if y * best_h > best_y * h {
-                (best, best_y, best_h) = (k, y, h);
+/// Cuts a window down to the inside of each plane.
+pub(crate) struct Cut<'a> {
+    /// What is left of it.
+    pub window: &'a mut Window,
+    /// Whether anything is.
+    pub passes: bool,
+    /// Tolerances.
+    pub slack: &'a Slack,
+    /// Scratch.
+    pub spare: &'a mut Window,
+}
+
+impl Sink for Cut<'_> {
+    #[inline]
+    fn is_of_use(&self, n: DVec3, a: DVec3) -> bool {
+        self.window.reaches(n, a)
+    }
+
+    #[inline]
+    fn take(&mut self, plane: Plane) -> bool {
+        self.passes = self.window.cut(&plane, self.slack, self.spare);
+        self.passes
+    }
+}
+
+/// Makes separating planes. Scratch memory, and the error of a distance between two corners.
+pub(crate) struct Separators {
+    rounding: f64,
+    /// Inverse heights of the other window's corners over the plane of the one whose edges are looked at.
+    heights: Vec<f64>,
+}
+
+impl Separators {
+    /// `rounding`: [`super::net::Net::rounding`].
+    pub fn new(rounding: f64) -> Self {
+        Self { rounding, heights: Vec::new() }
+    }
+
+    /// Gives `sink` planes whose inside holds everything that lines through `first` and then `second` can meet beyond
+    /// `second`, until it has enough.
+    ///
+    /// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are
+    /// none.
+    #[inline]
+    pub fn each(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
+        if first.is_empty() || second.is_empty() {
+            return;
+        }
+        let sign = if way == Way::Along { 1.0 } else { -1.0 };
+        if self.through_edges(first, second, sign, 1.0, sink) {
+            // Here the second window lies outside of the plane and the first inside: turn it round.
+            self.through_edges(second, first, -sign, -1.0, sink);
+        }
+    }
+
+    /// Appends those planes to a list. One that nearly is another, as from edges that are parallel, is left out.
+    pub fn list(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
+        let start = planes.len();
+        self.each(first, second, way, &mut Distinct { planes, start });
+    }
+
+    /// Gives `sink` planes through an edge of `edges` and a corner of `others` that have `edges` outside and `others` inside,
+    /// times `turn`; `sign` says on which side of `edges` the others lie. False where it has enough.
+    #[inline]
+    fn through_edges(
+        &mut self,
+        edges: &Window,
+        others: &Window,
+        sign: f64,
+        turn: f64,
+        sink: &mut impl Sink,
+    ) -> bool {
+        let up = edges.normal * sign;
+        let n = edges.len();
+        let mut a = edges.corner(n - 1);
+        let base = up.dot(a);
+        self.heights.clear();
+        for [x, y, z] in others.groups() {
+            for k in 0..x.len() {
+                let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
+                self.heights.push(if h > self.rounding { 1.0 / h } else { LEVEL });
             }
         }
-        let normal = (others.corner(best) - a).cross(along) * sign;
-        if let Some(plane) = accept(normal, a, edges, others, rounding)
-            && !found(plane)
-        {
-            return false;
+        for i in 0..n {
+            let b = edges.corner(i);
+            let along = b - a;
+            // Towards the inside of `edges`, in its plane.
+            let inward = edges.normal.cross(along);
+            let start = inward.dot(a);
+            // The corner that a plane turned about the edge meets first: that with the least angle from `inward` to `up`.
+            let (mut best, mut greatest) = (0, f64::NEG_INFINITY);
+            for (g, ([x, y, z], heights)) in others.groups().zip(self.heights.as_chunks().0).enumerate() {
+                let heights: &[f64; 4] = heights;
+                let mut cotangents = [0.0; 4];
+                for k in 0..4 {
+                    cotangents[k] = (inward.x * x[k] + inward.y * y[k] + inward.z * z[k] - start) * heights[k];
+                }
+                for k in 0..4 {
+                    if cotangents[k] > greatest {
+                        (best, greatest) = (g * 4 + k, cotangents[k]);
+                    }
+                }
+            }
+            let best = if best < others.len() { best } else { 0 }; // copies of the first
+            let normal = (others.corner(best) - a).cross(along) * sign;
+            let normal = normal * (1.0 / normal.length());
+            if normal.is_finite()
+                && sink.is_of_use(normal * turn, a)
+                && let Some(plane) = accept(normal, a, edges, others, self.rounding)
+                && !sink.take(Plane { n: plane.n * turn, d: plane.d * turn })
+            {
+                return false;
+            }
+            a = b;
         }
-        a = b;
+        true
     }
-    true
 }
 
-/// The plane through `a` across `normal`, if `outer` lies outside of it and `inner` inside.
+/// Planes whose normals have a greater dot product are taken for one.
+const SAME: f64 = 1.0 - 1e-12;
+
+/// Stands for the inverse of a height of zero.
+const LEVEL: f64 = 1e300;
+
+/// The plane through `a` across the unit vector `n`, if `outer` lies outside of it and `inner` inside.
 #[inline]
-fn accept(normal: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> Option<Plane> {
-    let n = normal * (1.0 / normal.length());
-    if !n.is_finite() {
-        return None;
-    }
+fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> Option<Plane> {
     let plane = Plane::through(a, n);
     let (inner_low, inner_high) = inner.range(&plane);
     if inner_high > rounding || -inner_low <= DEPTH * rounding {
@@ -92,7 +192,8 @@ fn accept(normal: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64
     }
     let (outer_low, outer_high) = outer.range(&plane);
     // `inner_high` is 0 but for rounding, which may only move the plane outwards.
-    (outer_low >= -rounding && outer_high > DEPTH * rounding).then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
+    (outer_low >= -rounding && outer_high > DEPTH * rounding)
+        .then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
 }
 
 #[cfg(test)]
@@ -108,10 +209,7 @@ mod tests {
         let window = |corners: &[DVec3]| Window::new(corners, crate::geom::newell(corners).normalize_or_zero(), true);
         let mut planes = Vec::new();
         for way in [Way::Along, Way::Against] {
-            separators(&window(a), &window(b), way, 64.0 * f64::EPSILON, |plane| {
-                planes.push(plane);
-                true
-            });
+            Separators::new(64.0 * f64::EPSILON).list(&window(a), &window(b), way, &mut planes);
         }
         planes
     }

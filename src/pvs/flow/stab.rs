@@ -6,7 +6,7 @@
 //! backwards; then the larger end is halved, until every half is refuted, a line is found, or the pieces run out. Only a
 //! refutation is relied on by the upper bound; a line is handed to the caller, who may check it and keep it as a witness.
 
-use super::separators::{Way, separators};
+use super::separators::{Cut, Separators, Way};
 use super::window::{Slack, Window};
 use crate::geom::Plane;
 use glam::DVec3;
@@ -35,7 +35,6 @@ pub(crate) enum Passage {
 #[derive(Default)]
 pub(crate) struct Stab {
     pieces: Vec<Vec<Window>>,
-    planes: Vec<Plane>,
     spare: Window,
     aim: Window,
 }
@@ -44,8 +43,8 @@ pub(crate) struct Stab {
 pub(crate) struct Question<'a> {
     /// Tolerances.
     pub slack: &'a Slack,
-    /// Error of a distance between two corners.
-    pub rounding: f64,
+    /// Makes planes.
+    pub separators: &'a mut Separators,
     /// Says whether a line, given by two points, is one.
     pub accept: &'a mut dyn FnMut([DVec3; 2]) -> bool,
 }
@@ -98,21 +97,20 @@ impl Stab {
     }
 
     /// Narrows every window by the planes of those on both sides of it. False where one is left without a line.
-    fn narrow(&mut self, windows: &mut [Window], question: &Question<'_>) -> bool {
+    fn narrow(&mut self, windows: &mut [Window], question: &mut Question<'_>) -> bool {
         let last = windows.len() - 1;
         (2..=last).all(|k| self.cut(windows, [0, k - 1, k], Way::Along, question))
             && (0..=last - 2).rev().all(|k| self.cut(windows, [last, k + 1, k], Way::Against, question))
     }
 
     /// Cuts window `k` by the planes of two others that a line meets in this order before it (or after it).
-    fn cut(&mut self, windows: &mut [Window], [first, second, k]: [usize; 3], way: Way, question: &Question<'_>) -> bool {
-        let planes = &mut self.planes;
-        planes.clear();
-        separators(&windows[first], &windows[second], way, question.rounding, |plane| {
-            planes.push(plane);
-            true
-        });
-        planes.iter().all(|plane| windows[k].cut(plane, question.slack, &mut self.spare))
+    fn cut(&mut self, windows: &mut [Window], [first, second, k]: [usize; 3], way: Way, question: &mut Question<'_>) -> bool {
+        let mut window = std::mem::take(&mut windows[k]);
+        let mut cut = Cut { window: &mut window, passes: true, slack: question.slack, spare: &mut self.spare };
+        question.separators.each(&windows[first], &windows[second], way, &mut cut);
+        let passes = cut.passes;
+        windows[k] = window;
+        passes
     }
 
     /// Looks for a line: from the middle of one end through all windows to the other end, and back from what that left.
@@ -179,7 +177,7 @@ mod tests {
 
     fn may_pass(windows: &[Window]) -> (bool, u64) {
         let mut steps = 0;
-        let mut question = Question { slack: &SLACK, rounding: 1e-15, accept: &mut |_| true };
+        let mut question = Question { slack: &SLACK, separators: &mut Separators::new(1e-15), accept: &mut |_| true };
         (Stab::default().ask(windows.iter().cloned(), &mut question, &mut steps) != Passage::Refuted, steps)
     }
 

@@ -50,6 +50,14 @@ impl Window {
         window
     }
 
+    /// All corners of some windows, in no order.
+    pub fn gather<'a>(&mut self, windows: impl Iterator<Item = &'a Window>) {
+        self.len = 0;
+        windows.flat_map(|w| w.iter()).for_each(|p| self.push(p));
+        self.flat = false;
+        self.pad();
+    }
+
     /// Takes over another window, keeping the memory.
     #[inline]
     pub fn assign(&mut self, other: &Self) {
@@ -114,7 +122,37 @@ impl Window {
         }
         let least = |a: f64, b: f64| if a < b { a } else { b };
         let most = |a: f64, b: f64| if a > b { a } else { b };
-        (least(least(low[0], low[1]), least(low[2], low[3])), most(most(high[0], high[1]), most(high[2], high[3])))
+        (
+            least(least(low[0], low[1]), least(low[2], low[3])),
+            most(most(high[0], high[1]), most(high[2], high[3])),
+        )
+    }
+
+    /// True where all corners lie at least `limit` outside of one of four planes.
+    #[inline]
+    pub fn is_beyond(&self, [nx, ny, nz, d]: &[[f64; LANES]; 4], limit: f64) -> bool {
+        let mut low = [f64::INFINITY; LANES];
+        for i in 0..self.len {
+            let (x, y, z) = (self.corners[i], self.corners[self.room + i], self.corners[2 * self.room + i]);
+            for k in 0..LANES {
+                let distance = nx[k] * x + ny[k] * y + nz[k] * z - d[k];
+                low[k] = if distance < low[k] { distance } else { low[k] };
+            }
+        }
+        low.iter().any(|&low| low >= limit)
+    }
+
+    /// True where a corner lies on the side of the plane through `a` that `n` points to.
+    #[inline]
+    pub fn reaches(&self, n: DVec3, a: DVec3) -> bool {
+        let d = n.dot(a);
+        let mut outside = [false; LANES];
+        for [x, y, z] in self.groups() {
+            for k in 0..LANES {
+                outside[k] |= n.x * x[k] + n.y * y[k] + n.z * z[k] > d;
+            }
+        }
+        outside[0] | outside[1] | outside[2] | outside[3]
     }
 
     /// True where no line through the window comes inside `plane`, touching lines aside.

@@ -1,0 +1,136 @@
+//! Bundles of planes against boxes: the test that floods do most.
+//!
+//! Based on: Assarsson, Moller, *Optimized view frustum culling algorithms for bounding boxes*, 2000 (a box's reach along a
+//! normal is its half size against the absolute normal). Deviates: all planes are looked at in groups of four without
+//! branches, and the boxes stand for windows that may be flat.
+
+use super::window::{Slack, Window};
+use crate::geom::{Aabb, Plane};
+use glam::DVec3;
+
+/// Planes in one group.
+const LANES: usize = 4;
+
+/// A box around a window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    middle: DVec3,
+    half: DVec3,
+    /// The window is cut off where its nearest point lies at least this far outside of a plane, metres.
+    limit: f64,
+}
+
+/// Where a window lies, as far as its box tells.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Side {
+    /// Wholly inside a plane.
+    Inside,
+    /// Nowhere inside, but for touching.
+    Outside,
+    /// It has to be looked at.
+    Unknown,
+}
+
+impl Bounds {
+    /// Around some corners of a window that is flat or not. Around none: everywhere.
+    pub fn new(corners: impl Iterator<Item = DVec3>, flat: bool, slack: &Slack) -> Self {
+        let bounds = Aabb::of(corners);
+        let limit = if flat { -slack.strict } else { slack.coplanar };
+        if bounds.is_empty() {
+            return Self { middle: DVec3::ZERO, half: DVec3::INFINITY, limit };
+        }
+        // Grown by as much as the arithmetic may be off.
+        Self { middle: bounds.centre(), half: bounds.size() * 0.5 + 0.25 * slack.strict, limit }
+    }
+
+    /// On which side of a plane it lies.
+    #[inline]
+    pub fn side(&self, plane: &Plane) -> Side {
+        let (distance, reach) = (plane.distance(self.middle), plane.n.abs().dot(self.half));
+        if distance + reach < 0.0 {
+            Side::Inside
+        } else if distance - reach >= self.limit {
+            Side::Outside
+        } else {
+            Side::Unknown
+        }
+    }
+}
+
+/// Planes, as a structure of arrays.
+#[derive(Default)]
+pub(crate) struct Bundle {
+    groups: Vec<[[f64; LANES]; 4]>,
+}
+
+impl Bundle {
+    /// Takes over some planes. The last group is filled up with the last plane.
+    pub fn assign(&mut self, planes: &[Plane]) {
+        self.groups.clear();
+        for planes in planes.chunks(LANES) {
+            let plane = |k: usize| planes[k.min(planes.len() - 1)];
+            let lanes = |f: &dyn Fn(Plane) -> f64| std::array::from_fn(|k| f(plane(k)));
+            self.groups.push([lanes(&|p| p.n.x), lanes(&|p| p.n.y), lanes(&|p| p.n.z), lanes(&|p| p.d)]);
+        }
+    }
+
+    /// True where some plane has a window wholly outside. Corners are looked at only where the
+    /// middle of its box lies outside of some plane: an axis-parallel rectangle's middle is a point of it, and of others it is near.
+    #[inline]
+    pub fn cuts_off(&self, bounds: &Bounds, window: &Window) -> bool {
+        let Bounds { middle: m, half: h, limit } = bounds;
+        let mut unsure = false;
+        for [x, y, z, d] in &self.groups {
+            let (mut outside, mut over) = ([false; LANES], [false; LANES]);
+            for k in 0..LANES {
+                let distance = x[k] * m.x + y[k] * m.y + z[k] * m.z - d[k];
+                let reach = x[k].abs() * h.x + y[k].abs() * h.y + z[k].abs() * h.z;
+                outside[k] = distance - reach >= *limit;
+                over[k] = distance >= *limit;
+            }
+            if outside[0] | outside[1] | outside[2] | outside[3] {
+                return true;
+            }
+            unsure |= over[0] | over[1] | over[2] | over[3];
+        }
+        unsure && !window.is_empty() && self.groups.iter().any(|group| window.is_beyond(group, *limit))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SLACK: Slack = Slack { reach: 1e-12, strict: 1e-10, coplanar: 1e-6 };
+
+    #[test]
+    fn a_box_is_cut_off_where_all_its_corners_are() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 2.0, 0.0), DVec3::Y * 2.0];
+        let bounds = Bounds::new(corners.into_iter(), true, &SLACK);
+        let window = Window::new(&corners, DVec3::Z, true);
+        for (k, n) in [DVec3::X, -DVec3::X, DVec3::ONE.normalize(), DVec3::new(3.0, -4.0, 0.0) / 5.0].into_iter().enumerate() {
+            let low = corners.iter().map(|p| n.dot(*p)).fold(f64::INFINITY, f64::min);
+            let high = corners.iter().map(|p| n.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
+            for (d, side) in [(low - 1e-6, Side::Outside), (low, Side::Outside), (low + 1e-6, Side::Unknown), (high + 1e-6, Side::Inside)] {
+                let plane = Plane { n, d };
+                assert_eq!(bounds.side(&plane), side, "{k} {d}");
+                let far = Plane { n: DVec3::Z, d: 9.0 };
+                let mut bundle = Bundle::default();
+                for planes in [vec![plane], vec![far; 5], [vec![far; 5], vec![plane]].concat()] {
+                    bundle.assign(&planes);
+                    assert_eq!(bundle.cuts_off(&bounds, &window), side == Side::Outside && planes.contains(&plane));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_known_of_a_window_without_corners() {
+        let bounds = Bounds::new([].into_iter(), false, &SLACK);
+        let window = Window::default();
+        let plane = Plane { n: DVec3::X, d: -1e9 };
+        let mut bundle = Bundle::default();
+        bundle.assign(&[plane]);
+        assert!(!bundle.cuts_off(&bounds, &window) && bounds.side(&plane) == Side::Unknown);
+    }
+}
