@@ -1,4 +1,5 @@
 //! Quake levels: portals out of the tree, rows into the file and out again, and everything else as it was.
+#![cfg(feature = "quake")]
 
 mod quake;
 

@@ -1,14 +1,13 @@
 //! `enfilade vis` and `enfilade check` on levels, as a user runs them.
 
+#[cfg(feature = "quake")]
 #[allow(dead_code)]
 mod quake;
 
-use enfilade::vis::bsp::Bsp;
 use enfilade::vis::prt::read_prt;
-use enfilade::vis::resume::{load_state, save_state};
+use enfilade::vis::resume::{read_state, write_state};
 use enfilade::vis::rows::read_rows;
 use enfilade::vis::{Control, State, VisError, VisOptions, vis};
-use quake::{AIR, Layout, bsp, lumps, three_rooms};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -118,54 +117,72 @@ fn why_tells_the_line_or_the_chain() {
     assert!(String::from_utf8(prose.stdout).unwrap().starts_with("1 and 3 see each other: "));
 }
 
-#[test]
-fn a_level_is_written_back() {
-    let folder = folder("bsp");
-    let level = folder.join("level.bsp");
-    let before = bsp(&three_rooms(AIR), Layout { bsp2: true, extended: true, ..Layout::default() });
-    std::fs::write(&level, &before).unwrap();
-    // 1. To another name.
-    let other = folder.join("other.bsp");
-    done(&enfilade!("vis", &level, "-o", &other));
-    assert_eq!(std::fs::read(&level).unwrap(), before);
-    let rows = Bsp::read(std::fs::read(&other).unwrap()).unwrap().rows().unwrap().unwrap();
-    // Doors in line: everything sees everything.
-    assert_eq!(rows.count_ones(), 25);
-    // 2. In place; why doesn't write.
-    done(&enfilade!("vis", &level, "--why", "0", "1"));
-    assert_eq!(std::fs::read(&level).unwrap(), before);
-    done(&enfilade!("vis", &level));
-    let after = std::fs::read(&level).unwrap();
-    assert_eq!(after, std::fs::read(&other).unwrap());
-    assert_eq!((lumps(&after)[0].clone(), lumps(&after)[5].clone()), (lumps(&before)[0].clone(), lumps(&before)[5].clone()));
-    // 3. Its rows pass.
-    done(&enfilade!("check", &level, "--rays", "10000"));
+#[cfg(feature = "quake")]
+mod levels {
+    use super::*;
+    use enfilade::vis::bsp::Bsp;
+    use quake::{AIR, Layout, bsp, lumps, three_rooms};
+
+    #[test]
+    fn a_level_is_written_back() {
+        let folder = folder("bsp");
+        let level = folder.join("level.bsp");
+        let before = bsp(&three_rooms(AIR), Layout { bsp2: true, extended: true, ..Layout::default() });
+        std::fs::write(&level, &before).unwrap();
+        // 1. To another name.
+        let other = folder.join("other.bsp");
+        done(&enfilade!("vis", &level, "-o", &other));
+        assert_eq!(std::fs::read(&level).unwrap(), before);
+        let rows = Bsp::read(std::fs::read(&other).unwrap()).unwrap().rows().unwrap().unwrap();
+        // Doors in line: everything sees everything.
+        assert_eq!(rows.count_ones(), 25);
+        // 2. In place; why doesn't write.
+        done(&enfilade!("vis", &level, "--why", "0", "1"));
+        assert_eq!(std::fs::read(&level).unwrap(), before);
+        done(&enfilade!("vis", &level));
+        let after = std::fs::read(&level).unwrap();
+        assert_eq!(after, std::fs::read(&other).unwrap());
+        assert_eq!(
+            (lumps(&after)[0].clone(), lumps(&after)[5].clone()),
+            (lumps(&before)[0].clone(), lumps(&before)[5].clone())
+        );
+        // 3. Its rows pass.
+        done(&enfilade!("check", &level, "--rays", "10000"));
+    }
+
+    #[test]
+    fn the_portal_file_beside_a_level_is_taken_where_it_fits() {
+        let folder = folder("beside");
+        let (level, prt) = (folder.join("level.bsp"), folder.join("level.prt"));
+        std::fs::write(&level, bsp(&three_rooms(AIR), Layout::default())).unwrap();
+        let from = || {
+            let out = enfilade!("vis", &level, "--json");
+            done(&out);
+            let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+            (report["portals_from"].as_str().unwrap().to_owned(), report["clusters"].as_u64(), report["notes"].to_string())
+        };
+        assert_eq!(from(), ("tree".into(), Some(5), "[]".into()));
+        // Rooms and doors as two clusters, 0 the third room with its door: leaves 0 and 1.
+        let fitting = "PRT2\n5\n2\n1\n4 1 0 (9 -1 -1) (9 1 -1) (9 1 1) (9 -1 1)\n0 1 -1\n2 3 4 -1\n";
+        std::fs::write(&prt, fitting).unwrap();
+        assert_eq!(from(), ("PRT2".into(), Some(2), "[]".into()));
+        // Another level's, with other leaves; one with portals elsewhere; one that can't be read.
+        let short = fitting.replace("\n5\n", "\n4\n").replace("2 3 4 -1", "2 3 -1");
+        for other in [short, fitting.replace("(9 ", "(7 "), fitting.replace("PRT2", "PRT9")] {
+            std::fs::write(&prt, other).unwrap();
+            let (from, clusters, notes) = from();
+            assert_eq!((from.as_str(), clusters), ("tree", Some(5)));
+            assert!(notes.contains("level.prt"), "{notes}");
+        }
+    }
 }
 
+#[cfg(not(feature = "quake"))]
 #[test]
-fn the_portal_file_beside_a_level_is_taken_where_it_fits() {
-    let folder = folder("beside");
-    let (level, prt) = (folder.join("level.bsp"), folder.join("level.prt"));
-    std::fs::write(&level, bsp(&three_rooms(AIR), Layout::default())).unwrap();
-    let from = || {
-        let out = enfilade!("vis", &level, "--json");
-        done(&out);
-        let report: Value = serde_json::from_slice(&out.stdout).unwrap();
-        (report["portals_from"].as_str().unwrap().to_owned(), report["clusters"].as_u64(), report["notes"].to_string())
-    };
-    assert_eq!(from(), ("tree".into(), Some(5), "[]".into()));
-    // Rooms and doors as two clusters, 0 the third room with its door: leaves 0 and 1.
-    let fitting = "PRT2\n5\n2\n1\n4 1 0 (9 -1 -1) (9 1 -1) (9 1 1) (9 -1 1)\n0 1 -1\n2 3 4 -1\n";
-    std::fs::write(&prt, fitting).unwrap();
-    assert_eq!(from(), ("PRT2".into(), Some(2), "[]".into()));
-    // Another level's, with other leaves; one with portals elsewhere; one that can't be read.
-    let short = fitting.replace("\n5\n", "\n4\n").replace("2 3 4 -1", "2 3 -1");
-    for other in [short, fitting.replace("(9 ", "(7 "), fitting.replace("PRT2", "PRT9")] {
-        std::fs::write(&prt, other).unwrap();
-        let (from, clusters, notes) = from();
-        assert_eq!((from.as_str(), clusters), ("tree", Some(5)));
-        assert!(notes.contains("level.prt"), "{notes}");
-    }
+fn a_binary_without_quake_says_so() {
+    let level = folder("without").join("level.bsp");
+    std::fs::write(&level, [29, 0, 0, 0]).unwrap();
+    refused(&enfilade!("vis", &level), &["level.bsp: this binary reads no .bsp; build it with `--features quake`"]);
 }
 
 #[test]
@@ -200,6 +217,7 @@ fn bad_input_is_one_line_and_exit_2() {
     refused(&enfilade!("vis", &bad), &["bad.prt: line 5, second cluster: 'x' where a whole number is due"]);
     refused(&enfilade!("vis", &folder.join("none.prt")), &["none.prt: "]);
     refused(&enfilade!("vis", &folder), &["is named neither .prt nor .bsp"]);
+    #[cfg(feature = "quake")]
     refused(&enfilade!("vis", &write("cut.bsp", "BSP2")), &["cut.bsp: ends after 4 bytes, within the header"]);
     refused(&enfilade!("vis", &good, "--why", "0", "4"), &["--why 4: the level has clusters 0 to 3"]);
     refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o takes a level that is a .bsp"]);
@@ -232,6 +250,10 @@ fn stopped(text: &[u8], options: &VisOptions) -> State {
     kept.into_inner().unwrap().expect("a round")
 }
 
+fn save(path: &Path, state: &State) {
+    write_state(state, &mut std::fs::File::create(path).unwrap()).unwrap();
+}
+
 #[test]
 fn a_run_goes_on_from_its_state_and_from_no_other() {
     let Some(data) = data("a_run_goes_on_from_its_state_and_from_no_other") else { return };
@@ -239,8 +261,9 @@ fn a_run_goes_on_from_its_state_and_from_no_other() {
     let (level, state_file) = (data.join("prt/lqdm12.prt"), folder.join("state"));
     let text = std::fs::read(&level).unwrap();
     let state = stopped(&text, &VisOptions::default());
-    save_state(&state_file, &state).unwrap();
-    assert!(load_state(&state_file).unwrap() == Some(state), "a state comes back to the last bit");
+    save(&state_file, &state);
+    let again = read_state(&mut std::fs::File::open(&state_file).unwrap()).unwrap();
+    assert!(again == state, "a state comes back to the last bit");
 
     // 1. The same rows as in one go; the state is gone then.
     let (whole, resumed) = (folder.join("whole.txt"), folder.join("resumed.txt"));
@@ -252,7 +275,7 @@ fn a_run_goes_on_from_its_state_and_from_no_other() {
     assert!(!state_file.exists());
 
     // 2. Of other options, of another level, damaged: refused, and kept.
-    save_state(&state_file, &stopped(&text, &VisOptions { seed: 1, ..VisOptions::default() })).unwrap();
+    save(&state_file, &stopped(&text, &VisOptions { seed: 1, ..VisOptions::default() }));
     let other = folder.join("other.prt");
     std::fs::write(&other, LEVEL).unwrap();
     let belongs = ["state: belongs to another level or to other options"];
@@ -263,7 +286,7 @@ fn a_run_goes_on_from_its_state_and_from_no_other() {
     std::fs::write(&state_file, &bytes).unwrap();
     refused(&enfilade!("vis", &level, "--seed", "1", "--state", &state_file), &["state: is damaged; delete it"]);
     std::fs::write(&state_file, &bytes[..20]).unwrap();
-    refused(&enfilade!("vis", &level, "--seed", "1", "--state", &state_file), &["state: is cut short; delete it"]);
+    refused(&enfilade!("vis", &level, "--seed", "1", "--state", &state_file), &["state: is damaged; delete it"]);
     assert!(state_file.exists());
 }
 

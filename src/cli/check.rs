@@ -1,6 +1,6 @@
 //! `enfilade check`.
 
-use super::vis::Input;
+use super::level::Input;
 use super::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::file::PvsFile;

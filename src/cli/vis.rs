@@ -1,12 +1,10 @@
 //! `enfilade vis`.
 
 use super::bake::{peak_rss_mb, progress_bar};
+use super::level::Input;
 use super::{CliError, Outcome, at};
-use enfilade::BitMatrix;
 use enfilade::file::replace_file;
-use enfilade::vis::bsp::Bsp;
-use enfilade::vis::prt::{Prt, read_prt};
-use enfilade::vis::resume::{load_state, save_state};
+use enfilade::vis::resume::{StateError, read_state, write_state};
 use enfilade::vis::rows::write_rows;
 use enfilade::vis::{Control, Level, State, Vis, VisError, VisOptions, Why, vis, why};
 use serde_json::{Value, json};
@@ -71,80 +69,6 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     });
     handler.map_err(|e| CliError(format!("Ctrl-C can't be caught: {e}")))?;
     pool.install(|| vis_file(&args))
-}
-
-/// A level, and what its clusters are to its leaves.
-pub(super) struct Input {
-    pub level: Level,
-    /// Of each leaf.
-    clusters: Vec<u32>,
-    pub bsp: Option<Bsp>,
-    /// Where the portals are from: `PRT1`, `PRT2` or `PRT1-AM`, and `tree`.
-    portals_from: String,
-    /// Portals of the tree that were too narrow to be real.
-    slivers: usize,
-    /// What else there is to say.
-    notes: Vec<String>,
-}
-
-impl Input {
-    /// Reads a `.prt`, or a `.bsp` with the portals of the `.prt` beside it, or, without one that fits, of its own tree.
-    pub fn read(path: &Path) -> Result<Self, CliError> {
-        match path.extension().map(|e| e.to_ascii_lowercase()) {
-            Some(e) if e == "prt" => Ok(Self::of_prt(prt_file(path)?, None)),
-            Some(e) if e == "bsp" => {
-                let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
-                let bsp = Bsp::read(bytes).map_err(|e| at(path, e))?;
-                Self::of_bsp(path, bsp)
-            }
-            _ => Err(at(path, "is named neither .prt nor .bsp")),
-        }
-    }
-
-    /// The rows that the level holds, for its clusters: a cluster's is what its leaves see.
-    pub fn rows(&self) -> Result<BitMatrix, String> {
-        let of_leaves = match &self.bsp {
-            Some(bsp) => bsp.rows().map_err(|e| e.to_string())?,
-            None => None,
-        };
-        let of_leaves = of_leaves.ok_or("holds no rows; name some with --rows")?;
-        let mut rows = BitMatrix::new(self.level.cells, self.level.cells);
-        for (leaf, &cluster) in self.clusters.iter().enumerate() {
-            of_leaves.ones(leaf).for_each(|other| _ = rows.set(cluster as usize, self.clusters[other] as usize));
-        }
-        Ok(rows)
-    }
-
-    fn of_prt(prt: Prt, bsp: Option<Bsp>) -> Self {
-        let portals_from = prt.dialect.to_string();
-        Self { level: prt.level, clusters: prt.leaves, bsp, portals_from, slivers: 0, notes: Vec::new() }
-    }
-
-    fn of_bsp(path: &Path, bsp: Bsp) -> Result<Self, CliError> {
-        let beside = path.with_extension("prt");
-        let mut notes = Vec::new();
-        if beside.exists() {
-            match prt_file(&beside) {
-                Ok(prt) if bsp.fits(&prt) => return Ok(Self::of_prt(prt, Some(bsp))),
-                Ok(prt) => notes.push(format!(
-                    "{} ({} leaves) isn't of this level ({}): portals are taken from the tree",
-                    beside.display(),
-                    prt.leaves.len(),
-                    bsp.leaves()
-                )),
-                Err(e) => notes.push(format!("{e}: portals are taken from the tree")),
-            }
-        }
-        let derived = bsp.level().map_err(|e| at(path, e))?;
-        let clusters = (0..bsp.leaves() as u32).collect();
-        let (level, slivers) = (derived.level, derived.slivers);
-        Ok(Self { level, clusters, bsp: Some(bsp), portals_from: "tree".into(), slivers, notes })
-    }
-}
-
-fn prt_file(path: &Path) -> Result<Prt, CliError> {
-    let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
-    read_prt(&bytes).map_err(|e| at(path, e))
 }
 
 fn vis_file(args: &Args) -> Result<Outcome, CliError> {
@@ -212,7 +136,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
 
 /// Runs, with a bar, a state on the disk, and Ctrl-C. `None` where it was stopped.
 fn followed(level: &Level, options: &VisOptions, state_file: &Path, stages: &mut Stages) -> Result<Option<Vis>, CliError> {
-    let resume = load_state(state_file).map_err(|e| at(state_file, e))?;
+    let resume = state(state_file)?;
     if resume.as_ref().is_some_and(|state| !state.matches(level, options)) {
         return Err(at(state_file, "belongs to another level or to other options; delete it, or name another with --state"));
     }
@@ -234,7 +158,7 @@ fn followed(level: &Level, options: &VisOptions, state_file: &Path, stages: &mut
     let written = Mutex::new((Instant::now(), Duration::ZERO));
     let write = |state: &State| {
         let now = Instant::now();
-        save_state(state_file, state).map(|()| now.elapsed())
+        replace_file(state_file, |out| write_state(state, out)).map(|()| now.elapsed())
     };
     let checkpoint = |state: &State| {
         let Ok(mut last) = written.lock() else { return };
@@ -265,6 +189,19 @@ fn followed(level: &Level, options: &VisOptions, state_file: &Path, stages: &mut
         }
         Err(e) => Err(CliError(e.to_string())),
     }
+}
+
+/// The state to go on from, where there is one.
+fn state(path: &Path) -> Result<Option<State>, CliError> {
+    let mut file = match std::fs::File::open(path) {
+        Ok(file) => file,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(at(path, e)),
+    };
+    read_state(&mut file).map(Some).map_err(|e| match e {
+        StateError::Io(e) => at(path, e),
+        e => at(path, format!("{e}; delete it, or name another with --state")),
+    })
 }
 
 /// Seconds by stage, in order.
@@ -364,7 +301,7 @@ fn told(pair: [u32; 2], why: &Why) -> Value {
             "chains": separations.len(),
             "separations": separations.iter().take(TOLD).map(|s| json!({
                 "chain": chain(&s.chain),
-                "plane": s.plane.map(|p| [p.n.x, p.n.y, p.n.z, p.d]),
+                "planes": s.planes.iter().map(|p| [p.n.x, p.n.y, p.n.z, p.d]).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
         }),
         Why::Undecided(portals) => json!({ "pair": pair, "verdict": "undecided", "chain": chain(portals) }),
@@ -387,12 +324,12 @@ fn explain([a, b]: [u32; 2], why: &Why) {
                 separations.len()
             );
             for s in separations.iter().take(TOLD) {
-                match s.plane {
-                    Some(p) => {
-                        println!("  {}: all that lies beyond is below {:?} . p = {}", way(&s.chain), p.n.to_array(), p.d)
-                    }
-                    None => println!("  {}: impassable as a whole", way(&s.chain)),
-                }
+                println!(
+                    "  {}{}",
+                    way(&s.chain),
+                    if s.planes.is_empty() { ": impassable" } else { ": all beyond is inside" }
+                );
+                s.planes.iter().for_each(|p| println!("    {:?} . p <= {}", p.n.to_array(), p.d));
             }
             if separations.len() > TOLD {
                 println!("  and {} more", separations.len() - TOLD);

@@ -2,15 +2,25 @@
 //!
 //! A pair of cells sees each other where a straight line passes a chain of portals from one to the other. Each pair ends up
 //! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
+//!
+//! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`crate::pvs`] decides the rest, and
+//! each chain that it believes in becomes a line, too. [`State`] lets an interrupted run go on; [`why()`] tells the proof of a
+//! pair.
+//!
+//! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
+//! holds where cells are convex, as leaves and clusters of a level's tree are.
 
+#[cfg(feature = "quake")]
 pub mod bsp;
 mod lines;
 pub mod prt;
 pub mod resume;
 pub mod rows;
 mod state;
+mod why;
 
 pub use state::State;
+pub use why::{Separation, Why, why};
 
 use crate::BitMatrix;
 use crate::geom::{Plane, newell};
@@ -215,35 +225,4 @@ fn net(level: &Level) -> Net {
         level.portals.iter().map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding }).collect();
     let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
     Net::new(level.cells, &portals, COPLANAR * bounds.diagonal())
-}
-
-/// The answer to: why is this pair in the rows, or not?
-#[derive(Clone, PartialEq, Debug)]
-pub enum Why {
-    /// They see each other: a line, cut to these two cells.
-    Witnessed(Line),
-    /// No line passes: every chain of portals that was followed ends.
-    Separated(Vec<Separation>),
-    /// Not decided: the chain of portals (`2 * portal + side`) on which it is left open.
-    Undecided(Vec<u32>),
-}
-
-/// The proof that a chain of portals lets no line through to the goal.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Separation {
-    /// Portals, as `2 * portal + side`, from the first cell on.
-    pub chain: Vec<u32>,
-    /// What ends it: the plane that has all that lies beyond the chain inside and what would come next outside. `None` where
-    /// the chain as a whole is impassable and no single plane shows it.
-    pub plane: Option<crate::geom::Plane>,
-}
-
-/// Why cells `a` and `b` are in the rows of `vis`, or not.
-///
-/// # Errors
-///
-/// [`VisError::NoSuchCell`].
-pub fn why(level: &Level, options: &VisOptions, vis: &Vis, a: u32, b: u32) -> Result<Why, VisError> {
-    let _ = (level, options, vis, a, b);
-    Ok(Why::Undecided(Vec::new()))
 }

@@ -3,10 +3,7 @@
 //! A magic, the length and checksum (XXH3) of what follows, then the state as JSON, compressed with zstd.
 
 use super::State;
-use crate::file::replace_file;
-use std::fs;
-use std::io::{self, Read};
-use std::path::Path;
+use std::io::{self, Read, Write};
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: &[u8; 8] = b"EnfVis1\n";
@@ -18,54 +15,49 @@ pub enum StateError {
     /// The system's word.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// Another file, a damaged one, or one of another version.
-    #[error("{0}; delete it, or name another with --state")]
-    Damaged(String),
+    /// It begins otherwise.
+    #[error("is no state of vis")]
+    NotAState,
+    /// It ends too early, or its checksum is wrong.
+    #[error("is damaged")]
+    Damaged,
+    /// Its content is not what this version writes.
+    #[error("is of another version: {0}")]
+    Version(serde_json::Error),
 }
 
-/// Writes a state whole or not at all.
+/// Writes a state.
 ///
 /// # Errors
 ///
-/// Those of the file system.
-pub fn save_state(path: &Path, state: &State) -> io::Result<()> {
+/// Those of `out`.
+pub fn write_state(state: &State, out: &mut dyn Write) -> io::Result<()> {
     let mut encoder = zstd::Encoder::new(Vec::new(), 3)?;
     serde_json::to_writer(&mut encoder, state)?;
     let payload = encoder.finish()?;
-    replace_file(path, |out| {
-        out.write_all(MAGIC)?;
-        out.write_all(&(payload.len() as u64).to_le_bytes())?;
-        out.write_all(&xxh3_64(&payload).to_le_bytes())?;
-        out.write_all(&payload)
-    })
+    out.write_all(MAGIC)?;
+    out.write_all(&(payload.len() as u64).to_le_bytes())?;
+    out.write_all(&xxh3_64(&payload).to_le_bytes())?;
+    out.write_all(&payload)
 }
 
-/// Reads a state; `None` where there is no such file. Whether it is a level's, [`State::matches`] tells.
+/// Reads a state. Whether it is a level's, [`State::matches`] tells. What doesn't begin as a state is not read further.
 ///
 /// # Errors
 ///
 /// [`StateError`].
-pub fn load_state(path: &Path) -> Result<Option<State>, StateError> {
-    let damaged = |what: &str| StateError::Damaged(what.to_owned());
-    let mut file = match fs::File::open(path) {
-        Ok(file) => file,
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(e.into()),
-    };
-    // Another file is not read whole.
+pub fn read_state(input: &mut dyn Read) -> Result<State, StateError> {
     let mut head = Vec::new();
-    (&mut file).take(24).read_to_end(&mut head)?;
+    input.take(24).read_to_end(&mut head)?;
     if !head.starts_with(MAGIC) {
-        return Err(damaged("is no state of vis"));
+        return Err(StateError::NotAState);
     }
     let word = |at: usize| head.get(at..at + 8).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
-    let (Some(length), Some(sum)) = (word(8), word(16)) else { return Err(damaged("is cut short")) };
+    let (Some(length), Some(sum)) = (word(8), word(16)) else { return Err(StateError::Damaged) };
     let mut payload = Vec::new();
-    file.read_to_end(&mut payload)?;
+    input.read_to_end(&mut payload)?;
     if payload.len() as u64 != length || xxh3_64(&payload) != sum {
-        return Err(damaged("is damaged"));
+        return Err(StateError::Damaged);
     }
-    let decoder = zstd::Decoder::new(payload.as_slice())?;
-    let state = serde_json::from_reader(decoder).map_err(|e| StateError::Damaged(format!("is of another version: {e}")))?;
-    Ok(Some(state))
+    serde_json::from_reader(zstd::Decoder::new(payload.as_slice())?).map_err(StateError::Version)
 }

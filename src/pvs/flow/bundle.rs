@@ -74,6 +74,31 @@ impl Bundle {
         }
     }
 
+    /// Calls `cut` with each plane that a box may lie across, until it returns false. False then, and where the box lies
+    /// wholly outside of a plane.
+    #[inline]
+    pub fn across(&self, bounds: &Bounds, mut cut: impl FnMut(&Plane) -> bool) -> bool {
+        let Bounds { middle: m, half: h, limit } = bounds;
+        for [x, y, z, d] in &self.groups {
+            let (mut outside, mut across) = ([false; LANES], [false; LANES]);
+            for k in 0..LANES {
+                let distance = x[k] * m.x + y[k] * m.y + z[k] * m.z - d[k];
+                let reach = x[k].abs() * h.x + y[k].abs() * h.y + z[k].abs() * h.z;
+                outside[k] = distance - reach >= *limit;
+                across[k] = !(distance + reach < 0.0);
+            }
+            if outside[0] | outside[1] | outside[2] | outside[3] {
+                return false;
+            }
+            for k in 0..LANES {
+                if across[k] && !cut(&Plane { n: DVec3::new(x[k], y[k], z[k]), d: d[k] }) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
     /// True where some plane has a window wholly outside. Corners are looked at only where the
     /// middle of its box lies outside of some plane: an axis-parallel rectangle's middle is a point of it, and of others it is near.
     #[inline]

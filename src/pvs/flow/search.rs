@@ -26,6 +26,16 @@ pub(crate) struct Outcome {
     pub capped: bool,
 }
 
+/// Where a search ended, for those who want to know why.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct End {
+    /// Directed portals of the chain, from the source on.
+    pub chain: Vec<u32>,
+    /// Everything that lines through the chain meet beyond it is inside these, and no goal can be reached inside them. Empty:
+    /// no line passes the chain.
+    pub planes: Vec<Plane>,
+}
+
 /// A chain of portals, as it stands when it has entered a cell.
 #[derive(Default)]
 struct Frame {
@@ -44,6 +54,8 @@ struct Frame {
     goals: [usize; 2],
     /// Portals that can be reached inside the planes, as bits. None that the chain has crossed is among them.
     live: Vec<u64>,
+    /// Number of goals when `live` was last asked whether it leads to them.
+    asked: usize,
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
@@ -54,6 +66,8 @@ pub(crate) struct Search<'a> {
     net: &'a Net,
     might_see: &'a MightSee,
     max_steps: u64,
+    /// Where searches ended, if that is to be kept.
+    pub ends: Option<Vec<End>>,
     frames: Vec<Frame>,
     /// The portal through which each frame was entered.
     chain: Vec<u32>,
@@ -75,7 +89,7 @@ impl<'a> Search<'a> {
         let (frames, chain, goals, on_chain, waist, stab, spare, allowed, queue) = Default::default();
         let separators = Separators::new(net.rounding);
         Self {
-            net, might_see, max_steps, frames, chain, goals, on_chain, waist, stab, spare, separators, allowed, queue,
+            net, might_see, max_steps, ends: None, frames, chain, goals, on_chain, waist, stab, spare, separators, allowed, queue,
         }
     }
 
@@ -117,7 +131,9 @@ impl<'a> Search<'a> {
                 outcome.capped = true;
                 return outcome;
             }
-            if self.cross(depth, target) && self.enter(depth, target, goals, &mut outcome.steps) {
+            if !self.cross(depth, target) {
+                self.end(target, None);
+            } else if self.enter(depth, target, goals, &mut outcome.steps) {
                 depth += 1;
                 set(&mut self.on_chain, cell);
             }
@@ -135,6 +151,7 @@ impl<'a> Search<'a> {
         let frame = &mut self.frames[0];
         frame.source.assign(net.window(first));
         frame.planes.clear();
+        frame.bundle.assign(&[]);
         frame.planes.extend(net.plane(first).map(|p| p.flipped()));
         frame.separators = frame.planes.len();
         goals.arrive(net, net.target[first] as usize, &frame.planes, Passage::Unknown);
@@ -148,6 +165,7 @@ impl<'a> Search<'a> {
         }
         self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
         frame.goals = [0, self.goals.len()];
+        frame.asked = usize::MAX / 4;
         !self.goals.is_empty()
     }
 
@@ -188,19 +206,19 @@ impl<'a> Search<'a> {
         let pass = &mut above[0].pass;
         pass.assign(net.window(target));
         let fronts = [net.front(first, target), net.front(entered, target)];
-        let separators = below.iter().rev().flat_map(|frame| &frame.planes[frame.separators..]);
-        for plane in fronts.iter().flatten().chain(separators) {
-            match net.bounds(target).side(plane) {
+        let (bounds, slack, spare) = (net.bounds(target), &net.slack, &mut self.spare);
+        for plane in fronts.iter().flatten() {
+            match bounds.side(plane) {
                 Side::Inside => {}
                 Side::Outside => return false,
                 Side::Unknown => {
-                    if !pass.cut(plane, &net.slack, &mut self.spare) {
+                    if !pass.cut(plane, slack, spare) {
                         return false;
                     }
                 }
             }
         }
-        true
+        below.iter().rev().all(|frame| frame.bundle.across(bounds, |plane| pass.cut(plane, slack, spare)))
     }
 
     /// What is left of the source for lines that go on through what is left of `target`.
@@ -240,11 +258,13 @@ impl<'a> Search<'a> {
             let passage = self.stab(depth, goals, steps);
             self.chain.pop();
             if passage == Passage::Refuted {
+                self.end(target, None);
                 return false;
             }
             *steps += goals.arrive(net, cell, &self.frames[depth + 1].planes, passage);
         }
         if !self.cull(depth, target, goals) {
+            self.end(target, Some(depth + 1));
             return false;
         }
         let child = &mut self.frames[depth + 1];
@@ -284,7 +304,8 @@ impl<'a> Search<'a> {
         self.goals.truncate(kept);
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
-        let fewer = kept - start < frame.goals[1] - frame.goals[0];
+        let fewer = (kept - start) * 4 <= frame.asked * 3;
+        child.asked = if fewer { kept - start } else { frame.asked };
         self.allowed.clear();
         self.allowed.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
         child.live.clear();
@@ -321,6 +342,14 @@ impl<'a> Search<'a> {
         self.goals.truncate(kept);
         child.goals = [start, kept];
         kept > start
+    }
+
+    /// Notes that the chain ends with `target`, because of the planes of a frame or as such.
+    fn end(&mut self, target: usize, frame: Option<usize>) {
+        if let Some(ends) = &mut self.ends {
+            let chain = self.chain.iter().copied().chain([target as u32]).collect();
+            ends.push(End { chain, planes: frame.map_or(Vec::new(), |f| self.frames[f].planes.clone()) });
+        }
     }
 
     /// Asks whether a line passes the chain of which the frame above `depth` is the last.

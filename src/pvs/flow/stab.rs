@@ -96,11 +96,12 @@ impl Stab {
         Passage::Refuted
     }
 
-    /// Narrows every window by the planes of those on both sides of it. False where one is left without a line.
+    /// Narrows every window by the planes of those on both sides of it: backwards first, because the search has narrowed
+    /// forwards. False where one is left without a line.
     fn narrow(&mut self, windows: &mut [Window], question: &mut Question<'_>) -> bool {
         let last = windows.len() - 1;
-        (2..=last).all(|k| self.cut(windows, [0, k - 1, k], Way::Along, question))
-            && (0..=last - 2).rev().all(|k| self.cut(windows, [last, k + 1, k], Way::Against, question))
+        (0..=last - 2).rev().all(|k| self.cut(windows, [last, k + 1, k], Way::Against, question))
+            && (2..=last).all(|k| self.cut(windows, [0, k - 1, k], Way::Along, question))
     }
 
     /// Cuts window `k` by the planes of two others that a line meets in this order before it (or after it).

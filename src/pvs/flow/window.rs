@@ -50,14 +50,6 @@ impl Window {
         window
     }
 
-    /// All corners of some windows, in no order.
-    pub fn gather<'a>(&mut self, windows: impl Iterator<Item = &'a Window>) {
-        self.len = 0;
-        windows.flat_map(|w| w.iter()).for_each(|p| self.push(p));
-        self.flat = false;
-        self.pad();
-    }
-
     /// Takes over another window, keeping the memory.
     #[inline]
     pub fn assign(&mut self, other: &Self) {

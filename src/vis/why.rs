@@ -1,0 +1,158 @@
+//! Why a pair is in the rows or not: the line, or the chains of portals and what ends them.
+
+use super::lines::{Walk, Walker};
+use super::{Level, Line, Vis, VisError, VisOptions, check, net};
+use crate::geom::Plane;
+use crate::pvs::flow::goals::{CellGoals, Prover};
+use crate::pvs::flow::might_see::{MightSee, set};
+use crate::pvs::flow::net::Net;
+use crate::pvs::flow::search::{End, Search};
+use glam::DVec3;
+use std::sync::Mutex;
+
+/// The answer to: why is this pair in the rows, or not?
+#[derive(Clone, PartialEq, Debug)]
+pub enum Why {
+    /// They see each other: a line from one to the other. For neighbours it is a point of their portal, for a cell and itself
+    /// it has no portals.
+    Witnessed(Line),
+    /// No line passes: each chain of portals that leads from the first cell to the second ends in one of these. None at all:
+    /// the planes of the portals alone leave no chain.
+    Separated(Vec<Separation>),
+    /// Not decided: a chain of portals (`2 * portal + side`) that may or may not let a line through. Empty where the search
+    /// ran out of steps.
+    Undecided(Vec<u32>),
+}
+
+/// The proof that no line goes on to the goal from a chain of portals.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Separation {
+    /// Portals, as `2 * portal + side`, from the first cell on.
+    pub chain: Vec<u32>,
+    /// All that lines through the chain meet beyond it is inside these planes, and inside them no way through portals leads to
+    /// the goal. Empty: no line passes the chain at all.
+    pub planes: Vec<Plane>,
+}
+
+/// Why cells `a` and `b` are in the rows of `vis`, or not. Proofs of separation are searched for anew, from `a` and if that is
+/// not enough from `b`; chains are told from the cell that they were found from.
+///
+/// # Errors
+///
+/// [`VisError::NoSuchCell`], for a portal of the level or, with the number of portals, for `a` or `b`.
+pub fn why(level: &Level, options: &VisOptions, vis: &Vis, a: u32, b: u32) -> Result<Why, VisError> {
+    check(level)?;
+    if let Some(&cell) = [a, b].iter().find(|&&c| c as usize >= level.cells) {
+        return Err(VisError::NoSuchCell { portal: level.portals.len(), cell, cells: level.cells });
+    }
+    let net = net(level);
+    if let Some(line) = witness(level, &net, vis, a, b) {
+        return Ok(Why::Witnessed(line));
+    }
+    let might_see = MightSee::new(&net);
+    let from_a = search(&net, &might_see, options, a, b);
+    Ok(match from_a {
+        Why::Undecided(_) => match search(&net, &might_see, options, b, a) {
+            Why::Undecided(_) => from_a,
+            from_b => from_b,
+        },
+        _ => from_a,
+    })
+}
+
+/// The line of `vis` that joins two cells, cut to them.
+fn witness(level: &Level, net: &Net, vis: &Vis, a: u32, b: u32) -> Option<Line> {
+    let at = |portal: u32| crate::geom::middle(&level.portals[portal as usize].winding);
+    let line = |p: DVec3, portals| Line { cells: [a, b], from: p, to: p, portals };
+    if a == b {
+        return Some(line(net.out(a as usize).next().map_or(DVec3::ZERO, |p| at(net.ids[p] / 2)), Vec::new()));
+    }
+    if let Some(p) = net.out(a as usize).find(|&p| net.target[p] == b) {
+        return Some(line(at(net.ids[p] / 2), vec![net.ids[p]]));
+    }
+    vis.lines.iter().find_map(|line| line.between(level, a, b))
+}
+
+impl Line {
+    /// The cells along the line, in order.
+    pub fn cells_along(&self, level: &Level) -> Vec<u32> {
+        let target = |&d: &u32| level.portals[d as usize / 2].cells[1 - d as usize % 2];
+        [self.cells[0]].into_iter().chain(self.portals.iter().map(target)).collect()
+    }
+
+    /// The part of the line from cell `a` to cell `b`, if it passes both.
+    pub fn between(&self, level: &Level, a: u32, b: u32) -> Option<Self> {
+        let cells = self.cells_along(level);
+        let place = |c: u32| cells.iter().position(|&d| d == c);
+        let (i, k) = (place(a)?, place(b)?);
+        if i == k {
+            return None;
+        }
+        let hit = |portal: u32| {
+            let winding = &level.portals[portal as usize / 2].winding;
+            let middle = crate::geom::middle(winding);
+            let n = crate::geom::newell(&winding.iter().map(|&p| p - middle).collect::<Vec<_>>());
+            let d = self.to - self.from;
+            let t = n.dot(middle - self.from) / n.dot(d);
+            if t.is_finite() { self.from + d * t } else { self.from }
+        };
+        let mut portals = self.portals[i.min(k)..i.max(k)].to_vec();
+        if i > k {
+            portals.reverse();
+            portals.iter_mut().for_each(|p| *p ^= 1);
+        }
+        let (from, to) = (hit(portals[0]), hit(portals[portals.len() - 1]));
+        Some(Self { cells: [a, b], from, to, portals })
+    }
+}
+
+/// Looks for `goal` from `cell`.
+fn search(net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal: u32) -> Why {
+    let walker = Recorder { walker: Walker::new(net), asked: Mutex::default() };
+    let mut wanted = vec![0; net.cells.div_ceil(64)];
+    set(&mut wanted, goal as usize);
+    let mut goals = CellGoals::new(net, &walker, wanted);
+    let mut search = Search::new(net, might_see, options.steps);
+    search.ends = Some(Vec::new());
+    let ids = |chain: &[u32]| chain.iter().map(|&p| net.ids[p as usize]).collect::<Vec<u32>>();
+    for portal in net.out(cell as usize) {
+        if search.run(portal, &mut goals).capped {
+            return Why::Undecided(Vec::new());
+        }
+    }
+    if goals.doubtful().next().is_some() {
+        let asked = walker.asked.into_inner().unwrap_or_default();
+        return Why::Undecided(ids(&asked));
+    }
+    if let Some(walk) = goals.into_proofs().first() {
+        // Only where the rows were made with other lines.
+        let line = walker.walker.line(walk);
+        return Why::Witnessed(line);
+    }
+    let moved = |p: Plane| Plane { n: p.n, d: p.d + p.n.dot(net.origin) };
+    let separation = |end: End| Separation {
+        chain: ids(&end.chain),
+        planes: end.planes.into_iter().map(moved).collect(),
+    };
+    Why::Separated(search.ends.take().unwrap_or_default().into_iter().map(separation).collect())
+}
+
+/// Keeps the last chain that a line was looked for through and not found.
+struct Recorder<'n> {
+    walker: Walker<'n>,
+    asked: Mutex<Vec<u32>>,
+}
+
+impl Prover for Recorder<'_> {
+    type Proof = Walk;
+
+    fn prove(&self, chain: &[u32], line: [DVec3; 2], cells: &mut Vec<u32>) -> Option<Walk> {
+        let walk = self.walker.prove(chain, line, cells);
+        if walk.is_none()
+            && let Ok(mut asked) = self.asked.lock()
+        {
+            chain.clone_into(&mut asked);
+        }
+        walk
+    }
+}
