@@ -362,8 +362,9 @@ impl<'l> Walker<'l> {
             let Some(exit) = self.exit(cell, ray, single) else { return false };
             let Plane { normal, point } = &self.planes[exit.portal as usize];
             let t = normal.dot(*point - ray.origin) / normal.dot(ray.direction);
-            // Also where there is no number.
-            if !(t >= at - BACKWARDS) {
+            // Not where there is no number, either.
+            let goes_on = t >= at - BACKWARDS;
+            if !goes_on {
                 return true;
             }
             at = t;

@@ -70,7 +70,8 @@ impl Tree {
         // 3. Extent.
         let corners = [world.bound.min, world.bound.max].into_iter().chain(source.entries::<Vec3>(VERTICES)?);
         let bounds = Aabb::of(corners.map(Vec3::as_dvec3));
-        if !(bounds.min.abs().max_element().max(bounds.max.abs().max_element()) <= FARTHEST) {
+        let farthest = bounds.min.abs().max_element().max(bounds.max.abs().max_element());
+        if !(0.0..=FARTHEST).contains(&farthest) {
             return Err(entry(MODELS, 0, "has no finite extent"));
         }
 
