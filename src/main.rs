@@ -25,6 +25,8 @@ enum Command {
     Info(cli::info::Args),
     /// Write out cells, portals, objects and rows.
     Dump(cli::dump::Args),
+    /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
+    Vis(cli::vis::Args),
     /// Make a seeded test scene.
     Generate(cli::generate::Args),
 }
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
         Command::Walk(args) => cli::walk::run(args),
         Command::Info(args) => cli::info::run(args),
         Command::Dump(args) => cli::dump::run(args),
+        Command::Vis(args) => cli::vis::run(args),
         Command::Generate(args) => cli::generate::run(args),
     };
     match result {

@@ -15,7 +15,7 @@ const MAY_USE: [(&str, &[&str]); 9] = [
     ("file", &["scene", "cells", "pvs"]),
     ("bake", &["scene", "cells", "pvs", "file"]),
     ("runtime", &["file", "pvs::Guarantee"]),
-    ("report", &["scene", "file", "runtime", "cells::PortalKind", "pvs::Guarantee", "generate::prng"]),
+    ("report", &["scene", "file", "runtime", "cells::PortalKind", "vis::Level", "pvs::Guarantee", "generate::prng"]),
     ("generate", &["scene::Role"]),
 ];
 
@@ -188,6 +188,17 @@ fn the_check_is_independent_of_the_bake() {
     let shared: Vec<&Arrow> = all.into_iter().filter(|a| !base(a) && !ALLOWED.iter().any(|x| a.falls_under(x))).collect();
     // Scenes for its own unit tests are not the check's.
     assert!(shared.is_empty(), "the check shares:\n{}", list(&shared));
+}
+
+/// Lines that check rows share nothing with what makes rows but the level.
+#[test]
+fn lines_are_independent_of_vis() {
+    let arrows = arrows();
+    let of_lines: Vec<&Arrow> = arrows.iter().filter(|a| a.file == "report/lines.rs").collect();
+    assert!(of_lines.len() > 2, "only {} arrows were found: this test reads nothing", of_lines.len());
+    let known = |a: &Arrow| ["vis::Level", "generate::prng"].iter().any(|x| a.falls_under(x));
+    let shared: Vec<&Arrow> = of_lines.into_iter().filter(|a| !BASE.contains(&a.to.as_str()) && !known(a)).collect();
+    assert!(shared.is_empty(), "lines share:\n{}", list(&shared));
 }
 
 #[test]

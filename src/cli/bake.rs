@@ -133,7 +133,7 @@ fn cells_file(path: &Path, scene: &Scene) -> Result<enfilade::cells::CellGraph, 
 }
 
 /// A bar with the time still to go, on a terminal; nothing elsewhere.
-fn progress_bar() -> indicatif::ProgressBar {
+pub(super) fn progress_bar() -> indicatif::ProgressBar {
     let style = indicatif::ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %  {elapsed} (still {eta})");
     let bar = indicatif::ProgressBar::new(1000);
     if let Ok(style) = style {
@@ -218,7 +218,7 @@ fn prose(report: &Value, output: &Path) -> String {
 }
 
 /// The most memory that this process has held, MiB, where the system says so.
-fn peak_rss_mb() -> Option<f64> {
+pub(super) fn peak_rss_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;

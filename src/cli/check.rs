@@ -1,28 +1,37 @@
 //! `enfilade check`.
 
+use super::level::Input;
 use super::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
 use enfilade::report::check::{CheckError, CheckOptions, CheckReport, Violation, check};
+use enfilade::report::lines::{CLEARANCE, LineOptions, LineReport, check_rows};
 use enfilade::scene::{Scene, import};
-use std::path::PathBuf;
+use enfilade::vis::rows::read_rows;
+use std::path::{Path, PathBuf};
 
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file that `bake` wrote.
-    #[arg(value_name = "OUT.pvs")]
+    /// The file that `bake` wrote; or a level whose rows are tested.
+    #[arg(value_name = "OUT.pvs|LEVEL.prt|LEVEL.bsp")]
     file: PathBuf,
-    /// The model that it was baked for.
-    #[arg(long, value_name = "INPUT")]
-    model: PathBuf,
+    /// The model that it was baked for; not for levels.
+    #[arg(long, value_name = "INPUT", conflicts_with = "rows")]
+    model: Option<PathBuf>,
+    /// For a level: the rows that `vis --rows` wrote [default: those in LEVEL.bsp].
+    #[arg(long, value_name = "FILE", conflicts_with = "views")]
+    rows: Option<PathBuf>,
     /// Rays; each is tested against the rows and followed through the portals.
     #[arg(long, value_name = "N", default_value_t = CheckOptions::default().rays)]
     rays: u64,
-    /// Views of 96 x 54 rays.
+    /// Views of 96 x 54 rays; not for levels.
     #[arg(long, value_name = "N", default_value_t = CheckOptions::default().views)]
     views: u32,
+    /// Threads [default: one a core].
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
     /// Seed of every random choice.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -33,11 +42,23 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
+    let threads = args.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| CliError(format!("--threads {threads}: {e}")))?;
+    let is_level = args.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("prt") || e.eq_ignore_ascii_case("bsp"));
+    pool.install(|| if is_level { check_level(&args) } else { check_file(&args) })
+}
+
+fn check_file(args: &Args) -> Result<Outcome, CliError> {
+    if let Some(rows) = &args.rows {
+        return Err(at(rows, "--rows are tested with a .prt or .bsp, not with a .pvs"));
+    }
+    let Some(model) = &args.model else { return Err(at(&args.file, "is tested against its model: --model INPUT")) };
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    let scene = import(&args.model, &file.import.options()).map_err(|e| at(&args.model, e))?;
+    let scene = import(model, &file.import.options()).map_err(|e| at(model, e))?;
     let options = CheckOptions { rays: args.rays, views: args.views, seed: args.seed };
     let report = check(&file, &scene, &options).map_err(|e| match e {
-        CheckError::OtherModel { .. } => at(&args.model, e),
+        CheckError::OtherModel { .. } => at(model, e),
         _ => at(&args.file, e),
     })?;
     if args.json {
@@ -46,6 +67,47 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     }
     tell(&report, &file, &scene);
     Ok(if report.passed { Outcome::Done } else { Outcome::Failed })
+}
+
+/// Rows of a level.
+fn check_level(args: &Args) -> Result<Outcome, CliError> {
+    let model: Option<&Path> = args.model.as_deref();
+    if let Some(model) = model {
+        return Err(at(model, "a level is tested by its portals, not with --model"));
+    }
+    let input = Input::read(&args.file)?;
+    let rows = match (&args.rows, &input.bsp) {
+        (Some(path), _) => {
+            let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
+            read_rows(&bytes, input.level.cells).map_err(|e| at(path, e))?
+        }
+        (None, Some(_)) => input.rows().map_err(|e| at(&args.file, e))?,
+        (None, None) => return Err(at(&args.file, "holds no rows; name some with --rows")),
+    };
+    let report = check_rows(&input.level, &rows, &LineOptions { rays: args.rays, seed: args.seed });
+    if args.json {
+        let text = serde_json::to_string(&report).map_err(|e| CliError(e.to_string()))?;
+        println!("{text}");
+    }
+    tell_level(&report);
+    Ok(if report.passed { Outcome::Done } else { Outcome::Failed })
+}
+
+fn tell_level(r: &LineReport) {
+    eprintln!(
+        "{} lines through {} portals, {CLEARANCE} clear of their edges: {} show pairs that aren't in the rows, {} pairs",
+        r.rays, r.crossings, r.missed_rays, r.missed_pairs
+    );
+    if r.bent > 0 {
+        eprintln!("{} lines ended in cells that are not convex", r.bent);
+    }
+    for e in &r.examples {
+        let [a, b] = e.cells;
+        let portals: Vec<String> = e.portals.iter().map(ToString::to_string).collect();
+        let (from, to) = (e.from.to_array(), e.to.to_array());
+        eprintln!("  {a} and {b}: the line from {from:?} to {to:?} through portals {}", portals.join(" "));
+    }
+    eprintln!("{} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
 }
 
 fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {

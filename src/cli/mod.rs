@@ -5,6 +5,8 @@ pub mod check;
 pub mod dump;
 pub mod generate;
 pub mod info;
+pub mod level;
+pub mod vis;
 pub mod walk;
 
 use std::fmt;

@@ -1,6 +1,7 @@
 //! What people look at: checks, walks, pictures, plans.
 
 pub mod check;
+pub mod lines;
 pub mod missed;
 pub mod overlay;
 pub mod path;

@@ -10,7 +10,12 @@
 //! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
 //! holds where cells are convex, as leaves and clusters of a level's tree are.
 
+#[cfg(feature = "quake")]
+pub mod bsp;
 mod lines;
+pub mod prt;
+pub mod resume;
+pub mod rows;
 mod state;
 mod why;
 

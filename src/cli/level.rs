@@ -1,0 +1,105 @@
+//! Levels as commands take them: a `.prt`, or a `.bsp` with its portals.
+
+use super::{CliError, at};
+use enfilade::BitMatrix;
+use enfilade::vis::Level;
+#[cfg(feature = "quake")]
+use enfilade::vis::bsp::Bsp;
+use enfilade::vis::prt::{Prt, read_prt};
+use std::path::Path;
+
+/// Stands for a Quake level in a binary that reads none: there is no value of it.
+#[cfg(not(feature = "quake"))]
+pub enum Bsp {}
+
+#[cfg(not(feature = "quake"))]
+impl Bsp {
+    fn rows(&self) -> Result<Option<BitMatrix>, String> {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn with_rows(&self, _: &BitMatrix, _: &[u32]) -> Result<Vec<u8>, String> {
+        match *self {}
+    }
+}
+
+/// A level, and what its clusters are to its leaves.
+pub struct Input {
+    /// Clusters and portals.
+    pub level: Level,
+    /// Of each leaf.
+    pub clusters: Vec<u32>,
+    /// Where it is one.
+    pub bsp: Option<Bsp>,
+    /// Where the portals are from: `PRT1`, `PRT2` or `PRT1-AM`, and `tree`.
+    pub portals_from: String,
+    /// Portals of the tree that were too narrow to be real.
+    pub slivers: usize,
+    /// What else there is to say.
+    pub notes: Vec<String>,
+}
+
+impl Input {
+    /// Reads a `.prt`, or a `.bsp` with the portals of the `.prt` beside it, or, without one that fits, of its own tree.
+    pub fn read(path: &Path) -> Result<Self, CliError> {
+        match path.extension().map(|e| e.to_ascii_lowercase()) {
+            Some(e) if e == "prt" => Ok(Self::of_prt(prt_file(path)?, None)),
+            Some(e) if e == "bsp" => Self::of_bsp(path),
+            _ => Err(at(path, "is named neither .prt nor .bsp")),
+        }
+    }
+
+    /// The rows that the level holds, for its clusters: a cluster's is what its leaves see.
+    pub fn rows(&self) -> Result<BitMatrix, String> {
+        let of_leaves = match &self.bsp {
+            Some(bsp) => bsp.rows().map_err(|e| e.to_string())?,
+            None => None,
+        };
+        let of_leaves = of_leaves.ok_or("holds no rows; name some with --rows")?;
+        let mut rows = BitMatrix::new(self.level.cells, self.level.cells);
+        for (leaf, &cluster) in self.clusters.iter().enumerate() {
+            of_leaves.ones(leaf).for_each(|other| _ = rows.set(cluster as usize, self.clusters[other] as usize));
+        }
+        Ok(rows)
+    }
+
+    fn of_prt(prt: Prt, bsp: Option<Bsp>) -> Self {
+        let portals_from = prt.dialect.to_string();
+        Self { level: prt.level, clusters: prt.leaves, bsp, portals_from, slivers: 0, notes: Vec::new() }
+    }
+
+    #[cfg(not(feature = "quake"))]
+    fn of_bsp(path: &Path) -> Result<Self, CliError> {
+        Err(at(path, "this binary reads no .bsp; build it with `--features quake`, or give the level's .prt"))
+    }
+
+    #[cfg(feature = "quake")]
+    fn of_bsp(path: &Path) -> Result<Self, CliError> {
+        let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
+        let bsp = Bsp::read(bytes).map_err(|e| at(path, e))?;
+        let beside = path.with_extension("prt");
+        let mut notes = Vec::new();
+        if beside.exists() {
+            match prt_file(&beside) {
+                Ok(prt) if bsp.fits(&prt) => return Ok(Self::of_prt(prt, Some(bsp))),
+                Ok(prt) => notes.push(format!(
+                    "{} ({} leaves) isn't of this level ({}): portals are taken from the tree",
+                    beside.display(),
+                    prt.leaves.len(),
+                    bsp.leaves()
+                )),
+                Err(e) => notes.push(format!("{e}: portals are taken from the tree")),
+            }
+        }
+        let derived = bsp.level().map_err(|e| at(path, e))?;
+        let clusters = (0..bsp.leaves() as u32).collect();
+        let (level, slivers) = (derived.level, derived.slivers);
+        Ok(Self { level, clusters, bsp: Some(bsp), portals_from: "tree".into(), slivers, notes })
+    }
+}
+
+fn prt_file(path: &Path) -> Result<Prt, CliError> {
+    let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
+    read_prt(&bytes).map_err(|e| at(path, e))
+}

@@ -1,0 +1,340 @@
+//! `enfilade vis`.
+
+use super::bake::{peak_rss_mb, progress_bar};
+use super::level::Input;
+use super::{CliError, Outcome, at};
+use enfilade::file::replace_file;
+use enfilade::vis::resume::{StateError, read_state, write_state};
+use enfilade::vis::rows::write_rows;
+use enfilade::vis::{Control, Level, State, Vis, VisError, VisOptions, Why, vis, why};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Between two writings of the state, at least; and twenty times what the last took.
+const STATE_EVERY: Duration = Duration::from_secs(10);
+/// Separations that are told of a pair.
+const TOLD: usize = 20;
+
+/// Flags.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The level: .prt or .bsp
+    #[arg(value_name = "LEVEL.prt|LEVEL.bsp")]
+    input: PathBuf,
+    /// Write the rows as text: a line a cluster, `c n: id id ...`
+    #[arg(long, value_name = "FILE")]
+    rows: Option<PathBuf>,
+    /// The level to write, for a .bsp [default: LEVEL.bsp itself, but nothing with --why]
+    #[arg(short, long, value_name = "OUT.bsp")]
+    output: Option<PathBuf>,
+    /// Most flow steps of a search; what it hasn't decided then counts as visible
+    #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
+    steps: u64,
+    /// Random lines from each side of a portal, before any search
+    #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
+    lines: u64,
+    /// Threads [default: one a core]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Seed of the random lines
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// What an interrupted run leaves, and the next goes on from [default: the level's name with .vis-state]
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
+    /// Say why these two clusters see each other, or don't
+    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    why: Option<Vec<u32>>,
+    /// Print JSON to stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// Set by Ctrl-C.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<Outcome, CliError> {
+    let threads = args.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| CliError(format!("--threads {threads}: {e}")))?;
+    let handler = ctrlc::set_handler(|| {
+        // The second time, at once: 128 and the signal's number, as shells have it.
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    handler.map_err(|e| CliError(format!("Ctrl-C can't be caught: {e}")))?;
+    pool.install(|| vis_file(&args))
+}
+
+fn vis_file(args: &Args) -> Result<Outcome, CliError> {
+    let begin = Instant::now();
+    // 1. The level, and whatever can be wrong with the flags, before the long part.
+    let input = Input::read(&args.input)?;
+    input.notes.iter().for_each(|n| eprintln!("{n}"));
+    let output = match (&args.output, &input.bsp) {
+        (Some(out), None) => return Err(at(out, "-o takes a level that is a .bsp; the rows of a .prt go to --rows")),
+        (Some(out), Some(_)) => Some(out.clone()),
+        (None, Some(_)) if args.why.is_none() => Some(args.input.clone()),
+        (None, _) => None,
+    };
+    let pair = args.why.as_deref().map(|w| [w[0], w[1]]);
+    if let Some(&cluster) = pair.iter().flatten().find(|&&c| c as usize >= input.level.cells) {
+        return Err(CliError(format!(
+            "--why {cluster}: the level has clusters 0 to {}",
+            input.level.cells.saturating_sub(1)
+        )));
+    }
+    let read = begin.elapsed().as_secs_f64();
+
+    // 2. Both sides of what is visible.
+    let options = VisOptions { seed: args.seed, steps: args.steps, lines: args.lines };
+    let state_file = args.state.clone().unwrap_or_else(|| args.input.with_extension("vis-state"));
+    let mut stages = Stages::default();
+    let Some(result) = followed(&input.level, &options, &state_file, &mut stages)? else { return Ok(Outcome::Failed) };
+
+    // 3. What comes of it. The state is done with only once everything is written.
+    let writing = Instant::now();
+    if let Some(path) = &args.rows {
+        replace_file(path, |out| write_rows(&result.upper, out)).map_err(|e| at(path, e))?;
+    }
+    if let (Some(path), Some(bsp)) = (&output, &input.bsp) {
+        let bytes = bsp.with_rows(&result.upper, &input.clusters).map_err(|e| at(&args.input, e))?;
+        replace_file(path, |out| out.write_all(&bytes)).map_err(|e| at(path, e))?;
+    }
+    if state_file.exists() {
+        std::fs::remove_file(&state_file).map_err(|e| at(&state_file, e))?;
+    }
+    let write = writing.elapsed().as_secs_f64();
+
+    // 4. The report.
+    let mut report = report(&input, &result);
+    let mut seconds = serde_json::Map::new();
+    seconds.insert("read".into(), read.into());
+    stages.seconds.iter().for_each(|(name, s)| _ = seconds.insert(name.clone(), (*s).into()));
+    seconds.insert("write".into(), write.into());
+    report["stage_seconds"] = seconds.into();
+    report["seconds"] = begin.elapsed().as_secs_f64().into();
+    report["peak_rss_mb"] = peak_rss_mb().into();
+    if let Some([a, b]) = pair {
+        let answer = why(&input.level, &options, &result, a, b).map_err(|e| at(&args.input, e))?;
+        report["why"] = told([a, b], &answer);
+        if !args.json {
+            explain([a, b], &answer);
+        }
+    }
+    if args.json {
+        println!("{report:#}");
+    }
+    eprintln!("{}", prose(&report, [args.rows.as_deref(), output.as_deref()]));
+    Ok(Outcome::Done)
+}
+
+/// Runs, with a bar, a state on the disk, and Ctrl-C. `None` where it was stopped.
+fn followed(level: &Level, options: &VisOptions, state_file: &Path, stages: &mut Stages) -> Result<Option<Vis>, CliError> {
+    let resume = state(state_file)?;
+    if resume.as_ref().is_some_and(|state| !state.matches(level, options)) {
+        return Err(at(state_file, "belongs to another level or to other options; delete it, or name another with --state"));
+    }
+    if resume.is_some() {
+        eprintln!("goes on from {}", state_file.display());
+    }
+    let bar = progress_bar();
+    let clock = Mutex::new(std::mem::take(stages));
+    let progress = |stage: &str, done: f64| {
+        if let Ok(mut clock) = clock.lock()
+            && clock.enter(stage)
+        {
+            bar.reset();
+            bar.set_message(stage.to_owned());
+        }
+        bar.set_position((done * 1000.0) as u64);
+    };
+    // When it was written last, and how long that took.
+    let written = Mutex::new((Instant::now(), Duration::ZERO));
+    let write = |state: &State| {
+        let now = Instant::now();
+        replace_file(state_file, |out| write_state(state, out)).map(|()| now.elapsed())
+    };
+    let checkpoint = |state: &State| {
+        let Ok(mut last) = written.lock() else { return };
+        if last.0.elapsed() >= STATE_EVERY.max(last.1 * 20) {
+            // A disk that is full now may not be at the end; the run goes on.
+            let took = write(state).unwrap_or_else(|e| {
+                bar.suspend(|| eprintln!("{}: {e}", state_file.display()));
+                STATE_EVERY
+            });
+            *last = (Instant::now(), took);
+        }
+    };
+    let result = vis(level, options, resume, &Control { progress: &progress, stop: &STOP, checkpoint: &checkpoint });
+    bar.finish_and_clear();
+    *stages = clock.into_inner().unwrap_or_default();
+    stages.leave();
+    match result {
+        Ok(result) => Ok(Some(result)),
+        Err(VisError::Stopped(state)) => {
+            match state {
+                Some(state) => {
+                    write(&state).map_err(|e| at(state_file, e))?;
+                    eprintln!("stopped; the same command goes on from {}", state_file.display());
+                }
+                None => eprintln!("stopped before anything was decided"),
+            }
+            Ok(None)
+        }
+        Err(e) => Err(CliError(e.to_string())),
+    }
+}
+
+/// The state to go on from, where there is one.
+fn state(path: &Path) -> Result<Option<State>, CliError> {
+    let mut file = match std::fs::File::open(path) {
+        Ok(file) => file,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(at(path, e)),
+    };
+    read_state(&mut file).map(Some).map_err(|e| match e {
+        StateError::Io(e) => at(path, e),
+        e => at(path, format!("{e}; delete it, or name another with --state")),
+    })
+}
+
+/// Seconds by stage, in order.
+#[derive(Default)]
+struct Stages {
+    seconds: Vec<(String, f64)>,
+    current: Option<(String, Instant)>,
+}
+
+impl Stages {
+    /// True where this is another stage than before.
+    fn enter(&mut self, stage: &str) -> bool {
+        let is_new = self.current.as_ref().is_none_or(|(name, _)| name != stage);
+        if is_new {
+            self.leave();
+            self.current = Some((stage.to_owned(), Instant::now()));
+        }
+        is_new
+    }
+
+    fn leave(&mut self) {
+        let Some((name, since)) = self.current.take() else { return };
+        let spent = since.elapsed().as_secs_f64();
+        match self.seconds.iter_mut().find(|(n, _)| *n == name) {
+            Some((_, seconds)) => *seconds += spent,
+            None => self.seconds.push((name, spent)),
+        }
+    }
+}
+
+/// The keys of `vis --json`; docs/cli.md says what each means.
+fn report(input: &Input, vis: &Vis) -> Value {
+    let cells = input.level.cells;
+    let (lower, upper) = (vis.lower.count_ones(), vis.upper.count_ones());
+    json!({
+        "clusters": cells,
+        "portals": input.level.portals.len(),
+        "leaves": input.clusters.len(),
+        "portals_from": input.portals_from,
+        "slivers": input.slivers,
+        "lower_pairs": lower,
+        "upper_pairs": upper,
+        "undecided_pairs": upper - lower,
+        "total_pairs": cells as u64 * cells as u64,
+        "mean_visible": upper as f64 / cells.max(1) as f64,
+        "lines": vis.stats.lines,
+        "steps": vis.stats.steps,
+        "capped": vis.stats.capped,
+        "witnesses": vis.lines.len(),
+        "notes": input.notes,
+    })
+}
+
+fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
+    let n = |p: &str| report.pointer(p).map(ToString::to_string).unwrap_or_default();
+    let s = |p: &str| report.pointer(p).and_then(Value::as_f64).unwrap_or_default();
+    let from = report["portals_from"].as_str().unwrap_or_default();
+    let mut lines = vec![
+        format!("{} clusters, {} portals ({from}), {} leaves", n("/clusters"), n("/portals"), n("/leaves")),
+        format!(
+            "of {} pairs {} are witnessed visible, {} proven hidden, {} undecided; {:.1} clusters visible on average",
+            n("/total_pairs"),
+            n("/lower_pairs"),
+            s("/total_pairs") - s("/upper_pairs"),
+            n("/undecided_pairs"),
+            s("/mean_visible"),
+        ),
+        format!("{} lines, {} steps, {:.2} s", n("/lines"), n("/steps"), s("/seconds")),
+    ];
+    if s("/slivers") > 0.0 {
+        lines.push(format!("{} portals narrower than the level's own rounding were left out", n("/slivers")));
+    }
+    if s("/capped") > 0.0 {
+        lines.push(format!("{} searches ran out of steps (--steps) and kept what might be seen", n("/capped")));
+    }
+    lines.extend(files.into_iter().flatten().map(|f| format!("{} written", f.display())));
+    lines.join("\n")
+}
+
+/// A way through portals: `2 * portal + side`, as portal numbers with the side that is entered.
+fn chain(portals: &[u32]) -> Value {
+    portals.iter().map(|p| json!([p / 2, p % 2])).collect()
+}
+
+fn told(pair: [u32; 2], why: &Why) -> Value {
+    match why {
+        Why::Witnessed(line) => json!({
+            "pair": pair,
+            "verdict": "witnessed",
+            "from": line.from.to_array(),
+            "to": line.to.to_array(),
+            "chain": chain(&line.portals),
+        }),
+        Why::Separated(separations) => json!({
+            "pair": pair,
+            "verdict": "separated",
+            "chains": separations.len(),
+            "separations": separations.iter().take(TOLD).map(|s| json!({
+                "chain": chain(&s.chain),
+                "planes": s.planes.iter().map(|p| [p.n.x, p.n.y, p.n.z, p.d]).collect::<Vec<_>>(),
+            })).collect::<Vec<_>>(),
+        }),
+        Why::Undecided(portals) => json!({ "pair": pair, "verdict": "undecided", "chain": chain(portals) }),
+    }
+}
+
+fn explain([a, b]: [u32; 2], why: &Why) {
+    let way = |portals: &[u32]| {
+        let names: Vec<String> = portals.iter().map(|p| (p / 2).to_string()).collect();
+        if names.is_empty() { "no portal".to_owned() } else { format!("portals {}", names.join(" ")) }
+    };
+    match why {
+        Why::Witnessed(line) => {
+            println!("{a} and {b} see each other: the line from {:?} to {:?}", line.from.to_array(), line.to.to_array());
+            println!("  through {}", way(&line.portals));
+        }
+        Why::Separated(separations) => {
+            println!(
+                "{a} and {b} don't see each other: {} chains of portals, none of which a line passes",
+                separations.len()
+            );
+            for s in separations.iter().take(TOLD) {
+                println!(
+                    "  {}{}",
+                    way(&s.chain),
+                    if s.planes.is_empty() { ": impassable" } else { ": all beyond is inside" }
+                );
+                s.planes.iter().for_each(|p| println!("    {:?} . p <= {}", p.n.to_array(), p.d));
+            }
+            if separations.len() > TOLD {
+                println!("  and {} more", separations.len() - TOLD);
+            }
+        }
+        Why::Undecided(portals) => println!("{a} and {b}: undecided, by way of {}", way(portals)),
+    }
+}

@@ -1,0 +1,169 @@
+//! The visibility lump: rows of leaves, their zero bytes counted, and a file around it that stays what it was.
+//!
+//! A row has a bit for each leaf of the world but the solid one, lowest bit first. A byte that isn't zero stands for itself; a
+//! zero is followed by how many there are, 1 to 255. A leaf has the offset of its row, or -1: it sees everything.
+
+use super::tree::Tree;
+use super::{Bsp, BspError, HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
+use crate::BitMatrix;
+use qbsp::BspFormat;
+use std::collections::HashMap;
+
+/// Of a leaf: its contents come first, then the offset of its row.
+const VIS_OFFSET: usize = 4;
+/// After the lumps: name, offset and length of each lump of an extension.
+const BSPX_ENTRY: usize = 24 + 4 + 4;
+
+/// Rows of all leaves.
+pub(super) fn decode(lump: &[u8], tree: &Tree) -> Result<BitMatrix, BspError> {
+    let n = tree.vis_leaves;
+    let mut rows = BitMatrix::new(n, n);
+    for cell in 0..n {
+        let Ok(offset) = usize::try_from(tree.leaves[cell + 1].vis_offset) else {
+            (0..n).for_each(|c| {
+                rows.set(cell, c);
+            });
+            continue;
+        };
+        let row = lump.get(offset..).and_then(|row| expand(row, n.div_ceil(8)));
+        let row = row.ok_or_else(|| BspError::Entry {
+            lump: LUMPS[LEAVES],
+            entry: cell + 1,
+            what: format!("its row at byte {offset} goes on beyond lump {}", LUMPS[VISIBILITY]),
+        })?;
+        (0..n).filter(|c| row[c / 8] >> (c % 8) & 1 != 0).for_each(|c| {
+            rows.set(cell, c);
+        });
+    }
+    Ok(rows)
+}
+
+/// A row of `length` bytes; `None` where its code ends too early, or counts no zeros.
+fn expand(code: &[u8], length: usize) -> Option<Vec<u8>> {
+    let mut row = Vec::with_capacity(length);
+    let mut code = code.iter();
+    while row.len() < length {
+        match *code.next()? {
+            0 => match *code.next()? {
+                0 => return None,
+                zeros => row.resize((row.len() + usize::from(zeros)).min(length), 0),
+            },
+            byte => row.push(byte),
+        }
+    }
+    Some(row)
+}
+
+/// Counts a row's zeros.
+fn compress(row: &[u8]) -> Vec<u8> {
+    let mut code = Vec::new();
+    for run in row.chunk_by(|a, b| *a == 0 && *b == 0) {
+        match run {
+            [0, ..] => run.chunks(255).for_each(|zeros| code.extend([0, zeros.len() as u8])),
+            _ => code.extend_from_slice(run),
+        }
+    }
+    code
+}
+
+/// See [`Bsp::with_rows`].
+pub(super) fn write(bsp: &Bsp, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec<u8>, BspError> {
+    // 1. A code for each cluster; clusters that see alike share it.
+    let (mut lump, mut known, mut offsets) = (Vec::new(), HashMap::new(), Vec::new());
+    for cluster in 0..rows.rows() {
+        let mut row = vec![0u8; clusters.len().div_ceil(8)];
+        for (leaf, &other) in clusters.iter().enumerate() {
+            row[leaf / 8] |= u8::from(rows.get(cluster, other as usize)) << (leaf % 8);
+        }
+        let offset = *known.entry(compress(&row)).or_insert_with_key(|code| {
+            lump.extend_from_slice(code);
+            lump.len() - code.len()
+        });
+        offsets.push(i32::try_from(offset).map_err(|_| BspError::TooLong)?);
+    }
+
+    // 2. The lump in its place, and the leaves' offsets. Leaves that are not the world's have no row.
+    let (mut bytes, lumps) = replace(&bsp.bytes, &bsp.lumps, &lump)?;
+    let Lump { offset, length } = lumps[LEAVES];
+    let size = if bsp.format == BspFormat::BSP2 { 44 } else { 28 };
+    for (leaf, entry) in bytes[offset..offset + length].chunks_exact_mut(size).enumerate() {
+        let cluster = leaf.checked_sub(1).and_then(|cell| clusters.get(cell));
+        let vis_offset = cluster.map_or(-1, |&c| offsets[c as usize]);
+        entry[VIS_OFFSET..VIS_OFFSET + 4].copy_from_slice(&vis_offset.to_le_bytes());
+    }
+    Ok(bytes)
+}
+
+/// Puts `vis` where the visibility lump is; what follows moves by a multiple of four, as lumps and extensions are aligned.
+fn replace(bytes: &[u8], lumps: &[Lump; LUMPS.len()], vis: &[u8]) -> Result<(Vec<u8>, [Lump; LUMPS.len()]), BspError> {
+    // 1. What is cut out: the old lump with its padding; nothing, after the last lump, where it has no place of its own.
+    let old = lumps[VISIBILITY];
+    let others = || lumps.iter().enumerate().filter(|&(i, l)| i != VISIBILITY && l.length > 0).map(|(_, l)| *l);
+    let last = lumps.iter().filter(|l| l.length > 0).map(|l| l.end()).max().unwrap_or(0).max(HEADER);
+    let extension = last.next_multiple_of(4);
+    let has_extension = bytes.get(extension..extension + 4) == Some(b"BSPX");
+    let shared = others().any(|l| l.offset < old.end() && old.offset < l.end());
+    let cut = if old.length == 0 || shared || old.offset < HEADER {
+        let at = extension.min(bytes.len());
+        at..at
+    } else {
+        let next = others().map(|l| l.offset).filter(|&o| o >= old.end()).chain([bytes.len()]);
+        let next = next.chain(has_extension.then_some(extension).filter(|&e| e >= old.end())).min().unwrap_or(bytes.len());
+        // More than padding is somebody's.
+        old.offset..if next - old.end() < 4 { next } else { old.end() }
+    };
+
+    // 2. The file around it.
+    let start = if cut.is_empty() { extension } else { cut.start };
+    let mut out = bytes[..cut.start].to_vec();
+    out.resize(start, 0);
+    out.extend_from_slice(vis);
+    while !(out.len() - start).wrapping_sub(cut.len()).is_multiple_of(4) {
+        out.push(0);
+    }
+    let new_end = out.len();
+    out.extend_from_slice(&bytes[cut.end..]);
+    if i32::try_from(out.len()).is_err() {
+        return Err(BspError::TooLong);
+    }
+    let moved = |offset: usize| if offset >= cut.end { offset - cut.end + new_end } else { offset };
+
+    // 3. The directory, and the extension's.
+    let mut new = lumps.map(|l| Lump { offset: moved(l.offset), ..l });
+    new[VISIBILITY] = Lump { offset: start, length: vis.len() };
+    for (entry, lump) in out[4..HEADER].chunks_exact_mut(8).zip(new) {
+        entry[..4].copy_from_slice(&(lump.offset as u32).to_le_bytes());
+        entry[4..].copy_from_slice(&(lump.length as u32).to_le_bytes());
+    }
+    if has_extension {
+        let at = moved(extension);
+        let count = out.get(at + 4..at + 8).map_or(0, word);
+        let table = at + 8..at + 8 + count.saturating_mul(BSPX_ENTRY);
+        let damaged = || BspError::Lump { lump: "BSPX", what: format!("lists {count} lumps and ends before") };
+        for entry in out.get_mut(table).ok_or_else(damaged)?.chunks_exact_mut(BSPX_ENTRY) {
+            let offset = moved(word(&entry[24..28])) as u32;
+            entry[24..28].copy_from_slice(&offset.to_le_bytes());
+        }
+    }
+    Ok((out, new))
+}
+
+fn word(bytes: &[u8]) -> usize {
+    bytes.iter().rev().fold(0, |n, &b| n << 8 | usize::from(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_zeros_are_counted_to_255_and_no_further() {
+        let mut row = vec![7, 0, 0, 9];
+        row.extend([0; 600]);
+        let code = compress(&row);
+        assert_eq!(code, [7, 0, 2, 9, 0, 255, 0, 255, 0, 90]);
+        assert_eq!(expand(&code, row.len()), Some(row));
+        assert_eq!(expand(&code, 700), None);
+        assert_eq!(expand(&[0, 0, 1], 1), None);
+    }
+}

@@ -1,0 +1,146 @@
+//! Rows as text: a line a cell, `c n: id id id ...`, `c` itself among the ids, ids ascending.
+
+use crate::BitMatrix;
+use std::io::{self, Write};
+
+/// What is wrong, and where.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("line {line}, {field}: {fault}")]
+pub struct RowsError {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// `cell`, `number of ids`, `id 7`, ...
+    pub field: String,
+    /// What is wrong with it.
+    pub fault: RowsFault,
+}
+
+/// What can be wrong with rows.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RowsFault {
+    /// Bytes that are not UTF-8.
+    #[error("not text")]
+    NotText,
+    /// Too few or too many lines.
+    #[error("{found} lines, but the level has {cells} cells; the rows belong to another level")]
+    Lines {
+        /// Lines in the file.
+        found: usize,
+        /// Cells of the level.
+        cells: usize,
+    },
+    /// No `:`, or nothing where a number is due.
+    #[error("missing")]
+    Missing,
+    /// Not a whole number.
+    #[error("'{0}' is not a whole number")]
+    NotANumber(String),
+    /// Lines are in order, from 0.
+    #[error("{found} where {due} is due")]
+    Order {
+        /// The number found.
+        found: u32,
+        /// The number due.
+        due: u32,
+    },
+    /// An id of no cell.
+    #[error("{0} is no cell")]
+    NoSuchCell(u32),
+    /// Ids ascend.
+    #[error("{0} is not above the id before it")]
+    NotAscending(u32),
+    /// The number before the `:` is wrong.
+    #[error("{promised} ids are promised, {found} follow")]
+    Count {
+        /// The number before the `:`.
+        promised: u32,
+        /// Ids after it.
+        found: u32,
+    },
+    /// A cell always sees itself.
+    #[error("cell {0} is not in its own row")]
+    NotItself(u32),
+}
+
+/// Writes square rows.
+///
+/// # Errors
+///
+/// Those of `out`.
+pub fn write_rows(rows: &BitMatrix, out: &mut dyn Write) -> io::Result<()> {
+    let mut line = String::new();
+    for row in 0..rows.rows() {
+        use std::fmt::Write;
+        line.clear();
+        let _ = write!(line, "{row} {}:", rows.count_row(row));
+        for id in rows.ones(row) {
+            let _ = write!(line, " {id}");
+        }
+        line.push('\n');
+        out.write_all(line.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Reads the rows of a level with `cells` cells; blank lines at the end are allowed.
+///
+/// # Errors
+///
+/// The first fault, with its line and field. Memory is taken only once the file has a line for every cell.
+pub fn read_rows(bytes: &[u8], cells: usize) -> Result<BitMatrix, RowsError> {
+    let at = |line: usize, field: &str, fault: RowsFault| RowsError { line, field: field.into(), fault };
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        at(line, "text", RowsFault::NotText)
+    })?;
+    let text = text.trim_end();
+    let found = text.lines().count();
+    if found != cells {
+        return Err(at(found.min(cells) + 1, "cell", RowsFault::Lines { found, cells }));
+    }
+    let mut rows = BitMatrix::new(cells, cells);
+    for (row, line) in text.lines().enumerate() {
+        read_row(line, row, &mut rows).map_err(|(field, fault)| at(row + 1, &field, fault))?;
+    }
+    Ok(rows)
+}
+
+fn read_row(line: &str, row: usize, rows: &mut BitMatrix) -> Result<(), (String, RowsFault)> {
+    let whole = |text: Option<&str>, field: &str| {
+        let text = text.ok_or_else(|| (field.to_owned(), RowsFault::Missing))?;
+        let not = || (field.to_owned(), RowsFault::NotANumber(text.chars().take(32).collect()));
+        text.parse::<u32>().map_err(|_| not())
+    };
+    let (head, ids) = line.split_once(':').ok_or_else(|| ("':'".to_owned(), RowsFault::Missing))?;
+    let mut head = head.split_ascii_whitespace();
+    let cell = whole(head.next(), "cell")?;
+    if cell as usize != row {
+        return Err(("cell".into(), RowsFault::Order { found: cell, due: row as u32 }));
+    }
+    let promised = whole(head.next(), "number of ids")?;
+    if let Some(more) = head.next() {
+        return Err(("number of ids".into(), RowsFault::NotANumber(more.chars().take(32).collect())));
+    }
+    let (mut found, mut last) = (0, None);
+    for id in ids.split_ascii_whitespace() {
+        found += 1;
+        let field = || format!("id {found}");
+        let id = whole(Some(id), &field())?;
+        if id as usize >= rows.columns() {
+            return Err((field(), RowsFault::NoSuchCell(id)));
+        }
+        if last.is_some_and(|last| last >= id) {
+            return Err((field(), RowsFault::NotAscending(id)));
+        }
+        last = Some(id);
+        rows.set(row, id as usize);
+    }
+    if found != promised {
+        return Err(("number of ids".into(), RowsFault::Count { promised, found }));
+    }
+    if !rows.get(row, row) {
+        return Err(("ids".into(), RowsFault::NotItself(cell)));
+    }
+    Ok(())
+}

@@ -1,0 +1,359 @@
+//! Quake levels: portals out of the tree, rows into the file and out again, and everything else as it was.
+#![cfg(feature = "quake")]
+
+mod quake;
+
+use enfilade::BitMatrix;
+use enfilade::geom::{area, newell};
+use enfilade::vis::bsp::{Bsp, BspError};
+use enfilade::vis::prt::{Dialect, Prt};
+use glam::DVec3;
+use proptest::prelude::*;
+use qbsp::prelude::*;
+use quake::{AIR, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
+const VISIBILITY: usize = 4;
+const LEAVES: usize = 10;
+
+/// The data folder, or `None` after saying that the test wasn't run.
+fn data(test: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("ENFILADE_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
+    eprintln!("not run: {test}: no data folder");
+    None
+}
+
+fn read(tree: &Tree, layout: Layout) -> Bsp {
+    Bsp::read(bsp(tree, layout)).unwrap()
+}
+
+fn formats() -> [Layout; 2] {
+    [false, true].map(|bsp2| Layout { bsp2, ..Layout::default() })
+}
+
+/// Pairs of cells with a portal, its plane's x, and its area.
+fn portals(level: &Bsp) -> Vec<([u32; 2], f64, f64)> {
+    let mut all: Vec<_> = level
+        .level()
+        .unwrap()
+        .level
+        .portals
+        .iter()
+        .map(|p| {
+            // Leads along x: from the cell with the smaller x, or the other way round.
+            let forwards = newell(&p.winding).x > 0.0;
+            let cells = if forwards { p.cells } else { [p.cells[1], p.cells[0]] };
+            (cells, p.winding[0].x, (area(&p.winding) * 1e6).round() / 1e6)
+        })
+        .collect();
+    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    all
+}
+
+#[test]
+fn three_rooms_have_four_portals() {
+    for layout in formats() {
+        let level = read(&three_rooms(AIR), layout);
+        assert_eq!((level.leaves(), level.format()), (5, if layout.bsp2 { "BSP2" } else { "bsp29" }));
+        // Leaves in the order in which they are written: third room, its door, second, its door, first.
+        let expected = [([4, 3], 4.0, 4.0), ([3, 2], 5.0, 4.0), ([2, 1], 9.0, 4.0), ([1, 0], 10.0, 4.0)];
+        assert_eq!(portals(&level), expected);
+        assert_eq!(level.level().unwrap().slivers, 0);
+    }
+}
+
+#[test]
+fn water_is_looked_through_and_sky_is_not() {
+    let [water, sky, solid] = [WATER, SKY, SOLID].map(|last| portals(&read(&three_rooms(last), Layout::default())));
+    assert_eq!((water.len(), sky.len(), solid.len()), (4, 3, 3));
+}
+
+#[test]
+fn planes_that_repeat_make_no_portal_twice() {
+    // A wall's plane once more below itself, either way round: nothing is between the two.
+    let twice = hollow([0.0; 3], [8.0; 3], node(0, 4.0, node(0, 4.0, leaf(AIR), leaf(AIR)), leaf(AIR)));
+    let level = read(&twice, Layout::default());
+    let found = portals(&level);
+    assert_eq!(found.iter().map(|p| (p.1, p.2)).collect::<Vec<_>>(), [(4.0, 64.0)]);
+    // The leaf without a volume has no portal.
+    let named: BTreeSet<u32> = found.iter().flat_map(|p| p.0).collect();
+    assert_eq!(named.len(), 2);
+}
+
+#[test]
+fn a_face_falls_apart_where_leaves_meet_it() {
+    // One side of x = 4 is cut at y = 2 and y = 5, the other at z = 3: six pieces.
+    let three = || node(1, 2.0, node(1, 5.0, leaf(AIR), leaf(AIR)), leaf(AIR));
+    let two = node(2, 3.0, leaf(AIR), leaf(AIR));
+    let level = read(&hollow([0.0; 3], [8.0; 3], node(0, 4.0, three(), two)), Layout::default());
+    let across: Vec<_> = portals(&level).into_iter().filter(|p| p.1 == 4.0 && p.0[0] != p.0[1]).collect();
+    let mut areas: Vec<f64> = level
+        .level()
+        .unwrap()
+        .level
+        .portals
+        .iter()
+        .filter(|p| newell(&p.winding).x.abs() > 1e-6)
+        .map(|p| area(&p.winding))
+        .collect();
+    areas.sort_by(f64::total_cmp);
+    assert_eq!(areas.iter().map(|a| a.round()).collect::<Vec<_>>(), [6.0, 9.0, 9.0, 10.0, 15.0, 15.0]);
+    assert!((areas.iter().sum::<f64>() - 64.0).abs() < 1e-9 && across.len() >= 6);
+}
+
+fn diagonal(n: usize) -> BitMatrix {
+    let mut rows = BitMatrix::new(n, n);
+    (0..n).for_each(|i| _ = rows.set(i, i));
+    rows
+}
+
+/// Everything but the rows is as it was.
+fn assert_kept(before: &[u8], after: &[u8], leaf_size: usize) {
+    let (a, b) = (lumps(before), lumps(after));
+    for k in (0..15).filter(|&k| k != VISIBILITY && k != LEAVES) {
+        assert_eq!(a[k], b[k], "lump {k}");
+    }
+    assert_eq!(a[LEAVES].len(), b[LEAVES].len());
+    for (x, y) in a[LEAVES].chunks_exact(leaf_size).zip(b[LEAVES].chunks_exact(leaf_size)) {
+        assert_eq!((&x[..4], &x[8..]), (&y[..4], &y[8..]));
+    }
+    assert_eq!(extension(before), extension(after));
+}
+
+#[test]
+fn rows_come_back_and_the_rest_stays() {
+    let some = || Layout { vis: &[9; 5], ..Layout::default() };
+    let layouts = [
+        Layout::default(),
+        some(),
+        Layout { extended: true, ..Layout::default() },
+        Layout { extended: true, ..some() },
+        Layout { vis_last: true, ..some() },
+        Layout { vis_last: true, extended: true, ..some() },
+        Layout { tail: b"somebody's own bytes", ..some() },
+        Layout { vis_last: true, tail: b"somebody's own bytes", ..some() },
+    ];
+    for (k, layout) in layouts.into_iter().enumerate() {
+        for bsp2 in [false, true] {
+            let before = bsp(&three_rooms(AIR), Layout { bsp2, ..layout });
+            let level = Bsp::read(before.clone()).unwrap();
+            let mut rows = diagonal(5);
+            [(0, 1), (1, 0), (1, 2), (4, 0)].iter().for_each(|&(a, b)| _ = rows.set(a, b));
+            let after = level.with_rows(&rows, &[0, 1, 2, 3, 4]).unwrap();
+            let again = Bsp::read(after.clone()).unwrap();
+            assert_eq!(again.rows().unwrap(), Some(rows.clone()), "layout {k}");
+            assert_eq!(again.level().unwrap(), level.level().unwrap());
+            assert_kept(&before, &after, if bsp2 { 44 } else { 28 });
+            assert!(after.ends_with(layout.tail), "layout {k}");
+            // The solid leaf, and those of doors and lifts, have no row.
+            let leaves = &lumps(&after)[LEAVES];
+            let offsets: Vec<i32> = leaves
+                .chunks_exact(if bsp2 { 44 } else { 28 })
+                .map(|l| i32::from_le_bytes(l[4..8].try_into().unwrap()))
+                .collect();
+            assert_eq!((offsets[0], offsets[6], offsets.len()), (-1, -1, 7));
+            // Once more, with the same rows: the same file.
+            assert_eq!(again.with_rows(&rows, &[0, 1, 2, 3, 4]).unwrap(), after, "layout {k}");
+        }
+    }
+}
+
+#[test]
+fn clusters_rows_are_spread_over_their_leaves() {
+    let level = read(&three_rooms(AIR), Layout::default());
+    // Two clusters: leaves 0, 1, 2 and 3, 4; the first sees the second, which sees itself only.
+    let mut rows = diagonal(2);
+    rows.set(0, 1);
+    let after = Bsp::read(level.with_rows(&rows, &[0, 0, 0, 1, 1]).unwrap()).unwrap().rows().unwrap().unwrap();
+    let of = |leaf: usize| after.ones(leaf).collect::<Vec<_>>();
+    assert_eq!([of(0), of(1), of(2)], [(); 3].map(|()| vec![0, 1, 2, 3, 4]));
+    assert_eq!([of(3), of(4)], [(); 2].map(|()| vec![3, 4]));
+}
+
+#[test]
+fn leaves_without_an_offset_see_everything() {
+    let level = read(&three_rooms(AIR), Layout { vis: &[0, 1], ..Layout::default() });
+    assert_eq!(level.rows().unwrap().unwrap().count_ones(), 25);
+    assert_eq!(read(&three_rooms(AIR), Layout::default()).rows().unwrap(), None);
+}
+
+#[test]
+fn fences_are_not_taken_for_walls() {
+    let level = read(&three_rooms(AIR), Layout { texture: b'{', ..Layout::default() });
+    assert_eq!(level.level().unwrap_err(), BspError::Fences(1));
+}
+
+#[test]
+fn damage_is_named() {
+    let file = bsp(&three_rooms(AIR), Layout { vis: &[1], ..Layout::default() });
+    let fault = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut file = file.clone();
+        change(&mut file);
+        Bsp::read(file).and_then(|b| b.rows()).unwrap_err().to_string()
+    };
+    let offset = |lump: usize| u32::from_le_bytes(file[4 + 8 * lump..8 + 8 * lump].try_into().unwrap()) as usize;
+    let put = |at: usize, value: i32| move |f: &mut Vec<u8>| f[at..at + 4].copy_from_slice(&value.to_le_bytes());
+    let short = |at: usize, value: i16| move |f: &mut Vec<u8>| f[at..at + 2].copy_from_slice(&value.to_le_bytes());
+    assert_eq!(fault(&|f| f.truncate(100)), "ends after 100 bytes, within the header");
+    assert_eq!(fault(&|f| f[0] = 30), "a Half-Life level (bsp30) is not read; Quake's bsp29 and BSP2 are");
+    assert_eq!(
+        fault(&|f| f[..4].copy_from_slice(b"IBSP")),
+        "a Quake 2 or Quake 3 level is not read; Quake's bsp29 and BSP2 are"
+    );
+    assert!(fault(&put(4 + 8 * 5, i32::MAX)).starts_with("lump nodes ends at byte "));
+    assert!(fault(&put(8 + 8 * 5, 25)).starts_with("lump nodes has 25 bytes, not a multiple of 24"));
+    assert_eq!(fault(&put(8 + 8 * 10, 0)), "lump leaves is empty");
+    assert_eq!(fault(&put(offset(5), 9999)), "lump nodes, entry 0: its plane 9999 doesn't exist");
+    assert_eq!(fault(&put(offset(1) + 8, 0)), "lump planes, entry 0: is no plane with a unit normal");
+    assert_eq!(fault(&put(offset(1) + 12, 0x7fc0_0000)), "lump planes, entry 0: is no plane with a unit normal");
+    assert_eq!(fault(&short(offset(5) + 24 + 4, 0)), "lump nodes, entry 0: is reached twice");
+    assert_eq!(fault(&short(offset(5) + 4, 999)), "lump nodes, entry 999: doesn't exist, but the tree leads to it");
+    assert_eq!(fault(&short(offset(5) + 6, -99)), "lump leaves, entry 98: doesn't exist, but the tree leads to it");
+    assert!(fault(&short(offset(5) + 6, -3)).ends_with("is reached twice"));
+    assert!(fault(&short(offset(5) + 6, -7)).contains("only the first 5 have rows"));
+    assert!(fault(&put(offset(14) + 36 + 16, 7)).starts_with("lump models, entry 0: has 7 leaves"));
+    assert!(fault(&put(offset(14), 0x7f80_0000)).starts_with("lump models, entry 0: has no finite extent"));
+    assert!(fault(&put(offset(10) + 28 + 4, 1)).starts_with("lump leaves, entry 1: its row at byte 1 goes on beyond"));
+    assert!(fault(&put(offset(10), -77)).starts_with("lump leaves can't be read"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn mutants_never_panic(edits in prop::collection::vec((any::<prop::sample::Index>(), any::<[u8; 2]>()), 1..8), bsp2 in any::<bool>()) {
+        let mut file = bsp(&three_rooms(WATER), Layout { bsp2, vis: &[3, 0, 4], extended: true, ..Layout::default() });
+        for (at, bytes) in edits {
+            let at = at.index(file.len() - 2);
+            file[at..at + 2].copy_from_slice(&bytes);
+        }
+        if let Ok(level) = Bsp::read(file) {
+            let _ = (level.rows(), level.level());
+            let n = level.leaves();
+            let clusters: Vec<u32> = (0..n as u32).collect();
+            if let Ok(after) = level.with_rows(&diagonal(n), &clusters) {
+                prop_assert_eq!(Bsp::read(after).unwrap().rows().unwrap().unwrap_or(diagonal(n)), diagonal(n));
+            }
+        }
+    }
+}
+
+/// A real level, read by us and whole by qbsp.
+fn real(folder: &std::path::Path, name: &str) -> (Vec<u8>, Bsp, BspData) {
+    let bytes = std::fs::read(folder.join(format!("quake-id-gpl/{name}.bsp"))).unwrap();
+    let theirs = BspData::parse(BspParseInput { bsp: &bytes, lit: None, settings: BspParseSettings::default() }).unwrap();
+    (bytes.clone(), Bsp::read(bytes).unwrap(), theirs)
+}
+
+/// What another reader of the format decodes.
+fn rows_of(theirs: &BspData, leaves: usize) -> BitMatrix {
+    let mut rows = BitMatrix::new(leaves, leaves);
+    for leaf in 0..leaves {
+        // Its iterator doesn't know how many leaves the world has.
+        let seen = theirs.potentially_visible_set(leaf + 1).unwrap().into_leaf_indices().ok().unwrap();
+        seen.filter(|&other| (1..=leaves).contains(&(other as usize)))
+            .for_each(|other| _ = rows.set(leaf, other as usize - 1));
+    }
+    rows
+}
+
+#[test]
+fn real_levels_keep_everything_but_their_rows() {
+    let Some(folder) = data("real_levels_keep_everything_but_their_rows") else { return };
+    for name in LEVELS {
+        let (bytes, level, theirs) = real(&folder, name);
+        let rows = level.rows().unwrap().unwrap();
+        assert_eq!(rows, rows_of(&theirs, level.leaves()), "{name}");
+        let clusters: Vec<u32> = (0..level.leaves() as u32).collect();
+        // Fewer, the same, and more bytes than before.
+        let mut checkered = diagonal(level.leaves());
+        (0..level.leaves()).for_each(|i| (i % 2..level.leaves()).step_by(2).for_each(|j| _ = checkered.set(i, j)));
+        for new in [diagonal(level.leaves()), rows, checkered] {
+            let after = level.with_rows(&new, &clusters).unwrap();
+            assert_kept(&bytes, &after, 28);
+            let read =
+                BspData::parse(BspParseInput { bsp: &after, lit: None, settings: BspParseSettings::default() }).unwrap();
+            assert_eq!(rows_of(&read, level.leaves()), new, "{name}");
+            assert_eq!(Bsp::read(after).unwrap().rows().unwrap().unwrap(), new, "{name}");
+        }
+    }
+}
+
+#[test]
+fn real_levels_portals_lie_between_their_leaves() {
+    let Some(folder) = data("real_levels_portals_lie_between_their_leaves") else { return };
+    for name in LEVELS {
+        let (_, level, theirs) = real(&folder, name);
+        let derived = level.level().unwrap();
+        let rows = level.rows().unwrap().unwrap();
+        // 1. What the tree, asked by another reader, says of points on both sides.
+        let mut astray = 0;
+        for p in &derived.level.portals {
+            let (middle, normal) = (enfilade::geom::middle(&p.winding), newell(&p.winding).normalize());
+            let leaf = |side: f64| theirs.leaf_at_point(0, (middle + normal * side * 0.01).as_vec3()) as u32;
+            astray += u32::from([leaf(-1.0), leaf(1.0)] != p.cells.map(|c| c + 1));
+            // 2. A third party's rows know them as neighbours.
+            assert!(rows.get(p.cells[0] as usize, p.cells[1] as usize), "{name}: {:?}", p.cells);
+        }
+        // Some leaves are thinner than that hundredth of a unit.
+        assert!(astray * 500 <= derived.level.portals.len() as u32, "{name}: {astray}");
+        let prt = Prt { dialect: Dialect::Prt1, leaves: (0..level.leaves() as u32).collect(), level: derived.level };
+        assert!(level.fits(&prt), "{name}");
+    }
+}
+
+/// Random segments: wherever one gets from an open leaf into another, there is a portal between the two.
+#[test]
+fn real_levels_are_sealed() {
+    let Some(folder) = data("real_levels_are_sealed") else { return };
+    for name in LEVELS {
+        let (_, level, theirs) = real(&folder, name);
+        let derived = level.level().unwrap().level;
+        let neighbours: BTreeSet<[u32; 2]> =
+            derived.portals.iter().flat_map(|p| [p.cells, [p.cells[1], p.cells[0]]]).collect();
+        let named: BTreeSet<u32> = derived.portals.iter().flat_map(|p| p.cells).collect();
+        let mut state = 1u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / (1u64 << 24) as f64
+        };
+        let open = |p: DVec3| {
+            let leaf = theirs.leaf_at_point(0, p.as_vec3());
+            (leaf > 0 && named.contains(&(leaf as u32 - 1))).then(|| leaf as u32 - 1)
+        };
+        let (mut crossings, mut without) = (0, 0);
+        for k in 0..4000 {
+            // From a random corner of a random portal's middle on, in a random direction.
+            let portal = &derived.portals[(k * 7919) % derived.portals.len()];
+            let mut p = enfilade::geom::middle(&portal.winding);
+            let step = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or_zero() * 0.37;
+            for _ in 0..200 {
+                let q = p + step;
+                let (Some(a), Some(b)) = (open(p), open(q)) else { break };
+                if a != b && !neighbours.contains(&[a, b]) {
+                    // Something thin in between, or at an edge: closer.
+                    let (mut from, mut to) = (p, q);
+                    while from.distance(to) > 2e-3 {
+                        let middle = (from + to) * 0.5;
+                        if open(middle) == Some(a) { from = middle } else { to = middle }
+                    }
+                    let next = open(to);
+                    without += u32::from(next.is_some_and(|next| !neighbours.contains(&[a, next])));
+                }
+                crossings += u32::from(a != b);
+                p = q;
+            }
+        }
+        assert!(crossings > 4000, "{name}: {crossings}");
+        // Within the rounding of the planes, leaves that meet in an edge may seem to share a face.
+        assert!(without <= crossings / 5000, "{name}: {without} of {crossings}");
+        eprintln!("{name}: {without} of {crossings} crossings without a portal");
+    }
+}

@@ -1,0 +1,321 @@
+//! `enfilade vis` and `enfilade check` on levels, as a user runs them.
+
+#[cfg(feature = "quake")]
+#[allow(dead_code)]
+mod quake;
+
+use enfilade::vis::prt::read_prt;
+use enfilade::vis::resume::{read_state, write_state};
+use enfilade::vis::rows::read_rows;
+use enfilade::vis::{Control, State, VisError, VisOptions, vis};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The data folder, or `None` after saying that the test wasn't run.
+fn data(test: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("ENFILADE_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
+    eprintln!("not run: {test}: no data folder");
+    None
+}
+
+/// An empty folder of this test's own.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli_vis_{test}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn command(arguments: &[&Path]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade"));
+    command.args(arguments);
+    command
+}
+
+fn run(arguments: &[&Path]) -> Output {
+    command(arguments).output().unwrap()
+}
+
+macro_rules! enfilade {
+    ($($argument:expr),+ $(,)?) => { run(&[$(Path::new($argument)),+]) };
+}
+
+fn done(out: &Output) {
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+}
+
+/// One line, which says all of `parts`; exit 2.
+fn refused(out: &Output, parts: &[&str]) {
+    let said = String::from_utf8(out.stderr.clone()).unwrap();
+    assert_eq!((out.status.code(), said.lines().count(), out.stdout.len()), (Some(2), 1, 0), "{said}");
+    parts.iter().for_each(|part| assert!(said.contains(part), "no '{part}': {said}"));
+}
+
+/// Four rooms in a row along x; the last door is so far aside that the first and the last room don't see each other.
+const LEVEL: &str = "PRT1\n4\n3\n\
+    4 0 1 (4 -1 -1) (4 1 -1) (4 1 1) (4 -1 1)\n\
+    4 1 2 (8 -1 -1) (8 1 -1) (8 1 1) (8 -1 1)\n\
+    4 2 3 (12 9 -1) (12 11 -1) (12 11 1) (12 9 1)\n";
+const ROWS: &str = "0 3: 0 1 2\n1 4: 0 1 2 3\n2 4: 0 1 2 3\n3 3: 1 2 3\n";
+/// As `LEVEL`, but the last door is in line with the others.
+const OPEN: &str = "PRT1\n4\n3\n\
+    4 0 1 (4 -1 -1) (4 1 -1) (4 1 1) (4 -1 1)\n\
+    4 1 2 (8 -1 -1) (8 1 -1) (8 1 1) (8 -1 1)\n\
+    4 2 3 (12 -1 -1) (12 1 -1) (12 1 1) (12 -1 1)\n";
+
+#[test]
+fn rows_of_a_portal_file() {
+    let folder = folder("rows");
+    let (level, rows) = (folder.join("level.prt"), folder.join("rows.txt"));
+    std::fs::write(&level, LEVEL).unwrap();
+    let out = enfilade!("vis", &level, "--rows", &rows, "--json", "--threads", "2");
+    done(&out);
+    assert_eq!(std::fs::read_to_string(&rows).unwrap(), ROWS);
+    let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+    for (key, value) in [("clusters", 4), ("portals", 3), ("leaves", 4), ("slivers", 0), ("total_pairs", 16)] {
+        assert_eq!(report[key], value, "{key}");
+    }
+    for (key, value) in [("lower_pairs", 14), ("upper_pairs", 14), ("undecided_pairs", 0), ("capped", 0)] {
+        assert_eq!(report[key], value, "{key}");
+    }
+    assert_eq!((&report["portals_from"], &report["mean_visible"]), (&"PRT1".into(), &3.5.into()));
+    for key in ["seconds", "steps", "lines"] {
+        assert!(report[key].is_number(), "{key}");
+    }
+    assert!(report["stage_seconds"]["read"].is_number() && report["stage_seconds"]["write"].is_number());
+    // Nothing else is left beside it.
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+#[test]
+fn why_tells_the_line_or_the_chain() {
+    let folder = folder("why");
+    let level = folder.join("level.prt");
+    std::fs::write(&level, LEVEL).unwrap();
+    let why = |a: &str, b: &str| {
+        let out = enfilade!("vis", &level, "--why", a, b, "--json");
+        done(&out);
+        serde_json::from_slice::<Value>(&out.stdout).unwrap()["why"].clone()
+    };
+    let seen = why("0", "2");
+    assert_eq!((&seen["verdict"], seen["pair"].to_string()), (&"witnessed".into(), "[0,2]".into()));
+    assert_eq!(seen["chain"].as_array().unwrap().len(), 2);
+    let hidden = why("0", "3");
+    assert_eq!(hidden["verdict"], "separated");
+    assert!(hidden["chains"].as_u64().unwrap() > 0);
+    let prose = enfilade!("vis", &level, "--why", "3", "0");
+    assert!(String::from_utf8(prose.stdout).unwrap().starts_with("3 and 0 don't see each other: "));
+    let prose = enfilade!("vis", &level, "--why", "1", "3");
+    assert!(String::from_utf8(prose.stdout).unwrap().starts_with("1 and 3 see each other: "));
+}
+
+#[cfg(feature = "quake")]
+mod levels {
+    use super::*;
+    use enfilade::vis::bsp::Bsp;
+    use quake::{AIR, Layout, bsp, lumps, three_rooms};
+
+    #[test]
+    fn a_level_is_written_back() {
+        let folder = folder("bsp");
+        let level = folder.join("level.bsp");
+        let before = bsp(&three_rooms(AIR), Layout { bsp2: true, extended: true, ..Layout::default() });
+        std::fs::write(&level, &before).unwrap();
+        // 1. To another name.
+        let other = folder.join("other.bsp");
+        done(&enfilade!("vis", &level, "-o", &other));
+        assert_eq!(std::fs::read(&level).unwrap(), before);
+        let rows = Bsp::read(std::fs::read(&other).unwrap()).unwrap().rows().unwrap().unwrap();
+        // Doors in line: everything sees everything.
+        assert_eq!(rows.count_ones(), 25);
+        // 2. In place; why doesn't write.
+        done(&enfilade!("vis", &level, "--why", "0", "1"));
+        assert_eq!(std::fs::read(&level).unwrap(), before);
+        done(&enfilade!("vis", &level));
+        let after = std::fs::read(&level).unwrap();
+        assert_eq!(after, std::fs::read(&other).unwrap());
+        assert_eq!(
+            (lumps(&after)[0].clone(), lumps(&after)[5].clone()),
+            (lumps(&before)[0].clone(), lumps(&before)[5].clone())
+        );
+        // 3. Its rows pass.
+        done(&enfilade!("check", &level, "--rays", "10000"));
+    }
+
+    #[test]
+    fn the_portal_file_beside_a_level_is_taken_where_it_fits() {
+        let folder = folder("beside");
+        let (level, prt) = (folder.join("level.bsp"), folder.join("level.prt"));
+        std::fs::write(&level, bsp(&three_rooms(AIR), Layout::default())).unwrap();
+        let from = || {
+            let out = enfilade!("vis", &level, "--json");
+            done(&out);
+            let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+            (report["portals_from"].as_str().unwrap().to_owned(), report["clusters"].as_u64(), report["notes"].to_string())
+        };
+        assert_eq!(from(), ("tree".into(), Some(5), "[]".into()));
+        // Rooms and doors as two clusters, 0 the third room with its door: leaves 0 and 1.
+        let fitting = "PRT2\n5\n2\n1\n4 1 0 (9 -1 -1) (9 1 -1) (9 1 1) (9 -1 1)\n0 1 -1\n2 3 4 -1\n";
+        std::fs::write(&prt, fitting).unwrap();
+        assert_eq!(from(), ("PRT2".into(), Some(2), "[]".into()));
+        // Another level's, with other leaves; one with portals elsewhere; one that can't be read.
+        let short = fitting.replace("\n5\n", "\n4\n").replace("2 3 4 -1", "2 3 -1");
+        for other in [short, fitting.replace("(9 ", "(7 "), fitting.replace("PRT2", "PRT9")] {
+            std::fs::write(&prt, other).unwrap();
+            let (from, clusters, notes) = from();
+            assert_eq!((from.as_str(), clusters), ("tree", Some(5)));
+            assert!(notes.contains("level.prt"), "{notes}");
+        }
+    }
+}
+
+#[cfg(not(feature = "quake"))]
+#[test]
+fn a_binary_without_quake_says_so() {
+    let level = folder("without").join("level.bsp");
+    std::fs::write(&level, [29, 0, 0, 0]).unwrap();
+    refused(&enfilade!("vis", &level), &["level.bsp: this binary reads no .bsp; build it with `--features quake`"]);
+}
+
+#[test]
+fn check_finds_the_missing_bit() {
+    let folder = folder("check");
+    let (level, rows) = (folder.join("level.prt"), folder.join("rows.txt"));
+    std::fs::write(&level, OPEN).unwrap();
+    done(&enfilade!("vis", &level, "--rows", &rows));
+    done(&enfilade!("check", &level, "--rows", &rows, "--rays", "100000"));
+    let whole = std::fs::read_to_string(&rows).unwrap();
+    std::fs::write(&rows, whole.replace("0 4: 0 1 2 3\n", "0 3: 0 1 2\n")).unwrap();
+    let out = enfilade!("check", &level, "--rows", &rows, "--rays", "100000", "--json");
+    assert_eq!(out.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!((&report["passed"], &report["missed_pairs"]), (&false.into(), &1.into()));
+    let cells = report["examples"][0]["cells"].to_string();
+    assert!(cells == "[0,3]" || cells == "[3,0]", "{cells}");
+    let said = String::from_utf8(out.stderr).unwrap();
+    assert!(said.contains("through portals") && said.contains("failed in"), "{said}");
+}
+
+#[test]
+fn bad_input_is_one_line_and_exit_2() {
+    let folder = folder("bad");
+    let write = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let (good, bad) = (write("good.prt", LEVEL), write("bad.prt", &LEVEL.replace("4 1 2", "4 1 x")));
+    let rows = write("rows.txt", "0 3: 0 1 2\n1 4: 0 1 2 3\n2 4: 0 1 2 3\n3 3: 1 2 4\n");
+    refused(&enfilade!("vis", &bad), &["bad.prt: line 5, second cluster: 'x' where a whole number is due"]);
+    refused(&enfilade!("vis", &folder.join("none.prt")), &["none.prt: "]);
+    refused(&enfilade!("vis", &folder), &["is named neither .prt nor .bsp"]);
+    #[cfg(feature = "quake")]
+    refused(&enfilade!("vis", &write("cut.bsp", "BSP2")), &["cut.bsp: ends after 4 bytes, within the header"]);
+    refused(&enfilade!("vis", &good, "--why", "0", "4"), &["--why 4: the level has clusters 0 to 3"]);
+    refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o takes a level that is a .bsp"]);
+    refused(&enfilade!("vis", &good, "--rows", &folder), &["cli_vis_bad: "]);
+    let text = write("text.state", "no state");
+    refused(&enfilade!("vis", &good, "--state", &text), &["text.state: is no state of vis", "--state"]);
+    refused(&enfilade!("check", &good), &["good.prt: holds no rows"]);
+    refused(&enfilade!("check", &good, "--rows", &rows), &["rows.txt: line 4, id 3: 4 is no cell"]);
+    refused(&enfilade!("check", &good, "--model", &good), &["good.prt: a level is tested by its portals"]);
+    refused(&enfilade!("check", &bad, "--rows", &rows), &["bad.prt: line 5"]);
+}
+
+/// A level's text, and the state of a run over it that was stopped after its first round.
+fn stopped(text: &[u8], options: &VisOptions) -> State {
+    let level = read_prt(text).unwrap().level;
+    let (stop, kept) = (AtomicBool::new(false), Mutex::new(None));
+    let checkpoint = |state: &State| {
+        stop.store(true, Ordering::Relaxed);
+        *kept.lock().unwrap() = Some(state.clone());
+    };
+    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint };
+    match vis(&level, options, None, &control) {
+        Err(VisError::Stopped(Some(state))) => {
+            assert!(Some(*state) == *kept.lock().unwrap(), "the last state is the one to go on from")
+        }
+        // It was over with that round.
+        Ok(_) => (),
+        Err(e) => panic!("{e}"),
+    }
+    kept.into_inner().unwrap().expect("a round")
+}
+
+fn save(path: &Path, state: &State) {
+    write_state(state, &mut std::fs::File::create(path).unwrap()).unwrap();
+}
+
+#[test]
+fn a_run_goes_on_from_its_state_and_from_no_other() {
+    let Some(data) = data("a_run_goes_on_from_its_state_and_from_no_other") else { return };
+    let folder = folder("state");
+    let (level, state_file) = (data.join("prt/lqdm12.prt"), folder.join("state"));
+    let text = std::fs::read(&level).unwrap();
+    let state = stopped(&text, &VisOptions::default());
+    save(&state_file, &state);
+    let again = read_state(&mut std::fs::File::open(&state_file).unwrap()).unwrap();
+    assert!(again == state, "a state comes back to the last bit");
+
+    // 1. The same rows as in one go; the state is gone then.
+    let (whole, resumed) = (folder.join("whole.txt"), folder.join("resumed.txt"));
+    done(&enfilade!("vis", &level, "--rows", &whole, "--state", &folder.join("unused"), "--threads", "1"));
+    let out = enfilade!("vis", &level, "--rows", &resumed, "--state", &state_file, "--threads", "2");
+    done(&out);
+    assert!(String::from_utf8(out.stderr).unwrap().contains("goes on from"));
+    assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&resumed).unwrap());
+    assert!(!state_file.exists());
+
+    // 2. Of other options, of another level, damaged: refused, and kept.
+    save(&state_file, &stopped(&text, &VisOptions { seed: 1, ..VisOptions::default() }));
+    let other = folder.join("other.prt");
+    std::fs::write(&other, LEVEL).unwrap();
+    let belongs = ["state: belongs to another level or to other options"];
+    refused(&enfilade!("vis", &level, "--state", &state_file), &belongs);
+    refused(&enfilade!("vis", &other, "--state", &state_file, "--seed", "1"), &belongs);
+    let mut bytes = std::fs::read(&state_file).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&state_file, &bytes).unwrap();
+    refused(&enfilade!("vis", &level, "--seed", "1", "--state", &state_file), &["state: is damaged; delete it"]);
+    std::fs::write(&state_file, &bytes[..20]).unwrap();
+    refused(&enfilade!("vis", &level, "--seed", "1", "--state", &state_file), &["state: is damaged; delete it"]);
+    assert!(state_file.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_a_state() {
+    let Some(data) = data("an_interrupted_run_leaves_a_state") else { return };
+    let folder = folder("interrupt");
+    let (level, state) = (data.join("prt/lq_e0m2.prt"), folder.join("state"));
+    let mut cut_short = false;
+    // Sooner where the machine is faster.
+    for milliseconds in [2000, 1000, 500, 250] {
+        let arguments = [Path::new("vis"), &level, Path::new("--state"), &state, Path::new("--threads"), Path::new("1")];
+        let child = command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(milliseconds));
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        let out = child.wait_with_output().unwrap();
+        let said = String::from_utf8(out.stderr).unwrap();
+        if out.status.code() == Some(1) && said.contains("the same command goes on from") {
+            cut_short = true;
+            break;
+        }
+        assert!(out.status.code() == Some(0) || said.contains("before anything was decided"), "{said}");
+    }
+    assert!(cut_short, "no run was cut short");
+    let (whole, resumed) = (folder.join("whole.txt"), folder.join("resumed.txt"));
+    done(&enfilade!("vis", &level, "--rows", &resumed, "--state", &state));
+    done(&enfilade!("vis", &level, "--rows", &whole, "--state", &state));
+    assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&resumed).unwrap());
+    let rows = read_rows(&std::fs::read(&whole).unwrap(), 1506).unwrap();
+    assert!((0..1506).all(|a| rows.ones(a).all(|b| rows.get(b, a))), "rows are symmetric");
+}
