@@ -253,14 +253,20 @@ impl<'a> Search<'a> {
         if depth == 0 {
             return true;
         }
-        // Lines from the target back through the last window end in part of the source.
+        // Lines from the target back through each window of the chain end in part of the source.
         self.waist.assign(&frame.pass);
         if !net.behind(entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
         let mut cut = Cut { window: &mut child.source, passes: true, slack: &net.slack, spare: &mut self.spare };
-        self.separators.each(&child.pass, &self.waist, Way::Against, &mut cut);
-        cut.passes
+        let passes = std::iter::once(&self.waist).chain(below[1..depth].iter().rev().map(|frame| &frame.pass));
+        for pass in passes {
+            self.separators.through_second(&child.pass, pass, Way::Against, &mut cut);
+            if !cut.passes {
+                return false;
+            }
+        }
+        true
     }
 
     /// Works out what the frame above `depth`, which has just crossed `target`, decides and may still reach. False where

@@ -34,6 +34,8 @@ pub(crate) struct Window {
     corners: Vec<f64>,
     room: usize,
     len: usize,
+    /// Bit i: the edge that ends at corner i is one of the portal's own, not made by a cut. Corners from 64 on count as such.
+    own: u64,
     /// The way the portal leads. Corners are counter-clockwise seen from its tip, where the window is flat.
     pub normal: DVec3,
     /// Whether the corners lie in one plane that is known. Others are never clipped, only kept or cut off as a whole, because
@@ -44,7 +46,7 @@ pub(crate) struct Window {
 impl Window {
     /// A window with these corners. They may be collinear or coincide.
     pub fn new(corners: &[DVec3], normal: DVec3, flat: bool) -> Self {
-        let mut window = Self { normal, flat, ..Self::default() };
+        let mut window = Self { normal, flat, own: !0, ..Self::default() };
         corners.iter().for_each(|&p| window.push(p));
         window.pad();
         window
@@ -60,7 +62,7 @@ impl Window {
             self.corners.extend_from_slice(&other.corners);
             self.room = other.room;
         }
-        (self.len, self.normal, self.flat) = (other.len, other.normal, other.flat);
+        (self.len, self.normal, self.flat, self.own) = (other.len, other.normal, other.flat, other.own);
     }
 
     /// Number of corners.
@@ -73,6 +75,12 @@ impl Window {
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.len == 0
+    }
+
+    /// True where the edge that ends at a corner is one of the portal's own, not made by a cut.
+    #[inline]
+    pub fn is_own(&self, i: usize) -> bool {
+        i >= 64 || self.own >> i & 1 != 0
     }
 
     /// A corner.
@@ -171,6 +179,7 @@ impl Window {
     /// Cuts off what lies farther out than `reach`; there is something on both sides.
     fn clip(&mut self, plane: &Plane, reach: f64, spare: &mut Self) {
         spare.len = 0;
+        let mut own = Flags { bits: !0, next: 1 };
         let outside = |p: DVec3| plane.distance(p) - reach;
         let mut a = self.corner(self.len - 1);
         let mut da = outside(a);
@@ -178,16 +187,19 @@ impl Window {
             let b = self.corner(i);
             let db = outside(b);
             if (da > 0.0) != (db > 0.0) {
+                // Coming back in, this ends the edge that the plane has made.
+                own.add(db > 0.0 && self.is_own(i));
                 spare.push(a + (b - a) * (da / (da - db)));
             }
             if db <= 0.0 {
+                own.add(self.is_own(i));
                 spare.push(b);
             }
             (a, da) = (b, db);
         }
         if spare.len > 0 {
             spare.pad();
-            (spare.normal, spare.flat) = (self.normal, self.flat);
+            (spare.normal, spare.flat, spare.own) = (self.normal, self.flat, own.bits);
             std::mem::swap(self, spare);
         }
     }
@@ -222,6 +234,22 @@ impl Window {
             let first = self.corners.get(start).copied().unwrap_or_default();
             self.corners[start + self.len..start + self.len.next_multiple_of(LANES)].fill(first);
         }
+    }
+}
+
+/// Bits in a row, as far as there is room; those beyond stay set.
+struct Flags {
+    bits: u64,
+    next: u64,
+}
+
+impl Flags {
+    #[inline]
+    fn add(&mut self, flag: bool) {
+        if !flag {
+            self.bits &= !self.next;
+        }
+        self.next <<= 1;
     }
 }
 
