@@ -69,6 +69,23 @@ struct Frame {
     end: usize,
 }
 
+/// A search, to be compiled for the vector units that the machine turns out to have: the same operations in the same order,
+/// so the same bits on every machine.
+struct Run<'s, 'a, G> {
+    search: &'s mut Search<'a>,
+    first: usize,
+    goals: &'s mut G,
+}
+
+impl<G: Goals> pulp::WithSimd for Run<'_, '_, G> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
+        self.search.follow(self.first, self.goals)
+    }
+}
+
 /// Scratch memory of searches over one net.
 pub(crate) struct Search<'a> {
     net: &'a Net,
@@ -119,6 +136,11 @@ impl<'a> Search<'a> {
     /// The cell that it leads out of counts as one of the chain: without the loop through `first`, what is seen is seen
     /// through another of the cell's portals. So nothing is refuted for `first` alone where chains lead back into its cell.
     pub fn run(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
+        pulp::Arch::new().dispatch(Run { search: self, first, goals })
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
         let (net, home) = (self.net, self.net.source[first]);
         let mut outcome = Outcome { steps: 0, capped: false };
         if net.target[first] == home || !self.start(first, goals) {
@@ -162,6 +184,7 @@ impl<'a> Search<'a> {
     }
 
     /// Sets up the frame behind the source portal. False where nothing is wanted beyond.
+    #[inline(always)]
     fn start(&mut self, first: usize, goals: &mut impl Goals) -> bool {
         let net = self.net;
         if self.frames.is_empty() {
@@ -191,6 +214,7 @@ impl<'a> Search<'a> {
     }
 
     /// True where `target` leads to a goal: itself, or one that may come after it. Lists those after the goals of the frame.
+    #[inline(always)]
     fn wanted(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let (row, wanted) = (self.might_see.row(target), goals.portals());
         let [start, end] = self.frames[depth].goals;
@@ -210,6 +234,7 @@ impl<'a> Search<'a> {
 
     /// Tries to lead the lines of the frame at `depth` through `target`: fills the windows of the frame above.
     /// False where no line passes.
+    #[inline(always)]
     fn cross(&mut self, depth: usize, target: usize) -> bool {
         if self.frames.len() == depth + 1 {
             self.frames.push(Frame::default());
@@ -218,6 +243,7 @@ impl<'a> Search<'a> {
     }
 
     /// What is left of `target` inside the planes of the last frames.
+    #[inline(always)]
     fn clip_pass(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
@@ -237,10 +263,16 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        below.iter().rev().take(ANCESTORS).all(|frame| frame.bundle.across(bounds, |plane| pass.cut(plane, slack, spare)))
+        for frame in below.iter().rev().take(ANCESTORS) {
+            if !frame.bundle.cut(pass, bounds, slack, spare) {
+                return false;
+            }
+        }
+        true
     }
 
     /// What is left of the source for lines that go on through what is left of `target`.
+    #[inline(always)]
     fn clip_source(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
@@ -271,6 +303,7 @@ impl<'a> Search<'a> {
 
     /// Works out what the frame above `depth`, which has just crossed `target`, decides and may still reach. False where
     /// there is no such line or nothing beyond that is wanted.
+    #[inline(always)]
     fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let cell = net.target[target] as usize;
@@ -297,6 +330,7 @@ impl<'a> Search<'a> {
     }
 
     /// The planes of the frame above `depth`.
+    #[inline(always)]
     fn spread(&mut self, depth: usize, target: usize) {
         let net = self.net;
         let child = &mut self.frames[depth + 1];
@@ -310,6 +344,7 @@ impl<'a> Search<'a> {
 
     /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
     /// none is left.
+    #[inline(always)]
     fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let net = self.net;
         let start = self.frames[depth].goals[1];

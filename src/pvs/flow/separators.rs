@@ -73,12 +73,12 @@ struct Distinct<'a> {
 }
 
 impl Sink for Distinct<'_> {
-    #[inline]
+    #[inline(always)]
     fn is_of_use(&self, n: DVec3, _a: DVec3) -> bool {
         !self.planes[self.start..].iter().any(|p| p.n.dot(n) > SAME)
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, plane: Plane) -> bool {
         self.planes.push(plane);
         true
@@ -98,12 +98,12 @@ pub(crate) struct Cut<'a> {
 }
 
 impl Sink for Cut<'_> {
-    #[inline]
+    #[inline(always)]
     fn is_of_use(&self, n: DVec3, a: DVec3) -> bool {
         self.window.reaches(n, a)
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, plane: Plane) -> bool {
         self.passes = self.window.cut(&plane, self.slack, self.spare);
         self.passes
@@ -128,7 +128,7 @@ impl Separators {
     ///
     /// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are
     /// none.
-    #[inline]
+    #[inline(always)]
     pub fn each(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
         if first.is_empty() || second.is_empty() {
             return;
@@ -139,7 +139,7 @@ impl Separators {
     }
 
     /// As [`Separators::each`], through edges of `second` only, and of those the portal's own.
-    #[inline]
+    #[inline(always)]
     pub fn through_second(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
         if !first.is_empty() && !second.is_empty() {
             self.through_edges(second, Edges::Own, first, way.reversed(), Turn::Over, sink);
@@ -148,6 +148,7 @@ impl Separators {
 
     /// Appends those planes to a list, but of `second` only those through edges that are the portal's own. One that nearly is
     /// another, as from edges that are parallel, is left out.
+    #[inline(always)]
     pub fn list(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
         if first.is_empty() || second.is_empty() {
             return;
@@ -160,7 +161,7 @@ impl Separators {
 
     /// Gives `sink` planes through an edge of `edges` and a corner of `others`, on the side that `way` leads to, that have
     /// `edges` outside and `others` inside, turned. False where it has enough.
-    #[inline]
+    #[inline(always)]
     fn through_edges(
         &mut self,
         edges: &Window,
@@ -177,12 +178,14 @@ impl Separators {
         let mut a = edges.corner(n - 1);
         let base = up.dot(a);
         self.heights.clear();
-        self.heights.extend(others.groups().map(|[x, y, z]| {
-            std::array::from_fn(|k| {
+        for [x, y, z] in others.groups() {
+            let mut inverse = [0.0; 4];
+            for k in 0..4 {
                 let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
-                if h > self.rounding { 1.0 / h } else { LEVEL }
-            })
-        }));
+                inverse[k] = if h > self.rounding { 1.0 / h } else { LEVEL };
+            }
+            self.heights.push(inverse);
+        }
         for i in 0..n {
             let b = edges.corner(i);
             if which == Edges::Own && !edges.is_own(i) {
@@ -229,7 +232,7 @@ const SAME: f64 = 1.0 - 1e-12;
 const LEVEL: f64 = 1e300;
 
 /// The plane through `a` across the unit vector `n`, if `outer` lies outside of it and `inner` inside.
-#[inline]
+#[inline(always)]
 fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> Option<Plane> {
     let plane = Plane::through(a, n);
     let (inner_low, inner_high) = inner.range(&plane);

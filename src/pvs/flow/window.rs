@@ -53,7 +53,7 @@ impl Window {
     }
 
     /// Takes over another window, keeping the memory.
-    #[inline]
+    #[inline(always)]
     pub fn assign(&mut self, other: &Self) {
         if self.room == other.room {
             self.corners.copy_from_slice(&other.corners);
@@ -66,25 +66,25 @@ impl Window {
     }
 
     /// Number of corners.
-    #[inline]
+    #[inline(always)]
     pub fn len(&self) -> usize {
         self.len
     }
 
     /// True where nothing is known.
-    #[inline]
+    #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
     /// True where the edge that ends at a corner is one of the portal's own, not made by a cut.
-    #[inline]
+    #[inline(always)]
     pub fn is_own(&self, i: usize) -> bool {
         i >= 64 || self.own >> i & 1 != 0
     }
 
     /// A corner.
-    #[inline]
+    #[inline(always)]
     pub fn corner(&self, i: usize) -> DVec3 {
         DVec3::new(self.corners[i], self.corners[self.room + i], self.corners[2 * self.room + i])
     }
@@ -100,7 +100,7 @@ impl Window {
     }
 
     /// x, y and z of the corners in groups of four; the last group is filled up with copies of the first corner.
-    #[inline]
+    #[inline(always)]
     pub fn groups(&self) -> impl Iterator<Item = [&[f64; LANES]; 3]> {
         let (x, rest) = self.corners.split_at(self.room);
         let (y, z) = rest.split_at(self.room);
@@ -110,7 +110,7 @@ impl Window {
     }
 
     /// The least and the greatest distance of a corner to a plane.
-    #[inline]
+    #[inline(always)]
     pub fn range(&self, plane: &Plane) -> (f64, f64) {
         let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
         for [x, y, z] in self.groups() {
@@ -126,7 +126,7 @@ impl Window {
     }
 
     /// True where all corners lie at least `limit` outside of one of four planes.
-    #[inline]
+    #[inline(always)]
     pub fn is_beyond(&self, [nx, ny, nz, d]: &[[f64; LANES]; 4], limit: f64) -> bool {
         let mut low = [f64::INFINITY; LANES];
         for i in 0..self.len {
@@ -140,7 +140,7 @@ impl Window {
     }
 
     /// True where a corner lies on the side of the plane through `a` that `n` points to.
-    #[inline]
+    #[inline(always)]
     pub fn reaches(&self, n: DVec3, a: DVec3) -> bool {
         let d = n.dot(a);
         let mut outside = [false; LANES];
@@ -153,7 +153,7 @@ impl Window {
     }
 
     /// True where no line through the window comes inside `plane`, touching lines aside.
-    #[inline]
+    #[inline(always)]
     pub fn is_cut_off(&self, plane: &Plane, slack: &Slack) -> bool {
         let limit = if self.flat { -slack.strict } else { slack.coplanar };
         self.len > 0 && self.range(plane).0 >= limit
@@ -161,7 +161,7 @@ impl Window {
 
     /// Cuts the window down to the inside of `plane`; false where no line is left. `spare` is scratch.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn cut(&mut self, plane: &Plane, slack: &Slack, spare: &mut Self) -> bool {
         if self.len == 0 {
             return true;
@@ -204,7 +204,7 @@ impl Window {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn push(&mut self, p: DVec3) {
         if self.len == self.room {
             self.grow();
@@ -227,7 +227,7 @@ impl Window {
         (self.corners, self.room) = (corners, room);
     }
 
-    #[inline]
+    #[inline(always)]
     fn pad(&mut self) {
         for axis in 0..3 {
             let start = axis * self.room;
@@ -244,7 +244,7 @@ struct Flags {
 }
 
 impl Flags {
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, flag: bool) {
         if !flag {
             self.bits &= !self.next;
