@@ -14,6 +14,8 @@ use std::ops::Range;
 #[derive(Clone)]
 pub(crate) struct MightSee {
     rows: BitMatrix,
+    /// The same with rows and columns exchanged.
+    before: BitMatrix,
 }
 
 impl MightSee {
@@ -22,9 +24,10 @@ impl MightSee {
         let n = net.portals();
         let scratch = || (Vec::new(), vec![0; n.div_ceil(64)]);
         let rows = from_rows(n, n, scratch, |(queue, asked), first, row| by_planes(net, first, queue, asked, row));
-        let mut all = Self { rows };
+        let mut all = Self { rows, before: BitMatrix::default() };
         all.mirror(net);
         all.flood(net);
+        all.before = all.rows.transposed();
         all
     }
 
@@ -32,6 +35,12 @@ impl MightSee {
     #[inline]
     pub fn row(&self, portal: usize) -> &[u64] {
         self.rows.row(portal)
+    }
+
+    /// The portals that may come before `portal`.
+    #[inline]
+    pub fn before(&self, portal: usize) -> &[u64] {
+        self.before.row(portal)
     }
 
     /// Number of portals that may come after `portal`.
@@ -80,11 +89,16 @@ impl MightSee {
         for (i, word) in self.rows.row(portal).to_vec().into_iter().enumerate() {
             for q in bits::ones(&[word]).map(|bit| i * 64 + bit) {
                 if get(cells, net.target[q] as usize) {
-                    self.rows.clear(portal, q);
-                    self.rows.clear(net.twin[q] as usize, back);
+                    self.clear(portal, q);
+                    self.clear(net.twin[q] as usize, back);
                 }
             }
         }
+    }
+
+    fn clear(&mut self, a: usize, b: usize) {
+        self.rows.clear(a, b);
+        self.before.clear(b, a);
     }
 
     /// Drops pairs of portals whose lines would join two cells that don't see each other: bit j of row i of `hidden`, both
@@ -105,12 +119,14 @@ impl MightSee {
                 }
             },
         );
-        self.rows.rows_mut().into_par_iter().enumerate().for_each(|(p, row)| {
-            let (a, b) = (allowed.row(net.source[p] as usize), allowed.row(net.target[p] as usize));
-            for (word, (a, b)) in row.iter_mut().zip(a.iter().zip(b)) {
-                *word &= a & b;
-            }
-        });
+        for matrix in [&mut self.rows, &mut self.before] {
+            matrix.rows_mut().into_par_iter().enumerate().for_each(|(p, row)| {
+                let (a, b) = (allowed.row(net.source[p] as usize), allowed.row(net.target[p] as usize));
+                for (word, (a, b)) in row.iter_mut().zip(a.iter().zip(b)) {
+                    *word &= a & b;
+                }
+            });
+        }
     }
 }
 

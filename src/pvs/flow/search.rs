@@ -21,9 +21,8 @@ use crate::geom::Plane;
 /// slower by a few per cent, and hardly any chain more is cut.
 const ANCESTORS: usize = 4;
 
-/// Live portals are asked again whether they lead to a goal once no more than this fraction of the goals is left that they
-/// were asked for last. Closer to 1: asked more often than it is worth.
-const FEWER: [usize; 2] = [3, 4];
+/// Up to so many goals, what leads to none of them is left out of the way. Larger: it takes longer than it saves.
+const FEW: usize = 32;
 
 /// How a search went.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -62,8 +61,6 @@ struct Frame {
     goals: [usize; 2],
     /// Portals that can be reached inside the planes, as bits. None that the chain has crossed is among them.
     live: Vec<u64>,
-    /// Number of goals when `live` was last asked whether it leads to them.
-    asked: usize,
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
@@ -105,13 +102,15 @@ pub(crate) struct Search<'a> {
     separators: Separators,
     /// Portals that a flood has not asked yet, as bits.
     allowed: Vec<u64>,
+    /// Portals that lead to a goal, as bits.
+    leads: Vec<u64>,
     queue: Vec<u32>,
 }
 
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, chain, goals, on_chain, waist, stab, spare, allowed, queue) = Default::default();
+        let (frames, chain, goals, on_chain, waist, stab, spare, allowed, leads, queue) = Default::default();
         let separators = Separators::new(net.rounding);
         Self {
             net,
@@ -127,6 +126,7 @@ impl<'a> Search<'a> {
             spare,
             separators,
             allowed,
+            leads,
             queue,
         }
     }
@@ -209,7 +209,6 @@ impl<'a> Search<'a> {
         }
         self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
         frame.goals = [0, self.goals.len()];
-        frame.asked = usize::MAX / FEWER[0];
         !self.goals.is_empty()
     }
 
@@ -364,10 +363,25 @@ impl<'a> Search<'a> {
         if kept == start {
             return false;
         }
-        let fewer = (kept - start) * FEWER[1] <= frame.asked * FEWER[0];
-        child.asked = if fewer { kept - start } else { frame.asked };
         self.allowed.clear();
-        self.allowed.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
+        let row = self.might_see.row(target);
+        for (a, b) in frame.live.iter().zip(row) {
+            self.allowed.push(a & b);
+        }
+        if kept - start <= FEW {
+            // What leads to none of the goals that are left is no part of the way to them.
+            self.leads.clear();
+            self.leads.resize(row.len(), 0);
+            for &goal in &self.goals[start..] {
+                set(&mut self.leads, goal as usize);
+                for (a, b) in self.leads.iter_mut().zip(self.might_see.before(goal as usize)) {
+                    *a |= b;
+                }
+            }
+            for (a, b) in self.allowed.iter_mut().zip(&self.leads) {
+                *a &= b;
+            }
+        }
         child.live.clear();
         child.live.resize(frame.live.len(), 0);
         self.queue.push(target as u32);
@@ -379,13 +393,6 @@ impl<'a> Search<'a> {
                 while ways != 0 {
                     let p = word * 64 + ways.trailing_zeros() as usize;
                     ways &= ways - 1;
-                    if fewer {
-                        // What leads to none of the goals that are left is no part of the way to them.
-                        let ahead = self.might_see.row(p);
-                        if !self.goals[start..].iter().any(|&g| g as usize == p || get(ahead, g as usize)) {
-                            continue;
-                        }
-                    }
                     if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
                         set(&mut child.live, p);
                         self.queue.push(p as u32);
