@@ -7,13 +7,16 @@
 //! than dimensions and one, is why this is no general linear programme out of a library.
 
 /// Steps before it counts as good enough. Far more than ever needed but for rounding.
-const STEPS: usize = 400;
+const STEPS: usize = 100;
 
 /// Nearer than this the point counts as the origin; generators are unit vectors.
 const ORIGIN: f64 = 1e-14;
 
 /// The nearest point has all products within this fraction of the greatest possible.
 const CLOSE: f64 = 1e-6;
+
+/// A step that brings it nearer by a smaller fraction is rounding.
+const PROGRESS: f64 = 1e-9;
 
 /// A generator this near to the span of others, as a fraction of its own length, gives no direction.
 const DEPENDENT: f64 = 1e-13;
@@ -45,7 +48,7 @@ pub(super) fn nearest<I: Copy + PartialEq, const D: usize>(
         let product = dot(&generator, &point);
         apart = product > 0.0;
         // Written so that a NaN ends it, too.
-        let goes_on = square < last && product < square * (1.0 - CLOSE);
+        let goes_on = square < last * (1.0 - PROGRESS) && product < square * (1.0 - CLOSE);
         last = square;
         if !goes_on || simplex.corners.iter().any(|c| c.0 == next) {
             break;
@@ -56,7 +59,7 @@ pub(super) fn nearest<I: Copy + PartialEq, const D: usize>(
             simplex.corners = before;
             break;
         }
-        point = std::array::from_fn(|k| simplex.corners.iter().map(|(_, w, g)| w * g[k]).sum());
+        point = simplex.foot();
         apart = false;
     }
     let weights = simplex.corners.iter().map(|&(i, w, _)| (i, w));
@@ -102,6 +105,17 @@ impl<I, const D: usize> Simplex<I, D> {
             self.columns.truncate(out.saturating_sub(1));
         }
         false
+    }
+
+    /// The nearest point of the affine hull. Not by the weights: the sum of generators that all but cancel has an error that is
+    /// small beside them, but not beside what is left, across which they must all lie alike.
+    fn foot(&self) -> [f64; D] {
+        let mut point = self.corners[0].2;
+        for column in self.columns.iter().chain(&self.columns).chain(&self.columns) {
+            let part = dot(&column.axis, &point);
+            (0..D).for_each(|k| point[k] -= part * column.axis[k]);
+        }
+        point
     }
 
     /// Weights, of any sign, of the point of the affine hull that is nearest to the origin.

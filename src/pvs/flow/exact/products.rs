@@ -22,16 +22,15 @@ fn form(a: &Row, b: &Row) -> Form {
     form
 }
 
-/// Products of two rows that add up to a multiple of the quadric, if some do. The rows are taken relative to six of them, in
-/// which a thin cone is as wide as any.
-pub(super) fn products(rows: &[Row], cone: &Nearest<usize, 6>) -> Nearest<[usize; 2], FORMS> {
-    let rays = inverse(&basis(rows, cone));
+/// Products of two rows that add up to a multiple of the quadric, if some do.
+pub(super) fn products(rows: &[Row], corner: &Corner) -> Nearest<[usize; 2], FORMS> {
+    let rays = corner.rays;
     let rows: Vec<Row> = rows.iter().map(|r| unit(&rays.map(|ray| dot(r, &ray)))).collect();
-    let swapped = rays.map(|r| [r[3], r[4], r[5], r[0], r[1], r[2]]);
+    let slopes = rays.map(|r| swapped(&r));
     let axis = |i: usize| -> Row { std::array::from_fn(|k| f64::from(i == k)) };
     let mut quadric = [0.0; FORMS];
     for (i, ray) in rays.iter().enumerate() {
-        for (k, other) in swapped.iter().enumerate() {
+        for (k, other) in slopes.iter().enumerate() {
             let part = form(&axis(i), &axis(k));
             (0..FORMS).for_each(|f| quadric[f] += part[f] * dot(ray, other));
         }
@@ -59,18 +58,68 @@ pub(super) fn products(rows: &[Row], cone: &Nearest<usize, 6>) -> Nearest<[usize
     })
 }
 
-/// Six independent rows: those that hold the point of the cone, and others.
-fn basis(rows: &[Row], cone: &Nearest<usize, 6>) -> [Row; 6] {
-    let mut held = cone.support.iter().map(|s| s.0);
-    let (mut axes, mut left) = (Vec::<Row>::new(), rows.to_vec());
-    [(); 6].map(|()| {
-        let longest = |i: &usize, k: &usize| dot(&left[*i], &left[*i]).total_cmp(&dot(&left[*k], &left[*k]));
-        let i = held.next().or_else(|| (0..left.len()).max_by(longest)).unwrap_or_default();
-        let axis = unit(&left[i]);
-        left.iter_mut().for_each(|r| *r = without(r, &axis));
-        axes.push(axis);
-        rows[i]
-    })
+/// Six independent rows, those that hold the point of the cone first: in their terms a thin cone is as wide as any.
+pub(super) struct Corner {
+    rows: [Row; 6],
+    /// Vectors that have a product of 1 with one of the rows each and of 0 with the others.
+    rays: [Row; 6],
+    /// Rows that are none of the cone's, because it isn't held that way.
+    free: [bool; 6],
+}
+
+impl Corner {
+    /// Chooses rows of a cone.
+    pub fn new(rows: &[Row], cone: &Nearest<usize, 6>) -> Self {
+        let axis = |i: usize| -> Row { std::array::from_fn(|k| f64::from(i == k)) };
+        let all: Vec<Row> = rows.iter().copied().chain((0..6).map(axis)).collect();
+        let mut left = all.clone();
+        let mut axes: Vec<Row> = Vec::new();
+        let mut held = cone.support.iter().map(|s| s.0);
+        let chosen: [usize; 6] = std::array::from_fn(|_| {
+            let length = |i: &usize| dot(&left[*i], &left[*i]);
+            let longest = |of: std::ops::Range<usize>| of.max_by(|i, k| length(i).total_cmp(&length(k))).unwrap_or_default();
+            let next = held.next().unwrap_or_else(|| longest(0..rows.len()));
+            let i = if length(&next) > FLAT * FLAT { next } else { longest(rows.len()..all.len()) };
+            // Once more: what is left of a row that nearly is in the span of others has their rounding.
+            let axis = unit(&axes.iter().fold(unit(&left[i]), |rest, axis| without(&rest, axis)));
+            axes.push(axis);
+            left.iter_mut().for_each(|r| *r = without(r, &axis));
+            i
+        });
+        let rows_chosen = chosen.map(|i| all[i]);
+        Self { rows: rows_chosen, rays: inverse(&rows_chosen), free: chosen.map(|i| i >= rows.len()) }
+    }
+
+    /// Moves a point of the cone to a line, by steps that are short in proportion to how deep inside each row it is.
+    pub fn onto_quadric(&self, point: &Row) -> Row {
+        let mut x = unit(point);
+        for _ in 0..NEWTON {
+            let slope = swapped(&x);
+            let mut step = [0.0; 6];
+            for ((row, ray), free) in self.rows.iter().zip(&self.rays).zip(self.free) {
+                let depth = if free { 1.0 } else { dot(row, &x) };
+                let part = depth * depth * dot(ray, &slope);
+                (0..6).for_each(|k| step[k] += part * ray[k]);
+            }
+            let t = -0.5 * dot(&x, &slope) / dot(&step, &slope);
+            if !t.is_finite() {
+                break;
+            }
+            x = unit(&std::array::from_fn(|k| x[k] + t * step[k]));
+        }
+        x
+    }
+}
+
+/// Rows this near to the span of others say nothing new.
+const FLAT: f64 = 1e-12;
+
+/// Steps onto the quadric.
+const NEWTON: usize = 4;
+
+/// Half of the quadric's slope at a point.
+fn swapped(x: &Row) -> Row {
+    [x[3], x[4], x[5], x[0], x[1], x[2]]
 }
 
 /// Vectors that have a product of 1 with one row each and of 0 with the others.
