@@ -493,6 +493,7 @@ fn rays_through_real_levels_stay_in_the_rows() {
         assert!(result.upper.count_ones() < reference.count_ones(), "{name}: fewer than the reference's");
         let undecided = result.upper.count_ones() - result.lower.count_ones();
         assert!(undecided * 1000 <= result.upper.count_ones(), "{name}: {undecided} undecided");
+        assert!(result.stats.exact_refuted > 0, "{name}: chains that only the exact question settles");
         let only_ours = (0..level.cells).flat_map(|i| result.upper.ones(i).map(move |j| (i, j)));
         let unproven = only_ours.filter(|&(i, j)| !reference.get(i, j) && !result.lower.get(i, j)).count();
         assert!(unproven <= 12, "{name}: {unproven} pairs that the reference refutes and nothing proves");

@@ -346,22 +346,31 @@ mod tests {
                 let side = |[a, b]: &Edge| {
                     let from = |c: &[BigInt; 3]| std::array::from_fn::<BigInt, 3, _>(|k| &c[k] - &p[k]);
                     let (a, b, q) = (from(&whole(*a)), from(&whole(*b)), from(&q));
-                    (0..3).map(|k| &q[k] * (&a[(k + 1) % 3] * &b[(k + 2) % 3] - &a[(k + 2) % 3] * &b[(k + 1) % 3])).sum::<BigInt>()
+                    (0..3)
+                        .map(|k| &q[k] * (&a[(k + 1) % 3] * &b[(k + 2) % 3] - &a[(k + 2) % 3] * &b[(k + 1) % 3]))
+                        .sum::<BigInt>()
                 };
-                let value = |t: &Term| t.weight.parse::<BigInt>().expect("a number") * t.edges.iter().map(side).product::<BigInt>();
+                let value =
+                    |t: &Term| t.weight.parse::<BigInt>().expect("a number") * t.edges.iter().map(side).product::<BigInt>();
                 assert_eq!(sum.iter().map(value).sum::<BigInt>(), BigInt::ZERO);
             }
             let edges = sum.iter().flat_map(|t| t.edges.iter().copied());
             dividers.push(edges.filter(|e| !own.contains(e)).collect());
         }
         // Halves of halves: any way of choosing sides leaves a part whose dividers are all chosen that way.
-        let mut all: Vec<Edge> = dividers.iter().flatten().map(|&[a, b]| if dividers.iter().flatten().any(|e| *e == [b, a]) { [a, b] } else { panic!("one side only") }).collect();
+        let mut all: Vec<Edge> = dividers
+            .iter()
+            .flatten()
+            .map(|&[a, b]| if dividers.iter().flatten().any(|e| *e == [b, a]) { [a, b] } else { panic!("one side only") })
+            .collect();
         all.sort_by(|a, b| format!("{a:?}").cmp(&format!("{b:?}")));
         all.dedup();
         let lines: Vec<Edge> = all.iter().filter(|[a, b]| format!("{a:?}") < format!("{b:?}")).copied().collect();
         assert!(lines.len() < 12);
         for choice in 0..1u32 << lines.len() {
-            let chosen = |e: &Edge| lines.iter().enumerate().any(|(i, &[a, b])| *e == if choice >> i & 1 == 0 { [a, b] } else { [b, a] });
+            let chosen = |e: &Edge| {
+                lines.iter().enumerate().any(|(i, &[a, b])| *e == if choice >> i & 1 == 0 { [a, b] } else { [b, a] })
+            };
             assert!(dividers.iter().any(|d| d.iter().all(chosen)), "a part is missing");
         }
     }
@@ -459,7 +468,8 @@ mod tests {
             w
         };
         assert_eq!(passes_all(&[back(open[0].clone()), door(0.0, [1.0, 2.0], [0.0, 1.0])]), Some(false));
-        let corner = vec![DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 1.0, 1.0), DVec3::new(1.0, 1.0, 0.0)];
+        let corner =
+            vec![DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 1.0, 1.0), DVec3::new(1.0, 1.0, 0.0)];
         assert_eq!(passes_all(&[door(0.0, [0.0, 1.0], [0.0, 1.0]), corner.clone()]), Some(true));
         assert_eq!(passes_all(&[door(0.0, [0.0, 1.0], [0.0, 1.0]), back(corner)]), Some(false));
     }
@@ -489,7 +499,9 @@ mod tests {
     #[test]
     fn windings_that_are_none_tell_nothing() {
         let good = door(0.0, [0.0, 1.0], [0.0, 1.0]);
-        for odd in [vec![], vec![DVec3::ZERO; 4], vec![DVec3::NAN; 3], vec![DVec3::X, DVec3::Y], vec![DVec3::splat(1e300); 4]] {
+        for odd in
+            [vec![], vec![DVec3::ZERO; 4], vec![DVec3::NAN; 3], vec![DVec3::X, DVec3::Y], vec![DVec3::splat(1e300); 4]]
+        {
             assert_eq!(ask(&[good.clone(), odd]), Answer::Open);
         }
         assert_eq!(ask(&[]), Answer::Open);

@@ -121,7 +121,15 @@ impl<'a, P: Prover> CellGoals<'a, P> {
         for cell in bits::ones(&wanted) {
             net.out(cell).for_each(|p| set(&mut portals, net.twin[p] as usize));
         }
-        Self { prover, wanted, portals, doubts: BTreeMap::new(), proofs: Vec::new(), cells: Vec::new(), exact: Exact::default() }
+        Self {
+            prover,
+            wanted,
+            portals,
+            doubts: BTreeMap::new(),
+            proofs: Vec::new(),
+            cells: Vec::new(),
+            exact: Exact::default(),
+        }
     }
 
     /// Cells that are still wanted, as bits.
