@@ -192,7 +192,7 @@ impl Chain {
         let t = n.dot(p - foot) / n.dot(u);
         let hit = foot + u * t;
         let at = if hit.distance(self.centre) < 2.0 * self.scale { hit } else { p };
-        let along = if depth / 2 % 2 == 0 { n.cross(longest) } else { longest };
+        let along = if depth & 2 == 0 { n.cross(longest) } else { longest };
         // Any line does: one of short numbers is quicker to calculate with.
         let grid = 2f64.powi(self.scale.log2() as i32 - 20);
         let short = |p: DVec3| (p / grid).round() * grid;

@@ -133,7 +133,7 @@ impl<I, const D: usize> Simplex<I, D> {
                 }
             }
             let height = dot(&rise, &rise).sqrt();
-            if !(height > DEPENDENT * size) {
+            if height <= DEPENDENT * size || height.is_nan() {
                 return None;
             }
             let axis = rise.map(|x| x / height);
