@@ -80,14 +80,16 @@ pub(crate) fn ask(windings: &[Vec<DVec3>]) -> Answer {
                 return Answer::Line(points);
             }
             let pairs = products(&rows, &corner);
-            if pairs.apart {
+            let weights = pairs.support.iter().map(|&(pair, weight)| (pair.to_vec(), weight));
+            let pairs = if pairs.apart { None } else { sum(&edges, weights.collect(), 1) };
+            if pairs.is_none() {
                 let [a, b] = chain.divider(&project(&cone.point), part.len());
                 for side in [[a, b], [b, a]] {
                     parts.push(part.iter().copied().chain([side]).collect());
                 }
                 continue;
             }
-            sum(&edges, pairs.support.iter().map(|&(pair, weight)| (pair.to_vec(), weight)).collect(), 1)
+            pairs
         } else {
             sum(&edges, cone.support.iter().map(|&(i, weight)| (vec![i], weight)).collect(), 0)
         };

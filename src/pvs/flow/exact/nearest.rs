@@ -15,9 +15,6 @@ const ORIGIN: f64 = 1e-14;
 /// The nearest point has all products within this fraction of the greatest possible.
 const CLOSE: f64 = 1e-6;
 
-/// A step that brings it nearer by a smaller fraction is rounding.
-const PROGRESS: f64 = 1e-9;
-
 /// A generator this near to the span of others, as a fraction of its own length, gives no direction.
 const DEPENDENT: f64 = 1e-13;
 
@@ -48,7 +45,7 @@ pub(super) fn nearest<I: Copy + PartialEq, const D: usize>(
         let product = dot(&generator, &point);
         apart = product > 0.0;
         // Written so that a NaN ends it, too.
-        let goes_on = square < last * (1.0 - PROGRESS) && product < square * (1.0 - CLOSE);
+        let goes_on = square < last && product < square * (1.0 - CLOSE);
         last = square;
         if !goes_on || simplex.corners.iter().any(|c| c.0 == next) {
             break;
