@@ -238,7 +238,7 @@ fn stopped(text: &[u8], options: &VisOptions) -> State {
         stop.store(true, Ordering::Relaxed);
         *kept.lock().unwrap() = Some(state.clone());
     };
-    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint };
+    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint, bounds: None };
     match vis(&level, options, None, &control) {
         Err(VisError::Stopped(Some(state))) => {
             assert!(Some(*state) == *kept.lock().unwrap(), "the last state is the one to go on from")

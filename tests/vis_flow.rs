@@ -26,7 +26,7 @@ fn run_with(
     resume: Option<State>,
     checkpoint: &(dyn Fn(&State) + Sync),
 ) -> Result<Vis, VisError> {
-    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint };
+    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint, bounds: None };
     vis(level, options, resume, &control)
 }
 
@@ -357,7 +357,7 @@ fn an_interrupted_run_goes_on_to_the_same_result() {
         *rounds.lock().unwrap() += 1;
         stop.store(*rounds.lock().unwrap() == 2, Relaxed);
     };
-    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint };
+    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint, bounds: None };
     let Err(VisError::Stopped(Some(state))) = vis(&level, &OPTIONS, None, &control) else { panic!("not stopped") };
     assert!(*state == states[1]);
 }
