@@ -17,7 +17,7 @@ use std::time::Instant;
 /// Random lines from each side of a portal, alone, for comparison.
 const LINES_ALONE: [u64; 6] = [1, 4, 16, 64, 256, 1024];
 /// Undecided pairs that are asked why; each is a search.
-const ASKED: usize = 12;
+const ASKED: usize = 8;
 
 /// Flags.
 #[derive(clap::Args)]
@@ -167,7 +167,7 @@ fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
     let bar = progress_bar();
     bar.set_message("lines alone");
     let sides = 2 * level.portals.len() as u64;
-    let mut all = Vec::new();
+    let mut all: Vec<LinesAlone> = Vec::new();
     for (k, lines) in LINES_ALONE.into_iter().enumerate() {
         bar.set_position((1000 * k / LINES_ALONE.len()) as u64);
         let stop = AtomicBool::new(false);
@@ -190,6 +190,10 @@ fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
         all.extend(found.into_inner().ok().flatten());
     }
     bar.finish_and_clear();
+    // A run with more lines has done what one with fewer does: the clock's noise aside, none took longer than those after it.
+    for k in (1..all.len()).rev() {
+        all[k - 1].seconds = all[k - 1].seconds.min(all[k].seconds);
+    }
     Ok(all)
 }
 
@@ -200,11 +204,15 @@ fn undecided(level: &Level, options: &VisOptions, result: &Vis) -> Result<Vec<Re
         let is_open = move |b: &usize| *b > a && !result.lower.get(a, *b);
         result.upper.ones(a).filter(is_open).map(move |b| (a as u32, b as u32))
     });
+    let bar = progress_bar();
+    bar.set_message("why");
     let mut remarks = Vec::new();
     for (a, b) in pairs {
         let text = if remarks.len() < ASKED { because(&why(level, options, result, a, b)?) } else { String::new() };
         remarks.push(Remark { about: format!("{a} and {b}"), text });
+        bar.set_position((1000 * remarks.len() / ASKED) as u64);
     }
+    bar.finish_and_clear();
     Ok(remarks)
 }
 

@@ -101,7 +101,7 @@ th{font-weight:600;vertical-align:bottom}
 th:first-child,td:first-child,.text{text-align:left}
 td.text{white-space:normal}
 code{font:.9em ui-monospace,'DejaVu Sans Mono',monospace;overflow-wrap:anywhere}
-.matrix{display:block;width:min(100%,40rem);border:1px solid var(--rule);background:var(--page);image-rendering:pixelated}
+.matrix{display:block;max-width:100%;height:auto;border:1px solid var(--rule);background:var(--page);image-rendering:pixelated}
 .axis{stroke:var(--soft);stroke-width:1;fill:none}.grid{stroke:var(--rule);stroke-width:1}
 svg text{fill:var(--soft);font-size:13px}
 .lower{stroke:var(--lower)}.upper{stroke:var(--upper)}.other{stroke:var(--other);stroke-dasharray:9 5}

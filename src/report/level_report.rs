@@ -267,6 +267,8 @@ impl LevelReport<'_> {
         // A level without clusters has none.
         let Ok(png) = picture.png() else { return };
         let MatrixPicture { side, block, .. } = picture;
+        // As large as whole pixels allow.
+        let shown = side * (640 / side.max(1)).max(1);
         let key = |[r, g, b]: [u8; 3], name: &str| {
             format!("<li><span class=\"key\" style=\"background:rgb({r},{g},{b})\"></span>{name}</li>")
         };
@@ -280,7 +282,7 @@ impl LevelReport<'_> {
         let _ = writeln!(
             out,
             "<h2>Who sees whom</h2>\n<figure>\n<ul class=\"legend\">{}{}<li><span class=\"key\" style=\"background:var(--page)\"></span>\
-             proven hidden</li></ul>\n<img class=\"matrix\" width=\"{side}\" height=\"{side}\" alt=\"Visibility matrix\" src=\"{}\">\n\
+             proven hidden</li></ul>\n<img class=\"matrix\" width=\"{shown}\" height=\"{shown}\" alt=\"Visibility matrix\" src=\"{}\">\n\
              <figcaption>{scale}</figcaption>\n</figure>",
             key(WITNESSED, "witnessed"),
             key(UNDECIDED, "undecided"),

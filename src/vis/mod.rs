@@ -197,7 +197,7 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
     for k in 0..pairs.rounds() {
         (control.progress)("flow", k as f64 / pairs.rounds() as f64);
         if state.rounds() == k {
-            let found = pairs.search(k, &walker, control.stop);
+            let found = pairs.search(k, &walker, control.stop, &|done| (control.progress)("flow", done));
             if control.stop.load(Relaxed) {
                 return Err(VisError::Stopped(Some(Box::new(state))));
             }
