@@ -81,8 +81,9 @@ impl Chart<'_> {
                 escape(&curve.name)
             );
         }
-        out.push_str("</ul>\n");
+        out.push_str("</ul>\n<div class=\"scroll\">");
         self.draw(&mut out);
+        out.push_str("</div>\n");
         out
     }
 

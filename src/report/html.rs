@@ -23,7 +23,7 @@ pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::with_capacity(digits.len() * 4 / 3);
     for (i, c) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out.push(',');
         }
         out.push(c);
@@ -90,7 +90,7 @@ p{margin:.5rem 0;max-width:46rem}
 .tiles div{background:var(--card);border:1px solid var(--rule);border-radius:.5rem;padding:.7rem .9rem}
 .tiles b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}
 figure{margin:1rem 0;background:var(--card);border:1px solid var(--rule);border-radius:.5rem;padding:.9rem}
-figure>svg{display:block;width:100%;height:auto}
+figure svg[role=img]{display:block;width:100%;height:auto}
 .legend{display:flex;flex-wrap:wrap;gap:.2rem 1.4rem;margin:0 0 .5rem;padding:0;list-style:none;font-size:.9rem}
 .legend svg{width:2rem;height:.8rem;margin-right:.4rem;vertical-align:middle}
 .scroll{overflow-x:auto}
@@ -109,6 +109,7 @@ svg text{fill:var(--soft);font-size:13px}
 .curve{fill:none;stroke-width:2.2;stroke-linejoin:round}.band{fill:var(--band);stroke:none}
 .dot{stroke-width:1.6;stroke-dasharray:none;fill:var(--card)}
 .key{display:inline-block;width:.8em;height:.8em;border:1px solid var(--rule);margin-right:.35em;vertical-align:-.05em}
+@media(max-width:40rem){figure .scroll>svg{min-width:34rem}}
 @media print{figure,.tiles div{break-inside:avoid}}
 ";
 
