@@ -101,6 +101,24 @@ impl BitMatrix {
         }
     }
 
+    /// Rows and columns exchanged.
+    pub(crate) fn transposed(&self) -> Self {
+        let mut result = Self::new(self.columns, self.rows);
+        for (i, rows) in (0..self.rows).step_by(64).enumerate() {
+            for k in 0..self.stride {
+                let mut block: [u64; 64] =
+                    std::array::from_fn(|r| if rows + r < self.rows { self.words[(rows + r) * self.stride + k] } else { 0 });
+                if block.iter().any(|&word| word != 0) {
+                    transpose(&mut block);
+                    for (c, word) in block.iter().enumerate().take(self.columns - k * 64) {
+                        result.words[(k * 64 + c) * result.stride + i] = *word;
+                    }
+                }
+            }
+        }
+        result
+    }
+
     /// The first (row, column) that is set here and not in `other`, if there is one.
     pub fn first_outside(&self, other: &Self) -> Option<(usize, usize)> {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
@@ -110,6 +128,22 @@ impl BitMatrix {
                 (only != 0).then(|| (r, i * 64 + only.trailing_zeros() as usize))
             })
         })
+    }
+}
+
+/// Exchanges rows and columns of 64 x 64 bits: off-diagonal halves change places, then those of each quarter, and so on
+/// (after Warren, *Hacker's Delight*, 2002).
+fn transpose(block: &mut [u64; 64]) {
+    let (mut half, mut mask) = (32, 0xffff_ffff_u64);
+    while half != 0 {
+        for low in (0..64).filter(|r| r & half == 0) {
+            let high = low + half;
+            let differ = (block[low] >> half ^ block[high]) & mask;
+            block[low] ^= differ << half;
+            block[high] ^= differ;
+        }
+        half /= 2;
+        mask ^= mask << half;
     }
 }
 
@@ -140,6 +174,25 @@ mod tests {
         assert_eq!((m.count_ones(), m.count_row(0), m.row_bits(1).count_ones()), (4, 0, 4));
         m.clear(1, 64);
         assert!(!m.get(1, 64));
+    }
+
+    #[test]
+    fn transposing_exchanges_rows_and_columns() {
+        for (rows, columns) in [(1, 1), (3, 200), (130, 65), (64, 64), (0, 5)] {
+            let mut m = BitMatrix::new(rows, columns);
+            let mut x = 1u64;
+            for r in 0..rows {
+                for c in 0..columns {
+                    x = x.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    if x >> 62 == 0 {
+                        m.set(r, c);
+                    }
+                }
+            }
+            let t = m.transposed();
+            assert_eq!((t.rows(), t.columns(), t.count_ones()), (columns, rows, m.count_ones()));
+            assert!((0..rows).all(|r| (0..columns).all(|c| m.get(r, c) == t.get(c, r))), "{rows} x {columns}");
+        }
     }
 
     #[test]

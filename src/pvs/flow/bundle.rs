@@ -44,7 +44,7 @@ impl Bounds {
     }
 
     /// On which side of a plane it lies.
-    #[inline]
+    #[inline(always)]
     pub fn side(&self, plane: &Plane) -> Side {
         let (distance, reach) = (plane.distance(self.middle), plane.n.abs().dot(self.half));
         if distance + reach < 0.0 {
@@ -65,6 +65,7 @@ pub(crate) struct Bundle {
 
 impl Bundle {
     /// Takes over some planes. The last group is filled up with the last plane.
+    #[inline(always)]
     pub fn assign(&mut self, planes: &[Plane]) {
         self.groups.clear();
         for planes in planes.chunks(LANES) {
@@ -74,10 +75,9 @@ impl Bundle {
         }
     }
 
-    /// Calls `cut` with each plane that a box may lie across, until it returns false. False then, and where the box lies
-    /// wholly outside of a plane.
-    #[inline]
-    pub fn across(&self, bounds: &Bounds, mut cut: impl FnMut(&Plane) -> bool) -> bool {
+    /// Cuts a window, whose box is `bounds`, down to the inside of every plane; false where no line is left.
+    #[inline(always)]
+    pub fn cut(&self, window: &mut Window, bounds: &Bounds, slack: &Slack, spare: &mut Window) -> bool {
         let Bounds { middle: m, half: h, limit } = bounds;
         for [x, y, z, d] in &self.groups {
             let (mut outside, mut across) = ([false; LANES], [false; LANES]);
@@ -91,7 +91,7 @@ impl Bundle {
                 return false;
             }
             for k in 0..LANES {
-                if across[k] && !cut(&Plane { n: DVec3::new(x[k], y[k], z[k]), d: d[k] }) {
+                if across[k] && !window.cut(&Plane { n: DVec3::new(x[k], y[k], z[k]), d: d[k] }, slack, spare) {
                     return false;
                 }
             }
@@ -101,7 +101,7 @@ impl Bundle {
 
     /// True where some plane has a window wholly outside. Corners are looked at only where the
     /// middle of its box lies outside of some plane: an axis-parallel rectangle's middle is a point of it, and of others it is near.
-    #[inline]
+    #[inline(always)]
     pub fn cuts_off(&self, bounds: &Bounds, window: &Window) -> bool {
         let Bounds { middle: m, half: h, limit } = bounds;
         let mut unsure = false;
@@ -118,7 +118,14 @@ impl Bundle {
             }
             unsure |= over[0] | over[1] | over[2] | over[3];
         }
-        unsure && !window.is_empty() && self.groups.iter().any(|group| window.is_beyond(group, *limit))
+        if unsure && !window.is_empty() {
+            for group in &self.groups {
+                if window.is_beyond(group, *limit) {
+                    return true;
+                }
+            }
+        }
+        false
     }
 }
 

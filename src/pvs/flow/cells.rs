@@ -50,10 +50,14 @@ impl<'a> Cells<'a> {
             known.ones(i).chain(neighbours).for_each(|j| set_both(&mut settled, i, j));
         }
         let mut hidden = BitMatrix::new(n, n);
+        let mut fresh = Vec::new();
         for i in 0..n {
             let reached = reached(net, &might_see, net.out(i));
             for j in (0..n).filter(|&j| !settled.get(i, j) && !get(&reached, j)) {
-                set_both(&mut hidden, i, j);
+                if !hidden.get(i, j) {
+                    set_both(&mut hidden, i, j);
+                    fresh.push((i, j));
+                }
             }
         }
         let mut all = Self {
@@ -66,7 +70,7 @@ impl<'a> Cells<'a> {
             rounds: Vec::new(),
             tally: Tally::default(),
         };
-        all.might_see.drop_hidden(net, &all.hidden);
+        all.might_see.drop_hidden(net, &fresh);
         let costs = costs(net, &all.might_see);
         for i in 0..n {
             for j in (0..n).filter(|&j| (costs[i], i) < (costs[j], j)) {
@@ -113,14 +117,14 @@ impl<'a> Cells<'a> {
             }
             self.tally.add(&found.tally);
         }
+        let mut fresh = Vec::new();
         for i in self.rounds[k].iter().filter(|task| task.last).map(|task| task.cell) {
-            for j in 0..self.net.cells {
-                if self.wanted.get(i, j) && !self.settled.get(i, j) {
-                    set_both(&mut self.hidden, i, j);
-                }
+            for j in self.wanted.ones(i).filter(|&j| !self.settled.get(i, j)) {
+                set_both(&mut self.hidden, i, j);
+                fresh.push((i, j));
             }
         }
-        self.might_see.drop_hidden(self.net, &self.hidden);
+        self.might_see.drop_hidden(self.net, &fresh);
     }
 
     /// Searches from the portals of a task.

@@ -14,6 +14,10 @@ use std::ops::Range;
 #[derive(Clone)]
 pub(crate) struct MightSee {
     rows: BitMatrix,
+    /// The same with rows and columns exchanged.
+    before: BitMatrix,
+    /// Cells x directed portals: the portals whose two cells a cell may see, as far as pairs were dropped.
+    open: BitMatrix,
 }
 
 impl MightSee {
@@ -22,9 +26,11 @@ impl MightSee {
         let n = net.portals();
         let scratch = || (Vec::new(), vec![0; n.div_ceil(64)]);
         let rows = from_rows(n, n, scratch, |(queue, asked), first, row| by_planes(net, first, queue, asked, row));
-        let mut all = Self { rows };
+        let open = from_rows(net.cells, n, || (), |(), _, row| words_of(0..n).for_each(|(word, mask)| row[word] = mask));
+        let mut all = Self { rows, before: BitMatrix::default(), open };
         all.mirror(net);
         all.flood(net);
+        all.before = all.rows.transposed();
         all
     }
 
@@ -32,6 +38,12 @@ impl MightSee {
     #[inline]
     pub fn row(&self, portal: usize) -> &[u64] {
         self.rows.row(portal)
+    }
+
+    /// The portals that may come before `portal`.
+    #[inline]
+    pub fn before(&self, portal: usize) -> &[u64] {
+        self.before.row(portal)
     }
 
     /// Number of portals that may come after `portal`.
@@ -80,37 +92,38 @@ impl MightSee {
         for (i, word) in self.rows.row(portal).to_vec().into_iter().enumerate() {
             for q in bits::ones(&[word]).map(|bit| i * 64 + bit) {
                 if get(cells, net.target[q] as usize) {
-                    self.rows.clear(portal, q);
-                    self.rows.clear(net.twin[q] as usize, back);
+                    self.clear(portal, q);
+                    self.clear(net.twin[q] as usize, back);
                 }
             }
         }
     }
 
-    /// Drops pairs of portals whose lines would join two cells that don't see each other: bit j of row i of `hidden`, both
-    /// ways.
-    pub fn drop_hidden(&mut self, net: &Net, hidden: &BitMatrix) {
-        let n = net.portals();
-        // For each cell, the portals whose two cells it may see.
-        let allowed = from_rows(
-            net.cells,
-            n,
-            || (),
-            |(), cell, row| {
-                let open = |c: usize| !hidden.get(cell, c);
-                for p in (0..net.cells).filter(|&c| open(c)).flat_map(|c| net.out(c)) {
-                    if open(net.target[p] as usize) {
-                        set(row, p);
-                    }
+    fn clear(&mut self, a: usize, b: usize) {
+        self.rows.clear(a, b);
+        self.before.clear(b, a);
+    }
+
+    /// Drops pairs of portals whose lines would join two cells that don't see each other: `hidden` lists such pairs, each one
+    /// way or both.
+    pub fn drop_hidden(&mut self, net: &Net, hidden: &[(usize, usize)]) {
+        for &(i, j) in hidden {
+            for (cell, other) in [(i, j), (j, i)] {
+                for p in net.out(other) {
+                    self.open.clear(cell, p);
+                    self.open.clear(cell, net.twin[p] as usize);
                 }
-            },
-        );
-        self.rows.rows_mut().into_par_iter().enumerate().for_each(|(p, row)| {
-            let (a, b) = (allowed.row(net.source[p] as usize), allowed.row(net.target[p] as usize));
-            for (word, (a, b)) in row.iter_mut().zip(a.iter().zip(b)) {
-                *word &= a & b;
             }
-        });
+        }
+        let open = &self.open;
+        for matrix in [&mut self.rows, &mut self.before] {
+            matrix.rows_mut().into_par_iter().enumerate().for_each(|(p, row)| {
+                let (a, b) = (open.row(net.source[p] as usize), open.row(net.target[p] as usize));
+                for (word, (a, b)) in row.iter_mut().zip(a.iter().zip(b)) {
+                    *word &= a & b;
+                }
+            });
+        }
     }
 }
 
@@ -213,10 +226,7 @@ mod tests {
     fn what_is_hidden_is_dropped() {
         let net = row(&[0.0; 4]);
         let mut might_see = MightSee::new(&net);
-        let mut hidden = BitMatrix::new(5, 5);
-        hidden.set(0, 2);
-        hidden.set(2, 0);
-        might_see.drop_hidden(&net, &hidden);
+        might_see.drop_hidden(&net, &[(0, 2)]);
         // The portal out of cell 2 joins it to cell 0; the one into cell 4 is left to the flood of a search.
         assert_eq!(cells_after(&net, &might_see, net.out(0).start), [4]);
         let mut might_see = MightSee::new(&net);

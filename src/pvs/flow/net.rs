@@ -24,6 +24,16 @@ pub(crate) struct NetPortal<'a> {
     pub winding: &'a [DVec3],
 }
 
+/// The plane of a directed portal and a sphere around its window. What is not known is not a number, so that comparisons with
+/// it are false.
+#[derive(Clone, Copy)]
+struct Outline {
+    plane: Plane,
+    /// A point of the window.
+    middle: DVec3,
+    radius: f64,
+}
+
 /// Directed portals, numbered in the order of the cells that they lead out of. Coordinates are relative to [`Net::origin`],
 /// the middle of all windings, so that rounding follows the size of the graph and not its distance from zero.
 pub(crate) struct Net {
@@ -42,8 +52,8 @@ pub(crate) struct Net {
     windows: Vec<Window>,
     /// Box around each winding.
     bounds: Vec<Bounds>,
-    /// Sphere around each winding.
-    spheres: Vec<(DVec3, f64)>,
+    /// What is asked of each most often, side by side in memory.
+    outlines: Vec<Outline>,
     /// The cell that each leads out of.
     pub source: Vec<u32>,
     /// The cell that each leads into.
@@ -99,7 +109,7 @@ impl Net {
             planes: Vec::with_capacity(order.len()),
             windows: Vec::with_capacity(order.len()),
             bounds: Vec::with_capacity(order.len()),
-            spheres: Vec::with_capacity(order.len()),
+            outlines: Vec::with_capacity(order.len()),
             source: order.iter().map(|&(c, _)| c).collect(),
             target: order.iter().map(|&(_, d)| portals[d as usize / 2].cells[1 - d as usize % 2]).collect(),
             flush: Vec::new(),
@@ -153,7 +163,9 @@ impl Net {
         let middle = crate::geom::middle(&corners);
         let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         self.planes.push(flat.then_some(plane));
-        self.spheres.push((middle, radius));
+        let nowhere = Plane { n: DVec3::NAN, d: f64::NAN };
+        let (known, middle) = if flat { (plane, middle) } else { (nowhere, DVec3::NAN) };
+        self.outlines.push(Outline { plane: known, middle, radius });
         self.bounds.push(Bounds::new(corners.iter().copied(), flat, &self.slack));
         self.windows.push(Window::new(&corners, plane.n, flat));
     }
@@ -230,18 +242,6 @@ impl Net {
         &self.next[self.first_next[portal] as usize..self.first_next[portal + 1] as usize]
     }
 
-    /// True where no line through the portal comes inside `plane`.
-    #[inline]
-    pub fn is_cut_off(&self, portal: usize, plane: &Plane) -> bool {
-        let (middle, radius) = self.spheres[portal];
-        let distance = plane.distance(middle);
-        if distance < -self.slack.strict {
-            return false; // the middle is a point of the window
-        }
-        let window = &self.windows[portal];
-        distance - radius > self.slack.coplanar && !window.is_empty() || window.is_cut_off(plane, &self.slack)
-    }
-
     /// The box around a portal's whole window.
     #[inline]
     pub fn bounds(&self, portal: usize) -> &Bounds {
@@ -253,8 +253,18 @@ impl Net {
         if a == b || a == self.twin[b] as usize {
             return false;
         }
+        let (from, to) = (&self.outlines[a], &self.outlines[b]);
+        let (ahead, behind) = (from.plane.distance(to.middle), -to.plane.distance(from.middle));
+        let strict = self.slack.strict;
+        if ahead > strict && behind > strict && from.plane.n.dot(to.plane.n) >= OPPOSITE {
+            return true;
+        }
+        if ahead + to.radius <= strict || behind + from.radius <= strict {
+            return self.is_flush(a, b);
+        }
         let (pa, pb) = (self.planes[a], self.planes[b]);
-        if pa.is_some_and(|p| self.is_cut_off(b, &p.flipped())) || pb.is_some_and(|p| self.is_cut_off(a, &p)) {
+        let is_cut_off = |portal: usize, plane: Plane| self.windows[portal].is_cut_off(&plane, &self.slack);
+        if pa.is_some_and(|p| is_cut_off(b, p.flipped())) || pb.is_some_and(|p| is_cut_off(a, p)) {
             return self.is_flush(a, b);
         }
         // Two windows of one wall: out through one and in through the other is no line, however the corners were rounded.

@@ -21,9 +21,8 @@ use crate::geom::Plane;
 /// slower by a few per cent, and hardly any chain more is cut.
 const ANCESTORS: usize = 4;
 
-/// Live portals are asked again whether they lead to a goal once no more than this fraction of the goals is left that they
-/// were asked for last. Closer to 1: asked more often than it is worth.
-const FEWER: [usize; 2] = [3, 4];
+/// Up to so many goals, what leads to none of them is left out of the way. Larger: it takes longer than it saves.
+const FEW: usize = 32;
 
 /// How a search went.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -62,11 +61,26 @@ struct Frame {
     goals: [usize; 2],
     /// Portals that can be reached inside the planes, as bits. None that the chain has crossed is among them.
     live: Vec<u64>,
-    /// Number of goals when `live` was last asked whether it leads to them.
-    asked: usize,
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
+}
+
+/// A search, to be compiled for the vector units that the machine turns out to have: the same operations in the same order,
+/// so the same bits on every machine.
+struct Run<'s, 'a, G> {
+    search: &'s mut Search<'a>,
+    first: usize,
+    goals: &'s mut G,
+}
+
+impl<G: Goals> pulp::WithSimd for Run<'_, '_, G> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
+        self.search.follow(self.first, self.goals)
+    }
 }
 
 /// Scratch memory of searches over one net.
@@ -88,13 +102,15 @@ pub(crate) struct Search<'a> {
     separators: Separators,
     /// Portals that a flood has not asked yet, as bits.
     allowed: Vec<u64>,
+    /// Portals that lead to a goal, as bits.
+    leads: Vec<u64>,
     queue: Vec<u32>,
 }
 
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, chain, goals, on_chain, waist, stab, spare, allowed, queue) = Default::default();
+        let (frames, chain, goals, on_chain, waist, stab, spare, allowed, leads, queue) = Default::default();
         let separators = Separators::new(net.rounding);
         Self {
             net,
@@ -110,6 +126,7 @@ impl<'a> Search<'a> {
             spare,
             separators,
             allowed,
+            leads,
             queue,
         }
     }
@@ -119,6 +136,11 @@ impl<'a> Search<'a> {
     /// The cell that it leads out of counts as one of the chain: without the loop through `first`, what is seen is seen
     /// through another of the cell's portals. So nothing is refuted for `first` alone where chains lead back into its cell.
     pub fn run(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
+        pulp::Arch::new().dispatch(Run { search: self, first, goals })
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
         let (net, home) = (self.net, self.net.source[first]);
         let mut outcome = Outcome { steps: 0, capped: false };
         if net.target[first] == home || !self.start(first, goals) {
@@ -162,6 +184,7 @@ impl<'a> Search<'a> {
     }
 
     /// Sets up the frame behind the source portal. False where nothing is wanted beyond.
+    #[inline(always)]
     fn start(&mut self, first: usize, goals: &mut impl Goals) -> bool {
         let net = self.net;
         if self.frames.is_empty() {
@@ -186,11 +209,11 @@ impl<'a> Search<'a> {
         }
         self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
         frame.goals = [0, self.goals.len()];
-        frame.asked = usize::MAX / FEWER[0];
         !self.goals.is_empty()
     }
 
     /// True where `target` leads to a goal: itself, or one that may come after it. Lists those after the goals of the frame.
+    #[inline(always)]
     fn wanted(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let (row, wanted) = (self.might_see.row(target), goals.portals());
         let [start, end] = self.frames[depth].goals;
@@ -210,6 +233,7 @@ impl<'a> Search<'a> {
 
     /// Tries to lead the lines of the frame at `depth` through `target`: fills the windows of the frame above.
     /// False where no line passes.
+    #[inline(always)]
     fn cross(&mut self, depth: usize, target: usize) -> bool {
         if self.frames.len() == depth + 1 {
             self.frames.push(Frame::default());
@@ -218,6 +242,7 @@ impl<'a> Search<'a> {
     }
 
     /// What is left of `target` inside the planes of the last frames.
+    #[inline(always)]
     fn clip_pass(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
@@ -237,10 +262,16 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        below.iter().rev().take(ANCESTORS).all(|frame| frame.bundle.across(bounds, |plane| pass.cut(plane, slack, spare)))
+        for frame in below.iter().rev().take(ANCESTORS) {
+            if !frame.bundle.cut(pass, bounds, slack, spare) {
+                return false;
+            }
+        }
+        true
     }
 
     /// What is left of the source for lines that go on through what is left of `target`.
+    #[inline(always)]
     fn clip_source(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
@@ -253,18 +284,25 @@ impl<'a> Search<'a> {
         if depth == 0 {
             return true;
         }
-        // Lines from the target back through the last window end in part of the source.
+        // Lines from the target back through each window of the chain end in part of the source.
         self.waist.assign(&frame.pass);
         if !net.behind(entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
         let mut cut = Cut { window: &mut child.source, passes: true, slack: &net.slack, spare: &mut self.spare };
-        self.separators.each(&child.pass, &self.waist, Way::Against, &mut cut);
-        cut.passes
+        let passes = std::iter::once(&self.waist).chain(below[1..depth].iter().rev().map(|frame| &frame.pass));
+        for pass in passes {
+            self.separators.through_second(&child.pass, pass, Way::Against, &mut cut);
+            if !cut.passes {
+                return false;
+            }
+        }
+        true
     }
 
     /// Works out what the frame above `depth`, which has just crossed `target`, decides and may still reach. False where
     /// there is no such line or nothing beyond that is wanted.
+    #[inline(always)]
     fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let cell = net.target[target] as usize;
@@ -291,6 +329,7 @@ impl<'a> Search<'a> {
     }
 
     /// The planes of the frame above `depth`.
+    #[inline(always)]
     fn spread(&mut self, depth: usize, target: usize) {
         let net = self.net;
         let child = &mut self.frames[depth + 1];
@@ -304,6 +343,7 @@ impl<'a> Search<'a> {
 
     /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
     /// none is left.
+    #[inline(always)]
     fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let net = self.net;
         let start = self.frames[depth].goals[1];
@@ -323,10 +363,25 @@ impl<'a> Search<'a> {
         if kept == start {
             return false;
         }
-        let fewer = (kept - start) * FEWER[1] <= frame.asked * FEWER[0];
-        child.asked = if fewer { kept - start } else { frame.asked };
         self.allowed.clear();
-        self.allowed.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
+        let row = self.might_see.row(target);
+        for (a, b) in frame.live.iter().zip(row) {
+            self.allowed.push(a & b);
+        }
+        if kept - start <= FEW {
+            // What leads to none of the goals that are left is no part of the way to them.
+            self.leads.clear();
+            self.leads.resize(row.len(), 0);
+            for &goal in &self.goals[start..] {
+                set(&mut self.leads, goal as usize);
+                for (a, b) in self.leads.iter_mut().zip(self.might_see.before(goal as usize)) {
+                    *a |= b;
+                }
+            }
+            for (a, b) in self.allowed.iter_mut().zip(&self.leads) {
+                *a &= b;
+            }
+        }
         child.live.clear();
         child.live.resize(frame.live.len(), 0);
         self.queue.push(target as u32);
@@ -338,13 +393,6 @@ impl<'a> Search<'a> {
                 while ways != 0 {
                     let p = word * 64 + ways.trailing_zeros() as usize;
                     ways &= ways - 1;
-                    if fewer {
-                        // What leads to none of the goals that are left is no part of the way to them.
-                        let ahead = self.might_see.row(p);
-                        if !self.goals[start..].iter().any(|&g| g as usize == p || get(ahead, g as usize)) {
-                            continue;
-                        }
-                    }
                     if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
                         set(&mut child.live, p);
                         self.queue.push(p as u32);

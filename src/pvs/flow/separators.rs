@@ -29,6 +29,34 @@ pub(crate) enum Way {
     Against,
 }
 
+impl Way {
+    fn reversed(self) -> Self {
+        match self {
+            Self::Along => Self::Against,
+            Self::Against => Self::Along,
+        }
+    }
+}
+
+/// Which side of a plane counts as its inside.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Turn {
+    /// That of the other window.
+    Kept,
+    /// That of the window whose edges it is put through.
+    Over,
+}
+
+/// Edges of a window that planes are put through.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Edges {
+    /// All of them.
+    All,
+    /// Those that are the portal's own. The others lie in planes that the window was cut by: what they tell of lines was known
+    /// before, but for a little that is not worth the time.
+    Own,
+}
+
 /// Takes planes.
 pub(crate) trait Sink {
     /// False where a plane through `a` across the unit vector `n` needn't be looked at any closer.
@@ -45,12 +73,12 @@ struct Distinct<'a> {
 }
 
 impl Sink for Distinct<'_> {
-    #[inline]
+    #[inline(always)]
     fn is_of_use(&self, n: DVec3, _a: DVec3) -> bool {
         !self.planes[self.start..].iter().any(|p| p.n.dot(n) > SAME)
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, plane: Plane) -> bool {
         self.planes.push(plane);
         true
@@ -70,12 +98,12 @@ pub(crate) struct Cut<'a> {
 }
 
 impl Sink for Cut<'_> {
-    #[inline]
+    #[inline(always)]
     fn is_of_use(&self, n: DVec3, a: DVec3) -> bool {
         self.window.reaches(n, a)
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, plane: Plane) -> bool {
         self.passes = self.window.cut(&plane, self.slack, self.spare);
         self.passes
@@ -100,41 +128,70 @@ impl Separators {
     ///
     /// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are
     /// none.
-    #[inline]
+    #[inline(always)]
     pub fn each(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
         if first.is_empty() || second.is_empty() {
             return;
         }
-        let sign = if way == Way::Along { 1.0 } else { -1.0 };
-        if self.through_edges(first, second, sign, 1.0, sink) {
-            // Here the second window lies outside of the plane and the first inside: turn it round.
-            self.through_edges(second, first, -sign, -1.0, sink);
+        if self.through_edges(first, Edges::All, second, way, Turn::Kept, sink) {
+            self.through_edges(second, Edges::All, first, way.reversed(), Turn::Over, sink);
         }
     }
 
-    /// Appends those planes to a list. One that nearly is another, as from edges that are parallel, is left out.
-    pub fn list(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
-        let start = planes.len();
-        self.each(first, second, way, &mut Distinct { planes, start });
+    /// As [`Separators::each`], through edges of `second` only, and of those the portal's own.
+    #[inline(always)]
+    pub fn through_second(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
+        if !first.is_empty() && !second.is_empty() {
+            self.through_edges(second, Edges::Own, first, way.reversed(), Turn::Over, sink);
+        }
     }
 
-    /// Gives `sink` planes through an edge of `edges` and a corner of `others` that have `edges` outside and `others` inside,
-    /// times `turn`; `sign` says on which side of `edges` the others lie. False where it has enough.
-    #[inline]
-    fn through_edges(&mut self, edges: &Window, others: &Window, sign: f64, turn: f64, sink: &mut impl Sink) -> bool {
+    /// Appends those planes to a list, but of `second` only those through edges that are the portal's own. One that nearly is
+    /// another, as from edges that are parallel, is left out.
+    #[inline(always)]
+    pub fn list(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
+        if first.is_empty() || second.is_empty() {
+            return;
+        }
+        let start = planes.len();
+        let mut sink = Distinct { planes, start };
+        self.through_edges(first, Edges::All, second, way, Turn::Kept, &mut sink);
+        self.through_edges(second, Edges::Own, first, way.reversed(), Turn::Over, &mut sink);
+    }
+
+    /// Gives `sink` planes through an edge of `edges` and a corner of `others`, on the side that `way` leads to, that have
+    /// `edges` outside and `others` inside, turned. False where it has enough.
+    #[inline(always)]
+    fn through_edges(
+        &mut self,
+        edges: &Window,
+        which: Edges,
+        others: &Window,
+        way: Way,
+        turn: Turn,
+        sink: &mut impl Sink,
+    ) -> bool {
+        let sign = if way == Way::Along { 1.0 } else { -1.0 };
+        let turn = if turn == Turn::Kept { 1.0 } else { -1.0 };
         let up = edges.normal * sign;
         let n = edges.len();
         let mut a = edges.corner(n - 1);
         let base = up.dot(a);
         self.heights.clear();
-        self.heights.extend(others.groups().map(|[x, y, z]| {
-            std::array::from_fn(|k| {
+        for [x, y, z] in others.groups() {
+            let mut inverse = [0.0; 4];
+            for k in 0..4 {
                 let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
-                if h > self.rounding { 1.0 / h } else { LEVEL }
-            })
-        }));
+                inverse[k] = if h > self.rounding { 1.0 / h } else { LEVEL };
+            }
+            self.heights.push(inverse);
+        }
         for i in 0..n {
             let b = edges.corner(i);
+            if which == Edges::Own && !edges.is_own(i) {
+                a = b;
+                continue;
+            }
             let along = b - a;
             // Towards the inside of `edges`, in its plane.
             let inward = edges.normal.cross(along);
@@ -175,7 +232,7 @@ const SAME: f64 = 1.0 - 1e-12;
 const LEVEL: f64 = 1e300;
 
 /// The plane through `a` across the unit vector `n`, if `outer` lies outside of it and `inner` inside.
-#[inline]
+#[inline(always)]
 fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> Option<Plane> {
     let plane = Plane::through(a, n);
     let (inner_low, inner_high) = inner.range(&plane);

@@ -34,6 +34,8 @@ pub(crate) struct Window {
     corners: Vec<f64>,
     room: usize,
     len: usize,
+    /// Bit i: the edge that ends at corner i is one of the portal's own, not made by a cut. Corners from 64 on count as such.
+    own: u64,
     /// The way the portal leads. Corners are counter-clockwise seen from its tip, where the window is flat.
     pub normal: DVec3,
     /// Whether the corners lie in one plane that is known. Others are never clipped, only kept or cut off as a whole, because
@@ -44,14 +46,14 @@ pub(crate) struct Window {
 impl Window {
     /// A window with these corners. They may be collinear or coincide.
     pub fn new(corners: &[DVec3], normal: DVec3, flat: bool) -> Self {
-        let mut window = Self { normal, flat, ..Self::default() };
+        let mut window = Self { normal, flat, own: !0, ..Self::default() };
         corners.iter().for_each(|&p| window.push(p));
         window.pad();
         window
     }
 
     /// Takes over another window, keeping the memory.
-    #[inline]
+    #[inline(always)]
     pub fn assign(&mut self, other: &Self) {
         if self.room == other.room {
             self.corners.copy_from_slice(&other.corners);
@@ -60,23 +62,29 @@ impl Window {
             self.corners.extend_from_slice(&other.corners);
             self.room = other.room;
         }
-        (self.len, self.normal, self.flat) = (other.len, other.normal, other.flat);
+        (self.len, self.normal, self.flat, self.own) = (other.len, other.normal, other.flat, other.own);
     }
 
     /// Number of corners.
-    #[inline]
+    #[inline(always)]
     pub fn len(&self) -> usize {
         self.len
     }
 
     /// True where nothing is known.
-    #[inline]
+    #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
+    /// True where the edge that ends at a corner is one of the portal's own, not made by a cut.
+    #[inline(always)]
+    pub fn is_own(&self, i: usize) -> bool {
+        i >= 64 || self.own >> i & 1 != 0
+    }
+
     /// A corner.
-    #[inline]
+    #[inline(always)]
     pub fn corner(&self, i: usize) -> DVec3 {
         DVec3::new(self.corners[i], self.corners[self.room + i], self.corners[2 * self.room + i])
     }
@@ -92,7 +100,7 @@ impl Window {
     }
 
     /// x, y and z of the corners in groups of four; the last group is filled up with copies of the first corner.
-    #[inline]
+    #[inline(always)]
     pub fn groups(&self) -> impl Iterator<Item = [&[f64; LANES]; 3]> {
         let (x, rest) = self.corners.split_at(self.room);
         let (y, z) = rest.split_at(self.room);
@@ -102,7 +110,7 @@ impl Window {
     }
 
     /// The least and the greatest distance of a corner to a plane.
-    #[inline]
+    #[inline(always)]
     pub fn range(&self, plane: &Plane) -> (f64, f64) {
         let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
         for [x, y, z] in self.groups() {
@@ -118,7 +126,7 @@ impl Window {
     }
 
     /// True where all corners lie at least `limit` outside of one of four planes.
-    #[inline]
+    #[inline(always)]
     pub fn is_beyond(&self, [nx, ny, nz, d]: &[[f64; LANES]; 4], limit: f64) -> bool {
         let mut low = [f64::INFINITY; LANES];
         for i in 0..self.len {
@@ -132,7 +140,7 @@ impl Window {
     }
 
     /// True where a corner lies on the side of the plane through `a` that `n` points to.
-    #[inline]
+    #[inline(always)]
     pub fn reaches(&self, n: DVec3, a: DVec3) -> bool {
         let d = n.dot(a);
         let mut outside = [false; LANES];
@@ -145,7 +153,7 @@ impl Window {
     }
 
     /// True where no line through the window comes inside `plane`, touching lines aside.
-    #[inline]
+    #[inline(always)]
     pub fn is_cut_off(&self, plane: &Plane, slack: &Slack) -> bool {
         let limit = if self.flat { -slack.strict } else { slack.coplanar };
         self.len > 0 && self.range(plane).0 >= limit
@@ -153,7 +161,7 @@ impl Window {
 
     /// Cuts the window down to the inside of `plane`; false where no line is left. `spare` is scratch.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn cut(&mut self, plane: &Plane, slack: &Slack, spare: &mut Self) -> bool {
         if self.len == 0 {
             return true;
@@ -171,6 +179,7 @@ impl Window {
     /// Cuts off what lies farther out than `reach`; there is something on both sides.
     fn clip(&mut self, plane: &Plane, reach: f64, spare: &mut Self) {
         spare.len = 0;
+        let mut own = Flags { bits: !0, next: 1 };
         let outside = |p: DVec3| plane.distance(p) - reach;
         let mut a = self.corner(self.len - 1);
         let mut da = outside(a);
@@ -178,21 +187,24 @@ impl Window {
             let b = self.corner(i);
             let db = outside(b);
             if (da > 0.0) != (db > 0.0) {
+                // Coming back in, this ends the edge that the plane has made.
+                own.add(db > 0.0 && self.is_own(i));
                 spare.push(a + (b - a) * (da / (da - db)));
             }
             if db <= 0.0 {
+                own.add(self.is_own(i));
                 spare.push(b);
             }
             (a, da) = (b, db);
         }
         if spare.len > 0 {
             spare.pad();
-            (spare.normal, spare.flat) = (self.normal, self.flat);
+            (spare.normal, spare.flat, spare.own) = (self.normal, self.flat, own.bits);
             std::mem::swap(self, spare);
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn push(&mut self, p: DVec3) {
         if self.len == self.room {
             self.grow();
@@ -215,13 +227,29 @@ impl Window {
         (self.corners, self.room) = (corners, room);
     }
 
-    #[inline]
+    #[inline(always)]
     fn pad(&mut self) {
         for axis in 0..3 {
             let start = axis * self.room;
             let first = self.corners.get(start).copied().unwrap_or_default();
             self.corners[start + self.len..start + self.len.next_multiple_of(LANES)].fill(first);
         }
+    }
+}
+
+/// Bits in a row, as far as there is room; those beyond stay set.
+struct Flags {
+    bits: u64,
+    next: u64,
+}
+
+impl Flags {
+    #[inline(always)]
+    fn add(&mut self, flag: bool) {
+        if !flag {
+            self.bits &= !self.next;
+        }
+        self.next <<= 1;
     }
 }
 
