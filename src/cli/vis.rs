@@ -8,7 +8,7 @@ use enfilade::file::replace_file;
 use enfilade::vis::against::against;
 use enfilade::vis::resume::{StateError, read_state, write_state};
 use enfilade::vis::rows::write_rows;
-use enfilade::vis::{Control, Level, State, Vis, VisError, VisOptions, Why, vis, why};
+use enfilade::vis::{Control, Level, State, Term, Vis, VisError, VisOptions, Why, vis, why};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -262,6 +262,9 @@ pub(super) fn report(input: &Input, vis: &Vis) -> Value {
         "lines": vis.stats.lines,
         "steps": vis.stats.steps,
         "capped": vis.stats.capped,
+        "exact_asked": vis.stats.exact_asked,
+        "exact_refuted": vis.stats.exact_refuted,
+        "exact_lines": vis.stats.exact_lines,
         "witnesses": vis.lines.len(),
         "notes": input.notes,
     })
@@ -313,11 +316,17 @@ fn told(pair: [u32; 2], why: &Why) -> Value {
             "chains": separations.len(),
             "separations": separations.iter().take(TOLD).map(|s| json!({
                 "chain": chain(&s.chain),
+                "sums": s.sums.iter().map(|sum| sum.iter().map(told_term).collect::<Vec<_>>()).collect::<Vec<_>>(),
                 "planes": s.planes.iter().map(|p| [p.n.x, p.n.y, p.n.z, p.d]).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
         }),
         Why::Undecided(portals) => json!({ "pair": pair, "verdict": "undecided", "chain": chain(portals) }),
     }
+}
+
+fn told_term(term: &Term) -> Value {
+    let points = |edge: &[glam::DVec3; 2]| edge.map(|p| p.to_array());
+    json!({ "weight": term.weight, "edges": term.edges.iter().map(points).collect::<Vec<_>>() })
 }
 
 fn explain([a, b]: [u32; 2], why: &Why) {
@@ -336,11 +345,19 @@ fn explain([a, b]: [u32; 2], why: &Why) {
                 separations.len()
             );
             for s in separations.iter().take(TOLD) {
-                println!(
-                    "  {}{}",
-                    way(&s.chain),
-                    if s.planes.is_empty() { ": impassable" } else { ": all beyond is inside" }
-                );
+                let end = match (s.planes.is_empty(), s.sums.is_empty()) {
+                    (false, _) => ": all beyond is inside",
+                    (_, true) => ": impassable",
+                    _ => ": impassable, or a sum of positive terms would be zero",
+                };
+                println!("  {}{end}", way(&s.chain));
+                for sum in &s.sums {
+                    println!("    0 =");
+                    for term in sum {
+                        let side = |[a, b]: &[glam::DVec3; 2]| format!(" * side({:?} {:?})", a.to_array(), b.to_array());
+                        println!("      + {}{}", term.weight, term.edges.iter().map(side).collect::<String>());
+                    }
+                }
                 s.planes.iter().for_each(|p| println!("    {:?} . p <= {}", p.n.to_array(), p.d));
             }
             if separations.len() > TOLD {

@@ -4,12 +4,13 @@
 //! of cells that it passes. Lines start in random points of portals and aim at random points of portals that might be seen
 //! from there, half of them; the others take any direction.
 
-use super::Line;
+use super::{Level, Line};
 use crate::BitMatrix;
 use crate::bits;
 use crate::generate::prng::Prng;
 use crate::geom::Plane;
-use crate::pvs::flow::goals::Prover;
+use crate::pvs::flow::exact::{Answer, ask, passes};
+use crate::pvs::flow::goals::{Prover, Settled};
 use crate::pvs::flow::might_see::MightSee;
 use crate::pvs::flow::net::Net;
 use glam::DVec3;
@@ -27,8 +28,11 @@ const MARGIN: f64 = 4.0;
 
 /// The portals of a net, for lines.
 pub(super) struct Walker<'n> {
+    level: &'n Level,
     net: &'n Net,
     margin: f64,
+    /// Corners are rounded to multiples of this power of two before they are asked exactly.
+    grid: f64,
     /// The plane of each directed portal; none that a line can pass where there is none.
     planes: Vec<Plane>,
     /// Planes through the edges of each, normals pointing out of the window, and where those of each portal begin.
@@ -41,7 +45,7 @@ pub(super) struct Walker<'n> {
 pub(crate) struct Walk {
     /// Directed portals that it crosses, in order.
     pub portals: Vec<u32>,
-    /// Points in the first and in the last of them, relative to the net's origin.
+    /// Points in the first and in the last of them.
     #[serde(with = "exact")]
     pub ends: [DVec3; 2],
 }
@@ -63,7 +67,7 @@ mod exact {
 
 impl<'n> Walker<'n> {
     /// Prepares the portals.
-    pub fn new(net: &'n Net) -> Self {
+    pub fn new(level: &'n Level, net: &'n Net) -> Self {
         let (mut planes, mut edges, mut first_edge) = (Vec::new(), Vec::new(), vec![0]);
         for p in 0..net.portals() {
             let window = net.window(p);
@@ -79,7 +83,8 @@ impl<'n> Walker<'n> {
             }
             first_edge.push(edges.len() as u32);
         }
-        Self { net, margin: MARGIN * net.slack.strict, planes, edges, first_edge }
+        let grid = 2f64.powi(net.slack.strict.log2().floor() as i32);
+        Self { level, net, margin: MARGIN * net.slack.strict, grid, planes, edges, first_edge }
     }
 
     /// Where a line crosses a portal the way it leads, if it does so inside the window.
@@ -130,7 +135,7 @@ impl<'n> Walker<'n> {
         walk.portals.iter_mut().for_each(|p| *p = self.net.twin[*p as usize]);
         walk.portals.push(portal as u32);
         let end = self.follow(portal, t, a, direction, &mut walk.portals);
-        walk.ends = [start, end].map(|t| a + direction * t);
+        walk.ends = [start, end].map(|t| a + direction * t + self.net.origin);
         true
     }
 
@@ -143,13 +148,43 @@ impl<'n> Walker<'n> {
     /// A walk as the caller of `vis` sees it.
     pub fn line(&self, walk: &Walk) -> Line {
         let [first, last] = [walk.portals[0], walk.portals[walk.portals.len() - 1]].map(|p| p as usize);
-        let [from, to] = walk.ends.map(|p| p + self.net.origin);
+        let [from, to] = walk.ends;
         Line {
             cells: [self.net.source[first], self.net.target[last]],
             from,
             to,
             portals: walk.portals.iter().map(|&p| self.net.ids[p as usize]).collect(),
         }
+    }
+
+    /// Asks exactly whether a line passes a chain.
+    ///
+    /// Corners are rounded first, to what flow takes for touching: a file's -320.0000000000001 beside -320 would else be a slit,
+    /// but no line that is made of numbers like these passes it. A line that is found holds for the corners as they are.
+    pub fn ask(&self, chain: &[u32]) -> Answer {
+        if chain.iter().any(|&p| self.net.plane(p as usize).is_none()) {
+            return Answer::Open; // nothing is known of that portal
+        }
+        let windings: Vec<Vec<DVec3>> = chain.iter().map(|&p| self.level.winding(self.net.ids[p as usize])).collect();
+        let rounded = |w: &Vec<DVec3>| w.iter().map(|&p| (p / self.grid).round() * self.grid).collect();
+        match ask(&windings.iter().map(rounded).collect::<Vec<_>>()) {
+            Answer::Line(line) if !windings.iter().all(|w| passes(&line, w)) || !self.in_order(chain, line) => Answer::Open,
+            answer => answer,
+        }
+    }
+
+    /// True where a line crosses the planes of `chain` one after the other, or several at once.
+    fn in_order(&self, chain: &[u32], [a, b]: [DVec3; 2]) -> bool {
+        let (a, Some(direction)) = (a - self.net.origin, (b - a).try_normalize()) else { return false };
+        let mut last = f64::NEG_INFINITY;
+        chain.iter().all(|&p| {
+            let plane = &self.planes[p as usize];
+            let slope = plane.n.dot(direction);
+            let (t, error) = (-plane.distance(a) / slope, self.margin / slope);
+            let follows = slope > 0.0 && t + error >= last;
+            last = last.max(t - error);
+            follows
+        })
     }
 
     /// A random point of a portal's window, by area.
@@ -186,6 +221,18 @@ impl Prover for Walker<'_> {
         }
         cells.extend(self.cells(&walk));
         cells.contains(&goal).then_some(walk)
+    }
+
+    fn settle(&self, chain: &[u32], cells: &mut Vec<u32>) -> Option<Settled<Walk>> {
+        Some(match self.ask(chain) {
+            Answer::Refuted(_) => Settled::Refuted,
+            Answer::Open => Settled::Open,
+            Answer::Line(ends) => {
+                let walk = Walk { portals: chain.to_vec(), ends };
+                cells.extend(self.cells(&walk));
+                Settled::Proven(ends, walk)
+            }
+        })
     }
 }
 

@@ -20,6 +20,7 @@ pub mod rows;
 mod state;
 mod why;
 
+pub use crate::pvs::flow::exact::{Edge, Term};
 pub use state::State;
 pub use why::{Separation, Why, why};
 
@@ -73,9 +74,9 @@ impl Default for VisOptions {
 pub struct Line {
     /// The cells at its ends.
     pub cells: [u32; 2],
-    /// A point in the first portal's window.
+    /// A point in the first portal's window; or, for part of a line so thin that rounding would move it, before that.
     pub from: DVec3,
-    /// A point in the last portal's window.
+    /// A point in the last portal's window; or likewise beyond that.
     pub to: DVec3,
     /// The portals that it crosses, in order, as `2 * portal + side`: side 0 leads from `cells[0]` to `cells[1]`, side 1 back.
     pub portals: Vec<u32>,
@@ -90,6 +91,12 @@ pub struct VisStats {
     pub steps: u64,
     /// Directed portals whose search ran out of steps.
     pub capped: u64,
+    /// Chains of portals that were asked exactly, because windows left it open whether a line passes.
+    pub exact_asked: u64,
+    /// Those that no line passes.
+    pub exact_refuted: u64,
+    /// Those that a line passes.
+    pub exact_lines: u64,
 }
 
 /// Both sides.
@@ -179,7 +186,7 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
 
     // 2. Random lines: most of what is visible.
     (control.progress)("lines", 0.0);
-    let walker = Walker::new(&net);
+    let walker = Walker::new(level, &net);
     let mut lower = BitMatrix::new(level.cells, level.cells);
     for i in 0..level.cells {
         lower.set(i, i);
@@ -224,6 +231,9 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
         lines: options.lines * net.portals() as u64,
         steps: pairs.tally.steps,
         capped: pairs.tally.capped.len() as u64,
+        exact_asked: pairs.exact.asked,
+        exact_refuted: pairs.exact.refuted,
+        exact_lines: pairs.exact.lines,
     };
     Ok(Vis { lower, upper, lines: walks.iter().map(|w| walker.line(w)).collect(), stats })
 }
@@ -236,6 +246,17 @@ fn flooded(net: &Net, might_see: &MightSee) -> u64 {
         rows.set(i, i);
     }
     (0..net.cells).map(|i| rows.ones(i).filter(|&j| rows.get(j, i)).count() as u64).sum()
+}
+
+impl Level {
+    /// The winding of a portal, `2 * portal + side`: counter-clockwise seen from the cell that it leads into.
+    fn winding(&self, directed: u32) -> Vec<DVec3> {
+        let mut winding = self.portals[directed as usize / 2].winding.clone();
+        if directed % 2 == 1 {
+            winding.reverse();
+        }
+        winding
+    }
 }
 
 /// That every portal leads to cells that are there.

@@ -3,11 +3,13 @@
 use super::lines::{Walk, Walker};
 use super::{Level, Line, Vis, VisError, VisOptions, check, net};
 use crate::geom::Plane;
-use crate::pvs::flow::goals::{CellGoals, Prover};
+use crate::pvs::flow::exact::{Answer, Term, passes};
+use crate::pvs::flow::goals::{CellGoals, Prover, Settled};
 use crate::pvs::flow::might_see::{MightSee, set};
 use crate::pvs::flow::net::Net;
 use crate::pvs::flow::search::{End, Search};
 use glam::DVec3;
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 /// The answer to: why is this pair in the rows, or not?
@@ -32,6 +34,10 @@ pub struct Separation {
     /// All that lines through the chain meet beyond it is inside these planes, and inside them no way through portals leads to
     /// the goal. Empty: no line passes the chain at all.
     pub planes: Vec<Plane>,
+    /// Where it took the exact question to know that no line passes the chain: sums, one for each part of the lines, told apart
+    /// by which side they pass of edges that are none of the windings'. Each is zero for every line, though a line of its part
+    /// that passes the chain would make every term positive. Corners are rounded as far as rounding has moved them already.
+    pub sums: Vec<Vec<Term>>,
 }
 
 /// Why cells `a` and `b` are in the rows of `vis`, or not. Proofs of separation are searched for anew, from `a` and if that is
@@ -50,9 +56,9 @@ pub fn why(level: &Level, options: &VisOptions, vis: &Vis, a: u32, b: u32) -> Re
         return Ok(Why::Witnessed(line));
     }
     let might_see = MightSee::new(&net);
-    let from_a = search(&net, &might_see, options, a, b);
+    let from_a = search(level, &net, &might_see, options, a, b);
     Ok(match from_a {
-        Why::Undecided(_) => match search(&net, &might_see, options, b, a) {
+        Why::Undecided(_) => match search(level, &net, &might_see, options, b, a) {
             Why::Undecided(_) => from_a,
             from_b => from_b,
         },
@@ -101,14 +107,17 @@ impl Line {
             portals.reverse();
             portals.iter_mut().for_each(|p| *p ^= 1);
         }
-        let (from, to) = (hit(portals[0]), hit(portals[portals.len() - 1]));
+        let (mut from, mut to) = (hit(portals[0]), hit(portals[portals.len() - 1]));
+        if portals.len() > 1 && !portals.iter().all(|&p| passes(&[from, to], &level.winding(p))) {
+            (from, to) = if i < k { (self.from, self.to) } else { (self.to, self.from) };
+        }
         Some(Self { cells: [a, b], from, to, portals })
     }
 }
 
 /// Looks for `goal` from `cell`.
-fn search(net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal: u32) -> Why {
-    let walker = Recorder { walker: Walker::new(net), asked: Mutex::default() };
+fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal: u32) -> Why {
+    let walker = Recorder { walker: Walker::new(level, net), open: Mutex::default(), sums: Mutex::default() };
     let mut wanted = vec![0; net.cells.div_ceil(64)];
     set(&mut wanted, goal as usize);
     let mut goals = CellGoals::new(net, &walker, wanted);
@@ -121,8 +130,8 @@ fn search(net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal
         }
     }
     if goals.doubtful().next().is_some() {
-        let asked = walker.asked.into_inner().unwrap_or_default();
-        return Why::Undecided(ids(&asked));
+        let open = walker.open.into_inner().unwrap_or_default();
+        return Why::Undecided(ids(&open));
     }
     if let Some(walk) = goals.into_proofs().first() {
         // Only where the rows were made with other lines.
@@ -130,26 +139,37 @@ fn search(net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal
         return Why::Witnessed(line);
     }
     let moved = |p: Plane| Plane { n: p.n, d: p.d + p.n.dot(net.origin) };
-    let separation = |end: End| Separation { chain: ids(&end.chain), planes: end.planes.into_iter().map(moved).collect() };
+    let mut sums = walker.sums.into_inner().unwrap_or_default();
+    let separation = |end: End| Separation {
+        chain: ids(&end.chain),
+        planes: end.planes.into_iter().map(moved).collect(),
+        sums: sums.remove(&end.chain).unwrap_or_default(),
+    };
     Why::Separated(search.ends.take().unwrap_or_default().into_iter().map(separation).collect())
 }
 
-/// Keeps the last chain that a line was looked for through and not found.
+/// Keeps what came of chains that were asked exactly.
 struct Recorder<'n> {
     walker: Walker<'n>,
-    asked: Mutex<Vec<u32>>,
+    /// The last chain that stayed open.
+    open: Mutex<Vec<u32>>,
+    /// Sums that refute chains.
+    sums: Mutex<BTreeMap<Vec<u32>, Vec<Vec<Term>>>>,
 }
 
 impl Prover for Recorder<'_> {
     type Proof = Walk;
 
     fn prove(&self, chain: &[u32], line: [DVec3; 2], cells: &mut Vec<u32>) -> Option<Walk> {
-        let walk = self.walker.prove(chain, line, cells);
-        if walk.is_none()
-            && let Ok(mut asked) = self.asked.lock()
-        {
-            chain.clone_into(&mut asked);
+        self.walker.prove(chain, line, cells)
+    }
+
+    fn settle(&self, chain: &[u32], cells: &mut Vec<u32>) -> Option<Settled<Walk>> {
+        match self.walker.ask(chain) {
+            Answer::Open => chain.clone_into(&mut *self.open.lock().ok()?),
+            Answer::Refuted(found) => _ = self.sums.lock().ok()?.insert(chain.to_vec(), found),
+            Answer::Line(_) => {}
         }
-        walk
+        self.walker.settle(chain, cells)
     }
 }

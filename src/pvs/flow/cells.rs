@@ -1,6 +1,6 @@
 //! Which cells may see each other.
 
-use super::goals::{CellGoals, Prover};
+use super::goals::{CellGoals, Exact, Prover};
 use super::might_see::{MightSee, get, set};
 use super::net::Net;
 use super::schedule::{Tally, Task, costs, rounds, run};
@@ -24,6 +24,8 @@ pub(crate) struct Cells<'a> {
     rounds: Vec<Vec<Task>>,
     /// What it took.
     pub tally: Tally,
+    /// What came of chains that were asked exactly.
+    pub exact: Exact,
 }
 
 /// What the searches of one task found.
@@ -37,6 +39,8 @@ pub(crate) struct Found<P> {
     pub proofs: Vec<P>,
     /// What it took.
     pub tally: Tally,
+    /// What came of chains that were asked exactly.
+    pub exact: Exact,
 }
 
 impl<'a> Cells<'a> {
@@ -69,6 +73,7 @@ impl<'a> Cells<'a> {
             wanted: BitMatrix::new(n, n),
             rounds: Vec::new(),
             tally: Tally::default(),
+            exact: Exact::default(),
         };
         all.might_see.drop_hidden(net, &fresh);
         let costs = costs(net, &all.might_see);
@@ -116,6 +121,7 @@ impl<'a> Cells<'a> {
                 self.might_see.drop_into(self.net, *portal as usize, &row);
             }
             self.tally.add(&found.tally);
+            self.exact.add(&found.exact);
         }
         let mut fresh = Vec::new();
         for i in self.rounds[k].iter().filter(|task| task.last).map(|task| task.cell) {
@@ -138,7 +144,8 @@ impl<'a> Cells<'a> {
         let net = self.net;
         let rows = self.wanted.row(task.cell).iter().zip(self.settled.row(task.cell));
         let wanted: Vec<u64> = rows.map(|(wanted, settled)| wanted & !settled).collect();
-        let mut found = Found { settled: Vec::new(), refuted: Vec::new(), proofs: Vec::new(), tally: Tally::default() };
+        let (settled, refuted, proofs, tally, exact) = Default::default();
+        let mut found = Found { settled, refuted, proofs, tally, exact };
         let mut goals = CellGoals::new(net, prover, wanted.clone());
         for &portal in &task.portals {
             if stop.load(Relaxed) {
@@ -160,6 +167,7 @@ impl<'a> Cells<'a> {
         goals.doubtful().for_each(|c| left[c / 64] &= !(1 << (c % 64)));
         let settled: Vec<u64> = wanted.iter().zip(&left).map(|(a, b)| a & !b).collect();
         found.settled = bits::ones(&settled).map(|c| c as u32).collect();
+        found.exact = goals.exact();
         found.proofs = goals.into_proofs();
         found
     }

@@ -11,6 +11,7 @@ use super::stab::Passage;
 use crate::geom::{Aabb, Plane};
 use crate::{BitMatrix, bits};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The undecided targets of one source.
@@ -27,6 +28,11 @@ pub(crate) trait Goals {
     /// True where a line through two points, which seems to pass `chain`, is one as far as these goals care.
     fn accepts(&mut self, chain: &[u32], line: [DVec3; 2]) -> bool;
 
+    /// Asks `chain` once more, where windows leave open whether a line passes. Adds the work to `steps`.
+    fn settle(&mut self, _chain: &[u32], _steps: &mut u64) -> Passage {
+        Passage::Unknown
+    }
+
     /// A line inside `planes` may enter `cell`; where the chain was asked, `passage` says what is known of it. Decides what
     /// that shows. Returns the work in steps of the search.
     fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane], passage: Passage) -> u64;
@@ -40,7 +46,46 @@ pub(crate) trait Prover: Sync {
     /// Follows a line that seems to pass `chain`; appends the cells that it is proven to pass. `None` where it is no proof of
     /// anything.
     fn prove(&self, chain: &[u32], line: [DVec3; 2], cells: &mut Vec<u32>) -> Option<Self::Proof>;
+
+    /// Asks a chain once more, where windows leave open whether a line passes. `None`: that isn't done here. Appends the cells
+    /// along a line that is found.
+    fn settle(&self, _chain: &[u32], _cells: &mut Vec<u32>) -> Option<Settled<Self::Proof>> {
+        None
+    }
 }
+
+/// What came of asking a chain once more.
+pub(crate) enum Settled<P> {
+    /// No line passes.
+    Refuted,
+    /// The line through these two points passes.
+    Proven([DVec3; 2], P),
+    /// Still not known.
+    Open,
+}
+
+/// How often chains were asked once more, and what came of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Exact {
+    /// Chains.
+    pub asked: u64,
+    /// Those that no line passes.
+    pub refuted: u64,
+    /// Those that a line passes.
+    pub lines: u64,
+}
+
+impl Exact {
+    /// Adds another's.
+    pub fn add(&mut self, other: &Self) {
+        self.asked += other.asked;
+        self.refuted += other.refuted;
+        self.lines += other.lines;
+    }
+}
+
+/// Steps of the search that take about as long as asking a chain once more.
+const SETTLING: u64 = 128;
 
 /// Keeps no proofs: that a chain may be passed is enough.
 pub(crate) struct NoProof;
@@ -66,6 +111,7 @@ pub(crate) struct CellGoals<'a, P: Prover> {
     proofs: Vec<P::Proof>,
     /// The last line's cells.
     cells: Vec<u32>,
+    exact: Exact,
 }
 
 impl<'a, P: Prover> CellGoals<'a, P> {
@@ -75,7 +121,15 @@ impl<'a, P: Prover> CellGoals<'a, P> {
         for cell in bits::ones(&wanted) {
             net.out(cell).for_each(|p| set(&mut portals, net.twin[p] as usize));
         }
-        Self { prover, wanted, portals, doubts: BTreeMap::new(), proofs: Vec::new(), cells: Vec::new() }
+        Self {
+            prover,
+            wanted,
+            portals,
+            doubts: BTreeMap::new(),
+            proofs: Vec::new(),
+            cells: Vec::new(),
+            exact: Exact::default(),
+        }
     }
 
     /// Cells that are still wanted, as bits.
@@ -86,6 +140,11 @@ impl<'a, P: Prover> CellGoals<'a, P> {
     /// Cells that may be seen, though no line is known.
     pub fn doubtful(&self) -> impl Iterator<Item = usize> + '_ {
         self.doubts.keys().copied()
+    }
+
+    /// What came of chains that were asked once more.
+    pub fn exact(&self) -> Exact {
+        self.exact
     }
 
     /// The lines that were found.
@@ -129,6 +188,25 @@ impl<P: Prover> Goals for CellGoals<'_, P> {
                 true
             }
             None => false,
+        }
+    }
+
+    fn settle(&mut self, chain: &[u32], steps: &mut u64) -> Passage {
+        self.cells.clear();
+        let Some(settled) = self.prover.settle(chain, &mut self.cells) else { return Passage::Unknown };
+        *steps += SETTLING;
+        self.exact.asked += 1;
+        match settled {
+            Settled::Refuted => {
+                self.exact.refuted += 1;
+                Passage::Refuted
+            }
+            Settled::Proven(line, proof) => {
+                self.exact.lines += 1;
+                self.proofs.push(proof);
+                Passage::Line(line)
+            }
+            Settled::Open => Passage::Unknown,
         }
     }
 

@@ -95,7 +95,11 @@ pub(crate) fn run<F: Send>(
     let round = &rounds[k];
     let max_steps = limit(max_steps, rounds, k, spent);
     let scratch = || Search::new(net, might_see, max_steps);
-    round.par_iter().with_max_len(1).map_init(scratch, |scratch, task| search(scratch, task)).collect()
+    // The dearest first, so that no thread is left with one of them at the end.
+    let tasks = round.par_iter().rev().with_max_len(1);
+    let mut found: Vec<F> = tasks.map_init(scratch, |scratch, task| search(scratch, task)).collect();
+    found.reverse();
+    found
 }
 
 #[cfg(test)]

@@ -429,6 +429,9 @@ impl<'a> Search<'a> {
         let chain = &self.chain;
         let mut question =
             Question { slack: &net.slack, separators: &mut self.separators, accept: &mut |line| goals.accepts(chain, line) };
-        self.stab.ask(windows, &mut question, steps)
+        match self.stab.ask(windows, &mut question, steps) {
+            Passage::Unknown => goals.settle(chain, steps),
+            passage => passage,
+        }
     }
 }
