@@ -22,7 +22,7 @@ const LEVELS: [(&str, f64); 7] = [
 ];
 
 fn run(level: &Level) -> Vis {
-    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint: &|_| () };
+    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint: &|_| (), bounds: None };
     vis(level, &VisOptions::default(), None, &control).expect("a sound level")
 }
 

@@ -27,6 +27,8 @@ enum Command {
     Dump(cli::dump::Args),
     /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
     Vis(cli::vis::Args),
+    /// Draw both sides of what can be seen in a level against time, as a page of one file.
+    Report(cli::report::Args),
     /// Make a seeded test scene.
     Generate(cli::generate::Args),
 }
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         Command::Info(args) => cli::info::run(args),
         Command::Dump(args) => cli::dump::run(args),
         Command::Vis(args) => cli::vis::run(args),
+        Command::Report(args) => cli::report::run(args),
         Command::Generate(args) => cli::generate::run(args),
     };
     match result {

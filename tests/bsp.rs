@@ -258,8 +258,7 @@ fn rows_of(theirs: &BspData, leaves: usize) -> BitMatrix {
     for leaf in 0..leaves {
         // Its iterator doesn't know how many leaves the world has.
         let seen = theirs.potentially_visible_set(leaf + 1).unwrap().into_leaf_indices().ok().unwrap();
-        seen.filter(|&other| (1..=leaves).contains(&(other as usize)))
-            .for_each(|other| _ = rows.set(leaf, other as usize - 1));
+        seen.filter(|&other| (1..=leaves).contains(&other)).for_each(|other| _ = rows.set(leaf, other - 1));
     }
     rows
 }

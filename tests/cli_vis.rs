@@ -1,9 +1,12 @@
 //! `enfilade vis` and `enfilade check` on levels, as a user runs them.
 
+#[path = "common/data.rs"]
+mod data;
 #[cfg(feature = "quake")]
 #[allow(dead_code)]
 mod quake;
 
+use data::data;
 use enfilade::vis::prt::read_prt;
 use enfilade::vis::resume::{read_state, write_state};
 use enfilade::vis::rows::read_rows;
@@ -13,18 +16,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// The data folder, or `None` after saying that the test wasn't run.
-fn data(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
-    eprintln!("not run: {test}: no data folder");
-    None
-}
 
 /// An empty folder of this test's own.
 fn folder(test: &str) -> PathBuf {
@@ -117,6 +108,120 @@ fn why_tells_the_line_or_the_chain() {
     assert!(String::from_utf8(prose.stdout).unwrap().starts_with("1 and 3 see each other: "));
 }
 
+#[test]
+fn rows_of_another_tool_are_compared() {
+    let folder = folder("against");
+    let (level, theirs) = (folder.join("level.prt"), folder.join("theirs.txt"));
+    std::fs::write(&level, LEVEL).unwrap();
+    // They keep 0 3 and 3 0, which no line joins, and lack 1 3 (not 3 1), and 0 1 both ways.
+    std::fs::write(&theirs, "0 3: 0 2 3\n1 2: 1 2\n2 4: 0 1 2 3\n3 4: 0 1 2 3\n").unwrap();
+    let out = enfilade!("vis", &level, "--against", &theirs, "--json");
+    done(&out);
+    let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let against = &report["against"];
+    for (key, value) in [
+        ("their_pairs", 13),
+        ("our_pairs", 14),
+        ("both_pairs", 11),
+        ("refuted_pairs", 2),
+        ("lost_pairs", 3),
+        ("undecided_pairs", 0),
+        ("one_way_pairs", 1),
+        ("one_way_refuted_pairs", 0),
+    ] {
+        assert_eq!(against[key], value, "{key}");
+    }
+    let lost = against["lost"].as_array().unwrap();
+    let pairs: Vec<String> = lost.iter().map(|l| l["pair"].to_string()).collect();
+    assert_eq!(pairs, ["[0,1]", "[1,0]", "[1,3]"]);
+    // Neighbours: a point of their door. The others: from door to door.
+    assert_eq!(
+        (&lost[0]["from"], &lost[0]["to"], lost[0]["chain"].to_string()),
+        (&lost[0]["to"], &lost[1]["from"], "[[0,0]]".into())
+    );
+    assert_eq!((&lost[0]["from"][0], lost[1]["chain"].to_string()), (&4.0.into(), "[[0,1]]".into()));
+    assert_eq!(lost[2]["chain"].to_string(), "[[1,0],[2,0]]");
+    assert_eq!([&lost[2]["from"], &lost[2]["to"]].map(|p| p[0].as_f64().unwrap().round()), [8.0, 12.0]);
+    let said = String::from_utf8(out.stderr).unwrap();
+    assert!(
+        said.contains("theirs.txt has 13 pairs: 11 are in both, 2 are proven hidden; it lacks 3 that lie on a line"),
+        "{said}"
+    );
+    assert!(
+        said.contains("1 of its pairs are there one way only") && said.contains("it lacks 1 3: the line from [8"),
+        "{said}"
+    );
+
+    // Rows that can't be, before anything is worked out.
+    std::fs::write(&theirs, "0 1: 0\n").unwrap();
+    refused(
+        &enfilade!("vis", &level, "--against", &theirs),
+        &["theirs.txt: line 2, cell: 1 lines, but the level has 4 cells"],
+    );
+    refused(&enfilade!("vis", &level, "--against", &folder.join("none")), &["none: "]);
+}
+
+/// The reference's rows of real levels: what is counted is what is there, and each line that they lack is one.
+#[test]
+fn what_a_reference_lacks_lies_on_lines() {
+    let Some(data) = data("what_a_reference_lacks_lies_on_lines") else { return };
+    let folder = folder("reference");
+    // Pairs in the reference's rows, and pairs that they are known to lack at least.
+    for (name, pairs, lost_pairs) in [("lqdm12", 11_501, 0), ("id_dm4", 30_204, 0), ("lqdm13", 131_507, 11)] {
+        let path = data.join(format!("prt/{name}.prt"));
+        let theirs = folder.join(format!("{name}.txt"));
+        let packed = std::fs::File::open(data.join(format!("prt/{name}.vis.txt.gz"))).unwrap();
+        let mut text = Vec::new();
+        std::io::copy(&mut flate2::read::GzDecoder::new(packed), &mut text).unwrap();
+        std::fs::write(&theirs, &text).unwrap();
+        let state = folder.join("state");
+        let out = enfilade!("vis", &path, "--against", &theirs, "--state", &state, "--json");
+        done(&out);
+        let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+        let number = |key: &str| report["against"][key].as_u64().unwrap();
+        let level = read_prt(&std::fs::read(&path).unwrap()).unwrap().level;
+        let rows = read_rows(&text, level.cells).unwrap();
+        let one_way = (0..level.cells).map(|a| rows.ones(a).filter(|&b| !rows.get(b, a)).count() as u64).sum::<u64>();
+        assert_eq!((number("their_pairs"), number("one_way_pairs")), (pairs, one_way), "{name}");
+        assert_eq!(number("both_pairs") + number("refuted_pairs"), pairs);
+        let lost = report["against"]["lost"].as_array().unwrap();
+        assert_eq!(number("lost_pairs"), lost.len() as u64);
+        assert_eq!(number("both_pairs") + number("lost_pairs") + number("undecided_pairs"), number("our_pairs"));
+        assert_eq!(report["upper_pairs"], report["against"]["our_pairs"]);
+        // Fewer pairs than they have, though they lack some.
+        assert!(number("our_pairs") < pairs && lost.len() >= lost_pairs, "{name}: {} lost", lost.len());
+        for line in lost {
+            check_line(&level, &rows, line);
+        }
+    }
+}
+
+/// A line between two cells that `rows` lack passes every portal of its chain, inwards from every edge.
+fn check_line(level: &enfilade::vis::Level, rows: &enfilade::BitMatrix, line: &Value) {
+    use glam::DVec3;
+    let point = |key: &str| DVec3::from_array([0, 1, 2].map(|i| line[key][i].as_f64().unwrap()));
+    let (from, to) = (point("from"), point("to"));
+    let number = |value: &Value| value.as_u64().unwrap() as usize;
+    let mut cell = number(&line["pair"][0]);
+    assert!(!rows.get(cell, number(&line["pair"][1])), "{line}");
+    for step in line["chain"].as_array().unwrap() {
+        let (portal, side) = (&level.portals[number(&step[0])], number(&step[1]));
+        assert_eq!(portal.cells[side] as usize, cell, "{line}");
+        cell = portal.cells[1 - side] as usize;
+        let corners = &portal.winding;
+        let normal = enfilade::geom::newell(corners).normalize();
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let (slope, height) = (normal.dot(to - from), normal.dot(middle - from));
+        let at = if from == to { from } else { from + (to - from) * (height / slope) };
+        assert!(from == to || (slope > 0.0) == (side == 0), "{line}");
+        for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            // Through the inner side of each edge; the file's own coordinates have sixteen digits.
+            assert!((b - a).cross(at - a).dot(normal) > -1e-7, "{line}: {at} is outside of portal {step}");
+        }
+    }
+    assert_eq!(cell, number(&line["pair"][1]), "{line}");
+}
+
 #[cfg(feature = "quake")]
 mod levels {
     use super::*;
@@ -146,8 +251,12 @@ mod levels {
             (lumps(&after)[0].clone(), lumps(&after)[5].clone()),
             (lumps(&before)[0].clone(), lumps(&before)[5].clone())
         );
-        // 3. Its rows pass.
+        // 3. Its rows pass, and are our own.
         done(&enfilade!("check", &level, "--rays", "10000"));
+        let out = enfilade!("vis", &level, "--against", &level, "-o", &other, "--json");
+        done(&out);
+        let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+        assert_eq!((&report["against"]["both_pairs"], &report["against"]["their_pairs"]), (&25.into(), &25.into()));
     }
 
     #[test]
@@ -238,7 +347,7 @@ fn stopped(text: &[u8], options: &VisOptions) -> State {
         stop.store(true, Ordering::Relaxed);
         *kept.lock().unwrap() = Some(state.clone());
     };
-    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint };
+    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint, bounds: None };
     match vis(&level, options, None, &control) {
         Err(VisError::Stopped(Some(state))) => {
             assert!(Some(*state) == *kept.lock().unwrap(), "the last state is the one to go on from")

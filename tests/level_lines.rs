@@ -1,24 +1,15 @@
 //! Random lines that check a level's rows: they find every bit that is missing, and nothing else.
 
+#[path = "common/data.rs"]
+mod data;
+
+use data::data;
 use enfilade::BitMatrix;
 use enfilade::report::lines::{LineOptions, LineReport, check_rows};
 use enfilade::vis::Level;
 use enfilade::vis::prt::read_prt;
 use enfilade::vis::rows::read_rows;
 use std::io::Read;
-use std::path::PathBuf;
-
-/// The data folder, or `None` after saying that the test wasn't run.
-fn data(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
-    eprintln!("not run: {test}: no data folder");
-    None
-}
 
 /// Four rooms in a row along x, doors at x = 4, 8, 12; `shift` is how far along y the last door is.
 fn row(shift: f64) -> Level {

@@ -26,7 +26,7 @@ fn run_with(
     resume: Option<State>,
     checkpoint: &(dyn Fn(&State) + Sync),
 ) -> Result<Vis, VisError> {
-    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint };
+    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint, bounds: None };
     vis(level, options, resume, &control)
 }
 
@@ -99,11 +99,11 @@ fn check_line(level: &Level, line: &Line) {
 
 /// Rooms in a row along x: door k, at x = `x[k]`, has the corners `winding[k]` as (y, z), counter-clockwise seen from +x.
 fn row(doors: &[(f64, Vec<(f64, f64)>)]) -> Level {
-    let portal = |(k, (x, corners)): (usize, &(f64, Vec<(f64, f64)>))| LevelPortal {
-        cells: [k as u32, k as u32 + 1],
+    let portals = doors.iter().zip(0u32..).map(|((x, corners), k)| LevelPortal {
+        cells: [k, k + 1],
         winding: corners.iter().map(|&(y, z)| DVec3::new(*x, y, z)).collect(),
-    };
-    Level { cells: doors.len() + 1, portals: doors.iter().enumerate().map(portal).collect() }
+    });
+    Level { cells: doors.len() + 1, portals: portals.collect() }
 }
 
 fn rectangle(y: [f64; 2], z: [f64; 2]) -> Vec<(f64, f64)> {
@@ -358,7 +358,7 @@ fn an_interrupted_run_goes_on_to_the_same_result() {
         *rounds.lock().unwrap() += 1;
         stop.store(*rounds.lock().unwrap() == 2, Relaxed);
     };
-    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint };
+    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint, bounds: None };
     let Err(VisError::Stopped(Some(state))) = vis(&level, &OPTIONS, None, &control) else { panic!("not stopped") };
     assert!(*state == states[1]);
 }
@@ -437,7 +437,7 @@ fn check_separation(level: &Level, chain: &[u32], planes: &[enfilade::geom::Plan
 /// True where a line passes a window the way that it leads, well inside.
 fn passes(level: &Level, id: u32, o: DVec3, d: DVec3) -> bool {
     let w = &level.portals[id as usize / 2].winding;
-    let sign = if id % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if id.is_multiple_of(2) { 1.0 } else { -1.0 };
     // All corners turn the same way round the line, as seen along it.
     (0..w.len()).all(|i| sign * (w[i] - o).cross(w[(i + 1) % w.len()] - o).dot(d) > 1e-9 * w[i].distance(o))
 }
@@ -508,7 +508,7 @@ fn rays_through_real_levels_stay_in_the_rows() {
             let weights: Vec<f64> = winding.iter().map(|_| random.real(0.01, 1.0)).collect();
             let o = winding.iter().zip(&weights).map(|(&p, &w)| p * w).sum::<DVec3>() / weights.iter().sum::<f64>();
             let d = DVec3::from([(); 3].map(|()| random.real(-1.0, 1.0)));
-            let n = (winding[1] - winding[0]).cross(winding[2] - winding[0]) * if id % 2 == 0 { 1.0 } else { -1.0 };
+            let n = (winding[1] - winding[0]).cross(winding[2] - winding[0]) * if id.is_multiple_of(2) { 1.0 } else { -1.0 };
             let d = if n.dot(d) < 0.0 { -d } else { d };
             cells.clear();
             cells.push(level.portals[id as usize / 2].cells[id as usize % 2] as usize);

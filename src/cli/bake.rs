@@ -132,13 +132,22 @@ fn cells_file(path: &Path, scene: &Scene) -> Result<enfilade::cells::CellGraph, 
     read_cells(&text, scene).map_err(|e| at(path, e))
 }
 
-/// A bar with the time still to go, on a terminal; nothing elsewhere.
+/// A bar with the time still to go, where that can be said, on a terminal; nothing elsewhere.
 pub(super) fn progress_bar() -> indicatif::ProgressBar {
-    let style = indicatif::ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %  {elapsed} (still {eta})");
+    let style = indicatif::ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %  {elapsed} (still {left})");
     let bar = indicatif::ProgressBar::new(1000);
     if let Ok(style) = style {
-        bar.set_style(style.progress_chars("=> "));
+        let left = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
+            // A stage that has told nothing yet, or never does.
+            let _ = match state.pos() {
+                0 => out.write_str("?"),
+                _ => write!(out, "{:#}", indicatif::HumanDuration(state.eta())),
+            };
+        };
+        bar.set_style(style.progress_chars("=> ").with_key("left", left));
     }
+    // Long searches say little; the clock goes on.
+    bar.enable_steady_tick(std::time::Duration::from_millis(500));
     bar
 }
 

@@ -42,9 +42,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let threads = args.threads.unwrap_or(0);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| CliError(format!("--threads {threads}: {e}")))?;
+    let pool = super::pool(args.threads)?;
     let is_level = args.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("prt") || e.eq_ignore_ascii_case("bsp"));
     pool.install(|| if is_level { check_level(&args) } else { check_file(&args) })
 }

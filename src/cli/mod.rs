@@ -1,11 +1,13 @@
 //! One file a command: its flags, its call into the library, its printing.
 
+pub mod against;
 pub mod bake;
 pub mod check;
 pub mod dump;
 pub mod generate;
 pub mod info;
 pub mod level;
+pub mod report;
 pub mod vis;
 pub mod walk;
 
@@ -35,4 +37,11 @@ impl fmt::Display for CliError {
 /// Puts the path before a message.
 pub fn at(path: &Path, error: impl fmt::Display) -> CliError {
     CliError(format!("{}: {error}", path.display()))
+}
+
+/// Threads to work on: as many as asked for, or one a core.
+pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, CliError> {
+    let threads = threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| CliError(format!("--threads {threads}: {e}")))
 }

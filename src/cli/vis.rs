@@ -1,9 +1,11 @@
 //! `enfilade vis`.
 
+use super::against::other_rows;
 use super::bake::{peak_rss_mb, progress_bar};
 use super::level::Input;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
+use enfilade::vis::against::against;
 use enfilade::vis::resume::{StateError, read_state, write_state};
 use enfilade::vis::rows::write_rows;
 use enfilade::vis::{Control, Level, State, Term, Vis, VisError, VisOptions, Why, vis, why};
@@ -45,6 +47,9 @@ pub struct Args {
     /// What an interrupted run leaves, and the next goes on from [default: the level's name with .vis-state]
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
+    /// Compare with rows of another tool: text as --rows writes it, or a .bsp that holds some
+    #[arg(long, value_name = "ROWS")]
+    against: Option<PathBuf>,
     /// Say why these two clusters see each other, or don't
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     why: Option<Vec<u32>>,
@@ -58,9 +63,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let threads = args.threads.unwrap_or(0);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| CliError(format!("--threads {threads}: {e}")))?;
+    let pool = super::pool(args.threads)?;
     let handler = ctrlc::set_handler(|| {
         // The second time, at once: 128 and the signal's number, as shells have it.
         if STOP.swap(true, Ordering::Relaxed) {
@@ -89,6 +92,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
             input.level.cells.saturating_sub(1)
         )));
     }
+    let theirs = args.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();
 
     // 2. Both sides of what is visible.
@@ -127,10 +131,17 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
             explain([a, b], &answer);
         }
     }
+    let beside = theirs.map(|rows| against(&input.level, &result, &rows));
+    if let Some(beside) = &beside {
+        report["against"] = super::against::told(beside);
+    }
     if args.json {
         println!("{report:#}");
     }
     eprintln!("{}", prose(&report, [args.rows.as_deref(), output.as_deref()]));
+    if let (Some(path), Some(beside)) = (&args.against, &beside) {
+        eprintln!("{}", super::against::prose(beside, path));
+    }
     Ok(Outcome::Done)
 }
 
@@ -171,7 +182,8 @@ fn followed(level: &Level, options: &VisOptions, state_file: &Path, stages: &mut
             *last = (Instant::now(), took);
         }
     };
-    let result = vis(level, options, resume, &Control { progress: &progress, stop: &STOP, checkpoint: &checkpoint });
+    let result =
+        vis(level, options, resume, &Control { progress: &progress, stop: &STOP, checkpoint: &checkpoint, bounds: None });
     bar.finish_and_clear();
     *stages = clock.into_inner().unwrap_or_default();
     stages.leave();
@@ -233,7 +245,7 @@ impl Stages {
 }
 
 /// The keys of `vis --json`; docs/cli.md says what each means.
-fn report(input: &Input, vis: &Vis) -> Value {
+pub(super) fn report(input: &Input, vis: &Vis) -> Value {
     let cells = input.level.cells;
     let (lower, upper) = (vis.lower.count_ones(), vis.upper.count_ones());
     json!({
@@ -285,7 +297,7 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
 }
 
 /// A way through portals: `2 * portal + side`, as portal numbers with the side that is entered.
-fn chain(portals: &[u32]) -> Value {
+pub(super) fn chain(portals: &[u32]) -> Value {
     portals.iter().map(|p| json!([p / 2, p % 2])).collect()
 }
 

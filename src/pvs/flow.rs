@@ -112,8 +112,7 @@ pub fn flow(input: &FlowInput<'_>, progress: Progress<'_>) -> FlowResult {
     let might_see = MightSee::new(&net);
     let mut pairs = Cells::new(&net, might_see, input.cells_lower, input.max_steps);
     for k in 0..pairs.rounds() {
-        progress("flow: cells", k as f64 / pairs.rounds() as f64);
-        let found = pairs.search(k, &NoProof, &AtomicBool::new(false));
+        let found = pairs.search(k, &NoProof, &AtomicBool::new(false), &|done| progress("flow: cells", done));
         pairs.merge(k, &found);
     }
     let Cells { might_see, settled: cells_upper, mut tally, .. } = pairs;

@@ -1,7 +1,11 @@
-//! What people look at: checks, walks, pictures, plans.
+//! What people look at: checks, walks, pictures, plans, pages.
 
+pub mod chart;
 pub mod check;
+pub mod html;
+pub mod level_report;
 pub mod lines;
+pub mod matrix;
 pub mod missed;
 pub mod overlay;
 pub mod path;

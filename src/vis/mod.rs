@@ -10,6 +10,7 @@
 //! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
 //! holds where cells are convex, as leaves and clusters of a level's tree are.
 
+pub mod against;
 #[cfg(feature = "quake")]
 pub mod bsp;
 mod lines;
@@ -25,7 +26,7 @@ pub use why::{Separation, Why, why};
 
 use crate::BitMatrix;
 use crate::geom::{Plane, newell};
-use crate::pvs::flow::cells::Cells;
+use crate::pvs::flow::cells::{Cells, reached};
 use crate::pvs::flow::might_see::MightSee;
 use crate::pvs::flow::net::{Net, NetPortal};
 use glam::DVec3;
@@ -120,6 +121,23 @@ pub struct Control<'a> {
     pub stop: &'a AtomicBool,
     /// Called after each round with what is decided by then.
     pub checkpoint: &'a (dyn Fn(&State) + Sync),
+    /// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower`
+    /// never falls and `upper` never rises. The counts are the same on every run; what time it is, the caller knows. With
+    /// `None`, nothing is counted.
+    pub bounds: Option<&'a (dyn Fn(&Bounds) + Sync)>,
+}
+
+/// Both sides at some moment of a run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Bounds {
+    /// What is done by then: `might-see`, `lines`, or a round of `flow`.
+    pub stage: &'static str,
+    /// Flow steps so far.
+    pub steps: u64,
+    /// Ordered pairs of cells, each with itself too, that are known to see each other.
+    pub lower: u64,
+    /// The same, that are not proven hidden.
+    pub upper: u64,
 }
 
 /// Why there is no result.
@@ -160,6 +178,11 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
     (control.progress)("might-see", 0.0);
     let net = net(level);
     let might_see = MightSee::new(&net);
+    let bounds = |stage, steps, lower: &BitMatrix, upper| {
+        if let Some(bounds) = control.bounds {
+            bounds(&Bounds { stage, steps, lower: lower.count_ones(), upper });
+        }
+    };
 
     // 2. Random lines: most of what is visible.
     (control.progress)("lines", 0.0);
@@ -169,15 +192,19 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
         lower.set(i, i);
         net.out(i).for_each(|p| _ = lower.set(i, net.target[p] as usize));
     }
+    let flooded = control.bounds.map_or(0, |_| flooded(&net, &might_see));
+    bounds("might-see", 0, &lower, flooded);
     let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
+    bounds("lines", 0, &lower, flooded);
 
     // 3. Flow: searches for every pair that is left, in rounds.
     let mut pairs = Cells::new(&net, might_see, &lower, options.steps);
     let mut state = resume.unwrap_or_else(|| State::new(digest));
+    let all = level.cells as u64 * level.cells as u64;
     for k in 0..pairs.rounds() {
         (control.progress)("flow", k as f64 / pairs.rounds() as f64);
         if state.rounds() == k {
-            let found = pairs.search(k, &walker, control.stop);
+            let found = pairs.search(k, &walker, control.stop, &|done| (control.progress)("flow", done));
             if control.stop.load(Relaxed) {
                 return Err(VisError::Stopped(Some(Box::new(state))));
             }
@@ -192,6 +219,7 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
         }
         pairs.settled.union_with(&lower);
         pairs.merge(k, found);
+        bounds("flow", pairs.tally.steps, &lower, all - pairs.hidden.count_ones());
     }
 
     // 4. What is not hidden may be visible.
@@ -208,6 +236,16 @@ pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: 
         exact_lines: pairs.exact.lines,
     };
     Ok(Vis { lower, upper, lines: walks.iter().map(|w| walker.line(w)).collect(), stats })
+}
+
+/// Ordered pairs of cells that the flood leaves possible, both ways; neighbours are.
+fn flooded(net: &Net, might_see: &MightSee) -> u64 {
+    let mut rows = BitMatrix::new(net.cells, net.cells);
+    for i in 0..net.cells {
+        rows.row_mut(i).copy_from_slice(&reached(net, might_see, net.out(i)));
+        rows.set(i, i);
+    }
+    (0..net.cells).map(|i| rows.ones(i).filter(|&j| rows.get(j, i)).count() as u64).sum()
 }
 
 impl Level {

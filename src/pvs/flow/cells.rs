@@ -7,7 +7,7 @@ use super::schedule::{Tally, Task, costs, rounds, run};
 use super::search::Search;
 use crate::{BitMatrix, bits};
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 /// Pairs of cells, and what is known of them so far. All matrices are cells x cells.
 pub(crate) struct Cells<'a> {
@@ -93,11 +93,21 @@ impl<'a> Cells<'a> {
         self.rounds.len()
     }
 
-    /// Searches side by side for what round `k` is to decide. Results are in the order of the tasks; they mean nothing where
-    /// `stop` was set meanwhile.
-    pub fn search<P: Prover>(&self, k: usize, prover: &P, stop: &AtomicBool) -> Vec<Found<P::Proof>> {
+    /// Searches side by side for what round `k` is to decide; tells the fraction of all rounds that is done. Results are in the
+    /// order of the tasks; they mean nothing where `stop` was set meanwhile.
+    pub fn search<P: Prover>(
+        &self,
+        k: usize,
+        prover: &P,
+        stop: &AtomicBool,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Vec<Found<P::Proof>> {
+        let (done, tasks) = (AtomicUsize::new(0), self.rounds[k].len() as f64);
         run(&self.rounds, k, self.tally.steps, self.net, &self.might_see, self.max_steps, |search, task| {
-            self.search_from(search, task, prover, stop)
+            let found = self.search_from(search, task, prover, stop);
+            let done = 1 + done.fetch_add(1, Relaxed);
+            progress((k as f64 + done as f64 / tasks) / self.rounds.len() as f64);
+            found
         })
     }
 

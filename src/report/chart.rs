@@ -1,0 +1,309 @@
+//! A chart over time as SVG: a logarithmic time axis, curves that hold their value until they change.
+
+use super::html::{duration, escape, thousands};
+use std::fmt::Write;
+
+const WIDTH: f64 = 860.0;
+const HEIGHT: f64 = 400.0;
+/// Room for labels: left, right, above, below.
+const MARGIN: [f64; 4] = [92.0, 22.0, 14.0, 54.0];
+/// Times below this are drawn here: a clock doesn't tell them apart.
+const SHORTEST: f64 = 1e-6;
+
+/// A moment.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Point {
+    /// Seconds, above 0.
+    pub seconds: f64,
+    /// Value, 0 or more.
+    pub value: u64,
+    /// What is shown when the reader points at it.
+    pub note: String,
+}
+
+/// How a curve goes from point to point.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Shape {
+    /// A value holds until the next, the last one to the end of the axis.
+    Steps,
+    /// Straight from each point to the next.
+    Straight,
+    /// One value at all times: the first point's.
+    Level,
+}
+
+/// A curve.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Curve {
+    /// In the legend.
+    pub name: String,
+    /// Of the style sheet: `lower`, `upper`, `other`, `lines`.
+    pub class: &'static str,
+    /// How it is drawn.
+    pub shape: Shape,
+    /// By ascending time.
+    pub points: Vec<Point>,
+}
+
+/// The scale of values.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Scale {
+    /// From 0.
+    Linear,
+    /// By the logarithm of one more than the value, so that 0 has a place.
+    Logarithmic,
+}
+
+/// A chart.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Chart<'a> {
+    /// For those who can't see it.
+    pub title: &'a str,
+    /// What the values are.
+    pub values: &'a str,
+    /// Their scale.
+    pub scale: Scale,
+    /// Curves; later ones are drawn over earlier ones.
+    pub curves: Vec<Curve>,
+    /// Two curves of [`Shape::Steps`] with the same times between which the area is filled.
+    pub band: Option<[usize; 2]>,
+}
+
+impl Chart<'_> {
+    /// The legend and the picture.
+    pub fn html(&self) -> String {
+        let mut out = String::from("<ul class=\"legend\">");
+        for curve in &self.curves {
+            let _ = write!(
+                out,
+                "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"curve {}\" d=\"M1 6H31\"/></svg>{}</li>",
+                curve.class,
+                escape(&curve.name)
+            );
+        }
+        out.push_str("</ul>\n<div class=\"scroll\">");
+        self.draw(&mut out);
+        out.push_str("</div>\n");
+        out
+    }
+
+    fn draw(&self, out: &mut String) {
+        let frame = self.frame();
+        let title = escape(self.title);
+        let _ = writeln!(out, "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{title}\">");
+        frame.axes(self, out);
+        if let Some([a, b]) = self.band.map(|band| band.map(|i| &self.curves[i])) {
+            let back: Vec<[f64; 2]> = frame.corners(b).into_iter().rev().collect();
+            let _ = writeln!(out, "<path class=\"band\" d=\"{}\"/>", path(frame.corners(a).into_iter().chain(back)));
+        }
+        for curve in &self.curves {
+            let _ = writeln!(out, "<path class=\"curve {}\" d=\"{}\"/>", curve.class, path(frame.corners(curve)));
+        }
+        for curve in self.curves.iter().filter(|c| c.shape != Shape::Level) {
+            for p in &curve.points {
+                let [x, y] = frame.at(p);
+                let note = escape(&p.note);
+                let _ = writeln!(
+                    out,
+                    "<circle class=\"dot {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"><title>{note}</title></circle>",
+                    curve.class
+                );
+            }
+        }
+        out.push_str("</svg>\n");
+    }
+
+    fn frame(&self) -> Frame {
+        let timed = self.curves.iter().filter(|c| c.shape != Shape::Level).flat_map(|c| &c.points);
+        let [mut first, mut last] = [f64::INFINITY, 0f64];
+        for p in timed {
+            let t = p.seconds.max(SHORTEST);
+            (first, last) = (first.min(t), last.max(t));
+        }
+        if first > last {
+            (first, last) = (0.1, 1.0);
+        }
+        // Air on both sides, and never a range of nothing.
+        let air = 0.05 + 0.04 * (last / first).log10();
+        let times = [first.log10() - air, last.log10() + air];
+        let top = self.curves.iter().flat_map(|c| &c.points).map(|p| p.value).max().unwrap_or(0).max(1);
+        Frame { times, top, scale: self.scale }
+    }
+}
+
+/// Where things are.
+struct Frame {
+    /// Logarithms of the times at both ends of the axis.
+    times: [f64; 2],
+    /// The greatest value.
+    top: u64,
+    scale: Scale,
+}
+
+impl Frame {
+    fn x(&self, seconds: f64) -> f64 {
+        let [from, to] = self.times;
+        let share = (seconds.max(SHORTEST).log10() - from) / (to - from);
+        MARGIN[0] + share * (WIDTH - MARGIN[0] - MARGIN[1])
+    }
+
+    fn y(&self, value: u64) -> f64 {
+        let scaled = |v: u64| match self.scale {
+            Scale::Linear => v as f64,
+            Scale::Logarithmic => (1.0 + v as f64).log10(),
+        };
+        HEIGHT - MARGIN[3] - scaled(value) / (scaled(self.top) * 1.04) * (HEIGHT - MARGIN[2] - MARGIN[3])
+    }
+
+    fn at(&self, p: &Point) -> [f64; 2] {
+        [self.x(p.seconds), self.y(p.value)]
+    }
+
+    /// The corners of a curve.
+    fn corners(&self, curve: &Curve) -> Vec<[f64; 2]> {
+        let (left, right) = (MARGIN[0], WIDTH - MARGIN[1]);
+        let points: Vec<[f64; 2]> = curve.points.iter().map(|p| self.at(p)).collect();
+        let (Some(&first), Some(&last)) = (points.first(), points.last()) else { return Vec::new() };
+        match curve.shape {
+            Shape::Straight => points,
+            Shape::Level => vec![[left, first[1]], [right, first[1]]],
+            Shape::Steps => {
+                let steps = points.windows(2).flat_map(|p| [p[0], [p[1][0], p[0][1]]]);
+                steps.chain([last, [right, last[1]]]).collect()
+            }
+        }
+    }
+
+    fn axes(&self, chart: &Chart<'_>, out: &mut String) {
+        let [left, right] = [MARGIN[0], WIDTH - MARGIN[1]];
+        let [top, bottom] = [MARGIN[2], HEIGHT - MARGIN[3]];
+        for value in self.values() {
+            let y = self.y(value);
+            let _ = writeln!(
+                out,
+                "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                left - 8.0,
+                y + 4.5,
+                thousands(value)
+            );
+        }
+        for seconds in self.moments() {
+            let x = self.x(seconds);
+            let _ = writeln!(
+                out,
+                "<path class=\"grid\" d=\"M{x:.1} {top}V{bottom}\"/><text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+                bottom + 19.0,
+                tick(seconds)
+            );
+        }
+        let _ = writeln!(out, "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>");
+        let (x, y) = ((left + right) / 2.0, (top + bottom) / 2.0);
+        let _ = writeln!(
+            out,
+            "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">wall-clock time since the level was read (logarithmic)</text>\
+             <text transform=\"translate(15 {y:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+            HEIGHT - 10.0,
+            escape(chart.values)
+        );
+    }
+
+    /// Values with a label.
+    fn values(&self) -> Vec<u64> {
+        match self.scale {
+            Scale::Linear => {
+                // 1, 2 or 5 times a power of ten, four to eight of them.
+                let least = self.top.div_ceil(8).max(1);
+                let ten = 10u64.pow(least.ilog10());
+                let step = [1, 2, 5, 10].map(|k| k * ten).into_iter().find(|&s| s >= least).unwrap_or(least);
+                (0..=self.top / step).map(|k| k * step).collect()
+            }
+            Scale::Logarithmic => {
+                let powers = (1..=self.top.ilog10()).map(|k| 10u64.pow(k));
+                [0].into_iter().chain(powers).collect()
+            }
+        }
+    }
+
+    /// Times with a label: powers of ten, and 2 and 5 times those where they have room.
+    fn moments(&self) -> Vec<f64> {
+        let [from, to] = self.times;
+        let between: &[f64] = if to - from > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let powers = from.floor() as i32..=to.floor() as i32;
+        let all = powers.flat_map(|k| between.iter().map(move |b| b * 10f64.powi(k)));
+        all.filter(|t| (from..=to).contains(&t.log10())).collect()
+    }
+}
+
+/// A time on the axis: one digit and a unit.
+fn tick(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s < 0.9e-3 => (s * 1e6, "µs"),
+        s if s < 0.9 => (s * 1e3, "ms"),
+        s => (s, "s"),
+    };
+    if value < 1e4 { format!("{value:.0} {unit}") } else { duration(seconds) }
+}
+
+fn path(corners: impl IntoIterator<Item = [f64; 2]>) -> String {
+    let mut out = String::new();
+    for [x, y] in corners {
+        let _ = write!(out, "{}{x:.1} {y:.1}", if out.is_empty() { 'M' } else { 'L' });
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(scale: Scale, points: &[(f64, u64)]) -> Chart<'static> {
+        let point = |&(seconds, value): &(f64, u64)| Point { seconds, value, note: "<note>".into() };
+        let points = points.iter().map(point).collect();
+        let curve = Curve { name: "a & b".into(), class: "lower", shape: Shape::Steps, points };
+        Chart { title: "t", values: "v", scale, curves: vec![curve], band: None }
+    }
+
+    #[test]
+    fn ten_times_later_is_as_far_anywhere() {
+        let frame = chart(Scale::Linear, &[(0.001, 0), (10.0, 50)]).frame();
+        let x = [0.001, 0.01, 0.1, 1.0, 10.0].map(|t| frame.x(t));
+        x.windows(3).for_each(|w| assert!((w[2] - w[1] - (w[1] - w[0])).abs() < 1e-9 && w[1] > w[0]));
+        assert!(x[0] > MARGIN[0] && x[4] < WIDTH - MARGIN[1]);
+        // Up is more.
+        assert!(frame.y(0) == HEIGHT - MARGIN[3] && frame.y(50) < frame.y(25) && frame.y(50) > MARGIN[2]);
+    }
+
+    #[test]
+    fn a_value_holds_until_it_changes() {
+        let chart = chart(Scale::Linear, &[(0.1, 4), (1.0, 8)]);
+        let frame = chart.frame();
+        let corners = frame.corners(&chart.curves[0]);
+        let ([x0, x1], [y0, y1]) = ([0.1, 1.0].map(|t| frame.x(t)), [4, 8].map(|v| frame.y(v)));
+        assert_eq!(corners, [[x0, y0], [x1, y0], [x1, y1], [WIDTH - MARGIN[1], y1]]);
+    }
+
+    #[test]
+    fn labels_are_round_and_have_room() {
+        for (top, values) in
+            [(1, vec![0, 1]), (7, (0..8).collect()), (128_338, (0..7).map(|k| k * 20_000).collect::<Vec<_>>())]
+        {
+            assert_eq!(chart(Scale::Linear, &[(1.0, top)]).frame().values(), values, "{top}");
+        }
+        assert_eq!(chart(Scale::Logarithmic, &[(1.0, 2500)]).frame().values(), [0, 10, 100, 1000]);
+        for times in [[1e-4, 1e2], [0.02, 0.03], [0.5, 0.5], [0.01, 9.0]] {
+            let frame = chart(Scale::Linear, &times.map(|t| (t, 1))).frame();
+            let x: Vec<f64> = frame.moments().into_iter().map(|t| frame.x(t)).collect();
+            assert!(x.windows(2).all(|w| w[1] - w[0] > 55.0), "{times:?}: {x:?}");
+        }
+        assert_eq!([1e-5, 2e-3, 0.5, 1.0, 2000.0, 1e5].map(tick), ["10 µs", "2 ms", "500 ms", "1 s", "2000 s", "1667 min"]);
+    }
+
+    #[test]
+    fn text_is_safe_and_an_empty_chart_is_one() {
+        let html = chart(Scale::Logarithmic, &[(0.0, 0)]).html();
+        assert!(
+            html.contains("a &amp; b") && html.contains("&lt;note&gt;") && !html.contains("NaN") && !html.contains("inf")
+        );
+        assert!(!chart(Scale::Linear, &[]).html().contains("NaN"));
+    }
+}

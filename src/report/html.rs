@@ -1,0 +1,161 @@
+//! A page of one file: text made safe, numbers made readable, pictures embedded.
+
+/// Text as it may stand in an element or in a quoted attribute.
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            // No page may hold the other control characters.
+            c if c.is_control() && !matches!(c, '\n' | '\t') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A whole number with commas between thousands.
+pub fn thousands(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::with_capacity(digits.len() * 4 / 3);
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// A number for people, with the plain one for machines beside it.
+pub fn number(n: u64) -> String {
+    format!("<data value=\"{n}\">{}</data>", thousands(n))
+}
+
+/// A part of a whole, in percent: as many digits as it takes to tell it from nothing and from everything.
+pub fn percent(part: u64, whole: u64) -> String {
+    let share = 100.0 * part as f64 / whole.max(1) as f64;
+    let rest = share.min(100.0 - share);
+    let digits = if rest == 0.0 || rest >= 1.0 { 1 } else { (1.0 - rest.log10()).ceil().min(6.0) as usize };
+    format!("{share:.digits$} %")
+}
+
+/// A time with its unit, three digits.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.9995e-3 => format!("{:.0} µs", s * 1e6),
+        s if s < 0.9995 => format!("{} ms", three_digits(s * 1e3)),
+        s if s < 600.0 => format!("{} s", three_digits(s)),
+        s => format!("{:.0} min", s / 60.0),
+    }
+}
+
+fn three_digits(x: f64) -> String {
+    let digits = (2.0 - x.max(1.0).log10().floor()).max(0.0) as usize;
+    format!("{x:.digits$}")
+}
+
+/// A PNG as an address that holds it.
+pub fn png_address(png: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::from("data:image/png;base64,");
+    for three in png.chunks(3) {
+        let word = (0..3).fold(0u32, |w, i| w << 8 | u32::from(three.get(i).copied().unwrap_or(0)));
+        for i in 0..4 {
+            let digit = DIGITS[(word >> (18 - 6 * i)) as usize & 63];
+            out.push(if i <= three.len() { char::from(digit) } else { '=' });
+        }
+    }
+    out
+}
+
+/// What every page looks like: light or dark as the reader has it, narrow screens, print.
+const STYLE: &str = "
+:root{color-scheme:light dark;--page:#fbfaf8;--card:#fff;--ink:#1c1d20;--soft:#5d6068;--rule:#dcdad5;--lower:#1f66d0;--upper:#c2460b;
+--other:#7a3fc4;--lines:#0d7a5f;--band:#c2460b1f}
+@media(prefers-color-scheme:dark){:root{--page:#15171b;--card:#1d2026;--ink:#e8e8ea;--soft:#a3a7b0;--rule:#383c45;--lower:#6fb0ff;
+--upper:#ff9a5c;--other:#c79bff;--lines:#4fd0a6;--band:#ff9a5c26}}
+*{box-sizing:border-box}
+body{margin:0 auto;max-width:62rem;padding:1.5rem 1.25rem 4rem;background:var(--page);color:var(--ink);
+font:16px/1.5 system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif}
+h1{font-size:1.7rem;line-height:1.2;margin:.5rem 0;overflow-wrap:anywhere}
+h2{font-size:1.2rem;margin:2.4rem 0 .4rem}
+p{margin:.5rem 0;max-width:46rem}
+.soft,figcaption,caption{color:var(--soft);font-size:.9rem}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(11rem,1fr));gap:.75rem;margin:1.2rem 0}
+.tiles div{background:var(--card);border:1px solid var(--rule);border-radius:.5rem;padding:.7rem .9rem}
+.tiles b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}
+figure{margin:1rem 0;background:var(--card);border:1px solid var(--rule);border-radius:.5rem;padding:.9rem}
+figure svg[role=img]{display:block;width:100%;height:auto}
+.legend{display:flex;flex-wrap:wrap;gap:.2rem 1.4rem;margin:0 0 .5rem;padding:0;list-style:none;font-size:.9rem}
+.legend svg{width:2rem;height:.8rem;margin-right:.4rem;vertical-align:middle}
+.scroll{overflow-x:auto}
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.92rem}
+caption{text-align:left;padding:.2rem 0}
+th,td{padding:.25rem .9rem .25rem 0;text-align:right;border-bottom:1px solid var(--rule);white-space:nowrap}
+th{font-weight:600;vertical-align:bottom}
+th:first-child,td:first-child,.text{text-align:left}
+td.text{white-space:normal}
+code{font:.9em ui-monospace,'DejaVu Sans Mono',monospace;overflow-wrap:anywhere}
+.matrix{display:block;max-width:100%;height:auto;border:1px solid var(--rule);background:var(--page);image-rendering:pixelated}
+.axis{stroke:var(--soft);stroke-width:1;fill:none}.grid{stroke:var(--rule);stroke-width:1}
+svg text{fill:var(--soft);font-size:13px}
+.lower{stroke:var(--lower)}.upper{stroke:var(--upper)}.other{stroke:var(--other);stroke-dasharray:9 5}
+.lines{stroke:var(--lines);stroke-dasharray:2 4}
+.curve{fill:none;stroke-width:2.2;stroke-linejoin:round}.band{fill:var(--band);stroke:none}
+.dot{stroke-width:1.6;stroke-dasharray:none;fill:var(--card)}
+.key{display:inline-block;width:.8em;height:.8em;border:1px solid var(--rule);margin-right:.35em;vertical-align:-.05em}
+@media(max-width:40rem){figure .scroll>svg{min-width:34rem}}
+@media print{figure,.tiles div{break-inside:avoid}}
+";
+
+/// A page. `title` is text; `body` is what stands in the page, already safe. Nothing is loaded from elsewhere, and no script
+/// would run.
+pub fn page(title: &str, body: &str) -> String {
+    let (title, version) = (escape(title), env!("CARGO_PKG_VERSION"));
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
+         <meta name=\"generator\" content=\"enfilade {version}\">\n\
+         <title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_can_do_no_harm() {
+        assert_eq!(escape("<a href=\"x\">'&'\u{7}\n"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;\u{fffd}\n");
+        assert!(page("</title><script>", "").contains("<title>&lt;/title&gt;&lt;script&gt;</title>"));
+    }
+
+    #[test]
+    fn numbers_as_people_write_them() {
+        assert_eq!([0, 999, 1000, 1_234_567].map(thousands), ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!(
+            [12e-6, 1e-3, 0.0456, 0.9999, 12.34, 3600.0].map(duration),
+            ["12 µs", "1.00 ms", "45.6 ms", "1.00 s", "12.3 s", "60 min"]
+        );
+        assert_eq!(
+            [(0, 7), (1, 2), (3, 1_000_000), (7, 7), (9995, 10_000)].map(|(a, b)| percent(a, b)),
+            ["0.0 %", "50.0 %", "0.00030 %", "100.0 %", "99.950 %"]
+        );
+    }
+
+    #[test]
+    fn base64_is_the_standards() {
+        // RFC 4648, section 10.
+        for (bytes, text) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("fooba", "Zm9vYmE=")]
+        {
+            assert_eq!(png_address(bytes.as_bytes()), format!("data:image/png;base64,{text}"));
+        }
+    }
+}

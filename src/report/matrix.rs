@@ -1,0 +1,112 @@
+//! Both sides of a visibility matrix as a picture: witnessed, undecided, hidden.
+
+use crate::BitMatrix;
+
+/// Pixels a side, at most.
+const LARGEST: usize = 640;
+/// Red, green, blue of pairs that a line proves.
+pub const WITNESSED: [u8; 3] = [58, 122, 214];
+/// Of pairs that are undecided. Hidden ones are see-through, so that the page's own colour is theirs.
+pub const UNDECIDED: [u8; 3] = [226, 74, 20];
+
+/// A picture of a matrix.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct MatrixPicture {
+    /// Pixels a side.
+    pub side: usize,
+    /// Rows and columns that a pixel stands for.
+    pub block: usize,
+    /// Red, green, blue, opacity, row by row from the top.
+    pub pixels: Vec<[u8; 4]>,
+}
+
+/// Draws two square matrices of one size; `lower` is a subset of `upper`. A pixel is as opaque as the share of its pairs that are
+/// not hidden; with one undecided pair among them it has that colour, so that none is lost.
+pub fn matrix(lower: &BitMatrix, upper: &BitMatrix) -> MatrixPicture {
+    let n = upper.rows();
+    let block = n.div_ceil(LARGEST).max(1);
+    let side = n.div_ceil(block);
+    let mut counts = vec![[0usize; 2]; side * side];
+    for row in 0..n {
+        for column in upper.ones(row) {
+            let count = &mut counts[row / block * side + column / block];
+            count[usize::from(!lower.get(row, column))] += 1;
+        }
+    }
+    let length = |k: usize| block.min(n - k * block);
+    let pixel = |(i, &[witnessed, undecided]): (usize, &[usize; 2])| {
+        let pairs = length(i / side) * length(i % side);
+        let [r, g, b] = if undecided > 0 { UNDECIDED } else { WITNESSED };
+        // What is there at all can be seen.
+        let share = (witnessed + undecided) as f64 / pairs as f64;
+        let opacity = if undecided > 0 {
+            1.0
+        } else if witnessed > 0 {
+            0.12 + 0.88 * share
+        } else {
+            0.0
+        };
+        [r, g, b, (opacity * 255.0).round() as u8]
+    };
+    let pixels = counts.iter().enumerate().map(pixel).collect();
+    MatrixPicture { side, block, pixels }
+}
+
+impl MatrixPicture {
+    /// The picture as PNG.
+    ///
+    /// # Errors
+    ///
+    /// Those of the encoder: a matrix without rows is no picture.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.side as u32, self.side as u32);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::High);
+        encoder.write_header()?.write_image_data(self.pixels.as_flattened())?;
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_a_pair_where_they_have_room() {
+        let (mut lower, mut upper) = (BitMatrix::new(3, 3), BitMatrix::new(3, 3));
+        [(0, 0), (1, 1), (2, 2)].into_iter().for_each(|(a, b)| {
+            lower.set(a, b);
+            upper.set(a, b);
+        });
+        upper.set(0, 2);
+        let picture = matrix(&lower, &upper);
+        assert_eq!((picture.side, picture.block), (3, 1));
+        let [r, g, b] = UNDECIDED;
+        assert_eq!((picture.pixels[0][3], picture.pixels[1][3], picture.pixels[2]), (255, 0, [r, g, b, 255]));
+        let png = picture.png().unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+        let mut back = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut back).unwrap();
+        assert_eq!(back, picture.pixels.as_flattened());
+    }
+
+    #[test]
+    fn a_large_matrix_loses_no_undecided_pair() {
+        let n = 2 * LARGEST + 2;
+        let (mut lower, mut upper) = (BitMatrix::new(n, n), BitMatrix::new(n, n));
+        (0..n).for_each(|a| {
+            lower.set(a, a);
+            upper.set(a, a);
+        });
+        upper.set(1000, 17);
+        let picture = matrix(&lower, &upper);
+        assert_eq!((picture.block, picture.side), (3, 428));
+        let undecided: Vec<usize> =
+            (0..428 * 428).filter(|&i| picture.pixels[i][..3] == UNDECIDED && picture.pixels[i][3] > 0).collect();
+        assert_eq!(undecided, [1000 / 3 * 428 + 17 / 3]);
+        // The last block is one pair, which is witnessed; others on the diagonal are 3 of 9.
+        assert_eq!([picture.pixels[0][3], picture.pixels[428 * 428 - 1][3]], [105, 255]);
+    }
+}

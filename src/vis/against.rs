@@ -1,0 +1,87 @@
+//! Rows of somebody else's beside ours: what they keep that is proven hidden, and what they lack that a line proves.
+
+use super::{Level, Line, Vis};
+use crate::BitMatrix;
+use crate::geom::middle;
+
+/// Two sets of rows for one level. All pairs are ordered, each cell with itself among them.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Against {
+    /// Pairs in their rows.
+    pub theirs: u64,
+    /// Pairs in our rows: not proven hidden.
+    pub ours: u64,
+    /// Pairs in both.
+    pub both: u64,
+    /// Pairs in their rows only. Each is proven hidden.
+    pub refuted: u64,
+    /// Pairs of theirs that are theirs only one way: a sees b, b doesn't see a.
+    pub one_way: u64,
+    /// Of `one_way`, those that are proven hidden. For the others they lack the way back.
+    pub one_way_refuted: u64,
+    /// Pairs that they lack and that may be visible: neither proven hidden nor on a known line.
+    pub undecided: u64,
+    /// Pairs that they lack and that a line proves, ascending, each with that line from its first cell to its second. For
+    /// neighbours it is a point of their portal.
+    pub lost: Vec<Line>,
+}
+
+/// Puts rows of another tool beside a result for the same level.
+///
+/// # Panics
+///
+/// If `theirs` isn't square with a row for each cell.
+pub fn against(level: &Level, vis: &Vis, theirs: &BitMatrix) -> Against {
+    let n = level.cells;
+    assert_eq!((theirs.rows(), theirs.columns()), (n, n), "a row and a column for each cell");
+    let count = |rows: &BitMatrix, keep: &dyn Fn(usize, usize) -> bool| -> u64 {
+        (0..n).map(|a| rows.ones(a).filter(|&b| keep(a, b)).count() as u64).sum()
+    };
+    let both = count(theirs, &|a, b| vis.upper.get(a, b));
+    Against {
+        theirs: theirs.count_ones(),
+        ours: vis.upper.count_ones(),
+        both,
+        refuted: theirs.count_ones() - both,
+        one_way: count(theirs, &|a, b| !theirs.get(b, a)),
+        one_way_refuted: count(theirs, &|a, b| !theirs.get(b, a) && !vis.upper.get(a, b)),
+        undecided: count(&vis.upper, &|a, b| !theirs.get(a, b) && !vis.lower.get(a, b)),
+        lost: lost(level, vis, theirs),
+    }
+}
+
+/// The pairs that are witnessed and not theirs, each with the first line that passes both.
+fn lost(level: &Level, vis: &Vis, theirs: &BitMatrix) -> Vec<Line> {
+    let mut wanted = BitMatrix::new(level.cells, level.cells);
+    for a in 0..level.cells {
+        vis.lower.ones(a).filter(|&b| !theirs.get(a, b)).for_each(|b| _ = wanted.set(a, b));
+    }
+    let mut found: Vec<Line> = Vec::new();
+    // 1. Neighbours; one portal between two of them is enough.
+    for (portal, p) in (0u32..).zip(&level.portals) {
+        for side in 0..2 {
+            let [a, b] = [p.cells[side as usize], p.cells[1 - side as usize]];
+            if wanted.get(a as usize, b as usize) {
+                wanted.clear(a as usize, b as usize);
+                let at = middle(&p.winding);
+                found.push(Line { cells: [a, b], from: at, to: at, portals: vec![2 * portal + side] });
+            }
+        }
+    }
+    // 2. The others lie along lines.
+    for line in &vis.lines {
+        let cells = line.cells_along(level);
+        for &a in &cells {
+            for &b in &cells {
+                if wanted.get(a as usize, b as usize)
+                    && let Some(part) = line.between(level, a, b)
+                {
+                    wanted.clear(a as usize, b as usize);
+                    found.push(part);
+                }
+            }
+        }
+    }
+    found.sort_by_key(|line| line.cells);
+    found
+}
