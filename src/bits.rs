@@ -1,6 +1,7 @@
 //! A dense matrix of bits: rows of whole `u64` words, so that set algebra is a loop over words.
 
 use bitvec::prelude::{BitSlice, Lsb0};
+use rayon::prelude::*;
 
 /// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -104,18 +105,21 @@ impl BitMatrix {
     /// Rows and columns exchanged.
     pub(crate) fn transposed(&self) -> Self {
         let mut result = Self::new(self.columns, self.rows);
-        for (i, rows) in (0..self.rows).step_by(64).enumerate() {
-            for k in 0..self.stride {
-                let mut block: [u64; 64] =
-                    std::array::from_fn(|r| if rows + r < self.rows { self.words[(rows + r) * self.stride + k] } else { 0 });
+        if result.stride == 0 {
+            return result;
+        }
+        // 64 columns of this are 64 rows of the result.
+        result.words.par_chunks_mut(64 * result.stride).enumerate().for_each(|(k, result)| {
+            for (i, rows) in (0..self.rows).step_by(64).enumerate() {
+                let word = |r: usize| if r < self.rows { self.words[r * self.stride + k] } else { 0 };
+                let mut block: [u64; 64] = std::array::from_fn(|r| word(rows + r));
                 if block.iter().any(|&word| word != 0) {
                     transpose(&mut block);
-                    for (c, word) in block.iter().enumerate().take(self.columns - k * 64) {
-                        result.words[(k * 64 + c) * result.stride + i] = *word;
-                    }
+                    let stride = self.rows.div_ceil(64);
+                    result.chunks_exact_mut(stride).zip(block).for_each(|(row, word)| row[i] = word);
                 }
             }
-        }
+        });
         result
     }
 

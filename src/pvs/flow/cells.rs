@@ -1,7 +1,7 @@
 //! Which cells may see each other.
 
 use super::goals::{CellGoals, Exact, Prover};
-use super::might_see::{MightSee, get, set};
+use super::might_see::{MightSee, from_rows, get, set, words_of};
 use super::net::Net;
 use super::schedule::{Tally, Task, costs, rounds, run};
 use super::search::Search;
@@ -53,17 +53,15 @@ impl<'a> Cells<'a> {
             let neighbours = net.out(i).map(|p| net.target[p] as usize);
             known.ones(i).chain(neighbours).for_each(|j| set_both(&mut settled, i, j));
         }
-        let mut hidden = BitMatrix::new(n, n);
-        let mut fresh = Vec::new();
-        for i in 0..n {
-            let reached = reached(net, &might_see, net.out(i));
-            for j in (0..n).filter(|&j| !settled.get(i, j) && !get(&reached, j)) {
-                if !hidden.get(i, j) {
-                    set_both(&mut hidden, i, j);
-                    fresh.push((i, j));
-                }
+        // Hidden is what one of two can't be reached from.
+        let there = from_rows(n, n, || (), |(), i, row| row.copy_from_slice(&reached(net, &might_see, net.out(i))));
+        let back = there.transposed();
+        let hide = |i: usize, row: &mut [u64]| {
+            for (word, mask) in words_of(0..n) {
+                row[word] = mask & !(there.row(i)[word] & back.row(i)[word] | settled.row(i)[word]);
             }
-        }
+        };
+        let hidden = from_rows(n, n, || (), |(), i, row| hide(i, row));
         let mut all = Self {
             net,
             max_steps,
@@ -75,15 +73,13 @@ impl<'a> Cells<'a> {
             tally: Tally::default(),
             exact: Exact::default(),
         };
-        all.might_see.drop_hidden(net, &fresh);
+        all.might_see.drop_all_hidden(net, &all.hidden);
         let costs = costs(net, &all.might_see);
-        for i in 0..n {
-            for j in (0..n).filter(|&j| (costs[i], i) < (costs[j], j)) {
-                if !all.settled.get(i, j) && !all.hidden.get(i, j) {
-                    all.wanted.set(i, j);
-                }
-            }
-        }
+        let want = |i: usize, row: &mut [u64]| {
+            let undecided = |j: &usize| !all.settled.get(i, *j) && !all.hidden.get(i, *j);
+            (0..n).filter(|&j| (costs[i], i) < (costs[j], j)).filter(undecided).for_each(|j| set(row, j));
+        };
+        all.wanted = from_rows(n, n, || (), |(), i, row| want(i, row));
         all.rounds = rounds(net, &all.might_see, (0..n).filter(|&c| all.wanted.count_row(c) > 0));
         all
     }

@@ -104,8 +104,19 @@ impl MightSee {
         self.before.clear(b, a);
     }
 
-    /// Drops pairs of portals whose lines would join two cells that don't see each other: `hidden` lists such pairs, each one
-    /// way or both.
+    /// Drops pairs of portals whose lines would join two cells that don't see each other: bit j of row i of `hidden`, both
+    /// ways.
+    pub fn drop_all_hidden(&mut self, net: &Net, hidden: &BitMatrix) {
+        self.open.rows_mut().into_par_iter().enumerate().for_each(|(cell, row)| {
+            for p in hidden.ones(cell).flat_map(|other| net.out(other)) {
+                unset(row, p);
+                unset(row, net.twin[p] as usize);
+            }
+        });
+        self.drop_closed(net);
+    }
+
+    /// As [`MightSee::drop_all_hidden`], for a list of pairs, each one way or both.
     pub fn drop_hidden(&mut self, net: &Net, hidden: &[(usize, usize)]) {
         for &(i, j) in hidden {
             for (cell, other) in [(i, j), (j, i)] {
@@ -115,6 +126,11 @@ impl MightSee {
                 }
             }
         }
+        self.drop_closed(net);
+    }
+
+    /// Drops pairs of portals that join a cell to a portal that is not open to it.
+    fn drop_closed(&mut self, net: &Net) {
         let open = &self.open;
         for matrix in [&mut self.rows, &mut self.before] {
             matrix.rows_mut().into_par_iter().enumerate().for_each(|(p, row)| {
@@ -146,7 +162,7 @@ fn by_planes(net: &Net, first: usize, queue: &mut Vec<u32>, asked: &mut [u64], r
 }
 
 /// A matrix whose rows are worked out in parallel, each by itself, with scratch memory.
-fn from_rows<S>(
+pub(crate) fn from_rows<S>(
     rows: usize,
     columns: usize,
     scratch: impl Fn() -> S + Sync,
@@ -161,6 +177,12 @@ fn from_rows<S>(
 #[inline]
 pub(crate) fn set(row: &mut [u64], bit: usize) {
     row[bit / 64] |= 1 << (bit % 64);
+}
+
+/// Clears a bit of a row.
+#[inline]
+fn unset(row: &mut [u64], bit: usize) {
+    row[bit / 64] &= !(1 << (bit % 64));
 }
 
 /// True where a bit of a row is set.
@@ -226,7 +248,13 @@ mod tests {
     fn what_is_hidden_is_dropped() {
         let net = row(&[0.0; 4]);
         let mut might_see = MightSee::new(&net);
+        let mut all = might_see.clone();
         might_see.drop_hidden(&net, &[(0, 2)]);
+        let mut hidden = BitMatrix::new(5, 5);
+        hidden.set(0, 2);
+        hidden.set(2, 0);
+        all.drop_all_hidden(&net, &hidden);
+        assert!(all.rows == might_see.rows && all.before == might_see.before && all.rows.transposed() == all.before);
         // The portal out of cell 2 joins it to cell 0; the one into cell 4 is left to the flood of a search.
         assert_eq!(cells_after(&net, &might_see, net.out(0).start), [4]);
         let mut might_see = MightSee::new(&net);
