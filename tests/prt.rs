@@ -1,17 +1,17 @@
 //! Portal files and rows: what is right is read, what is wrong is named with its line and field, and nothing panics.
 
+#[path = "common/prt_texts.rs"]
+mod texts;
+
 use enfilade::BitMatrix;
 use enfilade::geom::newell;
 use enfilade::vis::prt::{Dialect, MOST_CLUSTERS, MOST_ISOLATED, PrtFault, read_prt};
 use enfilade::vis::rows::{RowsFault, read_rows, write_rows};
 use glam::DVec3;
-use peak_alloc::PeakAlloc;
 use proptest::prelude::*;
 use std::io::Read;
 use std::path::PathBuf;
-
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
+use texts::{PRT1, PRT1_AM, PRT2};
 
 /// The data folder, or `None` after saying that the test wasn't run.
 fn data(test: &str) -> Option<PathBuf> {
@@ -24,19 +24,6 @@ fn data(test: &str) -> Option<PathBuf> {
     eprintln!("not run: {test}: no data folder");
     None
 }
-
-/// Three rooms in a row along x; squares of 2 x 2 between them, the second written by hand the other way.
-const PRT1: &str = "PRT1\n3\n2\n\
-    4 0 1 (4 -1 -1) (4 1 -1) (4 1 1) (4 -1 1)\n\
-    4 2 1 (8 -1 1 ) (8 1 1 ) (8 1 -1 ) (8 -1 -1 ) \n";
-const PRT2: &str = "PRT2\n5\n3\n2\n\
-    4 0 1 (4 -1 -1) (4 1 -1) (4 1 1) (4 -1 1)\n\
-    4 2 1 (8 -1 1) (8 1 1) (8 1 -1) (8 -1 -1)\n\
-    3 0 -1\n1 -1\n2 4 -1\n";
-const PRT1_AM: &str = "PRT1-AM\r\n3\r\n2\r\n5\r\n\
-    4 0 1 (4 -1 -1) (4 1 -1) (4 1 1) (4 -1 1)\r\n\
-    4 2 1 (8 -1 1) (8 1 1) (8 1 -1) (8 -1 -1)\r\n\
-    0\r\n1\r\n2\r\n0\r\n2\r\n";
 
 #[test]
 fn the_dialects_say_the_same() {
@@ -228,28 +215,6 @@ fn rows_are_checked() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
-
-    /// Whatever is done to a file, reading ends, with memory in proportion to it.
-    #[test]
-    fn mutants_never_panic(
-        which in 0usize..3,
-        edits in prop::collection::vec((any::<prop::sample::Index>(), "[-0-9().e \\n]{0,12}", 0usize..8), 1..6),
-    ) {
-        let mut text = [PRT1, PRT2, PRT1_AM][which].to_owned();
-        for (at, by, gone) in edits {
-            let at = at.index(text.len());
-            text.replace_range(at..(at + gone).min(text.len()), &by);
-        }
-        MEMORY.reset_peak_usage();
-        let before = MEMORY.current_usage();
-        let result = read_prt(text.as_bytes());
-        // A PRT1 may promise this many isolated clusters; the list of its leaves is all that is taken for them.
-        prop_assert!(MEMORY.peak_usage() - before < 64 * 1024);
-        if let Ok(prt) = result {
-            prop_assert!(prt.level.portals.iter().all(|p| p.cells.iter().all(|&c| (c as usize) < prt.level.cells)));
-            prop_assert!(prt.leaves.iter().all(|&c| (c as usize) < prt.level.cells));
-        }
-    }
 
     #[test]
     fn rows_come_back(bits in prop::collection::vec(any::<bool>(), 0..400)) {
