@@ -1,6 +1,6 @@
 //! `vis` on real levels, beside the reference (ericw-tools vis 2.0.0-alpha11, level 4). The counts are checked before anything
-//! is timed: fewer upper pairs than the reference's rows, at most a thousandth of them undecided (of small levels ten pairs, both ways), and whatever the reference
-//! refutes is on a line of ours, or undecided. Not run without the data folder.
+//! is timed: fewer upper pairs than the reference's rows, at most a thousandth of them undecided, and the lower set within the
+//! upper one. Not run without the data folder.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use enfilade::vis::{Control, Level, Vis, VisOptions, vis};
