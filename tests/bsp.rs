@@ -1,8 +1,11 @@
 //! Quake levels: portals out of the tree, rows into the file and out again, and everything else as it was.
 #![cfg(feature = "quake")]
 
+#[path = "common/data.rs"]
+mod data;
 mod quake;
 
+use data::data;
 use enfilade::BitMatrix;
 use enfilade::geom::{area, newell};
 use enfilade::vis::bsp::{Bsp, BspError};
@@ -12,23 +15,10 @@ use proptest::prelude::*;
 use qbsp::prelude::*;
 use quake::{AIR, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms};
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 
 const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
 const VISIBILITY: usize = 4;
 const LEAVES: usize = 10;
-
-/// The data folder, or `None` after saying that the test wasn't run.
-fn data(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
-    eprintln!("not run: {test}: no data folder");
-    None
-}
 
 fn read(tree: &Tree, layout: Layout) -> Bsp {
     Bsp::read(bsp(tree, layout)).unwrap()

@@ -1,12 +1,15 @@
 //! `enfilade report` as a user runs it: what the page and the table say is what `vis` says.
 
+#[path = "common/cli.rs"]
+mod cli;
 #[path = "common/data.rs"]
 mod data;
 
+use cli::{LEVEL, refused, run};
 use data::data;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// An empty folder of this test's own.
 fn folder(test: &str) -> PathBuf {
@@ -14,10 +17,6 @@ fn folder(test: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     folder
-}
-
-fn run(arguments: &[&Path]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_enfilade")).args(arguments).output().unwrap()
 }
 
 macro_rules! enfilade {
@@ -28,19 +27,6 @@ fn json(out: &Output) -> Value {
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
     serde_json::from_slice(&out.stdout).unwrap()
 }
-
-/// One line, which says all of `parts`; exit 2.
-fn refused(out: &Output, parts: &[&str]) {
-    let said = String::from_utf8(out.stderr.clone()).unwrap();
-    assert_eq!((out.status.code(), said.lines().count(), out.stdout.len()), (Some(2), 1, 0), "{said}");
-    parts.iter().for_each(|part| assert!(said.contains(part), "no '{part}': {said}"));
-}
-
-/// Four rooms in a row along x; the last door is so far aside that the first and the last room don't see each other.
-const LEVEL: &str = "PRT1\n4\n3\n\
-    4 0 1 (4 -1 -1) (4 1 -1) (4 1 1) (4 -1 1)\n\
-    4 1 2 (8 -1 -1) (8 1 -1) (8 1 1) (8 -1 1)\n\
-    4 2 3 (12 9 -1) (12 11 -1) (12 11 1) (12 9 1)\n";
 
 /// Every element is closed in order, every `<` begins one, and nothing is loaded or run.
 fn check_page(html: &str) {

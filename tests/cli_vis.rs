@@ -1,11 +1,14 @@
 //! `enfilade vis` and `enfilade check` on levels, as a user runs them.
 
+#[path = "common/cli.rs"]
+mod cli;
 #[path = "common/data.rs"]
 mod data;
 #[cfg(feature = "quake")]
 #[allow(dead_code)]
 mod quake;
 
+use cli::{LEVEL, command, refused, run};
 use data::data;
 use enfilade::vis::prt::read_prt;
 use enfilade::vis::resume::{read_state, write_state};
@@ -25,16 +28,6 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-fn command(arguments: &[&Path]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade"));
-    command.args(arguments);
-    command
-}
-
-fn run(arguments: &[&Path]) -> Output {
-    command(arguments).output().unwrap()
-}
-
 macro_rules! enfilade {
     ($($argument:expr),+ $(,)?) => { run(&[$(Path::new($argument)),+]) };
 }
@@ -43,18 +36,6 @@ fn done(out: &Output) {
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
 }
 
-/// One line, which says all of `parts`; exit 2.
-fn refused(out: &Output, parts: &[&str]) {
-    let said = String::from_utf8(out.stderr.clone()).unwrap();
-    assert_eq!((out.status.code(), said.lines().count(), out.stdout.len()), (Some(2), 1, 0), "{said}");
-    parts.iter().for_each(|part| assert!(said.contains(part), "no '{part}': {said}"));
-}
-
-/// Four rooms in a row along x; the last door is so far aside that the first and the last room don't see each other.
-const LEVEL: &str = "PRT1\n4\n3\n\
-    4 0 1 (4 -1 -1) (4 1 -1) (4 1 1) (4 -1 1)\n\
-    4 1 2 (8 -1 -1) (8 1 -1) (8 1 1) (8 -1 1)\n\
-    4 2 3 (12 9 -1) (12 11 -1) (12 11 1) (12 9 1)\n";
 const ROWS: &str = "0 3: 0 1 2\n1 4: 0 1 2 3\n2 4: 0 1 2 3\n3 3: 1 2 3\n";
 /// As `LEVEL`, but the last door is in line with the others.
 const OPEN: &str = "PRT1\n4\n3\n\

@@ -1,8 +1,11 @@
 //! Portal files and rows: what is right is read, what is wrong is named with its line and field, and nothing panics.
 
+#[path = "common/data.rs"]
+mod data;
 #[path = "common/prt_texts.rs"]
 mod texts;
 
+use data::data;
 use enfilade::BitMatrix;
 use enfilade::geom::newell;
 use enfilade::vis::prt::{Dialect, MOST_CLUSTERS, MOST_ISOLATED, PrtFault, read_prt};
@@ -10,20 +13,7 @@ use enfilade::vis::rows::{RowsFault, read_rows, write_rows};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::io::Read;
-use std::path::PathBuf;
 use texts::{PRT1, PRT1_AM, PRT2};
-
-/// The data folder, or `None` after saying that the test wasn't run.
-fn data(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{test}: no data folder");
-    eprintln!("not run: {test}: no data folder");
-    None
-}
 
 #[test]
 fn the_dialects_say_the_same() {
