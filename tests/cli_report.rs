@@ -5,19 +5,11 @@ mod cli;
 #[path = "common/data.rs"]
 mod data;
 
-use cli::{LEVEL, refused, run};
+use cli::{LEVEL, folder, refused, run};
 use data::data;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Output;
-
-/// An empty folder of this test's own.
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli_report_{test}"));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 macro_rules! enfilade {
     ($($argument:expr),+ $(,)?) => { run(&[$(Path::new($argument)),+]) };

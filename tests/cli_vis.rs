@@ -8,25 +8,17 @@ mod data;
 #[allow(dead_code)]
 mod quake;
 
-use cli::{LEVEL, command, refused, run};
+use cli::{LEVEL, command, folder, refused, run};
 use data::data;
 use enfilade::vis::prt::read_prt;
 use enfilade::vis::resume::{read_state, write_state};
 use enfilade::vis::rows::read_rows;
 use enfilade::vis::{Control, State, VisError, VisOptions, vis};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// An empty folder of this test's own.
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli_vis_{test}"));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 macro_rules! enfilade {
     ($($argument:expr),+ $(,)?) => { run(&[$(Path::new($argument)),+]) };

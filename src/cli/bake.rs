@@ -72,10 +72,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     if args.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
         return Err(CliError("--unit takes metres per unit, above 0".into()));
     }
-    let threads = args.threads.unwrap_or(0);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| CliError(format!("--threads {threads}: {e}")))?;
-    pool.install(|| bake_file(&args))
+    super::pool(args.threads)?.install(|| bake_file(&args))
 }
 
 fn bake_file(args: &Args) -> Result<Outcome, CliError> {

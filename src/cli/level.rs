@@ -2,11 +2,35 @@
 
 use super::{CliError, at};
 use enfilade::BitMatrix;
-use enfilade::vis::Level;
 #[cfg(feature = "quake")]
 use enfilade::vis::bsp::Bsp;
 use enfilade::vis::prt::{Prt, read_prt};
+use enfilade::vis::{Level, VisOptions};
 use std::path::Path;
+
+/// Flags of commands that work out what can be seen in a level.
+#[derive(clap::Args)]
+pub struct SearchFlags {
+    /// Most flow steps of a search; what it hasn't decided then counts as visible
+    #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
+    pub steps: u64,
+    /// Random lines from each side of a portal, before any search
+    #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
+    pub lines: u64,
+    /// Threads [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Seed of the random lines
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+}
+
+impl SearchFlags {
+    /// As the library takes them.
+    pub fn options(&self) -> VisOptions {
+        VisOptions { seed: self.seed, steps: self.steps, lines: self.lines }
+    }
+}
 
 /// Stands for a Quake level in a binary that reads none: there is no value of it.
 #[cfg(not(feature = "quake"))]

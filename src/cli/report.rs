@@ -2,7 +2,7 @@
 
 use super::against::{counts, other_rows, prose, told};
 use super::bake::{peak_rss_mb, progress_bar};
-use super::level::Input;
+use super::level::{Input, SearchFlags};
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
 use enfilade::report::level_report::{LevelReport, LinesAlone, Moment, Other, Remark};
@@ -31,18 +31,8 @@ pub struct Args {
     /// Rows of another tool to compare with: text as `vis --rows` writes it, or a .bsp that holds some
     #[arg(long, value_name = "THIRD_PARTY")]
     rows: Option<PathBuf>,
-    /// Most flow steps of a search; what it hasn't decided then counts as visible
-    #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
-    steps: u64,
-    /// Random lines from each side of a portal, before any search
-    #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
-    lines: u64,
-    /// Threads [default: one a core]
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
-    /// Seed of the random lines
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    search: SearchFlags,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
@@ -50,7 +40,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    super::pool(args.threads)?.install(|| report(&args))
+    super::pool(args.search.threads)?.install(|| report(&args))
 }
 
 fn report(args: &Args) -> Result<Outcome, CliError> {
@@ -70,12 +60,12 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     let read_seconds = begin.elapsed().as_secs_f64();
 
     // 2. Both sides, and when.
-    let options = VisOptions { seed: args.seed, steps: args.steps, lines: args.lines };
+    let options = args.search.options();
     let (result, moments) = timed(&input.level, &options)?;
     let peak = peak_rss_mb();
 
     // 3. What to hold against them.
-    let lines_alone = lines_alone(&input.level, args.seed)?;
+    let lines_alone = lines_alone(&input.level, args.search.seed)?;
     let beside = theirs.map(|rows| against(&input.level, &result, &rows));
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let other = args.rows.as_deref().zip(beside.as_ref()).map(|(path, a)| Other {
@@ -236,7 +226,7 @@ fn left_out(args: &Args, input: &Input, result: &Vis) -> Vec<String> {
     if result.stats.capped > 0 {
         all.push(format!(
             "{} searches ran out of steps (--steps {}): what they hadn't decided stays in the rows",
-            result.stats.capped, args.steps
+            result.stats.capped, args.search.steps
         ));
     }
     if args.rows.is_none() {
@@ -259,16 +249,16 @@ fn command(args: &Args, name: &dyn Fn(&Path) -> String) -> String {
     }
     let default = VisOptions::default();
     let numbers = [
-        ("--steps", args.steps, default.steps),
-        ("--lines", args.lines, default.lines),
-        ("--seed", args.seed, default.seed),
+        ("--steps", args.search.steps, default.steps),
+        ("--lines", args.search.lines, default.lines),
+        ("--seed", args.search.seed, default.seed),
     ];
     for (flag, value, default) in numbers {
         if value != default {
             out += &format!(" {flag} {value}");
         }
     }
-    if let Some(threads) = args.threads {
+    if let Some(threads) = args.search.threads {
         out += &format!(" --threads {threads}");
     }
     out

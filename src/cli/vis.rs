@@ -2,7 +2,7 @@
 
 use super::against::other_rows;
 use super::bake::{peak_rss_mb, progress_bar};
-use super::level::Input;
+use super::level::{Input, SearchFlags};
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
 use enfilade::vis::against::against;
@@ -32,18 +32,8 @@ pub struct Args {
     /// The level to write, for a .bsp [default: LEVEL.bsp itself, but nothing with --why]
     #[arg(short, long, value_name = "OUT.bsp")]
     output: Option<PathBuf>,
-    /// Most flow steps of a search; what it hasn't decided then counts as visible
-    #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
-    steps: u64,
-    /// Random lines from each side of a portal, before any search
-    #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
-    lines: u64,
-    /// Threads [default: one a core]
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
-    /// Seed of the random lines
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    search: SearchFlags,
     /// What an interrupted run leaves, and the next goes on from [default: the level's name with .vis-state]
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
@@ -63,7 +53,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let pool = super::pool(args.threads)?;
+    let pool = super::pool(args.search.threads)?;
     let handler = ctrlc::set_handler(|| {
         // The second time, at once: 128 and the signal's number, as shells have it.
         if STOP.swap(true, Ordering::Relaxed) {
@@ -96,7 +86,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let read = begin.elapsed().as_secs_f64();
 
     // 2. Both sides of what is visible.
-    let options = VisOptions { seed: args.seed, steps: args.steps, lines: args.lines };
+    let options = args.search.options();
     let state_file = args.state.clone().unwrap_or_else(|| args.input.with_extension("vis-state"));
     let mut stages = Stages::default();
     let Some(result) = followed(&input.level, &options, &state_file, &mut stages)? else { return Ok(Outcome::Failed) };
