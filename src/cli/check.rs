@@ -5,7 +5,8 @@ use super::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
-use enfilade::report::check::{CheckError, CheckOptions, CheckReport, Violation, check};
+use enfilade::report::check::rooms::{RoomScore, RoomsFile};
+use enfilade::report::check::{CheckError, CheckOptions, CheckReport, Violation, check, score_rooms};
 use enfilade::report::lines::{CLEARANCE, LineOptions, LineReport, check_rows};
 use enfilade::scene::{Scene, import};
 use enfilade::vis::rows::read_rows;
@@ -29,6 +30,9 @@ pub struct Args {
     /// Views of 96 x 54 rays; not for levels.
     #[arg(long, value_name = "N", default_value_t = CheckOptions::default().views)]
     views: u32,
+    /// Rooms and doors that somebody wrote down: scores the cells and portals against them; not for levels.
+    #[arg(long, value_name = "ROOMS.json", conflicts_with = "rows")]
+    rooms: Option<PathBuf>,
     /// Threads [default: one a core].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -59,12 +63,41 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
         CheckError::OtherModel { .. } => at(model, e),
         _ => at(&args.file, e),
     })?;
+    let score = args.rooms.as_deref().map(|path| rooms(path, &file, &scene)).transpose()?;
     if args.json {
-        let text = serde_json::to_string(&report).map_err(|e| CliError(e.to_string()))?;
-        println!("{text}");
+        let mut value = serde_json::to_value(&report).map_err(|e| CliError(e.to_string()))?;
+        if let Some(score) = &score {
+            value["rooms"] = serde_json::to_value(score).map_err(|e| CliError(e.to_string()))?;
+        }
+        println!("{value}");
+    }
+    if let Some(score) = &score {
+        tell_rooms(score);
     }
     tell(&report, &file, &scene);
     Ok(if report.passed { Outcome::Done } else { Outcome::Failed })
+}
+
+/// Cells and portals against what somebody wrote down.
+fn rooms(path: &Path, file: &PvsFile, scene: &Scene) -> Result<RoomScore, CliError> {
+    let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
+    let written: RoomsFile =
+        serde_json::from_str(&text).map_err(|e| at(path, format!("{e}; see docs/cli.md for the form of a rooms file")))?;
+    score_rooms(file, scene, &written).map_err(|e| at(path, e))
+}
+
+fn tell_rooms(s: &RoomScore) {
+    eprintln!(
+        "rooms: {} of {} found (recall {:.3}), {} of {} cells right (precision {:.3}), mean overlap {:.3}",
+        s.rooms_found, s.rooms, s.recall, s.cells_right, s.cells, s.precision, s.mean_iou
+    );
+    eprintln!(
+        "  {} rooms in several cells, {} cells over several rooms, {} cells in no room that was written down",
+        s.over_segmented, s.under_segmented, s.unlisted
+    );
+    for (what, o) in [("doors", &s.doors), ("windows", &s.windows)] {
+        eprintln!("  {what}: {} of {} located, {} join the right rooms", o.located, o.count, o.joining);
+    }
 }
 
 /// Rows of a level.

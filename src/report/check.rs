@@ -26,6 +26,7 @@
 //! is not a proof: it says that so many random rays found nothing.
 
 mod cells;
+pub mod rooms;
 mod sample;
 mod trace;
 
@@ -221,6 +222,14 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         seconds: start.elapsed().as_secs_f64(),
         passed: tally.missed_segments == 0 && (rows_kept || file.guarantee == Guarantee::Sampled),
     })
+}
+
+/// Scores a file's cells and portals against the rooms and doors that somebody wrote down.
+pub fn score_rooms(file: &PvsFile, scene: &Scene, written: &rooms::RoomsFile) -> Result<rooms::RoomScore, CheckError> {
+    consistent(file, scene)?;
+    let rounding = scene.bounds().diagonal() * 1e-6;
+    let cells = Cells::new(file, scene.bounds(), file.smallest_hole.max(rounding), rounding);
+    Ok(rooms::score(file, &cells, written))
 }
 
 fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {

@@ -100,6 +100,11 @@ impl Cells {
         self.by_cell.len()
     }
 
+    /// Cubic metres of a cell, as far as the region goes.
+    pub(super) fn volume(&self, cell: CellId) -> f64 {
+        self.by_cell[cell.index()].last().map_or(0.0, |p| p.1)
+    }
+
     /// Cells without a piece of any volume.
     pub(super) fn empty_cells(&self) -> u32 {
         self.by_cell.iter().filter(|c| c.is_empty()).count() as u32
