@@ -5,6 +5,7 @@
 
 mod authored;
 mod complex;
+mod gates;
 mod given;
 pub(crate) mod locate;
 mod place;

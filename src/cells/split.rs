@@ -4,7 +4,7 @@ use super::complex::arrange::arrange;
 use super::complex::assemble::{Complex, around, pieces, portals};
 use super::complex::columns::columns;
 use super::complex::faces::faces;
-use super::complex::facets::{Facets, facets};
+use super::complex::facets::{Facets, Matter, facets};
 use super::complex::{Human, lift};
 use super::rooms::{Labels, label};
 use super::{Cell, CellGraph, Portal, PortalKind, Strategy, authored};
@@ -95,7 +95,7 @@ fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
         let mut floors: Vec<(f64, f64)> = Vec::new();
         for sheet in 0..found.sheets.len() as u32 {
             let plane = found.sheets[sheet as usize].plane;
-            let of_sheet = found.sheet_facets.iter().filter(|f| f.owner == sheet && f.front && f.opaque);
+            let of_sheet = found.sheet_facets.iter().filter(|f| f.owner == sheet && f.front && f.matter == Matter::Opaque);
             let area: f64 = of_sheet.map(|f| crate::geom::area(&f.corners)).sum();
             if plane.n.y > 0.999 && area > 0.0 {
                 floors.push((area, plane.d / plane.n.y));
