@@ -238,22 +238,22 @@ pub(super) fn gates(
             active.retain(|&j| extents[list[j]].1.x >= lo.x - 3.0 * seal);
             for &j in &active {
                 let (l, h) = extents[list[j]];
-                let alike = h.y.min(hi.y) - l.y.max(lo.y) > 0.5 * (h.y - l.y).min(hi.y - lo.y);
+                let alike = h.y.min(hi.y) - l.y.max(lo.y) > 0.5 * (h.y - l.y).max(hi.y - lo.y);
                 if alike && gates[list[j]].leaf == gates[list[k]].leaf {
                     groups.join(j as u32, k as u32);
                 }
             }
             active.push(k);
         }
-        let mut whole: HashMap<u32, (f64, f64, f64, bool)> = HashMap::new();
+        let mut whole: HashMap<u32, (f64, f64, bool)> = HashMap::new();
         for (k, &i) in list.iter().enumerate() {
             let (lo, hi) = extents[i];
-            let entry = whole.entry(groups.find(k as u32)).or_insert((lo.x, hi.x, 0.0, false));
-            *entry = (entry.0.min(lo.x), entry.1.max(hi.x), entry.2.max(gates[i].height), entry.3 || gates[i].framed);
+            let entry = whole.entry(groups.find(k as u32)).or_insert((lo.x, hi.x, false));
+            *entry = (entry.0.min(lo.x), entry.1.max(hi.x), entry.2 || gates[i].framed);
         }
         for (k, &i) in list.iter().enumerate() {
-            let (low, high, height, framed) = whole[&groups.find(k as u32)];
-            gates[i] = Gate { width: high - low, height, framed, ..gates[i] };
+            let (low, high, framed) = whole[&groups.find(k as u32)];
+            gates[i] = Gate { width: high - low, framed, ..gates[i] };
         }
     }
     // 3. As wide as the space around them.

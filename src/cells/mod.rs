@@ -14,6 +14,7 @@ mod rooms;
 mod smooth;
 mod split;
 pub mod validate;
+mod voids;
 
 pub use given::{GivenError, read_cells};
 pub use locate::{Locator, Stretch};

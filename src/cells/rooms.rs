@@ -14,6 +14,7 @@ use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
 use super::gates::{Clearance, Runs, gates, widths};
 use super::smooth::smooth;
+use super::voids::Voids;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What the author or the geometry calls a region.
@@ -87,20 +88,20 @@ impl Regions {
 }
 
 /// Regions, each with what it measures under the number of its first piece.
-struct Space {
-    regions: Regions,
+pub(super) struct Space {
+    pub(super) regions: Regions,
     /// How wide, metres.
-    width: Vec<f64>,
+    pub(super) width: Vec<f64>,
     /// How high, metres.
-    height: Vec<f64>,
+    pub(super) height: Vec<f64>,
     /// Cubic metres.
-    volume: Vec<f64>,
+    pub(super) volume: Vec<f64>,
     /// -1 for the outside, below it plenums, from 0 the author's rooms.
-    name: Vec<Option<i64>>,
+    pub(super) name: Vec<Option<i64>>,
 }
 
 impl Space {
-    fn named(&self, region: u32) -> bool {
+    pub(super) fn named(&self, region: u32) -> bool {
         self.name[region as usize].is_some()
     }
 
@@ -113,7 +114,7 @@ impl Space {
     }
 
     /// Two regions become one.
-    fn unite(&mut self, a: u32, b: u32) {
+    pub(super) fn unite(&mut self, a: u32, b: u32) {
         let r = self.regions.join(a, b) as usize;
         self.take(r, a as usize + b as usize - r);
     }
@@ -223,7 +224,11 @@ pub(super) fn label(
         }
     }
 
-    // 4. What is too small to be a room goes to the neighbour that it is most open to.
+    // 4. A forecourt is the outside's, a void too low to stand in is nobody's room.
+    let voids = Voids { columns, faces, free: &free, human };
+    voids.give_to_outside(&mut space);
+
+    // 5. What is too small to be a room goes to the neighbour that it is most open to.
     let whole: f64 = space.volume.iter().sum();
     let authored = rooms.iter().any(Option::is_some);
     let mut least = if authored { LEAST_UNNAMED_VOLUME } else { LEAST_VOLUME } * human.metre.powi(3);
@@ -271,7 +276,9 @@ pub(super) fn label(
         }
     }
 
-    // 5. Numbers in the order of the first piece.
+    voids.gather(&mut space);
+
+    // 6. Numbers in the order of the first piece.
     let mut number: HashMap<u32, u32> = HashMap::new();
     let mut labels = Labels { of_piece: vec![None; n], regions: Vec::new() };
     for p in 0..n as u32 {
@@ -287,7 +294,7 @@ pub(super) fn label(
         }
     }
 
-    // 6. Boundaries drawn tight.
+    // 7. Boundaries drawn tight.
     smooth(faces, &volumes, &fixed, &mut labels.of_piece, labels.regions.len());
     labels
 }

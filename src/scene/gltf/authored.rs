@@ -65,6 +65,7 @@ pub(super) enum RoleName {
     Furnishing,
     Door,
     Window,
+    Stair,
 }
 
 #[derive(Deserialize)]
@@ -83,6 +84,7 @@ impl From<RoleName> for Role {
             RoleName::Furnishing => Self::Furnishing,
             RoleName::Door => Self::Door,
             RoleName::Window => Self::Window,
+            RoleName::Stair => Self::Stair,
         }
     }
 }
