@@ -120,6 +120,8 @@ pub(super) struct Runs {
     pub(super) of_piece: Vec<u32>,
     /// How high the run of each piece is, metres.
     pub(super) heights: Vec<f64>,
+    /// Height of the floor under the run of each piece, metres.
+    pub(super) floors: Vec<f64>,
 }
 
 impl Runs {
@@ -137,7 +139,8 @@ impl Runs {
         }
         let of_piece: Vec<u32> = (0..columns.pieces() as u32).map(|p| runs.find(p)).collect();
         let heights = of_piece.iter().map(|&r| sums[r as usize]).collect();
-        Self { of_piece, heights }
+        let floors = of_piece.iter().map(|&r| columns.heights(r).0.iter().sum::<f64>() / 3.0).collect();
+        Self { of_piece, heights, floors }
     }
 }
 

@@ -14,7 +14,7 @@ use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
 use super::gates::{Clearance, Runs, gates, widths};
 use super::smooth::smooth;
-use super::voids::Voids;
+use super::voids::{LEDGE, STANDING, Voids};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What the author or the geometry calls a region.
@@ -177,6 +177,13 @@ pub(super) fn label(
         if a == b || gates[i].leaf || (space.named(a) && space.named(b)) {
             continue;
         }
+        // The top of a plenum's wall is a ledge: it is as high as the plenum, and nobody gets in there.
+        let [fa, fb] = [faces[i].a, faces[i].b].map(|p| runs.floors[p as usize]);
+        let upper = if fa > fb { a } else { b };
+        let ledge = (fa - fb).abs() > LEDGE * human.metre && space.height[upper as usize] < STANDING * human.metre;
+        if ledge && gates[i].height.is_finite() {
+            continue;
+        }
         let share = if gates[i].framed { WIDE_FRAMED_GATE } else { WIDE_GATE };
         let wide = gates[i].width >= share * space.width[a as usize].min(space.width[b as usize]);
         if wide && gates[i].height >= HIGH_GATE * space.height[a as usize].min(space.height[b as usize]) {
@@ -225,7 +232,7 @@ pub(super) fn label(
     }
 
     // 4. A forecourt is the outside's, a void too low to stand in is nobody's room.
-    let voids = Voids { columns, faces, free: &free, human };
+    let voids = Voids { plan, columns, runs: &runs, faces, free: &free, human };
     voids.give_to_outside(&mut space);
 
     // 5. What is too small to be a room goes to the neighbour that it is most open to.
@@ -355,8 +362,7 @@ fn rim(plan: &Plan, columns: &Columns) -> Vec<bool> {
 fn volume(plan: &Plan, columns: &Columns, piece: u32) -> f64 {
     let (floor, ceiling) = columns.heights(piece);
     let (column, _) = columns.of_piece(piece);
-    let corners = plan.triangles[column].map(|i| plan.points[i as usize]);
-    super::complex::coverage::area(&corners) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
+    plan.area(column) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
 }
 
 /// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward

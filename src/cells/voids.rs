@@ -5,22 +5,28 @@
 //! and a cell each would only cost rows.
 
 use super::complex::Human;
+use super::complex::arrange::Plan;
 use super::complex::columns::{Columns, Cut};
 use super::complex::faces::{Face, Surface};
+use super::gates::Runs;
 use super::rooms::{Regions, Space};
 use std::collections::BTreeMap;
 
 /// Lower than this nobody stands, metres.
-const STANDING: f64 = 1.9;
+pub(super) const STANDING: f64 = 1.9;
+/// Higher than this over a floor nobody steps, metres.
+pub(super) const LEDGE: f64 = 0.95;
 /// What the sky is open to from above, and has this share of its sides open to the outside, is outside: three sides of a
 /// forecourt in a U of buildings are 0.25, the open doors of a hall without a roof 0.05.
 const OPEN_SIDES: f64 = 0.15;
-/// A void that people get into has more than this open to a room at its side, square metres.
+/// A void that people crawl into has more than this open, square metres, to a room at its side from whose floor it is no ledge.
 const CRAWL: f64 = 0.2;
 
 /// What voids are told by.
 pub(super) struct Voids<'v> {
+    pub(super) plan: &'v Plan,
     pub(super) columns: &'v Columns,
+    pub(super) runs: &'v Runs,
     pub(super) faces: &'v [Face],
     pub(super) free: &'v [bool],
     pub(super) human: Human,
@@ -90,7 +96,10 @@ impl Voids<'_> {
                 (is_a, _) => {
                     let (void, other) = if is_a { (a, b) } else { (b, a) };
                     open.insert(void, true);
-                    if !matches!(f.surface, Surface::Cut(_)) && space.name[other as usize] != Some(-1) {
+                    let piece = |of: u32| if of == a { f.a } else { f.b };
+                    let step = self.runs.floors[piece(void) as usize] - self.runs.floors[piece(other) as usize];
+                    let sideways = !matches!(f.surface, Surface::Cut(_)) && step < LEDGE * self.human.metre;
+                    if sideways && space.name[other as usize] != Some(-1) {
                         *beside.entry(void).or_default() += f.open_area;
                     }
                 }
@@ -108,11 +117,14 @@ impl Voids<'_> {
         let mut storey: BTreeMap<Option<u32>, u32> = BTreeMap::new();
         let mut unions: Vec<(u32, u32)> = Vec::new();
         let crawl = CRAWL * self.human.metre * self.human.metre;
-        for &(a, b, f) in &contacts {
-            // `a` is below.
-            if matches!(f.surface, Surface::Cut(_)) && low(space, b) && !low(space, a) && space.name[a as usize] != Some(-1)
-            {
-                *under.entry(b).or_default().entry(a).or_default() += f.area;
+        for (column, pair) in self.columns.first_piece.windows(2).enumerate() {
+            // Ceilings have a thickness, so the room is not next to the void.
+            let free: Vec<u32> = (pair[0]..pair[1]).filter(|&p| self.free[p as usize]).collect();
+            for pair in free.windows(2) {
+                let (a, b) = (space.regions.find(pair[0]), space.regions.find(pair[1]));
+                if low(space, b) && !low(space, a) && space.name[a as usize] != Some(-1) {
+                    *under.entry(b).or_default().entry(a).or_default() += self.plan.area(column);
+                }
             }
         }
         for r in (0..space.name.len() as u32).filter(|&r| self.free[r as usize]) {
