@@ -5,6 +5,7 @@
 
 mod authored;
 mod complex;
+mod contacts;
 mod gates;
 mod given;
 pub(crate) mod locate;
