@@ -18,6 +18,12 @@ const OPEN_SHARE: f64 = 0.2;
 /// would end up as one cell.
 const OPEN_SHARE_OF_HALLS: f64 = 0.35;
 const HALL: f64 = 150.0;
+/// A region smaller than this (cubic metres) goes to a neighbour where this share of its boundary is open in all: over and under the
+/// partitions of a toilet's stalls 0.16 and more; a cupboard's door that stands open is 0.13.
+const STALL: f64 = 10.0;
+const OPEN_SHARE_OF_STALLS: f64 = 0.14;
+/// What lies over each other with this share of the lower one's ceiling and of the upper one's floor open is one shaft or hall.
+const OPEN_SHARE_OF_SHAFTS: f64 = 0.9;
 
 /// What contacts are told by.
 pub(super) struct Contacts<'c> {
@@ -40,6 +46,8 @@ struct Contact {
     open: f64,
     /// Open faces as high as the regions.
     high: Vec<usize>,
+    /// Open area of a level that parts them, where the lower number is below, and where it is above; square metres.
+    level: [f64; 2],
 }
 
 impl Contacts<'_> {
@@ -50,6 +58,8 @@ impl Contacts<'_> {
         loop {
             let mut contacts: BTreeMap<(u32, u32), Contact> = BTreeMap::new();
             let mut boundary = vec![0.0f64; self.free.len()];
+            let mut open_in_all = vec![0.0f64; self.free.len()];
+            let mut ends_of = vec![[0.0f64; 2]; self.free.len()];
             for (i, (f, gate)) in self.faces.iter().zip(self.gates).enumerate() {
                 let (a, b) = (space.regions.find(f.a), space.regions.find(f.b));
                 if a == b || !whole(f.a) || !whole(f.b) {
@@ -58,14 +68,31 @@ impl Contacts<'_> {
                 boundary[a as usize] += f.area;
                 boundary[b as usize] += f.area;
                 let usable = f.open_area > 0.0 && self.free[f.a as usize] && self.free[f.b as usize] && !gate.leaf;
+                if matches!(f.surface, Surface::Cut(_)) {
+                    ends_of[a as usize][1] += f.area;
+                    ends_of[b as usize][0] += f.area;
+                }
                 let parted = self.storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)));
-                if usable && !parted && !(space.named(a) && space.named(b)) {
+                if usable && !(space.named(a) && space.named(b)) {
                     let contact = contacts.entry((a.min(b), a.max(b))).or_default();
+                    if parted {
+                        contact.level[usize::from(a > b)] += f.open_area;
+                        continue;
+                    }
                     contact.open += f.open_area;
+                    open_in_all[a as usize] += f.open_area;
+                    open_in_all[b as usize] += f.open_area;
                     let low = space.height[a as usize].min(space.height[b as usize]);
                     if gate.height.is_finite() && !gate.framed && !gate.ledge && gate.height >= HIGH_GATE * low {
                         contact.high.push(i);
                     }
+                }
+            }
+            let mut most: BTreeMap<u32, f64> = BTreeMap::new();
+            for (&(a, b), contact) in &contacts {
+                for r in [a, b] {
+                    let best = most.entry(r).or_default();
+                    *best = best.max(contact.open);
                 }
             }
             let mut wishes: Vec<(f64, (u32, u32))> = Vec::new();
@@ -79,7 +106,17 @@ impl Contacts<'_> {
                     let width = self.width(&contact.high);
                     width >= least_width(width, narrower, self.human)
                 };
-                if share >= least || wide() {
+                let stall = |r: u32| {
+                    let small = space.volume[r as usize] < STALL * self.human.metre.powi(3) && !space.named(r);
+                    let open = open_in_all[r as usize] >= OPEN_SHARE_OF_STALLS * boundary[r as usize];
+                    small && open && contact.open > 0.0 && contact.open >= most[&r]
+                };
+                let over = |low: u32, high: u32, open: f64| {
+                    let least = ends_of[low as usize][1].max(ends_of[high as usize][0]);
+                    open > 0.0 && open >= OPEN_SHARE_OF_SHAFTS * least
+                };
+                let shaft = over(a, b, contact.level[0]) || over(b, a, contact.level[1]);
+                if share >= least || stall(a) || stall(b) || shaft || wide() {
                     wishes.push((share, (a, b)));
                 }
             }
