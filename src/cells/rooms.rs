@@ -325,7 +325,7 @@ fn volume(plan: &Plan, columns: &Columns, piece: u32) -> f64 {
 }
 
 /// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward
-/// (or, where the model is wound both ways, that are as large as a room). A wrong answer costs culling, not correctness: no line
+/// (or, where the model is wound both ways, that are as large as a room), the cavities of walls apart. A wrong answer costs culling, not correctness: no line
 /// leaves a sealed piece.
 fn free_space(n: usize, faces: &[Face], rim: &[bool], rooms: &[Option<u32>], widths: &[f64], human: Human) -> Vec<bool> {
     let mut parts = Regions::new(n);
@@ -333,12 +333,12 @@ fn free_space(n: usize, faces: &[Face], rim: &[bool], rooms: &[Option<u32>], wid
         parts.join(f.a, f.b);
     }
     let mut known = vec![false; n];
-    let mut roomy = vec![false; n];
+    let mut room = vec![0.0f64; n];
     let mut looks = vec![[0.0f64; 2]; n];
     for p in 0..n as u32 {
         let root = parts.find(p) as usize;
         known[root] |= rim[p as usize] || rooms[p as usize].is_some();
-        roomy[root] |= widths[p as usize] >= 1.0 * human.metre;
+        room[root] = room[root].max(widths[p as usize]);
     }
     for f in faces {
         for (piece, [inward, outward]) in [(f.a, [f.fronts[0], f.fronts[1]]), (f.b, [f.fronts[1], f.fronts[0]])] {
@@ -349,7 +349,8 @@ fn free_space(n: usize, faces: &[Face], rim: &[bool], rooms: &[Option<u32>], wid
     }
     let free_part = |root: usize| {
         let [inward, outward] = looks[root];
-        known[root] || inward > 1.5 * outward || (inward > 0.67 * outward && roomy[root])
+        let wide = |metres: f64| room[root] >= metres * human.metre;
+        known[root] || (inward > 1.5 * outward && wide(LEAST_WIDTH)) || (inward > 0.67 * outward && wide(1.0))
     };
     (0..n as u32).map(|p| free_part(parts.find(p) as usize)).collect()
 }

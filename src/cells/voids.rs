@@ -10,7 +10,7 @@ use super::complex::columns::{Columns, Cut};
 use super::complex::faces::{Face, Surface};
 use super::gates::Runs;
 use super::rooms::{Regions, Space};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Lower than this nobody stands, metres.
 pub(super) const STANDING: f64 = 1.9;
@@ -86,7 +86,7 @@ impl Voids<'_> {
         let contacts: Vec<(u32, u32, &Face)> =
             both_free.map(|f| (space.regions.find(f.a), space.regions.find(f.b), f)).filter(|(a, b, _)| a != b).collect();
         let mut together = Regions::new(space.name.len());
-        let (mut open, mut beside): (BTreeMap<u32, bool>, BTreeMap<u32, f64>) = (BTreeMap::new(), BTreeMap::new());
+        let (mut open, mut beside): (BTreeSet<u32>, BTreeMap<u32, f64>) = Default::default();
         for &(a, b, f) in contacts.iter().filter(|c| c.2.open_area > 0.0) {
             match (low(space, a), low(space, b)) {
                 (true, true) => {
@@ -95,7 +95,7 @@ impl Voids<'_> {
                 (false, false) => {}
                 (is_a, _) => {
                     let (void, other) = if is_a { (a, b) } else { (b, a) };
-                    open.insert(void, true);
+                    open.insert(void);
                     let piece = |of: u32| if of == a { f.a } else { f.b };
                     let step = self.runs.floors[piece(void) as usize] - self.runs.floors[piece(other) as usize];
                     let sideways = !matches!(f.surface, Surface::Cut(_)) && step < LEDGE * self.human.metre;
@@ -105,13 +105,7 @@ impl Voids<'_> {
                 }
             }
         }
-        let mut kind: BTreeMap<u32, (bool, f64)> = BTreeMap::new();
-        for r in (0..space.name.len() as u32).filter(|&r| self.free[r as usize]) {
-            if space.regions.find(r) == r && low(space, r) {
-                let of = kind.entry(together.find(r)).or_default();
-                *of = (of.0 | open.contains_key(&r), of.1 + beside.get(&r).copied().unwrap_or_default());
-            }
-        }
+        let reached: BTreeSet<u32> = open.iter().map(|&r| together.find(r)).collect();
         // 2. Sealed ones go to what they share most of their floor with.
         let mut under: BTreeMap<u32, BTreeMap<u32, f64>> = BTreeMap::new();
         let mut storey: BTreeMap<Option<u32>, u32> = BTreeMap::new();
@@ -131,13 +125,12 @@ impl Voids<'_> {
             if space.regions.find(r) != r || !low(space, r) {
                 continue;
             }
-            let (is_open, to_rooms) = kind.get(&together.find(r)).copied().unwrap_or_default();
-            if !is_open {
+            if !reached.contains(&together.find(r)) {
                 let floor = under.get(&r).and_then(|u| u.iter().max_by(|x, y| x.1.total_cmp(y.1).then(y.0.cmp(x.0))));
                 if let Some((&room, _)) = floor {
                     unions.push((room, r));
                 }
-            } else if to_rooms <= crawl {
+            } else if beside.get(&r).is_none_or(|&open| open <= crawl) {
                 // 3. The others, by the level that they lie under.
                 let (column, k) = self.columns.of_piece(r);
                 let level = self.columns.slices[column][k..].iter().find_map(|s| match s.cut {
