@@ -98,7 +98,7 @@ impl Voids<'_> {
                     open.insert(void);
                     let piece = |of: u32| if of == a { f.a } else { f.b };
                     let step = self.runs.floors[piece(void) as usize] - self.runs.floors[piece(other) as usize];
-                    let sideways = !matches!(f.surface, Surface::Cut(_)) && step < LEDGE * self.human.metre;
+                    let sideways = !matches!(f.surface, Surface::Cut(_)) && step.abs() < LEDGE * self.human.metre;
                     if sideways && space.name[other as usize] != Some(-1) {
                         *beside.entry(void).or_default() += f.open_area;
                     }
