@@ -12,12 +12,14 @@ mod polyhedron;
 mod rooms;
 mod smooth;
 mod split;
+mod state;
 pub mod validate;
 
 pub use given::{GivenError, read_cells};
 pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};
+pub use state::PortalState;
 
 use crate::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};
@@ -90,6 +92,8 @@ pub struct Portal {
     pub winding: Vec<DVec3>,
     /// What it is.
     pub kind: PortalKind,
+    /// What stands in it.
+    pub state: PortalState,
     /// The author's id of the door or window, where there is one.
     pub source: Option<String>,
 }
