@@ -1,6 +1,6 @@
 //! The check must find what is wrong with a file: a good file of two rooms and a door, then the same with one thing damaged.
 
-use enfilade::cells::{PortalKind, Strategy};
+use enfilade::cells::{PortalKind, PortalState, Strategy};
 use enfilade::file::{FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
 use enfilade::generate::{Kind, generate};
 use enfilade::pvs::{Guarantee, PvsStats};
@@ -101,6 +101,7 @@ fn file(scene: &Scene) -> PvsFile {
             // Counter-clockwise seen from the second room: (b - a) x (c - a) is along +x.
             winding: vec![at(4.0, 0.0, 1.0), at(4.0, 2.0, 1.0), at(4.0, 2.0, 2.0), at(4.0, 0.0, 2.0)],
             kind: PortalKind::Opening,
+            state: PortalState::default(),
             source: None,
         }],
         objects: objects.collect(),

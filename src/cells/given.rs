@@ -3,7 +3,7 @@
 //! Checked here is what the graph's types promise: ids, numbers, pieces with a volume, windings that are planar and convex and
 //! lie between their two cells. Whether the cells fit the model is for the validator that every strategy's graph goes through.
 
-use super::{Cell, CellGraph, Piece, Portal, PortalKind, Strategy, polyhedron};
+use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, polyhedron};
 use crate::CellId;
 use crate::geom::{Aabb, Plane, area, middle, newell};
 use crate::scene::Scene;
@@ -68,7 +68,16 @@ struct GivenPortal {
     cells: [u32; 2],
     winding: Vec<[f64; 3]>,
     kind: Option<PortalKind>,
+    state: Option<GivenState>,
     source: Option<String>,
+}
+
+/// What is left out is as the portal's kind has it.
+#[derive(Default, Deserialize)]
+struct GivenState {
+    shut: Option<bool>,
+    see_through: Option<bool>,
+    closable: Option<bool>,
 }
 
 /// Reads cells and portals in the model's own coordinates (metres, +Y up); the graph is relative to `scene`'s origin. Windings
@@ -192,13 +201,17 @@ impl Reader {
             winding.reverse();
             plane = plane.flipped();
         }
-        Ok(Portal {
-            cells: portal.cells.map(CellId),
-            plane,
-            winding,
-            kind: portal.kind.unwrap_or(PortalKind::Opening),
-            source: portal.source,
-        })
+        let kind = portal.kind.unwrap_or(PortalKind::Opening);
+        let (given, usual) = (portal.state.unwrap_or_default(), PortalState::of_kind(kind));
+        let state = PortalState {
+            shut: given.shut.unwrap_or(usual.shut),
+            see_through: given.see_through.unwrap_or(usual.see_through),
+            closable: given.closable.unwrap_or(usual.closable),
+        };
+        if state.shut && !state.closable {
+            return Err(GivenError::at(format!("{field}.state"), "shut, but not closable; say closable: true"));
+        }
+        Ok(Portal { cells: portal.cells.map(CellId), plane, winding, kind, state, source: portal.source })
     }
 
     /// The plane of a winding, which must be planar and convex.
@@ -249,7 +262,8 @@ mod tests {
     fn scene() -> Scene {
         let positions = vec![DVec3::new(-5., 0., -5.), DVec3::new(5., 0., -5.), DVec3::new(5., 3., 5.)];
         let bounds = Aabb::of(positions.iter().copied());
-        let object = Object { node: "floor".into(), role: Role::Structure, opaque: true, triangles: 0..1, bounds };
+        let object =
+            Object { node: "floor".into(), role: Role::Structure, opaque: true, glass: false, triangles: 0..1, bounds };
         Scene {
             name: "test".into(),
             source: Source::default(),
@@ -284,9 +298,16 @@ mod tests {
             let portal = &graph.portals[0];
             assert_eq!((portal.plane.n, portal.plane.d), (DVec3::X, 0.0));
             assert!(newell(&portal.winding).dot(DVec3::X) > 0.0);
-            assert_eq!(portal.kind, PortalKind::Door);
+            assert_eq!((portal.kind, portal.state), (PortalKind::Door, PortalState::of_kind(PortalKind::Door)));
             assert_eq!(graph.cells[0].portals.len() + graph.cells[1].portals.len(), 2);
         }
+    }
+
+    #[test]
+    fn states_are_taken_and_what_they_leave_out_is_the_kinds() {
+        let json = rooms(DOOR).replace(r#""kind": "door""#, r#""kind": "door", "state": {"shut": true}"#);
+        let state = read_cells(&json, &scene()).unwrap().portals[0].state;
+        assert_eq!(state, PortalState { shut: true, see_through: false, closable: true });
     }
 
     #[test]
@@ -318,6 +339,10 @@ mod tests {
             (rooms("[[1000, 0, 0], [1000, 1, 0], [1000, 2, 0]]"), "portals[0].winding: no area"),
             (rooms(&DOOR.replace("[1000, 2, 0.5]", "[1000.1, 2, 0.5]")), "off the plane"),
             (rooms("[[1000,0,0], [1000,2,0], [1000,0.5,0.5], [1000,0,2]]"), "not convex"),
+            (
+                rooms(DOOR).replace(r#""kind": "door""#, r#""state": {"shut": true}"#),
+                "portals[0].state: shut, but not closable",
+            ),
             (rooms(&DOOR.replace("1000", "1002")), "portals[0]: the winding's middle is not where cells 0 and 1 meet"),
             (
                 r#"{"cells": [{"id": 0, "pieces": [{"planes": [[0, 0, 0, 1]]}]}]}"#.to_owned(),

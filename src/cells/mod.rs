@@ -14,6 +14,7 @@ mod polyhedron;
 mod rooms;
 mod smooth;
 mod split;
+mod state;
 pub mod validate;
 mod voids;
 
@@ -21,6 +22,7 @@ pub use given::{GivenError, read_cells};
 pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};
+pub use state::PortalState;
 
 use crate::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};
@@ -93,6 +95,8 @@ pub struct Portal {
     pub winding: Vec<DVec3>,
     /// What it is.
     pub kind: PortalKind,
+    /// What stands in it.
+    pub state: PortalState,
     /// The author's id of the door or window, where there is one.
     pub source: Option<String>,
 }

@@ -7,6 +7,7 @@ use super::complex::faces::faces;
 use super::complex::facets::{Facets, Matter, facets};
 use super::complex::{Human, lift};
 use super::rooms::{Labels, label};
+use super::state::find_states;
 use super::{Cell, CellGraph, Portal, PortalKind, Strategy, authored};
 use crate::geom::{Aabb, middle};
 use crate::scene::{OpeningKind, Role, Scene};
@@ -82,6 +83,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         notes: notes(scene, &labels, &found, human),
     };
     name_openings(scene, &mut graph.portals, human);
+    find_states(scene, &mut graph.portals);
     graph.link();
     Ok(graph)
 }

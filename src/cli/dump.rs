@@ -213,7 +213,7 @@ impl Serialize for Document<'_> {
         };
         let portal = |i: usize, p: &FilePortal| {
             let winding: Vec<_> = p.winding.iter().map(|p| (p.as_dvec3() + origin).to_array()).collect();
-            json!({ "id": i, "cells": p.cells, "winding": winding, "kind": p.kind, "source": p.source })
+            json!({ "id": i, "cells": p.cells, "winding": winding, "kind": p.kind, "state": p.state, "source": p.source })
         };
         let object = |i: usize, o: &FileObject| json!({ "id": i, "node": o.node, "triangles": o.triangles });
         let sides = |cells, objects| Sides { cells, objects, only };

@@ -1,6 +1,7 @@
 //! `enfilade info`.
 
 use super::{CliError, Outcome, at};
+use enfilade::cells::{PortalKind, PortalState};
 use enfilade::file::{Container, PvsFile, SectionId, VERSION, entropy_bits_per_pair, load_bytes};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -51,6 +52,8 @@ fn facts(container: &Container<'_>, file: &PvsFile) -> Value {
         "cells": cells,
         "open_cells": file.cells.iter().filter(|c| c.open).count(),
         "portals": file.portals.len(),
+        "doors": states(file, PortalKind::Door),
+        "windows": states(file, PortalKind::Window),
         "objects": objects,
         "triangles": file.objects.iter().map(|o| u64::from(o.triangles)).sum::<u64>(),
         "pvs": pvs(container, file),
@@ -59,6 +62,19 @@ fn facts(container: &Container<'_>, file: &PvsFile) -> Value {
         "left_out": file.left_out,
         "notes": file.notes,
         "repairs": file.repairs.len(),
+    })
+}
+
+/// How many portals of a kind there are, and how they stand.
+fn states(file: &PvsFile, kind: PortalKind) -> Value {
+    let of = file.portals.iter().filter(|p| p.kind == kind).map(|p| p.state);
+    let count = |wanted: fn(&PortalState) -> bool| of.clone().filter(wanted).count();
+    json!({
+        "count": of.clone().count(),
+        "open": count(|s| !s.shut),
+        "shut": count(|s| s.shut),
+        "see_through": count(|s| s.see_through),
+        "closable": count(|s| s.closable),
     })
 }
 
@@ -121,6 +137,13 @@ fn prose(f: &Value) -> String {
         "",
         format!("openings narrower than {:.3} mm may be sealed", f["smallest_hole"].as_f64().unwrap_or_default() * 1e3),
     );
+    for kind in ["doors", "windows"] {
+        let s = &f[kind];
+        if s["count"] != 0 {
+            let how = format!("{}: {} open, {} shut, {} see-through", s["count"], s["open"], s["shut"], s["see_through"]);
+            line(kind, how);
+        }
+    }
     line("objects", format!("{} of {} triangles", f["objects"], f["triangles"]));
     for (name, key, all) in [("cell", "cell_", "cell_total_pairs"), ("object", "", "total_pairs")] {
         let [lower, upper, undecided] = ["lower", "upper", "undecided"].map(|side| format!("{key}{side}_pairs"));

@@ -1,6 +1,6 @@
 //! What enums are in the file: a byte each. Codes are never used again for something else; a new variant takes the next one.
 
-use crate::cells::{PortalKind, Strategy};
+use crate::cells::{PortalKind, PortalState, Strategy};
 use crate::pvs::Guarantee;
 
 /// By code.
@@ -33,6 +33,18 @@ pub(super) fn portal_kind_code(kind: PortalKind) -> u8 {
     }
 }
 
+/// A bit each.
+pub(super) fn state_code(state: PortalState) -> u8 {
+    u8::from(state.shut) | u8::from(state.see_through) << 1 | u8::from(state.closable) << 2
+}
+
+/// `None` where an unknown bit is set, or where what can't be shut is.
+pub(super) fn state_of_code(code: u8) -> Option<PortalState> {
+    let bit = |k: u8| code >> k & 1 == 1;
+    let state = PortalState { shut: bit(0), see_through: bit(1), closable: bit(2) };
+    (code < 8 && (state.closable || !state.shut)).then_some(state)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,6 +53,8 @@ mod tests {
     fn codes_are_positions() {
         assert!(GUARANTEES.iter().enumerate().all(|(i, &g)| guarantee_code(g) as usize == i));
         assert!(STRATEGIES.iter().enumerate().all(|(i, &s)| strategy_code(s) as usize == i));
+        let states: Vec<_> = (0..=255).filter_map(state_of_code).map(state_code).collect();
+        assert_eq!(states, [0, 2, 4, 5, 6, 7], "neither 1 and 3, shut without a leaf, nor what is beyond 7");
         assert!(PORTAL_KINDS.iter().enumerate().all(|(i, &k)| portal_kind_code(k) as usize == i));
     }
 }

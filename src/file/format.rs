@@ -58,11 +58,13 @@ pub enum SectionId {
     Repairs,
     /// The bake's counters.
     Stats,
+    /// What stands in each portal, where that isn't what its kind has.
+    PortalStates,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -76,6 +78,7 @@ impl SectionId {
         Self::Witnesses,
         Self::Repairs,
         Self::Stats,
+        Self::PortalStates,
     ];
 
     /// The number in the file.
@@ -115,6 +118,7 @@ impl fmt::Display for SectionId {
             Self::Witnesses => "witnesses",
             Self::Repairs => "repairs",
             Self::Stats => "stats",
+            Self::PortalStates => "portal-states",
         })
     }
 }

@@ -132,6 +132,7 @@ fn portal(portal: &Portal) -> FilePortal {
         plane: plane(&portal.plane),
         winding: portal.winding.iter().map(|p| p.as_vec3()).collect(),
         kind: portal.kind,
+        state: portal.state,
         source: portal.source.clone(),
     }
 }

@@ -20,7 +20,7 @@ pub use rows::{RowReader, encode_rows, entropy_bits_per_pair};
 pub use save::{load_bytes, replace_file};
 
 use crate::bits::ones;
-use crate::cells::{PortalKind, Strategy};
+use crate::cells::{PortalKind, PortalState, Strategy};
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
 use crate::scene::ImportOptions;
 use crate::{BitMatrix, CellId, ObjectId};
@@ -111,6 +111,8 @@ pub struct FilePortal {
     pub winding: Vec<Vec3>,
     /// What it is.
     pub kind: PortalKind,
+    /// What stands in it, as the model was.
+    pub state: PortalState,
     /// The author's id.
     pub source: Option<String>,
 }

@@ -1,12 +1,12 @@
 //! Sections to fields. Every number is checked against the rule that the field's documentation states.
 
 use super::bytes::{Budget, Cursor};
-use super::codes::{PORTAL_KINDS, STRATEGIES};
+use super::codes::{PORTAL_KINDS, STRATEGIES, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
 use super::rows::RowReader;
 use super::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
-use crate::cells::Strategy;
+use crate::cells::{PortalState, Strategy};
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
@@ -49,6 +49,7 @@ impl PvsFile {
             None if cells == 0 || objects == 0 => BitMatrix::new(cells, objects),
             None => return Err(FileError::Missing { section: SectionId::Placement }),
         };
+        reader.states(&mut file.portals, budget)?;
         file.bounds = reader.bounds(cells, objects, budget)?;
         check_pairs(&file)?;
         Ok(file)
@@ -210,6 +211,26 @@ impl SectionReader<'_, '_> {
         Ok(stats.unwrap_or_default())
     }
 
+    /// A byte a portal; left out where each is as its kind has it.
+    fn states(&self, portals: &mut [FilePortal], budget: &mut Budget) -> Result<(), FileError> {
+        let states = self.section(SectionId::PortalStates, budget, |c, _| {
+            for portal in portals.iter_mut() {
+                let code = c.u8()?;
+                portal.state = state_of_code(code).ok_or_else(|| c.error(format!("portal state {code}")))?;
+            }
+            Ok(())
+        })?;
+        let usual = |p: &FilePortal| p.state == PortalState::of_kind(p.kind);
+        match states {
+            // The same content gives the same bytes.
+            Some(()) if portals.iter().all(usual) => {
+                let what = "every portal's state is its kind's: leave the section out".into();
+                Err(FileError::Malformed { section: SectionId::PortalStates, offset: 0, what })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// All three sections or none.
     fn bounds(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<Bounds>, FileError> {
         let mut sides = |id, columns| -> Result<Option<[BitMatrix; 2]>, FileError> {
@@ -289,7 +310,7 @@ fn portal(c: &mut Cursor<'_>, budget: &mut Budget, cells: usize) -> Result<FileP
     if winding.len() < 3 {
         return Err(c.error(format!("a winding of {} corners", winding.len())));
     }
-    Ok(FilePortal { cells: from_to, plane, winding, kind, source })
+    Ok(FilePortal { cells: from_to, plane, winding, kind, state: PortalState::of_kind(kind), source })
 }
 
 fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {

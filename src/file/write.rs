@@ -1,11 +1,12 @@
 //! Fields to sections.
 
 use super::bytes::Put;
-use super::codes::{portal_kind_code, strategy_code};
+use super::codes::{portal_kind_code, state_code, strategy_code};
 use super::format::{SectionId, assemble};
 use super::rows::encode_rows;
 use super::{Bounds, PvsFile};
 use crate::BitMatrix;
+use crate::cells::PortalState;
 use crate::pvs::PvsStats;
 
 impl PvsFile {
@@ -36,6 +37,8 @@ impl PvsFile {
         }
         add(SectionId::Repairs, !self.repairs.is_empty(), &|| self.repair_list());
         add(SectionId::Stats, self.stats != Default::default(), &|| self.counters());
+        let usual = self.portals.iter().all(|p| p.state == PortalState::of_kind(p.kind));
+        add(SectionId::PortalStates, !usual, &|| self.portals.iter().map(|p| state_code(p.state)).collect());
         assemble(self.model_hash, self.guarantee, &sections)
     }
 

@@ -138,7 +138,7 @@ pub(super) fn edges(winding: &[DVec3], n: DVec3) -> Vec<Plane> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{Cell, Portal, PortalKind, Strategy};
+    use crate::cells::{Cell, Portal, PortalKind, PortalState, Strategy};
 
     /// Cells in a row along x, with a 2 m square portal at each whole metre; `twice`: each portal as two halves.
     fn row(cells: u32, twice: bool) -> CellGraph {
@@ -151,7 +151,8 @@ mod tests {
             let parts = if twice { vec![half(x, -1.0, 0.0), half(x, 0.0, 1.0)] } else { vec![half(x, -1.0, 1.0)] };
             for winding in parts {
                 let (cells, plane) = ([CellId(i - 1), CellId(i)], Plane { n: DVec3::X, d: x });
-                portals.push(Portal { cells, plane, winding, kind: PortalKind::Opening, source: None });
+                let state = PortalState::default();
+                portals.push(Portal { cells, plane, winding, kind: PortalKind::Opening, state, source: None });
             }
         }
         let (reason, notes, cells) = (String::new(), Vec::new(), vec![Cell::default(); cells as usize]);

@@ -8,7 +8,7 @@
 use super::Repair;
 use super::lines::{PortalTree, Span, Start};
 use super::witness::Lower;
-use crate::cells::{CellGraph, Locator, Piece, Portal, PortalKind, Stretch};
+use crate::cells::{CellGraph, Locator, Piece, Portal, PortalKind, PortalState, Stretch};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::Scene;
 use crate::{CellId, PortalId};
@@ -152,7 +152,7 @@ fn passage(graph: &CellGraph, hole: &Hole, within: Aabb, clearance: f64) -> Port
         winding = square(hole.at, plane.n, 4.0 * clearance);
     }
     let cells = [hole.from.cell, hole.to.cell];
-    Portal { cells, plane, winding, kind: PortalKind::Opening, source: None }
+    Portal { cells, plane, winding, kind: PortalKind::Opening, state: PortalState::default(), source: None }
 }
 
 /// The facet of a piece in its plane number `plane`, as far as it is in `within`: counter-clockwise seen from outside, empty

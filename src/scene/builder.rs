@@ -30,7 +30,8 @@ pub struct Mesh {
 #[derive(Debug)]
 pub struct SceneBuilder {
     options: ImportOptions,
-    meshes: Vec<Mesh>,
+    /// Meshes, and whether each is of glass.
+    meshes: Vec<(Mesh, bool)>,
     count: usize,
     degenerate: usize,
     /// In the model's own coordinates; moved to the origin by [`SceneBuilder::finish`].
@@ -55,7 +56,17 @@ impl SceneBuilder {
 
     /// Adds a mesh. Fails on indices out of range, numbers that aren't finite (or beyond 1e12 m), and more triangles than the
     /// options allow. Triangles without area, up to the rounding of their own coordinates, are dropped and counted.
-    pub fn add(&mut self, mut mesh: Mesh) -> Result<(), ImportError> {
+    pub fn add(&mut self, mesh: Mesh) -> Result<(), ImportError> {
+        let glass = !mesh.opaque && !matches!(mesh.role, Role::Door | Role::Window);
+        self.push(mesh, glass)
+    }
+
+    /// As [`SceneBuilder::add`], for a mesh whose material lets light through: of doors and windows, [`Mesh::opaque`] doesn't say.
+    pub fn add_glass(&mut self, mesh: Mesh) -> Result<(), ImportError> {
+        self.push(mesh, true)
+    }
+
+    fn push(&mut self, mut mesh: Mesh, glass: bool) -> Result<(), ImportError> {
         self.count(mesh.triangles.len())?;
         // A NaN fails the comparison too.
         if !mesh.positions.iter().all(|p| p.abs().cmple(DVec3::splat(FARTHEST)).all()) {
@@ -70,7 +81,7 @@ impl SceneBuilder {
         mesh.triangles.retain(|t| has_area(t.map(|i| positions[i as usize])));
         self.degenerate += before - mesh.triangles.len();
         if !mesh.triangles.is_empty() {
-            self.meshes.push(mesh);
+            self.meshes.push((mesh, glass));
         }
         Ok(())
     }
@@ -78,13 +89,13 @@ impl SceneBuilder {
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
         let used = |m: &Mesh| Aabb::of(m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
-        let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, m| b.union(used(m)));
+        let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, (m, _)| b.union(used(m)));
         if bounds.is_empty() {
             return Err(ImportError::Empty);
         }
         let origin = bounds.centre().round();
         let (mut positions, mut triangles, mut objects) = (Vec::new(), Vec::new(), Vec::new());
-        for mesh in self.meshes {
+        for (mesh, glass) in self.meshes {
             for part in clusters(&mesh, self.options.object_triangles) {
                 let mut welded = HashMap::with_capacity(part.len());
                 let start = triangles.len() as u32;
@@ -101,7 +112,8 @@ impl SceneBuilder {
                     }));
                 }
                 let triangles = start..triangles.len() as u32;
-                objects.push(Object { node: mesh.node.clone(), role: mesh.role, opaque: mesh.opaque, triangles, bounds });
+                let (node, role, opaque) = (mesh.node.clone(), mesh.role, mesh.opaque);
+                objects.push(Object { node, role, opaque, glass, triangles, bounds });
             }
         }
         if self.degenerate > 0 {

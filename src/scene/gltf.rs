@@ -187,13 +187,15 @@ impl Importer<'_> {
             let turned = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
             let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
-            self.builder.add(Mesh {
+            let glass = material.is_some_and(|m| !m.is_opaque());
+            let mesh = Mesh {
                 node: if parts.len() > 1 { format!("{name}/{i}") } else { name.to_owned() },
                 role: visit.role,
-                opaque: !opens && material.is_none_or(|m| m.is_opaque()),
+                opaque: !opens && !glass,
                 positions,
                 triangles: part.triangles.iter().map(turned).collect(),
-            })?;
+            };
+            if glass { self.builder.add_glass(mesh)? } else { self.builder.add(mesh)? }
         }
         Ok(())
     }

@@ -52,6 +52,8 @@ pub struct Object {
     pub role: Role,
     /// Whether it hides what is behind it. Glass, and door leaves (which may open), don't.
     pub opaque: bool,
+    /// Whether it is of a material that lets light through. Doors and windows are never opaque; this tells glass from wood.
+    pub glass: bool,
     /// Its triangles, as a range of [`Scene::triangles`]; never empty.
     pub triangles: Range<u32>,
     /// Box around its triangles, relative to the scene's origin, metres.

@@ -1,7 +1,7 @@
 //! Buildings made of boxes, by hand: scenes and `.pvs` files with known answers.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, Strategy};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::geom::{Aabb, Plane};
 use enfilade::pvs::{Guarantee, Pvs, PvsStats};
@@ -77,7 +77,8 @@ impl Building {
             corner(&min, &max),
         ];
         let plane = Plane { n: DVec3::AXES[axis], d: min[axis] };
-        self.portals.push(Portal { cells: [low, high], plane, winding, kind, source: None });
+        let state = PortalState::of_kind(kind);
+        self.portals.push(Portal { cells: [low, high], plane, winding, kind, state, source: None });
     }
 
     pub fn mesh(&mut self, node: &str, role: Role, opaque: bool, triangles: Vec<[DVec3; 3]>) -> ObjectId {

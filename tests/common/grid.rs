@@ -3,7 +3,7 @@
 //! Walls have no thickness, so a line is in one room or in the next, and crosses a wall inside its door or stops there. Joined
 //! rooms have no wall between them: their cell is an L, a U, a ring.
 
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, Strategy};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
@@ -251,7 +251,8 @@ pub fn rectangle(cells: [CellId; 2], axis: usize, b: &Aabb) -> Portal {
     let winding =
         vec![corner(b.min[u], b.min[v]), corner(b.max[u], b.min[v]), corner(b.max[u], b.max[v]), corner(b.min[u], b.max[v])];
     let plane = Plane::through(b.min, DVec3::AXES[axis]);
-    Portal { cells, plane, winding, kind: PortalKind::Door, source: None }
+    let kind = PortalKind::Door;
+    Portal { cells, plane, winding, kind, state: PortalState::of_kind(kind), source: None }
 }
 
 pub fn graph(cells: Vec<Cell>, portals: Vec<Portal>) -> CellGraph {

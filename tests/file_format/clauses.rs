@@ -1,6 +1,7 @@
 //! A reject test for each clause of the format, but for those of matrices.
 
 use crate::forge::{Forged, Part, REQUIRED, ZSTD, sample, sign, u32s};
+use enfilade::cells::{PortalKind, PortalState};
 use enfilade::file::{FileError, PvsFile, encode_rows};
 use enfilade::{BitMatrix, CellId};
 
@@ -18,6 +19,7 @@ mod number {
     pub const WITNESSES: u32 = 11;
     pub const REPAIRS: u32 = 12;
     pub const STATS: u32 = 13;
+    pub const PORTAL_STATES: u32 = 14;
 }
 use number::*;
 
@@ -80,13 +82,13 @@ fn header_clauses() {
     );
     refused(&patched(30, &[whole[30] ^ 1], false), "header, byte 48: damaged (the checksum differs)");
     let last = whole.len() - 1;
-    refused(&patched(last, &[whole[last] ^ 1], false), "section stats, ");
+    refused(&patched(last, &[whole[last] ^ 1], false), "section portal-states, ");
 }
 
 #[test]
 fn section_table_clauses() {
     refused_after("section 1 out of order; numbers ascend from 1", |f| f.parts.swap(0, 1));
-    refused_after("section 13 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
+    refused_after("section 14 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
     refused_after("section 0 out of order", |f| f.parts[0].number = 0);
     refused_after("section 1 has flags 0x5", |f| f.parts[0].flags = REQUIRED | 4);
     refused_after("section 99 is required and unknown to this program", |f| {
@@ -117,6 +119,30 @@ fn sections_that_a_reader_may_not_know_are_passed_over() {
     let mut damaged = bytes.clone();
     *damaged.last_mut().unwrap() ^= 1;
     refused(&damaged, "section 100, 1 bytes from byte");
+}
+
+#[test]
+fn portal_state_clauses() {
+    let sample = sample();
+    let n = sample.portals.len();
+    assert!(n > 1 && sample.portals.iter().any(|p| p.state != PortalState::of_kind(p.kind)));
+    refused_with(PORTAL_STATES, 1, &[1], "section portal-states, byte 1: portal state 1");
+    refused_with(PORTAL_STATES, 0, &[8], "section portal-states, byte 0: portal state 8");
+    refused_as(PORTAL_STATES, &[&vec![0; n + 1]], "1 bytes too many");
+    refused_as(PORTAL_STATES, &[&vec![0; n - 1]], "1 bytes expected, 0 left");
+    // A file without the section, as those before it were: every state is its kind's, and only that may be left out.
+    let mut f = forged();
+    f.remove(PORTAL_STATES);
+    let usual = PvsFile::read(&f.bytes()).unwrap();
+    assert!(usual.portals.iter().all(|p| p.state == PortalState::of_kind(p.kind)));
+    assert_eq!(usual.write(), f.bytes());
+    let code = |kind| match kind {
+        PortalKind::Door => 4,
+        PortalKind::Window => 7,
+        PortalKind::Opening => 0,
+    };
+    let codes: Vec<u8> = sample.portals.iter().map(|p| code(p.kind)).collect();
+    refused_as(PORTAL_STATES, &[&codes], "every portal's state is its kind's: leave the section out");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! From a bake to a file, on disk, and on the command line.
 
 use crate::forge::sample;
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, Strategy, read_cells};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, read_cells};
 use enfilade::file::{Container, FileError, Import, PvsFile, entropy_bits_per_pair, replace_file};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, Witness};
@@ -42,6 +42,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
             plane: Plane { n: DVec3::X, d: 0.0 },
             winding,
             kind: PortalKind::Door,
+            state: PortalState { shut: true, ..PortalState::of_kind(PortalKind::Door) },
             source: Some("door 1".into()),
         }],
         smallest_hole: 0.001,

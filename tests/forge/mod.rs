@@ -3,7 +3,7 @@
 
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use enfilade::cells::{PortalKind, Strategy};
+use enfilade::cells::{PortalKind, PortalState, Strategy};
 use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
 use enfilade::pvs::{Guarantee, PvsStats, Repair, Witness};
 use enfilade::{BitMatrix, CellId, ObjectId};
@@ -162,6 +162,12 @@ impl Random {
         (self.below(2) == 1).then(|| self.text())
     }
 
+    /// A state that a file may hold: nothing is shut that isn't closable.
+    fn state(&mut self) -> PortalState {
+        let closable = self.below(2) == 1;
+        PortalState { shut: closable && self.below(2) == 1, see_through: self.below(2) == 1, closable }
+    }
+
     fn plane(&mut self) -> glam::Vec4 {
         let n = (self.point() + DVec3::splat(0.5)).normalize_or(DVec3::Y);
         n.as_vec3().extend(self.unit() as f32 * 30.0)
@@ -259,6 +265,7 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
                     plane: r.plane(),
                     winding: (0..3 + r.below(4)).map(|_| r.point().as_vec3()).collect(),
                     kind: kinds[r.below(3)],
+                    state: r.state(),
                     source: r.source(),
                 }
             })

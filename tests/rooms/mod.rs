@@ -1,6 +1,6 @@
 //! Hand-made rooms: a grid of boxes with doors between neighbours, each with a wall of finite thickness, and its cell graph.
 
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, Strategy};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::{CellId, geom};
@@ -69,7 +69,14 @@ pub fn portal(cells: [u32; 2], axis: usize, min: [f64; 3], max: [f64; 3], origin
         })
         .collect();
     let plane = Plane::through(winding[0], geom::newell(&winding).normalize());
-    Portal { cells: cells.map(CellId), plane, winding, kind: PortalKind::Opening, source: None }
+    Portal {
+        cells: cells.map(CellId),
+        plane,
+        winding,
+        kind: PortalKind::Opening,
+        state: PortalState::default(),
+        source: None,
+    }
 }
 
 /// A graph of cells that are boxes.

@@ -10,7 +10,7 @@ use super::faces::{Face, Surface};
 use super::facets::Facets;
 use super::lift;
 use crate::CellId;
-use crate::cells::{Piece, Portal, PortalKind};
+use crate::cells::{Piece, Portal, PortalKind, PortalState};
 use crate::geom::{Aabb, Plane};
 use glam::{DVec2, DVec3};
 use i_overlay::core::fill_rule::FillRule;
@@ -112,7 +112,15 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
                     winding.reverse();
                 }
                 let cells = [CellId(*low), CellId(*high)];
-                (n.length() > 0.0).then_some(Portal { cells, plane, winding, kind: PortalKind::Opening, source: None })
+                let kind = PortalKind::Opening;
+                (n.length() > 0.0).then_some(Portal {
+                    cells,
+                    plane,
+                    winding,
+                    kind,
+                    state: PortalState::of_kind(kind),
+                    source: None,
+                })
             })
             .collect::<Vec<_>>()
     };

@@ -205,7 +205,7 @@ pub(crate) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)
 mod tests {
     use super::*;
     use crate::CellId;
-    use crate::cells::{Cell, CellGraph, Portal, PortalKind, Strategy};
+    use crate::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy};
     use crate::geom::Plane;
     use glam::DVec3;
 
@@ -216,6 +216,7 @@ mod tests {
             plane: Plane { n: DVec3::X, d: k as f64 },
             winding: [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(|(y, h)| DVec3::new(k as f64, y, z + h)).to_vec(),
             kind: PortalKind::Door,
+            state: PortalState::of_kind(PortalKind::Door),
             source: None,
         };
         let mut graph = CellGraph {

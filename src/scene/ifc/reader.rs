@@ -107,16 +107,17 @@ fn add_meshes(
             *empty.entry(product.kind.as_str().to_owned()).or_default() += 1;
             continue;
         }
-        let mut add = |shape: &Shape, role: Role, opaque: bool| {
+        let mut add = |shape: &Shape, role: Role, opaque: bool, glass: bool| {
             if shape.triangles.is_empty() {
                 return Ok(());
             }
             let (positions, triangles) = (shape.positions.clone(), shape.triangles.clone());
-            builder.add(Mesh { node: node.clone(), role, opaque, positions, triangles })
+            let mesh = Mesh { node: node.clone(), role, opaque, positions, triangles };
+            if glass { builder.add_glass(mesh) } else { builder.add(mesh) }
         };
         // Leaves may open and panes let light through: neither hides anything.
-        add(&built.solid, role, !matches!(role, Role::Door | Role::Window))?;
-        add(&built.clear, if holds_panes(&product.kind) { Role::Window } else { role }, false)?;
+        add(&built.solid, role, !matches!(role, Role::Door | Role::Window), false)?;
+        add(&built.clear, if holds_panes(&product.kind) { Role::Window } else { role }, false, true)?;
         added += 1;
     }
     if !empty.is_empty() {
