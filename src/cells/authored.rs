@@ -47,7 +47,7 @@ mod tests {
         let c = |i: usize| DVec3::new((i & 1) as f64 * 4.0, (i >> 1 & 1) as f64 * 3.0, (i >> 2 & 1) as f64 * 5.0);
         let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
         let surface = quads.iter().flat_map(|q| [[c(q[0]), c(q[1]), c(q[2])], [c(q[0]), c(q[2]), c(q[3])]]).collect();
-        let room = RoomHint { id: "r".into(), name: "r".into(), storey: None, surface, outside: false };
+        let room = RoomHint { id: "r".into(), name: "r".into(), storey: None, surface, outside: false, drawn: true };
         let hints = Hints { rooms: vec![room], ..Hints::default() };
         let points = [(2.0, 1.5, 2.5), (5.0, 1.5, 2.5), (2.0, 4.0, 2.5), (2.0, -1.0, 2.5), (2.0, 1.5, 2.0)];
         let found = rooms_of(&points.map(|(x, y, z)| DVec3::new(x, y, z)), &hints);

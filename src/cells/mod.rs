@@ -3,9 +3,12 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`](mod@validate).
 
+mod audit;
 mod authored;
 mod complex;
+mod convex;
 mod given;
+mod indoorgml;
 pub(crate) mod locate;
 mod place;
 mod polyhedron;
@@ -14,7 +17,9 @@ mod smooth;
 mod split;
 pub mod validate;
 
+pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
 pub use given::{GivenError, read_cells};
+pub use indoorgml::read_indoorgml;
 pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};

@@ -38,6 +38,7 @@ mod primitive;
 
 use super::builder::short_name;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+pub(super) use authored::convex_hull;
 use authored::{Authored, Extras, Named, RoomName};
 use data::{Buffers, broken, entry};
 use document::{Document, Instancing, Node};

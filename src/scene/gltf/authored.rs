@@ -195,7 +195,8 @@ impl Authored {
             };
             place.push(Some(hints.rooms.len()));
             let (id, name) = (room.id.clone(), room.name.clone());
-            hints.rooms.push(RoomHint { id, name, storey: None, surface, outside: room.outside });
+            let (drawn, outside) = (!room.bound.is_empty(), room.outside);
+            hints.rooms.push(RoomHint { id, name, storey: None, surface, outside, drawn });
         }
         for portal in &self.portals {
             let mut rooms = [portal.inside, None].map(|r| r.and_then(|r| place[r]));
@@ -235,7 +236,7 @@ fn winding(triangles: &[[DVec3; 3]]) -> Option<(Vec<DVec3>, f64)> {
 
 /// The convex hull, counter-clockwise, without corners in the middle of a side (Andrew, *Another efficient algorithm for convex
 /// hulls in two dimensions*, 1979).
-fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+pub(in crate::scene) fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
     // Rotation leaves corners on a side a rounding error off it, so on either side of it.
