@@ -9,9 +9,11 @@ mod solid;
 mod walls;
 
 use super::complex::Human;
+use super::convex::Convex;
 use super::{CellGraph, Locator};
 use crate::scene::rays::RayScene;
 use crate::scene::{Hints, OpeningKind, RoomHint, Scene};
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use solid::Solid;
@@ -41,6 +43,8 @@ pub enum FindingKind {
     DoorElsewhere,
     /// The wall is closed behind a door or window.
     DoorWalledUp,
+    /// A room lies under the open sky, and its author doesn't say so.
+    OpenAir,
     /// Free space indoors that no room claims.
     Unclaimed,
 }
@@ -66,6 +70,8 @@ pub struct Audit {
     /// Those without a fault that keeps them from naming space: they are closed, have a volume, lie in free space, and no other
     /// room holds most of them.
     pub sound_rooms: usize,
+    /// Of the free space indoors, the share in cells that a room gave its name to; 1 before there is a graph.
+    pub claimed: f64,
 }
 
 impl Audit {
@@ -76,7 +82,7 @@ impl Audit {
 
     fn of(rooms: usize, mut found: Vec<Finding>, unsound: &[bool]) -> Self {
         found.sort_by_key(|f| f.kind);
-        Self { findings: found, rooms, sound_rooms: unsound.iter().filter(|u| !**u).count() }
+        Self { findings: found, rooms, sound_rooms: unsound.iter().filter(|u| !**u).count(), claimed: 1.0 }
     }
 }
 
@@ -122,8 +128,12 @@ pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     let locator = Locator::new(graph);
     findings.extend(doors::findings(hints, graph, &locator, &room_of, metre));
     findings.extend(walls::findings(&RayScene::new(scene), metre));
-    findings.extend(unclaimed(graph, &room_of, metre));
-    Audit::of(hints.rooms.len(), findings, &unsound)
+    let open_air = super::authored::open_air(scene);
+    let outdoors = hints.rooms.iter().zip(open_air).filter(|(room, open)| *open && !room.outside);
+    findings.extend(outdoors.map(|(room, _)| one(FindingKind::OpenAir, room, "lies under the open sky")));
+    let (found, claimed) = unclaimed(graph, &room_of, scene.origin, metre);
+    findings.extend(found);
+    Audit { claimed, ..Audit::of(hints.rooms.len(), findings, &unsound) }
 }
 
 fn one(kind: FindingKind, room: &RoomHint, what: &str) -> Finding {
@@ -196,20 +206,23 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
     (findings, unsound)
 }
 
-/// Closed cells that no room gave its name to.
-fn unclaimed(graph: &CellGraph, room_of: &[Option<usize>], metre: f64) -> Vec<Finding> {
+/// Closed cells that no room gave its name to, and the share of the free space indoors that isn't in one of them.
+fn unclaimed(graph: &CellGraph, room_of: &[Option<usize>], origin: DVec3, metre: f64) -> (Vec<Finding>, f64) {
     let mut findings = Vec::new();
-    for (i, cell) in graph.cells.iter().enumerate() {
-        if cell.open || room_of[i].is_some() {
-            continue;
-        }
-        let pieces = cell.pieces.iter().filter_map(|p| super::convex::Convex::inside(p.bounds, &p.planes, 0.0));
-        let parts: Vec<(f64, glam::DVec3)> = pieces.map(|p| (p.volume(), p.centre())).collect();
+    let [mut whole, mut claimed] = [0.0; 2];
+    for (cell, room) in graph.cells.iter().zip(room_of).filter(|(cell, _)| !cell.open) {
+        let pieces = cell.pieces.iter().filter_map(|p| Convex::inside(p.bounds, &p.planes, 0.0));
+        let parts: Vec<(f64, DVec3)> = pieces.map(|p| (p.volume(), p.centre())).collect();
         let volume: f64 = parts.iter().map(|p| p.0).sum();
         let Some(largest) = parts.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }) else { continue };
+        if room.is_some() {
+            (whole, claimed) = (whole + volume, claimed + volume);
+            continue;
+        }
         if volume < LEAST_UNCLAIMED * metre.powi(3) {
             continue;
         }
+        whole += volume;
         let doors = cell.portals.iter().filter_map(|p| graph.portals[p.portal().index()].source.clone());
         let mut ids: Vec<String> = doors.collect();
         ids.sort();
@@ -219,9 +232,9 @@ fn unclaimed(graph: &CellGraph, room_of: &[Option<usize>], metre: f64) -> Vec<Fi
             Some(first) => format!(", reached by {first}"),
             None => String::new(),
         };
-        let at = largest.1;
+        let at = largest.1 + origin;
         let text = format!("{} ({volume:.1} m3 around {:.1} {:.1} {:.1}) is no room{reached}", cell.name, at.x, at.y, at.z);
         findings.push(Finding { kind: FindingKind::Unclaimed, ids, text });
     }
-    findings
+    (findings, if whole > 0.0 { claimed / whole } else { 1.0 })
 }

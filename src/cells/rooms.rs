@@ -53,6 +53,9 @@ const LEAST_WIDTH: f64 = 0.6;
 const LEAST_VOLUME: f64 = 1.5;
 /// The same where the author named rooms: what has no name and is this small is a plenum, a shaft, the inside of a wall.
 const LEAST_UNNAMED_VOLUME: f64 = 25.0;
+/// An author's room takes in space that its author didn't draw (over a ceiling, in a bay) up to this share of what he drew, and
+/// [`LEAST_UNNAMED_VOLUME`] besides: through a wall of glass it would take in the outside.
+const GROWTH: f64 = 0.5;
 /// Most cells; beyond it the least volume grows until it fits.
 const MOST_CELLS: usize = 4_000;
 /// Most planes with portals, in all or a cell, whichever is more; likewise.
@@ -113,8 +116,10 @@ pub(super) fn label(
     let mut name: Vec<Option<i64>> = (0..n).map(name_of).collect();
     fill_up(faces, &free, &widths, human, &mut name);
     let fixed: Vec<bool> = name.iter().map(Option::is_some).collect();
+    let mut drawn: BTreeMap<i64, f64> = BTreeMap::new();
     for (p, label) in name.iter().enumerate() {
         if let Some(label) = *label {
+            *drawn.entry(label).or_default() += volumes[p];
             let first = *named.entry(label).or_insert(p as u32);
             regions.join(first, p as u32);
         }
@@ -141,6 +146,12 @@ pub(super) fn label(
         name[r] = name[a as usize].or(name[b as usize]);
     };
 
+    let outgrown = |volume: &[f64], name: &[Option<i64>], a: u32, b: u32| {
+        let (a, b) = (a as usize, b as usize);
+        let Some(room) = name[a].xor(name[b]).filter(|&room| room >= 0) else { return false };
+        volume[a] + volume[b] > (1.0 + GROWTH) * drawn[&room] + LEAST_UNNAMED_VOLUME * human.metre.powi(3)
+    };
+
     // 2. Gates, widest first.
     let usable = |f: &&Face| f.open_area > 0.0 && free[f.a as usize] && free[f.b as usize];
     let gates = gates(faces, plan, columns, facets, &clearance, seal);
@@ -154,7 +165,7 @@ pub(super) fn label(
         }
         let share = if gates[i].framed { WIDE_FRAMED_GATE } else { WIDE_GATE };
         let narrower = width[a as usize].min(width[b as usize]);
-        if gates[i].width >= share * narrower {
+        if gates[i].width >= share * narrower && !outgrown(&volume, &name, a, b) {
             unite(&mut regions, &mut width, &mut volume, &mut name, a, b);
         }
     }
@@ -179,6 +190,7 @@ pub(super) fn label(
         let share = |&(a, b): &(u32, u32), open: f64| open / boundary[a as usize].min(boundary[b as usize]);
         let mut wishes: Vec<(f64, (u32, u32))> = (contact.iter())
             .filter(|((a, b), _)| name[*a as usize].is_none() || name[*b as usize].is_none())
+            .filter(|((a, b), _)| !outgrown(&volume, &name, *a, *b))
             .map(|(pair, &open)| (share(pair, open), *pair))
             .filter(|&(share, (a, b))| {
                 let hall = volume[a as usize].min(volume[b as usize]) >= HALL * human.metre.powi(3);

@@ -122,6 +122,7 @@ fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
 }
 
 fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
+    let open_air = if labels.regions.iter().any(|r| r.room.is_some()) { authored::open_air(scene) } else { Vec::new() };
     let pieces = pieces(complex, &labels.of_piece, labels.regions.len());
     let regions = labels.regions.iter().zip(pieces).enumerate();
     regions
@@ -135,7 +136,7 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
                 _ if region.outside => "outside".to_owned(),
                 _ => format!("cell {i}"),
             };
-            let open = region.outside || hint.is_some_and(|h| h.outside);
+            let open = region.outside || region.room.is_some_and(|r| open_air[r as usize]);
             Cell { name, source: hint.map(|h| h.id.clone()), open, pieces, portals: Vec::new() }
         })
         .collect()

@@ -195,7 +195,7 @@ fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, 
         "file_bytes": bytes,
     });
     if let Some(audit) = &baked.audit {
-        report["authored"] = json!({ "rooms": audit.rooms, "sound_rooms": audit.sound_rooms });
+        report["authored"] = json!({ "rooms": audit.rooms, "sound_rooms": audit.sound_rooms, "claimed": audit.claimed });
         report["findings"] = json!(audit.findings);
     }
     report

@@ -55,6 +55,8 @@ pub(super) fn findings(
                 tell(FindingKind::DoorWithoutRooms, &rooms, format!("stands inside {}", name(sides[0])));
                 continue;
             }
+            // Space without a room is told once, with the doors that lead there.
+            _ if found == [None, None] && sides.iter().flatten().any(|c| !graph.cells[c.index()].open) => continue,
             _ if found == [None, None] => {
                 let text = format!("has no room on either side: {} and {}", name(sides[0]), name(sides[1]));
                 tell(FindingKind::DoorWithoutRooms, &[], text);
