@@ -18,9 +18,25 @@ const LINES: usize = 12;
 /// Less of a room than this is covered: open air.
 const COVERED: f64 = 0.5;
 
-/// For each point, the author's room that holds it, as an index into [`Hints::rooms`]; the smallest where several do. A doorway
-/// that no room holds goes to the room on its normal's side, else to the other: it must not go to a plenum over it.
-pub(super) fn rooms_of(points: &[DVec3], hints: &Hints) -> Vec<Option<u32>> {
+/// Which of the author's rooms pieces belong to, as indices into [`Hints::rooms`].
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Claims {
+    /// The room that holds the piece's middle; the smallest where several do.
+    pub rooms: Vec<Option<u32>>,
+    /// Of pieces that no room holds, the room that the doorway which holds it leads to, the one on its normal's side before the
+    /// other: a doorway must not go to a plenum over it.
+    pub doorways: Vec<Option<u32>>,
+}
+
+impl Claims {
+    /// No rooms, for so many pieces.
+    pub fn none(pieces: usize) -> Self {
+        Self { rooms: vec![None; pieces], doorways: vec![None; pieces] }
+    }
+}
+
+/// Whose pieces with these middles are.
+pub(super) fn claims(points: &[DVec3], hints: &Hints) -> Claims {
     let boxes: Vec<Aabb> = hints.rooms.iter().map(|r| Aabb::of(r.surface.iter().flatten().copied())).collect();
     let room = |p: DVec3| {
         let inside = |i: &usize| boxes[*i].contains(p) && holds(&hints.rooms[*i], p);
@@ -30,7 +46,10 @@ pub(super) fn rooms_of(points: &[DVec3], hints: &Hints) -> Vec<Option<u32>> {
     let passages = hints.openings.iter().filter(|o| matches!(o.kind, OpeningKind::Door | OpeningKind::Opening));
     let doorways: Vec<Doorway> = passages.filter_map(|o| Doorway::new(o, room)).collect();
     let in_doorway = |p: DVec3| doorways.iter().find(|d| d.holds(p)).map(|d| d.room);
-    points.par_iter().map(|&p| room(p).or_else(|| in_doorway(p))).collect()
+    let rooms: Vec<Option<u32>> = points.par_iter().map(|&p| room(p)).collect();
+    let rest = points.par_iter().zip(&rooms);
+    let doorways = rest.map(|(&p, room)| if room.is_some() { None } else { in_doorway(p) }).collect();
+    Claims { rooms, doorways }
 }
 
 /// The hole of a door in its wall, and whose it is.
@@ -117,7 +136,7 @@ mod tests {
         let room = RoomHint { id: "r".into(), name: "r".into(), storey: None, surface, outside: false, drawn: true };
         let hints = Hints { rooms: vec![room], ..Hints::default() };
         let points = [(2.0, 1.5, 2.5), (5.0, 1.5, 2.5), (2.0, 4.0, 2.5), (2.0, -1.0, 2.5), (2.0, 1.5, 2.0)];
-        let found = rooms_of(&points.map(|(x, y, z)| DVec3::new(x, y, z)), &hints);
-        assert_eq!(found, [Some(0), None, None, None, Some(0)]);
+        let found = claims(&points.map(|(x, y, z)| DVec3::new(x, y, z)), &hints);
+        assert_eq!(found.rooms, [Some(0), None, None, None, Some(0)]);
     }
 }

@@ -7,6 +7,7 @@ mod audit;
 mod authored;
 mod complex;
 mod convex;
+mod gates;
 mod given;
 mod indoorgml;
 pub(crate) mod locate;

@@ -7,15 +7,14 @@
 //!
 //! An author's rooms enter as labels that never merge with each other; the rest follows the same rule.
 
+use super::authored::Claims;
 use super::complex::Human;
 use super::complex::arrange::Plan;
 use super::complex::columns::{Columns, Cut};
-use super::complex::coverage::{Open, points};
 use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
+use super::gates::{Clearance, Runs, gates, widths};
 use super::smooth::smooth;
-use glam::DVec2;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What the author or the geometry calls a region.
@@ -41,6 +40,9 @@ pub(super) struct Labels {
 const WIDE_GATE: f64 = 0.8;
 /// The same where a wall or lintel lies on part of the gate's face: people build those where rooms end.
 const WIDE_FRAMED_GATE: f64 = 0.97;
+/// And this share of the lower region's height: a door of 2.1 m in a room of 2.4 m is 0.875, a beam of 0.2 m under a ceiling of
+/// 2.5 m leaves 0.92.
+const HIGH_GATE: f64 = 0.89;
 /// Two regions are one space where this share of the smaller one's whole boundary is open to the other: a room's door is 2 % of
 /// it, a wide window 6 %, half a hall 20 % and more.
 const OPEN_SHARE: f64 = 0.2;
@@ -54,24 +56,25 @@ const LEAST_VOLUME: f64 = 1.5;
 /// The same where the author named rooms: what has no name and is this small is a plenum, a shaft, the inside of a wall.
 const LEAST_UNNAMED_VOLUME: f64 = 25.0;
 /// An author's room takes in space that its author didn't draw (over a ceiling, in a bay) up to this share of what he drew, and
-/// [`LEAST_UNNAMED_VOLUME`] besides: through a wall of glass it would take in the outside.
+/// so many cubic metres besides: through a wall of glass it would take in the outside.
 const GROWTH: f64 = 0.5;
+const LEAST_GROWTH: f64 = 5.0;
 /// Most cells; beyond it the least volume grows until it fits.
 const MOST_CELLS: usize = 4_000;
 /// Most planes with portals, in all or a cell, whichever is more; likewise.
 const MOST_PORTALS: usize = 4_000;
 const MOST_PORTALS_A_CELL: usize = 4;
 
-struct Regions {
+pub(super) struct Regions {
     parent: Vec<u32>,
 }
 
 impl Regions {
-    fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }
     }
 
-    fn find(&mut self, mut i: u32) -> u32 {
+    pub(super) fn find(&mut self, mut i: u32) -> u32 {
         while self.parent[i as usize] != i {
             self.parent[i as usize] = self.parent[self.parent[i as usize] as usize];
             i = self.parent[i as usize];
@@ -80,7 +83,7 @@ impl Regions {
     }
 
     /// Joins two regions; the lower number stays.
-    fn join(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn join(&mut self, a: u32, b: u32) -> u32 {
         let (a, b) = (self.find(a), self.find(b));
         let (low, high) = (a.min(b), a.max(b));
         self.parent[high as usize] = low;
@@ -88,7 +91,49 @@ impl Regions {
     }
 }
 
-/// Labels every piece. `rooms[piece]` is the author's room that holds it; with `storeys_part`, levels always part cells.
+/// Regions, each with what it measures under the number of its first piece.
+struct Space {
+    regions: Regions,
+    /// How wide, metres.
+    width: Vec<f64>,
+    /// How high, metres.
+    height: Vec<f64>,
+    /// Cubic metres.
+    volume: Vec<f64>,
+    /// -1 for the outside, below it plenums, from 0 the author's rooms.
+    name: Vec<Option<i64>>,
+    /// How much each of the author's rooms may measure with what has no name, cubic metres.
+    most: BTreeMap<i64, f64>,
+}
+
+impl Space {
+    fn named(&self, region: u32) -> bool {
+        self.name[region as usize].is_some()
+    }
+
+    /// True where an author's room would take in more than it may.
+    fn outgrown(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (a as usize, b as usize);
+        let most = self.name[a].xor(self.name[b]).and_then(|room| self.most.get(&room));
+        most.is_some_and(|most| self.volume[a] + self.volume[b] > *most)
+    }
+
+    /// Region `r` gets what `other` measures.
+    fn take(&mut self, r: usize, other: usize) {
+        self.width[r] = self.width[r].max(self.width[other]);
+        self.height[r] = self.height[r].max(self.height[other]);
+        self.volume[r] += self.volume[other];
+        self.name[r] = self.name[r].or(self.name[other]);
+    }
+
+    /// Two regions become one.
+    fn unite(&mut self, a: u32, b: u32) {
+        let r = self.regions.join(a, b) as usize;
+        self.take(r, a as usize + b as usize - r);
+    }
+}
+
+/// Labels every piece. `claims` are the author's rooms; with `storeys_part`, levels always part cells.
 #[allow(clippy::too_many_arguments)]
 pub(super) fn label(
     plan: &Plan,
@@ -97,7 +142,7 @@ pub(super) fn label(
     facets: &Facets,
     human: Human,
     seal: f64,
-    rooms: &[Option<u32>],
+    claims: &Claims,
     storeys_part: bool,
 ) -> Labels {
     let n = columns.pieces();
@@ -105,68 +150,57 @@ pub(super) fn label(
     let volumes: Vec<f64> = (0..n as u32).map(|p| volume(plan, columns, p)).collect();
     let clearance = Clearance::new(faces, facets, human);
     let widths = widths(plan, columns, &clearance);
-    let free = free_space(n, faces, &rim, rooms, &widths, human);
+    let free = free_space(n, faces, &rim, &claims.rooms, &widths, human);
 
     // 1. What belongs together whatever the gates say: the rim, and each of the author's rooms.
     let mut regions = Regions::new(n);
     let mut named: BTreeMap<i64, u32> = BTreeMap::new();
     let name_of = |p: usize| {
-        if rim[p] { Some(-1) } else { rooms[p].map(i64::from) }
+        let doorway = || claims.doorways[p].filter(|_| free[p]);
+        if rim[p] { Some(-1) } else { claims.rooms[p].or_else(doorway).map(i64::from) }
     };
     let mut name: Vec<Option<i64>> = (0..n).map(name_of).collect();
     fill_up(faces, &free, &widths, human, &mut name);
     let fixed: Vec<bool> = name.iter().map(Option::is_some).collect();
-    let mut drawn: BTreeMap<i64, f64> = BTreeMap::new();
     for (p, label) in name.iter().enumerate() {
         if let Some(label) = *label {
-            *drawn.entry(label).or_default() += volumes[p];
             let first = *named.entry(label).or_insert(p as u32);
             regions.join(first, p as u32);
         }
     }
-    let mut width = widths;
-    let mut volume = volumes.clone();
+    let mut most: BTreeMap<i64, f64> = BTreeMap::new();
+    for (room, volume) in claims.rooms.iter().zip(&volumes) {
+        if let Some(room) = *room {
+            *most.entry(i64::from(room)).or_insert(LEAST_GROWTH * human.metre.powi(3)) += (1.0 + GROWTH) * volume;
+        }
+    }
+    let runs = Runs::new(columns, faces);
+    let mut space = Space { regions, width: widths, height: runs.heights.clone(), volume: volumes.clone(), name, most };
     for p in 0..n as u32 {
-        let r = regions.find(p);
-        if r != p {
-            width[r as usize] = width[r as usize].max(width[p as usize]);
-            volume[r as usize] += volume[p as usize];
-            name[r as usize] = name[r as usize].or(name[p as usize]);
+        let r = space.regions.find(p) as usize;
+        if r != p as usize {
+            space.take(r, p as usize);
         }
     }
     // The outside goes on beyond the rim.
-    for r in (0..n).filter(|&r| name[r] == Some(-1)) {
-        width[r] = f64::INFINITY;
+    for r in (0..n).filter(|&r| space.name[r] == Some(-1)) {
+        (space.width[r], space.height[r]) = (f64::INFINITY, f64::INFINITY);
     }
-    let unite = |regions: &mut Regions, width: &mut [f64], volume: &mut [f64], name: &mut [Option<i64>], a: u32, b: u32| {
-        let (a, b) = (regions.find(a), regions.find(b));
-        let r = regions.join(a, b) as usize;
-        width[r] = width[a as usize].max(width[b as usize]);
-        volume[r] = volume[a as usize] + volume[b as usize];
-        name[r] = name[a as usize].or(name[b as usize]);
-    };
-
-    let outgrown = |volume: &[f64], name: &[Option<i64>], a: u32, b: u32| {
-        let (a, b) = (a as usize, b as usize);
-        let Some(room) = name[a].xor(name[b]).filter(|&room| room >= 0) else { return false };
-        volume[a] + volume[b] > (1.0 + GROWTH) * drawn[&room] + LEAST_UNNAMED_VOLUME * human.metre.powi(3)
-    };
 
     // 2. Gates, widest first.
     let usable = |f: &&Face| f.open_area > 0.0 && free[f.a as usize] && free[f.b as usize];
-    let gates = gates(faces, plan, columns, facets, &clearance, seal);
+    let gates = gates(faces, plan, columns, facets, &clearance, &runs, seal);
     let mut order: Vec<usize> = (0..faces.len()).filter(|&i| usable(&&faces[i]) && gates[i].width > 0.0).collect();
     order.sort_by(|&i, &j| gates[j].width.total_cmp(&gates[i].width).then(i.cmp(&j)));
     for i in order {
-        let (a, b) = (regions.find(faces[i].a), regions.find(faces[i].b));
-        let (na, nb) = (name[a as usize], name[b as usize]);
-        if a == b || (na.is_some() && nb.is_some()) {
+        let (a, b) = (space.regions.find(faces[i].a), space.regions.find(faces[i].b));
+        if a == b || gates[i].leaf || (space.named(a) && space.named(b)) || space.outgrown(a, b) {
             continue;
         }
         let share = if gates[i].framed { WIDE_FRAMED_GATE } else { WIDE_GATE };
-        let narrower = width[a as usize].min(width[b as usize]);
-        if gates[i].width >= share * narrower && !outgrown(&volume, &name, a, b) {
-            unite(&mut regions, &mut width, &mut volume, &mut name, a, b);
+        let wide = gates[i].width >= share * space.width[a as usize].min(space.width[b as usize]);
+        if wide && gates[i].height >= HIGH_GATE * space.height[a as usize].min(space.height[b as usize]) {
+            space.unite(a, b);
         }
     }
 
@@ -176,24 +210,23 @@ pub(super) fn label(
     loop {
         let mut contact: BTreeMap<(u32, u32), f64> = BTreeMap::new();
         let mut boundary = vec![0.0f64; n];
-        for f in faces {
-            let (a, b) = (regions.find(f.a), regions.find(f.b));
+        for (f, gate) in faces.iter().zip(&gates) {
+            let (a, b) = (space.regions.find(f.a), space.regions.find(f.b));
             if a != b && trusted(f.a) && trusted(f.b) {
                 boundary[a as usize] += f.area;
                 boundary[b as usize] += f.area;
                 let parted = storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)));
-                if usable(&f) && !parted {
+                if usable(&f) && !parted && !gate.leaf {
                     *contact.entry((a.min(b), a.max(b))).or_default() += f.open_area;
                 }
             }
         }
         let share = |&(a, b): &(u32, u32), open: f64| open / boundary[a as usize].min(boundary[b as usize]);
         let mut wishes: Vec<(f64, (u32, u32))> = (contact.iter())
-            .filter(|((a, b), _)| name[*a as usize].is_none() || name[*b as usize].is_none())
-            .filter(|((a, b), _)| !outgrown(&volume, &name, *a, *b))
+            .filter(|((a, b), _)| (!space.named(*a) || !space.named(*b)) && !space.outgrown(*a, *b))
             .map(|(pair, &open)| (share(pair, open), *pair))
             .filter(|&(share, (a, b))| {
-                let hall = volume[a as usize].min(volume[b as usize]) >= HALL * human.metre.powi(3);
+                let hall = space.volume[a as usize].min(space.volume[b as usize]) >= HALL * human.metre.powi(3);
                 share >= if hall { OPEN_SHARE_OF_HALLS } else { OPEN_SHARE }
             })
             .collect();
@@ -202,7 +235,7 @@ pub(super) fn label(
         let mut joined = false;
         for (_, (a, b)) in wishes {
             if !touched[a as usize] && !touched[b as usize] {
-                unite(&mut regions, &mut width, &mut volume, &mut name, a, b);
+                space.unite(a, b);
                 (touched[a as usize], touched[b as usize], joined) = (true, true, true);
             }
         }
@@ -212,20 +245,20 @@ pub(super) fn label(
     }
 
     // 4. What is too small to be a room goes to the neighbour that it is most open to.
-    let whole: f64 = volume.iter().sum();
-    let authored = rooms.iter().any(Option::is_some);
+    let whole: f64 = space.volume.iter().sum();
+    let authored = claims.rooms.iter().any(Option::is_some);
     let mut least = if authored { LEAST_UNNAMED_VOLUME } else { LEAST_VOLUME } * human.metre.powi(3);
     loop {
         let mut best: BTreeMap<(u32, u32), f64> = BTreeMap::new();
         for f in faces.iter().filter(usable) {
-            let (a, b) = (regions.find(f.a), regions.find(f.b));
+            let (a, b) = (space.regions.find(f.a), space.regions.find(f.b));
             if a != b {
                 *best.entry((a, b)).or_default() += f.open_area;
                 *best.entry((b, a)).or_default() += f.open_area;
             }
         }
         let small = |r: u32| {
-            name[r as usize].is_none() && (volume[r as usize] < least || width[r as usize] < LEAST_WIDTH * human.metre)
+            !space.named(r) && (space.volume[r as usize] < least || space.width[r as usize] < LEAST_WIDTH * human.metre)
         };
         let mut wish: BTreeMap<u32, (u32, f64)> = BTreeMap::new();
         for (&(a, b), &open) in &best {
@@ -234,20 +267,20 @@ pub(super) fn label(
             }
         }
         let mut wishes: Vec<(u32, u32)> = wish.into_iter().map(|(a, (b, _))| (a, b)).collect();
-        wishes.sort_by(|x, y| volume[x.0 as usize].total_cmp(&volume[y.0 as usize]).then(x.0.cmp(&y.0)));
+        wishes.sort_by(|x, y| space.volume[x.0 as usize].total_cmp(&space.volume[y.0 as usize]).then(x.0.cmp(&y.0)));
         let mut joined = false;
         for (a, b) in wishes {
-            let (ra, rb) = (regions.find(a), regions.find(b));
+            let (ra, rb) = (space.regions.find(a), space.regions.find(b));
             // A region that grew this round is looked at again in the next.
             if ra == a && rb == b {
-                unite(&mut regions, &mut width, &mut volume, &mut name, a, b);
+                space.unite(a, b);
                 joined = true;
             }
         }
         if !joined {
-            let count = (0..n as u32).filter(|&p| free[p as usize] && regions.find(p) == p).count();
+            let count = (0..n as u32).filter(|&p| free[p as usize] && space.regions.find(p) == p).count();
             let planes: BTreeSet<(u32, u32, [u32; 3])> = (faces.iter().filter(usable))
-                .map(|f| (regions.find(f.a), regions.find(f.b), f.surface.key()))
+                .map(|f| (space.regions.find(f.a), space.regions.find(f.b), f.surface.key()))
                 .filter(|(a, b, _)| a != b)
                 .map(|(a, b, key)| (a.min(b), a.max(b), key))
                 .collect();
@@ -264,11 +297,11 @@ pub(super) fn label(
     let mut labels = Labels { of_piece: vec![None; n], regions: Vec::new() };
     for p in 0..n as u32 {
         if free[p as usize] {
-            let r = regions.find(p);
+            let r = space.regions.find(p);
             let next = labels.regions.len() as u32;
             let id = *number.entry(r).or_insert(next);
             if id == next {
-                let name = name[r as usize];
+                let name = space.name[r as usize];
                 labels.regions.push(Region { room: name.and_then(|x| u32::try_from(x).ok()), outside: name == Some(-1) });
             }
             labels.of_piece[p as usize] = Some(id);
@@ -340,105 +373,6 @@ fn volume(plan: &Plan, columns: &Columns, piece: u32) -> f64 {
     super::complex::coverage::area(&corners) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
 }
 
-/// How far it is to the nearest wall.
-struct Clearance {
-    walls: Vec<Standing>,
-    grid: HashMap<(i64, i64), Vec<u32>>,
-    cell: f64,
-}
-
-/// A closed face on a wall.
-struct Standing {
-    ends: (DVec2, DVec2),
-    heights: (f64, f64),
-}
-
-impl Clearance {
-    /// Walls farther than this many metres don't count.
-    const FAR: i64 = 8;
-
-    fn new(faces: &[Face], facets: &Facets, human: Human) -> Self {
-        let mut all = Self { walls: Vec::new(), grid: HashMap::new(), cell: human.metre };
-        for f in faces {
-            let Surface::Wall(w) = f.surface else {
-                continue;
-            };
-            if f.open_area > 0.5 * f.area {
-                continue;
-            }
-            let wall = &facets.walls[w as usize];
-            let (lo, hi) = extent(&f.polygon);
-            let ends = (wall.at(lo.x), wall.at(hi.x));
-            let steps = (ends.0.distance(ends.1) / (0.5 * all.cell)).ceil().max(1.0) as usize;
-            let mut cells: Vec<(i64, i64)> =
-                (0..=steps).map(|s| all.cell_of(ends.0.lerp(ends.1, s as f64 / steps as f64))).collect();
-            cells.dedup();
-            for c in cells {
-                all.grid.entry(c).or_default().push(all.walls.len() as u32);
-            }
-            all.walls.push(Standing { ends, heights: (lo.y, hi.y) });
-        }
-        all
-    }
-
-    fn cell_of(&self, q: DVec2) -> (i64, i64) {
-        let c = (q / self.cell).floor();
-        (c.x as i64, c.y as i64)
-    }
-
-    /// Metres from a point of the plan to the nearest wall that stands between two heights.
-    fn at(&self, q: DVec2, low: f64, high: f64) -> f64 {
-        let (cx, cy) = self.cell_of(q);
-        let mut best = Self::FAR as f64 * self.cell;
-        for ring in 0..=Self::FAR {
-            // A wall registered `ring` cells away is at least `ring - 1.5` cells off.
-            if (ring as f64 - 1.5) * self.cell > best {
-                break;
-            }
-            for x in cx - ring..=cx + ring {
-                let step = if (x - cx).abs() == ring { 1 } else { (2 * ring).max(1) };
-                let mut y = cy - ring;
-                while y <= cy + ring {
-                    for &w in self.grid.get(&(x, y)).map_or(&[][..], Vec::as_slice) {
-                        let w = &self.walls[w as usize];
-                        if w.heights.0 < high && low < w.heights.1 {
-                            let (a, d) = (w.ends.0, w.ends.1 - w.ends.0);
-                            let t = ((q - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-                            best = best.min(q.distance(a + d * t));
-                        }
-                    }
-                    y += step;
-                }
-            }
-        }
-        best
-    }
-}
-
-/// The middle half of a range: walls that only graze a height don't narrow what is there.
-fn middle_half(low: f64, high: f64) -> (f64, f64) {
-    (low + 0.25 * (high - low), low + 0.75 * (high - low))
-}
-
-/// For each piece, how wide the space around its middle is, metres: twice the way to the nearest wall that stands at its height,
-/// at most twice its own height.
-fn widths(plan: &Plan, columns: &Columns, clearance: &Clearance) -> Vec<f64> {
-    (0..columns.pieces() as u32)
-        .into_par_iter()
-        .map(|p| {
-            let (column, _) = columns.of_piece(p);
-            let q = plan.triangles[column].map(|i| plan.points[i as usize]);
-            // The middle of an edge that no wall is on may be the middle of the room, as in one of two triangles.
-            let edges = (0..3).filter(|&e| !plan.constrained[column][e]).map(|e| (q[e] + q[(e + 1) % 3]) * 0.5);
-            let (floor, ceiling) = columns.heights(p);
-            let (low, high) = (floor.iter().sum::<f64>() / 3.0, ceiling.iter().sum::<f64>() / 3.0);
-            let (a, b) = middle_half(low, high);
-            let clear = edges.chain([(q[0] + q[1] + q[2]) / 3.0]).map(|p| clearance.at(p, a, b)).fold(0.0, f64::max);
-            (2.0 * clear).min(2.0 * (high - low))
-        })
-        .collect()
-}
-
 /// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward
 /// (or, where the model is wound both ways, that are as large as a room). A wrong answer costs culling, not correctness: no line
 /// leaves a sealed piece.
@@ -467,102 +401,4 @@ fn free_space(n: usize, faces: &[Face], rim: &[bool], rooms: &[Option<u32>], wid
         known[root] || inward > 1.5 * outward || (inward > 0.67 * outward && roomy[root])
     };
     (0..n as u32).map(|p| free_part(parts.find(p) as usize)).collect()
-}
-
-#[derive(Clone, Copy)]
-struct Gate {
-    /// Lesser of width and height of the opening that the face is part of, metres; 0: never a reason to merge.
-    width: f64,
-    /// A wall or lintel lies on part of the face.
-    framed: bool,
-}
-
-fn extent(polygon: &[DVec2]) -> (DVec2, DVec2) {
-    polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)))
-}
-
-/// The gate of each face. Openings of one wall that touch along it are one opening; where nothing frames it, a gate is as wide as
-/// the space around its middle, however short the edge of the triangulation that it lies on; but not in torn columns, where a
-/// vault may be open that isn't.
-fn gates(faces: &[Face], plan: &Plan, columns: &Columns, facets: &Facets, clearance: &Clearance, seal: f64) -> Vec<Gate> {
-    let open_extent = |f: &Face| match &f.open {
-        Open::Whole => extent(&f.polygon),
-        Open::Parts(parts) => {
-            let boxes = parts.iter().filter_map(|s| s.first()).map(|outer| extent(&points(outer)));
-            boxes
-                .max_by(|a, b| {
-                    let size = |e: &(DVec2, DVec2)| (e.1 - e.0).x * (e.1 - e.0).y;
-                    size(a).total_cmp(&size(b))
-                })
-                .unwrap_or((DVec2::ZERO, DVec2::ZERO))
-        }
-    };
-    let framed = |f: &Face| f.open_area < 0.98 * f.area;
-    let mut gates: Vec<Gate> = faces
-        .iter()
-        .map(|f| {
-            let (lo, hi) = open_extent(f);
-            let size = hi - lo;
-            let width = match f.surface {
-                Surface::Cut(Cut::Sheet(_)) if f.open_area > 0.8 * f.area => f.open_area.sqrt(),
-                Surface::Cut(_) => 0.0,
-                // Without a frame there is no lintel either, and a room isn't narrow for being low.
-                _ if !framed(f) => size.x,
-                _ => size.x.min(size.y),
-            };
-            Gate { width, framed: framed(f) }
-        })
-        .collect();
-    let mut by_wall: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for (i, f) in faces.iter().enumerate() {
-        if let (Surface::Wall(w), true) = (f.surface, f.open_area > 0.0) {
-            by_wall.entry(w).or_default().push(i);
-        }
-    }
-    for (_, mut list) in by_wall {
-        let extents: HashMap<usize, (DVec2, DVec2)> = list.iter().map(|&i| (i, open_extent(&faces[i]))).collect();
-        list.sort_by(|a, b| extents[a].0.x.total_cmp(&extents[b].0.x).then(a.cmp(b)));
-        let mut groups = Regions::new(list.len());
-        let mut active: Vec<usize> = Vec::new();
-        for k in 0..list.len() {
-            let (lo, hi) = extents[&list[k]];
-            active.retain(|&j| extents[&list[j]].1.x >= lo.x - 3.0 * seal);
-            for &j in &active {
-                let (l, h) = extents[&list[j]];
-                if h.y.min(hi.y) - l.y.max(lo.y) > 0.5 * (h.y - l.y).min(hi.y - lo.y) {
-                    groups.join(j as u32, k as u32);
-                }
-            }
-            active.push(k);
-        }
-        let mut whole: HashMap<u32, (DVec2, DVec2, bool)> = HashMap::new();
-        for k in 0..list.len() {
-            let (lo, hi) = extents[&list[k]];
-            let entry = whole.entry(groups.find(k as u32)).or_insert((lo, hi, false));
-            *entry = (entry.0.min(lo), entry.1.max(hi), entry.2 || gates[list[k]].framed);
-        }
-        for k in 0..list.len() {
-            let (lo, hi, framed) = whole[&groups.find(k as u32)];
-            gates[list[k]] = Gate { width: if framed { (hi - lo).min_element() } else { hi.x - lo.x }, framed };
-        }
-    }
-    let whole = |piece: u32| !columns.torn[columns.of_piece(piece).0];
-    let wide = |(gate, f): &(&mut Gate, &Face)| !gate.framed && f.open_area > 0.0 && whole(f.a) && whole(f.b);
-    gates.par_iter_mut().zip(faces).filter(wide).for_each(|(gate, f)| {
-        let (lo, hi) = extent(&f.polygon);
-        let along = |x: f64| match f.surface {
-            Surface::Wall(w) => Some(facets.walls[w as usize].at(x)),
-            Surface::Edge { triangle, edge } => {
-                let t = plan.triangles[triangle as usize];
-                let [a, b] = [t[edge as usize], t[(edge as usize + 1) % 3]].map(|i| plan.points[i as usize]);
-                Some(a + (b - a).normalize_or_zero() * x)
-            }
-            Surface::Cut(_) => None,
-        };
-        let (low, high) = middle_half(lo.y, hi.y);
-        for x in [0.25, 0.5, 0.75].map(|t| lo.x + (hi.x - lo.x) * t) {
-            gate.width = along(x).map_or(gate.width, |q| gate.width.max(2.0 * clearance.at(q, low, high)));
-        }
-    });
-    gates
 }

@@ -4,7 +4,7 @@ use super::complex::arrange::arrange;
 use super::complex::assemble::{Complex, around, pieces, portals};
 use super::complex::columns::columns;
 use super::complex::faces::faces;
-use super::complex::facets::{Facets, facets};
+use super::complex::facets::{Facets, Matter, facets};
 use super::complex::{Human, lift};
 use super::rooms::{Labels, label};
 use super::{Cell, CellGraph, Portal, PortalKind, Strategy, authored};
@@ -57,7 +57,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     // 2. What is open between them.
     let faces = faces(&plan, &columns, &found, tolerance.coplanar, tolerance.seal);
     // 3. Labels.
-    let rooms = if with_rooms {
+    let claims = if with_rooms {
         let centres: Vec<DVec3> = (0..columns.pieces() as u32)
             .map(|p| {
                 let (column, _) = columns.of_piece(p);
@@ -66,11 +66,11 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
                 lift(q, (0..3).map(|i| floor[i] + ceiling[i]).sum::<f64>() / 6.0)
             })
             .collect();
-        authored::rooms_of(&centres, &scene.hints)
+        authored::claims(&centres, &scene.hints)
     } else {
-        vec![None; columns.pieces()]
+        authored::Claims::none(columns.pieces())
     };
-    let labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &rooms, !scene.hints.storeys.is_empty());
+    let labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &claims, !scene.hints.storeys.is_empty());
     // 4. The graph.
     let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
     let mut graph = CellGraph {
@@ -95,7 +95,7 @@ fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
         let mut floors: Vec<(f64, f64)> = Vec::new();
         for sheet in 0..found.sheets.len() as u32 {
             let plane = found.sheets[sheet as usize].plane;
-            let of_sheet = found.sheet_facets.iter().filter(|f| f.owner == sheet && f.front && f.opaque);
+            let of_sheet = found.sheet_facets.iter().filter(|f| f.owner == sheet && f.front && f.matter == Matter::Opaque);
             let area: f64 = of_sheet.map(|f| crate::geom::area(&f.corners)).sum();
             if plane.n.y > 0.999 && area > 0.0 {
                 floors.push((area, plane.d / plane.n.y));

@@ -2,7 +2,7 @@
 
 use super::arrange::Plan;
 use super::coverage::shared_area;
-use super::facets::Facets;
+use super::facets::{Facets, Matter};
 use super::to_plan;
 use crate::geom::Aabb;
 use glam::DVec2;
@@ -87,7 +87,7 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
                 }
             }
             let whole = super::coverage::area(q).max(f64::MIN_POSITIVE);
-            let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].opaque);
+            let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].matter == Matter::Opaque);
             let mut torn = false;
             let mut by_share: Vec<(u32, f64, Vec<u32>)> =
                 wanted.into_iter().map(|(s, (a, f))| (s, a / whole, f)).filter(|w| w.1 >= ROUNDING_SHARE).collect();

@@ -3,7 +3,7 @@
 use super::arrange::Plan;
 use super::columns::{Columns, Cut, Slice, counter_clockwise};
 use super::coverage::{Open, area, open_part, shape_area, shared_area};
-use super::facets::{Facets, Wall};
+use super::facets::{Facets, Matter, Wall};
 use super::to_plan;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -60,6 +60,8 @@ pub struct Face {
     pub a_is_left: bool,
     /// Area of opaque triangles on it whose front looks into `a`, and into `b`.
     pub fronts: [f64; 2],
+    /// Area of leaves and panes on it.
+    pub leaves: f64,
 }
 
 /// All faces between pieces, in a fixed order: columns ascending; within one, its cuts, then its edges.
@@ -88,7 +90,7 @@ fn cuts(t: usize, plan: &Plan, columns: &Columns, facets: &Facets, seal: f64, ou
     for (k, slice) in slices.iter().enumerate().skip(1).take(slices.len().saturating_sub(2)) {
         let mut fronts = [0.0; 2];
         let mut triangles = Vec::new();
-        for facet in slice.facets.iter().map(|&f| &facets.sheet_facets[f as usize]).filter(|f| f.opaque) {
+        for facet in slice.facets.iter().map(|&f| &facets.sheet_facets[f as usize]).filter(|f| f.matter == Matter::Opaque) {
             let q = counter_clockwise(facet.corners.map(to_plan));
             fronts[usize::from(facet.front)] += shared_area(q, &polygon);
             triangles.push(q);
@@ -140,7 +142,7 @@ fn sides(
                 continue;
             }
             let mut triangles = Vec::new();
-            let mut fronts = [0.0; 2];
+            let (mut fronts, mut leaves) = ([0.0; 2], 0.0);
             let (lo, hi) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)));
             for (w, list) in &walls {
                 let wall = &facets.walls[*w as usize];
@@ -154,14 +156,19 @@ fn sides(
                     let (a, b) = (q[0].min(q[1]).min(q[2]) - seal, q[0].max(q[1]).max(q[2]) + seal);
                     if a.cmple(hi).all() && lo.cmple(b).all() {
                         let q = counter_clockwise(q);
-                        fronts[usize::from(facet.front != normal_into_t)] += shared_area(q, &polygon);
-                        triangles.push(q);
+                        let shared = shared_area(q, &polygon);
+                        if facet.matter == Matter::Leaf {
+                            leaves += shared;
+                        } else {
+                            fronts[usize::from(facet.front != normal_into_t)] += shared;
+                            triangles.push(q);
+                        }
                     }
                 }
             }
             let open = open_part(&polygon, &triangles, seal);
             let (a, b) = (columns.first_piece[t] + i as u32, columns.first_piece[n] + j as u32);
-            out.push(Face::new([a, b], surface, ua <= ub, polygon, whole, open, fronts));
+            out.push(Face { leaves, ..Face::new([a, b], surface, ua <= ub, polygon, whole, open, fronts) });
         }
     }
 }
@@ -180,7 +187,7 @@ impl Face {
             Open::Whole => area,
             Open::Parts(parts) => parts.iter().map(shape_area).sum(),
         };
-        Self { a, b, surface, polygon, open, open_area, area, a_is_left, fronts }
+        Self { a, b, surface, polygon, open, open_area, area, a_is_left, fronts, leaves: 0.0 }
     }
 }
 
@@ -261,7 +268,7 @@ impl WallGrid {
         out
     }
 
-    /// The walls whose line holds both ends of an edge, with their opaque triangles nearby; ordered by wall.
+    /// The walls whose line holds both ends of an edge, with the triangles of walls and leaves nearby; ordered by wall.
     fn along(&self, a: DVec2, b: DVec2, facets: &Facets, tolerance: f64) -> Vec<(u32, Vec<u32>)> {
         if self.buckets.is_empty() {
             return Vec::new();
@@ -286,7 +293,7 @@ impl WallGrid {
                 out.insert(at, (facet.owner, Vec::new()));
                 at
             });
-            if facet.opaque {
+            if facet.matter != Matter::Drawing {
                 out[place].1.push(f);
             }
         }

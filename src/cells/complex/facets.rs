@@ -2,7 +2,7 @@
 
 use super::{Human, to_plan};
 use crate::geom::{Plane, newell};
-use crate::scene::{Role, Scene};
+use crate::scene::{OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -13,10 +13,21 @@ pub struct Facet {
     pub corners: [DVec3; 3],
     /// Index of its wall or sheet.
     pub owner: u32,
-    /// Only opaque triangles close a face; an author's room boundary merely draws a line.
-    pub opaque: bool,
+    /// What it does to a face that it lies on.
+    pub matter: Matter,
     /// Whether its front is on the side that the owner's normal points to.
     pub front: bool,
+}
+
+/// What a triangle is made of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Matter {
+    /// It closes the faces that it lies on.
+    Opaque,
+    /// A door's leaf, a pane: faces under it stay open, but rooms end there.
+    Leaf,
+    /// An author's room: it merely draws a line.
+    Drawing,
 }
 
 /// A vertical plane, as a line in plan.
@@ -77,19 +88,24 @@ const STEEPEST_SHEET: f64 = 0.05;
 /// Most cuts in plan; beyond it the least wall and the least sheet are doubled until it fits.
 const MOST_SEGMENTS: usize = 24_000;
 
+/// A triangle, twice its area times its normal, what it is made of.
+type Loose = ([DVec3; 3], DVec3, Matter);
+
 /// Groups the triangles that bound rooms into planes, to within `coplanar` metres at every corner; larger triangles first, so
 /// that a plane is the one of its largest member.
 pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms: bool) -> Facets {
-    let mut loose: Vec<([DVec3; 3], DVec3, bool)> = Vec::new();
-    for object in &scene.objects {
-        if object.opaque && matches!(object.role, Role::Structure | Role::Unknown) {
-            let corners = object.triangles.clone().map(|t| scene.corners(t as usize));
-            loose.extend(corners.map(|c| (c, newell(&c.map(|p| p - c[0])), true)));
-        }
+    let mut loose: Vec<Loose> = Vec::new();
+    let mut add = |c: [DVec3; 3], matter: Matter| loose.push((c, newell(&c.map(|p| p - c[0])), matter));
+    for object in scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown)) {
+        let matter = if object.opaque { Matter::Opaque } else { Matter::Leaf };
+        object.triangles.clone().for_each(|t| add(scene.corners(t as usize), matter));
+    }
+    for opening in scene.hints.openings.iter().filter(|o| matches!(o.kind, OpeningKind::Door | OpeningKind::Window)) {
+        let w = &opening.winding;
+        (2..w.len()).for_each(|i| add([w[0], w[i - 1], w[i]], Matter::Leaf));
     }
     if with_rooms {
-        let surfaces = scene.hints.rooms.iter().flat_map(|r| r.surface.iter());
-        loose.extend(surfaces.map(|&c| (c, newell(&c.map(|p| p - c[0])), false)));
+        scene.hints.rooms.iter().flat_map(|r| r.surface.iter()).for_each(|&c| add(c, Matter::Drawing));
     }
     loose.retain(|(_, n, _)| n.length_squared() > 0.0);
     loose.sort_by(|a, b| b.1.length_squared().total_cmp(&a.1.length_squared()));
@@ -108,10 +124,10 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms:
     }
 }
 
-fn walls(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, seal: f64, least: f64, out: &mut Facets) {
+fn walls(loose: &[Loose], coplanar: f64, seal: f64, least: f64, out: &mut Facets) {
     let mut lines: Vec<(DVec2, f64, Vec<Facet>)> = Vec::new();
     let mut by_angle: HashMap<i64, Vec<u32>> = HashMap::new();
-    for &(corners, newell, opaque) in loose {
+    for &(corners, newell, matter) in loose {
         let q = corners.map(to_plan);
         let longest = [(0, 1), (1, 2), (2, 0)]
             .map(|(i, j)| q[j] - q[i])
@@ -145,7 +161,7 @@ fn walls(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, seal: f64, least: f
         });
         let line = &mut lines[owner as usize];
         let front = line.0.dot(to_plan(newell)) > 0.0;
-        line.2.push(Facet { corners, owner, opaque, front });
+        line.2.push(Facet { corners, owner, matter, front });
     }
     for (normal, offset, mut members) in lines {
         let mut wall = Wall { normal, offset, spans: Vec::new() };
@@ -176,10 +192,10 @@ fn walls(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, seal: f64, least: f
     }
 }
 
-fn sheets(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, least: f64, out: &mut Facets) {
+fn sheets(loose: &[Loose], coplanar: f64, least: f64, out: &mut Facets) {
     let mut planes: Vec<(Plane, f64, Vec<Facet>)> = Vec::new();
     let mut by_normal: HashMap<(i64, i64), Vec<u32>> = HashMap::new();
-    for &(corners, newell, opaque) in loose {
+    for &(corners, newell, matter) in loose {
         let mut n = newell.normalize();
         if n.y.abs() < STEEPEST_SHEET {
             continue;
@@ -199,7 +215,7 @@ fn sheets(loose: &[([DVec3; 3], DVec3, bool)], coplanar: f64, least: f64, out: &
         });
         let plane = &mut planes[owner as usize];
         plane.1 += newell.length() * 0.5;
-        plane.2.push(Facet { corners, owner, opaque, front });
+        plane.2.push(Facet { corners, owner, matter, front });
     }
     for (plane, area, members) in planes {
         if area < least {
