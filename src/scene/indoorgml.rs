@@ -18,7 +18,7 @@ use glam::DVec3;
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
-use surfaces::{Skin, hull, skin};
+use surfaces::{Skin, hull, skin, triangles};
 
 const GML: [&str; 2] = ["http://www.opengis.net/gml/3.2", "http://www.opengis.net/gml"];
 const CORE: &str = "http://www.opengis.net/indoorgml/1.";
@@ -110,7 +110,18 @@ pub fn read(text: &str, metres_per_unit: f64) -> Result<IndoorGml, ImportError> 
             return Err(ImportError::malformed(line(&node), what));
         }
     }
-    reader.document(&root)
+    let mut model = reader.document(&root)?;
+    // Polygons that aren't flat are what their triangles are.
+    let eps = model.coplanar();
+    for space in &mut model.spaces {
+        let surface = std::mem::take(&mut space.surface).into_iter();
+        let flattened = surface.flat_map(|polygon| match polygon.off_plane() <= eps {
+            true => vec![polygon],
+            false => triangles(&polygon, &[], eps).into_iter().filter_map(|t| Polygon::new(vec![t.to_vec()])).collect(),
+        });
+        space.surface = flattened.collect();
+    }
+    Ok(model)
 }
 
 /// Reads a `.gml` file into a scene; see [`self`].

@@ -1,6 +1,6 @@
 //! What one sees of a cell space: its surface, less what transitions lead through.
 
-use super::super::gltf::convex_hull;
+use super::super::gltf::flat_hull;
 use super::super::{Mesh, Role};
 use super::{CellSpace, IndoorGml};
 use crate::geom::{Aabb, Polygon, middle};
@@ -66,7 +66,7 @@ pub(super) fn skin(model: &IndoorGml) -> Vec<Skin> {
 }
 
 /// The triangles of a polygon, cut along the outlines of others in its plane, which then hold each of them wholly or not at all.
-fn triangles(polygon: &Polygon, cuts: &[&Polygon], eps: f64) -> Vec<[DVec3; 3]> {
+pub(super) fn triangles(polygon: &Polygon, cuts: &[&Polygon], eps: f64) -> Vec<[DVec3; 3]> {
     let frame = Frame::of(polygon);
     // A power of two keeps grid coordinates exact.
     let grid = (eps * 0.5).log2().floor().exp2();
@@ -124,7 +124,7 @@ fn triangles(polygon: &Polygon, cuts: &[&Polygon], eps: f64) -> Vec<[DVec3; 3]> 
 /// The convex hull of a polygon, counter-clockwise about its normal.
 pub(super) fn hull(polygon: &Polygon) -> Vec<DVec3> {
     let frame = Frame::of(polygon);
-    convex_hull(polygon.rings[0].iter().map(|&p| frame.flat(p)).collect()).into_iter().map(|q| frame.lift(q)).collect()
+    flat_hull(polygon.rings[0].iter().map(|&p| frame.flat(p)).collect()).into_iter().map(|q| frame.lift(q)).collect()
 }
 
 /// Coordinates in a polygon's plane.
