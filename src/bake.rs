@@ -1,6 +1,6 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
-use crate::cells::{CellGraph, SplitError, SplitOptions, split};
+use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, audit, split};
 use crate::file::PvsFile;
 use crate::pvs::{self, Progress, PvsOptions};
 use crate::scene::{ImportOptions, Scene};
@@ -35,6 +35,8 @@ pub struct Seconds {
 pub struct Baked {
     /// What goes into the file.
     pub file: PvsFile,
+    /// What is wrong in what the model's author wrote, where the cells are the author's rooms; never part of the file.
+    pub audit: Option<Audit>,
     /// Stages' times; never part of the file.
     pub seconds: Seconds,
 }
@@ -48,11 +50,12 @@ pub fn bake(scene: &Scene, options: BakeOptions, progress: Progress<'_>) -> Resu
         Some(graph) => graph,
         None => split(scene, &options.split)?,
     };
+    let audit = (graph.strategy == Strategy::Authored).then(|| audit(scene, &graph));
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();
     let pvs = pvs::bake(scene, &mut graph, &options.pvs, progress);
     // 3. The file.
     let file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
-    Ok(Baked { file, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
+    Ok(Baked { file, audit, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
 }

@@ -254,3 +254,53 @@ fn bad_cells_files() {
         assert!(!out.exists(), "{case} left a file");
     }
 }
+
+#[test]
+fn bad_indoorgml() {
+    let core = "http://www.opengis.net/indoorgml/1.0/core";
+    let document = |core: &str, pos: &str, duality: &str, id: &str| {
+        format!(
+            r##"<c:IndoorFeatures xmlns:c="{core}" xmlns:g="http://www.opengis.net/gml/3.2" xmlns:x="http://www.w3.org/1999/xlink"
+g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:CellSpace g:id="C1"><c:cellSpaceGeometry><c:Geometry3D>
+<g:Solid><g:exterior><g:Shell><g:surfaceMember><g:Polygon><g:exterior><g:LinearRing>
+<g:posList>{pos}</g:posList></g:LinearRing></g:exterior></g:Polygon></g:surfaceMember></g:Shell></g:exterior></g:Solid>
+</c:Geometry3D></c:cellSpaceGeometry><c:duality x:href="{duality}"/></c:CellSpace></c:cellSpaceMember></c:PrimalSpaceFeatures>
+</c:primalSpaceFeatures><c:multiLayeredGraph><c:stateMember><c:State g:id="{id}"/></c:stateMember></c:multiLayeredGraph>
+</c:IndoorFeatures>"##
+        )
+    };
+    let square = "0 0 0 4 0 0 4 4 0 0 4 0 0 0 0";
+    let whole = document(core, square, "#S1", "S1");
+    let deep = [b"<a>".repeat(1_000_000), b"</a>".repeat(1_000_000)].concat();
+    let cases: [(&str, Vec<u8>, &str); 14] = [
+        ("empty", Vec::new(), "not well-formed XML"),
+        ("random", random_bytes(), "not UTF-8"),
+        ("cut", half(whole.as_bytes()), "not well-formed XML"),
+        ("deep", deep, "the root is <a>"),
+        ("deep_open", b"<a>".repeat(1_000_000), "not well-formed XML"),
+        ("other_root", b"<kml/>".to_vec(), "the root is <kml>"),
+        ("other_namespace", document("http://example.org/", square, "#S1", "S1").into_bytes(), "not IndoorGML 1"),
+        ("laughs", [b"<!DOCTYPE a [<!ENTITY b \"c\">]>".as_slice(), whole.as_bytes()].concat(), "a document type"),
+        (
+            "nan",
+            document(core, &square.replacen('4', "NaN", 1), "#S1", "S1").into_bytes(),
+            "line 4: `NaN` is not a coordinate",
+        ),
+        ("far", document(core, &square.replacen('4', "1e300", 1), "#S1", "S1").into_bytes(), "`1e300` is not a coordinate"),
+        ("plane", document(core, "0 0 4 0", "#S1", "S1").into_bytes(), "4 numbers; give three to a corner"),
+        ("dangling", document(core, square, "#S9", "S1").into_bytes(), "`#S9`: nothing has this gml:id"),
+        ("elsewhere", document(core, square, "other.gml#S1", "S1").into_bytes(), "is in another file"),
+        ("twice", document(core, square, "#S1", "C1").into_bytes(), "gml:id `C1` is given twice; its first place is line 2"),
+    ];
+    let folder = folder("cli_errors_gml");
+    let (model, _) = maze(&folder);
+    for (case, bytes, what) in cases {
+        let (bad, out) = (folder.join(format!("{case}.gml")), folder.join(format!("{case}.pvs")));
+        std::fs::write(&bad, bytes).unwrap();
+        refused(case, &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "0.01"]);
+        refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "0.01"]);
+        let error = String::from_utf8(enfilade(&["bake", text(&bad), "-o", text(&out)]).stderr).unwrap();
+        assert!(error.contains(what), "{case}: {error}");
+        assert!(!out.exists(), "{case} left a file");
+    }
+}

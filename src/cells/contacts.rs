@@ -73,7 +73,7 @@ impl Contacts<'_> {
                     ends_of[b as usize][0] += f.area;
                 }
                 let parted = self.storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)));
-                if usable && !(space.named(a) && space.named(b)) {
+                if usable && !(space.named(a) && space.named(b)) && !space.outgrown(a, b) {
                     let contact = contacts.entry((a.min(b), a.max(b))).or_default();
                     if parted {
                         contact.level[usize::from(a > b)] += f.open_area;

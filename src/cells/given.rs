@@ -17,6 +17,9 @@ pub enum GivenError {
     /// Not JSON, or not of the right form: the message ends with line and column.
     #[error("{0}; see docs/cli.md for the form of a cells file")]
     Json(#[from] serde_json::Error),
+    /// Not IndoorGML, or broken.
+    #[error(transparent)]
+    IndoorGml(#[from] crate::scene::ImportError),
     /// A field breaks a rule.
     #[error("{field}: {what}")]
     Field {

@@ -3,11 +3,15 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`](mod@validate).
 
+mod audit;
 mod authored;
 mod complex;
 mod contacts;
+mod convex;
 mod gates;
 mod given;
+mod human;
+mod indoorgml;
 pub(crate) mod locate;
 mod place;
 mod polyhedron;
@@ -18,7 +22,9 @@ mod state;
 pub mod validate;
 mod voids;
 
+pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
 pub use given::{GivenError, read_cells};
+pub use indoorgml::read_indoorgml;
 pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};

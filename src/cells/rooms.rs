@@ -7,6 +7,7 @@
 //!
 //! An author's rooms enter as labels that never merge with each other; the rest follows the same rule.
 
+use super::authored::Claims;
 use super::complex::Human;
 use super::complex::arrange::Plan;
 use super::complex::columns::{Columns, Cut};
@@ -52,6 +53,10 @@ const LEAST_WIDTH: f64 = 0.6;
 const LEAST_VOLUME: f64 = 1.5;
 /// The same where the author named rooms: what has no name and is this small is a plenum, a shaft, the inside of a wall.
 const LEAST_UNNAMED_VOLUME: f64 = 25.0;
+/// An author's room takes in space that its author didn't draw (over a ceiling, in a bay) up to this share of what he drew, and
+/// so many cubic metres besides: through a wall of glass it would take in the outside.
+const GROWTH: f64 = 0.5;
+const LEAST_GROWTH: f64 = 5.0;
 /// Most cells; beyond it the least volume grows until it fits.
 const MOST_CELLS: usize = 4_000;
 /// Most planes with portals, in all or a cell, whichever is more; likewise.
@@ -100,11 +105,20 @@ pub(super) struct Space {
     pub(super) volume: Vec<f64>,
     /// -1 for the outside, below it plenums, from 0 the author's rooms.
     pub(super) name: Vec<Option<i64>>,
+    /// How much each of the author's rooms may measure with what has no name, cubic metres.
+    pub(super) most: BTreeMap<i64, f64>,
 }
 
 impl Space {
     pub(super) fn named(&self, region: u32) -> bool {
         self.name[region as usize].is_some()
+    }
+
+    /// True where an author's room would take in more than it may.
+    pub(super) fn outgrown(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (a as usize, b as usize);
+        let most = self.name[a].xor(self.name[b]).and_then(|room| self.most.get(&room));
+        most.is_some_and(|most| self.volume[a] + self.volume[b] > *most)
     }
 
     /// Region `r` gets what `other` measures.
@@ -122,7 +136,7 @@ impl Space {
     }
 }
 
-/// Labels every piece. `rooms[piece]` is the author's room that holds it; with `storeys_part`, levels always part cells.
+/// Labels every piece. `claims` are the author's rooms; with `storeys_part`, levels always part cells.
 #[allow(clippy::too_many_arguments)]
 pub(super) fn label(
     plan: &Plan,
@@ -131,7 +145,7 @@ pub(super) fn label(
     facets: &Facets,
     human: Human,
     seal: f64,
-    rooms: &[Option<u32>],
+    claims: &Claims,
     storeys_part: bool,
 ) -> Labels {
     let n = columns.pieces();
@@ -139,13 +153,14 @@ pub(super) fn label(
     let volumes: Vec<f64> = (0..n as u32).map(|p| volume(plan, columns, p)).collect();
     let clearance = Clearance::new(faces, facets, human);
     let widths = widths(plan, columns, &clearance);
-    let free = free_space(n, faces, &rim, rooms, &widths, human);
+    let free = free_space(n, faces, &rim, &claims.rooms, &widths, human);
 
     // 1. What belongs together whatever the gates say: the rim, and each of the author's rooms.
     let mut regions = Regions::new(n);
     let mut named: BTreeMap<i64, u32> = BTreeMap::new();
     let name_of = |p: usize| {
-        if rim[p] { Some(-1) } else { rooms[p].map(i64::from) }
+        let doorway = || claims.doorways[p].filter(|_| free[p]);
+        if rim[p] { Some(-1) } else { claims.rooms[p].or_else(doorway).map(i64::from) }
     };
     let mut name: Vec<Option<i64>> = (0..n).map(name_of).collect();
     fill_up(faces, &free, &widths, human, &mut name);
@@ -156,8 +171,14 @@ pub(super) fn label(
             regions.join(first, p as u32);
         }
     }
+    let mut most: BTreeMap<i64, f64> = BTreeMap::new();
+    for (room, volume) in claims.rooms.iter().zip(&volumes) {
+        if let Some(room) = *room {
+            *most.entry(i64::from(room)).or_insert(LEAST_GROWTH * human.metre.powi(3)) += (1.0 + GROWTH) * volume;
+        }
+    }
     let runs = Runs::new(columns, faces);
-    let mut space = Space { regions, width: widths, height: runs.heights.clone(), volume: volumes.clone(), name };
+    let mut space = Space { regions, width: widths, height: runs.heights.clone(), volume: volumes.clone(), name, most };
     for p in 0..n as u32 {
         let r = space.regions.find(p) as usize;
         if r != p as usize {
@@ -176,7 +197,8 @@ pub(super) fn label(
     order.sort_by(|&i, &j| gates[j].width.total_cmp(&gates[i].width).then(i.cmp(&j)));
     for i in order {
         let (a, b) = (space.regions.find(faces[i].a), space.regions.find(faces[i].b));
-        if a == b || gates[i].leaf || gates[i].ledge || (space.named(a) && space.named(b)) {
+        let named = space.named(a) && space.named(b);
+        if a == b || gates[i].leaf || gates[i].ledge || named || space.outgrown(a, b) {
             continue;
         }
         let narrower = space.width[a as usize].min(space.width[b as usize]);
@@ -196,7 +218,7 @@ pub(super) fn label(
 
     // 5. What is too small to be a room goes to the neighbour that it is most open to.
     let whole: f64 = space.volume.iter().sum();
-    let authored = rooms.iter().any(Option::is_some);
+    let authored = claims.rooms.iter().any(Option::is_some);
     let mut least = if authored { LEAST_UNNAMED_VOLUME } else { LEAST_VOLUME } * human.metre.powi(3);
     loop {
         let mut best: BTreeMap<(u32, u32), f64> = BTreeMap::new();

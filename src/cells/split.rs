@@ -37,7 +37,7 @@ pub enum SplitError {
 /// Splits a scene into cells and portals.
 pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
     let tolerance = scene.tolerance();
-    let human = Human::for_extent(scene.bounds().diagonal());
+    let human = Human::of(scene);
     let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
         Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
@@ -58,7 +58,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     // 2. What is open between them.
     let faces = faces(&plan, &columns, &found, tolerance.coplanar, tolerance.seal);
     // 3. Labels.
-    let rooms = if with_rooms {
+    let claims = if with_rooms {
         let centres: Vec<DVec3> = (0..columns.pieces() as u32)
             .map(|p| {
                 let (column, _) = columns.of_piece(p);
@@ -67,11 +67,11 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
                 lift(q, (0..3).map(|i| floor[i] + ceiling[i]).sum::<f64>() / 6.0)
             })
             .collect();
-        authored::rooms_of(&centres, &scene.hints)
+        authored::claims(&centres, &scene.hints)
     } else {
-        vec![None; columns.pieces()]
+        authored::Claims::none(columns.pieces())
     };
-    let labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &rooms, !scene.hints.storeys.is_empty());
+    let labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &claims, !scene.hints.storeys.is_empty());
     // 4. The graph.
     let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
     let mut graph = CellGraph {
@@ -124,6 +124,7 @@ fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
 }
 
 fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
+    let open_air = if labels.regions.iter().any(|r| r.room.is_some()) { authored::open_air(scene) } else { Vec::new() };
     let pieces = pieces(complex, &labels.of_piece, labels.regions.len());
     let regions = labels.regions.iter().zip(pieces).enumerate();
     regions
@@ -137,7 +138,7 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
                 _ if region.outside => "outside".to_owned(),
                 _ => format!("cell {i}"),
             };
-            let open = region.outside || hint.is_some_and(|h| h.outside);
+            let open = region.outside || region.room.is_some_and(|r| open_air[r as usize]);
             Cell { name, source: hint.map(|h| h.id.clone()), open, pieces, portals: Vec::new() }
         })
         .collect()

@@ -3,7 +3,7 @@
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeOptions, Baked, bake};
-use enfilade::cells::{SplitOptions, Strategy, read_cells};
+use enfilade::cells::{SplitOptions, Strategy, read_cells, read_indoorgml};
 use enfilade::file::{Container, load_bytes};
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
@@ -11,10 +11,13 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Most findings that prose lists.
+const FINDINGS: usize = 12;
+
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene: .glb, .gltf, .obj, .ifc
+    /// The scene: .glb, .gltf, .obj, .ifc, or .gml (IndoorGML), whose cell spaces are the cells
     input: PathBuf,
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]
@@ -22,8 +25,8 @@ pub struct Args {
     /// How to find cells
     #[arg(long, value_enum, default_value = "auto")]
     cells: CellsFlag,
-    /// Cells and portals of your own, in the form that `dump --json` writes
-    #[arg(long, value_name = "C.json", conflicts_with = "cells")]
+    /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
+    #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
     cells_file: Option<PathBuf>,
     /// Which side of the truth the rows take
     #[arg(long, value_enum, default_value = "conservative")]
@@ -83,7 +86,9 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         ImportOptions { object_triangles: args.object_triangles, metres_per_unit: args.unit, ..ImportOptions::default() };
     let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
     let import_seconds = begin.elapsed().as_secs_f64();
-    let given = args.cells_file.as_deref().map(|path| cells_file(path, &scene)).transpose()?;
+    // IndoorGML is a ready graph, unless another way to find cells is asked for.
+    let ready = (is_indoorgml(&args.input) && args.cells == CellsFlag::Auto).then_some(args.input.as_path());
+    let given = args.cells_file.as_deref().or(ready).map(|path| cells_file(path, &scene)).transpose()?;
     let options = BakeOptions {
         split: SplitOptions {
             strategy: match args.cells {
@@ -126,7 +131,12 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
 
 fn cells_file(path: &Path, scene: &Scene) -> Result<enfilade::cells::CellGraph, CliError> {
     let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
-    read_cells(&text, scene).map_err(|e| at(path, e))
+    let graph = if is_indoorgml(path) { read_indoorgml(&text, scene) } else { read_cells(&text, scene) };
+    graph.map_err(|e| at(path, e))
+}
+
+fn is_indoorgml(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gml"))
 }
 
 /// A bar with the time still to go, where that can be said, on a terminal; nothing elsewhere.
@@ -163,7 +173,7 @@ fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, 
     ] {
         pvs[key] = value.into();
     }
-    json!({
+    let mut report = json!({
         "triangles": scene.triangles.len(),
         "objects": objects,
         "cells": cells,
@@ -183,7 +193,12 @@ fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, 
         },
         "peak_rss_mb": peak_rss_mb(),
         "file_bytes": bytes,
-    })
+    });
+    if let Some(audit) = &baked.audit {
+        report["authored"] = json!({ "rooms": audit.rooms, "sound_rooms": audit.sound_rooms, "claimed": audit.claimed });
+        report["findings"] = json!(audit.findings);
+    }
+    report
 }
 
 fn prose(report: &Value, output: &Path) -> String {
@@ -216,6 +231,16 @@ fn prose(report: &Value, output: &Path) -> String {
     ];
     let list = |p: &str| report.pointer(p).and_then(Value::as_array).cloned().unwrap_or_default();
     lines.extend(list("/left_out").iter().filter_map(Value::as_str).map(|x| format!("left out: {x}")));
+    let findings = list("/findings");
+    if !findings.is_empty() {
+        let (rooms, sound) = (n("/authored/rooms"), n("/authored/sound_rooms"));
+        lines.push(format!("of {rooms} rooms that the author drew {sound} are sound; what is wrong:"));
+        let text = findings.iter().filter_map(|f| f["text"].as_str());
+        lines.extend(text.take(FINDINGS).map(|text| format!("  {text}")));
+        if findings.len() > FINDINGS {
+            lines.push(format!("  and {} more (--json)", findings.len() - FINDINGS));
+        }
+    }
     if !list("/repairs").is_empty() {
         lines.push(format!("{} holes in the cell graph were found and mended", list("/repairs").len()));
     }

@@ -16,11 +16,13 @@
 //! | name | meaning |
 //! | --- | --- |
 //! | `kitchen-room` | a room; everything below it belongs to it |
-//! | `x-bound` in a room | the room's surface (else the box around its meshes); not drawn |
-//! | `outside-roomgroup` | rooms below it are open air |
+//! | `x-bound` in a room | the room's surface, its convex hull where it is not closed; not drawn. Without one: the box around the room's meshes |
+//! | `outside-roomgroup` | rooms below it are open air; other groups only group |
 //! | `kitchen-portal`, `kitchen*1-portal` | a flat convex mesh: an opening from the room it is in to `kitchen`; not drawn |
+//! | `-portal` | the same, to whatever is on its other side |
 //!
-//! and so are the extras of a node:
+//! Suffixes may be in capitals; what follows an asterisk, and Blender's `.001`, only make a name unique. The extras of a node say
+//! the same:
 //!
 //! ```json
 //! { "extras": { "enfilade": { "role": "structure|furnishing|door|window", "room": "kitchen", "portal": ["kitchen", "hall"] } } }
@@ -34,10 +36,12 @@
 mod authored;
 mod data;
 mod document;
+mod hull;
 mod primitive;
 
 use super::builder::short_name;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 use data::{Buffers, broken, entry};
 use document::{Document, Instancing, Node};

@@ -36,6 +36,8 @@ pub struct RoomHint {
     pub surface: Vec<[DVec3; 3]>,
     /// The author marked it as open air (a courtyard, a terrace, a roof group).
     pub outside: bool,
+    /// Somebody drew the surface; else it is the box around the room's meshes.
+    pub drawn: bool,
 }
 
 /// What an opening is.

@@ -1,6 +1,6 @@
 //! A scene: triangles grouped into objects, and what its author said about rooms and doors.
 //!
-//! One file a format ([`gltf`], [`obj`], [`ifc`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
+//! One file a format ([`gltf`], [`obj`], [`ifc`], [`indoorgml`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
 //! splits meshes above the object limit into clusters, picks the origin and orders triangles by object.
 
 mod beside;
@@ -10,6 +10,7 @@ mod error;
 pub mod gltf;
 mod hints;
 pub mod ifc;
+pub mod indoorgml;
 pub mod obj;
 pub mod rays;
 
@@ -149,13 +150,14 @@ impl Default for ImportOptions {
     }
 }
 
-/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`).
+/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`).
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "glb" | "gltf" => gltf::import(path, options),
         "obj" => obj::import(path, options),
         "ifc" => ifc::import(path, options),
+        "gml" => indoorgml::import(path, options),
         _ => Err(ImportError::UnknownFormat { extension }),
     }
 }

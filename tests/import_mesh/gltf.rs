@@ -338,6 +338,59 @@ fn rooms_and_portals_are_read_from_extras() {
 }
 
 #[test]
+fn bounds_that_are_open_become_their_hull_and_closed_ones_stay() {
+    let mut glb = Glb::new();
+    let c = |i: usize| [(i & 1) as f32 * 4.0, (i >> 1 & 1) as f32 * 3.0, (i >> 2 & 1) as f32 * 5.0];
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [0, 4, 6, 2], [1, 3, 7, 5], [2, 6, 7, 3]];
+    let corners = |quads: &[[usize; 4]]| -> Vec<[f32; 3]> {
+        quads.iter().flat_map(|q| [q[0], q[1], q[2], q[0], q[2], q[3]]).map(c).collect()
+    };
+    let (closed, open) = (glb.mesh(&corners(&quads)), glb.mesh(&corners(&quads[..5])));
+    let square = glb.mesh(&SQUARE);
+    glb.json["scenes"] = json!([{"nodes": [0, 3]}]);
+    glb.node(json!({"name": "closed-room", "children": [1, 2]}));
+    glb.node(json!({"name": "a-bound", "mesh": closed}));
+    glb.node(json!({"name": "floor", "mesh": square}));
+    glb.node(json!({"name": "open-room", "children": [4]}));
+    glb.node(json!({"name": "b-bound", "mesh": open}));
+    let scene = scene(&glb);
+    for room in &scene.hints.rooms {
+        let volume: f64 = room.surface.iter().map(|[a, b, c]| a.cross(*b).dot(*c) / 6.0).sum();
+        assert!(room.drawn && (volume.abs() - 60.0).abs() < 1e-9, "{}: {volume}", room.id);
+    }
+    assert_eq!(scene.source.notes, ["open-room: its bound is not closed; its convex hull is taken"]);
+}
+
+#[test]
+fn what_is_odd_about_rooms_and_portals_is_told() {
+    let mut glb = Glb::new();
+    let square = glb.mesh(&SQUARE);
+    // An arrow: its hull is a half larger.
+    let arrow =
+        glb.mesh(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 0.0]]);
+    glb.json["scenes"] = json!([{"nodes": [0, 4, 5]}]);
+    glb.node(json!({"name": "hall-room", "children": [1, 2, 3]}));
+    glb.node(json!({"name": "floor", "mesh": square}));
+    glb.node(json!({"name": "hall-portal", "mesh": square}));
+    glb.node(json!({"name": "-portal", "mesh": arrow}));
+    glb.node(json!({"name": "hall*2-Portal", "mesh": square}));
+    glb.node(json!({"name": "void-room"}));
+    let scene = scene(&glb);
+    assert!(!scene.hints.rooms[0].drawn, "a room without a bound is the box around its meshes");
+    let joined: Vec<_> = scene.hints.openings.iter().map(|o| o.rooms).collect();
+    assert_eq!(joined, [[Some(0), None], [Some(0), None], [None, Some(0)]]);
+    assert_eq!(
+        scene.source.notes,
+        [
+            "-portal: a portal that is not convex; its hull is taken",
+            "hall*2-Portal: a portal in no room; its near side is left to geometry",
+            "void-room: a room without meshes, ignored",
+            "hall-portal: a portal from a room into itself; its other side is left open",
+        ]
+    );
+}
+
+#[test]
 fn the_default_scene_else_the_first_else_all_roots_are_shown() {
     let mut glb = Glb::new();
     let mesh = glb.mesh(&TRIANGLE);

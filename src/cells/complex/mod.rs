@@ -20,6 +20,7 @@ pub(super) mod coverage;
 pub(super) mod faces;
 pub(super) mod facets;
 
+pub(super) use super::human::Human;
 use glam::{DVec2, DVec3};
 
 /// Plan coordinates: x to the east, -z to the north, so that counter-clockwise in plan is counter-clockwise seen from above.
@@ -32,30 +33,4 @@ pub(super) fn to_plan(p: DVec3) -> DVec2 {
 #[inline]
 pub(super) fn lift(q: DVec2, y: f64) -> DVec3 {
     DVec3::new(q.x, y, -q.y)
-}
-
-/// Lengths that describe how people build, in metres, scaled where a model is plainly not in metres. They only steer which
-/// planes are worth a cut and which regions are rooms; soundness doesn't depend on them.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Human {
-    /// What a metre is in this model.
-    pub metre: f64,
-}
-
-impl Human {
-    /// Buildings and levels are 3 to 400 m across; anything else is taken to be 100 m in other units.
-    pub fn for_extent(diagonal: f64) -> Self {
-        Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } }
-    }
-
-    /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
-    /// a moulding less.
-    pub fn least_wall(&self) -> f64 {
-        0.1 * self.metre * self.metre
-    }
-
-    /// Less floor, ceiling or roof than this in one plane makes no cut, square metres.
-    pub fn least_sheet(&self) -> f64 {
-        0.1 * self.metre * self.metre
-    }
 }

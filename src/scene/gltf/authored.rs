@@ -2,6 +2,7 @@
 
 use super::super::{Hints, ImportError, OpeningHint, OpeningKind, Role, RoomHint};
 use super::data::broken;
+use super::hull::{convex_hull, is_closed};
 use crate::geom::Aabb;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
@@ -33,16 +34,19 @@ impl Named {
             Some(stem) if digits.len() < name.len() => stem,
             _ => name,
         };
-        // What follows an asterisk only makes the name unique.
-        let unstarred = |stem: &str| stem.split('*').next().unwrap_or_default().to_owned();
-        if let Some(stem) = name.strip_suffix("-room") {
-            Self::Room(unstarred(stem))
-        } else if let Some(stem) = name.strip_suffix("-roomgroup") {
-            Self::Group { outside: unstarred(stem) == "outside" }
-        } else if name.ends_with("-bound") {
+        // What follows an asterisk only makes the name unique. Suffixes may be in capitals.
+        let before = |suffix: &str| {
+            let (stem, end) = name.split_at_checked(name.len().checked_sub(suffix.len())?)?;
+            end.eq_ignore_ascii_case(suffix).then(|| stem.split('*').next().unwrap_or_default().to_owned())
+        };
+        if let Some(stem) = before("-room") {
+            Self::Room(stem)
+        } else if let Some(stem) = before("-roomgroup") {
+            Self::Group { outside: stem.eq_ignore_ascii_case("outside") }
+        } else if before("-bound").is_some() {
             Self::Bound
-        } else if let Some(stem) = name.strip_suffix("-portal") {
-            Self::Portal(unstarred(stem))
+        } else if let Some(stem) = before("-portal") {
+            Self::Portal(stem)
         } else {
             Self::Plain
         }
@@ -104,6 +108,9 @@ impl Extras {
         }
     }
 }
+
+/// A portal's hull may be this much larger than its mesh before it is told.
+const LOOSE: f64 = 1.05;
 
 /// A room while the nodes are walked.
 struct Room {
@@ -173,6 +180,14 @@ impl Authored {
                 if off > 1e-3 * Aabb::of(winding.iter().copied()).diagonal() {
                     self.notes.push(format!("{node}: a portal that is not flat (by {off:.3} m either way), flattened"));
                 }
+                let mesh: f64 = triangles.iter().map(|t| crate::geom::area(t)).sum();
+                // Drawn on both sides, it has twice the area.
+                if crate::geom::area(&winding) > LOOSE * mesh {
+                    self.notes.push(format!("{node}: a portal that is not convex; its hull is taken"));
+                }
+                if inside.is_none() && names[0].is_empty() {
+                    self.notes.push(format!("{node}: a portal in no room; its near side is left to geometry"));
+                }
                 self.portals.push(Portal { id: node.to_owned(), winding, inside, names });
             }
             None => self.notes.push(format!("{node}: a portal without area, ignored")),
@@ -187,7 +202,15 @@ impl Authored {
         let mut place = Vec::with_capacity(self.rooms.len());
         for room in &self.rooms {
             let surface = match (room.bound.is_empty(), room.bounds.is_empty()) {
-                (false, _) => room.bound.clone(),
+                (false, _) if is_closed(&room.bound) => room.bound.clone(),
+                (false, _) => match convex_hull(&room.bound) {
+                    Some(hull) => {
+                        notes.push(format!("{}: its bound is not closed; its convex hull is taken", room.id));
+                        hull
+                    }
+                    // Flat: no room, and the audit says so.
+                    None => room.bound.clone(),
+                },
                 (true, false) => box_surface(room.bounds),
                 (true, true) => {
                     notes.push(format!("{}: a room without meshes, ignored", room.id));
@@ -197,7 +220,8 @@ impl Authored {
             };
             place.push(Some(hints.rooms.len()));
             let (id, name) = (room.id.clone(), room.name.clone());
-            hints.rooms.push(RoomHint { id, name, storey: None, surface, outside: room.outside });
+            let (drawn, outside) = (!room.bound.is_empty(), room.outside);
+            hints.rooms.push(RoomHint { id, name, storey: None, surface, outside, drawn });
         }
         for portal in &self.portals {
             let mut rooms = [portal.inside, None].map(|r| r.and_then(|r| place[r]));
@@ -230,14 +254,14 @@ fn winding(triangles: &[[DVec3; 3]]) -> Option<(Vec<DVec3>, f64)> {
     let start = triangles[0][0];
     let corners = || triangles.iter().flatten().map(|&p| p - start);
     let (least, most) = corners().map(|p| p.dot(n)).fold((f64::MAX, f64::MIN), |(l, m), d| (l.min(d), m.max(d)));
-    let hull = convex_hull(corners().map(|p| DVec2::new(p.dot(u), p.dot(v))).collect());
+    let hull = flat_hull(corners().map(|p| DVec2::new(p.dot(u), p.dot(v))).collect());
     let winding: Vec<DVec3> = hull.iter().map(|p| start + u * p.x + v * p.y + n * (0.5 * (least + most))).collect();
     (winding.len() >= 3).then_some((winding, 0.5 * (most - least)))
 }
 
 /// The convex hull, counter-clockwise, without corners in the middle of a side (Andrew, *Another efficient algorithm for convex
 /// hulls in two dimensions*, 1979).
-fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+pub(in crate::scene) fn flat_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
     // Rotation leaves corners on a side a rounding error off it, so on either side of it.
@@ -291,6 +315,11 @@ mod tests {
             ("kitchen*1-portal", portal("kitchen")),
             ("kitchen*left-portal.012", portal("kitchen")),
             ("-portal", portal("")),
+            ("Kitchen-Portal", portal("Kitchen")),
+            ("cellar*2-ROOM", Named::Room("cellar".into())),
+            ("outside*1-roomgroup", Named::Group { outside: true }),
+            ("é-room", Named::Room("é".into())),
+            ("ébound", Named::Plain),
             ("bathroom", Named::Plain),
             ("portal", Named::Plain),
             ("v1.0", Named::Plain),

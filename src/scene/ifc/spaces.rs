@@ -82,6 +82,7 @@ pub(super) fn rooms(
             storey: relations.climb(product.id, |id| storeys.index.get(&id).copied()),
             surface,
             outside: is_outside(&entity),
+            drawn: true,
         });
     }
     if gross > 0 {

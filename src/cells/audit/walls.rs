@@ -1,0 +1,104 @@
+//! How far the sides of rooms lie from the walls, floors and ceilings that bound them.
+
+use super::{Finding, FindingKind, called};
+use crate::scene::rays::RayScene;
+use crate::scene::{Role, RoomHint};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Walls farther than this from a side, metres, don't bound the room there.
+const REACH: f64 = 0.6;
+/// Sides nearer than this to their wall, metres, are on it: plaster, rounding to centimetres.
+const ON_WALL: f64 = 0.03;
+/// Sides smaller than this, square metres, are reveals and niches.
+const LEAST_SIDE: f64 = 0.5;
+/// Points on a side: about three a square metre.
+const POINTS: f64 = 3.0;
+const MOST_POINTS: usize = 48;
+/// A side is bounded by walls where at least this share of its points has one near.
+const BOUNDED: f64 = 0.6;
+/// Triangles of one side agree in direction to this cosine, and lie this near to its plane, metres.
+const PARALLEL: f64 = 0.9995;
+const SAME: f64 = 0.01;
+
+/// Triangles of a room's surface in one plane.
+struct Side {
+    n: DVec3,
+    d: f64,
+    area: f64,
+    triangles: Vec<[DVec3; 3]>,
+}
+
+/// Rooms with sides off their walls.
+pub(super) fn findings(rays: &RayScene<'_>, metre: f64) -> Vec<Finding> {
+    let rooms = rays.scene().hints.rooms.par_iter().filter(|r| r.drawn);
+    rooms.filter_map(|room| finding(room, rays, metre)).collect()
+}
+
+fn finding(room: &RoomHint, rays: &RayScene<'_>, metre: f64) -> Option<Finding> {
+    let sides = sides(room, metre);
+    let offsets: Vec<f64> = sides.iter().filter_map(|side| offset(side, rays, metre)).collect();
+    let off = offsets.iter().filter(|o| **o > ON_WALL * metre).count();
+    let farthest = offsets.iter().copied().fold(0.0, f64::max);
+    (off > 0).then(|| Finding {
+        kind: FindingKind::Shifted,
+        ids: vec![room.id.clone()],
+        text: format!(
+            "{}: {off} of its {} sides lie off the walls that bound them, by up to {farthest:.2} m",
+            called(room),
+            sides.len()
+        ),
+    })
+}
+
+fn sides(room: &RoomHint, metre: f64) -> Vec<Side> {
+    let mut sides: Vec<Side> = Vec::new();
+    for t in &room.surface {
+        let cross = (t[1] - t[0]).cross(t[2] - t[0]);
+        let Some(n) = cross.try_normalize() else { continue };
+        let (d, area) = (n.dot(t[0]), 0.5 * cross.length());
+        let fits = |s: &&mut Side| {
+            let along = s.n.dot(n);
+            along.abs() > PARALLEL && (s.d - d * along.signum()).abs() < SAME * metre
+        };
+        match sides.iter_mut().find(fits) {
+            Some(side) => {
+                side.area += area;
+                side.triangles.push(*t);
+            }
+            None => sides.push(Side { n, d, area, triangles: vec![*t] }),
+        }
+    }
+    sides.retain(|s| s.area >= LEAST_SIDE * metre * metre);
+    sides
+}
+
+/// How far a side lies from its wall, metres: the middle one of what its points say. `None` where no wall bounds it.
+fn offset(side: &Side, rays: &RayScene<'_>, metre: f64) -> Option<f64> {
+    let wanted = ((side.area / (metre * metre) * POINTS) as usize).clamp(4, MOST_POINTS);
+    let (mut count, mut found) = (0usize, Vec::new());
+    for t in &side.triangles {
+        let area = 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
+        let points = (area / side.area * wanted as f64).round() as usize;
+        for k in 0..points {
+            // The R2 sequence (Roberts, *The unreasonable effectiveness of quasirandom sequences*, 2018), folded into a triangle.
+            let (a, b) = ((0.5 + 0.754_877_666 * k as f64).fract(), (0.5 + 0.569_840_291 * k as f64).fract());
+            let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+            let p = t[0] + (t[1] - t[0]) * a + (t[2] - t[0]) * b;
+            count += 1;
+            // Begun a little before the side, so that a wall in its very plane is met.
+            let before = SAME * metre;
+            let nearest = [side.n, -side.n].into_iter().filter_map(|way| {
+                let hit = rays.first_opaque(p - way * before, way, REACH * metre + before)?;
+                let role = rays.scene().objects[hit.object.index()].role;
+                matches!(role, Role::Structure | Role::Unknown).then(|| (hit.t - before).abs())
+            });
+            found.extend(nearest.min_by(f64::total_cmp));
+        }
+    }
+    if count == 0 || (found.len() as f64) < BOUNDED * count as f64 {
+        return None;
+    }
+    found.sort_by(f64::total_cmp);
+    Some(found[found.len() / 2])
+}

@@ -1,0 +1,87 @@
+//! What a person's metre is in a model: thresholds that describe how people build are multiples of it.
+//!
+//! It is read from how high the model's rooms are, so that a building gives the same rooms in whatever unit it comes. Lines go
+//! straight up from the middles of the largest level triangles; three quarters of what they meet lies no higher than a ceiling.
+
+use crate::geom::newell;
+use crate::scene::Scene;
+use crate::scene::rays::RayScene;
+use glam::DVec3;
+
+/// Lengths that describe how people build, in metres, scaled where a model is plainly not in metres. They only steer which
+/// planes are worth a cut and which regions are rooms; soundness doesn't depend on them.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Human {
+    /// What a metre is in this model.
+    pub metre: f64,
+}
+
+/// How high rooms are, metres.
+const CEILING: f64 = 2.7;
+/// Rooms from 0.68 to 16 m high are taken to be in metres: crawl spaces and cathedrals are.
+const PLAUSIBLE: [f64; 2] = [0.25, 6.0];
+/// Lines that are cast at most.
+const LINES: usize = 4096;
+
+impl Human {
+    /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits; else what
+    /// makes them as high as rooms are. A model without anything over a floor is taken to be in metres if it is 3 to 400 of them
+    /// across, and else to be 100 m across.
+    pub fn of(scene: &Scene) -> Self {
+        let Some(height) = ceiling(scene) else {
+            let diagonal = scene.bounds().diagonal();
+            return Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } };
+        };
+        let ratio = height / CEILING;
+        let fits = |unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit));
+        Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(ratio) }
+    }
+
+    /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
+    /// a moulding less.
+    pub fn least_wall(&self) -> f64 {
+        0.1 * self.metre * self.metre
+    }
+
+    /// Less floor, ceiling or roof than this in one plane makes no cut, square metres.
+    pub fn least_sheet(&self) -> f64 {
+        0.1 * self.metre * self.metre
+    }
+}
+
+/// The height that three quarters of the model's level area has no more than over it, of that which has anything.
+fn ceiling(scene: &Scene) -> Option<f64> {
+    let mut level: Vec<(f64, DVec3)> = Vec::new();
+    for object in scene.objects.iter().filter(|o| o.opaque) {
+        for t in object.triangles.clone() {
+            let c = scene.corners(t as usize);
+            let n = newell(&c.map(|p| p - c[0]));
+            if n.y.abs() > 0.99 * n.length() {
+                level.push((n.length(), (c[0] + c[1] + c[2]) / 3.0));
+            }
+        }
+    }
+    // The largest, in an order that doesn't depend on the file's.
+    level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)));
+    level.truncate(LINES);
+    let rays = RayScene::new(scene);
+    let above = 4.0 * scene.tolerance().clearance;
+    let mut heights: Vec<(f64, f64)> = level
+        .into_iter()
+        .filter_map(|(area, p)| Some((rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY)?.t + above, area)))
+        .collect();
+    heights.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let most = 0.75 * heights.iter().map(|h| h.1).sum::<f64>();
+    let mut sum = 0.0;
+    heights
+        .into_iter()
+        .find(|h| {
+            sum += h.1;
+            sum >= most
+        })
+        .map(|h| h.0)
+}
+
+fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
+    a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+}

@@ -1,0 +1,399 @@
+//! IndoorGML 1.0 and 1.1 (OGC 14-005): a building as cell spaces and the transitions between them.
+//!
+//! [`read`] takes in the document; [`import`] makes a scene of it for a building that has no other mesh: every cell space's
+//! surface becomes an object, less the surfaces that transitions lead through. The graph itself is read by
+//! [`crate::cells::read_indoorgml`].
+//!
+//! Understood: cell spaces (extensions of `CellSpace` too) with a solid of polygons, cell space boundaries with a polygon, states
+//! and transitions, and the links between them, in one file. Of several space layers the first that has transitions is taken.
+//! Lengths are metres unless [`ImportOptions::metres_per_unit`] says otherwise, +Z is up and becomes +Y: `(x, y, z)` turns into
+//! `(x, z, -y)`. Document types are refused, and with them every entity but XML's own.
+
+mod surfaces;
+
+use super::builder::short_name;
+use super::{Hints, ImportError, ImportOptions, OpeningHint, OpeningKind, Place, RoomHint, Scene, SceneBuilder, Source};
+use crate::geom::Polygon;
+use glam::DVec3;
+use roxmltree::{Document, Node};
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+use surfaces::{Skin, hull, skin, triangles};
+
+const GML: [&str; 2] = ["http://www.opengis.net/gml/3.2", "http://www.opengis.net/gml"];
+const CORE: &str = "http://www.opengis.net/indoorgml/1.";
+const XLINK: &str = "http://www.w3.org/1999/xlink";
+/// Beyond this a coordinate means nothing, as in [`SceneBuilder`].
+const FARTHEST: f64 = 1e12;
+/// Corners may be this share of a polygon's extent off its plane before it is told.
+const FLAT: f64 = 1e-3;
+
+/// A cell space: a room, a corridor, a stair.
+#[derive(Clone, PartialEq, Debug)]
+pub struct CellSpace {
+    /// Its `gml:id`.
+    pub id: String,
+    /// Its `gml:name`; the id where it has none.
+    pub name: String,
+    /// The polygons of its solid, facing either way.
+    pub(crate) surface: Vec<Polygon>,
+}
+
+/// Where one can go from one cell space to another.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Transition {
+    /// Its `gml:id`; of several between two cells through one place, the first.
+    pub id: String,
+    /// The cell spaces that it joins, as indices.
+    pub cells: [usize; 2],
+    /// The surface that it leads through, where the file gives one.
+    pub boundary: Option<Boundary>,
+}
+
+/// A cell space boundary: the surface between two cell spaces, or the door in it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Boundary {
+    /// Its `gml:id`.
+    pub id: String,
+    /// The file calls it a connection or an anchor: a door.
+    pub door: bool,
+    /// Its outline: planar and convex, at least its hull.
+    pub winding: Vec<DVec3>,
+}
+
+/// A document.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct IndoorGml {
+    /// Cell spaces with a solid, in file order.
+    pub spaces: Vec<CellSpace>,
+    /// Transitions in file order, each once, whichever way they lead.
+    pub transitions: Vec<Transition>,
+    /// What was left out or mended, one line each.
+    pub notes: Vec<String>,
+}
+
+impl IndoorGml {
+    /// Grid and reach of everything that compares coordinates, metres: as [`crate::tolerance::Tolerance::coplanar`].
+    pub(crate) fn coplanar(&self) -> f64 {
+        let corners = self.spaces.iter().flat_map(|s| &s.surface).flat_map(|p| p.rings.iter().flatten().copied());
+        crate::tolerance::Tolerance::for_extent(crate::geom::Aabb::of(corners).diagonal()).coplanar
+    }
+}
+
+/// Reads a document; coordinates become metres (`metres_per_unit` of them to a unit), +Y up.
+pub fn read(text: &str, metres_per_unit: f64) -> Result<IndoorGml, ImportError> {
+    let document = Document::parse(text).map_err(|e| {
+        let what = match &e {
+            roxmltree::Error::DtdDetected => "a document type, which isn't read; delete the <!DOCTYPE>".to_owned(),
+            // Its own place, which is told in front.
+            e => e.to_string().rsplit_once(" at ").map_or_else(|| e.to_string(), |(what, _)| what.to_owned()),
+        };
+        ImportError::malformed(Place::Line(e.pos().row as usize), format!("not well-formed XML: {what}"))
+    })?;
+    let root = document.root_element();
+    if !is_core(&root, "IndoorFeatures") {
+        let name = root.tag_name();
+        let what = format!(
+            "not IndoorGML 1: the root is <{}> of namespace `{}`, not IndoorFeatures of {CORE}0/core",
+            short_name(name.name()),
+            short_name(name.namespace().unwrap_or_default()),
+        );
+        return Err(ImportError::malformed(line(&root), what));
+    }
+    let mut reader = Reader { scale: metres_per_unit, ids: HashMap::new(), notes: Vec::new() };
+    for node in root.descendants().filter(Node::is_element) {
+        if let Some(id) = id_of(&node)
+            && let Some(first) = reader.ids.insert(id, node)
+        {
+            let Place::Line(first) = line(&first) else { continue };
+            let what = format!("gml:id `{}` is given twice; its first place is line {first}", short_name(id));
+            return Err(ImportError::malformed(line(&node), what));
+        }
+    }
+    let mut model = reader.document(&root)?;
+    // Polygons that aren't flat are what their triangles are.
+    let eps = model.coplanar();
+    for space in &mut model.spaces {
+        let surface = std::mem::take(&mut space.surface).into_iter();
+        let flattened = surface.flat_map(|polygon| match polygon.off_plane() <= eps {
+            true => vec![polygon],
+            false => triangles(&polygon, &[], eps).into_iter().filter_map(|t| Polygon::new(vec![t.to_vec()])).collect(),
+        });
+        space.surface = flattened.collect();
+    }
+    Ok(model)
+}
+
+/// Reads a `.gml` file into a scene; see [`self`].
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let bytes = std::fs::read(path)?;
+    let text = std::str::from_utf8(&bytes).map_err(|e| ImportError::malformed(Place::Byte(e.valid_up_to()), "not UTF-8"))?;
+    from_str(text, &name, options)
+}
+
+/// Reads a document that is in memory into a scene.
+pub fn from_str(text: &str, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
+    let model = read(text, metres_per_unit)?;
+    let notes = model.notes.clone();
+    let source = Source { format: "IndoorGML".into(), metres_per_unit, up: "+Z".into(), notes };
+    let mut builder = SceneBuilder::new(options, source);
+    let mut hints = Hints::default();
+    for (space, Skin { mesh, surface }) in model.spaces.iter().zip(skin(&model)) {
+        builder.count(surface.len())?;
+        builder.add(mesh)?;
+        hints.rooms.push(RoomHint {
+            id: space.id.clone(),
+            name: space.name.clone(),
+            storey: None,
+            surface,
+            outside: false,
+            drawn: true,
+        });
+    }
+    for transition in &model.transitions {
+        let Some(boundary) = &transition.boundary else { continue };
+        hints.openings.push(OpeningHint {
+            id: boundary.id.clone(),
+            kind: if boundary.door { OpeningKind::Door } else { OpeningKind::Opening },
+            winding: boundary.winding.clone(),
+            thickness: 0.0,
+            rooms: transition.cells.map(Some),
+        });
+    }
+    builder.hints = hints;
+    builder.finish(name)
+}
+
+fn is_core(node: &Node<'_, '_>, name: &str) -> bool {
+    let tag = node.tag_name();
+    node.is_element() && tag.name() == name && tag.namespace().is_some_and(|n| n.starts_with(CORE))
+}
+
+fn is_gml(node: &Node<'_, '_>, name: &str) -> bool {
+    let tag = node.tag_name();
+    node.is_element() && tag.name() == name && tag.namespace().is_some_and(|n| GML.contains(&n))
+}
+
+fn id_of<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
+    GML.iter().find_map(|&namespace| node.attribute((namespace, "id")))
+}
+
+fn line(node: &Node<'_, '_>) -> Place {
+    Place::Line(node.document().text_pos_at(node.range().start).row as usize)
+}
+
+fn broken<T>(node: &Node<'_, '_>, what: impl Into<String>) -> Result<T, ImportError> {
+    Err(ImportError::malformed(line(node), what))
+}
+
+/// The single element in a member such as `cellSpaceMember`.
+fn member<'a, 'i>(node: &Node<'a, 'i>) -> Option<Node<'a, 'i>> {
+    node.children().find(Node::is_element)
+}
+
+struct Reader<'a, 'i> {
+    scale: f64,
+    ids: HashMap<&'a str, Node<'a, 'i>>,
+    notes: Vec<String>,
+}
+
+impl<'a, 'i> Reader<'a, 'i> {
+    fn document(mut self, root: &Node<'a, 'i>) -> Result<IndoorGml, ImportError> {
+        let named = |name: &'static str| root.descendants().filter(move |n| is_core(n, name));
+        let layers: Vec<Node> = named("SpaceLayer").collect();
+        let with_edges = |l: &&Node| l.descendants().any(|n| is_core(&n, "transitionMember"));
+        let layer = layers.iter().find(with_edges).or(layers.first()).copied().unwrap_or(*root);
+        if layers.len() > 1 {
+            let id = short_name(id_of(&layer).unwrap_or("without an id"));
+            self.notes.push(format!("{} space layers; {id} is read, the others are left out", layers.len()));
+        }
+        // 1. Who stands for whom. Links may be written on either side, or on both.
+        let mut space_of: HashMap<Node, Node> = HashMap::new();
+        for state in layer.descendants().filter(|n| is_core(n, "stateMember")).filter_map(|n| member(&n)) {
+            if let Some(space) = self.linked(&state, "duality")?.first() {
+                space_of.insert(state, *space);
+            }
+        }
+        let spaces: Vec<Node> = named("cellSpaceMember").filter_map(|n| member(&n)).collect();
+        for &space in &spaces {
+            for state in self.linked(&space, "duality")? {
+                space_of.entry(state).or_insert(space);
+            }
+        }
+        let mut boundary_of: HashMap<Node, Node> = HashMap::new();
+        for boundary in named("cellSpaceBoundaryMember").filter_map(|n| member(&n)) {
+            for transition in self.linked(&boundary, "duality")? {
+                boundary_of.entry(transition).or_insert(boundary);
+            }
+        }
+        // 2. Cell spaces.
+        let mut model = IndoorGml::default();
+        let mut place: HashMap<Node, usize> = HashMap::new();
+        let mut flat = 0;
+        for space in spaces {
+            let in_layer = layers.len() < 2 || space_of.values().any(|s| *s == space);
+            if !in_layer {
+                continue;
+            }
+            let surface = self.solid(&space)?;
+            if surface.is_empty() {
+                flat += 1;
+                continue;
+            }
+            place.insert(space, model.spaces.len());
+            let id = id_of(&space).map_or_else(|| format!("cell space {}", model.spaces.len()), short_name);
+            let named = space.children().find(|n| is_gml(n, "name")).and_then(|n| n.text()).map(str::trim);
+            let name = named.filter(|n| !n.is_empty()).map_or_else(|| id.clone(), short_name);
+            model.spaces.push(CellSpace { id, name, surface });
+        }
+        if model.spaces.is_empty() {
+            return broken(root, "no cell space has a solid; export the model in three dimensions");
+        }
+        // 3. Transitions, of which most are given twice, once each way.
+        let mut seen: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
+        for node in layer.descendants().filter(|n| is_core(n, "transitionMember")).filter_map(|n| member(&n)) {
+            let states = self.linked(&node, "connects")?;
+            let &[a, b] = states.as_slice() else {
+                return broken(&node, format!("a transition connects two states, this one {}", states.len()));
+            };
+            let cells = [a, b].map(|s| space_of.get(&s).and_then(|space| place.get(space)).copied());
+            let [Some(a), Some(b)] = cells else { continue };
+            if a == b {
+                let id = short_name(id_of(&node).unwrap_or("a transition"));
+                self.notes.push(format!("{id} leads from a cell space into itself, left out"));
+                continue;
+            }
+            let boundary = match self.linked(&node, "duality")?.first().or(boundary_of.get(&node)) {
+                Some(boundary) => self.boundary(boundary)?,
+                None => None,
+            };
+            let same = seen.entry([a.min(b), a.max(b)]).or_default();
+            let known = same.iter().copied().find(|&i| is_same(&model.transitions[i].boundary, &boundary));
+            if known.is_none() {
+                same.push(model.transitions.len());
+                let id = id_of(&node).map_or_else(|| format!("transition {}", model.transitions.len()), short_name);
+                model.transitions.push(Transition { id, cells: [a, b], boundary });
+            }
+        }
+        if flat > 0 {
+            self.notes.push(format!("{flat} cell spaces without a solid are left out"));
+        }
+        model.notes = self.notes;
+        Ok(model)
+    }
+
+    /// What a node's children of this name link to.
+    fn linked(&self, node: &Node<'a, 'i>, name: &str) -> Result<Vec<Node<'a, 'i>>, ImportError> {
+        let mut found = Vec::new();
+        for child in node.children().filter(|n| is_core(n, name)) {
+            match child.attribute((XLINK, "href")) {
+                Some(href) => found.push(self.target(&child, href)?),
+                None => found.extend(member(&child)),
+            }
+        }
+        Ok(found)
+    }
+
+    fn target(&self, from: &Node<'a, 'i>, href: &str) -> Result<Node<'a, 'i>, ImportError> {
+        let Some(id) = href.strip_prefix('#') else {
+            return broken(from, format!("`{}` is in another file; put it into this one", short_name(href)));
+        };
+        match self.ids.get(id) {
+            Some(node) => Ok(*node),
+            None => broken(from, format!("`{}`: nothing has this gml:id; correct the link", short_name(href))),
+        }
+    }
+
+    /// The polygons of a cell space's solid.
+    fn solid(&mut self, space: &Node<'a, 'i>) -> Result<Vec<Polygon>, ImportError> {
+        let geometry = space.children().filter(|n| is_core(n, "cellSpaceGeometry"));
+        let Some(solid) = geometry.flat_map(|n| n.descendants()).find(|n| is_gml(n, "Solid")) else { return Ok(Vec::new()) };
+        let mut polygons = Vec::new();
+        for node in solid.descendants() {
+            if is_surface(&node) {
+                polygons.extend(self.polygon(&node)?);
+            } else if is_gml(&node, "surfaceMember")
+                && let Some(href) = node.attribute((XLINK, "href"))
+            {
+                for shared in self.target(&node, href)?.descendants().filter(is_surface) {
+                    polygons.extend(self.polygon(&shared)?);
+                }
+            }
+        }
+        Ok(polygons)
+    }
+
+    fn boundary(&mut self, node: &Node<'a, 'i>) -> Result<Option<Boundary>, ImportError> {
+        let Some(surface) = node.descendants().find(is_surface) else { return Ok(None) };
+        let Some(polygon) = self.polygon(&surface)? else { return Ok(None) };
+        let door = matches!(node.tag_name().name(), "ConnectionBoundary" | "AnchorBoundary");
+        let id = short_name(id_of(node).unwrap_or("a boundary"));
+        let winding = hull(&polygon);
+        if crate::geom::area(&winding) > 1.05 * crate::geom::area(&polygon.rings[0]) {
+            self.notes.push(format!("{id}: not convex; its hull is taken"));
+        }
+        Ok(Some(Boundary { id, door, winding }))
+    }
+
+    /// `None` where it has no area.
+    fn polygon(&mut self, node: &Node<'a, 'i>) -> Result<Option<Polygon>, ImportError> {
+        let mut rings = Vec::new();
+        for side in ["exterior", "interior"] {
+            for ring in node.children().filter(|n| is_gml(n, side)) {
+                rings.push(self.ring(&ring)?);
+            }
+        }
+        let polygon = Polygon::new(rings);
+        if let Some(polygon) = &polygon {
+            let extent = crate::geom::Aabb::of(polygon.rings[0].iter().copied()).diagonal();
+            let off = polygon.off_plane();
+            if off > FLAT * extent {
+                let id = id_of(node).map_or_else(|| line(node).to_string(), |id| format!("{}: ", short_name(id)));
+                self.notes.push(format!("{id}a polygon that is not flat (by {off:.3} m)"));
+            }
+        }
+        Ok(polygon)
+    }
+
+    /// The corners of a ring, the repeated last one left out.
+    fn ring(&self, node: &Node<'a, 'i>) -> Result<Vec<DVec3>, ImportError> {
+        let mut corners: Vec<DVec3> = Vec::new();
+        for list in node.descendants().filter(|n| is_gml(n, "pos") || is_gml(n, "posList")) {
+            let mut numbers = Vec::new();
+            for word in list.text().unwrap_or_default().split_ascii_whitespace() {
+                match word.parse::<f64>() {
+                    Ok(x) if (x * self.scale).abs() <= FARTHEST => numbers.push(x * self.scale),
+                    _ => return broken(&list, format!("`{}` is not a coordinate", short_name(word))),
+                }
+            }
+            if numbers.len() % 3 != 0 || numbers.is_empty() {
+                return broken(&list, format!("{} numbers; give three to a corner", numbers.len()));
+            }
+            // 0 - y, because -y would turn 0 into -0.
+            corners.extend(numbers.chunks_exact(3).map(|p| DVec3::new(p[0], p[2], 0.0 - p[1])));
+        }
+        corners.dedup();
+        if corners.len() > 1 && corners.first() == corners.last() {
+            corners.pop();
+        }
+        Ok(corners)
+    }
+}
+
+fn is_surface(node: &Node<'_, '_>) -> bool {
+    ["Polygon", "PolygonPatch", "Triangle", "Rectangle"].iter().any(|name| is_gml(node, name))
+}
+
+/// Whether two transitions between the same cells lead through the same place.
+fn is_same(a: &Option<Boundary>, b: &Option<Boundary>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => {
+            let near = crate::geom::Aabb::of(b.winding.iter().copied()).inflated(1e-2);
+            a.id == b.id || a.winding.iter().all(|&p| near.contains(p))
+        }
+        (None, None) => true,
+        _ => false,
+    }
+}

@@ -1,0 +1,198 @@
+//! What an author wrote wrongly is found, by its name, and what is right is left alone.
+
+use enfilade::cells::{Audit, FindingKind, SplitOptions, Strategy, audit, audit_rooms, split};
+use enfilade::scene::{ImportOptions, Mesh, OpeningHint, OpeningKind, Role, RoomHint, Scene, SceneBuilder, Source};
+use glam::DVec3;
+
+type Quad = [DVec3; 4];
+
+fn v(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+fn cuboid(min: DVec3, max: DVec3) -> Vec<Quad> {
+    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
+    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    sides.map(|s: [usize; 4]| s.map(corner)).to_vec()
+}
+
+fn triangles(quads: &[Quad]) -> Vec<[DVec3; 3]> {
+    quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect()
+}
+
+/// Height of the rooms, the door's height, where it begins and ends along z.
+const HEIGHT: f64 = 2.8;
+const HEAD: f64 = 2.1;
+const JAMBS: [f64; 2] = [2.0, 2.9];
+
+/// Two rooms, x 0..4 and 4.2..8.2, z 0..5, with a door between them and a door from the first to the outside at -x; as its author
+/// should have written it.
+struct House {
+    roof: bool,
+    inner_door: bool,
+    rooms: Vec<RoomHint>,
+    openings: Vec<OpeningHint>,
+}
+
+fn room(id: &str, min: DVec3, max: DVec3) -> RoomHint {
+    let surface = triangles(&cuboid(min, max));
+    RoomHint { id: id.into(), name: format!("the {id}"), storey: None, surface, outside: false, drawn: true }
+}
+
+/// A door in a wall whose middle is at `x`.
+fn door(id: &str, x: f64, thickness: f64, rooms: [Option<usize>; 2]) -> OpeningHint {
+    let [a, b] = JAMBS;
+    let winding = vec![v(x, 0., a), v(x, HEAD, a), v(x, HEAD, b), v(x, 0., b)];
+    OpeningHint { id: id.into(), kind: OpeningKind::Door, winding, thickness, rooms }
+}
+
+impl House {
+    fn new() -> Self {
+        Self {
+            roof: true,
+            inner_door: true,
+            rooms: vec![room("hall", v(0., 0., 0.), v(4., HEIGHT, 5.)), room("den", v(4.2, 0., 0.), v(8.2, HEIGHT, 5.))],
+            openings: vec![door("way", 4.1, 0.2, [Some(0), Some(1)]), door("front", -0.15, 0.3, [Some(0), None])],
+        }
+    }
+
+    fn scene(&self) -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let wall = |x: [f64; 2], hole: bool| -> Vec<Quad> {
+            let part = |z: [f64; 2], y: [f64; 2]| cuboid(v(x[0], y[0], z[0]), v(x[1], y[1], z[1]));
+            if hole {
+                let over = part(JAMBS, [HEAD, HEIGHT]);
+                [part([0., JAMBS[0]], [0., HEIGHT]), part([JAMBS[1], 5.], [0., HEIGHT]), over].concat()
+            } else {
+                part([0., 5.], [0., HEIGHT])
+            }
+        };
+        let mut parts = vec![
+            cuboid(v(-0.3, -0.2, -0.3), v(8.5, 0., 5.3)),
+            cuboid(v(-0.3, 0., -0.3), v(8.5, HEIGHT, 0.)),
+            cuboid(v(-0.3, 0., 5.), v(8.5, HEIGHT, 5.3)),
+            wall([-0.3, 0.], true),
+            wall([4., 4.2], self.inner_door),
+            wall([8.2, 8.5], false),
+        ];
+        if self.roof {
+            parts.push(cuboid(v(-0.3, HEIGHT, -0.3), v(8.5, HEIGHT + 0.2, 5.3)));
+        }
+        for (i, quads) in parts.iter().enumerate() {
+            let positions: Vec<DVec3> = triangles(quads).into_iter().flatten().collect();
+            let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+            let node = format!("part {i}");
+            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        }
+        builder.hints.rooms = self.rooms.clone();
+        builder.hints.openings = self.openings.clone();
+        builder.finish("house").unwrap()
+    }
+
+    fn audit(&self) -> Audit {
+        let scene = self.scene();
+        let options = SplitOptions { strategy: Some(Strategy::Authored), ..SplitOptions::default() };
+        audit(&scene, &split(&scene, &options).unwrap())
+    }
+
+    /// What is found, as kind and ids.
+    #[track_caller]
+    fn finds(&self, expected: &[(FindingKind, &[&str])]) -> Audit {
+        let audit = self.audit();
+        let found: Vec<(FindingKind, Vec<&str>)> =
+            audit.findings.iter().map(|f| (f.kind, f.ids.iter().map(String::as_str).collect())).collect();
+        let expected: Vec<(FindingKind, Vec<&str>)> = expected.iter().map(|(kind, ids)| (*kind, ids.to_vec())).collect();
+        assert_eq!(found, expected, "{:#?}", audit.findings);
+        for finding in &audit.findings {
+            assert!(
+                !finding.text.contains('\n') && finding.ids.iter().all(|id| finding.text.contains(id.as_str())),
+                "{finding:?}"
+            );
+        }
+        audit
+    }
+}
+
+#[test]
+fn a_house_written_rightly_has_no_findings() {
+    let audit = House::new().finds(&[]);
+    assert_eq!((audit.rooms, audit.sound_rooms, audit.sound_share(), audit.claimed), (2, 2, 1.0, 1.0));
+}
+
+#[test]
+fn rooms_that_are_no_rooms_are_found() {
+    let mut house = House::new();
+    // A sheet; a box without a lid; a box in the floor slab.
+    let mut open = room("open", v(1., 0.5, 1.), v(2., 1.5, 2.));
+    open.surface.truncate(10);
+    house.rooms.push(room("flat", v(1., 1., 1.), v(2., 1., 2.)));
+    house.rooms.push(open);
+    house.rooms.push(room("buried", v(1., -0.15, 1.), v(3., -0.05, 3.)));
+    let audit = house.finds(&[
+        (FindingKind::NoVolume, &["flat"]),
+        (FindingKind::NotClosed, &["open"]),
+        (FindingKind::NoFreeSpace, &["buried"]),
+    ]);
+    assert_eq!((audit.rooms, audit.sound_rooms), (5, 2));
+    assert_eq!(audit_rooms(&house.scene()).sound_rooms, 3, "what lies buried takes a graph to tell");
+}
+
+#[test]
+fn rooms_that_share_space_or_an_id_are_found() {
+    let mut house = House::new();
+    house.rooms[1] = room("den", v(3.5, 0., 0.), v(8.2, HEIGHT, 5.));
+    house.finds(&[(FindingKind::Overlap, &["hall", "den"]), (FindingKind::Shifted, &["den"])]);
+
+    let mut house = House::new();
+    house.openings[1].id = "way".into();
+    house.finds(&[(FindingKind::DuplicateId, &["way"])]);
+}
+
+#[test]
+fn rooms_without_a_door_and_doors_walled_up_are_found() {
+    let mut house = House::new();
+    house.inner_door = false;
+    house.finds(&[(FindingKind::NoDoor, &["den"]), (FindingKind::DoorWalledUp, &["way", "hall", "den"])]);
+}
+
+#[test]
+fn rooms_off_their_walls_are_found_with_how_far() {
+    let mut house = House::new();
+    house.rooms[1] = room("den", v(4.35, 0., 0.), v(8.2, HEIGHT, 5.));
+    let audit = house.finds(&[(FindingKind::Shifted, &["den"])]);
+    assert!(audit.findings[0].text.ends_with("1 of its 6 sides lie off the walls that bound them, by up to 0.15 m"));
+}
+
+#[test]
+fn doors_whose_relations_are_wrong_are_found() {
+    let mut house = House::new();
+    house.openings[0].rooms = [Some(1), None];
+    house.openings[1].rooms = [Some(1), None];
+    house.openings.push(door("stray", 15., 0.1, [None, None]));
+    house.openings.push(door("screen", 2., 0.1, [Some(0), None]));
+    house.finds(&[
+        (FindingKind::DoorWithoutRooms, &["stray"]),
+        (FindingKind::DoorWithoutRooms, &["screen", "hall"]),
+        (FindingKind::DoorElsewhere, &["way", "hall", "den"]),
+        (FindingKind::DoorElsewhere, &["front", "hall", "den"]),
+    ]);
+}
+
+#[test]
+fn space_that_nobody_named_and_rooms_without_a_roof_are_found() {
+    let mut house = House::new();
+    house.rooms.truncate(1);
+    house.openings[0].rooms = [Some(0), None];
+    let audit = house.finds(&[(FindingKind::Unclaimed, &["way"])]);
+    assert!((audit.claimed - 0.5).abs() < 0.02, "{}", audit.claimed);
+
+    let mut house = House::new();
+    house.roof = false;
+    let scene = house.scene();
+    let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Authored), ..SplitOptions::default() }).unwrap();
+    let found = audit(&scene, &graph);
+    let open: Vec<&str> =
+        found.findings.iter().filter(|f| f.kind == FindingKind::OpenAir).map(|f| f.ids[0].as_str()).collect();
+    assert_eq!(open, ["hall", "den"]);
+    assert!(graph.cells.iter().all(|c| c.open), "there is no room indoors");
+}
