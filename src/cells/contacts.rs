@@ -72,7 +72,10 @@ impl Contacts<'_> {
                     ends_of[a as usize][1] += f.area;
                     ends_of[b as usize][0] += f.area;
                 }
-                let parted = self.storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)));
+                // Eaves have no floor: what the outside lies under is no storey.
+                let eaves = space.name[a as usize] == Some(-1);
+                let level = matches!(f.surface, Surface::Cut(Cut::Level(_)));
+                let parted = self.storeys_part && level && !eaves;
                 if usable && !(space.named(a) && space.named(b)) && !space.outgrown(a, b) {
                     let contact = contacts.entry((a.min(b), a.max(b))).or_default();
                     if parted {

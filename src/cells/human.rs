@@ -1,7 +1,7 @@
 //! What a person's metre is in a model: thresholds that describe how people build are multiples of it.
 //!
 //! It is read from how high the model's rooms are, so that a building gives the same rooms in whatever unit it comes. Lines go
-//! straight up from the middles of the largest level triangles; three quarters of what they meet lies no higher than a ceiling.
+//! straight up from the middles of the largest level triangles; half of the space that they cross is no higher than a ceiling.
 
 use crate::geom::newell;
 use crate::scene::Scene;
@@ -16,8 +16,9 @@ pub(super) struct Human {
     pub metre: f64,
 }
 
-/// How high rooms are, metres.
+/// How high rooms are, metres; and the halls of games, whose units are their own.
 const CEILING: f64 = 2.7;
+const HALL: f64 = 4.5;
 /// Rooms from 0.68 to 16 m high are taken to be in metres: crawl spaces and cathedrals are.
 const PLAUSIBLE: [f64; 2] = [0.25, 6.0];
 /// Lines that are cast at most.
@@ -25,7 +26,7 @@ const LINES: usize = 4096;
 
 impl Human {
     /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits; else what
-    /// makes them as high as rooms are. A model without anything over a floor is taken to be in metres if it is 3 to 400 of them
+    /// makes them as high as the halls of games. A model without anything over a floor is taken to be in metres if it is 3 to 400 of them
     /// across, and else to be 100 m across.
     pub fn of(scene: &Scene) -> Self {
         let Some(height) = ceiling(scene) else {
@@ -34,7 +35,7 @@ impl Human {
         };
         let ratio = height / CEILING;
         let fits = |unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit));
-        Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(ratio) }
+        Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL) }
     }
 
     /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
@@ -49,7 +50,7 @@ impl Human {
     }
 }
 
-/// The height that three quarters of the model's level area has no more than over it, of that which has anything.
+/// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above.
 fn ceiling(scene: &Scene) -> Option<f64> {
     let mut level: Vec<(f64, DVec3)> = Vec::new();
     for object in scene.objects.iter().filter(|o| o.opaque) {
@@ -71,15 +72,14 @@ fn ceiling(scene: &Scene) -> Option<f64> {
         .filter_map(|(area, p)| Some((rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY)?.t + above, area)))
         .collect();
     heights.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let most = 0.75 * heights.iter().map(|h| h.1).sum::<f64>();
+    // By volume: slabs are as wide as rooms, and thin.
+    let half = 0.5 * heights.iter().map(|h| h.0 * h.1).sum::<f64>();
     let mut sum = 0.0;
-    heights
-        .into_iter()
-        .find(|h| {
-            sum += h.1;
-            sum >= most
-        })
-        .map(|h| h.0)
+    let middle = heights.into_iter().find(|h| {
+        sum += h.0 * h.1;
+        sum >= half
+    });
+    middle.map(|h| h.0)
 }
 
 fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {

@@ -13,6 +13,7 @@ mod given;
 mod human;
 mod indoorgml;
 pub(crate) mod locate;
+mod openings;
 mod place;
 mod polyhedron;
 mod rooms;

@@ -39,12 +39,13 @@ pub(super) struct Labels {
 
 /// A gate must be this share of the narrower region's width to be no narrowing. At 0.75 the Villa Rotonda's outer doors (1.6 m in
 /// passages of 2.14 m) join its hall to the outside; from 0.9 on levels with ragged walls fall to pieces.
-const WIDE_GATE: f64 = 0.8;
+const WIDE_GATE: f64 = 0.79;
 /// The same where a wall or lintel lies on part of the gate's face: people build those where rooms end.
 const WIDE_FRAMED_GATE: f64 = 0.97;
-/// The same for openings wider than people build doors (metres): those are narrowings only where much is missing.
-const WIDE_PASSAGE: f64 = 0.65;
-const DOORWAY: f64 = 1.8;
+/// The same for openings wider than people build doors (metres): those are narrowings only where much is missing. None of these
+/// numbers is a round one: those are what people build, and rounding would decide.
+const WIDE_PASSAGE: f64 = 0.64;
+const DOORWAY: f64 = 1.65;
 /// And this share of the lower region's height: a door of 2.1 m in a room of 2.4 m is 0.875, a beam of 0.2 m under a ceiling of
 /// 2.5 m leaves 0.92.
 pub(super) const HIGH_GATE: f64 = 0.89;

@@ -5,9 +5,11 @@
 //! more than those on them.
 //!
 //! Based on: Besag, *On the statistical analysis of dirty pictures*, 1986 (iterated conditional modes of a Potts energy). Deviates:
-//! no region gives away more than a share of its volume, or a small room behind a wide opening would be eaten up.
+//! pieces also move in pairs; and no region gives away more than a share of its volume, or a small room behind a wide opening
+//! would be eaten up.
 
 use super::complex::faces::{Face, Surface};
+use std::collections::VecDeque;
 
 /// A region keeps this share of its volume.
 const KEPT: f64 = 0.7;
@@ -32,35 +34,45 @@ pub(super) fn smooth(faces: &[Face], volumes: &[f64], fixed: &[bool], of_piece: 
         }
     }
     let mut queued = vec![true; of_piece.len()];
-    let mut queue: std::collections::VecDeque<u32> = (0..of_piece.len() as u32).collect();
+    let mut queue: VecDeque<u32> = (0..of_piece.len() as u32).collect();
+    let mut shares: Vec<(u32, f64)> = Vec::new();
     while let Some(p) = queue.pop_front() {
-        let piece = p as usize;
-        queued[piece] = false;
-        let Some(from) = of_piece[piece] else { continue };
-        if fixed[piece] || volumes[piece] > spare[from as usize] {
-            continue;
-        }
-        let mut shares: Vec<(u32, f64)> = Vec::new();
-        for &(other, cost) in &contacts[piece] {
-            let Some(region) = of_piece[other as usize] else { continue };
-            match shares.iter_mut().find(|s| s.0 == region) {
-                Some(share) => share.1 += cost,
-                None => shares.push((region, cost)),
+        queued[p as usize] = false;
+        let Some(from) = of_piece[p as usize].filter(|_| !fixed[p as usize]) else { continue };
+        let alike = contacts[p as usize].iter().filter(|(q, _)| of_piece[*q as usize] == Some(from) && !fixed[*q as usize]);
+        let partner = alike.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|c| c.0);
+        // A quad in a reveal is two triangles, and neither gains by going alone.
+        let pair = partner.map(|q| [p, q]);
+        for moved in [&[p][..], pair.as_ref().map_or(&[], |pair| &pair[..])] {
+            let volume: f64 = moved.iter().map(|&m| volumes[m as usize]).sum();
+            if moved.is_empty() || volume > spare[from as usize] {
+                continue;
             }
-        }
-        let here = shares.iter().find(|s| s.0 == from).map_or(0.0, |s| s.1);
-        let best = shares.iter().filter(|s| s.0 != from).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-        // A gain that rounding could make would go to and fro.
-        if let Some(&(to, there)) = best
-            && there > here * (1.0 + 1e-9)
-        {
-            of_piece[piece] = Some(to);
-            spare[from as usize] -= volumes[piece];
-            spare[to as usize] += volumes[piece];
-            for &(other, _) in &contacts[piece] {
-                if !std::mem::replace(&mut queued[other as usize], true) {
-                    queue.push_back(other);
+            shares.clear();
+            for &(other, cost) in moved.iter().flat_map(|&m| &contacts[m as usize]).filter(|c| !moved.contains(&c.0)) {
+                let Some(region) = of_piece[other as usize] else { continue };
+                match shares.iter_mut().find(|s| s.0 == region) {
+                    Some(share) => share.1 += cost,
+                    None => shares.push((region, cost)),
                 }
+            }
+            let here = shares.iter().find(|s| s.0 == from).map_or(0.0, |s| s.1);
+            let best = shares.iter().filter(|s| s.0 != from).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            // A gain that rounding could make would go to and fro.
+            if let Some(&(to, there)) = best
+                && there > here * (1.0 + 1e-9)
+            {
+                spare[from as usize] -= volume;
+                spare[to as usize] += volume;
+                for &m in moved {
+                    of_piece[m as usize] = Some(to);
+                    for &(other, _) in &contacts[m as usize] {
+                        if !std::mem::replace(&mut queued[other as usize], true) {
+                            queue.push_back(other);
+                        }
+                    }
+                }
+                break;
             }
         }
     }

@@ -6,15 +6,13 @@ use super::complex::columns::columns;
 use super::complex::faces::faces;
 use super::complex::facets::{Facets, Matter, facets};
 use super::complex::{Human, lift};
+use super::openings::name_openings;
 use super::rooms::{Labels, label};
 use super::state::find_states;
-use super::{Cell, CellGraph, Portal, PortalKind, Strategy, authored};
-use crate::geom::{Aabb, middle};
-use crate::scene::{OpeningKind, Role, Scene};
+use super::{Cell, CellGraph, Strategy, authored};
+use crate::geom::Aabb;
+use crate::scene::{Role, Scene};
 use glam::DVec3;
-
-/// A door's leaf that stands open in a deep reveal is at most this far from the doorway's portal, metres.
-const LEAF_AWAY: f64 = 0.5;
 
 /// How to split.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -158,44 +156,4 @@ fn notes(scene: &Scene, labels: &Labels, found: &Facets, human: Human) -> Vec<St
         }
     }
     notes
-}
-
-/// Doors and windows by the author's word, or by what hangs in the opening.
-fn name_openings(scene: &Scene, portals: &mut [Portal], human: Human) {
-    let hinted = scene.hints.openings.iter().map(|o| {
-        let around = Aabb::of(o.winding.iter().copied()).inflated(0.5 * o.thickness + 0.1 * human.metre);
-        (around, o.kind, o.id.as_str(), 0.0)
-    });
-    let hung = scene.objects.iter().filter_map(|o| {
-        let kind = match o.role {
-            Role::Door => OpeningKind::Door,
-            Role::Window => OpeningKind::Window,
-            _ => return None,
-        };
-        Some((o.bounds.inflated(0.2 * human.metre), kind, o.node.as_str(), LEAF_AWAY * human.metre))
-    });
-    let bounds: Vec<Aabb> = portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
-    let upright: Vec<bool> = portals.iter().map(|p| p.plane.n.y.abs() < 0.7).collect();
-    for (around, kind, id, away) in hinted.chain(hung) {
-        let (kind, found): (_, Vec<usize>) = match kind {
-            OpeningKind::Virtual => continue,
-            // A leaf may stand open beside the doorway, and the portal lie on the wall's far side.
-            OpeningKind::Door => {
-                let near = (0..portals.len()).filter(|&i| upright[i]).map(|i| (around.gap(&bounds[i]), i));
-                let near: Vec<(f64, usize)> = near.filter(|n| n.0 <= away).collect();
-                let nearest = near.iter().fold(f64::INFINITY, |a, n| a.min(n.0));
-                (PortalKind::Door, near.into_iter().filter(|n| n.0 <= nearest).map(|n| n.1).collect())
-            }
-            _ => {
-                let within = |&i: &usize| around.contains(middle(&portals[i].winding)) && (upright[i] || away > 0.0);
-                let kind = if kind == OpeningKind::Window { PortalKind::Window } else { PortalKind::Opening };
-                (kind, (0..portals.len()).filter(within).collect())
-            }
-        };
-        for i in found {
-            if portals[i].source.is_none() {
-                (portals[i].kind, portals[i].source) = (kind, Some(id.to_owned()));
-            }
-        }
-    }
 }

@@ -13,9 +13,9 @@ use super::rooms::{Regions, Space};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lower than this nobody stands, metres.
-pub(super) const STANDING: f64 = 1.9;
+pub(super) const STANDING: f64 = 1.87;
 /// Higher than this over a floor nobody steps, metres.
-pub(super) const LEDGE: f64 = 0.95;
+pub(super) const LEDGE: f64 = 0.93;
 /// What the sky is open to from above, and has this share of its sides open to the outside, is outside: three sides of a
 /// forecourt in a U of buildings are 0.25, the open doors of a hall without a roof 0.05.
 const OPEN_SIDES: f64 = 0.15;

@@ -321,8 +321,9 @@ fn stairs(model: &mut Model, plan: &Plan, room: usize, storey: usize, wing: usiz
     // The same the other way round: turned about the vertical, so swept towards lesser z.
     let upper = extrude(&flight(true), DVec3::new(end, middle, z[1]), DVec3::NEG_X, DVec3::Y, width);
     let landing = cuboid(DVec3::new(x[0], middle - 0.25, z[0]), DVec3::new(end, middle, z[1]));
-    for (what, solid) in [("flight.0", lower), ("landing", landing), ("flight.1", upper)] {
-        model.add(format!("{what} {storey}.{wing}"), Role::Structure, Material::Concrete, solid);
+    let parts = [("flight.0", Role::Stair, lower), ("landing", Role::Structure, landing), ("flight.1", Role::Stair, upper)];
+    for (what, role, solid) in parts {
+        model.add(format!("{what} {storey}.{wing}"), role, Material::Concrete, solid);
     }
     let (first, second) = (z[0] + width / 2.0, z[1] - width / 2.0);
     let next = floor + metres(STYLE.storey());

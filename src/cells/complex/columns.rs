@@ -65,6 +65,9 @@ impl Columns {
 
 /// A sheet cuts a column if it lies over this share of it: less is dropped, which only leaves more open.
 const LEAST_SHARE: f64 = 0.15;
+/// Where sheets that don't cut lie over this share of a column, it is torn: under a dome of fine facets all of it, beside the edge
+/// of a stair's soffit little.
+const TORN_SHARE: f64 = 0.3;
 /// Less than this share is a neighbour's sheet that rounding let in.
 const ROUNDING_SHARE: f64 = 1e-3;
 
@@ -88,20 +91,21 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
             }
             let whole = super::coverage::area(q).max(f64::MIN_POSITIVE);
             let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].matter == Matter::Opaque);
-            let mut torn = false;
+            let mut uncut = 0.0;
             let mut by_share: Vec<(u32, f64, Vec<u32>)> =
                 wanted.into_iter().map(|(s, (a, f))| (s, a / whole, f)).filter(|w| w.1 >= ROUNDING_SHARE).collect();
             by_share.retain(|w| {
-                torn |= w.1 < LEAST_SHARE && opaque(&w.2);
+                uncut += if w.1 < LEAST_SHARE && opaque(&w.2) { w.1 } else { 0.0 };
                 w.1 >= LEAST_SHARE
             });
             by_share.sort_by(|a, b| b.1.min(1.0).total_cmp(&a.1.min(1.0)).then(a.0.cmp(&b.0)));
             let rim = |cut, y| Slice { cut, heights: [y; 3], facets: Vec::new() };
             let mut stack = vec![rim(Cut::Bottom, domain.min.y), rim(Cut::Top, domain.max.y)];
-            for (sheet, _, list) in by_share {
+            for (sheet, share, list) in by_share {
                 let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
                 let closes = opaque(&list);
-                torn |= !insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar) && closes;
+                let cuts = insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar);
+                uncut += if closes && !cuts { share.min(1.0) } else { 0.0 };
             }
             for (i, &y) in levels.iter().enumerate() {
                 let taken = |s: &Slice| matches!(s.cut, Cut::Sheet(_)) && s.heights.iter().all(|h| (h - y).abs() <= near);
@@ -109,7 +113,7 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
                     insert(&mut stack, Slice { cut: Cut::Level(i as u32), heights: [y; 3], facets: Vec::new() }, coplanar);
                 }
             }
-            (stack, torn)
+            (stack, uncut >= TORN_SHARE)
         })
         .unzip();
     let mut first_piece = vec![0u32];

@@ -4,7 +4,7 @@ use super::{Human, to_plan};
 use crate::geom::{Plane, newell};
 use crate::scene::{OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A triangle on a wall or a sheet.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ pub struct Facet {
 }
 
 /// What a triangle is made of.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Matter {
     /// It closes the faces that it lies on.
     Opaque,
@@ -109,6 +109,14 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms:
     }
     loose.retain(|(_, n, _)| n.length_squared() > 0.0);
     loose.sort_by(|a, b| b.1.length_squared().total_cmp(&a.1.length_squared()));
+    // A wall that is there twice is one wall: its area decides what makes a cut.
+    let key = |c: &[DVec3; 3]| {
+        let mut bits = c.map(|p| p.to_array().map(f64::to_bits));
+        bits.sort_unstable();
+        bits
+    };
+    let mut known = HashSet::new();
+    loose.retain(|(corners, _, matter)| known.insert((key(corners), *matter)));
 
     let mut scale = 1.0;
     loop {
