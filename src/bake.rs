@@ -1,5 +1,6 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
+use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, audit, split};
 use crate::file::PvsFile;
 use crate::pvs::{self, Progress, PvsOptions};
@@ -41,20 +42,30 @@ pub struct Baked {
     pub seconds: Seconds,
 }
 
+/// Segments that a debug build follows through a graph that it found.
+const SEGMENTS: u64 = 4096;
+
 /// Splits, works out visibility, and packs.
 pub fn bake(scene: &Scene, options: BakeOptions, progress: Progress<'_>) -> Result<Baked, SplitError> {
     // 1. Cells and portals.
     let start = Instant::now();
     progress("cells", 0.0);
+    let found = options.given.is_none();
     let mut graph = match options.given {
         Some(graph) => graph,
         None => split(scene, &options.split)?,
     };
     let audit = (graph.strategy == Strategy::Authored).then(|| audit(scene, &graph));
+    if found {
+        stage("the split", &graph, scene, 0);
+    }
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();
     let pvs = pvs::bake(scene, &mut graph, &options.pvs, progress);
+    if found {
+        stage("mending", &graph, scene, SEGMENTS);
+    }
     // 3. The file.
     let file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
     Ok(Baked { file, audit, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })

@@ -4,13 +4,13 @@ use enfilade::cells::{PortalKind, PortalState, Strategy};
 use enfilade::file::{FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
 use enfilade::generate::{Kind, generate};
 use enfilade::pvs::{Guarantee, PvsStats};
-use enfilade::report::check::{CheckError, CheckOptions, CheckReport, Violation, check};
+use enfilade::report::check::{CheckError, CheckOptions, CheckReport, FaultKind, Violation, check};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::process::Command;
 
-const RAYS: CheckOptions = CheckOptions { rays: 40_000, views: 20, seed: 1 };
+const RAYS: CheckOptions = CheckOptions { rays: 40_000, views: 20, seed: 1, leaks: false };
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -340,4 +340,49 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     assert_eq!((code, stdout.as_str()), (Some(2), ""));
     assert!(stderr.contains("other.glb: is not the model") && stderr.trim_end().lines().count() == 1, "{stderr}");
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn faults_of_structure_are_named() {
+    let scene = scene(0.0, false);
+    let faults = |damage: &dyn Fn(&mut PvsFile)| {
+        let mut file = file(&scene);
+        damage(&mut file);
+        let report = check(&file, &scene, &CheckOptions { rays: 100, views: 0, ..RAYS }).unwrap();
+        assert_eq!(report.structure.count, report.structure.faults.len());
+        report.structure.faults
+    };
+    assert!(faults(&|_| ()).is_empty());
+    let kinds = |damage: &dyn Fn(&mut PvsFile)| faults(damage).iter().map(|f| f.fault).collect::<Vec<_>>();
+    assert_eq!(kinds(&|f| f.portals[0].winding.reverse()), [FaultKind::Clockwise]);
+    assert_eq!(kinds(&|f| f.portals[0].winding[1].x += 0.125), [FaultKind::NotPlanar]);
+    assert_eq!(
+        kinds(&|f| f.portals[0].winding.insert(2, Vec3::new(0.0, -1.0, -0.5) - Vec3::Y * 0.25)),
+        [FaultKind::NotConvex]
+    );
+    let aside = |f: &mut PvsFile| {
+        f.portals[0].winding.iter_mut().for_each(|p| p.x += 1.0);
+        f.portals[0].plane.w += 1.0;
+    };
+    assert_eq!(kinds(&aside), [FaultKind::NotBetween]);
+    // The second room's first piece reaches half a metre into the first room.
+    let found = faults(&|f| f.cells[1].pieces[0] = piece(&scene, v(3.5, 0.0, 0.0), v(6.0, 3.0, 4.0)));
+    let overlap = found.iter().find(|f| f.fault == FaultKind::Overlap).expect("named");
+    assert_eq!((overlap.cells, overlap.portal), ([CellId(0), CellId(1)], None));
+    assert!((3.5..4.0).contains(&overlap.at.x), "in the model's own coordinates: {}", overlap.at);
+}
+
+#[test]
+fn free_space_in_no_cell_is_measured_and_placed() {
+    let scene = scene(0.0, false);
+    let mut file = file(&scene);
+    let good = check(&file, &scene, &RAYS).unwrap().free_outside_cells;
+    assert!(good.points > 10_000 && good.outside == 0 && good.places.is_empty(), "{good:?}");
+    // A quarter of the rooms' volume, at x > 6, loses its piece.
+    file.cells[1].pieces.truncate(1);
+    let bad = check(&file, &scene, &RAYS).unwrap().free_outside_cells;
+    assert!((0.1..0.4).contains(&bad.share), "{bad:?}");
+    assert_eq!(bad.share, bad.outside as f64 / bad.points as f64);
+    assert!(!bad.places.is_empty() && bad.places.iter().all(|p| p.at.x > 5.9 && p.points > 0), "{bad:?}");
+    assert!(bad.places.is_sorted_by(|a, b| a.points >= b.points));
 }

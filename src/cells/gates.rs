@@ -12,6 +12,7 @@ use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
 use super::rooms::Regions;
 use super::voids::{LEDGE, STANDING};
+use crate::geom::Aabb;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
@@ -19,7 +20,12 @@ use std::collections::{BTreeMap, HashMap};
 /// How far it is to the nearest wall.
 pub(super) struct Clearance {
     walls: Vec<Standing>,
-    grid: HashMap<(i64, i64), Vec<u32>>,
+    /// Walls by place in plan and by height, so that a tower's other storeys aren't looked at: those of cell `i` of the grid are
+    /// `of_cell[first[i]..first[i + 1]]`.
+    of_cell: Vec<u32>,
+    first: Vec<u32>,
+    low: [i64; 3],
+    size: [i64; 3],
     cell: f64,
 }
 
@@ -32,9 +38,15 @@ struct Standing {
 impl Clearance {
     /// Walls farther than this many metres don't count.
     const FAR: i64 = 8;
+    /// Most cells of the grid along an axis.
+    const MOST: f64 = 512.0;
 
     pub(super) fn new(faces: &[Face], facets: &Facets, human: Human) -> Self {
-        let mut all = Self { walls: Vec::new(), grid: HashMap::new(), cell: human.metre };
+        let (none, size) = (Vec::new(), [0; 3]);
+        let across = Aabb::of(facets.wall_facets.iter().flat_map(|f| f.corners)).size().max_element();
+        let cell = human.metre.max(across / Self::MOST);
+        let mut all = Self { walls: Vec::new(), of_cell: none.clone(), first: none, low: size, size, cell };
+        let mut places: Vec<([i64; 3], u32)> = Vec::new();
         for f in faces {
             let Surface::Wall(w) = f.surface else {
                 continue;
@@ -49,17 +61,51 @@ impl Clearance {
             let mut cells: Vec<(i64, i64)> =
                 (0..=steps).map(|s| all.cell_of(ends.0.lerp(ends.1, s as f64 / steps as f64))).collect();
             cells.dedup();
-            for c in cells {
-                all.grid.entry(c).or_default().push(all.walls.len() as u32);
+            for (x, y) in cells {
+                places.extend(all.bins(lo.y, hi.y).map(|h| ([h, x, y], all.walls.len() as u32)));
             }
             all.walls.push(Standing { ends, heights: (lo.y, hi.y) });
         }
+        if places.is_empty() {
+            return all;
+        }
+        all.low = std::array::from_fn(|k| places.iter().map(|p| p.0[k]).min().unwrap_or_default());
+        all.size = std::array::from_fn(|k| places.iter().map(|p| p.0[k] - all.low[k] + 1).max().unwrap_or_default());
+        places.sort_unstable();
+        all.first = vec![0; (all.size[0] * all.size[1] * all.size[2]) as usize + 1];
+        for (place, wall) in places {
+            if let Some(i) = all.index(place) {
+                all.first[i + 1] += 1;
+                all.of_cell.push(wall);
+            }
+        }
+        for i in 1..all.first.len() {
+            all.first[i] += all.first[i - 1];
+        }
         all
+    }
+
+    /// The number of a cell of the grid, in the order of its place.
+    fn index(&self, place: [i64; 3]) -> Option<usize> {
+        let at: [i64; 3] = std::array::from_fn(|k| place[k] - self.low[k]);
+        let inside = (0..3).all(|k| (0..self.size[k]).contains(&at[k]));
+        inside.then(|| ((at[0] * self.size[1] + at[1]) * self.size[2] + at[2]) as usize)
+    }
+
+    /// The walls of a cell of the grid.
+    fn walls_at(&self, place: [i64; 3]) -> &[u32] {
+        self.index(place).map_or(&[], |i| &self.of_cell[self.first[i] as usize..self.first[i + 1] as usize])
     }
 
     fn cell_of(&self, q: DVec2) -> (i64, i64) {
         let c = (q / self.cell).floor();
         (c.x as i64, c.y as i64)
+    }
+
+    /// The parts of the grid between two heights.
+    fn bins(&self, low: f64, high: f64) -> std::ops::RangeInclusive<i64> {
+        let bin = |y: f64| (y / (4.0 * self.cell)).floor() as i64;
+        bin(low)..=bin(high)
     }
 
     /// Metres from a point of the plan to the nearest wall that stands between two heights.
@@ -75,7 +121,7 @@ impl Clearance {
                 let step = if (x - cx).abs() == ring { 1 } else { (2 * ring).max(1) };
                 let mut y = cy - ring;
                 while y <= cy + ring {
-                    for &w in self.grid.get(&(x, y)).map_or(&[][..], Vec::as_slice) {
+                    for &w in self.bins(low, high).flat_map(|h| self.walls_at([h, x, y])) {
                         let w = &self.walls[w as usize];
                         if w.heights.0 < high && low < w.heights.1 {
                             let (a, d) = (w.ends.0, w.ends.1 - w.ends.0);

@@ -12,6 +12,7 @@ pub struct Locator<'g> {
     pieces: Vec<(CellId, u32)>,
     tree: BoxTree,
     unbounded: Vec<u32>,
+    slack: f64,
 }
 
 /// A part of a segment that lies in one piece.
@@ -26,6 +27,12 @@ pub struct Stretch {
 }
 
 impl<'g> Locator<'g> {
+    /// A point this far outside a piece, in parts of [`CellGraph::smallest_hole`], may still be said to be in it: a twelfth of it is
+    /// what planes of one wall may differ by.
+    pub const SLACK: f64 = 0.125;
+    /// Most neighbours, and most pieces of each, that are looked at before the tree is asked.
+    const WALK: usize = 16;
+
     /// Builds the tree.
     pub fn new(graph: &'g CellGraph) -> Self {
         let pieces: Vec<(CellId, u32)> = (0u32..)
@@ -37,43 +44,66 @@ impl<'g> Locator<'g> {
             let b = boxes[i as usize];
             b.min.is_finite() && b.max.is_finite()
         });
-        Self { graph, pieces, tree: BoxTree::new(&boxes, bounded), unbounded }
+        let slack = Self::SLACK * graph.smallest_hole;
+        Self { graph, pieces, tree: BoxTree::new(&boxes, bounded), unbounded, slack }
     }
 
     /// The cell and piece that hold `p`. A point on a boundary is in every piece that it touches and goes to the first of them
-    /// (least cell, then least piece). `None`: in no cell.
+    /// (least cell, then least piece). Two pieces that meet may have planes that are a rounding apart; a point that falls between
+    /// them, within [`Locator::SLACK`] of one, goes to the nearest. `None`: in no cell, or not a number.
     pub fn locate(&self, p: DVec3) -> Option<(CellId, usize)> {
-        let mut best = u32::MAX;
-        let eps = boundary(p);
-        let mut try_piece = |i: u32| {
-            let (cell, piece) = self.pieces[i as usize];
-            if i < best && self.graph.cells[cell.index()].pieces[piece as usize].contains(p, eps) {
-                best = i;
-            }
-        };
-        self.unbounded.iter().for_each(|&i| try_piece(i));
-        self.tree.in_box(&Aabb { min: p, max: p }.inflated(eps), &mut try_piece);
-        let (cell, piece) = *self.pieces.get(best as usize)?;
+        let (cell, piece) = self.pieces[self.nearest(p, self.slack)?.1 as usize];
         Some((cell, piece as usize))
     }
 
-    /// As [`Locator::locate`], but looks first where `p` was last: fast along a path. On a boundary the answer stays with the
-    /// hint, so it may differ from `locate`'s there.
-    pub fn locate_from(&self, hint: Option<(CellId, usize)>, p: DVec3) -> Option<(CellId, usize)> {
-        let (cell, piece) = hint?;
-        let pieces = self.graph.cells.get(cell.index()).map(|c| c.pieces.as_slice()).unwrap_or_default();
-        if pieces.get(piece).is_some_and(|piece| piece.contains(p, boundary(p))) {
-            return hint;
+    /// The piece within `slack` metres of `p` that is nearest to it, and how far off it is: 0 for all that hold it, of which the
+    /// first is taken.
+    fn nearest(&self, p: DVec3, slack: f64) -> Option<(f64, u32)> {
+        if !p.is_finite() {
+            return None;
         }
-        if let Some(near) = pieces.iter().position(|piece| piece.contains(p, 0.0)) {
-            return Some((cell, near));
-        }
-        self.locate(p)
+        let eps = boundary(p);
+        let slack = slack.max(eps);
+        let mut best: Option<(f64, u32)> = None;
+        let mut try_piece = |i: u32| {
+            let (cell, piece) = self.pieces[i as usize];
+            let planes = &self.graph.cells[cell.index()].pieces[piece as usize].planes;
+            let off = planes.iter().map(|plane| plane.distance(p)).fold(0.0, f64::max);
+            let off = if off <= eps { 0.0 } else { off };
+            if off <= slack && best.is_none_or(|b| (off, i) < b) {
+                best = Some((off, i));
+            }
+        };
+        self.unbounded.iter().for_each(|&i| try_piece(i));
+        self.tree.in_box(&Aabb { min: p, max: p }.inflated(slack), &mut try_piece);
+        best
     }
 
-    /// True where `p` is in the cell, boundary included.
+    /// As [`Locator::locate`], but looks first where `p` was last, then in that cell, then through its portals: fast along a path.
+    /// On a boundary the answer stays with the hint, so it may differ from `locate`'s there.
+    pub fn locate_from(&self, hint: Option<(CellId, usize)>, p: DVec3) -> Option<(CellId, usize)> {
+        let Some((cell, piece)) = hint else { return self.locate(p) };
+        let Some(home) = self.graph.cells.get(cell.index()) else { return self.locate(p) };
+        if !p.is_finite() {
+            return None;
+        }
+        let eps = boundary(p);
+        if home.pieces.get(piece).is_some_and(|piece| piece.contains(p, eps)) {
+            return hint;
+        }
+        let neighbours = home.portals.iter().map(|&portal| self.graph.target(portal));
+        // Cells of many pieces, the outside above all, are the tree's.
+        let near = [cell].into_iter().chain(neighbours).filter(|c| self.graph.cells[c.index()].pieces.len() <= Self::WALK);
+        let within = |c: CellId| {
+            let mut pieces = self.graph.cells[c.index()].pieces.iter();
+            pieces.position(|piece| piece.bounds.contains(p) && piece.contains(p, 0.0)).map(|i| (c, i))
+        };
+        near.take(Self::WALK).find_map(within).or_else(|| self.locate(p))
+    }
+
+    /// True where `p` is in the cell, boundary included, to within a few roundings.
     pub fn holds(&self, cell: CellId, p: DVec3) -> bool {
-        self.locate(p).is_some_and(|(c, _)| c == cell)
+        self.nearest(p, 0.0).is_some_and(|(_, i)| self.pieces[i as usize].0 == cell)
             || self.graph.cells[cell.index()].pieces.iter().any(|piece| piece.contains(p, boundary(p)))
     }
 
@@ -266,6 +296,9 @@ mod tests {
         let p = DVec3::new(9.0, 0.5, 0.5);
         assert_eq!(locator.locate_from(Some((CellId(9), 0)), p), Some((CellId(9), 0)), "on a boundary: the hint");
         assert_eq!(locator.locate_from(Some((CellId(20), 0)), p), Some((CellId(8), 0)));
+        for nowhere in [DVec3::NAN, DVec3::new(f64::INFINITY, 0.5, 0.5), DVec3::splat(f64::NEG_INFINITY)] {
+            assert_eq!((locator.locate(nowhere), locator.locate_from(Some((CellId(50), 0)), nowhere)), (None, None));
+        }
         assert!(locator.holds(CellId(8), p) && locator.holds(CellId(9), p) && !locator.holds(CellId(10), p));
     }
 

@@ -1,10 +1,10 @@
-//! The box around a convex polyhedron that is given as half-spaces and may be unbounded.
+//! The box around a convex polyhedron that is given as half-spaces and may be unbounded, and its faces within a box.
 //!
-//! Based on the theorem of Minkowski and Weyl (a polyhedron is the hull of its vertices plus the cone of its rays): vertices are
+//! The box is based on the theorem of Minkowski and Weyl (a polyhedron is the hull of its vertices plus the cone of its rays): vertices are
 //! where three planes meet inside all others, rays are where two planes meet in a direction that leaves none. Cubic times the
 //! number of planes, which for the pieces of cells is small ([`MAX_PLANES`]).
 
-use crate::geom::{Aabb, Plane};
+use crate::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 
 /// Most planes of a piece that anyone may give.
@@ -66,6 +66,22 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     Some(corners)
 }
 
+/// The faces that the planes bound within a box: a polygon for each plane, then for each side of the box; empty where there is
+/// none. Half-spaces that share no point have none at all.
+pub(super) fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
+    let sides = DVec3::AXES.map(|n| [Plane { n, d: n.dot(within.max) }, Plane { n: -n, d: -n.dot(within.min) }]);
+    let all: Vec<Plane> = planes.iter().copied().chain(sides.into_iter().flatten()).collect();
+    let size = within.diagonal();
+    let face = |(i, plane): (usize, &Plane)| {
+        let (u, v) = plane.n.any_orthonormal_pair();
+        let centre = within.centre() - plane.n * plane.distance(within.centre());
+        let square = [u + v, v - u, -u - v, u - v].map(|corner| centre + corner * size).to_vec();
+        let others = all.iter().enumerate().filter(|&(j, _)| j != i);
+        others.fold(square, |face, (_, other)| if face.is_empty() { face } else { clip(&face, other, 1e-12 * size) })
+    };
+    all.iter().enumerate().map(face).collect()
+}
+
 /// A basis of the directions along every plane.
 fn free_directions(planes: &[Plane]) -> Vec<DVec3> {
     let Some(first) = planes.first() else {
@@ -118,6 +134,17 @@ mod tests {
         let wedge = [plane(-1., 1., 0., 0.), plane(-1., -1., 0., 0.), plane(0., 0., 1., 1.), plane(0., 0., -1., 1.)];
         let b = bounds(&wedge, 1e-9).unwrap();
         assert!(close(b.min, [0., -INF, -1.]) && close(b.max, [INF, INF, 1.]));
+    }
+
+    #[test]
+    fn faces_of_a_half_of_a_box_and_of_nothing() {
+        let within = Aabb { min: DVec3::ZERO, max: DVec3::splat(2.0) };
+        let half = faces(&[plane(1., 1., 0., 2.)], &within);
+        let areas: Vec<f64> = half.iter().map(|f| crate::geom::area(f)).collect();
+        let expected = [2.0 * 8f64.sqrt(), 0.0, 4.0, 0.0, 4.0, 2.0, 2.0];
+        assert!(areas.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{areas:?}");
+        let nothing = faces(&[plane(1., 0., 0., 0.5), plane(-1., 0., 0., -1.)], &within);
+        assert!(nothing.iter().all(|f| crate::geom::area(f) == 0.0));
     }
 
     #[test]

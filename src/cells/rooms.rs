@@ -58,9 +58,9 @@ const LEAST_UNNAMED_VOLUME: f64 = 25.0;
 /// so many cubic metres besides: through a wall of glass it would take in the outside.
 const GROWTH: f64 = 0.5;
 const LEAST_GROWTH: f64 = 5.0;
-/// Most cells; beyond it the least volume grows until it fits.
+/// Most cells, for each band of the plan; beyond it the least volume grows until it fits.
 const MOST_CELLS: usize = 4_000;
-/// Most planes with portals, in all or a cell, whichever is more; likewise.
+/// Most planes with portals, a band or a cell, whichever is more; likewise.
 const MOST_PORTALS: usize = 4_000;
 const MOST_PORTALS_A_CELL: usize = 4;
 
@@ -257,8 +257,9 @@ pub(super) fn label(
                 .filter(|(a, b, _)| a != b)
                 .map(|(a, b, key)| (a.min(b), a.max(b), key))
                 .collect();
-            let portals = MOST_PORTALS.max(MOST_PORTALS_A_CELL * count);
-            if (count <= MOST_CELLS && planes.len() <= portals) || best.is_empty() || least > whole {
+            let bands = plan.bands.len();
+            let portals = (MOST_PORTALS * bands).max(MOST_PORTALS_A_CELL * count);
+            if (count <= MOST_CELLS * bands && planes.len() <= portals) || best.is_empty() || least > whole {
                 break;
             }
             least *= 2.0;

@@ -2,6 +2,7 @@
 
 use super::complex::arrange::arrange;
 use super::complex::assemble::{Complex, around, pieces, portals};
+use super::complex::bands::{Band, bands};
 use super::complex::columns::columns;
 use super::complex::faces::faces;
 use super::complex::facets::{Facets, Matter, facets};
@@ -49,12 +50,11 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     // 1. Planes, plan, pieces.
     let bounds = scene.bounds();
     let domain = bounds.inflated((0.05 * bounds.diagonal()).min(3.0 * human.metre));
-    let found = facets(scene, tolerance.coplanar, tolerance.seal, human, with_rooms);
-    let plan = arrange(&found, domain, tolerance.coplanar, 0.03 * human.metre);
-    let levels = levels(scene, &found, human);
-    let columns = columns(&plan, &found, domain, tolerance.coplanar, &levels, 0.45 * human.metre);
+    let (found, levels, bands) = storeys(scene, human, with_rooms, domain);
+    let plan = arrange(&bands, domain, tolerance.coplanar, 0.03 * human.metre);
+    let columns = columns(&plan, &bands, &found, tolerance.coplanar, &levels, 0.45 * human.metre);
     // 2. What is open between them.
-    let faces = faces(&plan, &columns, &found, tolerance.coplanar, tolerance.seal);
+    let faces = faces(&plan, &bands, &columns, &found, tolerance.coplanar, tolerance.seal);
     // 3. Labels.
     let claims = if with_rooms {
         let centres: Vec<DVec3> = (0..columns.pieces() as u32)
@@ -86,6 +86,24 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     Ok(graph)
 }
 
+/// Most lines in the plan of a band; beyond it the least wall and the least sheet are doubled until it fits.
+const MOST_LINES: usize = 24_000;
+
+/// The planes worth a cut, the levels, and the bands between them.
+fn storeys(scene: &Scene, human: Human, with_rooms: bool, domain: Aabb) -> (Facets, Vec<f64>, Vec<Band>) {
+    let tolerance = scene.tolerance();
+    let mut scale = 1.0;
+    loop {
+        let found = facets(scene, tolerance.coplanar, tolerance.seal, human, with_rooms, scale);
+        let levels = levels(scene, &found, human);
+        let bands = bands(&found, &levels, [domain.min.y, domain.max.y], tolerance, human, scale);
+        if bands.iter().all(|b| b.segments.len() <= MOST_LINES) {
+            return (found, levels, bands);
+        }
+        scale *= 2.0;
+    }
+}
+
 /// Heights that part storeys even where no slab does: the author's, or those with much floor; and the model's own rims.
 fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
     let structure = scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown));
@@ -93,10 +111,11 @@ fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
     let mut levels: Vec<f64> = scene.hints.storeys.iter().map(|s| s.elevation).collect();
     if levels.is_empty() {
         let mut floors: Vec<(f64, f64)> = Vec::new();
-        for sheet in 0..found.sheets.len() as u32 {
-            let plane = found.sheets[sheet as usize].plane;
-            let of_sheet = found.sheet_facets.iter().filter(|f| f.owner == sheet && f.front && f.matter == Matter::Opaque);
-            let area: f64 = of_sheet.map(|f| crate::geom::area(&f.corners)).sum();
+        let mut areas = vec![0.0; found.sheets.len()];
+        for f in found.sheet_facets.iter().filter(|f| f.front && f.matter == Matter::Opaque) {
+            areas[f.owner as usize] += crate::geom::area(&f.corners);
+        }
+        for (plane, area) in found.sheets.iter().map(|s| s.plane).zip(areas) {
             if plane.n.y > 0.999 && area > 0.0 {
                 floors.push((area, plane.d / plane.n.y));
             }

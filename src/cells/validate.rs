@@ -1,7 +1,9 @@
 //! Is a cell graph what it says it is: ids, windings, pieces, and sealed.
 
-use super::{CellGraph, Locator, Stretch};
+use super::locate::BoxTree;
+use super::{CellGraph, Locator, Piece, Stretch, polyhedron};
 use crate::geom::{Aabb, Plane, middle, newell};
+use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::{CellId, PortalId};
 use glam::DVec3;
@@ -87,7 +89,57 @@ pub fn structure(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
     linked.link();
     let pairs = graph.cells.iter().zip(&linked.cells).enumerate();
     faults.extend(pairs.filter(|(_, (a, b))| a.portals != b.portals).map(|(i, _)| Fault::NotLinked(CellId(i as u32))));
+    faults.extend(overlaps(graph, tolerance));
     faults
+}
+
+/// Stops a debug build at the first stage that leaves a graph faulty, naming up to ten faults; `segments` are followed, too.
+/// Release builds do nothing.
+pub(crate) fn stage(name: &str, graph: &CellGraph, scene: &Scene, segments: u64) {
+    if cfg!(debug_assertions) {
+        let mut faults = structure(graph, scene.tolerance().coplanar.max(1e-9));
+        if segments > 0 {
+            faults.extend(sealing(graph, &RayScene::new(scene), segments, 0).leaks);
+        }
+        let lines: Vec<String> = faults.iter().take(10).map(ToString::to_string).collect();
+        assert!(faults.is_empty(), "{} faults after {name}: {}", faults.len(), lines.join("; "));
+    }
+}
+
+/// Pairs of pieces that share a point deeper in both than twice the tolerance; one fault a pair, at most [`MOST_LEAKS`].
+fn overlaps(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
+    let depth = 2.0 * tolerance;
+    let pieces: Vec<(CellId, &Piece)> =
+        (0u32..).zip(&graph.cells).flat_map(|(c, cell)| cell.pieces.iter().map(move |p| (CellId(c), p))).collect();
+    let finite = |p: DVec3| p.map(|x| if x.is_finite() { x } else { 0.0 });
+    let corners = pieces.iter().flat_map(|(_, p)| [finite(p.bounds.min), finite(p.bounds.max)]);
+    let region = Aabb::of(corners).inflated(1.0);
+    let boxes: Vec<Aabb> = (pieces.iter())
+        .map(|(_, p)| Aabb { min: p.bounds.min.max(region.min), max: p.bounds.max.min(region.max) })
+        .collect();
+    let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+    let corners: Vec<Vec<DVec3>> =
+        pieces.par_iter().map(|(_, p)| polyhedron::faces(&p.planes, &region).into_iter().flatten().collect()).collect();
+    // Most neighbours lie on either side of a face of one of them.
+    let apart =
+        |a: usize, b: usize| pieces[a].1.planes.iter().any(|plane| corners[b].iter().all(|&p| plane.distance(p) >= -depth));
+    let shared = |a: usize, b: usize| {
+        let deep = pieces[a].1.planes.iter().chain(&pieces[b].1.planes).map(|p| Plane { d: p.d - depth, ..*p });
+        let deep: Vec<Plane> = deep.collect();
+        let corners: Vec<DVec3> = polyhedron::faces(&deep, &region).into_iter().flatten().collect();
+        let at = middle(&corners);
+        (corners.len() > 3 && deep.iter().all(|p| p.distance(at) < 0.5 * depth)).then_some(at)
+    };
+    let of_piece = |a: usize| {
+        let mut near = Vec::new();
+        tree.in_box(&boxes[a], &mut |b| near.push(b as usize));
+        near.sort_unstable();
+        let pairs = near.into_iter().filter(|&b| b > a && !apart(a, b) && !apart(b, a));
+        pairs.filter_map(|b| Some(Fault::Overlap([pieces[a].0, pieces[b].0], shared(a, b)?))).collect::<Vec<_>>()
+    };
+    let mut found: Vec<Fault> = (0..pieces.len()).into_par_iter().flat_map_iter(of_piece).collect();
+    found.truncate(MOST_LEAKS);
+    found
 }
 
 /// Some point of the portal has a piece of the one cell just behind it and of the other just in front. A portal may be larger
@@ -256,5 +308,49 @@ impl Random {
         let (z, phi) = (2.0 * self.unit() - 1.0, std::f64::consts::TAU * self.unit());
         let r = (1.0 - z * z).max(0.0).sqrt();
         DVec3::new(r * phi.cos(), z, r * phi.sin())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{Cell, Strategy};
+
+    fn block(min: DVec3, max: DVec3) -> Piece {
+        let planes = DVec3::AXES.map(|n| [Plane { n, d: n.dot(max) }, Plane { n: -n, d: -n.dot(min) }]);
+        Piece { planes: planes.into_iter().flatten().collect(), bounds: Aabb { min, max } }
+    }
+
+    fn faults(pieces: Vec<Vec<Piece>>) -> Vec<Fault> {
+        let cells = pieces.into_iter().map(|pieces| Cell { pieces, ..Cell::default() }).collect();
+        let (reason, notes, portals) = (String::new(), Vec::new(), Vec::new());
+        structure(&CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes }, 1e-6)
+    }
+
+    #[test]
+    fn pieces_that_hold_one_point_are_found_and_those_that_touch_are_not() {
+        let unit = |x: f64, y: f64| block(DVec3::new(x, y, 0.0), DVec3::new(x + 1.0, y + 1.0, 1.0));
+        let half = || {
+            let planes = vec![Plane { n: -DVec3::X, d: -2.0 }];
+            Piece { planes, bounds: Aabb { min: DVec3::NEG_INFINITY.with_x(2.0), max: DVec3::INFINITY } }
+        };
+        assert_eq!(
+            faults(vec![vec![unit(0.0, 0.0), unit(1.0, 0.0)], vec![unit(0.0, 1.0), unit(1.0, 1.0)], vec![half()]]),
+            []
+        );
+        // A corner of the one in the other; the one within the other; one that goes on without end.
+        for (piece, cell) in [(unit(0.9, 0.9), 0), (block(DVec3::splat(0.2), DVec3::splat(0.4)), 0), (unit(1.5, 5.0), 1)] {
+            let found = faults(vec![vec![unit(0.0, 0.0)], vec![half()], vec![piece.clone()]]);
+            let [Fault::Overlap(cells, at)] = found.as_slice() else { panic!("{found:?}") };
+            assert_eq!(*cells, [CellId(cell), CellId(2)]);
+            assert!(piece.contains(*at, 0.0), "{at}");
+        }
+        // Wedges whose boxes overlap and that only touch along a slanted face.
+        let mut wedges = [unit(0.0, 0.0), unit(0.0, 0.0)];
+        let slant = Plane { n: DVec3::new(1.0, 1.0, 0.0).normalize(), d: 0.5f64.sqrt() };
+        wedges[0].planes.push(slant);
+        wedges[1].planes.push(slant.flipped());
+        let [a, b] = wedges;
+        assert_eq!(faults(vec![vec![a], vec![b]]), []);
     }
 }

@@ -3,13 +3,14 @@
 use super::level::Input;
 use super::{CliError, Outcome, at};
 use enfilade::CellId;
-use enfilade::file::PvsFile;
+use enfilade::file::{PvsFile, replace_file};
 use enfilade::pvs::Guarantee;
 use enfilade::report::check::rooms::{RoomScore, RoomsFile};
-use enfilade::report::check::{CheckError, CheckOptions, CheckReport, Violation, check, score_rooms};
+use enfilade::report::check::{CheckError, CheckOptions, CheckReport, Leak, LeakKind, Violation, check, score_rooms};
 use enfilade::report::lines::{CLEARANCE, LineOptions, LineReport, check_rows};
 use enfilade::scene::{Scene, import};
 use enfilade::vis::rows::read_rows;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Flags.
@@ -33,6 +34,9 @@ pub struct Args {
     /// Rooms and doors that somebody wrote down: scores the cells and portals against them; not for levels.
     #[arg(long, value_name = "ROOMS.json", conflicts_with = "rows")]
     rooms: Option<PathBuf>,
+    /// Write every hole as a line to look at, in the model's coordinates; holes fail the check. Not for levels.
+    #[arg(long, value_name = "LEAK.obj", requires = "model")]
+    leak: Option<PathBuf>,
     /// Threads [default: one a core].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -58,7 +62,7 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     let Some(model) = &args.model else { return Err(at(&args.file, "is tested against its model: --model INPUT")) };
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
     let scene = import(model, &file.import.options()).map_err(|e| at(model, e))?;
-    let options = CheckOptions { rays: args.rays, views: args.views, seed: args.seed };
+    let options = CheckOptions { rays: args.rays, views: args.views, seed: args.seed, leaks: args.leak.is_some() };
     let report = check(&file, &scene, &options).map_err(|e| match e {
         CheckError::OtherModel { .. } => at(model, e),
         _ => at(&args.file, e),
@@ -74,8 +78,30 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     if let Some(score) = &score {
         tell_rooms(score);
     }
+    if let (Some(path), Some(leaks)) = (&args.leak, &report.leaks) {
+        replace_file(path, |out| leak_lines(&leaks.leaks, out)).map_err(|e| at(path, e))?;
+    }
     tell(&report, &file, &scene);
-    Ok(if report.passed { Outcome::Done } else { Outcome::Failed })
+    let tight = report.leaks.as_ref().is_none_or(|l| l.leak_count == 0);
+    Ok(if report.passed && tight { Outcome::Done } else { Outcome::Failed })
+}
+
+/// A polyline a leak.
+fn leak_lines(leaks: &[Leak], out: &mut dyn Write) -> io::Result<()> {
+    let mut corners = 0;
+    for (i, leak) in leaks.iter().enumerate() {
+        writeln!(out, "o leak_{i}")?;
+        for p in &leak.points {
+            writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
+        }
+        write!(out, "l")?;
+        for _ in &leak.points {
+            corners += 1;
+            write!(out, " {corners}")?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
 }
 
 /// Cells and portals against what somebody wrote down.
@@ -164,6 +190,36 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         percent(f.p95),
         percent(f.max)
     );
+    let free = &r.free_outside_cells;
+    eprintln!(
+        "{} of {} points of free space inside are in no cell ({:.4} %)",
+        free.outside,
+        free.points,
+        percent(free.share)
+    );
+    for place in &free.places {
+        let from = place.from_cell.map_or("a room that its author drew".into(), |c| format!("cell {c}"));
+        eprintln!("  {} of them around {:.3}, on the way from {from}", place.points, place.at);
+    }
+    if r.structure.count > 0 {
+        eprintln!("{} faults of cells and portals", r.structure.count);
+    }
+    for fault in &r.structure.faults {
+        let [a, b] = fault.cells;
+        let portal = fault.portal.map_or(String::new(), |p| format!("portal {p}, "));
+        eprintln!("  {:?}: {portal}cells {a} and {b}, at {:.3}", fault.fault, fault.at);
+    }
+    if let Some(leaks) = &r.leaks {
+        eprintln!("{} holes", leaks.leak_count);
+        for (i, leak) in leaks.leaks.iter().take(10).enumerate() {
+            let what = match leak.kind {
+                LeakKind::Segment => "a segment leaves",
+                LeakKind::Opening => "an opening that is neither door nor window leads out of",
+                LeakKind::Room => "nothing closes a room that its author drew, in",
+            };
+            eprintln!("  leak_{i}: {what} cell {}, {:.2} m", leak.from_cell, leak.length);
+        }
+    }
     if r.empty_cells > 0 {
         eprintln!("{} cells have no volume; nothing was cast from them", r.empty_cells);
     }

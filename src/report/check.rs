@@ -12,6 +12,9 @@
 //! 3. **Views**: in pictures from random eyes, the share of pixels that show an object which isn't in the row of the eye's
 //!    cell.
 //!
+//! Three more things are looked at: the structure of the file's cells and portals ([`Structure`]), the free space inside that is
+//! in no cell ([`FreeSpace`]) and, where asked for, every hole, as a line through it ([`Leaks`]).
+//!
 //! # What counts
 //!
 //! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So each
@@ -26,9 +29,17 @@
 //! is not a proof: it says that so many random rays found nothing.
 
 mod cells;
+mod leaks;
 pub mod rooms;
 mod sample;
+mod structure;
+mod tight;
 mod trace;
+mod walks;
+
+pub use leaks::{Leak, LeakKind, Leaks, MOST_LEAKS};
+pub use structure::{Fault, FaultKind, Structure};
+pub use walks::{FreeSpace, Place};
 
 use crate::file::PvsFile;
 use crate::generate::prng::Prng;
@@ -59,11 +70,13 @@ pub struct CheckOptions {
     pub views: u32,
     /// Seed of every random choice.
     pub seed: u64,
+    /// Whether to draw a line through every hole.
+    pub leaks: bool,
 }
 
 impl Default for CheckOptions {
     fn default() -> Self {
-        Self { rays: 1_000_000, views: 100, seed: 0 }
+        Self { rays: 1_000_000, views: 100, seed: 0, leaks: false }
     }
 }
 
@@ -150,6 +163,13 @@ pub struct CheckReport {
     pub false_pixels: Fractions,
     /// Cells without a point that is safely inside: nothing was cast from them.
     pub empty_cells: u32,
+    /// Faults of cells and portals that need no rays to be told.
+    pub structure: Structure,
+    /// Free space inside that is in no cell.
+    pub free_outside_cells: FreeSpace,
+    /// Every hole, where [`CheckOptions::leaks`] asks for it.
+    #[serde(flatten)]
+    pub leaks: Option<Leaks>,
     /// Up to ten violations.
     pub examples: Vec<Example>,
     /// Wall-clock time.
@@ -200,7 +220,12 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     tally = views.into_iter().map(|v| v.1).fold(tally, Tally::add);
     fractions.sort_by(f64::total_cmp);
     tally.tidy();
-    // 5. What it comes to.
+    // 5. What needs no rows.
+    let structure = structure::structure(file, &cells);
+    let free_outside_cells = walks::walks(scene, &cells, &tracer, options.rays, options.seed);
+    let segments: Vec<Example> = tally.examples.iter().filter(|e| e.violation == Violation::Segment).cloned().collect();
+    let leaks = options.leaks.then(|| leaks::find(file, scene, &cells, &tracer, &segments));
+    // 6. What it comes to.
     let rows_kept = tally.pairs.is_empty() && tally.cell_pairs.is_empty();
     Ok(CheckReport {
         guarantee: file.guarantee,
@@ -213,11 +238,14 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         crack_rays: tally.crack_rays,
         views: fractions.len() as u32,
         false_pixels: Fractions {
-            mean: fractions.iter().sum::<f64>() / fractions.len().max(1) as f64,
+            mean: fractions.iter().fold(0.0, |sum, x| sum + x) / fractions.len().max(1) as f64,
             p95: fractions.get((fractions.len() * 95).div_ceil(100).saturating_sub(1)).copied().unwrap_or_default(),
             max: fractions.last().copied().unwrap_or_default(),
         },
         empty_cells: cells.empty_cells(),
+        structure,
+        free_outside_cells,
+        leaks,
         examples: tally.examples,
         seconds: start.elapsed().as_secs_f64(),
         passed: tally.missed_segments == 0 && (rows_kept || file.guarantee == Guarantee::Sampled),

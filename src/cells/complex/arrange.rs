@@ -3,14 +3,16 @@
 //! Corners live on a grid finer than the coplanar tolerance, so two of them are the same or clearly apart. A segment that stops
 //! just short of another is lengthened to meet it: a line too long costs a triangle, a line too short leaves a slit open.
 
-use super::facets::Facets;
+use super::bands::Band;
 use crate::geom::Aabb;
 use glam::DVec2;
+use rayon::prelude::*;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
 
 /// Triangles of the plan and who is beside whom.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Plan {
     /// Corners.
     pub points: Vec<DVec2>,
@@ -20,6 +22,8 @@ pub struct Plan {
     pub neighbours: Vec<[Option<u32>; 3]>,
     /// Whether that edge lies on a wall or an outline.
     pub constrained: Vec<[bool; 3]>,
+    /// The triangles of each band.
+    pub bands: Vec<Range<usize>>,
 }
 
 impl Plan {
@@ -29,16 +33,26 @@ impl Plan {
     }
 }
 
-/// Triangulates the rectangle of `domain` along the walls and outlines.
-pub fn arrange(facets: &Facets, domain: Aabb, coplanar: f64, reach: f64) -> Plan {
+/// Triangulates the rectangle of `domain` along the lines of each band.
+pub fn arrange(bands: &[Band], domain: Aabb, coplanar: f64, reach: f64) -> Plan {
+    let plans: Vec<Plan> = bands.par_iter().map(|band| arrange_band(band, domain, coplanar, reach)).collect();
+    let mut all = Plan::default();
+    for plan in plans {
+        let (points, triangles) = (all.points.len() as u32, all.triangles.len() as u32);
+        all.points.extend(plan.points);
+        all.triangles.extend(plan.triangles.into_iter().map(|t| t.map(|p| p + points)));
+        all.neighbours.extend(plan.neighbours.into_iter().map(|n| n.map(|n| n.map(|n| n + triangles))));
+        all.constrained.extend(plan.constrained);
+        all.bands.push(triangles as usize..all.triangles.len());
+    }
+    all
+}
+
+fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64) -> Plan {
     // A power of two keeps grid coordinates exact.
     let grid = (coplanar * 0.5).log2().floor().exp2();
     let snap = |q: DVec2| ((q.x / grid).round() as i64, (q.y / grid).round() as i64);
-    let mut segments: Vec<(DVec2, DVec2)> = Vec::new();
-    for wall in &facets.walls {
-        segments.extend(wall.spans.iter().map(|&(u0, u1)| (wall.at(u0), wall.at(u1))));
-    }
-    segments.extend(facets.sheets.iter().flat_map(|s| s.outline.iter().copied()));
+    let mut segments = band.segments.clone();
     segments.retain(|(a, b)| snap(*a) != snap(*b));
 
     let mut points: HashMap<(i64, i64), usize> = HashMap::new();
@@ -92,7 +106,6 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
             buckets.entry(c).or_default().push(i as u32);
         }
     }
-    use rayon::prelude::*;
     segments
         .par_iter()
         .enumerate()
@@ -158,12 +171,8 @@ fn triangulate(vertices: Vec<Point2<f64>>, edges: Vec<[usize; 2]>) -> Plan {
         }
     }
     let number: HashMap<usize, u32> = cdt.inner_faces().enumerate().map(|(i, f)| (f.fix().index(), i as u32)).collect();
-    let mut plan = Plan {
-        points: cdt.vertices().map(|v| DVec2::new(v.position().x, v.position().y)).collect(),
-        triangles: Vec::new(),
-        neighbours: Vec::new(),
-        constrained: Vec::new(),
-    };
+    let mut plan =
+        Plan { points: cdt.vertices().map(|v| DVec2::new(v.position().x, v.position().y)).collect(), ..Plan::default() };
     for face in cdt.inner_faces() {
         let edges = face.adjacent_edges();
         plan.triangles.push(edges.map(|e| e.from().fix().index() as u32));

@@ -1,10 +1,10 @@
 //! Columns over the triangles of the plan, cut into pieces by the sheets that cross them.
 
 use super::arrange::Plan;
+use super::bands::Band;
 use super::coverage::shared_area;
 use super::facets::{Facets, Matter};
 use super::to_plan;
-use crate::geom::Aabb;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
@@ -71,11 +71,35 @@ const TORN_SHARE: f64 = 0.3;
 /// Less than this share is a neighbour's sheet that rounding let in.
 const ROUNDING_SHARE: f64 = 1e-3;
 
-/// Cuts the columns. `levels` are heights of storeys, metres, each used where no sheet is within `near` of it.
-pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels: &[f64], near: f64) -> Columns {
-    let corners: Vec<[DVec2; 3]> = plan.triangles.iter().map(|t| t.map(|i| plan.points[i as usize])).collect();
-    let over = facets_over(&corners, facets);
-    let (slices, torn): (Vec<Vec<Slice>>, Vec<bool>) = corners
+/// Cuts the columns of each band. `levels` are heights of storeys, metres, each used where no sheet is within `near` of it.
+pub fn columns(plan: &Plan, bands: &[Band], facets: &Facets, coplanar: f64, levels: &[f64], near: f64) -> Columns {
+    let in_bands = bands.par_iter().zip(&plan.bands);
+    let cut: Vec<Vec<(Vec<Slice>, bool)>> = in_bands
+        .map(|(band, triangles)| {
+            let corners = plan.triangles[triangles.clone()].iter().map(|t| t.map(|i| plan.points[i as usize]));
+            columns_of(band, &corners.collect::<Vec<_>>(), facets, coplanar, levels, near)
+        })
+        .collect();
+    let (slices, torn): (Vec<Vec<Slice>>, Vec<bool>) = cut.into_iter().flatten().unzip();
+    let mut first_piece = vec![0u32];
+    for s in &slices {
+        first_piece.push(first_piece[first_piece.len() - 1] + s.len() as u32 - 1);
+    }
+    Columns { slices, torn, first_piece }
+}
+
+/// The cuts of a band's columns, and which of those are torn.
+fn columns_of(
+    band: &Band,
+    corners: &[[DVec2; 3]],
+    facets: &Facets,
+    coplanar: f64,
+    levels: &[f64],
+    near: f64,
+) -> Vec<(Vec<Slice>, bool)> {
+    let over = facets_over(corners, facets, &band.sheet_facets);
+    let [bottom, top] = band.heights;
+    corners
         .par_iter()
         .zip(over)
         .map(|(q, over)| {
@@ -100,14 +124,24 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
             });
             by_share.sort_by(|a, b| b.1.min(1.0).total_cmp(&a.1.min(1.0)).then(a.0.cmp(&b.0)));
             let rim = |cut, y| Slice { cut, heights: [y; 3], facets: Vec::new() };
-            let mut stack = vec![rim(Cut::Bottom, domain.min.y), rim(Cut::Top, domain.max.y)];
+            let mut stack = vec![rim(band.rims[0], bottom), rim(band.rims[1], top)];
             for (sheet, share, list) in by_share {
                 let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
+                // What lies on the next band's rim closes the face between the two; what lies beyond is the next band's.
+                let under = band.goes_on(0) && heights.iter().all(|h| *h <= bottom + coplanar);
+                let above = band.goes_on(1) && heights.iter().all(|h| *h >= top - coplanar);
+                if under || above {
+                    let (y, last) = if under { (bottom, 0) } else { (top, stack.len() - 1) };
+                    if heights.iter().all(|h| (h - y).abs() <= coplanar) {
+                        stack[last].facets.extend(list);
+                    }
+                    continue;
+                }
                 let closes = opaque(&list);
                 let cuts = insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar);
                 uncut += if closes && !cuts { share.min(1.0) } else { 0.0 };
             }
-            for (i, &y) in levels.iter().enumerate() {
+            for (i, &y) in levels.iter().enumerate().filter(|l| bottom < *l.1 && *l.1 < top) {
                 let taken = |s: &Slice| matches!(s.cut, Cut::Sheet(_)) && s.heights.iter().all(|h| (h - y).abs() <= near);
                 if !stack.iter().any(taken) {
                     insert(&mut stack, Slice { cut: Cut::Level(i as u32), heights: [y; 3], facets: Vec::new() }, coplanar);
@@ -115,12 +149,7 @@ pub fn columns(plan: &Plan, facets: &Facets, domain: Aabb, coplanar: f64, levels
             }
             (stack, uncut >= TORN_SHARE)
         })
-        .unzip();
-    let mut first_piece = vec![0u32];
-    for s in &slices {
-        first_piece.push(first_piece[first_piece.len() - 1] + s.len() as u32 - 1);
-    }
-    Columns { slices, torn, first_piece }
+        .collect()
 }
 
 /// Puts a cut between its neighbours. One that would cross another is dropped, which only leaves more open, and the answer is
@@ -144,13 +173,12 @@ fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
     fits || there
 }
 
-/// For each column, the sheet triangles whose boxes touch it.
-fn facets_over(corners: &[[DVec2; 3]], facets: &Facets) -> Vec<Vec<u32>> {
-    let boxes: Vec<(DVec2, DVec2)> = facets
-        .sheet_facets
+/// For each column, those of some sheet triangles whose boxes touch it.
+fn facets_over(corners: &[[DVec2; 3]], facets: &Facets, some: &[u32]) -> Vec<Vec<u32>> {
+    let boxes: Vec<(DVec2, DVec2)> = some
         .iter()
-        .map(|f| {
-            let q = f.corners.map(to_plan);
+        .map(|&f| {
+            let q = facets.sheet_facets[f as usize].corners.map(to_plan);
             (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
         })
         .collect();
@@ -190,6 +218,7 @@ fn facets_over(corners: &[[DVec2; 3]], facets: &Facets) -> Vec<Vec<u32>> {
                 cells.filter_map(|c| grid.get(&c)).flatten().chain(&large).copied().filter(touches).collect();
             out.sort_unstable();
             out.dedup();
+            out.iter_mut().for_each(|i| *i = some[*i as usize]);
             out
         })
         .collect()

@@ -33,6 +33,11 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     if triangles.is_empty() {
         return Open::Whole;
     }
+    match at_a_glance(face, triangles, seal) {
+        Some(true) => return Open::Whole,
+        Some(false) => return Open::Parts(Vec::new()),
+        None => {}
+    }
     let subject: Vec<[f64; 2]> = face.iter().map(|p| p.to_array()).collect();
     let grown: Vec<Vec<[f64; 2]>> = triangles
         .iter()
@@ -48,6 +53,84 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     let least = (CRUMB * seal).min(0.9 * width(face));
     parts.retain(|shape| shape.first().is_some_and(|outer| width(&convex_hull(points(outer))) >= least));
     Open::Parts(parts)
+}
+
+/// Faces wider than this many seals don't change by more than a hundredth where triangles that only touch them are left out.
+const WIDE: f64 = 256.0;
+/// Most convex parts that are kept on the way; what falls into more is left to the booleans.
+const MOST_PARTS: usize = 12;
+
+/// What most faces are: wholly open, because every triangle passes them by (`true`), or wholly closed (`false`).
+///
+/// Closed is told by cutting the triangles out of the face, one after the other, into convex parts. Where parts are left that
+/// are together no wider than a crumb, no point of them is farther than that from a triangle.
+fn at_a_glance(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Option<bool> {
+    if width(face) <= WIDE * seal {
+        return None;
+    }
+    let over: Vec<[DVec2; 3]> =
+        triangles.iter().map(|&t| super::columns::counter_clockwise(t)).filter(|t| meet(face, t)).collect();
+    if over.is_empty() {
+        return Some(true);
+    }
+    let mut parts = vec![face.to_vec()];
+    for t in &over {
+        let mut rest = Vec::new();
+        for part in parts {
+            if meet(&part, t) {
+                less(part, t, &mut rest);
+            } else {
+                rest.push(part);
+            }
+        }
+        parts = rest;
+        if parts.len() > MOST_PARTS {
+            return None;
+        }
+    }
+    (parts.iter().map(|p| width(p)).sum::<f64>() <= CRUMB * seal).then_some(false)
+}
+
+/// False only where an edge of one of two convex polygons, both counter-clockwise, has all of the other beyond it.
+fn meet(a: &[DVec2], b: &[DVec2]) -> bool {
+    let parts = |a: &[DVec2], b: &[DVec2]| {
+        (0..a.len()).any(|i| {
+            let (p, edge) = (a[i], a[(i + 1) % a.len()] - a[i]);
+            b.iter().all(|&q| edge.perp_dot(q - p) <= 0.0)
+        })
+    };
+    !parts(a, b) && !parts(b, a)
+}
+
+/// A convex polygon less a triangle, as convex polygons: what is beyond each edge of the triangle, and not beyond those before.
+fn less(mut part: Vec<DVec2>, t: &[DVec2; 3], out: &mut Vec<Vec<DVec2>>) {
+    for i in 0..3 {
+        let (p, edge) = (t[i], t[(i + 1) % 3] - t[i]);
+        let side = |q: DVec2| edge.perp_dot(q - p);
+        let (mut inside, mut beyond) = (Vec::with_capacity(part.len() + 1), Vec::with_capacity(part.len() + 1));
+        for (k, &a) in part.iter().enumerate() {
+            let b = part[(k + 1) % part.len()];
+            let (da, db) = (side(a), side(b));
+            if da >= 0.0 {
+                inside.push(a);
+            }
+            if da <= 0.0 {
+                beyond.push(a);
+            }
+            if (da > 0.0 && db < 0.0) || (da < 0.0 && db > 0.0) {
+                let cross = a + (b - a) * (da / (da - db));
+                inside.push(cross);
+                beyond.push(cross);
+            }
+        }
+        if beyond.len() >= 3 {
+            out.push(beyond);
+        }
+        if inside.len() < 3 {
+            return;
+        }
+        part = inside;
+    }
 }
 
 /// A contour as points.
@@ -107,15 +190,24 @@ pub fn width(hull: &[DVec2]) -> f64 {
     (0..hull.len()).map(span).fold(f64::INFINITY, f64::min)
 }
 
+/// What a triangle and a convex polygon, both counter-clockwise, share.
+pub fn shared(triangle: [DVec2; 3], polygon: &[DVec2]) -> Vec<DVec2> {
+    shared_part(triangle, polygon).iter().map(|p| p.truncate()).collect()
+}
+
 /// The area that a triangle and a convex polygon share.
 pub fn shared_area(triangle: [DVec2; 3], polygon: &[DVec2]) -> f64 {
+    crate::geom::area(&shared_part(triangle, polygon))
+}
+
+fn shared_part(triangle: [DVec2; 3], polygon: &[DVec2]) -> Vec<DVec3> {
     let mut left: Vec<DVec3> = triangle.iter().map(|p| p.extend(0.0)).collect();
     for (i, a) in polygon.iter().enumerate() {
         let b = polygon[(i + 1) % polygon.len()];
         let out = -(b - *a).perp().normalize_or_zero();
         left = clip(&left, &Plane { n: out.extend(0.0), d: out.dot(*a) }, 0.0);
     }
-    crate::geom::area(&left)
+    left
 }
 
 #[cfg(test)]
@@ -164,6 +256,12 @@ mod tests {
         let [mut a, b] = halves(&face);
         a.reverse();
         assert_eq!(open_area(&open_part(&face, &[a, b], 1e-6), 1.0), 0.0);
+        // One that holds all of it, either way round.
+        let mut large = [DVec2::new(-1.0, -1.0), DVec2::new(4.0, -1.0), DVec2::new(-1.0, 4.0)];
+        for _ in 0..2 {
+            assert_eq!(open_area(&open_part(&face, &[large], 1e-6), 1.0), 0.0);
+            large.reverse();
+        }
     }
 
     #[test]

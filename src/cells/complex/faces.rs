@@ -1,13 +1,17 @@
 //! Where two pieces meet, and what is open there.
 
 use super::arrange::Plan;
+use super::bands::Band;
 use super::columns::{Columns, Cut, Slice, counter_clockwise};
-use super::coverage::{Open, area, open_part, shape_area, shared_area};
+use super::coverage::{Open, area, open_part, shape_area, shared, shared_area, width};
 use super::facets::{Facets, Matter, Wall};
 use super::to_plan;
-use glam::DVec2;
+use crate::cells::locate::BoxTree;
+use crate::geom::Aabb;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// The plane that a face lies in, and how its coordinates are read.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
@@ -64,9 +68,29 @@ pub struct Face {
     pub leaves: f64,
 }
 
-/// All faces between pieces, in a fixed order: columns ascending; within one, its cuts, then its edges.
-pub fn faces(plan: &Plan, columns: &Columns, facets: &Facets, coplanar: f64, seal: f64) -> Vec<Face> {
-    let grid = WallGrid::new(facets);
+/// All faces between pieces, in a fixed order: bands ascending; in each its columns, each with its cuts, then its edges; then the
+/// faces to the next band.
+pub fn faces(plan: &Plan, bands: &[Band], columns: &Columns, facets: &Facets, coplanar: f64, seal: f64) -> Vec<Face> {
+    let of_band = |k: usize| {
+        let grid = WallGrid::new(facets, &bands[k].wall_facets);
+        let mut out = faces_of(plan, plan.bands[k].clone(), columns, facets, &grid, coplanar, seal);
+        if k + 1 < bands.len() {
+            out.extend(between_bands(plan, [k, k + 1], columns, facets, seal));
+        }
+        out
+    };
+    (0..bands.len()).into_par_iter().map(of_band).collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+fn faces_of(
+    plan: &Plan,
+    triangles: Range<usize>,
+    columns: &Columns,
+    facets: &Facets,
+    grid: &WallGrid,
+    coplanar: f64,
+    seal: f64,
+) -> Vec<Face> {
     let of_column = |t: usize| {
         let mut out = Vec::new();
         cuts(t, plan, columns, facets, seal, &mut out);
@@ -74,12 +98,63 @@ pub fn faces(plan: &Plan, columns: &Columns, facets: &Facets, coplanar: f64, sea
             if let Some(n) = plan.neighbours[t][e]
                 && (n as usize) > t
             {
-                sides(t, e, n as usize, plan, columns, facets, &grid, coplanar, seal, &mut out);
+                sides(t, e, n as usize, plan, columns, facets, grid, coplanar, seal, &mut out);
             }
         }
         out
     };
-    (0..plan.triangles.len()).into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
+    triangles.into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// The faces between the uppermost pieces of a band and the lowest of the next: what every two triangles share.
+fn between_bands(plan: &Plan, [low, high]: [usize; 2], columns: &Columns, facets: &Facets, seal: f64) -> Vec<Face> {
+    let corners = |t: usize| plan.triangles[t].map(|i| plan.points[i as usize]);
+    let reach = |t: usize| {
+        let q = corners(t);
+        (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
+    };
+    let flat = |p: DVec2| DVec3::new(p.x, p.y, 0.0);
+    let boxes: Vec<Aabb> = plan.bands[high].clone().map(reach).map(|(a, b)| Aabb { min: flat(a), max: flat(b) }).collect();
+    let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+    let of_column = |t: usize| {
+        let (a, b) = reach(t);
+        let mut above = Vec::new();
+        tree.in_box(&Aabb { min: flat(a), max: flat(b) }, &mut |i| above.push(plan.bands[high].start + i as usize));
+        above.sort_unstable();
+        let mut out = Vec::new();
+        for n in above {
+            let polygon = shared(corners(n), &corners(t));
+            let whole = area(&polygon);
+            // Thinner than what coverage takes away.
+            if polygon.len() < 3 || width(&polygon) <= 1e-3 * seal {
+                continue;
+            }
+            let (rim, floor) = (&columns.slices[t][columns.slices[t].len() - 1], &columns.slices[n][0]);
+            let mut on = [rim.facets.as_slice(), floor.facets.as_slice()].concat();
+            on.sort_unstable();
+            on.dedup();
+            let mut fronts = [0.0; 2];
+            let mut triangles = Vec::new();
+            let mut sheet = None;
+            for facet in on.iter().map(|&f| &facets.sheet_facets[f as usize]) {
+                let q = counter_clockwise(facet.corners.map(to_plan));
+                let over = shared_area(q, &polygon);
+                if over > 0.0 {
+                    sheet = sheet.or(Some(facet.owner));
+                }
+                if facet.matter == Matter::Opaque {
+                    fronts[usize::from(facet.front)] += over;
+                    triangles.push(q);
+                }
+            }
+            let a = columns.first_piece[t] + columns.slices[t].len() as u32 - 2;
+            let surface = Surface::Cut(sheet.map_or(floor.cut, Cut::Sheet));
+            let open = open_part(&polygon, &triangles, seal);
+            out.push(Face::new([a, columns.first_piece[n]], surface, true, polygon, whole, open, fronts));
+        }
+        out
+    };
+    plan.bands[low].clone().into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 /// The face between the pieces below and above each cut of column `t`.
@@ -232,20 +307,22 @@ struct WallGrid {
 }
 
 impl WallGrid {
-    fn new(facets: &Facets) -> Self {
-        let spans = facets.wall_facets.iter().map(|f| {
-            let q = f.corners.map(to_plan);
+    /// A grid of some wall triangles.
+    fn new(facets: &Facets, some: &[u32]) -> Self {
+        let spans = some.iter().map(|&f| {
+            let q = facets.wall_facets[f as usize].corners.map(to_plan);
             (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
         });
         let spans: Vec<_> = spans.collect();
         let mean = spans.iter().map(|(a, b)| a.distance(*b)).sum::<f64>() / spans.len().max(1) as f64;
         let mut grid = Self { cell: mean.max(1e-6), buckets: HashMap::new() };
-        for (i, f) in facets.wall_facets.iter().enumerate() {
+        for &i in some {
+            let f = &facets.wall_facets[i as usize];
             let wall = &facets.walls[f.owner as usize];
             let u = f.corners.map(|p| wall.along().dot(to_plan(p)));
             let (u0, u1) = (u[0].min(u[1]).min(u[2]), u[0].max(u[1]).max(u[2]));
             for c in grid.cells(wall.at(u0), wall.at(u1)) {
-                grid.buckets.entry(c).or_default().push(i as u32);
+                grid.buckets.entry(c).or_default().push(i);
             }
         }
         grid

@@ -85,15 +85,13 @@ pub struct Facets {
 
 /// The slope below which a plane is neither a wall nor a sheet: `n.y` of about 87 degrees.
 const STEEPEST_SHEET: f64 = 0.05;
-/// Most cuts in plan; beyond it the least wall and the least sheet are doubled until it fits.
-const MOST_SEGMENTS: usize = 24_000;
 
 /// A triangle, twice its area times its normal, what it is made of.
 type Loose = ([DVec3; 3], DVec3, Matter);
 
 /// Groups the triangles that bound rooms into planes, to within `coplanar` metres at every corner; larger triangles first, so
-/// that a plane is the one of its largest member.
-pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms: bool) -> Facets {
+/// that a plane is the one of its largest member. What makes a cut must be `scale` times as large as people build at least.
+pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms: bool, scale: f64) -> Facets {
     let mut loose: Vec<Loose> = Vec::new();
     let mut add = |c: [DVec3; 3], matter: Matter| loose.push((c, newell(&c.map(|p| p - c[0])), matter));
     for object in scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown)) {
@@ -117,24 +115,57 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms:
     };
     let mut known = HashSet::new();
     loose.retain(|(corners, _, matter)| known.insert((key(corners), *matter)));
+    let mut found = Facets::default();
+    walls(&loose, coplanar, seal, human.least_wall() * scale, &mut found);
+    sheets(&loose, coplanar, human.least_sheet() * scale, &mut found);
+    found
+}
 
-    let mut scale = 1.0;
-    loop {
-        let mut found = Facets::default();
-        walls(&loose, coplanar, seal, human.least_wall() * scale, &mut found);
-        sheets(&loose, coplanar, human.least_sheet() * scale, &mut found);
-        let segments: usize = found.walls.iter().map(|w| w.spans.len()).sum::<usize>()
-            + found.sheets.iter().map(|s| s.outline.len()).sum::<usize>();
-        if segments <= MOST_SEGMENTS {
-            return found;
-        }
-        scale *= 2.0;
+/// Planes by direction and by where they are: those that a point may lie on are found without looking at all.
+struct Index<K> {
+    /// Every point is within this of the origin, metres.
+    reach: f64,
+    cell: f64,
+    /// For each key a direction, and the planes by their distance along it.
+    shelves: HashMap<K, (DVec3, HashMap<i64, Vec<u32>>)>,
+}
+
+impl<K: std::hash::Hash + Eq> Index<K> {
+    fn new(reach: f64, coplanar: f64) -> Self {
+        // Normals of one key differ by 0.02 at most, so that a plane is in 50 cells at most and mostly in one.
+        Self { reach, cell: (8.0 * coplanar).max(1e-3 * reach), shelves: HashMap::new() }
     }
+
+    fn add(&mut self, key: K, normal: DVec3, offset: f64, plane: u32) {
+        let (direction, cells) = self.shelves.entry(key).or_insert((normal, HashMap::new()));
+        let cos = direction.dot(normal);
+        // Not from the cosine, whose rounding would count for a thousand times as much.
+        let slip = self.reach * (normal - *direction * cos).length();
+        let at = |x: f64| (x / self.cell).floor() as i64;
+        for i in at(offset * cos - slip)..=at(offset * cos + slip) {
+            cells.entry(i).or_default().push(plane);
+        }
+    }
+
+    /// Planes of some keys that may come within `coplanar` metres of a point.
+    fn near(&self, keys: impl IntoIterator<Item = K>, p: DVec3, coplanar: f64) -> impl Iterator<Item = u32> {
+        let shelves = keys.into_iter().filter_map(|key| self.shelves.get(&key));
+        shelves.flat_map(move |(direction, cells)| {
+            let (at, slack) = (direction.dot(p), 1.5 * coplanar);
+            let range = ((at - slack) / self.cell).floor() as i64..=((at + slack) / self.cell).floor() as i64;
+            range.filter_map(|i| cells.get(&i)).flatten().copied()
+        })
+    }
+}
+
+/// The farthest corner from the origin, metres.
+fn reach(loose: &[Loose]) -> f64 {
+    loose.iter().flat_map(|l| l.0).map(DVec3::length).fold(0.0, f64::max)
 }
 
 fn walls(loose: &[Loose], coplanar: f64, seal: f64, least: f64, out: &mut Facets) {
     let mut lines: Vec<(DVec2, f64, Vec<Facet>)> = Vec::new();
-    let mut by_angle: HashMap<i64, Vec<u32>> = HashMap::new();
+    let mut index = Index::new(reach(loose), coplanar);
     for &(corners, newell, matter) in loose {
         let q = corners.map(to_plan);
         let longest = [(0, 1), (1, 2), (2, 0)]
@@ -161,10 +192,10 @@ fn walls(loose: &[Loose], coplanar: f64, seal: f64, least: f64, out: &mut Facets
         // The angle wraps at pi: the buckets at both ends are neighbours.
         let last = (std::f64::consts::PI / 0.01).floor() as i64;
         let near = [bucket - 1, bucket, bucket + 1, if bucket <= 0 { last } else { 0 }];
-        let found = near.iter().filter_map(|b| by_angle.get(b)).flatten().copied().filter(|i| fits(i)).min();
+        let found = index.near(near, q[0].extend(0.0), coplanar).filter(fits).min();
         let owner = found.unwrap_or_else(|| {
             lines.push((normal, offset, Vec::new()));
-            by_angle.entry(bucket).or_default().push(lines.len() as u32 - 1);
+            index.add(bucket, normal.extend(0.0), offset, lines.len() as u32 - 1);
             lines.len() as u32 - 1
         });
         let line = &mut lines[owner as usize];
@@ -202,7 +233,7 @@ fn walls(loose: &[Loose], coplanar: f64, seal: f64, least: f64, out: &mut Facets
 
 fn sheets(loose: &[Loose], coplanar: f64, least: f64, out: &mut Facets) {
     let mut planes: Vec<(Plane, f64, Vec<Facet>)> = Vec::new();
-    let mut by_normal: HashMap<(i64, i64), Vec<u32>> = HashMap::new();
+    let mut index = Index::new(reach(loose), coplanar);
     for &(corners, newell, matter) in loose {
         let mut n = newell.normalize();
         if n.y.abs() < STEEPEST_SHEET {
@@ -215,10 +246,11 @@ fn sheets(loose: &[Loose], coplanar: f64, least: f64, out: &mut Facets) {
         let cell = ((n.x / 0.01).round() as i64, (n.z / 0.01).round() as i64);
         let near = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (cell.0 + i, cell.1 + j)));
         let fits = |&i: &u32| corners.iter().all(|&p| planes[i as usize].0.distance(p).abs() <= coplanar);
-        let found = near.filter_map(|c| by_normal.get(&c)).flatten().copied().filter(|i| fits(i)).min();
+        let found = index.near(near, corners[0], coplanar).filter(fits).min();
         let owner = found.unwrap_or_else(|| {
-            planes.push((Plane::through((corners[0] + corners[1] + corners[2]) / 3.0, n), 0.0, Vec::new()));
-            by_normal.entry(cell).or_default().push(planes.len() as u32 - 1);
+            let plane = Plane::through((corners[0] + corners[1] + corners[2]) / 3.0, n);
+            planes.push((plane, 0.0, Vec::new()));
+            index.add(cell, n, plane.d, planes.len() as u32 - 1);
             planes.len() as u32 - 1
         });
         let plane = &mut planes[owner as usize];

@@ -6,7 +6,7 @@
 //! the open parts of the faces between them, so the graph is sound by construction, and a poor labelling costs culling, never
 //! a missed pixel.
 //!
-//! The steps, one file each: [`facets`] (which planes), [`arrange`] (the plan), [`columns`] (the pieces), [`faces`] with
+//! The steps, one file each: [`facets`] (which planes), [`bands`] (storeys of tall buildings), [`arrange`] (the plan), [`columns`] (the pieces), [`faces`] with
 //! [`coverage`] (what is open), then the labelling, then [`assemble`].
 //!
 //! Based on: Lerner, Chrysanthou, Cohen-Or, *Breaking the walls* (2003, 2006) for cells from a plan; Teller, *Visibility
@@ -15,6 +15,7 @@
 
 pub(super) mod arrange;
 pub(super) mod assemble;
+pub(super) mod bands;
 pub(super) mod columns;
 pub(super) mod coverage;
 pub(super) mod faces;

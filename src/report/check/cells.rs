@@ -9,12 +9,14 @@ use glam::{DVec3, Vec4};
 use std::collections::BTreeMap;
 
 /// A convex piece, cut off where the region ends.
-struct Piece {
-    cell: CellId,
-    planes: Vec<Plane>,
+pub(super) struct Piece {
+    pub(super) cell: CellId,
+    pub(super) planes: Vec<Plane>,
+    /// What each plane bounds of it, in the planes' order; then what the region's six sides do.
+    pub(super) faces: Vec<Vec<DVec3>>,
     /// Tetrahedra that fill it, with the sum of the volumes up to each, cubic metres.
     tetrahedra: Vec<([DVec3; 4], f64)>,
-    bounds: Aabb,
+    pub(super) bounds: Aabb,
 }
 
 /// A portal.
@@ -52,6 +54,7 @@ pub(super) struct Cells {
     tolerance: f64,
     rounding: f64,
     open: Vec<CellId>,
+    closed: Vec<CellId>,
 }
 
 impl Cells {
@@ -85,11 +88,10 @@ impl Cells {
             portals.push(Portal { plane: plane(&portal.plane), winding });
         }
         let tree = Tree::new(pieces.iter().map(|p| p.bounds), tolerance + rounding);
-        let open = (0..file.cells.len())
-            .filter(|&c| file.cells[c].open && !by_cell[c].is_empty())
-            .map(|c| CellId(c as u32))
-            .collect();
-        Self { pieces, tree, by_cell, portals, between, of_cell, region, tolerance, rounding, open }
+        let with_volume = (0..file.cells.len()).filter(|&c| !by_cell[c].is_empty());
+        let (open, closed): (Vec<usize>, Vec<usize>) = with_volume.partition(|&c| file.cells[c].open);
+        let [open, closed] = [open, closed].map(|list| list.into_iter().map(|c| CellId(c as u32)).collect());
+        Self { pieces, tree, by_cell, portals, between, of_cell, region, tolerance, rounding, open, closed }
     }
 
     pub(super) fn tolerance(&self) -> f64 {
@@ -108,6 +110,65 @@ impl Cells {
     /// Cells without a piece of any volume.
     pub(super) fn empty_cells(&self) -> u32 {
         self.by_cell.iter().filter(|c| c.is_empty()).count() as u32
+    }
+
+    /// The space that is looked at.
+    pub(super) fn region(&self) -> &Aabb {
+        &self.region
+    }
+
+    /// Every piece with a volume.
+    pub(super) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// A cell's pieces by number, with the sum of their volumes up to each.
+    pub(super) fn pieces_of(&self, cell: CellId) -> &[(usize, f64)] {
+        &self.by_cell[cell.index()]
+    }
+
+    /// Pieces whose boxes come near a piece's, ascending.
+    pub(super) fn beside(&self, piece: usize) -> Vec<usize> {
+        let mut found = Vec::new();
+        if let Some(tree) = &self.tree {
+            tree.in_box(&self.pieces[piece].bounds, |i| found.push(i));
+        }
+        found.sort_unstable();
+        found.retain(|&i| i != piece);
+        found
+    }
+
+    /// The piece that holds a point or comes within the tolerance of it: the one that it is deepest in.
+    pub(super) fn piece_at(&self, p: DVec3) -> Option<usize> {
+        let mut best: Option<(f64, usize)> = None;
+        self.tree.as_ref()?.at(p, |i| {
+            let off = self.pieces[i].planes.iter().map(|plane| plane.distance(p)).fold(f64::NEG_INFINITY, f64::max);
+            if off <= self.tolerance && best.is_none_or(|b| (off, i) < b) {
+                best = Some((off, i));
+            }
+            true
+        });
+        best.map(|b| b.1)
+    }
+
+    /// The cell that holds a point or comes within the tolerance of it.
+    pub(super) fn near(&self, p: DVec3) -> Option<CellId> {
+        self.piece_at(p).map(|i| self.pieces[i].cell)
+    }
+
+    /// True where a point is in a cell or within the tolerance of it.
+    pub(super) fn near_cell(&self, cell: CellId, p: DVec3) -> bool {
+        self.by_cell[cell.index()].iter().any(|&(i, _)| self.pieces[i].holds(p, self.tolerance))
+    }
+
+    /// Whether a cell that has a volume is open.
+    pub(super) fn is_open(&self, cell: CellId) -> bool {
+        self.open.binary_search(&cell).is_ok()
+    }
+
+    /// Closed cells that have a volume.
+    pub(super) fn closed(&self) -> &[CellId] {
+        &self.closed
     }
 
     /// Open cells that have a volume.
@@ -228,27 +289,29 @@ impl Cells {
     }
 }
 
+/// The faces of a convex polyhedron: a polygon for each plane, empty where it bounds nothing; then those of the region's sides.
+pub(super) fn faces(planes: &[Plane], region: &Aabb) -> Vec<Vec<DVec3>> {
+    let sides = (0..3).flat_map(|axis| {
+        let n = DVec3::AXES[axis];
+        [Plane { n, d: region.max[axis] }, Plane { n: -n, d: -region.min[axis] }]
+    });
+    let planes: Vec<Plane> = planes.iter().copied().chain(sides).collect();
+    // Each face is a square on its plane, larger than the region, clipped by all other planes.
+    let size = region.diagonal();
+    let face = |(i, plane): (usize, &Plane)| {
+        let middle = region.centre() - plane.n * plane.distance(region.centre());
+        let (u, v) = plane.n.any_orthonormal_pair();
+        let square = [u + v, v - u, -u - v, u - v].map(|corner| middle + corner * size).to_vec();
+        let others = planes.iter().enumerate().filter(|&(j, _)| j != i);
+        others.fold(square, |face, (_, other)| clip(&face, other, size * 1e-9))
+    };
+    planes.iter().enumerate().map(face).collect()
+}
+
 impl Piece {
     /// `None` where it has no volume.
-    fn new(cell: CellId, mut planes: Vec<Plane>, region: &Aabb) -> Option<Self> {
-        let own = planes.len();
-        for axis in 0..3 {
-            let n = DVec3::AXES[axis];
-            planes.extend([Plane { n, d: region.max[axis] }, Plane { n: -n, d: -region.min[axis] }]);
-        }
-        // Each face is a square on its plane, larger than the region, clipped by all other planes.
-        let size = region.diagonal();
-        let faces: Vec<Vec<DVec3>> = planes
-            .iter()
-            .enumerate()
-            .map(|(i, plane)| {
-                let middle = region.centre() - plane.n * plane.distance(region.centre());
-                let (u, v) = plane.n.any_orthonormal_pair();
-                let square = [u + v, v - u, -u - v, u - v].map(|corner| middle + corner * size).to_vec();
-                let others = planes.iter().enumerate().filter(|&(j, _)| j != i);
-                others.fold(square, |face, (_, other)| clip(&face, other, size * 1e-9))
-            })
-            .collect();
+    fn new(cell: CellId, planes: Vec<Plane>, region: &Aabb) -> Option<Self> {
+        let faces = faces(&planes, region);
         let bounds = Aabb::of(faces.iter().flatten().copied());
         if bounds.is_empty() {
             return None;
@@ -266,11 +329,15 @@ impl Piece {
                 }
             }
         }
-        planes.truncate(own);
-        (!tetrahedra.is_empty()).then_some(Self { cell, planes, tetrahedra, bounds })
+        (!tetrahedra.is_empty()).then_some(Self { cell, planes, faces, tetrahedra, bounds })
     }
 
-    fn volume(&self) -> f64 {
+    /// A point inside.
+    pub(super) fn middle(&self) -> DVec3 {
+        self.tetrahedra[0].0[0]
+    }
+
+    pub(super) fn volume(&self) -> f64 {
         self.tetrahedra.last().map_or(0.0, |t| t.1)
     }
 

@@ -32,6 +32,17 @@ impl Tree {
         self.0.ray_traverse(ray, &mut RayHit::none(), |_, i| up(visit(self.0.primitive_indices[i] as usize)));
     }
 
+    /// Calls `visit` with items whose box meets another, in no order.
+    pub(super) fn in_box(&self, bounds: &crate::geom::Aabb, mut visit: impl FnMut(usize)) {
+        self.0.aabb_traverse(Aabb::new(bounds.min.as_vec3a(), bounds.max.as_vec3a()), |bvh, node| {
+            let node = &bvh.nodes[node as usize];
+            for i in node.first_index..node.first_index + node.prim_count {
+                visit(bvh.primitive_indices[i as usize] as usize);
+            }
+            true
+        });
+    }
+
     /// Calls `visit` with items whose box holds a point, until it returns false.
     pub(super) fn at(&self, p: DVec3, mut visit: impl FnMut(usize) -> bool) {
         self.0.point_traverse(p.as_vec3a(), |bvh, node| {
@@ -80,6 +91,11 @@ impl Tracer {
     /// The distance and object of the first opaque triangle on a ray (`direction` of length 1) before `limit`, from either
     /// side. Of two at one distance, the one with the lesser number.
     pub(super) fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, ObjectId)> {
+        self.nearest(origin, direction, limit).map(|(t, i)| (t, self.opaque.objects[i]))
+    }
+
+    /// As [`Tracer::first_opaque`], by the triangle's number.
+    fn nearest(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, usize)> {
         let mut best: Option<(f64, usize)> = None;
         let layer = &self.opaque;
         layer.tree.as_ref()?.along(origin, direction, limit, |i| match intersect(origin, direction, &layer.corners[i]) {
@@ -89,7 +105,27 @@ impl Tracer {
             }
             _ => f64::INFINITY,
         });
-        best.map(|(t, i)| (t, layer.objects[i]))
+        best
+    }
+
+    /// True where no opaque triangle is between two points.
+    pub(super) fn is_open(&self, a: DVec3, b: DVec3) -> bool {
+        let length = a.distance(b);
+        length == 0.0 || self.nearest(a, (b - a) / length, length).is_none()
+    }
+
+    /// True where most of what is seen from a point shows its back: the inside of a column or a wall. Means little in models
+    /// that are wound both ways.
+    pub(super) fn in_solid(&self, p: DVec3) -> bool {
+        let directions = (0..27).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9)) - 1.0);
+        let (mut fronts, mut backs) = (0, 0);
+        for d in directions.filter_map(|d| (d + DVec3::new(0.011, 0.017, 0.023)).try_normalize()) {
+            if let Some((_, i)) = self.nearest(p, d, f64::INFINITY) {
+                let [a, b, c] = self.opaque.corners[i];
+                if (b - a).cross(c - a).dot(d) > 0.0 { backs += 1 } else { fronts += 1 }
+            }
+        }
+        backs > fronts
     }
 
     /// Every see-through object on a ray before `limit`, once, the nearest first.
@@ -131,6 +167,11 @@ impl Tracer {
         }
         clear
     }
+}
+
+/// True where a ray crosses a triangle.
+pub(super) fn crosses(origin: DVec3, direction: DVec3, triangle: &[DVec3; 3]) -> bool {
+    intersect(origin, direction, triangle).is_some()
 }
 
 /// Distance along a ray to a triangle, from either side.

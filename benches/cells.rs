@@ -1,0 +1,54 @@
+//! The plan strategy over the size of office towers: 300, 1,250 and 5,000 offices, about 60 rooms a storey.
+//!
+//! Each split is checked against what the generator knows before its time counts: every room's middle is in a closed cell, of
+//! its own but for the stairs and lifts that go through storeys. Printed are seconds and the exponent of growth between
+//! neighbours: 1 is linear, n log n is 1.1 at these sizes. `--test` takes the smallest alone.
+
+use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
+use enfilade::generate::{Generated, Kind, generate};
+use enfilade::scene::{ImportOptions, Scene, import};
+use glam::DVec3;
+use std::path::Path;
+use std::time::Instant;
+
+const SIZES: [usize; 3] = [300, 1250, 5000];
+
+fn main() {
+    let sizes = if std::env::args().any(|a| a == "--test") { &SIZES[..1] } else { &SIZES[..] };
+    let mut before: Option<(f64, f64)> = None;
+    for &offices in sizes {
+        let office = generate(Kind::Office { rooms: offices, storeys: None, furnished: false }, 0).expect("an office");
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("office-{offices}.glb"));
+        std::fs::write(&path, &office.glb).expect("a folder to write to");
+        let scene = import(&path, &ImportOptions::default()).expect("what was generated");
+        let start = Instant::now();
+        let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan) }).expect("a split");
+        let seconds = start.elapsed().as_secs_f64();
+        let rooms = assert_rooms(&office, &scene, &graph);
+        let growth =
+            before.map_or(String::new(), |(n, s)| format!(", growth n^{:.2}", (seconds / s).ln() / (rooms as f64 / n).ln()));
+        println!("{rooms} rooms, {} cells, {} portals: {seconds:.1} s{growth}", graph.cells.len(), graph.portals.len());
+        before = Some((rooms as f64, seconds));
+    }
+}
+
+/// The rooms that the generator knows of, each found.
+fn assert_rooms(office: &Generated, scene: &Scene, graph: &CellGraph) -> usize {
+    let locator = Locator::new(graph);
+    let rooms = office.rooms["rooms"].as_array().expect("rooms");
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    let mut cells = Vec::new();
+    for room in rooms {
+        let ring = room["footprint"][0][0].as_array().expect("a ring");
+        let mean = |k: usize| ring.iter().map(|p| number(&p[k])).sum::<f64>() / ring.len() as f64;
+        let eye = DVec3::new(mean(0), number(&room["floor_y"]) + 1.5, mean(1));
+        let (cell, _) = locator.locate(eye - scene.origin).expect("a room's middle is in a cell");
+        assert!(!graph.cells[cell.index()].open, "{} is outside", room["name"]);
+        cells.push(cell);
+    }
+    cells.sort_unstable();
+    cells.dedup();
+    assert!(cells.len() * 100 >= rooms.len() * 95, "{} cells for {} rooms", cells.len(), rooms.len());
+    assert!(graph.cells.len() * 20 <= rooms.len() * 21 + 20, "{} cells for {} rooms", graph.cells.len(), rooms.len());
+    rooms.len()
+}

@@ -1,0 +1,402 @@
+//! Holes as lines to look at: the shortest way from inside a closed cell to beyond the model.
+//!
+//! Based on: the point file of Quake's level compilers (J. Carmack, qbsp, 1996), which draws a line from an entity to the void;
+//! E. W. Dijkstra, *A note on two problems in connexion with graphs*, 1959, over the polygons where convex pieces meet; and the
+//! pulling tight of a line through a sequence of polygons, one corner at a time (see [`super::tight`]).
+//!
+//! A *hole of the model* is an opening, neither door nor window, between a closed cell and the outside: a missing wall, a cracked
+//! corner, a room without a roof. Openings that touch are one hole. An author's open-air cell is no outside and no hole leads to
+//! it. A *hole of the cells* is a segment that left a cell other than through a portal; it is its own line.
+
+use super::Example;
+use super::cells::Cells;
+use super::tight::{closest, polish, tighten};
+use super::trace::Tracer;
+use crate::cells::PortalKind;
+use crate::file::PvsFile;
+use crate::geom::{Aabb, Plane, clip, middle};
+use crate::scene::{RoomHint, Scene};
+use crate::{CellId, PortalId};
+use glam::DVec3;
+use serde::Serialize;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+
+/// Most lines that are drawn; the other holes are counted.
+pub const MOST_LEAKS: usize = 64;
+
+/// What leaks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeakKind {
+    /// An unobstructed segment left a cell other than through a portal.
+    Segment,
+    /// A closed cell is open to the outside through an opening that is neither door nor window.
+    Opening,
+    /// A room that the author drew lies in the outside: nothing closes it.
+    Room,
+}
+
+/// A hole, and the shortest line through it that was found.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Leak {
+    /// What leaks.
+    pub kind: LeakKind,
+    /// Length of the line, metres.
+    pub length: f64,
+    /// The cell that it starts in.
+    pub from_cell: CellId,
+    /// The portals that are the hole.
+    pub portals: Vec<PortalId>,
+    /// From inside to beyond the model (or, for a segment, to where it left), in the model's own coordinates, metres.
+    pub points: Vec<DVec3>,
+}
+
+/// Every hole.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct Leaks {
+    /// A line through each of the first [`MOST_LEAKS`]: segments first, then by length.
+    pub leaks: Vec<Leak>,
+    /// Holes in all.
+    pub leak_count: usize,
+}
+
+/// Draws a line through every hole. `segments` are the violations that the rays found.
+pub(super) fn find(file: &PvsFile, scene: &Scene, cells: &Cells, tracer: &Tracer, segments: &[Example]) -> Leaks {
+    let search = Search::new(file, scene, cells, tracer);
+    let mut found: Vec<Leak> = segments.iter().filter_map(of_segment).collect();
+    let holes = search.holes();
+    let mut count = found.len() + holes.len();
+    let mut opened: Vec<Leak> = holes.into_iter().filter_map(|(cell, portals)| search.through(cell, &portals)).collect();
+    for room in scene.hints.rooms.iter().filter(|r| !r.outside) {
+        if let Some(leak) = search.of_room(room) {
+            opened.push(leak);
+            count += 1;
+        }
+    }
+    opened.sort_by(|a, b| a.length.total_cmp(&b.length).then(a.portals.cmp(&b.portals)));
+    for leak in &mut opened {
+        leak.points.iter_mut().for_each(|p| *p += scene.origin);
+    }
+    found.extend(opened);
+    found.truncate(MOST_LEAKS);
+    Leaks { leaks: found, leak_count: count }
+}
+
+fn of_segment(example: &Example) -> Option<Leak> {
+    let (from_cell, points) = (example.cells[0]?, vec![example.from, example.at]);
+    let length = example.from.distance(example.at);
+    Some(Leak { kind: LeakKind::Segment, length, from_cell, portals: Vec::new(), points })
+}
+
+/// Most ways aside that are tried at a gate whose nearest point is behind a wall, for each piece beside it.
+const MOST_ASIDE: usize = 64;
+
+/// Beyond the last gate.
+const AWAY: usize = usize::MAX;
+
+/// Where two pieces meet, or where a piece meets the box around the model.
+struct Gate {
+    polygon: Vec<DVec3>,
+    plane: Plane,
+    pieces: [usize; 2],
+}
+
+struct Search<'s> {
+    file: &'s PvsFile,
+    cells: &'s Cells,
+    tracer: &'s Tracer,
+    bounds: Aabb,
+    /// Cells that go on beyond the model.
+    outside: Vec<bool>,
+}
+
+impl<'s> Search<'s> {
+    fn new(file: &'s PvsFile, scene: &Scene, cells: &'s Cells, tracer: &'s Tracer) -> Self {
+        let bounds = scene.bounds();
+        let mut outside = vec![false; file.cells.len()];
+        for piece in cells.pieces() {
+            let beyond =
+                !(bounds.inflated(1.0).contains(piece.bounds.min) && bounds.inflated(1.0).contains(piece.bounds.max));
+            outside[piece.cell.index()] |= file.cells[piece.cell.index()].open && beyond;
+        }
+        Self { file, cells, tracer, bounds, outside }
+    }
+
+    /// Openings from a closed cell to the outside; those that touch are one hole. In the order of their first portal.
+    fn holes(&self) -> Vec<(CellId, Vec<usize>)> {
+        let near = 4.0 * self.cells.tolerance();
+        let mut holes: Vec<(CellId, CellId, Vec<usize>, Aabb)> = Vec::new();
+        for (i, portal) in self.file.portals.iter().enumerate() {
+            let [a, b] = portal.cells;
+            let (from, to) = if self.outside[a.index()] { (b, a) } else { (a, b) };
+            if portal.kind != PortalKind::Opening || !self.outside[to.index()] || self.file.cells[from.index()].open {
+                continue;
+            }
+            let (mut members, mut bounds) = (vec![i], Aabb::of(portal.winding.iter().map(|p| p.as_dvec3())));
+            // What it touches joins it, and so may what that touches.
+            while let Some(k) = holes.iter().position(|h| (h.0, h.1) == (from, to) && h.3.gap(&bounds) <= near) {
+                let (.., more, around) = holes.swap_remove(k);
+                members.extend(more);
+                bounds = bounds.union(around);
+            }
+            members.sort_unstable();
+            holes.push((from, to, members, bounds));
+        }
+        holes.sort_by(|a, b| a.2.cmp(&b.2));
+        holes.into_iter().map(|(from, _, members, _)| (from, members)).collect()
+    }
+
+    /// The line from the middle of a cell through a hole of it.
+    fn through(&self, from: CellId, portals: &[usize]) -> Option<Leak> {
+        let &(largest, _) = self.cells.pieces_of(from).iter().max_by(|a, b| {
+            let volume = |p: usize| self.cells.pieces()[p].volume();
+            volume(a.0).total_cmp(&volume(b.0)).then(b.0.cmp(&a.0))
+        })?;
+        let start = self.cells.pieces()[largest].middle();
+        let line = self.line(start, largest, Some(from), portals)?;
+        let portals = portals.iter().map(|&p| PortalId(p as u32)).collect();
+        Some(Leak { kind: LeakKind::Opening, length: length(&line), from_cell: from, portals, points: line })
+    }
+
+    /// The line out of a room that the author drew, if its middle is outside.
+    fn of_room(&self, room: &RoomHint) -> Option<Leak> {
+        let bounds = Aabb::of(room.surface.iter().flatten().copied());
+        let start = bounds.centre();
+        let within = |d: DVec3| room.surface.iter().filter(|t| super::trace::crosses(start, d, t)).count() % 2 == 1;
+        // Off every axis, so that no edge is met.
+        let inside = within(DVec3::new(0.0123, 1.0, 0.0377)) && within(DVec3::new(1.0, 0.0213, -0.0311));
+        let piece = self.cells.piece_at(start)?;
+        let cell = self.cells.pieces()[piece].cell;
+        if !inside || !self.outside[cell.index()] || self.tracer.in_solid(start) {
+            return None;
+        }
+        let line = self.line(start, piece, None, &[])?;
+        Some(Leak { kind: LeakKind::Room, length: length(&line), from_cell: cell, portals: Vec::new(), points: line })
+    }
+
+    /// The shortest line from a point in a piece to the box around the model, through pieces of `from`, the hole's portals and
+    /// the outside.
+    fn line(&self, start: DVec3, piece: usize, from: Option<CellId>, portals: &[usize]) -> Option<Vec<DVec3>> {
+        let mut gates: Vec<Gate> = Vec::new();
+        let mut of_piece: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        // What was settled: point, gate before it.
+        let mut settled: BTreeMap<usize, (DVec3, Option<usize>)> = BTreeMap::new();
+        let mut open: BinaryHeap<Reverse<(Cost, usize, usize)>> = BinaryHeap::new();
+        let mut tries: Vec<Try> = Vec::new();
+        let mut entered: BTreeSet<usize> = BTreeSet::new();
+        let mut reach = |gates: &mut Vec<Gate>, piece: usize| -> Vec<usize> {
+            if entered.insert(piece) {
+                for gate in self.gates(piece, from, portals) {
+                    // The neighbour may have found it before.
+                    let known = gate.pieces[1] != AWAY && entered.contains(&gate.pieces[1]);
+                    if !known {
+                        for side in gate.pieces.into_iter().filter(|&p| p != AWAY) {
+                            of_piece.entry(side).or_default().push(gates.len());
+                        }
+                        gates.push(gate);
+                    }
+                }
+            }
+            of_piece.get(&piece).cloned().unwrap_or_default()
+        };
+        let mut from_point = (start, 0.0, None, vec![piece]);
+        loop {
+            // 1. Every gate of the pieces that the point is in.
+            let (point, cost, before, pieces) = from_point;
+            for piece in pieces {
+                for gate in reach(&mut gates, piece) {
+                    if !settled.contains_key(&gate) {
+                        let to = closest(&gates[gate].polygon, &gates[gate].plane, point);
+                        let cost = cost + point.distance(to);
+                        open.push(Reverse((Cost(cost + self.to_rim(to)), gate, tries.len())));
+                        tries.push(Try { point: to, from: point, before, cost, first: true });
+                    }
+                }
+            }
+            // 2. The nearest that nothing stands before.
+            let (gate, cost) = loop {
+                let Reverse((_, gate, k)) = open.pop()?;
+                if settled.contains_key(&gate) {
+                    continue;
+                }
+                let t = &tries[k];
+                if self.tracer.is_open(t.from, t.point) {
+                    settled.insert(gate, (t.point, t.before));
+                    break (gate, t.cost);
+                }
+                if t.first {
+                    let (from, before, base) = (t.from, t.before, t.cost - t.from.distance(t.point));
+                    // Its middle, its corners, and where it is nearest to the gates beyond it: a wall may lie on the rest.
+                    let (centre, plane) = (middle(&gates[gate].polygon), gates[gate].plane);
+                    let mut others: Vec<DVec3> = gates[gate].polygon.iter().map(|&c| centre.lerp(c, 0.75)).collect();
+                    others.push(centre);
+                    for piece in gates[gate].pieces.into_iter().filter(|&p| p != AWAY) {
+                        for beyond in reach(&mut gates, piece).into_iter().take(MOST_ASIDE) {
+                            others.push(closest(&gates[gate].polygon, &plane, middle(&gates[beyond].polygon)));
+                        }
+                    }
+                    for point in others {
+                        let cost = base + from.distance(point);
+                        open.push(Reverse((Cost(cost + self.to_rim(point)), gate, tries.len())));
+                        tries.push(Try { point, from, before, cost, first: false });
+                    }
+                }
+            };
+            let (point, _) = settled[&gate];
+            if gates[gate].pieces[1] == AWAY {
+                return Some(self.pulled(start, gate, &gates, &settled));
+            }
+            from_point = (point, cost, Some(gate), gates[gate].pieces.to_vec());
+        }
+    }
+
+    /// The way back from the last gate, pulled tight as far as nothing stands in the way.
+    fn pulled(
+        &self,
+        start: DVec3,
+        last: usize,
+        gates: &[Gate],
+        settled: &BTreeMap<usize, (DVec3, Option<usize>)>,
+    ) -> Vec<DVec3> {
+        let (mut points, mut through): (Vec<DVec3>, Vec<(&[DVec3], Plane)>) = (Vec::new(), Vec::new());
+        let mut at = Some(last);
+        while let Some(gate) = at {
+            let (point, before) = settled[&gate];
+            points.push(point);
+            through.push((gates[gate].polygon.as_slice(), gates[gate].plane));
+            at = before;
+        }
+        points.push(start);
+        points.reverse();
+        through.reverse();
+        let is_open = |a: DVec3, b: DVec3| self.tracer.is_open(a, b);
+        let mut tight = points.clone();
+        tighten(&mut tight, &through);
+        let line = if tight.windows(2).all(|w| is_open(w[0], w[1])) {
+            tight
+        } else {
+            polish(&mut points, &through, &is_open);
+            points
+        };
+        // What lies on a straight and unobstructed way is no corner.
+        let mut out = vec![line[0]];
+        let mut i = 0;
+        while i + 1 < line.len() {
+            let j = (i + 1..line.len()).rev().find(|&j| j == i + 1 || is_open(line[i], line[j])).unwrap_or(i + 1);
+            out.push(line[j]);
+            i = j;
+        }
+        out
+    }
+
+    /// How far it is at least from a point to the box around the model.
+    fn to_rim(&self, p: DVec3) -> f64 {
+        (p - self.bounds.min).min(self.bounds.max - p).min_element().max(0.0)
+    }
+
+    /// Where a piece meets others of its cell, the hole, and the box around the model.
+    fn gates(&self, piece: usize, from: Option<CellId>, portals: &[usize]) -> Vec<Gate> {
+        let tolerance = self.cells.tolerance();
+        let all = self.cells.pieces();
+        let own = &all[piece];
+        let mut out = Vec::new();
+        if self.outside[own.cell.index()] {
+            for axis in 0..3 {
+                for n in [DVec3::AXES[axis], -DVec3::AXES[axis]] {
+                    let plane = Plane::through(if n[axis] > 0.0 { self.bounds.max } else { self.bounds.min }, n);
+                    let polygon = own.planes.iter().fold(face(&self.bounds, &plane), |w, p| clip(&w, p, 0.0));
+                    out.extend(shrunk(polygon, &plane, tolerance).map(|polygon| Gate {
+                        polygon,
+                        plane,
+                        pieces: [piece, AWAY],
+                    }));
+                }
+            }
+        }
+        for other in self.cells.beside(piece) {
+            let next = &all[other];
+            let same = next.cell == own.cell;
+            let hole = !same && (Some(own.cell) == from || Some(next.cell) == from);
+            if !same && !hole {
+                continue;
+            }
+            for (plane, polygon) in own.planes.iter().zip(&own.faces) {
+                let shared = next.planes.iter().fold(polygon.clone(), |w, p| clip(&w, p, tolerance));
+                if shared.len() < 3 {
+                    continue;
+                }
+                let pieces = [piece, other];
+                if same {
+                    out.extend(shrunk(shared, plane, tolerance).map(|polygon| Gate { polygon, plane: *plane, pieces }));
+                    continue;
+                }
+                for portal in portals.iter().map(|&p| &self.cells.portals()[p]) {
+                    if portal.plane.n.dot(plane.n).abs() < 0.999 {
+                        continue;
+                    }
+                    let rim = super::tight::rim(&portal.winding, &portal.plane);
+                    let open = rim.iter().fold(shared.clone(), |w, p| clip(&w, p, 0.0));
+                    out.extend(shrunk(open, plane, tolerance).map(|polygon| Gate { polygon, plane: *plane, pieces }));
+                }
+            }
+        }
+        out
+    }
+}
+
+/// A way to a gate that may be open.
+struct Try {
+    point: DVec3,
+    from: DVec3,
+    before: Option<usize>,
+    cost: f64,
+    /// The nearest point of the gate; the others are tried where something stands before that.
+    first: bool,
+}
+
+/// Metres, ordered.
+#[derive(Clone, Copy, PartialEq)]
+struct Cost(f64);
+
+impl Eq for Cost {}
+
+impl Ord for Cost {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+impl PartialOrd for Cost {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// The side of a box in a plane, counter-clockwise about the normal or not.
+fn face(bounds: &Aabb, plane: &Plane) -> Vec<DVec3> {
+    let axis = plane.n.abs().max_position();
+    let at = if plane.n[axis] > 0.0 { bounds.max } else { bounds.min };
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let corner = |a: DVec3, b: DVec3| {
+        let mut p = at;
+        (p[u], p[v]) = (a[u], b[v]);
+        p
+    };
+    let (min, max) = (bounds.min, bounds.max);
+    vec![corner(min, min), corner(max, min), corner(max, max), corner(min, max)]
+}
+
+/// A polygon less a rim of four times the tolerance: a line through what is left clears the edges. `None` where nothing is left.
+fn shrunk(polygon: Vec<DVec3>, plane: &Plane, tolerance: f64) -> Option<Vec<DVec3>> {
+    if polygon.len() < 3 {
+        return None;
+    }
+    let rim = super::tight::rim(&polygon, plane);
+    let inner = rim.iter().fold(polygon, |w, p| clip(&w, &Plane { d: p.d - 4.0 * tolerance, ..*p }, 0.0));
+    (inner.len() >= 3).then_some(inner)
+}
+
+fn length(line: &[DVec3]) -> f64 {
+    line.windows(2).map(|w| w[0].distance(w[1])).sum()
+}

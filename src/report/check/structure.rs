@@ -1,0 +1,114 @@
+//! What can be told of a file's cells and portals without its triangles.
+//!
+//! Based on: S. Gottschalk, M. C. Lin, D. Manocha, *OBBTree*, 1996, for the separating planes that most pairs of pieces have
+//! among their own faces; what has none there is clipped to what the two share.
+
+use super::cells::{Cells, Piece, faces};
+use super::tight::rim;
+use crate::file::PvsFile;
+use crate::geom::{Plane, middle, newell};
+use crate::{CellId, PortalId};
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Most faults that are listed.
+const LISTED: usize = 20;
+
+/// What is wrong.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaultKind {
+    /// A portal's corner is off its plane.
+    NotPlanar,
+    /// A portal's winding is not convex.
+    NotConvex,
+    /// A portal's winding runs clockwise about its normal, or has no area.
+    Clockwise,
+    /// No point of the portal has its two cells on its two sides, each where the normal says.
+    NotBetween,
+    /// Two pieces hold one point.
+    Overlap,
+}
+
+/// A fault.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Fault {
+    /// What.
+    pub fault: FaultKind,
+    /// The portal, where it is one's.
+    pub portal: Option<PortalId>,
+    /// The cells that it concerns.
+    pub cells: [CellId; 2],
+    /// Where, in the model's own coordinates, metres.
+    pub at: DVec3,
+}
+
+/// Every fault.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct Structure {
+    /// Up to 20 of them: portals first, in the order of their ids.
+    pub faults: Vec<Fault>,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// Looks at every portal, and at every two pieces that come near each other.
+pub(super) fn structure(file: &PvsFile, cells: &Cells) -> Structure {
+    let portals = (0..file.portals.len()).into_par_iter().flat_map_iter(|i| portal(file, cells, i));
+    let pieces = (0..cells.pieces().len()).into_par_iter().flat_map_iter(|i| {
+        let beside = cells.beside(i).into_iter().filter(move |&j| j > i);
+        beside.filter_map(move |j| overlap(cells, i, j))
+    });
+    let mut faults: Vec<Fault> = portals.collect();
+    faults.extend(pieces.collect::<Vec<_>>());
+    let count = faults.len();
+    faults.truncate(LISTED);
+    faults.iter_mut().for_each(|f| f.at += file.origin);
+    Structure { faults, count }
+}
+
+fn portal(file: &PvsFile, cells: &Cells, i: usize) -> Vec<Fault> {
+    let (portal, own) = (&cells.portals()[i], file.portals[i].cells);
+    let (w, n, tolerance) = (&portal.winding, portal.plane.n, cells.tolerance());
+    let mut found = Vec::new();
+    let mut fault = |fault, at| found.push(Fault { fault, portal: Some(PortalId(i as u32)), cells: own, at });
+    if let Some(&corner) = w.iter().find(|&&p| portal.plane.distance(p).abs() > tolerance) {
+        fault(FaultKind::NotPlanar, corner);
+    }
+    let local: Vec<DVec3> = w.iter().map(|&p| p - w[0]).collect();
+    if newell(&local).dot(n) <= 0.0 {
+        fault(FaultKind::Clockwise, w[0]);
+    } else {
+        let edges = rim(w, &portal.plane);
+        if let Some(&corner) = w.iter().find(|&&p| edges.iter().any(|e| e.distance(p) > tolerance)) {
+            fault(FaultKind::NotConvex, corner);
+        }
+    }
+    // A portal may be larger than its opening, so one point is enough.
+    let centre = middle(w);
+    let samples = w.iter().flat_map(|&c| [0.02, 0.35, 0.7, 0.98].map(|t| centre.lerp(c, t))).chain([centre]);
+    let off = n * (2.0 * tolerance);
+    if !samples.into_iter().any(|p| cells.near_cell(own[0], p - off) && cells.near_cell(own[1], p + off)) {
+        fault(FaultKind::NotBetween, centre);
+    }
+    found
+}
+
+/// A point that two pieces share, deeper in both than rounding goes.
+fn overlap(cells: &Cells, i: usize, j: usize) -> Option<Fault> {
+    let (a, b, depth) = (&cells.pieces()[i], &cells.pieces()[j], 2.0 * cells.tolerance());
+    if apart(a, b, depth) || apart(b, a, depth) {
+        return None;
+    }
+    let deep: Vec<Plane> = a.planes.iter().chain(&b.planes).map(|p| Plane { d: p.d - depth, ..*p }).collect();
+    let corners: Vec<DVec3> = faces(&deep, cells.region()).into_iter().flatten().collect();
+    let at = middle(&corners);
+    let shared = corners.len() > 3 && deep.iter().all(|p| p.distance(at) < 0.5 * depth);
+    shared.then_some(Fault { fault: FaultKind::Overlap, portal: None, cells: [a.cell, b.cell], at })
+}
+
+/// True where a plane of `a` has all of `b` beyond it, or no deeper behind it than `depth`.
+fn apart(a: &Piece, b: &Piece, depth: f64) -> bool {
+    a.planes.iter().any(|plane| b.faces.iter().flatten().all(|&p| plane.distance(p) >= -depth))
+}

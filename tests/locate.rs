@@ -1,0 +1,126 @@
+//! Where is a point: against looking at every piece of every cell of buildings that were split.
+
+use enfilade::CellId;
+use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
+use enfilade::geom::middle;
+use enfilade::scene::{ImportOptions, Scene, import};
+use glam::DVec3;
+use proptest::prelude::*;
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// The villa and the gallery, split by their walls.
+fn buildings() -> &'static [(Scene, CellGraph)] {
+    static BUILDINGS: OnceLock<Vec<(Scene, CellGraph)>> = OnceLock::new();
+    BUILDINGS.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
+        let split_one = |name: &str| {
+            let scene = import(&folder.join(name).with_extension("glb"), &ImportOptions::default()).unwrap();
+            let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan) }).unwrap();
+            (scene, graph)
+        };
+        ["villa_rotonda", "gallery100"].map(split_one).into()
+    })
+}
+
+/// How far a point is outside a piece, metres; 0 inside.
+fn off(graph: &CellGraph, (cell, piece): (CellId, usize), p: DVec3) -> f64 {
+    let planes = &graph.cells[cell.index()].pieces[piece].planes;
+    planes.iter().map(|plane| plane.distance(p)).fold(0.0, f64::max)
+}
+
+/// What looking at every piece says: the least distance to one.
+fn least_off(graph: &CellGraph, p: DVec3) -> f64 {
+    let pieces = (0..graph.cells.len()).flat_map(|c| (0..graph.cells[c].pieces.len()).map(move |i| (CellId(c as u32), i)));
+    pieces.map(|at| off(graph, at, p)).fold(f64::INFINITY, f64::min)
+}
+
+/// The answer fits the definition, whatever the hint was.
+fn right(graph: &CellGraph, locator: &Locator<'_>, hint: Option<(CellId, usize)>, p: DVec3) -> Result<(), TestCaseError> {
+    let (slack, rounding) = (Locator::SLACK * graph.smallest_hole, 1e-12 * (1.0 + p.abs().max_element()));
+    let least = least_off(graph, p);
+    for found in [locator.locate(p), locator.locate_from(hint, p)] {
+        match found {
+            Some(at) => prop_assert!(off(graph, at, p) <= least + rounding, "{at:?} is not the nearest to {p}"),
+            None => prop_assert!(least > slack - rounding, "{p} is {least} m from a piece"),
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn as_looking_at_every_piece_says(
+        which in 0..2usize, kind in 0..5usize, a in any::<prop::sample::Index>(), b in any::<prop::sample::Index>(),
+        t in 0.0..=1.0f64, u in [-0.2..1.2f64, -0.2..1.2, -0.2..1.2],
+    ) {
+        let (scene, graph) = &buildings()[which];
+        let locator = Locator::new(graph);
+        let bounds = scene.bounds();
+        let portal = &graph.portals[a.index(graph.portals.len())];
+        let corner = portal.winding[b.index(portal.winding.len())];
+        let cell = CellId(b.index(graph.cells.len()) as u32);
+        let piece = &graph.cells[cell.index()].pieces[a.index(graph.cells[cell.index()].pieces.len())];
+        let p = match kind {
+            // Anywhere, also around the building; on a portal, its edges and its corners.
+            0 => bounds.min + bounds.size() * DVec3::from_array(u),
+            1 => middle(&portal.winding).lerp(corner, t),
+            2 => corner,
+            // A corner of a piece's box, and a point on one of its planes.
+            3 => piece.bounds.min.clamp(bounds.min, bounds.max),
+            _ => {
+                let p = bounds.min + bounds.size() * DVec3::from_array(u);
+                let plane = piece.planes[b.index(piece.planes.len())];
+                p - plane.n * plane.distance(p)
+            }
+        };
+        right(graph, &locator, None, p)?;
+        right(graph, &locator, Some((cell, a.index(graph.cells[cell.index()].pieces.len()))), p)?;
+        right(graph, &locator, Some((cell, usize::MAX)), p)?;
+        right(graph, &locator, Some((portal.cells[0], 0)), p)?;
+    }
+}
+
+#[test]
+fn a_portals_middle_is_in_one_of_its_two_cells() {
+    for (_, graph) in buildings() {
+        let locator = Locator::new(graph);
+        let mut inside = 0;
+        for portal in &graph.portals {
+            let p = middle(&portal.winding);
+            if let Some((cell, _)) = locator.locate(p) {
+                assert!(portal.cells.contains(&cell), "{cell} at {p} of {:?}", portal.cells);
+                inside += 1;
+            }
+            // From either side, a walk finds one of the two.
+            for step in [-0.01, 0.01] {
+                let beside = locator.locate(p + portal.plane.n * step);
+                let found = locator.locate_from(beside, p).map(|f| f.0);
+                assert!(found.is_none_or(|cell| portal.cells.contains(&cell)), "{found:?} at {p} of {:?}", portal.cells);
+                assert_eq!(found.is_some(), locator.locate(p).is_some());
+            }
+        }
+        assert!(inside * 100 >= graph.portals.len() * 95, "{inside} of {}", graph.portals.len());
+    }
+}
+
+#[test]
+fn what_is_no_point_is_in_no_cell_and_what_is_far_is_outside() {
+    for (_, graph) in buildings() {
+        let locator = Locator::new(graph);
+        let home = Some((CellId(0), 0));
+        for p in [DVec3::NAN, DVec3::INFINITY, DVec3::new(0.0, f64::NEG_INFINITY, 1.0), DVec3::new(f64::NAN, 0.0, 0.0)] {
+            assert_eq!((locator.locate(p), locator.locate_from(home, p), locator.locate_from(None, p)), (None, None, None));
+        }
+        for p in [DVec3::new(1e9, 3.0, 0.0), DVec3::splat(-1e15), DVec3::new(0.0, 1e300, 0.0)] {
+            let (cell, _) = locator.locate(p).expect("the outside goes on");
+            assert!(graph.cells[cell.index()].open);
+            assert_eq!(locator.locate_from(home, p).map(|f| f.0), Some(cell));
+        }
+        // No cell of that number: as without a hint.
+        let p = graph.cells[0].pieces[0].bounds.min.max(DVec3::splat(-1.0)).min(DVec3::ONE);
+        assert_eq!(locator.locate_from(Some((CellId(u32::MAX), 7)), p), locator.locate(p));
+    }
+}
