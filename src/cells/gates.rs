@@ -11,6 +11,7 @@ use super::complex::coverage::{Open, points};
 use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
 use super::rooms::Regions;
+use super::voids::{LEDGE, STANDING};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
@@ -120,6 +121,8 @@ pub(super) struct Runs {
     pub(super) of_piece: Vec<u32>,
     /// How high the run of each piece is, metres.
     pub(super) heights: Vec<f64>,
+    /// Height of the floor under the run of each piece, metres.
+    pub(super) floors: Vec<f64>,
 }
 
 impl Runs {
@@ -137,7 +140,8 @@ impl Runs {
         }
         let of_piece: Vec<u32> = (0..columns.pieces() as u32).map(|p| runs.find(p)).collect();
         let heights = of_piece.iter().map(|&r| sums[r as usize]).collect();
-        Self { of_piece, heights }
+        let floors = of_piece.iter().map(|&r| columns.heights(r).0.iter().sum::<f64>() / 3.0).collect();
+        Self { of_piece, heights, floors }
     }
 }
 
@@ -152,10 +156,28 @@ pub(super) struct Gate {
     pub(super) framed: bool,
     /// A leaf or a pane fills it: rooms end there, however wide it is.
     pub(super) leaf: bool,
+    /// It leads to the top of something that nobody gets onto: a plenum is as high as the gate over the wall of a room without
+    /// a ceiling, and yet no part of that room.
+    pub(super) ledge: bool,
 }
 
 fn extent(polygon: &[DVec2]) -> (DVec2, DVec2) {
     polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)))
+}
+
+/// Where an upright face begins and ends in plan.
+pub(super) fn ends(f: &Face, plan: &Plan, facets: &Facets) -> Option<(DVec2, DVec2)> {
+    let (lo, hi) = extent(&f.polygon);
+    match f.surface {
+        Surface::Wall(w) => Some((facets.walls[w as usize].at(lo.x), facets.walls[w as usize].at(hi.x))),
+        Surface::Edge { triangle, edge } => {
+            let t = plan.triangles[triangle as usize];
+            let [a, b] = [t[edge as usize], t[(edge as usize + 1) % 3]].map(|i| plan.points[i as usize]);
+            let along = (b - a).normalize_or_zero();
+            Some((a + along * lo.x, a + along * hi.x))
+        }
+        Surface::Cut(_) => None,
+    }
 }
 
 /// The box around the largest open part of a face.
@@ -173,6 +195,7 @@ fn open_extent(f: &Face) -> (DVec2, DVec2) {
 /// The gate of each face. What is open between two runs is one opening, over all the cuts between; openings of one wall that
 /// touch along it are one opening; where nothing frames it, a gate is as wide as the space around its middle, however short the
 /// edge of the triangulation that it lies on; but not in torn columns, where a vault may be open that isn't.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn gates(
     faces: &[Face],
     plan: &Plan,
@@ -180,6 +203,7 @@ pub(super) fn gates(
     facets: &Facets,
     clearance: &Clearance,
     runs: &Runs,
+    human: Human,
     seal: f64,
 ) -> Vec<Gate> {
     let framed = |f: &Face| f.open_area < 0.98 * f.area;
@@ -191,13 +215,17 @@ pub(super) fn gates(
                 Surface::Cut(cut) => {
                     let open = matches!(cut, Cut::Sheet(_)) && f.open_area > 0.8 * f.area;
                     let width = if open { f.open_area.sqrt() } else { 0.0 };
-                    Gate { width, height: f64::INFINITY, framed: framed(f), leaf }
+                    Gate { width, height: f64::INFINITY, framed: framed(f), leaf, ledge: false }
                 }
                 // Sloped faces are as high as they are on the mean.
                 _ => {
                     let width = hi.x - lo.x;
                     let height = if width > 0.0 { (f.open_area / width).min(hi.y - lo.y) } else { 0.0 };
-                    Gate { width, height, framed: framed(f), leaf }
+                    let [a, b] = [f.a as usize, f.b as usize];
+                    let step = (runs.floors[a] - runs.floors[b]).abs();
+                    let upper = if runs.floors[a] > runs.floors[b] { a } else { b };
+                    let ledge = step > LEDGE * human.metre && runs.heights[upper] < STANDING * human.metre;
+                    Gate { width, height, framed: framed(f), leaf, ledge }
                 }
             }
         })
@@ -238,22 +266,22 @@ pub(super) fn gates(
             active.retain(|&j| extents[list[j]].1.x >= lo.x - 3.0 * seal);
             for &j in &active {
                 let (l, h) = extents[list[j]];
-                let alike = h.y.min(hi.y) - l.y.max(lo.y) > 0.5 * (h.y - l.y).min(hi.y - lo.y);
+                let alike = h.y.min(hi.y) - l.y.max(lo.y) > 0.5 * (h.y - l.y).max(hi.y - lo.y);
                 if alike && gates[list[j]].leaf == gates[list[k]].leaf {
                     groups.join(j as u32, k as u32);
                 }
             }
             active.push(k);
         }
-        let mut whole: HashMap<u32, (f64, f64, f64, bool)> = HashMap::new();
+        let mut whole: HashMap<u32, (f64, f64, bool)> = HashMap::new();
         for (k, &i) in list.iter().enumerate() {
             let (lo, hi) = extents[i];
-            let entry = whole.entry(groups.find(k as u32)).or_insert((lo.x, hi.x, 0.0, false));
-            *entry = (entry.0.min(lo.x), entry.1.max(hi.x), entry.2.max(gates[i].height), entry.3 || gates[i].framed);
+            let entry = whole.entry(groups.find(k as u32)).or_insert((lo.x, hi.x, false));
+            *entry = (entry.0.min(lo.x), entry.1.max(hi.x), entry.2 || gates[i].framed);
         }
         for (k, &i) in list.iter().enumerate() {
-            let (low, high, height, framed) = whole[&groups.find(k as u32)];
-            gates[i] = Gate { width: high - low, height, framed, ..gates[i] };
+            let (low, high, framed) = whole[&groups.find(k as u32)];
+            gates[i] = Gate { width: high - low, framed, ..gates[i] };
         }
     }
     // 3. As wide as the space around them.
@@ -261,18 +289,11 @@ pub(super) fn gates(
     let wide = |(gate, f): &(&mut Gate, &Face)| !gate.framed && f.open_area > 0.0 && whole(f.a) && whole(f.b);
     gates.par_iter_mut().zip(faces).filter(wide).for_each(|(gate, f)| {
         let (lo, hi) = extent(&f.polygon);
-        let along = |x: f64| match f.surface {
-            Surface::Wall(w) => Some(facets.walls[w as usize].at(x)),
-            Surface::Edge { triangle, edge } => {
-                let t = plan.triangles[triangle as usize];
-                let [a, b] = [t[edge as usize], t[(edge as usize + 1) % 3]].map(|i| plan.points[i as usize]);
-                Some(a + (b - a).normalize_or_zero() * x)
-            }
-            Surface::Cut(_) => None,
-        };
         let (low, high) = middle_half(lo.y, hi.y);
-        for x in [0.25, 0.5, 0.75].map(|t| lo.x + (hi.x - lo.x) * t) {
-            gate.width = along(x).map_or(gate.width, |q| gate.width.max(2.0 * clearance.at(q, low, high)));
+        if let Some((a, b)) = ends(f, plan, facets) {
+            for q in [0.25, 0.5, 0.75].map(|t| a.lerp(b, t)) {
+                gate.width = gate.width.max(2.0 * clearance.at(q, low, high));
+            }
         }
     });
     gates

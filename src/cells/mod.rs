@@ -6,6 +6,7 @@
 mod audit;
 mod authored;
 mod complex;
+mod contacts;
 mod convex;
 mod gates;
 mod given;
@@ -17,6 +18,7 @@ mod rooms;
 mod smooth;
 mod split;
 pub mod validate;
+mod voids;
 
 pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
 pub use given::{GivenError, read_cells};

@@ -13,8 +13,10 @@ use super::complex::arrange::Plan;
 use super::complex::columns::{Columns, Cut};
 use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
+use super::contacts::Contacts;
 use super::gates::{Clearance, Runs, gates, widths};
 use super::smooth::smooth;
+use super::voids::Voids;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What the author or the geometry calls a region.
@@ -40,16 +42,12 @@ pub(super) struct Labels {
 const WIDE_GATE: f64 = 0.8;
 /// The same where a wall or lintel lies on part of the gate's face: people build those where rooms end.
 const WIDE_FRAMED_GATE: f64 = 0.97;
+/// The same for openings wider than people build doors (metres): those are narrowings only where much is missing.
+const WIDE_PASSAGE: f64 = 0.65;
+const DOORWAY: f64 = 1.8;
 /// And this share of the lower region's height: a door of 2.1 m in a room of 2.4 m is 0.875, a beam of 0.2 m under a ceiling of
 /// 2.5 m leaves 0.92.
-const HIGH_GATE: f64 = 0.89;
-/// Two regions are one space where this share of the smaller one's whole boundary is open to the other: a room's door is 2 % of
-/// it, a wide window 6 %, half a hall 20 % and more.
-const OPEN_SHARE: f64 = 0.2;
-/// The same where the smaller region is itself as large as a hall (cubic metres): a level whose halls flow into one another
-/// would end up as one cell.
-const OPEN_SHARE_OF_HALLS: f64 = 0.35;
-const HALL: f64 = 150.0;
+pub(super) const HIGH_GATE: f64 = 0.89;
 /// Narrower than this (metres) or smaller (cubic metres) is a part of its neighbour: a door's reveal, a niche.
 const LEAST_WIDTH: f64 = 0.6;
 const LEAST_VOLUME: f64 = 1.5;
@@ -91,28 +89,33 @@ impl Regions {
     }
 }
 
+/// The least width at which an opening is no narrowing beside a region of width `narrower`; metres.
+pub(super) fn least_width(width: f64, narrower: f64, human: Human) -> f64 {
+    if width >= DOORWAY * human.metre { WIDE_PASSAGE * narrower } else { WIDE_GATE * narrower }
+}
+
 /// Regions, each with what it measures under the number of its first piece.
-struct Space {
-    regions: Regions,
+pub(super) struct Space {
+    pub(super) regions: Regions,
     /// How wide, metres.
-    width: Vec<f64>,
+    pub(super) width: Vec<f64>,
     /// How high, metres.
-    height: Vec<f64>,
+    pub(super) height: Vec<f64>,
     /// Cubic metres.
-    volume: Vec<f64>,
+    pub(super) volume: Vec<f64>,
     /// -1 for the outside, below it plenums, from 0 the author's rooms.
-    name: Vec<Option<i64>>,
+    pub(super) name: Vec<Option<i64>>,
     /// How much each of the author's rooms may measure with what has no name, cubic metres.
-    most: BTreeMap<i64, f64>,
+    pub(super) most: BTreeMap<i64, f64>,
 }
 
 impl Space {
-    fn named(&self, region: u32) -> bool {
+    pub(super) fn named(&self, region: u32) -> bool {
         self.name[region as usize].is_some()
     }
 
     /// True where an author's room would take in more than it may.
-    fn outgrown(&self, a: u32, b: u32) -> bool {
+    pub(super) fn outgrown(&self, a: u32, b: u32) -> bool {
         let (a, b) = (a as usize, b as usize);
         let most = self.name[a].xor(self.name[b]).and_then(|room| self.most.get(&room));
         most.is_some_and(|most| self.volume[a] + self.volume[b] > *most)
@@ -127,7 +130,7 @@ impl Space {
     }
 
     /// Two regions become one.
-    fn unite(&mut self, a: u32, b: u32) {
+    pub(super) fn unite(&mut self, a: u32, b: u32) {
         let r = self.regions.join(a, b) as usize;
         self.take(r, a as usize + b as usize - r);
     }
@@ -189,62 +192,31 @@ pub(super) fn label(
 
     // 2. Gates, widest first.
     let usable = |f: &&Face| f.open_area > 0.0 && free[f.a as usize] && free[f.b as usize];
-    let gates = gates(faces, plan, columns, facets, &clearance, &runs, seal);
+    let gates = gates(faces, plan, columns, facets, &clearance, &runs, human, seal);
     let mut order: Vec<usize> = (0..faces.len()).filter(|&i| usable(&&faces[i]) && gates[i].width > 0.0).collect();
     order.sort_by(|&i, &j| gates[j].width.total_cmp(&gates[i].width).then(i.cmp(&j)));
     for i in order {
         let (a, b) = (space.regions.find(faces[i].a), space.regions.find(faces[i].b));
-        if a == b || gates[i].leaf || (space.named(a) && space.named(b)) || space.outgrown(a, b) {
+        let skip = gates[i].leaf || gates[i].ledge || space.outgrown(a, b);
+        if a == b || skip || (space.named(a) && space.named(b)) {
             continue;
         }
-        let share = if gates[i].framed { WIDE_FRAMED_GATE } else { WIDE_GATE };
-        let wide = gates[i].width >= share * space.width[a as usize].min(space.width[b as usize]);
+        let narrower = space.width[a as usize].min(space.width[b as usize]);
+        let least = if gates[i].framed { WIDE_FRAMED_GATE * narrower } else { least_width(gates[i].width, narrower, human) };
+        let wide = gates[i].width >= least;
         if wide && gates[i].height >= HIGH_GATE * space.height[a as usize].min(space.height[b as usize]) {
             space.unite(a, b);
         }
     }
 
-    // 3. Regions that are open to each other over much of their boundary are one space, whatever lies between them. In torn
-    // columns what is open may not be, so those don't count.
-    let trusted = |piece: u32| !columns.torn[columns.of_piece(piece).0];
-    loop {
-        let mut contact: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-        let mut boundary = vec![0.0f64; n];
-        for (f, gate) in faces.iter().zip(&gates) {
-            let (a, b) = (space.regions.find(f.a), space.regions.find(f.b));
-            if a != b && trusted(f.a) && trusted(f.b) {
-                boundary[a as usize] += f.area;
-                boundary[b as usize] += f.area;
-                let parted = storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)));
-                if usable(&f) && !parted && !gate.leaf {
-                    *contact.entry((a.min(b), a.max(b))).or_default() += f.open_area;
-                }
-            }
-        }
-        let share = |&(a, b): &(u32, u32), open: f64| open / boundary[a as usize].min(boundary[b as usize]);
-        let mut wishes: Vec<(f64, (u32, u32))> = (contact.iter())
-            .filter(|((a, b), _)| (!space.named(*a) || !space.named(*b)) && !space.outgrown(*a, *b))
-            .map(|(pair, &open)| (share(pair, open), *pair))
-            .filter(|&(share, (a, b))| {
-                let hall = space.volume[a as usize].min(space.volume[b as usize]) >= HALL * human.metre.powi(3);
-                share >= if hall { OPEN_SHARE_OF_HALLS } else { OPEN_SHARE }
-            })
-            .collect();
-        wishes.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-        let mut touched = vec![false; n];
-        let mut joined = false;
-        for (_, (a, b)) in wishes {
-            if !touched[a as usize] && !touched[b as usize] {
-                space.unite(a, b);
-                (touched[a as usize], touched[b as usize], joined) = (true, true, true);
-            }
-        }
-        if !joined {
-            break;
-        }
-    }
+    // 3. Regions that are open to each other over much of their boundary, or through what is nearly as wide as they are.
+    Contacts { plan, columns, facets, faces, gates: &gates, free: &free, human, seal, storeys_part }.join(&mut space);
 
-    // 4. What is too small to be a room goes to the neighbour that it is most open to.
+    // 4. A forecourt is the outside's, a void too low to stand in is nobody's room.
+    let voids = Voids { plan, columns, runs: &runs, faces, free: &free, human };
+    voids.give_to_outside(&mut space);
+
+    // 5. What is too small to be a room goes to the neighbour that it is most open to.
     let whole: f64 = space.volume.iter().sum();
     let authored = claims.rooms.iter().any(Option::is_some);
     let mut least = if authored { LEAST_UNNAMED_VOLUME } else { LEAST_VOLUME } * human.metre.powi(3);
@@ -292,7 +264,9 @@ pub(super) fn label(
         }
     }
 
-    // 5. Numbers in the order of the first piece.
+    voids.gather(&mut space);
+
+    // 6. Numbers in the order of the first piece.
     let mut number: HashMap<u32, u32> = HashMap::new();
     let mut labels = Labels { of_piece: vec![None; n], regions: Vec::new() };
     for p in 0..n as u32 {
@@ -308,7 +282,7 @@ pub(super) fn label(
         }
     }
 
-    // 6. Boundaries drawn tight.
+    // 7. Boundaries drawn tight.
     smooth(faces, &volumes, &fixed, &mut labels.of_piece, labels.regions.len());
     labels
 }
@@ -369,8 +343,7 @@ fn rim(plan: &Plan, columns: &Columns) -> Vec<bool> {
 fn volume(plan: &Plan, columns: &Columns, piece: u32) -> f64 {
     let (floor, ceiling) = columns.heights(piece);
     let (column, _) = columns.of_piece(piece);
-    let corners = plan.triangles[column].map(|i| plan.points[i as usize]);
-    super::complex::coverage::area(&corners) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
+    plan.area(column) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
 }
 
 /// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward

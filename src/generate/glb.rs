@@ -22,6 +22,7 @@ fn role_name(role: Role) -> &'static str {
         Role::Door => "door",
         Role::Window => "window",
         Role::Unknown => "unknown",
+        Role::Stair => "stair",
     }
 }
 

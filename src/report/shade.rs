@@ -62,7 +62,7 @@ fn light(scene: &Scene, triangle: usize, ray: DVec3, colour: Colour) -> Colour {
 fn base(scene: &Scene, triangle: usize) -> Colour {
     let id = scene.object_of(triangle).index();
     match scene.objects[id].role {
-        Role::Structure => hsv(0.10 + 0.04 * hue(id), 0.05 + 0.06 * hue(id + 7), 0.97),
+        Role::Structure | Role::Stair => hsv(0.10 + 0.04 * hue(id), 0.05 + 0.06 * hue(id + 7), 0.97),
         Role::Furnishing => hsv(hue(id), 0.42, 0.93),
         Role::Door => hsv(0.075, 0.50, 0.80),
         Role::Window => hsv(0.56, 0.22, 0.88),

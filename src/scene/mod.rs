@@ -30,7 +30,7 @@ use std::path::Path;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
-    /// Walls, slabs, roofs, stairs, columns: what bounds rooms.
+    /// Walls, slabs, roofs, ramps, columns: what bounds rooms.
     Structure,
     /// Furniture, equipment: seen and hidden, but makes no rooms.
     Furnishing,
@@ -40,6 +40,8 @@ pub enum Role {
     Window,
     /// The format doesn't say.
     Unknown,
+    /// Stairs: they lead from room to room, and bound none.
+    Stair,
 }
 
 /// The smallest thing that a visible set decides about: a mesh primitive, or a cluster of a larger one.

@@ -22,6 +22,13 @@ pub struct Plan {
     pub constrained: Vec<[bool; 3]>,
 }
 
+impl Plan {
+    /// Area of a triangle, square metres.
+    pub fn area(&self, triangle: usize) -> f64 {
+        super::coverage::area(&self.triangles[triangle].map(|i| self.points[i as usize]))
+    }
+}
+
 /// Triangulates the rectangle of `domain` along the walls and outlines.
 pub fn arrange(facets: &Facets, domain: Aabb, coplanar: f64, reach: f64) -> Plan {
     // A power of two keeps grid coordinates exact.

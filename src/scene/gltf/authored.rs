@@ -69,6 +69,7 @@ pub(super) enum RoleName {
     Furnishing,
     Door,
     Window,
+    Stair,
 }
 
 #[derive(Deserialize)]
@@ -87,6 +88,7 @@ impl From<RoleName> for Role {
             RoleName::Furnishing => Self::Furnishing,
             RoleName::Door => Self::Door,
             RoleName::Window => Self::Window,
+            RoleName::Stair => Self::Stair,
         }
     }
 }

@@ -30,6 +30,8 @@ pub(super) fn role(kind: &IfcType) -> Option<Role> {
     } else if is(&[T::IfcBuildingElementPart]) {
         // The layers of walls and slabs; in IFC4 they are components, like bolts.
         Some(Role::Structure)
+    } else if is(&[T::IfcStair, T::IfcStairFlight]) {
+        Some(Role::Stair)
     } else if is(&[
         T::IfcRailing,
         T::IfcShadingDevice,
@@ -42,7 +44,7 @@ pub(super) fn role(kind: &IfcType) -> Option<Role> {
     ]) {
         Some(Role::Furnishing)
     } else if is(&[
-        // Walls, slabs, roofs, stairs, columns, beams, plates, coverings, footings, and proxies: a proxy may be anything, and
+        // Walls, slabs, roofs, ramps, columns, beams, plates, coverings, footings, and proxies: a proxy may be anything, and
         // taking furniture for a wall makes one cell too many, while the reverse loses a room's boundary.
         T::IfcBuiltElement,
         T::IfcBuildingElement,

@@ -1,0 +1,130 @@
+//! Regions as wholes: two that are open to each other over much of their boundary, or through an opening nearly as wide as the
+//! narrower of them, are one space, though no single gate between them says so.
+
+use super::complex::Human;
+use super::complex::arrange::Plan;
+use super::complex::columns::{Columns, Cut};
+use super::complex::faces::{Face, Surface};
+use super::complex::facets::Facets;
+use super::gates::{Gate, ends};
+use super::rooms::{HIGH_GATE, Regions, Space, least_width};
+use glam::DVec2;
+use std::collections::{BTreeMap, HashMap};
+
+/// Two regions are one space where this share of the smaller one's whole boundary is open to the other: a room's door is 2 % of
+/// it, a wide window 6 %, half a hall 20 % and more.
+const OPEN_SHARE: f64 = 0.2;
+/// The same where the smaller region is itself as large as a hall (cubic metres): a level whose halls flow into one another
+/// would end up as one cell.
+const OPEN_SHARE_OF_HALLS: f64 = 0.35;
+const HALL: f64 = 150.0;
+
+/// What contacts are told by.
+pub(super) struct Contacts<'c> {
+    pub(super) plan: &'c Plan,
+    pub(super) columns: &'c Columns,
+    pub(super) facets: &'c Facets,
+    pub(super) faces: &'c [Face],
+    pub(super) gates: &'c [Gate],
+    pub(super) free: &'c [bool],
+    pub(super) human: Human,
+    pub(super) seal: f64,
+    /// Levels always part regions.
+    pub(super) storeys_part: bool,
+}
+
+/// What two regions share.
+#[derive(Default)]
+struct Contact {
+    /// Open area without leaves and panes, square metres.
+    open: f64,
+    /// Open faces as high as the regions.
+    high: Vec<usize>,
+}
+
+impl Contacts<'_> {
+    /// Joins regions, those most open to each other first, until no two are open enough. In torn columns what is open may not
+    /// be, so those don't count.
+    pub(super) fn join(&self, space: &mut Space) {
+        let whole = |piece: u32| !self.columns.torn[self.columns.of_piece(piece).0];
+        loop {
+            let mut contacts: BTreeMap<(u32, u32), Contact> = BTreeMap::new();
+            let mut boundary = vec![0.0f64; self.free.len()];
+            for (i, (f, gate)) in self.faces.iter().zip(self.gates).enumerate() {
+                let (a, b) = (space.regions.find(f.a), space.regions.find(f.b));
+                if a == b || !whole(f.a) || !whole(f.b) {
+                    continue;
+                }
+                boundary[a as usize] += f.area;
+                boundary[b as usize] += f.area;
+                let usable = f.open_area > 0.0 && self.free[f.a as usize] && self.free[f.b as usize] && !gate.leaf;
+                let parted = self.storeys_part && matches!(f.surface, Surface::Cut(Cut::Level(_)));
+                let may = !(space.named(a) && space.named(b)) && !space.outgrown(a, b);
+                if usable && !parted && may {
+                    let contact = contacts.entry((a.min(b), a.max(b))).or_default();
+                    contact.open += f.open_area;
+                    let low = space.height[a as usize].min(space.height[b as usize]);
+                    if gate.height.is_finite() && !gate.framed && !gate.ledge && gate.height >= HIGH_GATE * low {
+                        contact.high.push(i);
+                    }
+                }
+            }
+            let mut wishes: Vec<(f64, (u32, u32))> = Vec::new();
+            for (&(a, b), contact) in &contacts {
+                let hall = space.volume[a as usize].min(space.volume[b as usize]) >= HALL * self.human.metre.powi(3);
+                let least = if hall { OPEN_SHARE_OF_HALLS } else { OPEN_SHARE };
+                let share = contact.open / boundary[a as usize].min(boundary[b as usize]);
+                let narrower = space.width[a as usize].min(space.width[b as usize]);
+                // Only as good as a gate of its own: what sums up to a wide opening may be a row of narrow ones.
+                let wide = || {
+                    let width = self.width(&contact.high);
+                    width >= least_width(width, narrower, self.human)
+                };
+                if share >= least || wide() {
+                    wishes.push((share, (a, b)));
+                }
+            }
+            wishes.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+            let mut touched = vec![false; self.free.len()];
+            let mut joined = false;
+            for (_, (a, b)) in wishes {
+                if !touched[a as usize] && !touched[b as usize] {
+                    space.unite(a, b);
+                    (touched[a as usize], touched[b as usize], joined) = (true, true, true);
+                }
+            }
+            if !joined {
+                return;
+            }
+        }
+    }
+
+    /// How far the longest run of faces that meet at their ends reaches in plan, metres.
+    fn width(&self, faces: &[usize]) -> f64 {
+        let ends: Vec<(DVec2, DVec2)> = faces.iter().filter_map(|&i| ends(&self.faces[i], self.plan, self.facets)).collect();
+        let key = |p: DVec2| ((p.x / (8.0 * self.seal)).round() as i64, (p.y / (8.0 * self.seal)).round() as i64);
+        let mut at: HashMap<(i64, i64), u32> = HashMap::new();
+        let mut runs = Regions::new(ends.len());
+        for (i, &(a, b)) in ends.iter().enumerate() {
+            for end in [a, b] {
+                let first = *at.entry(key(end)).or_insert(i as u32);
+                runs.join(first, i as u32);
+            }
+        }
+        let mut reach: BTreeMap<u32, Vec<DVec2>> = BTreeMap::new();
+        for (i, &(a, b)) in ends.iter().enumerate() {
+            reach.entry(runs.find(i as u32)).or_default().extend([a, b]);
+        }
+        let longest = |points: &Vec<DVec2>| {
+            // Good to 2 %: the widest of sixteen directions.
+            let directions = (0..16).map(|k| DVec2::from_angle(f64::from(k) * std::f64::consts::PI / 16.0));
+            directions
+                .map(|d| {
+                    let along = points.iter().map(|p| d.dot(*p));
+                    along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+                })
+                .fold(0.0, f64::max)
+        };
+        reach.values().map(longest).fold(0.0, f64::max)
+    }
+}
