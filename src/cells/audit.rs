@@ -127,10 +127,10 @@ pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     }
     let locator = Locator::new(graph);
     findings.extend(doors::findings(hints, graph, &locator, &room_of, metre));
-    findings.extend(walls::findings(&RayScene::new(scene), metre));
+    findings.extend(walls::findings(&RayScene::new(scene), &unsound, metre));
     let open_air = super::authored::open_air(scene);
-    let outdoors = hints.rooms.iter().zip(open_air).filter(|(room, open)| *open && !room.outside);
-    findings.extend(outdoors.map(|(room, _)| one(FindingKind::OpenAir, room, "lies under the open sky")));
+    let outdoors = hints.rooms.iter().zip(open_air).zip(&unsound).filter(|((r, open), bad)| *open && !r.outside && !**bad);
+    findings.extend(outdoors.map(|((room, _), _)| one(FindingKind::OpenAir, room, "lies under the open sky")));
     let (found, claimed) = unclaimed(graph, &room_of, scene.origin, metre);
     findings.extend(found);
     Audit { claimed, ..Audit::of(hints.rooms.len(), findings, &unsound) }
@@ -180,7 +180,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
     }
     let overlaps = solid::overlaps(&solids);
     for &(i, j, shared) in &overlaps {
-        let (a, b) = if solids[j].volume < solids[i].volume { (j, i) } else { (i, j) };
+        let (a, b) = if solids[j].volume <= solids[i].volume { (j, i) } else { (i, j) };
         let share = shared / solids[a].volume;
         // Boxes around meshes reach into each other's walls: nobody drew them.
         let drawn = hints.rooms[a].drawn && hints.rooms[b].drawn;
@@ -200,7 +200,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
         });
     }
     for (i, j, shared) in overlaps {
-        let a = if solids[j].volume < solids[i].volume { j } else { i };
+        let a = if solids[j].volume <= solids[i].volume { j } else { i };
         unsound[a] |= shared > COPY * solids[a].volume;
     }
     (findings, unsound)

@@ -48,36 +48,39 @@ pub(super) fn findings(
             let ids = std::iter::once(opening.id.clone()).chain(rooms).collect();
             findings.push(Finding { kind, ids, text: format!("{what} {} {text}", opening.id) });
         };
-        // 1. Is anything there?
-        let joined = match sides {
-            [Some(a), Some(b)] if a == b && !graph.cells[a.index()].open => {
-                let rooms: Vec<usize> = found[0].into_iter().collect();
-                tell(FindingKind::DoorWithoutRooms, &rooms, format!("stands inside {}", name(sides[0])));
-                continue;
-            }
+        let said: BTreeSet<usize> = opening.rooms.into_iter().flatten().collect();
+        let is: BTreeSet<usize> = found.into_iter().flatten().collect();
+        let rooms: Vec<usize> = is.iter().copied().collect();
+        // 1. Is anything there? Holes that end in a wall are niches.
+        if opening.kind == OpeningKind::Opening && sides.contains(&None) {
+            continue;
+        }
+        if let ([Some(a), Some(b)], false) = (sides, said == is && !is.is_empty())
+            && a == b
+            && !graph.cells[a.index()].open
+        {
+            tell(FindingKind::DoorWithoutRooms, &rooms, format!("stands inside {}", name(sides[0])));
+            continue;
+        }
+        if is.is_empty() {
             // Space without a room is told once, with the doors that lead there.
-            _ if found == [None, None] && sides.iter().flatten().any(|c| !graph.cells[c.index()].open) => continue,
-            _ if found == [None, None] => {
+            if sides.iter().flatten().all(|c| graph.cells[c.index()].open) {
                 let text = format!("has no room on either side: {} and {}", name(sides[0]), name(sides[1]));
                 tell(FindingKind::DoorWithoutRooms, &[], text);
-                continue;
             }
-            [Some(a), Some(b)] => Some((a, b)),
-            _ => None,
-        };
+            continue;
+        }
+        // What is open there may belong to a third cell: a reveal, the space over a skylight.
         let around = Aabb::of(opening.winding.iter().copied()).inflated(0.5 * opening.thickness + NEAR * metre);
-        let is_through = |i: &usize| {
+        let is_there = |i: &usize| {
             let cells = graph.portals[*i].cells;
-            near[*i].touches(&around) && joined.is_some_and(|(a, b)| cells == [a, b] || cells == [b, a])
+            near[*i].touches(&around) && sides.iter().flatten().any(|c| cells.contains(c))
         };
-        let rooms: Vec<usize> = found.into_iter().flatten().collect();
-        if !(0..graph.portals.len()).any(|i| is_through(&i)) {
+        if sides[0] != sides[1] && !(0..graph.portals.len()).any(|i| is_there(&i)) {
             let text = format!("is walled up: nothing is open between {} and {}", name(sides[0]), name(sides[1]));
             tell(FindingKind::DoorWalledUp, &rooms, text);
         }
         // 2. Do the relations say so?
-        let said: BTreeSet<usize> = opening.rooms.into_iter().flatten().collect();
-        let is: BTreeSet<usize> = rooms.iter().copied().collect();
         if !said.is_empty() && said != is {
             let list =
                 |set: &BTreeSet<usize>| set.iter().map(|&r| called(&hints.rooms[r])).collect::<Vec<_>>().join(" and ");

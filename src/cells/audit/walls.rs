@@ -29,10 +29,10 @@ struct Side {
     triangles: Vec<[DVec3; 3]>,
 }
 
-/// Rooms with sides off their walls.
-pub(super) fn findings(rays: &RayScene<'_>, metre: f64) -> Vec<Finding> {
-    let rooms = rays.scene().hints.rooms.par_iter().filter(|r| r.drawn);
-    rooms.filter_map(|room| finding(room, rays, metre)).collect()
+/// Rooms with sides off their walls, of those that are rooms at all.
+pub(super) fn findings(rays: &RayScene<'_>, unsound: &[bool], metre: f64) -> Vec<Finding> {
+    let rooms = rays.scene().hints.rooms.par_iter().zip(unsound).filter(|(r, unsound)| r.drawn && !**unsound);
+    rooms.filter_map(|(room, _)| finding(room, rays, metre)).collect()
 }
 
 fn finding(room: &RoomHint, rays: &RayScene<'_>, metre: f64) -> Option<Finding> {
@@ -91,7 +91,7 @@ fn offset(side: &Side, rays: &RayScene<'_>, metre: f64) -> Option<f64> {
             let nearest = [side.n, -side.n].into_iter().filter_map(|way| {
                 let hit = rays.first_opaque(p - way * before, way, REACH * metre + before)?;
                 let role = rays.scene().objects[hit.object.index()].role;
-                matches!(role, Role::Structure | Role::Unknown).then(|| (hit.t - before).abs())
+                matches!(role, Role::Structure | Role::Stair | Role::Unknown).then(|| (hit.t - before).abs())
             });
             found.extend(nearest.min_by(f64::total_cmp));
         }
