@@ -163,7 +163,7 @@ fn the_line_goes_up_the_chimney() {
 /// A room's surface as its author drew it.
 fn room(name: &str, solid: Box3, outside: bool) -> RoomHint {
     let surface = quads(solid).iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    RoomHint { id: name.into(), name: name.into(), storey: None, surface, outside }
+    RoomHint { id: name.into(), name: name.into(), storey: None, surface, outside, drawn: true }
 }
 
 #[test]

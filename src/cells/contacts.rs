@@ -8,6 +8,7 @@ use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
 use super::gates::{Gate, ends};
 use super::rooms::{HIGH_GATE, Regions, Space, least_width};
+use super::voids::STANDING;
 use glam::DVec2;
 use std::collections::{BTreeMap, HashMap};
 
@@ -72,8 +73,9 @@ impl Contacts<'_> {
                     ends_of[a as usize][1] += f.area;
                     ends_of[b as usize][0] += f.area;
                 }
-                // Eaves have no floor: what the outside lies under is no storey.
-                let eaves = space.name[a as usize] == Some(-1);
+                // Eaves have no floor: what the outside lies under is no storey, unless somebody could stand in it.
+                let low = space.height[b as usize] < STANDING * self.human.metre;
+                let eaves = space.name[a as usize] == Some(-1) && low;
                 let level = matches!(f.surface, Surface::Cut(Cut::Level(_)));
                 let parted = self.storeys_part && level && !eaves;
                 if usable && !(space.named(a) && space.named(b)) && !space.outgrown(a, b) {
