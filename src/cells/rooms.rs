@@ -356,8 +356,8 @@ impl Clearance {
 
     fn new(faces: &[Face], facets: &Facets, human: Human) -> Self {
         let (none, size) = (Vec::new(), [0; 3]);
-        let extent = Aabb::of(facets.wall_facets.iter().flat_map(|f| f.corners)).size().max_element();
-        let cell = human.metre.max(extent / Self::MOST);
+        let across = Aabb::of(facets.wall_facets.iter().flat_map(|f| f.corners)).size().max_element();
+        let cell = human.metre.max(across / Self::MOST);
         let mut all = Self { walls: Vec::new(), of_cell: none.clone(), first: none, low: size, size, cell };
         let mut places: Vec<([i64; 3], u32)> = Vec::new();
         for f in faces {
