@@ -4,7 +4,7 @@
 //! opens and shuts. A state lets the run time cull more than a row does, behind doors that are shut.
 //!
 //! A leaf is what the model calls a door's or a window's ([`Role::Door`], [`Role::Window`]) and lies along the portal, near it:
-//! triangles turned by more than about 25 degrees, or farther away than a third of the portal's size, stand aside.
+//! triangles turned by more than about 25 degrees, or farther away than a third of their object's size, stand aside.
 
 use super::complex::columns::counter_clockwise;
 use super::complex::coverage::{Open, convex_hull, open_part, shape_area, shared_area};
@@ -44,8 +44,10 @@ impl PortalState {
 const SHUT_SHARE: f64 = 0.5;
 /// Cosine of the angle from which on a leaf stands aside.
 const ALONG: f64 = 0.9;
-/// A leaf hangs within this many times the square root of the portal's area of its plane: 0.48 m for a door of 0.9 x 2.1 m.
+/// A leaf hangs within this many times its half diagonal of the portal's plane: 0.4 m for a door of 0.9 x 2.1 m. A door is not
+/// taken for smaller than its portal, nor for more than four times as large.
 const NEAR: f64 = 0.35;
+const MOST_TIMES: f64 = 4.0;
 
 /// Gives every portal its state, by its kind and by what the model hangs in it.
 pub(super) fn find_states(scene: &Scene, portals: &mut [Portal]) {
@@ -77,14 +79,14 @@ impl Leaf {
         let flat = |p: DVec3| DVec2::new(u.dot(p - centre), v.dot(p - centre));
         let rim = convex_hull(portal.winding.iter().map(|&p| flat(p)).collect());
         let whole = area(&portal.winding);
-        let reach = NEAR * whole.sqrt();
-        let slab = [Plane { n, d: portal.plane.d + reach }, Plane { n: -n, d: reach - portal.plane.d }];
-        let around = Aabb::of(portal.winding.iter().copied()).inflated(reach);
+        let around = Aabb::of(portal.winding.iter().copied()).inflated(NEAR * MOST_TIMES * whole.sqrt());
         let mut objects = Vec::new();
         tree.in_box(&around, &mut |i| objects.push(i as usize));
         objects.sort_unstable();
         let (mut triangles, mut glass) = (Vec::new(), false);
         for object in objects.into_iter().map(|i| &scene.objects[i]) {
+            let size = (0.5 * object.bounds.diagonal()).clamp(whole.sqrt(), MOST_TIMES * whole.sqrt());
+            let slab = [1.0, -1.0].map(|side| Plane { n: n * side, d: portal.plane.d * side + NEAR * size });
             for corners in object.triangles.clone().map(|t| scene.corners(t as usize)) {
                 let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
                 if across.dot(n).abs() < ALONG {

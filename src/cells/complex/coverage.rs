@@ -55,8 +55,10 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     Open::Parts(parts)
 }
 
-/// Faces wider than this many seals don't change by more than a hundredth where triangles that only touch them are left out.
-const WIDE: f64 = 256.0;
+/// Faces wider than this many seals don't change by more than a fiftieth where triangles that only touch them are left out.
+const WIDE: f64 = 100.0;
+/// Faces narrower than this many seals are left to the booleans: a crumb would be much of them.
+const NARROW: f64 = 4.0;
 /// Most convex parts that are kept on the way; what falls into more is left to the booleans.
 const MOST_PARTS: usize = 12;
 
@@ -65,13 +67,14 @@ const MOST_PARTS: usize = 12;
 /// Closed is told by cutting the triangles out of the face, one after the other, into convex parts. Where parts are left that
 /// are together no wider than a crumb, no point of them is farther than that from a triangle.
 fn at_a_glance(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Option<bool> {
-    if width(face) <= WIDE * seal {
+    let wide = width(face);
+    if wide <= NARROW * seal {
         return None;
     }
     let over: Vec<[DVec2; 3]> =
         triangles.iter().map(|&t| super::columns::counter_clockwise(t)).filter(|t| meet(face, t)).collect();
     if over.is_empty() {
-        return Some(true);
+        return (wide > WIDE * seal).then_some(true);
     }
     let mut parts = vec![face.to_vec()];
     for t in &over {
