@@ -127,7 +127,8 @@ fn the_scene_is_the_surfaces_less_the_ways_through() {
     assert_eq!(nodes, ["A", "B", "C", "D"]);
     // Boxes of 4 x 5 x 3 m have 94 square metres; the door is 2.1, the stairwell 20.
     for (object, expected) in [94.0 - 2.1 - 20.0, 94.0 - 2.1, 94.0 - 20.0, 32.0].into_iter().enumerate() {
-        assert!((area_of(object) - expected).abs() < 1e-6, "{object}: {} for {expected}", area_of(object));
+        // Openings' corners are rounded to the coplanar tolerance, 0.05 mm here.
+        assert!((area_of(object) - expected).abs() < 1e-3, "{object}: {} for {expected}", area_of(object));
     }
     let rooms = &scene.hints.rooms;
     let whole: f64 = rooms[0].surface.iter().map(|t| area(t)).sum();
@@ -172,6 +173,7 @@ fn files_of_others_have_all_their_spaces_and_ways() {
         joined.sort_unstable();
         joined.dedup();
         assert_eq!(joined.len(), pairs, "{file}: {:?}", graph.notes);
-        sealed(&scene, &text, 20_000);
+        let faults = validate::structure(&graph, 20.0 * scene.tolerance().coplanar);
+        assert!(faults.is_empty(), "{file}: {faults:?}");
     }
 }

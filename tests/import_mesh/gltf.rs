@@ -365,9 +365,9 @@ fn bounds_that_are_open_become_their_hull_and_closed_ones_stay() {
 fn what_is_odd_about_rooms_and_portals_is_told() {
     let mut glb = Glb::new();
     let square = glb.mesh(&SQUARE);
-    // An arrow: its hull is a half larger.
+    // An arrow: its hull is twice as large.
     let arrow =
-        glb.mesh(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 0.0]]);
+        glb.mesh(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 2.0, 0.0]]);
     glb.json["scenes"] = json!([{"nodes": [0, 4, 5]}]);
     glb.node(json!({"name": "hall-room", "children": [1, 2, 3]}));
     glb.node(json!({"name": "floor", "mesh": square}));
