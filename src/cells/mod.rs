@@ -13,6 +13,7 @@ mod rooms;
 mod smooth;
 mod split;
 pub mod validate;
+mod volume;
 
 pub use given::{GivenError, read_cells};
 pub use locate::{Locator, Stretch};
@@ -34,6 +35,8 @@ pub enum Strategy {
     Plan,
     /// Cells and portals that the user gave.
     Given,
+    /// Voxels, their narrowings, and the walls between them.
+    Volume,
 }
 
 /// A convex piece of a cell: the points inside every plane.

@@ -7,6 +7,7 @@ use super::complex::faces::faces;
 use super::complex::facets::{Facets, facets};
 use super::complex::{Human, lift};
 use super::rooms::{Labels, label};
+use super::volume::volume;
 use super::{Cell, CellGraph, Portal, PortalKind, Strategy, authored};
 use crate::geom::{Aabb, middle};
 use crate::scene::{OpeningKind, Role, Scene};
@@ -16,10 +17,12 @@ use glam::DVec3;
 const LEAF_AWAY: f64 = 0.5;
 
 /// How to split.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct SplitOptions {
     /// `None` lets the scene decide.
     pub strategy: Option<Strategy>,
+    /// Edge of a voxel, metres, for [`Strategy::Volume`]; `None` takes what fits the scene.
+    pub voxel: Option<f64>,
 }
 
 /// Why a scene can't be split as asked.
@@ -45,6 +48,12 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         None if has_rooms => (Strategy::Authored, format!("the model names {} rooms", scene.hints.rooms.len())),
         None => (Strategy::Plan, "the model names no rooms; walls and floors do".to_owned()),
     };
+    if strategy == Strategy::Volume {
+        let mut graph = volume(scene, human, options.voxel, reason);
+        name_openings(scene, &mut graph.portals, human);
+        graph.link();
+        return Ok(graph);
+    }
     let with_rooms = strategy == Strategy::Authored;
 
     // 1. Planes, plan, pieces.
