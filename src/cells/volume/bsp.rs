@@ -277,7 +277,8 @@ impl Bsp {
 impl Poly {
     /// A box.
     pub fn cuboid(b: Aabb) -> Self {
-        let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { b.min[k] } else { b.max[k] }));
+        let corner =
+            |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { b.min[k] } else { b.max[k] }));
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let faces = sides.iter().enumerate().map(|(i, s)| {
             let n = DVec3::AXES[i / 2] * if i % 2 == 0 { -1.0 } else { 1.0 };
@@ -314,7 +315,8 @@ impl Poly {
 
     /// The halves behind and in front of a plane; `None` where one of them would be thinner than `thin`.
     pub fn split(&self, plane: &Plane, node: u32, thin: f64) -> Option<[Self; 2]> {
-        let (low, high) = self.faces.iter().map(|f| reach(&f.points, plane)).fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
+        let (low, high) =
+            self.faces.iter().map(|f| reach(&f.points, plane)).fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
         if low > -thin || high < thin {
             return None;
         }

@@ -189,8 +189,11 @@ fn nearest_bricks(grid: &Grid) -> Vec<u32> {
     });
     // Along y and z: the lower envelope of parabolas.
     for (axis, length, stride) in [(1, ny, nx), (2, nz, nx * ny)] {
-        let starts: Vec<usize> =
-            if axis == 1 { (0..nz).flat_map(|z| (0..nx).map(move |x| z * nx * ny + x)).collect() } else { (0..nx * ny).collect() };
+        let starts: Vec<usize> = if axis == 1 {
+            (0..nz).flat_map(|z| (0..nx).map(move |x| z * nx * ny + x)).collect()
+        } else {
+            (0..nx * ny).collect()
+        };
         let mut next: Vec<u32> = vec![NONE; grid.len()];
         let lines: Vec<(usize, Vec<u32>)> = starts
             .par_chunks(1024)

@@ -121,16 +121,6 @@ impl Grid {
         (self.index[brick] as usize).checked_sub(1)
     }
 
-    /// Gives a brick voxels of its own, all free.
-    pub fn refine(&mut self, brick: usize) -> usize {
-        if self.index[brick] == 0 {
-            self.occupied.push([0; SIDE]);
-            self.brick_of.push(brick as u32);
-            self.index[brick] = self.occupied.len() as u32;
-        }
-        self.index[brick] as usize - 1
-    }
-
     /// A brick's place along each axis.
     #[inline]
     pub fn place(&self, brick: usize) -> [usize; 3] {
@@ -217,7 +207,8 @@ impl Cover {
         let t = t.map(|p| p + size * SLACK);
         let n = (t[1] - t[0]).cross(t[2] - t[0]);
         let reach = |x: f64| (x * grown).min(0.0)..=(x * grown).max(0.0);
-        let sum = |end: fn(&std::ops::RangeInclusive<f64>) -> f64| [n.x, n.y, n.z].map(|x| end(&reach(x))).iter().sum::<f64>();
+        let sum =
+            |end: fn(&std::ops::RangeInclusive<f64>) -> f64| [n.x, n.y, n.z].map(|x| end(&reach(x))).iter().sum::<f64>();
         let at = n.dot(t[0]);
         let edges = std::array::from_fn(|axis| {
             let flat = t.map(|p| flat(p, axis));
@@ -304,7 +295,11 @@ mod tests {
             }
             let occupied: u32 = grid.occupied.iter().flatten().map(|w| w.count_ones()).sum();
             // Sampled at 3 cm and less, at most a few touches of corners are missed.
-            assert!(occupied as usize >= near.len() && (occupied as usize) < near.len() * 13 / 10 + 8, "{occupied} {}", near.len());
+            assert!(
+                occupied as usize >= near.len() && (occupied as usize) < near.len() * 13 / 10 + 8,
+                "{occupied} {}",
+                near.len()
+            );
         }
     }
 

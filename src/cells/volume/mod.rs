@@ -27,16 +27,18 @@ use super::{Cell, CellGraph, Portal, PortalKind, Strategy};
 use crate::CellId;
 use crate::geom::{Plane, newell};
 use crate::scene::{Role, Scene};
+use assign::Owners;
 use contacts::{Contact, Flat};
 use glam::{DVec2, DVec3};
 use grid::Grid;
 use rayon::prelude::*;
+use ridges::Fitter;
 use std::collections::BTreeMap;
 
 /// Most bricks of the grid, and most voxels that surfaces may touch: about 1 GiB.
 const MOST_BRICKS: f64 = 24e6;
 /// A voxel is this share of a person's metre, where the scene is large; smaller scenes afford finer ones.
-const VOXEL: f64 = 0.25;
+const VOXEL: f64 = 0.15;
 const FINEST: f64 = 0.1;
 /// Voxels along the diagonal of a small scene.
 const ALONG: f64 = 300.0;
@@ -59,29 +61,44 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
             eprintln!("{:.2} s {what}", timer.elapsed().as_secs_f64());
         }
     };
-    let mut grid = Grid::new(&triangles, main_axis(&triangles), voxel);
+    let grid = Grid::new(&triangles, main_axis(&triangles), voxel);
     lap("grid");
     let distance = distance::distance(&grid);
     lap("distance");
-    let (mut labels, regions) = watershed::watershed(&grid, &distance, human, &fronts(&triangles, &grid));
+    let (labels, regions) = watershed::watershed(&grid, &distance, human, &|visit| fronts(&triangles, &grid, visit));
     drop(distance);
     lap("watershed");
     // 2. What parts space, and where regions meet.
     let shell = shell::shell(&triangles, &grid, &labels, tolerance.coplanar);
-    let ridges = ridges::ridges(&grid, &labels, &shell);
-    ridges::straighten(&mut grid, &mut labels, &ridges);
+    let fitter = Fitter::new(&shell, &grid);
+    let ridges = fitter.ridges(&grid, &labels);
     lap("ridges");
     // 3. The leaves and their labels.
     let domain = bounds.inflated((0.05 * bounds.diagonal()).min(3.0 * human.metre));
     let axes = DVec3::AXES.map(|a| grid.frame.direction(a));
     let mut bsp = bsp::bsp(&shell, domain, axes, tolerance.coplanar);
     lap("bsp");
+    assign::cut_along(&mut bsp, &ridges, |_, _| ());
     assign::refine(&mut bsp, &grid, &labels, &ridges);
     let counts = assign::counts(&bsp, &grid, &labels);
     lap("refine");
     let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
     lap("contacts");
-    let mut of_leaf = assign::assign(&counts, &contacts);
+    let outside = regions.iter().position(|r| r.outside).map(|r| r as u32);
+    let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside);
+    ridges::straighten(&bsp, &contacts, &ridges, &mut of_leaf);
+    assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
+    lap("labels");
+    // Once more, along planes through what is ragged still.
+    let ragged = fitter.between_leaves(&bsp, &contacts, &of_leaf);
+    assign::cut_along(&mut bsp, &ragged, |leaf, _| of_leaf.push(of_leaf[leaf as usize]));
+    let counts = assign::counts(&bsp, &grid, &labels);
+    lap("ragged");
+    let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
+    lap("contacts");
+    ridges::straighten(&bsp, &contacts, &ragged, &mut of_leaf);
+    assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
+    lap("labels");
     pieces::fill(&contacts, &bsp, &mut of_leaf);
     // 4. The graph.
     let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar);
@@ -92,7 +109,7 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
         if pieces.is_empty() {
             continue;
         }
-        let outside = regions[r].outside;
+        let outside = beyond == Some(r as u32);
         if outside {
             pieces.extend(around(domain));
         }
@@ -112,7 +129,12 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
             shell.triangles.len(),
             shell.free_standing
         ),
-        format!("{} leaves make {count} convex pieces; {} narrowings", bsp.leaves.len(), ridges.len()),
+        format!(
+            "{} leaves make {count} convex pieces; {} narrowings, {} of them ragged",
+            bsp.leaves.len(),
+            ridges.len(),
+            ragged.len()
+        ),
     ];
     if human.metre != 1.0 {
         notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
@@ -146,18 +168,20 @@ fn main_axis(triangles: &[[DVec3; 3]]) -> DVec2 {
     if sum == DVec2::ZERO { DVec2::X } else { DVec2::from_angle(sum.to_angle() / 4.0) }
 }
 
-/// Points a little off both sides of triangles, in voxels, with the area that shows them its front, and its back.
-fn fronts(triangles: &[[DVec3; 3]], grid: &Grid) -> Vec<(DVec3, [f64; 2])> {
-    let of = |t: &[DVec3; 3]| {
+/// Visits points a little off both sides of triangles, in voxels, with the area that shows them its front, and its back.
+fn fronts(triangles: &[[DVec3; 3]], grid: &Grid, visit: &mut dyn FnMut(DVec3, [f64; 2])) {
+    for t in triangles {
         let q = t.map(|p| grid.frame.to_grid(p));
         let n = newell(&q.map(|p| p - q[0]));
         let (area, n) = (0.5 * n.length(), n.normalize_or_zero());
         let middle = (q[0] + q[1] + q[2]) / 3.0;
-        let spots = if area > 16.0 { vec![middle, (middle + q[0]) * 0.5, (middle + q[1]) * 0.5, (middle + q[2]) * 0.5] } else { vec![middle] };
-        let share = area / spots.len() as f64;
-        spots.into_iter().flat_map(move |p| [(p + n * 1.5, [share, 0.0]), (p - n * 1.5, [0.0, share])])
-    };
-    triangles.par_iter().flat_map_iter(of).collect()
+        let more = if area > 16.0 { 3 } else { 0 };
+        let share = area / f64::from(1 + more);
+        for p in (0..more as usize).map(|i| (middle + q[i]) * 0.5).chain([middle]) {
+            visit(p + n * 1.5, [share, 0.0]);
+            visit(p - n * 1.5, [0.0, share]);
+        }
+    }
 }
 
 /// Portals between different cells, in a fixed order; see [`super::complex::assemble::portals`].
@@ -188,7 +212,8 @@ fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: 
                 winding.reverse();
             }
             let cells = [CellId(low), CellId(high)];
-            let sound = winding.len() >= 3 && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
+            let sound =
+                winding.len() >= 3 && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
             sound.then_some(Portal { cells, plane: facing, winding, kind: PortalKind::Opening, source: None })
         };
         hulls(parts, seal).into_iter().filter_map(winding).collect::<Vec<_>>()

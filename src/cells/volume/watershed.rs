@@ -6,7 +6,7 @@
 //! need no order and so no memory and any number of threads), and how shallow a basin may be is a share of its width, as for
 //! the gates of `rooms`: a narrowing is one whether the hall behind it is 3 or 30 m wide.
 
-use super::distance::{Distance, PER_OCTAVE, voxels_of};
+use super::distance::{Distance, voxels_of};
 use super::grid::{CELLS, Grid, SIDE, place_of, voxel};
 use crate::cells::complex::Human;
 use glam::DVec3;
@@ -17,10 +17,11 @@ use std::collections::BTreeMap;
 pub const NONE: u32 = u32::MAX;
 /// Solid matter that reaches the rim: what lies around a level that has no outside.
 pub const VOID: u32 = u32::MAX - 1;
-/// A saddle must be this share of the narrower basin's width to be no narrowing.
-const WIDE_GATE: f64 = 0.8;
-/// Two regions are one space where this share of the smaller one's whole boundary is open to the other.
-const OPEN_SHARE: f64 = 0.2;
+/// A saddle must be this share of the narrower basin's width, less a voxel, to be no narrowing.
+const WIDE_GATE: f64 = 0.9;
+/// Two regions are one space where this share of the smaller one's whole boundary is open to the other. Much, because wide
+/// openings still hide much in a level whose halls flow into one another.
+const OPEN_SHARE: f64 = 0.5;
 /// Narrower than this (metres) or smaller (cubic metres) is a part of its neighbour.
 const LEAST_WIDTH: f64 = 0.6;
 const LEAST_VOLUME: f64 = 3.0;
@@ -40,7 +41,7 @@ pub struct Labels {
 const OCCUPIED: u8 = u8::MAX;
 
 /// A face between two voxels of different labels.
-pub struct Contact {
+pub struct VoxelFace {
     /// The labels, on the lower and on the upper side of the axis.
     pub labels: [u32; 2],
     /// The lower of the two levels, where they are known.
@@ -56,7 +57,9 @@ impl Labels {
     #[inline]
     pub fn get(&self, grid: &Grid, brick: usize, voxel: usize) -> u32 {
         match grid.detail(brick) {
-            Some(d) => self.choice[d][voxel].checked_add(1).map_or(NONE, |_| self.palettes[d][self.choice[d][voxel] as usize]),
+            Some(d) => {
+                self.choice[d][voxel].checked_add(1).map_or(NONE, |_| self.palettes[d][self.choice[d][voxel] as usize])
+            }
             None => self.bricks[brick],
         }
     }
@@ -64,26 +67,6 @@ impl Labels {
     /// The label of a whole brick, where it has but one.
     pub fn whole(&self, grid: &Grid, brick: usize) -> Option<u32> {
         grid.detail(brick).is_none().then(|| self.bricks[brick])
-    }
-
-    /// Gives a free voxel another label.
-    pub fn set(&mut self, grid: &mut Grid, brick: usize, voxel: usize, label: u32) {
-        let d = match grid.detail(brick) {
-            Some(d) => d,
-            None => {
-                self.palettes.push(vec![self.bricks[brick]]);
-                self.choice.push([0; CELLS]);
-                grid.refine(brick)
-            }
-        };
-        let palette = &mut self.palettes[d];
-        let found = palette.iter().position(|&l| l == label).unwrap_or_else(|| {
-            palette.push(label);
-            palette.len() - 1
-        });
-        if found < OCCUPIED as usize {
-            self.choice[d][voxel] = found as u8;
-        }
     }
 
     fn map(&mut self, of: impl Fn(u32) -> u32 + Sync) {
@@ -94,7 +77,7 @@ impl Labels {
 
     /// Visits the faces between a brick's voxels of different labels, and those to the bricks on its upper sides (to all its
     /// sides where the other brick has but one label and this one has voxels).
-    pub fn contacts(&self, grid: &Grid, distance: Option<&Distance>, brick: usize, visit: &mut impl FnMut(Contact)) {
+    pub fn contacts(&self, grid: &Grid, distance: Option<&Distance>, brick: usize, visit: &mut impl FnMut(VoxelFace)) {
         let level = |b: usize, d: Option<usize>, v: usize| match (distance, d) {
             (Some(dist), Some(d)) => dist.voxels[d][v],
             (Some(dist), None) => dist.bricks[b],
@@ -115,7 +98,7 @@ impl Labels {
                             let mut at = corner + DVec3::from_array(place.map(|c| c as f64 + 0.5));
                             at[axis] += 0.5;
                             let level = level(brick, detail, v).min(level(brick, detail, v + stride));
-                            visit(Contact { labels, level, at, axis });
+                            visit(VoxelFace { labels, level, at, axis });
                         }
                     }
                 }
@@ -143,7 +126,7 @@ impl Labels {
                         if !up {
                             labels.swap(0, 1);
                         }
-                        visit(Contact { labels, level: level(brick, detail, v).min(level(other, beyond, w)), at, axis });
+                        visit(VoxelFace { labels, level: level(brick, detail, v).min(level(other, beyond, w)), at, axis });
                     }
                 }
             }
@@ -164,9 +147,11 @@ pub struct Region {
     walls: f64,
 }
 
-/// Regions with their labels. `fronts` tells which matter is solid: for points near triangles, in voxels, the area that shows
-/// them its front, and the area that shows them its back.
-pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &[(DVec3, [f64; 2])]) -> (Labels, Vec<Region>) {
+/// Visits points near triangles, in voxels, with the area that shows them its front, and the area that shows them its back.
+pub type Fronts<'f> = dyn Fn(&mut dyn FnMut(DVec3, [f64; 2])) + 'f;
+
+/// Regions with their labels; `fronts` tells which matter is solid.
+pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &Fronts<'_>) -> (Labels, Vec<Region>) {
     let (mut labels, basins) = basins(grid, distance);
     let mut set = Union::new(basins.len());
     let saddles = saddles(grid, distance, &labels);
@@ -177,7 +162,7 @@ pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &[(DVec
         whole.join(s.pair.0, s.pair.1);
     }
     let mut looks = vec![[0.0f64; 2]; basins.len()];
-    for &(q, [front, back]) in fronts {
+    fronts(&mut |q, [front, back]| {
         if let Some((brick, v)) = grid.locate(q)
             && let label @ 0..VOID = labels.get(grid, brick, v)
         {
@@ -185,7 +170,7 @@ pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &[(DVec
             looks[root][0] += front;
             looks[root][1] += back;
         }
-    }
+    });
     let solid: Vec<bool> = (0..basins.len() as u32)
         .map(|b| {
             let [front, back] = looks[whole.find(b) as usize];
@@ -207,8 +192,7 @@ pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &[(DVec
         let s = &saddles[i];
         let (a, b) = (set.find(s.pair.0), set.find(s.pair.1));
         let narrower = regions[a as usize].width.min(regions[b as usize].width);
-        // A level either way is rounding.
-        let wide = 2.0 * voxels_of(s.level) * (1.0 / PER_OCTAVE).exp2();
+        let wide = 2.0 * voxels_of(s.level) + 1.0;
         if a != b && wide >= WIDE_GATE * narrower {
             unite(&mut set, &mut regions, a, b);
         }
@@ -294,8 +278,7 @@ fn unite(set: &mut Union, regions: &mut [Region], a: u32, b: u32) {
 /// Basins: every voxel (and every undivided brick) goes to its highest neighbour until there is none.
 fn basins(grid: &Grid, distance: &Distance) -> (Labels, Vec<Region>) {
     // 1. Within each brick, where the ways end: at a peak, or at a voxel of another brick.
-    let ways: Vec<Ways> =
-        (0..grid.occupied.len()).into_par_iter().map(|d| ways(grid, distance, d)).collect();
+    let ways: Vec<Ways> = (0..grid.occupied.len()).into_par_iter().map(|d| ways(grid, distance, d)).collect();
     let mut start: Vec<u32> = Vec::with_capacity(ways.len());
     let mut total = 0u32;
     for way in &ways {
@@ -357,9 +340,12 @@ fn basins(grid: &Grid, distance: &Distance) -> (Labels, Vec<Region>) {
             }
         }
     }
-    let palettes = (0..ways.len()).map(|d| (0..ways[d].ends.len()).map(|k| number[next[start[d] as usize + k] as usize]).collect());
+    let palettes =
+        (0..ways.len()).map(|d| (0..ways[d].ends.len()).map(|k| number[next[start[d] as usize + k] as usize]).collect());
     let labels = Labels {
-        bricks: (0..grid.len()).map(|b| if grid.detail(b).is_some() { NONE } else { number[next[total as usize + b] as usize] }).collect(),
+        bricks: (0..grid.len())
+            .map(|b| if grid.detail(b).is_some() { NONE } else { number[next[total as usize + b] as usize] })
+            .collect(),
         palettes: palettes.collect(),
         choice: ways.into_iter().map(|w| w.choice).collect(),
     };
@@ -531,7 +517,7 @@ fn saddles(grid: &Grid, distance: &Distance, labels: &Labels) -> Vec<Saddle> {
     let of_chunk = |chunk: usize| {
         let mut found: Vec<(u32, u32, u8, u32)> = Vec::new();
         for brick in chunk * CHUNK..((chunk + 1) * CHUNK).min(grid.len()) {
-            labels.contacts(grid, Some(distance), brick, &mut |c: Contact| {
+            labels.contacts(grid, Some(distance), brick, &mut |c: VoxelFace| {
                 let [a, b] = c.labels;
                 if a != NONE && b != NONE {
                     found.push((a.min(b), a.max(b), c.level, 1));
