@@ -22,6 +22,7 @@ mod split;
 mod state;
 pub mod validate;
 mod voids;
+mod volume;
 
 pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
 pub use given::{GivenError, read_cells};
@@ -46,6 +47,8 @@ pub enum Strategy {
     Plan,
     /// Cells and portals that the user gave.
     Given,
+    /// Voxels, their narrowings, and the walls between them.
+    Volume,
 }
 
 /// A convex piece of a cell: the points inside every plane.

@@ -10,16 +10,19 @@ use super::complex::{Human, lift};
 use super::openings::name_openings;
 use super::rooms::{Labels, label};
 use super::state::find_states;
+use super::volume::volume;
 use super::{Cell, CellGraph, Strategy, authored};
 use crate::geom::Aabb;
 use crate::scene::{Role, Scene};
 use glam::DVec3;
 
 /// How to split.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct SplitOptions {
     /// `None` lets the scene decide.
     pub strategy: Option<Strategy>,
+    /// Edge of a voxel, metres, for [`Strategy::Volume`]; `None` takes what fits the scene.
+    pub voxel: Option<f64>,
 }
 
 /// Why a scene can't be split as asked.
@@ -45,6 +48,13 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         None if has_rooms => (Strategy::Authored, format!("the model names {} rooms", scene.hints.rooms.len())),
         None => (Strategy::Plan, "the model names no rooms; walls and floors do".to_owned()),
     };
+    if strategy == Strategy::Volume {
+        let mut graph = volume(scene, human, options.voxel, reason);
+        name_openings(scene, &mut graph.portals, human);
+        find_states(scene, &mut graph.portals);
+        graph.link();
+        return Ok(graph);
+    }
     let with_rooms = strategy == Strategy::Authored;
 
     // 1. Planes, plan, pieces.

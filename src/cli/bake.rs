@@ -25,6 +25,9 @@ pub struct Args {
     /// How to find cells
     #[arg(long, value_enum, default_value = "auto")]
     cells: CellsFlag,
+    /// Edge of a voxel, for --cells volume [default: what fits the scene]
+    #[arg(long, value_name = "METRES")]
+    voxel: Option<f64>,
     /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
     #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
     cells_file: Option<PathBuf>,
@@ -59,6 +62,7 @@ enum CellsFlag {
     Auto,
     Authored,
     Plan,
+    Volume,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -74,6 +78,9 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     }
     if args.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
         return Err(CliError("--unit takes metres per unit, above 0".into()));
+    }
+    if args.voxel.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
+        return Err(CliError("--voxel takes metres, above 0".into()));
     }
     super::pool(args.threads)?.install(|| bake_file(&args))
 }
@@ -95,7 +102,9 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
                 CellsFlag::Auto => None,
                 CellsFlag::Authored => Some(Strategy::Authored),
                 CellsFlag::Plan => Some(Strategy::Plan),
+                CellsFlag::Volume => Some(Strategy::Volume),
             },
+            voxel: args.voxel,
         },
         pvs: PvsOptions {
             ship: match args.ship {

@@ -53,6 +53,14 @@ enum Scene {
         #[command(flatten)]
         output: Output,
     },
+    /// A process plant: sheds, tanks, structures of slabs and gratings, racks of pipes.
+    Plant {
+        /// Edge of its square site.
+        #[arg(long, value_name = "METRES")]
+        size: usize,
+        #[command(flatten)]
+        output: Output,
+    },
 }
 
 #[derive(clap::Args)]
@@ -79,6 +87,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Maze { rooms, output } => (Kind::Maze { rooms }, output),
         Scene::House { output } => (Kind::House, output),
         Scene::Hall { output } => (Kind::Hall, output),
+        Scene::Plant { size, output } => (Kind::Plant { size }, output),
     };
     let made = generate(kind, out.seed).map_err(|e| CliError(e.to_string()))?;
     write(&out.output, &made.glb)?;

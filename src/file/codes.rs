@@ -6,7 +6,7 @@ use crate::pvs::Guarantee;
 /// By code.
 pub(super) const GUARANTEES: [Guarantee; 2] = [Guarantee::Conservative, Guarantee::Sampled];
 /// By code.
-pub(super) const STRATEGIES: [Strategy; 3] = [Strategy::Authored, Strategy::Plan, Strategy::Given];
+pub(super) const STRATEGIES: [Strategy; 4] = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume];
 /// By code.
 pub(super) const PORTAL_KINDS: [PortalKind; 3] = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
 
@@ -22,6 +22,7 @@ pub(super) fn strategy_code(strategy: Strategy) -> u8 {
         Strategy::Authored => 0,
         Strategy::Plan => 1,
         Strategy::Given => 2,
+        Strategy::Volume => 3,
     }
 }
 

@@ -13,6 +13,7 @@ mod model;
 mod office;
 mod path;
 mod plan;
+mod plant;
 pub(crate) mod prng;
 mod solid;
 
@@ -26,6 +27,8 @@ use serde_json::{Value, json};
 
 /// Most rooms that a scene may be asked for.
 pub const MAX_ROOMS: usize = 100_000;
+/// Edges that a plant's site may have, metres.
+pub const PLANT_SIZES: std::ops::RangeInclusive<usize> = 60..=2000;
 
 /// What to make.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -53,6 +56,11 @@ pub enum Kind {
     House,
     /// One closed room.
     Hall,
+    /// A process plant: sheds, tanks, structures, racks of pipes.
+    Plant {
+        /// Edge of its square site, metres, [`PLANT_SIZES`].
+        size: usize,
+    },
 }
 
 /// Why a scene can't be made.
@@ -64,6 +72,12 @@ pub enum GenerateError {
     Rooms {
         /// As asked.
         rooms: usize,
+    },
+    /// Too small or too large a plant.
+    #[error("a plant of {size} m asked for; give {} to {}", PLANT_SIZES.start(), PLANT_SIZES.end())]
+    Size {
+        /// As asked, metres.
+        size: usize,
     },
     /// Too few or too many storeys.
     #[error("{storeys} storeys asked for {rooms} offices; give 1 to {rooms}")]
@@ -104,6 +118,8 @@ pub fn generate(kind: Kind, seed: u64) -> Result<Generated, GenerateError> {
         Kind::Maze { rooms } => grid::maze(rooms, seed),
         Kind::House => house::house(),
         Kind::Hall => grid::hall(seed),
+        Kind::Plant { size } if !PLANT_SIZES.contains(&size) => return Err(GenerateError::Size { size }),
+        Kind::Plant { size } => plant::plant(size, seed),
     };
     Ok(building.finish())
 }

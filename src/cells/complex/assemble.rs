@@ -128,7 +128,7 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
 }
 
 /// Convex polygons that hold every part, each grown to make good what coverage took.
-fn hulls(mut parts: Vec<Shape>, seal: f64) -> Vec<Vec<DVec2>> {
+pub fn hulls(mut parts: Vec<Shape>, seal: f64) -> Vec<Vec<DVec2>> {
     // Neighbouring faces round to the same corners, so that their parts unite.
     let grid = seal / 8.0;
     for p in parts.iter_mut().flatten().flatten() {

@@ -1,0 +1,350 @@
+//! Which region is each leaf of the tree.
+//!
+//! Leaves take the region of most voxels in them, after those that ridges cross are cut there, and those that still hold
+//! voxels of several regions are cut around the ridges (as a decision tree is grown: Breiman, Friedman, Olshen, Stone,
+//! *Classification and regression trees*, 1984, by the Gini impurity). Leaves without voxels take the region that they are most
+//! open to, widest openings first, so that what is sealed off stays solid, and what a crack opens goes to one region whole.
+
+use super::bsp::{Bsp, Child, RIM};
+use super::contacts::{Contact, push};
+use super::grid::{Grid, SIDE, place_of};
+use super::ridges::Ridge;
+use super::watershed::{Labels, VOID};
+use crate::geom::Plane;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+
+/// Voxels of a leaf that others than the most frequent region may hold, as a share.
+const STRAY_SHARE: f64 = 0.1;
+/// So few voxels are never worth a cut.
+const STRAY_VOXELS: f64 = 30.0;
+/// A leaf is cut at most this many times over for its voxels.
+const MOST_CUTS: u32 = 6;
+/// Voxels of a leaf that are looked at to cut it.
+const SAMPLES: usize = 4096;
+
+/// Cuts leaves along ridges; calls `made` with each leaf that is cut and its new front half.
+pub fn cut_along(bsp: &mut Bsp, ridges: &[Ridge], mut made: impl FnMut(u32, u32)) {
+    for ridge in ridges {
+        let mut found = Vec::new();
+        push(bsp, bsp.root, ridge.corners.to_vec(), ridge.plane.n, bsp.thin, &mut found);
+        let mut crossed: Vec<u32> = found.into_iter().map(|f| f.0).collect();
+        crossed.sort_unstable();
+        crossed.dedup();
+        for leaf in crossed {
+            if let Some(new) = bsp.split_leaf(leaf, ridge.plane) {
+                made(leaf, new);
+            }
+        }
+    }
+}
+
+/// Cuts what holds voxels of several regions.
+pub fn refine(bsp: &mut Bsp, grid: &Grid, labels: &Labels, ridges: &[Ridge]) {
+    let counts = counts(bsp, grid, labels);
+    let mixed: Vec<bool> = counts.iter().map(|c| is_mixed(c)).collect();
+    let mut samples: BTreeMap<u32, Vec<(DVec3, u32)>> = BTreeMap::new();
+    visit_all(bsp, grid, labels, &mixed, |leaf, p, label| (leaf, p, label)).into_iter().for_each(|(leaf, p, label)| {
+        samples.entry(leaf).or_default().push((p, label));
+    });
+    for (leaf, points) in samples {
+        let step = points.len().div_ceil(SAMPLES);
+        let points = points.into_iter().step_by(step).collect();
+        let here: Vec<u32> = counts[leaf as usize].iter().map(|c| c.0).collect();
+        let near = ridges.iter().filter(|r| r.regions.iter().all(|l| here.contains(l)));
+        let planes: Vec<Plane> = near.flat_map(planes_around).collect();
+        part(bsp, leaf, points, &planes, MOST_CUTS);
+    }
+}
+
+/// A ridge's plane and those around its rectangle.
+fn planes_around(ridge: &Ridge) -> Vec<Plane> {
+    let c = &ridge.corners;
+    let mut out = vec![ridge.plane];
+    for i in 0..4 {
+        let along = (c[(i + 1) % 4] - c[i]).normalize_or_zero();
+        if along != DVec3::ZERO {
+            out.push(Plane::through(c[i], along.cross(ridge.plane.n)));
+        }
+    }
+    out
+}
+
+fn is_mixed(counts: &[(u32, f64)]) -> bool {
+    let all: f64 = counts.iter().map(|c| c.1).sum();
+    let most = counts.iter().map(|c| c.1).fold(0.0, f64::max);
+    all - most > STRAY_VOXELS.max(STRAY_SHARE * all)
+}
+
+fn tally<'p>(points: impl Iterator<Item = &'p (DVec3, u32)>) -> Vec<(u32, f64)> {
+    let mut out: BTreeMap<u32, f64> = BTreeMap::new();
+    points.for_each(|p| *out.entry(p.1).or_default() += 1.0);
+    out.into_iter().collect()
+}
+
+/// Cuts a leaf where that parts its voxels best, as long as that is worth it.
+fn part(bsp: &mut Bsp, leaf: u32, points: Vec<(DVec3, u32)>, planes: &[Plane], cuts: u32) {
+    if cuts == 0 || !is_mixed(&tally(points.iter())) {
+        return;
+    }
+    // Gini impurity times the number of points.
+    let impurity = |counts: &[(u32, f64)]| {
+        let all: f64 = counts.iter().map(|c| c.1).sum();
+        if all == 0.0 { 0.0 } else { all - counts.iter().map(|c| c.1 * c.1).sum::<f64>() / all }
+    };
+    let before = impurity(&tally(points.iter()));
+    let after = |plane: &Plane| {
+        let side = |front: bool| tally(points.iter().filter(|p| (plane.distance(p.0) > 0.0) == front));
+        impurity(&side(false)) + impurity(&side(true))
+    };
+    let best = planes.iter().map(|p| (after(p), *p)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, plane)) = best.filter(|b| b.0 < 0.9 * before) else { return };
+    let Some(front) = bsp.split_leaf(leaf, plane) else { return };
+    let (ahead, behind) = points.into_iter().partition(|p| plane.distance(p.0) > 0.0);
+    part(bsp, leaf, behind, planes, cuts - 1);
+    part(bsp, front, ahead, planes, cuts - 1);
+}
+
+/// How many voxels of each region each leaf holds, by region.
+pub fn counts(bsp: &Bsp, grid: &Grid, labels: &Labels) -> Vec<Vec<(u32, f64)>> {
+    let mut out: Vec<Vec<(u32, f64)>> = vec![Vec::new(); bsp.leaves.len()];
+    const CHUNK: usize = 2048;
+    let chunk = |c: usize| {
+        let mut found: Vec<(u32, u32, u32)> = Vec::new();
+        for brick in c * CHUNK..((c + 1) * CHUNK).min(grid.len()) {
+            let mut add = |leaf: u32, low: [usize; 3], edge: usize| match labels.whole(grid, brick) {
+                Some(label) if label < VOID => found.push((leaf, label, (edge * edge * edge) as u32)),
+                Some(_) => {}
+                None => each_voxel(low, edge, &mut |v| {
+                    let label = labels.get(grid, brick, v);
+                    if label < VOID {
+                        found.push((leaf, label, 1));
+                    }
+                }),
+            };
+            if labels.whole(grid, brick).is_none_or(|l| l < VOID) {
+                descend(bsp, grid, brick, bsp.root, [0; 3], SIDE, &mut add);
+            }
+        }
+        found.sort_unstable();
+        found.dedup_by(|b, a| {
+            let same = (a.0, a.1) == (b.0, b.1);
+            if same {
+                a.2 += b.2;
+            }
+            same
+        });
+        found
+    };
+    let chunks: Vec<_> = (0..grid.len().div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    for (leaf, label, n) in chunks.into_iter().flatten() {
+        let of = &mut out[leaf as usize];
+        match of.iter_mut().find(|o| o.0 == label) {
+            Some(o) => o.1 += f64::from(n),
+            None => of.push((label, f64::from(n))),
+        }
+    }
+    out.iter_mut().for_each(|o| o.sort_by_key(|c| c.0));
+    out
+}
+
+/// Every labelled voxel of some leaves.
+fn visit_all<T: Send>(
+    bsp: &Bsp,
+    grid: &Grid,
+    labels: &Labels,
+    wanted: &[bool],
+    make: impl Fn(u32, DVec3, u32) -> T + Sync,
+) -> Vec<T> {
+    let of_brick = |brick: usize| {
+        let mut out = Vec::new();
+        let corner = grid.corner(brick);
+        let mut add = |leaf: u32, low: [usize; 3], edge: usize| {
+            if wanted[leaf as usize] {
+                each_voxel(low, edge, &mut |v| {
+                    let label = labels.get(grid, brick, v);
+                    if label < VOID {
+                        let q = corner + DVec3::from_array(place_of(v).map(|c| c as f64 + 0.5));
+                        out.push(make(leaf, grid.frame.to_world(q), label));
+                    }
+                });
+            }
+        };
+        if labels.whole(grid, brick).is_none_or(|l| l < VOID) {
+            descend(bsp, grid, brick, bsp.root, [0; 3], SIDE, &mut add);
+        }
+        out
+    };
+    (0..grid.len()).into_par_iter().flat_map_iter(of_brick).collect()
+}
+
+fn each_voxel(low: [usize; 3], edge: usize, visit: &mut impl FnMut(usize)) {
+    for z in low[2]..low[2] + edge {
+        for y in low[1]..low[1] + edge {
+            for x in low[0]..low[0] + edge {
+                visit(super::grid::voxel(x, y, z));
+            }
+        }
+    }
+}
+
+/// The leaves that a block of a brick's voxels lies in, divided where planes cut it; a voxel goes with its middle.
+fn descend(
+    bsp: &Bsp,
+    grid: &Grid,
+    brick: usize,
+    child: Child,
+    low: [usize; 3],
+    edge: usize,
+    add: &mut impl FnMut(u32, [usize; 3], usize),
+) {
+    let half = 0.5 * edge as f64;
+    let middle = grid.frame.to_world(grid.corner(brick) + DVec3::from_array(low.map(|c| c as f64 + half)));
+    // Middles of voxels lie within this of the block's.
+    let radius = (half - 0.5) * 3f64.sqrt() * grid.frame.voxel;
+    let mut child = child;
+    loop {
+        let node = match child {
+            Child::Leaf(leaf) => return add(leaf, low, edge),
+            Child::Node(node) => &bsp.nodes[node as usize],
+        };
+        let d = node.plane.distance(middle);
+        if d.abs() <= radius && edge > 1 {
+            for k in 0..8 {
+                let low = std::array::from_fn(|a| low[a] + (k >> a & 1) * edge / 2);
+                descend(bsp, grid, brick, child, low, edge / 2, add);
+            }
+            return;
+        }
+        child = node.children[usize::from(d > 0.0)];
+    }
+}
+
+/// An opening between a leaf that has a region and one that hasn't yet; wider ones first, then the lower number.
+#[derive(PartialEq)]
+struct Way(f64, u32);
+
+impl Eq for Way {}
+
+impl PartialOrd for Way {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Way {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0).then(other.1.cmp(&self.1))
+    }
+}
+
+/// Who has which leaf.
+pub struct Owners {
+    /// The region of each leaf; `None` in solid matter.
+    pub leaves: Vec<Option<u32>>,
+    /// The region of all that lies beyond the rim, and so of every leaf at it.
+    pub beyond: Option<u32>,
+}
+
+/// Whether each leaf lies at the rim.
+pub fn at_rim(bsp: &Bsp) -> Vec<bool> {
+    bsp.leaves.iter().map(|l| l.poly.faces.iter().any(|f| f.node == RIM)).collect()
+}
+
+/// A region for each leaf; `outside` is the one beyond the rim, where that isn't solid.
+pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outside: Option<u32>) -> Owners {
+    let rim = at_rim(bsp);
+    let most = |c: &Vec<(u32, f64)>| c.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|c| c.0);
+    let mut leaves: Vec<Option<u32>> =
+        counts.iter().zip(&rim).map(|(c, &rim)| if rim { outside } else { most(c) }).collect();
+    let mut beyond = outside;
+    let around = open_around(contacts, leaves.len());
+    let mut ways: BinaryHeap<Way> = BinaryHeap::new();
+    let open = |leaf: usize, leaves: &[Option<u32>], ways: &mut BinaryHeap<Way>| {
+        for &i in &around[leaf] {
+            let c = &contacts[i as usize];
+            if c.leaves.iter().any(|&l| leaves[l as usize].is_none()) {
+                ways.push(Way(c.open_area, i));
+            }
+        }
+    };
+    for leaf in 0..leaves.len() {
+        if leaves[leaf].is_some() {
+            open(leaf, &leaves, &mut ways);
+        }
+    }
+    while let Some(Way(_, i)) = ways.pop() {
+        let [a, b] = contacts[i as usize].leaves.map(|l| l as usize);
+        let (from, to) = if leaves[a].is_some() { (a, b) } else { (b, a) };
+        if leaves[to].is_some() {
+            continue;
+        }
+        leaves[to] = leaves[from];
+        open(to, &leaves, &mut ways);
+        if rim[to] {
+            // Beyond the rim nothing parts anything.
+            beyond = leaves[to];
+            for other in (0..leaves.len()).filter(|&l| rim[l]) {
+                leaves[other] = beyond;
+                open(other, &leaves, &mut ways);
+            }
+        }
+    }
+    Owners { leaves, beyond }
+}
+
+/// The contacts of each leaf that are open.
+pub fn open_around(contacts: &[Contact], leaves: usize) -> Vec<Vec<u32>> {
+    let mut around: Vec<Vec<u32>> = vec![Vec::new(); leaves];
+    for (i, c) in contacts.iter().enumerate().filter(|(_, c)| c.open_area > 0.0) {
+        c.leaves.iter().for_each(|&l| around[l as usize].push(i as u32));
+    }
+    around
+}
+
+/// What a voxel in a leaf of another region costs, in faces of voxels.
+const ASTRAY: f64 = 0.25;
+/// Most times that all leaves are looked at.
+const MOST_SWEEPS: usize = 16;
+
+/// Boundaries drawn tight: a leaf goes over to a neighbour's region while that makes what is open between regions, and the voxels
+/// that are in a leaf of another region, less in sum (iterated conditional modes: Besag, *On the statistical analysis of dirty
+/// pictures*, 1986). `face`: a voxel's, square metres.
+pub fn smooth(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], face: f64, leaves: &mut [Option<u32>]) {
+    let around = open_around(contacts, leaves.len());
+    let rim = at_rim(bsp);
+    let mut awake = vec![true; leaves.len()];
+    for _ in 0..MOST_SWEEPS {
+        let mut moved = false;
+        for leaf in 0..leaves.len() {
+            if !std::mem::take(&mut awake[leaf]) || rim[leaf] {
+                continue;
+            }
+            let Some(now) = leaves[leaf] else { continue };
+            // What each region is worth to this leaf.
+            let mut worth: BTreeMap<u32, f64> = counts[leaf].iter().map(|&(r, n)| (r, ASTRAY * face * n)).collect();
+            let mut borders = BTreeSet::from([now]);
+            for &i in &around[leaf] {
+                let c = &contacts[i as usize];
+                let other = c.leaves[usize::from(c.leaves[0] as usize == leaf)];
+                if let Some(r) = leaves[other as usize] {
+                    *worth.entry(r).or_default() += c.open_area;
+                    borders.insert(r);
+                }
+            }
+            let of = |r: u32| worth.get(&r).copied().unwrap_or(0.0);
+            let best = borders.into_iter().fold(now, |best, r| if of(r) > of(best) + 1e-9 * face { r } else { best });
+            if best != now {
+                leaves[leaf] = Some(best);
+                moved = true;
+                for &i in &around[leaf] {
+                    contacts[i as usize].leaves.iter().for_each(|&l| awake[l as usize] = true);
+                }
+            }
+        }
+        if !moved {
+            break;
+        }
+    }
+}

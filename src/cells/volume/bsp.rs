@@ -1,0 +1,379 @@
+//! Space cut along the shell's planes into convex leaves: every shell triangle ends up on faces of leaves.
+//!
+//! Based on: Fuchs, Kedem, Naylor, *On visible surface generation by a priori tree structures*, 1980; Teller, *Visibility
+//! computations in densely occluded polyhedral environments*, 1992, for cells as the leaves of such a tree. The cutting plane
+//! is the one with the least expected size of both halves (n log n of the triangles in each, those cut counting twice), of the
+//! planes with the most area and a few others; while there are many triangles, also of three planes along the grid's axes, so that
+//! the work stays n log n.
+
+use super::shell::Shell;
+use crate::geom::{Aabb, Plane, clip};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// A face of a leaf that no node made.
+pub const RIM: u32 = u32::MAX;
+
+/// A face of a convex polyhedron.
+#[derive(Clone, Debug)]
+pub struct Face {
+    /// Its plane; the same bits wherever the same plane cuts.
+    pub plane: Plane,
+    /// The polyhedron lies on the side that the plane's normal points to.
+    pub front: bool,
+    /// The node that made it ([`RIM`]: none). While the tree is built, its depth.
+    pub node: u32,
+    /// Corners in order, either way round.
+    pub points: Vec<DVec3>,
+}
+
+/// A convex polyhedron.
+#[derive(Clone, Debug, Default)]
+pub struct Poly {
+    /// Its faces.
+    pub faces: Vec<Face>,
+}
+
+/// What is left of a shell triangle in a part of space.
+#[derive(Clone, Debug)]
+pub struct Fragment {
+    /// Index into the shell's planes.
+    pub plane: u32,
+    /// Corners, convex.
+    pub points: Vec<DVec3>,
+}
+
+/// A child of a node.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Child {
+    /// A node.
+    Node(u32),
+    /// A leaf.
+    Leaf(u32),
+}
+
+/// A cut.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// Where.
+    pub plane: Plane,
+    /// Shell triangles that lie on it, as polygons.
+    pub covers: Vec<Vec<DVec3>>,
+    /// Behind it (`n . p <= d`) and in front.
+    pub children: [Child; 2],
+}
+
+/// A leaf.
+#[derive(Clone, Debug)]
+pub struct Leaf {
+    /// Its shape.
+    pub poly: Poly,
+    /// Shell triangles that cut it no more than the tolerance and lie on no node.
+    pub stray: Vec<Vec<DVec3>>,
+    /// The node above it and which child it is.
+    pub parent: Option<(u32, usize)>,
+}
+
+/// The tree.
+pub struct Bsp {
+    /// The topmost.
+    pub root: Child,
+    /// Nodes.
+    pub nodes: Vec<Node>,
+    /// Leaves.
+    pub leaves: Vec<Leaf>,
+    /// A cut that leaves less than this on a side is none, metres.
+    pub thin: f64,
+}
+
+enum Tree {
+    Leaf(Poly, Vec<Vec<DVec3>>),
+    Node(Plane, Vec<Vec<DVec3>>, Box<[Tree; 2]>),
+}
+
+/// Nodes with more triangles than this are built side by side, and cut along axes where that is better.
+const MANY: usize = 400;
+/// Triangles that a cut is tried on.
+const TRIED: usize = 200;
+/// What a cut triangle costs, in triangles.
+const CUT: f64 = 1.5;
+
+/// Builds the tree in `domain`; `axes` are the grid's, `coplanar` in metres.
+pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64) -> Bsp {
+    let fragments: Vec<Fragment> =
+        shell.triangles.par_iter().map(|(t, plane)| Fragment { plane: *plane, points: t.to_vec() }).collect();
+    let builder = Builder { planes: &shell.planes, axes, coplanar };
+    let tree = builder.build(Poly::cuboid(domain), fragments, Vec::new(), 0);
+    let mut out = Bsp { root: Child::Leaf(0), nodes: Vec::new(), leaves: Vec::new(), thin: builder.thin() };
+    out.root = out.flatten(tree, None, &mut Vec::new());
+    out
+}
+
+struct Builder<'s> {
+    planes: &'s [Plane],
+    axes: [DVec3; 3],
+    coplanar: f64,
+}
+
+impl Builder<'_> {
+    fn thin(&self) -> f64 {
+        0.25 * self.coplanar
+    }
+
+    fn build(&self, poly: Poly, mut fragments: Vec<Fragment>, mut stray: Vec<Vec<DVec3>>, depth: u32) -> Tree {
+        let mut along_axes = fragments.len() > MANY;
+        let (plane, id, [back, front]) = loop {
+            let Some((plane, id)) = self.choose(&fragments, along_axes) else {
+                return Tree::Leaf(poly, stray);
+            };
+            if let Some(halves) = poly.split(&plane, depth, self.thin()) {
+                break (plane, id, halves);
+            }
+            along_axes &= id.is_some();
+            // It only grazes this part of space.
+            fragments.retain_mut(|f| {
+                let keep = Some(f.plane) != id;
+                if !keep {
+                    stray.push(std::mem::take(&mut f.points));
+                }
+                keep
+            });
+        };
+        let mut covers = Vec::new();
+        let mut sides: [Vec<Fragment>; 2] = [Vec::new(), Vec::new()];
+        for f in fragments {
+            let (low, high) = reach(&f.points, &plane);
+            if Some(f.plane) == id || (low >= -self.coplanar && high <= self.coplanar) {
+                covers.push(f.points);
+            } else if high <= self.coplanar {
+                sides[0].push(f);
+            } else if low >= -self.coplanar {
+                sides[1].push(f);
+            } else {
+                let halves = cut(&f.points, &plane, 0.0);
+                for (side, points) in sides.iter_mut().zip(halves) {
+                    if points.len() >= 3 {
+                        side.push(Fragment { plane: f.plane, points });
+                    }
+                }
+            }
+        }
+        // What grazed the whole may lie on a face of either half.
+        let (mut stray_behind, mut stray_before) = (Vec::new(), Vec::new());
+        for points in stray {
+            let (low, high) = reach(&points, &plane);
+            if high >= -self.coplanar {
+                stray_before.push(points.clone());
+            }
+            if low <= self.coplanar {
+                stray_behind.push(points);
+            }
+        }
+        let many = sides[0].len() + sides[1].len() > MANY;
+        let [behind, before] = sides;
+        let a = || self.build(back, behind, stray_behind, depth + 1);
+        let b = || self.build(front, before, stray_before, depth + 1);
+        let (a, b) = if many { rayon::join(a, b) } else { (a(), b()) };
+        Tree::Node(plane, covers, Box::new([a, b]))
+    }
+
+    /// The best cut, with the index of its plane where it is a triangle's.
+    fn choose(&self, fragments: &[Fragment], along_axes: bool) -> Option<(Plane, Option<u32>)> {
+        if fragments.is_empty() {
+            return None;
+        }
+        let mut areas: Vec<(u32, f64)> = fragments.iter().map(|f| (f.plane, crate::geom::area(&f.points))).collect();
+        areas.sort_by_key(|a| a.0);
+        areas.dedup_by(|b, a| {
+            let same = a.0 == b.0;
+            if same {
+                a.1 += b.1;
+            }
+            same
+        });
+        if let [only] = areas[..] {
+            return Some((self.planes[only.0 as usize], Some(only.0)));
+        }
+        let some: Vec<u32> = areas.iter().step_by(areas.len().div_ceil(6)).map(|a| a.0).collect();
+        areas.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut candidates: Vec<(Plane, Option<u32>)> =
+            areas.iter().take(12).map(|a| a.0).chain(some).map(|i| (self.planes[i as usize], Some(i))).collect();
+        let sample: Vec<&Fragment> = fragments.iter().step_by(fragments.len().div_ceil(TRIED)).collect();
+        if along_axes {
+            for n in self.axes {
+                let mut at: Vec<f64> = sample.iter().map(|f| n.dot(f.points[0])).collect();
+                let middle = at.len() / 2;
+                let (_, d, _) = at.select_nth_unstable_by(middle, f64::total_cmp);
+                candidates.push((Plane { n, d: *d }, None));
+            }
+        }
+        let size = |n: f64| n * (n + 1.0).ln();
+        let scale = fragments.len() as f64 / sample.len() as f64;
+        let cost = |(plane, id): &(Plane, Option<u32>)| {
+            let (mut back, mut front, mut cut) = (0.0, 0.0, 0.0);
+            for f in &sample {
+                if Some(f.plane) == *id {
+                    continue;
+                }
+                let (low, high) = reach(&f.points, plane);
+                match (low < -self.coplanar, high > self.coplanar) {
+                    (true, true) => cut += 1.0,
+                    (true, false) => back += 1.0,
+                    (false, true) => front += 1.0,
+                    (false, false) => {}
+                }
+            }
+            // An axis' plane that parts nothing would be tried for ever.
+            if id.is_none() && (back == 0.0 || front == 0.0) {
+                return f64::INFINITY;
+            }
+            size((back + CUT * cut) * scale) + size((front + CUT * cut) * scale)
+        };
+        let best = candidates.iter().map(|c| (cost(c), c)).min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, c)| *c)
+    }
+}
+
+impl Bsp {
+    fn flatten(&mut self, tree: Tree, parent: Option<(u32, usize)>, path: &mut Vec<u32>) -> Child {
+        match tree {
+            Tree::Leaf(mut poly, stray) => {
+                for f in poly.faces.iter_mut().filter(|f| f.node != RIM) {
+                    f.node = path[f.node as usize];
+                }
+                self.leaves.push(Leaf { poly, stray, parent });
+                Child::Leaf(self.leaves.len() as u32 - 1)
+            }
+            Tree::Node(plane, covers, children) => {
+                let id = self.nodes.len() as u32;
+                self.nodes.push(Node { plane, covers, children: [Child::Leaf(0); 2] });
+                path.push(id);
+                for (side, child) in children.into_iter().enumerate() {
+                    self.nodes[id as usize].children[side] = self.flatten(child, Some((id, side)), path);
+                }
+                path.pop();
+                Child::Node(id)
+            }
+        }
+    }
+
+    /// Cuts a leaf; it becomes the back half, and the front half's number is returned. `None` where the plane only grazes it.
+    pub fn split_leaf(&mut self, leaf: u32, plane: Plane) -> Option<u32> {
+        let node = self.nodes.len() as u32;
+        let [back, front] = self.leaves[leaf as usize].poly.split(&plane, node, self.thin)?;
+        let new = self.leaves.len() as u32;
+        self.nodes.push(Node { plane, covers: Vec::new(), children: [Child::Leaf(leaf), Child::Leaf(new)] });
+        match self.leaves[leaf as usize].parent {
+            Some((parent, side)) => self.nodes[parent as usize].children[side] = Child::Node(node),
+            None => self.root = Child::Node(node),
+        }
+        let stray = self.leaves[leaf as usize].stray.clone();
+        self.leaves[leaf as usize] = Leaf { poly: back, stray: stray.clone(), parent: Some((node, 0)) };
+        self.leaves.push(Leaf { poly: front, stray, parent: Some((node, 1)) });
+        Some(new)
+    }
+}
+
+impl Poly {
+    /// A box.
+    pub fn cuboid(b: Aabb) -> Self {
+        let corner =
+            |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { b.min[k] } else { b.max[k] }));
+        let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let faces = sides.iter().enumerate().map(|(i, s)| {
+            let n = DVec3::AXES[i / 2] * if i % 2 == 0 { -1.0 } else { 1.0 };
+            let points = s.map(corner).to_vec();
+            Face { plane: Plane::through(points[0], n), front: false, node: RIM, points }
+        });
+        Self { faces: faces.collect() }
+    }
+
+    /// Box around it.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::of(self.faces.iter().flat_map(|f| f.points.iter().copied()))
+    }
+
+    /// The mean of its faces' corners: inside it.
+    pub fn middle(&self) -> DVec3 {
+        let all = self.faces.iter().flat_map(|f| &f.points);
+        all.clone().sum::<DVec3>() / all.count().max(1) as f64
+    }
+
+    /// The part of a plane inside it, corners counter-clockwise seen from the tip of the normal.
+    pub fn section(&self, plane: &Plane) -> Vec<DVec3> {
+        let b = self.bounds();
+        let centre = b.centre() - plane.n * plane.distance(b.centre());
+        let (u, v) = plane.n.any_orthonormal_pair();
+        let (u, v) = (u * b.diagonal(), v * b.diagonal());
+        let mut section = vec![centre - u - v, centre + u - v, centre + u + v, centre - u + v];
+        for f in &self.faces {
+            let inside = if f.front { f.plane.flipped() } else { f.plane };
+            section = clip(&section, &inside, 0.0);
+        }
+        section
+    }
+
+    /// The halves behind and in front of a plane; `None` where one of them would be thinner than `thin`.
+    pub fn split(&self, plane: &Plane, node: u32, thin: f64) -> Option<[Self; 2]> {
+        let (low, high) =
+            self.faces.iter().map(|f| reach(&f.points, plane)).fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
+        if low > -thin || high < thin {
+            return None;
+        }
+        let section = self.section(plane);
+        if section.len() < 3 {
+            return None;
+        }
+        let mut halves = [Self::default(), Self::default()];
+        for f in &self.faces {
+            // Rounding alone must not make a face of a side that only touches.
+            for (half, points) in halves.iter_mut().zip(cut(&f.points, plane, 1e-3 * thin)) {
+                if points.len() >= 3 {
+                    half.faces.push(Face { points, ..*f });
+                }
+            }
+        }
+        halves[0].faces.push(Face { plane: *plane, front: false, node, points: section.clone() });
+        halves[1].faces.push(Face { plane: *plane, front: true, node, points: section });
+        halves.iter().all(|h| h.faces.len() >= 4).then_some(halves)
+    }
+}
+
+/// The least and the greatest distance of points from a plane.
+pub fn reach(points: &[DVec3], plane: &Plane) -> (f64, f64) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for &p in points {
+        let d = plane.distance(p);
+        (low, high) = (low.min(d), high.max(d));
+    }
+    (low, high)
+}
+
+/// What of a convex polygon is behind and in front of a plane; corners within `eps` metres are on it, and belong to both unless
+/// nothing else of that side is left.
+pub fn cut(points: &[DVec3], plane: &Plane, eps: f64) -> [Vec<DVec3>; 2] {
+    let (low, high) = reach(points, plane);
+    if high <= eps {
+        return [points.to_vec(), Vec::new()];
+    }
+    if low >= -eps {
+        return [Vec::new(), points.to_vec()];
+    }
+    let mut halves = [Vec::with_capacity(points.len() + 1), Vec::with_capacity(points.len() + 1)];
+    for (i, &a) in points.iter().enumerate() {
+        let b = points[(i + 1) % points.len()];
+        let (da, db) = (plane.distance(a), plane.distance(b));
+        if da <= eps {
+            halves[0].push(a);
+        }
+        if da >= -eps {
+            halves[1].push(a);
+        }
+        if (da > eps && db < -eps) || (da < -eps && db > eps) {
+            let p = a + (b - a) * (da / (da - db));
+            halves[0].push(p);
+            halves[1].push(p);
+        }
+    }
+    halves
+}

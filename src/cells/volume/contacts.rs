@@ -1,0 +1,180 @@
+//! Where two leaves of the tree meet, and what is open there.
+//!
+//! Each face of a leaf behind a node's plane is pushed down the tree in front of it (as level compilers make portals), and what
+//! no shell triangle on that plane covers is open (Teller 1992; see [`crate::cells::complex::coverage`] for why that is sound).
+
+use super::bsp::{Bsp, Child, RIM, cut};
+use crate::cells::complex::coverage::{Open, area, open_part, shape_area};
+use crate::cells::locate::BoxTree;
+use crate::geom::{Aabb, Plane};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// A face between two leaves.
+pub struct Contact {
+    /// Behind the plane, in front of it.
+    pub leaves: [u32; 2],
+    /// The node whose plane it lies on.
+    pub node: u32,
+    /// The face in the plane's coordinates, counter-clockwise.
+    pub polygon: Vec<DVec2>,
+    /// What is open of it.
+    pub open: Open,
+    /// Its area, and that of what is open, square metres.
+    pub area: f64,
+    /// See `area`.
+    pub open_area: f64,
+}
+
+/// Coordinates in a plane: `u x v` is its normal. On walls `v` points up.
+#[derive(Clone, Copy, Debug)]
+pub struct Flat {
+    u: DVec3,
+    v: DVec3,
+    origin: DVec3,
+}
+
+impl Flat {
+    /// `along` is the first axis on floors, as far as it lies in the plane.
+    pub fn new(plane: &Plane, along: DVec3) -> Self {
+        let n = plane.n;
+        let u = if n.y.abs() < 0.9 { DVec3::Y.cross(n) } else { along - n * along.dot(n) };
+        let u = u.normalize();
+        Self { u, v: n.cross(u), origin: n * plane.d }
+    }
+
+    /// Into the plane.
+    pub fn to(self, p: DVec3) -> DVec2 {
+        DVec2::new(self.u.dot(p), self.v.dot(p))
+    }
+
+    /// Back.
+    pub fn from(self, q: DVec2) -> DVec3 {
+        self.origin + self.u * q.x + self.v * q.y
+    }
+}
+
+/// What narrows a plane down to a place: boxes of the covers of each node, where there are many.
+struct Covers<'b> {
+    bsp: &'b Bsp,
+    trees: Vec<Option<BoxTree>>,
+}
+
+/// Covers of a node that need no tree.
+const FEW: usize = 12;
+
+impl<'b> Covers<'b> {
+    fn new(bsp: &'b Bsp) -> Self {
+        let tree = |covers: &[Vec<DVec3>]| {
+            let boxes: Vec<Aabb> = covers.iter().map(|c| Aabb::of(c.iter().copied())).collect();
+            BoxTree::new(&boxes, (0..boxes.len() as u32).collect())
+        };
+        let trees = bsp.nodes.par_iter().map(|n| (n.covers.len() > FEW).then(|| tree(&n.covers))).collect();
+        Self { bsp, trees }
+    }
+
+    /// Covers on a node's plane near a box.
+    fn near(&self, node: u32, bounds: &Aabb, leaves: [u32; 2], coplanar: f64) -> Vec<&'b [DVec3]> {
+        let n = &self.bsp.nodes[node as usize];
+        let mut out: Vec<&[DVec3]> = Vec::new();
+        let touches = |c: &&Vec<DVec3>| Aabb::of(c.iter().copied()).touches(bounds);
+        match &self.trees[node as usize] {
+            Some(tree) => {
+                let mut found = Vec::new();
+                tree.in_box(bounds, &mut |i| found.push(i));
+                found.sort_unstable();
+                out.extend(found.iter().map(|&i| n.covers[i as usize].as_slice()));
+            }
+            None => out.extend(n.covers.iter().filter(touches).map(Vec::as_slice)),
+        }
+        let stray = leaves.iter().flat_map(|&l| &self.bsp.leaves[l as usize].stray);
+        let lies = |c: &&Vec<DVec3>| c.iter().all(|&p| n.plane.distance(p).abs() <= coplanar);
+        out.extend(stray.filter(lies).filter(touches).map(Vec::as_slice));
+        out
+    }
+}
+
+/// All faces between leaves, by the leaf behind, ascending. `along` as for [`Flat::new`]; tolerances in metres.
+pub fn contacts(bsp: &Bsp, along: DVec3, coplanar: f64, seal: f64) -> Vec<Contact> {
+    let covers = Covers::new(bsp);
+    let of_leaf = |leaf: u32| {
+        let mut out = Vec::new();
+        for face in &bsp.leaves[leaf as usize].poly.faces {
+            if face.front || face.node == RIM {
+                continue;
+            }
+            let node = &bsp.nodes[face.node as usize];
+            let flat = Flat::new(&node.plane, along);
+            let mut found = Vec::new();
+            push(bsp, node.children[1], face.points.clone(), node.plane.n, bsp.thin, &mut found);
+            for (other, points) in found {
+                let mut polygon: Vec<DVec2> = points.iter().map(|&p| flat.to(p)).collect();
+                let mut whole = area(&polygon);
+                if whole < 0.0 {
+                    polygon.reverse();
+                    whole = -whole;
+                }
+                if whole <= 0.0 {
+                    continue;
+                }
+                let bounds = Aabb::of(points.iter().copied()).inflated(2.0 * seal);
+                let near = covers.near(face.node, &bounds, [leaf, other], coplanar);
+                let open = open(&polygon, &near, flat, seal);
+                let open_area = match &open {
+                    Open::Whole => whole,
+                    Open::Parts(parts) => parts.iter().map(shape_area).sum(),
+                };
+                out.push(Contact { leaves: [leaf, other], node: face.node, polygon, open, area: whole, open_area });
+            }
+        }
+        out
+    };
+    (0..bsp.leaves.len() as u32).into_par_iter().flat_map_iter(of_leaf).collect()
+}
+
+/// The parts of a polygon that border on each leaf below a child, on the side that `ahead` points to.
+pub fn push(bsp: &Bsp, child: Child, points: Vec<DVec3>, ahead: DVec3, thin: f64, out: &mut Vec<(u32, Vec<DVec3>)>) {
+    match child {
+        Child::Leaf(leaf) => out.push((leaf, points)),
+        Child::Node(node) => {
+            let node = &bsp.nodes[node as usize];
+            let (low, high) = super::bsp::reach(&points, &node.plane);
+            // On the plane itself: what lies ahead of it.
+            let eps = 1e-3 * thin;
+            if low >= -eps && high <= eps {
+                let side = usize::from(node.plane.n.dot(ahead) > 0.0);
+                return push(bsp, node.children[side], points, ahead, thin, out);
+            }
+            let [back, front] = cut(&points, &node.plane, eps);
+            if back.len() >= 3 {
+                push(bsp, node.children[0], back, ahead, thin, out);
+            }
+            if front.len() >= 3 {
+                push(bsp, node.children[1], front, ahead, thin, out);
+            }
+        }
+    }
+}
+
+fn open(polygon: &[DVec2], covers: &[&[DVec3]], flat: Flat, seal: f64) -> Open {
+    if covers.is_empty() {
+        return Open::Whole;
+    }
+    let mut triangles: Vec<[DVec2; 3]> = Vec::new();
+    for cover in covers {
+        let q: Vec<DVec2> = cover.iter().map(|&p| flat.to(p)).collect();
+        let sign = area(&q).signum();
+        // Most faces lie under one triangle.
+        let inside = |p: &DVec2| {
+            (0..q.len()).all(|i| {
+                let e = q[(i + 1) % q.len()] - q[i];
+                sign * e.perp_dot(*p - q[i]) >= -0.5 * seal * e.length()
+            })
+        };
+        if polygon.iter().all(inside) {
+            return Open::Parts(Vec::new());
+        }
+        triangles.extend((2..q.len()).map(|i| [q[0], q[i - 1], q[i]]));
+    }
+    open_part(polygon, &triangles, seal)
+}

@@ -1,0 +1,278 @@
+//! How far each free voxel is from the nearest occupied one.
+//!
+//! Based on: Saito, Toriwaki, *New algorithms for Euclidean distance transformation*, 1994 (one axis after the other), within
+//! eight voxels of a surface; farther off, bricks keep the nearest brick that something touches (Felzenszwalb, Huttenlocher,
+//! *Distance transforms of sampled functions*, 2012), and the box around what is touched in it stands for it.
+//!
+//! Distances are held as levels on a logarithmic scale, [`PER_OCTAVE`] steps for each doubling: the watershed asks for ratios.
+
+use super::grid::{CELLS, Grid, SIDE, place_of};
+use crate::geom::Aabb;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Steps of a level for each doubling of the distance: 2.2 % each.
+pub const PER_OCTAVE: f64 = 31.75;
+
+/// Levels of voxels and bricks; 0 is occupied.
+pub struct Distance {
+    /// Of each detailed brick's voxels.
+    pub voxels: Vec<[u8; CELLS]>,
+    /// Of each brick that isn't detailed, at its middle.
+    pub bricks: Vec<u8>,
+}
+
+/// The level of a distance between the middles of two voxels, in voxels; 256 voxels and more are one level.
+pub fn level(distance: f64) -> u8 {
+    1 + (PER_OCTAVE * distance.max(1.0).log2()).round().min(254.0) as u8
+}
+
+/// The distance of a level, in voxels.
+pub fn voxels_of(level: u8) -> f64 {
+    ((f64::from(level) - 1.0) / PER_OCTAVE).exp2()
+}
+
+/// No surface anywhere.
+const NONE: u32 = u32::MAX;
+/// Squares above this are too far for the near field.
+const REACH: u16 = (SIDE * SIDE) as u16;
+
+/// Levels of everything.
+pub fn distance(grid: &Grid) -> Distance {
+    let boxes: Vec<Aabb> = (0..grid.occupied.len()).into_par_iter().map(|d| touched_box(grid, d)).collect();
+    let nearest = nearest_bricks(grid);
+    let mut scale = [0u8; 66];
+    for (square, l) in scale.iter_mut().enumerate() {
+        *l = level((square as f64).sqrt());
+    }
+    let features = |brick: usize| {
+        let mut out: Vec<u32> = Vec::with_capacity(27);
+        for k in 0..27i64 {
+            if let Some(n) = grid.beside(brick, [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1])
+                && nearest[n] != NONE
+                && !out.contains(&nearest[n])
+            {
+                out.push(nearest[n]);
+            }
+        }
+        out
+    };
+    let far = |features: &[u32], p: DVec3| {
+        let gap = |&f: &u32| {
+            let b = &boxes[grid.detail(f as usize).unwrap_or_default()];
+            (b.min - p).max(p - b.max).max(DVec3::ZERO).length_squared()
+        };
+        features.iter().map(gap).fold(f64::INFINITY, f64::min).sqrt()
+    };
+    let voxels = (0..grid.occupied.len())
+        .into_par_iter()
+        .map(|d| {
+            let brick = grid.brick_of[d] as usize;
+            let squares = near(grid, brick);
+            let mut around: Option<Vec<u32>> = None;
+            let corner = grid.corner(brick);
+            std::array::from_fn(|v| {
+                if squares[v] == 0 {
+                    return 0;
+                }
+                if squares[v] <= REACH {
+                    return scale[squares[v] as usize];
+                }
+                let [x, y, z] = place_of(v).map(|c| c as f64 + 0.5);
+                let found = far(around.get_or_insert_with(|| features(brick)), corner + DVec3::new(x, y, z));
+                level((found + 0.5).max(SIDE as f64 + 0.1))
+            })
+        })
+        .collect();
+    let of_brick = |brick: usize| match grid.detail(brick) {
+        Some(_) => 0,
+        None => level(far(&features(brick), grid.corner(brick) + 0.5 * SIDE as f64) + 0.5),
+    };
+    Distance { voxels, bricks: (0..grid.len()).into_par_iter().map(of_brick).collect() }
+}
+
+/// The box around the occupied voxels of a brick, in voxels.
+fn touched_box(grid: &Grid, detail: usize) -> Aabb {
+    let corner = grid.corner(grid.brick_of[detail] as usize);
+    let touched = (0..CELLS).filter(|&v| grid.is_occupied(detail, v));
+    touched.fold(Aabb::EMPTY, |b, v| {
+        let [x, y, z] = place_of(v).map(|c| c as f64);
+        let low = corner + DVec3::new(x, y, z);
+        b.with(low).with(low + 1.0)
+    })
+}
+
+/// Squares of the distances, in voxels, within [`SIDE`] voxels; more where there is nothing so near.
+fn near(grid: &Grid, brick: usize) -> [u16; CELLS] {
+    const WINDOW: usize = 3 * SIDE;
+    const FAR: u16 = 4 * REACH;
+    // Along x: rows of three bricks as bits.
+    let mut along = [[[FAR; SIDE]; WINDOW]; WINDOW];
+    for bz in 0..3 {
+        for by in 0..3 {
+            let words: [Option<&[u64; SIDE]>; 3] = std::array::from_fn(|bx| {
+                let found = grid.beside(brick, [bx as i64 - 1, by as i64 - 1, bz as i64 - 1]);
+                found.and_then(|b| grid.detail(b)).map(|d| &grid.occupied[d])
+            });
+            if words.iter().all(Option::is_none) {
+                continue;
+            }
+            for z in 0..SIDE {
+                for y in 0..SIDE {
+                    let byte = |w: Option<&[u64; SIDE]>| w.map_or(0, |w| (w[z] >> (y * SIDE)) as u32 & 0xff);
+                    let row = byte(words[0]) | byte(words[1]) << 8 | byte(words[2]) << 16;
+                    if row == 0 {
+                        continue;
+                    }
+                    for (x, out) in along[bz * SIDE + z][by * SIDE + y].iter_mut().enumerate() {
+                        let up = (row >> (x + SIDE)).trailing_zeros();
+                        let down = (row << (31 - x - SIDE)).leading_zeros();
+                        let steps = up.min(down) as u16;
+                        if steps as usize <= SIDE {
+                            *out = steps * steps;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    // Along y, then z.
+    let reduce = |rows: &[[u16; SIDE]], out: &mut [u16; SIDE], at: usize| {
+        for (i, row) in rows[at..=at + 2 * SIDE].iter().enumerate() {
+            let steps = (i as i32 - SIDE as i32).unsigned_abs() as u16;
+            for x in 0..SIDE {
+                out[x] = out[x].min(row[x] + steps * steps);
+            }
+        }
+    };
+    let mut across = [[[FAR; SIDE]; WINDOW]; SIDE];
+    for z in 0..WINDOW {
+        for (y, plane) in across.iter_mut().enumerate() {
+            reduce(&along[z], &mut plane[z], y);
+        }
+    }
+    let mut out = [FAR; CELLS];
+    for z in 0..SIDE {
+        for (y, plane) in across.iter().enumerate() {
+            let mut row = [FAR; SIDE];
+            reduce(plane, &mut row, z);
+            out[(z * SIDE + y) * SIDE..][..SIDE].copy_from_slice(&row);
+        }
+    }
+    out
+}
+
+/// For each brick the nearest one that something touches, by their middles.
+fn nearest_bricks(grid: &Grid) -> Vec<u32> {
+    let [nx, ny, nz] = grid.bricks;
+    let mut nearest: Vec<u32> = vec![NONE; grid.len()];
+    let square = |from: usize, to: u32, axes: usize| -> i64 {
+        let (a, b) = (grid.place(from), grid.place(to as usize));
+        (0..axes).map(|k| (a[k] as i64 - b[k] as i64).pow(2)).sum()
+    };
+    // Along x: the last one seen from either end.
+    nearest.par_chunks_mut(nx).enumerate().for_each(|(row, line)| {
+        let mut take = |order: &mut dyn Iterator<Item = usize>| {
+            let mut last = NONE;
+            for x in order {
+                let brick = row * nx + x;
+                if grid.detail(brick).is_some() {
+                    last = brick as u32;
+                }
+                if last != NONE && (line[x] == NONE || square(brick, last, 1) < square(brick, line[x], 1)) {
+                    line[x] = last;
+                }
+            }
+        };
+        take(&mut (0..nx));
+        take(&mut (0..nx).rev());
+    });
+    // Along y and z: the lower envelope of parabolas.
+    for (axis, length, stride) in [(1, ny, nx), (2, nz, nx * ny)] {
+        let starts: Vec<usize> = if axis == 1 {
+            (0..nz).flat_map(|z| (0..nx).map(move |x| z * nx * ny + x)).collect()
+        } else {
+            (0..nx * ny).collect()
+        };
+        let mut next: Vec<u32> = vec![NONE; grid.len()];
+        let lines: Vec<(usize, Vec<u32>)> = starts
+            .par_chunks(1024)
+            .flat_map_iter(|starts| {
+                let nearest = &nearest;
+                starts.iter().map(move |&start| {
+                    let at = |i: usize| nearest[start + i * stride];
+                    // Height of each parabola at its own place: the distance along the axes done before.
+                    let height = |i: usize| square(start + i * stride, at(i), axis);
+                    let mut hull: Vec<(usize, f64)> = Vec::new();
+                    for i in (0..length).filter(|&i| at(i) != NONE) {
+                        let meet = |j: usize| {
+                            let (a, b) = (height(i) + (i * i) as i64, height(j) + (j * j) as i64);
+                            (a - b) as f64 / (2.0 * (i - j) as f64)
+                        };
+                        while hull.last().is_some_and(|&(j, from)| meet(j) <= from) {
+                            hull.pop();
+                        }
+                        let from = hull.last().map_or(f64::NEG_INFINITY, |&(j, _)| meet(j));
+                        hull.push((i, from));
+                    }
+                    let mut k = 0;
+                    let line = (0..length).map(|i| {
+                        while k + 1 < hull.len() && hull[k + 1].1 < i as f64 {
+                            k += 1;
+                        }
+                        hull.get(k).map_or(NONE, |&(j, _)| at(j))
+                    });
+                    (start, line.collect::<Vec<u32>>())
+                })
+            })
+            .collect();
+        for (start, line) in lines {
+            for (i, found) in line.into_iter().enumerate() {
+                next[start + i * stride] = found;
+            }
+        }
+        nearest = next;
+    }
+    nearest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    /// Against every occupied voxel, to a step of the scale near surfaces and to a voxel and a half far from them.
+    #[test]
+    fn distances_are_those_to_the_nearest_occupied_voxel() {
+        let corner = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let triangles = [
+            [corner(0., 0., 0.), corner(9., 0., 0.), corner(0., 0., 7.)],
+            [corner(1., 0., 1.), corner(1., 6., 2.), corner(3., 0., 6.)],
+            [corner(20., 9., 3.), corner(21., 8., 3.), corner(20., 8., 6.)],
+        ];
+        let grid = Grid::new(&triangles, DVec2::X, 0.4);
+        let found = distance(&grid);
+        let middle = |brick: usize, v: usize| grid.corner(brick) + DVec3::from_array(place_of(v).map(|c| c as f64 + 0.5));
+        let mut occupied = Vec::new();
+        for d in 0..grid.occupied.len() {
+            let touched = (0..CELLS).filter(|&v| grid.is_occupied(d, v));
+            occupied.extend(touched.map(|v| middle(grid.brick_of[d] as usize, v)));
+        }
+        let exact = |p: DVec3| occupied.iter().map(|o| o.distance(p)).fold(f64::INFINITY, f64::min);
+        for brick in (0..grid.len()).step_by(3) {
+            match grid.detail(brick) {
+                Some(d) => {
+                    for v in (0..CELLS).step_by(7).filter(|&v| !grid.is_occupied(d, v)) {
+                        let (e, f) = (exact(middle(brick, v)), voxels_of(found.voxels[d][v]));
+                        let slack = if e < 7.9 { 0.02 * e + 1e-9 } else { 1.5 };
+                        assert!((e - f).abs() <= slack, "{e} {f}");
+                    }
+                }
+                None => {
+                    let (e, f) = (exact(grid.corner(brick) + 4.0), voxels_of(found.bricks[brick]));
+                    assert!((e - f).abs() <= 1.5 + 0.05 * e, "{e} {f}");
+                }
+            }
+        }
+    }
+}

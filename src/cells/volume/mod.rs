@@ -1,0 +1,223 @@
+//! The volume strategy: caves, ships, plants, levels with ramps; whatever isn't like a plan.
+//!
+//! Based on: Haumont, Debeir, Sillion, *Volumetric cell-and-portal generation*, 2003. Voxels say *where* rooms and their
+//! narrowings are; they are too coarse to say where walls are. So they only label, and what is labelled is an exact partition of
+//! space: the leaves of a tree that cuts along walls and along the planes of the narrowings. Portals are the open parts of the
+//! leaves' faces between two labels, as in the column complex. The graph is sound by construction; a poor label costs
+//! culling, never a missed pixel.
+//!
+//! The steps, one file each: [`grid`] (sparse voxels), [`distance`], [`watershed`] (regions), [`shell`] (which triangles part
+//! space), [`ridges`] (planes between regions), [`bsp`] (the leaves), [`assign`] (labels of leaves), [`contacts`] (what is open
+//! between them), [`pieces`].
+
+mod assign;
+mod bsp;
+mod contacts;
+mod distance;
+mod grid;
+mod pieces;
+mod ridges;
+mod shell;
+mod watershed;
+
+use super::complex::Human;
+use super::complex::assemble::{around, hulls};
+use super::complex::coverage::{Open, Shape};
+use super::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy};
+use crate::CellId;
+use crate::geom::{Plane, newell};
+use crate::scene::{Role, Scene};
+use assign::Owners;
+use contacts::{Contact, Flat};
+use glam::{DVec2, DVec3};
+use grid::Grid;
+use rayon::prelude::*;
+use ridges::Fitter;
+use std::collections::BTreeMap;
+
+/// Most bricks of the grid, and most voxels that surfaces may touch: about 1 GiB.
+const MOST_BRICKS: f64 = 24e6;
+/// A voxel is this share of a person's metre, where the scene is large; smaller scenes afford finer ones.
+const VOXEL: f64 = 0.15;
+const FINEST: f64 = 0.1;
+/// Voxels along the diagonal of a small scene.
+const ALONG: f64 = 300.0;
+
+/// Splits a scene; `voxel` in metres, `None` takes what fits.
+pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: String) -> CellGraph {
+    let tolerance = scene.tolerance();
+    let bounds = scene.bounds();
+    let opaque = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
+    let triangles: Vec<[DVec3; 3]> = opaque.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
+    let fitting = (bounds.diagonal() / ALONG).clamp(FINEST * human.metre, VOXEL * human.metre);
+    let size = bounds.size() / grid::SIDE as f64;
+    let least = (size.x.max(1e-9) * size.y.max(1e-9) * size.z.max(1e-9) / MOST_BRICKS).cbrt();
+    let voxel = voxel.unwrap_or(fitting).max(least).max(bounds.diagonal() * 1e-5);
+
+    // 1. Voxels, their distances, their regions.
+    let timer = std::time::Instant::now();
+    let lap = |what: &str| {
+        if std::env::var_os("VOLUME_LAPS").is_some() {
+            eprintln!("{:.2} s {what}", timer.elapsed().as_secs_f64());
+        }
+    };
+    let grid = Grid::new(&triangles, main_axis(&triangles), voxel);
+    lap("grid");
+    let distance = distance::distance(&grid);
+    lap("distance");
+    let (labels, regions) = watershed::watershed(&grid, &distance, human, &|visit| fronts(&triangles, &grid, visit));
+    drop(distance);
+    lap("watershed");
+    // 2. What parts space, and where regions meet.
+    let shell = shell::shell(&triangles, &grid, &labels, tolerance.coplanar);
+    let fitter = Fitter::new(&shell, &grid);
+    let ridges = fitter.ridges(&grid, &labels);
+    lap("ridges");
+    // 3. The leaves and their labels.
+    let domain = bounds.inflated((0.05 * bounds.diagonal()).min(3.0 * human.metre));
+    let axes = DVec3::AXES.map(|a| grid.frame.direction(a));
+    let mut bsp = bsp::bsp(&shell, domain, axes, tolerance.coplanar);
+    lap("bsp");
+    assign::cut_along(&mut bsp, &ridges, |_, _| ());
+    assign::refine(&mut bsp, &grid, &labels, &ridges);
+    let counts = assign::counts(&bsp, &grid, &labels);
+    lap("refine");
+    let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
+    lap("contacts");
+    let outside = regions.iter().position(|r| r.outside).map(|r| r as u32);
+    let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside);
+    ridges::straighten(&bsp, &contacts, &ridges, &mut of_leaf);
+    assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
+    lap("labels");
+    // Once more, along planes through what is ragged still.
+    let ragged = fitter.between_leaves(&bsp, &contacts, &of_leaf);
+    assign::cut_along(&mut bsp, &ragged, |leaf, _| of_leaf.push(of_leaf[leaf as usize]));
+    let counts = assign::counts(&bsp, &grid, &labels);
+    lap("ragged");
+    let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
+    lap("contacts");
+    ridges::straighten(&bsp, &contacts, &ragged, &mut of_leaf);
+    assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
+    lap("labels");
+    pieces::fill(&contacts, &bsp, &mut of_leaf);
+    // 4. The graph.
+    let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar);
+    lap("pieces");
+    let mut cells: Vec<Cell> = Vec::new();
+    let mut number: Vec<Option<u32>> = vec![None; regions.len()];
+    for (r, mut pieces) in pieces.into_iter().enumerate() {
+        if pieces.is_empty() {
+            continue;
+        }
+        let outside = beyond == Some(r as u32);
+        if outside {
+            pieces.extend(around(domain));
+        }
+        let name = if outside { "outside".to_owned() } else { format!("cell {}", cells.len()) };
+        number[r] = Some(cells.len() as u32);
+        cells.push(Cell { name, source: None, open: outside, pieces, portals: Vec::new() });
+    }
+    let of_leaf: Vec<Option<u32>> = of_leaf.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
+    let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal);
+    lap("portals");
+    let count = cells.iter().map(|c| c.pieces.len()).sum::<usize>();
+    let mut notes = vec![
+        format!("voxels of {voxel:.3} m: {} bricks, {} of them touched by surfaces", grid.len(), grid.occupied.len()),
+        format!(
+            "{} planes of {} triangles part space, {} triangles stand free in it",
+            shell.planes.len(),
+            shell.triangles.len(),
+            shell.free_standing
+        ),
+        format!(
+            "{} leaves make {count} convex pieces; {} narrowings, {} of them ragged",
+            bsp.leaves.len(),
+            ridges.len(),
+            ragged.len()
+        ),
+    ];
+    if human.metre != 1.0 {
+        notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
+    }
+    CellGraph { strategy: Strategy::Volume, reason, cells, portals, smallest_hole: tolerance.smallest_hole(), notes }
+}
+
+/// The direction in plan (x and z) that most wall area runs along or across.
+fn main_axis(triangles: &[[DVec3; 3]]) -> DVec2 {
+    const STEPS: usize = 360;
+    let mut votes = vec![(0.0f64, DVec2::ZERO); STEPS];
+    for t in triangles {
+        let n = newell(&t.map(|p| p - t[0]));
+        let flat = DVec2::new(n.x, n.z);
+        if n.y.abs() < 0.1 * n.length() && n.length() > 0.0 {
+            // Four times the angle is the same for all four directions at right angles.
+            let four = |z: DVec2| {
+                let two = z.rotate(z);
+                two.rotate(two)
+            };
+            let q = four(flat.normalize());
+            let step = ((q.y.atan2(q.x) / std::f64::consts::TAU).rem_euclid(1.0) * STEPS as f64) as usize % STEPS;
+            votes[step].0 += n.length();
+            votes[step].1 += q * n.length();
+        }
+    }
+    let window = |i: usize| [i + STEPS - 1, i, i + 1].map(|k| votes[k % STEPS]);
+    let weight = |i: usize| window(i).iter().map(|v| v.0).sum::<f64>();
+    let best = (0..STEPS).max_by(|&a, &b| weight(a).total_cmp(&weight(b)).then(b.cmp(&a))).unwrap_or(0);
+    let sum: DVec2 = window(best).iter().map(|v| v.1).sum();
+    if sum == DVec2::ZERO { DVec2::X } else { DVec2::from_angle(sum.to_angle() / 4.0) }
+}
+
+/// Visits points a little off both sides of triangles, in voxels, with the area that shows them its front, and its back.
+fn fronts(triangles: &[[DVec3; 3]], grid: &Grid, visit: &mut dyn FnMut(DVec3, [f64; 2])) {
+    for t in triangles {
+        let q = t.map(|p| grid.frame.to_grid(p));
+        let n = newell(&q.map(|p| p - q[0]));
+        let (area, n) = (0.5 * n.length(), n.normalize_or_zero());
+        let middle = (q[0] + q[1] + q[2]) / 3.0;
+        let more = if area > 16.0 { 3 } else { 0 };
+        let share = area / f64::from(1 + more);
+        for p in (0..more as usize).map(|i| (middle + q[i]) * 0.5).chain([middle]) {
+            visit(p + n * 1.5, [share, 0.0]);
+            visit(p - n * 1.5, [0.0, share]);
+        }
+    }
+}
+
+/// Portals between different cells, in a fixed order; see [`super::complex::assemble::portals`].
+fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: DVec3, seal: f64) -> Vec<Portal> {
+    /// Cells in order, the plane's bits, whether the lower cell is behind it.
+    type Key = (u32, u32, [u64; 4], bool);
+    let mut groups: BTreeMap<Key, (Plane, Vec<Shape>)> = BTreeMap::new();
+    for c in contacts {
+        let [Some(a), Some(b)] = c.leaves.map(|l| labels[l as usize]) else { continue };
+        if a == b || c.open_area <= 0.0 {
+            continue;
+        }
+        let plane = bsp.nodes[c.node as usize].plane;
+        let bits = [plane.n.x, plane.n.y, plane.n.z, plane.d].map(|x| (x + 0.0).to_bits());
+        let parts = &mut groups.entry((a.min(b), a.max(b), bits, a < b)).or_insert((plane, Vec::new())).1;
+        match &c.open {
+            Open::Whole => parts.push(vec![c.polygon.iter().map(|p| p.to_array()).collect()]),
+            Open::Parts(p) => parts.extend(p.iter().cloned()),
+        }
+    }
+    let groups: Vec<(Key, (Plane, Vec<Shape>))> = groups.into_iter().collect();
+    let of_group = |((low, high, _, forward), (plane, parts)): (Key, (Plane, Vec<Shape>))| {
+        let flat = Flat::new(&plane, along);
+        let facing = if forward { plane } else { plane.flipped() };
+        let winding = move |hull: Vec<DVec2>| {
+            let mut winding: Vec<DVec3> = hull.iter().map(|&q| flat.from(q)).collect();
+            if !forward {
+                winding.reverse();
+            }
+            let cells = [CellId(low), CellId(high)];
+            let sound =
+                winding.len() >= 3 && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
+            let kind = PortalKind::Opening;
+            sound.then(|| Portal { cells, plane: facing, winding, kind, state: PortalState::of_kind(kind), source: None })
+        };
+        hulls(parts, seal).into_iter().filter_map(winding).collect::<Vec<_>>()
+    };
+    groups.into_par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten().collect()
+}

@@ -1,0 +1,164 @@
+//! Leaves of one region into few convex pieces.
+//!
+//! Based on: Hertel, Mehlhorn, *Fast triangulation of the plane with respect to simple polygons*, 1983, a dimension up: two
+//! pieces become one across their common face, the largest faces first, wherever the result is convex: where each lies
+//! within all planes of the other but the common one. Then every point within both sets of planes but that one is in either.
+
+use super::bsp::{Bsp, Poly, RIM};
+use super::contacts::Contact;
+use super::watershed::Union;
+use crate::cells::Piece;
+use crate::geom::{Aabb, Plane};
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// A piece while it grows.
+struct Growing {
+    /// Planes, normals out.
+    planes: Vec<Plane>,
+    corners: Vec<DVec3>,
+}
+
+impl Growing {
+    fn new(poly: &Poly, eps: f64) -> Self {
+        let planes = poly.faces.iter().map(|f| if f.front { f.plane.flipped() } else { f.plane }).collect();
+        let mut corners: Vec<DVec3> = Vec::new();
+        for &p in poly.faces.iter().flat_map(|f| &f.points) {
+            if corners.iter().all(|c| c.distance(p) > eps) {
+                corners.push(p);
+            }
+        }
+        Self { planes, corners }
+    }
+
+    /// True where all of `other` is inside every plane but `common` (whichever way that looks).
+    fn holds(&self, other: &Self, common: &Plane, eps: f64) -> bool {
+        let is_common = |p: &Plane| same(p, common) || same(&p.flipped(), common);
+        self.planes.iter().filter(|p| !is_common(p)).all(|p| other.corners.iter().all(|&c| p.distance(c) <= eps))
+    }
+
+    fn join(&mut self, other: Self, common: &Plane, eps: f64) {
+        self.planes.extend(other.planes);
+        self.planes.retain(|p| !same(p, common) && !same(&p.flipped(), common));
+        for c in other.corners {
+            if self.corners.iter().all(|d| d.distance(c) > eps) {
+                self.corners.push(c);
+            }
+        }
+        // Only planes with three corners off one line bound anything, and corners inside all planes are none.
+        let on = |p: &Plane, c: &DVec3| p.distance(*c).abs() <= 2.0 * eps;
+        let mut kept: Vec<Plane> = Vec::new();
+        for p in &self.planes {
+            let mut line: Option<(DVec3, DVec3)> = None;
+            let mut first: Option<DVec3> = None;
+            let spans = self.corners.iter().filter(|c| on(p, c)).any(|&c| match (first, line) {
+                (None, _) => {
+                    first = Some(c);
+                    false
+                }
+                (Some(f), None) => {
+                    line = Some((f, (c - f).normalize_or_zero()));
+                    false
+                }
+                (_, Some((f, d))) => d.cross(c - f).length() > 4.0 * eps,
+            });
+            if spans && !kept.iter().any(|k| same(k, p)) {
+                kept.push(*p);
+            }
+        }
+        self.planes = kept;
+        let planes = &self.planes;
+        self.corners.retain(|c| planes.iter().filter(|p| on(p, c)).count() >= 2);
+    }
+}
+
+fn same(a: &Plane, b: &Plane) -> bool {
+    a.n == b.n && a.d == b.d
+}
+
+/// Solid matter that only one region surrounds becomes the region's: a column, a pipe, a beam.
+pub fn fill(contacts: &[Contact], bsp: &Bsp, labels: &mut [Option<u32>]) {
+    let mut set = Union::new(labels.len());
+    for c in contacts {
+        let [a, b] = c.leaves;
+        if labels[a as usize].is_none() && labels[b as usize].is_none() {
+            set.join(a, b);
+        }
+    }
+    // The regions around each; the rim counts as one more.
+    let mut around: BTreeMap<u32, Option<u32>> = BTreeMap::new();
+    let mut note = |root: u32, region: Option<u32>| {
+        let known = around.entry(root).or_insert(region);
+        if *known != region {
+            *known = None;
+        }
+    };
+    for c in contacts {
+        for (a, b) in [(c.leaves[0], c.leaves[1]), (c.leaves[1], c.leaves[0])] {
+            if labels[a as usize].is_none() && labels[b as usize].is_some() {
+                note(set.find(a), labels[b as usize]);
+            }
+        }
+    }
+    for (leaf, l) in bsp.leaves.iter().enumerate() {
+        if labels[leaf].is_none() && l.poly.faces.iter().any(|f| f.node == RIM) {
+            note(set.find(leaf as u32), None);
+        }
+    }
+    for leaf in 0..labels.len() {
+        if labels[leaf].is_none() {
+            labels[leaf] = around.get(&set.find(leaf as u32)).copied().flatten();
+        }
+    }
+}
+
+/// Convex pieces of each region; `eps`, metres, is how far pieces may overlap.
+pub fn pieces(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], regions: usize, eps: f64) -> Vec<Vec<Piece>> {
+    let mut growing: Vec<Option<Growing>> =
+        bsp.leaves.iter().zip(labels).map(|(leaf, l)| l.map(|_| Growing::new(&leaf.poly, eps))).collect();
+    let mut set = Union::new(growing.len());
+    let inner = |c: &&Contact| {
+        let [a, b] = c.leaves.map(|l| labels[l as usize]);
+        a.is_some() && a == b
+    };
+    let mut order: Vec<&Contact> = contacts.iter().filter(inner).collect();
+    order.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.leaves.cmp(&b.leaves)));
+    loop {
+        let before = order.len();
+        let mut left = Vec::new();
+        for c in order {
+            let (a, b) = (set.find(c.leaves[0]), set.find(c.leaves[1]));
+            if a == b {
+                continue;
+            }
+            let (a, b) = (a.min(b), a.max(b));
+            let common = &bsp.nodes[c.node as usize].plane;
+            let fits = match (&growing[a as usize], &growing[b as usize]) {
+                (Some(p), Some(q)) => p.holds(q, common, eps) && q.holds(p, common, eps),
+                _ => false,
+            };
+            if !fits {
+                left.push(c);
+                continue;
+            }
+            set.join(a, b);
+            if let (Some(p), Some(q)) = (growing[a as usize].take(), growing[b as usize].take()) {
+                let mut joined = p;
+                joined.join(q, common, eps);
+                growing[a as usize] = Some(joined);
+            }
+        }
+        if left.len() == before || left.is_empty() {
+            break;
+        }
+        order = left;
+    }
+    let mut out: Vec<Vec<Piece>> = vec![Vec::new(); regions];
+    for (leaf, g) in growing.into_iter().enumerate() {
+        if let (Some(g), Some(label)) = (g, labels[leaf]) {
+            let bounds = Aabb::of(g.corners.iter().copied());
+            out[label as usize].push(Piece { planes: g.planes, bounds });
+        }
+    }
+    out
+}
