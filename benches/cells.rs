@@ -22,7 +22,8 @@ fn main() {
         std::fs::write(&path, &office.glb).expect("a folder to write to");
         let scene = import(&path, &ImportOptions::default()).expect("what was generated");
         let start = Instant::now();
-        let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan) }).expect("a split");
+        let graph =
+            split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).expect("a split");
         let seconds = start.elapsed().as_secs_f64();
         let rooms = assert_rooms(&office, &scene, &graph);
         let growth =

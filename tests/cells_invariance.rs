@@ -145,7 +145,7 @@ fn assert_same(test: &str, change: &Change, base: (&Scene, &CellGraph), changed:
 }
 
 fn check(test: &str, scene: &Scene) {
-    let options = SplitOptions { strategy: Some(Strategy::Plan) };
+    let options = SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() };
     let base = AS_IT_IS.apply(scene);
     let graph = split(&base, &options).unwrap();
     assert!(graph.cells.len() > 3 && !openings(&graph).is_empty(), "{test}: {} cells", graph.cells.len());

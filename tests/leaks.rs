@@ -93,7 +93,11 @@ fn scene(boxes: &[Box3], rooms: Vec<RoomHint>) -> Scene {
 
 fn checked(scene: &Scene, strategy: Strategy) -> (PvsFile, CheckReport) {
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let options = BakeOptions { split: SplitOptions { strategy: Some(strategy) }, pvs, ..BakeOptions::default() };
+    let options = BakeOptions {
+        split: SplitOptions { strategy: Some(strategy), ..SplitOptions::default() },
+        pvs,
+        ..BakeOptions::default()
+    };
     let file = bake(scene, options, &|_, _| ()).unwrap().file;
     let report =
         check(&file, scene, &CheckOptions { rays: 20_000, views: 0, leaks: true, ..CheckOptions::default() }).unwrap();
@@ -207,7 +211,9 @@ fn obj(boxes: &[Box3]) -> String {
     for (i, &solid) in boxes.iter().enumerate() {
         let _ = writeln!(out, "o box{i}");
         for quad in quads(solid) {
-            quad.iter().for_each(|p| drop(writeln!(out, "v {} {} {}", p.x, p.y, p.z)));
+            for p in quad {
+                let _ = writeln!(out, "v {} {} {}", p.x, p.y, p.z);
+            }
             let _ = writeln!(out, "f {} {} {} {}", n + 1, n + 2, n + 3, n + 4);
             n += 4;
         }

@@ -16,7 +16,7 @@ fn buildings() -> &'static [(Scene, CellGraph)] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
         let split_one = |name: &str| {
             let scene = import(&folder.join(name).with_extension("glb"), &ImportOptions::default()).unwrap();
-            let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan) }).unwrap();
+            let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).unwrap();
             (scene, graph)
         };
         ["villa_rotonda", "gallery100"].map(split_one).into()

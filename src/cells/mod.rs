@@ -5,6 +5,7 @@
 
 mod audit;
 mod authored;
+mod auto;
 mod complex;
 mod contacts;
 mod convex;

@@ -1,5 +1,6 @@
 //! A scene into cells: the column complex, a labelling, and the graph.
 
+use super::auto::{choose, ragged, tighter};
 use super::complex::arrange::arrange;
 use super::complex::assemble::{Complex, around, pieces, portals};
 use super::complex::bands::{Band, bands};
@@ -38,23 +39,30 @@ pub enum SplitError {
 
 /// Splits a scene into cells and portals.
 pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    let tolerance = scene.tolerance();
     let human = Human::of(scene);
     let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
         Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
         Some(Strategy::Given) => return Err(SplitError::Given),
         Some(s) => (s, "asked for".to_owned()),
-        None if has_rooms => (Strategy::Authored, format!("the model names {} rooms", scene.hints.rooms.len())),
-        None => (Strategy::Plan, "the model names no rooms; walls and floors do".to_owned()),
+        None => choose(scene),
     };
-    if strategy == Strategy::Volume {
-        let mut graph = volume(scene, human, options.voxel, reason);
-        name_openings(scene, &mut graph.portals, human);
-        find_states(scene, &mut graph.portals);
-        graph.link();
-        return Ok(graph);
+    let mut graph = match strategy {
+        Strategy::Volume => volume(scene, human, options.voxel, reason),
+        _ => from_columns(scene, human, strategy, reason),
+    };
+    if strategy == Strategy::Plan && options.strategy.is_none() && ragged(&graph) {
+        graph = tighter(graph, |reason| volume(scene, human, options.voxel, reason));
     }
+    name_openings(scene, &mut graph.portals, human);
+    find_states(scene, &mut graph.portals);
+    graph.link();
+    Ok(graph)
+}
+
+/// By labels on the column complex.
+fn from_columns(scene: &Scene, human: Human, strategy: Strategy, reason: String) -> CellGraph {
+    let tolerance = scene.tolerance();
     let with_rooms = strategy == Strategy::Authored;
 
     // 1. Planes, plan, pieces.
@@ -82,18 +90,14 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     let labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &claims, !scene.hints.storeys.is_empty());
     // 4. The graph.
     let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
-    let mut graph = CellGraph {
+    CellGraph {
         strategy,
         reason,
         cells: cells(scene, &labels, &complex),
         portals: portals(&complex, &labels.of_piece, tolerance.seal),
         smallest_hole: tolerance.smallest_hole(),
         notes: notes(scene, &labels, &found, human),
-    };
-    name_openings(scene, &mut graph.portals, human);
-    find_states(scene, &mut graph.portals);
-    graph.link();
-    Ok(graph)
+    }
 }
 
 /// Most lines in the plan of a band; beyond it the least wall and the least sheet are doubled until it fits.

@@ -1,0 +1,75 @@
+//! Which strategy a scene gets when nobody asks for one: decided by what is measured in it, said in one line.
+//!
+//! The author's rooms, where most of them are sound; voxels, where little of what isn't level stands upright, as in caves; else
+//! the plan, and voxels too where the plan comes out ragged: levels of slopes and rock give it many portals to a cell, buildings
+//! few. What has fewer is kept.
+
+use super::audit::audit_rooms;
+use super::{CellGraph, Strategy};
+use crate::geom::newell;
+use crate::scene::{Role, Scene};
+
+/// Rooms of an author are taken where at least this share of them is sound.
+const SOUND: f64 = 0.5;
+/// A plan is tried where this share of what isn't level stands upright: in houses with roofs 0.75 and more.
+const UPRIGHT: f64 = 0.5;
+/// A plan with more portals than this to a cell is ragged: buildings have 1 to 20, a villa with a dome 24.
+const RAGGED: f64 = 28.0;
+/// The vertical part of a wall's unit normal is at most this; that of a floor's is at least `LEVEL`.
+const WALL: f64 = 0.05;
+const LEVEL: f64 = 0.98;
+
+/// The strategy, and why.
+pub(super) fn choose(scene: &Scene) -> (Strategy, String) {
+    let rooms = scene.hints.rooms.len();
+    let (strategy, why) = by_shape(scene);
+    if rooms == 0 {
+        return (strategy, format!("the model names no rooms; {why}"));
+    }
+    let audit = audit_rooms(scene);
+    if audit.sound_share() >= SOUND {
+        return (Strategy::Authored, format!("{} of the {rooms} rooms that the model names are sound", audit.sound_rooms));
+    }
+    (strategy, format!("only {} of the {rooms} rooms that the model names are sound; {why}", audit.sound_rooms))
+}
+
+fn by_shape(scene: &Scene) -> (Strategy, String) {
+    let (mut upright, mut steep) = (0.0, 0.0);
+    for object in scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown)) {
+        for t in object.triangles.clone() {
+            let c = scene.corners(t as usize);
+            let n = newell(&c.map(|p| p - c[0]));
+            let (area, up) = (n.length(), n.y.abs());
+            if up <= LEVEL * area {
+                steep += area;
+                upright += if up <= WALL * area { area } else { 0.0 };
+            }
+        }
+    }
+    let share: f64 = if steep > 0.0 { upright / steep } else { 1.0 };
+    let strategy = if share >= UPRIGHT { Strategy::Plan } else { Strategy::Volume };
+    (strategy, format!("{:.0} % of what is not level stands upright", 100.0 * share))
+}
+
+fn portals_a_cell(graph: &CellGraph) -> f64 {
+    graph.portals.len() as f64 / graph.cells.len().max(1) as f64
+}
+
+/// True where voxels may do better than this plan.
+pub(super) fn ragged(graph: &CellGraph) -> bool {
+    portals_a_cell(graph) > RAGGED
+}
+
+/// The plan, or what voxels give, whichever has fewer portals to a cell.
+pub(super) fn tighter(mut plan: CellGraph, volume: impl FnOnce(String) -> CellGraph) -> CellGraph {
+    let ragged = portals_a_cell(&plan);
+    let mut voxels = volume(plan.reason.clone());
+    let other = portals_a_cell(&voxels);
+    let say = |kept: &str| format!("{kept}: the plan has {ragged:.1} portals a cell, voxels {other:.1}");
+    if other < ragged && voxels.cells.len() > 1 {
+        voxels.reason = format!("{}; {}", plan.reason, say("voxels"));
+        return voxels;
+    }
+    plan.reason = format!("{}; {}", plan.reason, say("the plan"));
+    plan
+}
