@@ -50,6 +50,7 @@ fn assert_rooms(office: &Generated, scene: &Scene, graph: &CellGraph) -> usize {
     cells.sort_unstable();
     cells.dedup();
     assert!(cells.len() * 100 >= rooms.len() * 95, "{} cells for {} rooms", cells.len(), rooms.len());
-    assert!(graph.cells.len() * 20 <= rooms.len() * 21 + 20, "{} cells for {} rooms", graph.cells.len(), rooms.len());
+    // Nor is much else a cell: the outside, what a stair's flight or a shaft parts.
+    assert!(graph.cells.len() * 10 <= rooms.len() * 11 + 10, "{} cells for {} rooms", graph.cells.len(), rooms.len());
     rooms.len()
 }
