@@ -2,7 +2,7 @@
 
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
-use enfilade::geom::middle;
+use enfilade::geom::{Aabb, middle};
 use enfilade::scene::{ImportOptions, Scene, import};
 use glam::DVec3;
 use proptest::prelude::*;
@@ -23,10 +23,13 @@ fn buildings() -> &'static [(Scene, CellGraph)] {
     })
 }
 
-/// How far a point is outside a piece, metres; 0 inside.
+/// How far a point is outside a piece, metres; 0 inside. By its planes and by its box: a piece as thin as a blade ends where its box
+/// does, and its planes go on.
 fn off(graph: &CellGraph, (cell, piece): (CellId, usize), p: DVec3) -> f64 {
-    let planes = &graph.cells[cell.index()].pieces[piece].planes;
-    planes.iter().map(|plane| plane.distance(p)).fold(0.0, f64::max)
+    let piece = &graph.cells[cell.index()].pieces[piece];
+    let far = piece.bounds.gap(&Aabb { min: p, max: p });
+    let off = piece.planes.iter().map(|plane| plane.distance(p)).fold(0.0, f64::max);
+    if far > Locator::SLACK * graph.smallest_hole { far.max(off) } else { off }
 }
 
 /// What looking at every piece says: the least distance to one.

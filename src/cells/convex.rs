@@ -146,6 +146,10 @@ impl Convex {
 /// Splits the inside of a surface; polygons nearer than `eps` metres to a plane lie in it. Fails where that takes too many
 /// parts. Empty where nothing is inside.
 pub(crate) fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>, String> {
+    // Nothing closes a space with fewer faces than a tetrahedron has.
+    if surface.len() < 4 {
+        return Ok(Vec::new());
+    }
     let bounds = Aabb::of(surface.iter().flat_map(|p| p.rings.iter().flatten().copied()));
     // Beyond the surface, so that no polygon lies on the box.
     let Some(whole) = Convex::inside(bounds.inflated(0.05 * bounds.diagonal() + 4.0 * eps), &[], eps) else {

@@ -236,14 +236,14 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         })
         .collect();
     let bounds = Bounds { cells_lower, cells_upper, objects_lower, objects_upper, witnesses };
-    let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given];
+    let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume];
     let kinds = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
     PvsFile {
         model_hash: u128::from(r.next()) << 64 | u128::from(r.next()),
         origin: r.point().round(),
         guarantee,
         import: Import { object_triangles: 1 + r.below(1000) as u32, metres_per_unit: (r.below(2) == 1).then_some(0.3048) },
-        strategy: strategies[r.below(3)],
+        strategy: strategies[r.below(4)],
         reason: r.text(),
         smallest_hole: r.unit().abs(),
         left_out: (0..r.below(4)).map(|_| r.text()).collect(),
