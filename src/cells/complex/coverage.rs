@@ -185,12 +185,13 @@ pub fn width(hull: &[DVec2]) -> f64 {
     if hull.len() < 3 {
         return 0.0;
     }
+    // A corner that is there twice has no edge, and no direction to measure across.
     let span = |i: usize| {
         let (a, b) = (hull[i], hull[(i + 1) % hull.len()]);
-        let n = (b - a).perp().normalize_or_zero();
-        hull.iter().map(|p| n.dot(*p - a)).fold(0.0, f64::max)
+        let n = (b - a).perp().try_normalize()?;
+        Some(hull.iter().map(|p| n.dot(*p - a)).fold(0.0, f64::max))
     };
-    (0..hull.len()).map(span).fold(f64::INFINITY, f64::min)
+    (0..hull.len()).filter_map(span).reduce(f64::min).unwrap_or(0.0)
 }
 
 /// What a triangle and a convex polygon, both counter-clockwise, share.
@@ -265,6 +266,15 @@ mod tests {
             assert_eq!(open_area(&open_part(&face, &[large], 1e-6), 1.0), 0.0);
             large.reverse();
         }
+    }
+
+    #[test]
+    fn a_corner_that_is_there_twice_takes_no_width_away() {
+        let mut p = square(0.0, 0.0, 2.0, 1.0);
+        p.insert(1, p[0]);
+        p.push(p[4]);
+        assert!((width(&p) - 1.0).abs() < 1e-12);
+        assert_eq!(width(&[p[0]; 4]), 0.0);
     }
 
     #[test]
