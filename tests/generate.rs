@@ -90,6 +90,7 @@ fn the_counts_are_those_of_the_file_as_another_reader_sees_it() {
         Kind::Maze { rooms: 30 },
         Kind::House,
         Kind::Hall,
+        Kind::Plant { size: 120 },
     ] {
         let made = make(kind, 5);
         let file = gltf::Gltf::from_slice(&made.glb).unwrap();

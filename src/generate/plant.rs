@@ -114,7 +114,7 @@ impl Block<'_> {
             let make = || cuboid(v(-1.0, 0.0, -0.8), v(1.0, 1.6, 0.8));
             self.model.place(
                 self.name(&format!("machine {i} of block")),
-                Role::Unknown,
+                Role::Structure,
                 place,
                 "machine",
                 Material::Metal,
@@ -131,7 +131,7 @@ impl Block<'_> {
             let (r, h) = (f64::from(radius), f64::from(height));
             let make = || lathe(&[(0.0, 0.05), (r, 0.05), (r, h), (0.0, h + 0.15 * r)], 32);
             let (name, key) = (self.name(&format!("tank {i} of block")), format!("tank {radius} {height}"));
-            self.model.place(name, Role::Unknown, Placement { at, turns: 0.0 }, &key, Material::Metal, make);
+            self.model.place(name, Role::Structure, Placement { at, turns: 0.0 }, &key, Material::Metal, make);
         }
     }
 
@@ -176,7 +176,7 @@ impl Block<'_> {
             if slab {
                 let at = low + v(4.0 + 6.0 * f64::from(rng.steps(0, 1, 1)), y + 1.6, 15.0);
                 let name = self.name(&format!("vessel on level {level} of block"));
-                self.model.place(name, Role::Unknown, Placement { at, turns: 0.0 }, "vessel", Material::Metal, || {
+                self.model.place(name, Role::Structure, Placement { at, turns: 0.0 }, "vessel", Material::Metal, || {
                     pipe(8.0, 1.2, 24)
                 });
             }
@@ -187,7 +187,7 @@ impl Block<'_> {
         let make = || lathe(&[(0.0, 0.0), (r, 0.0), (r, 28.0), (0.0, 29.0)], 24);
         self.model.place(
             self.name("still of block"),
-            Role::Unknown,
+            Role::Structure,
             Placement { at, turns: 0.0 },
             &key,
             Material::Metal,
@@ -215,7 +215,7 @@ impl Block<'_> {
         }
         for (name, at, length, r) in placed {
             let key = format!("pipe of {r:.2} m");
-            self.model.place(name, Role::Unknown, Placement { at, turns }, &key, Material::Metal, || pipe(length, r, 12));
+            self.model.place(name, Role::Structure, Placement { at, turns }, &key, Material::Metal, || pipe(length, r, 12));
         }
         for i in 0..8 {
             let at = world(7.0 + 6.0 * f64::from(i), 0.0, 0.0);

@@ -2,7 +2,7 @@
 //!
 //! Based on: Saito, Toriwaki, *New algorithms for Euclidean distance transformation*, 1994 (one axis after the other), within
 //! eight voxels of a surface; farther off, bricks keep the nearest brick that something touches (Felzenszwalb, Huttenlocher,
-//! *Distance transforms of sampled functions*, 2012), and the box around what is touched in it stands for it.
+//! *Distance transforms of sampled functions*, 2012), and of what is touched in those nearby the nearest counts.
 //!
 //! Distances are held as levels on a logarithmic scale, [`PER_OCTAVE`] steps for each doubling: the watershed asks for ratios.
 
@@ -58,11 +58,19 @@ pub fn distance(grid: &Grid) -> Distance {
         out
     };
     let far = |features: &[u32], p: DVec3| {
-        let gap = |&f: &u32| {
-            let b = &boxes[grid.detail(f as usize).unwrap_or_default()];
-            (b.min - p).max(p - b.max).max(DVec3::ZERO).length_squared()
-        };
-        features.iter().map(gap).fold(f64::INFINITY, f64::min).sqrt()
+        let mut best = f64::INFINITY;
+        for &f in features {
+            let d = grid.detail(f as usize).unwrap_or_default();
+            let b = &boxes[d];
+            // No middle of a touched voxel is nearer than the box.
+            if (b.min - p).max(p - b.max).max(DVec3::ZERO).length_squared() < best {
+                let corner = grid.corner(f as usize) + 0.5 - p;
+                for v in (0..CELLS).filter(|&v| grid.is_occupied(d, v)) {
+                    best = best.min((corner + DVec3::from_array(place_of(v).map(|c| c as f64))).length_squared());
+                }
+            }
+        }
+        best.sqrt()
     };
     let voxels = (0..grid.occupied.len())
         .into_par_iter()
@@ -80,13 +88,13 @@ pub fn distance(grid: &Grid) -> Distance {
                 }
                 let [x, y, z] = place_of(v).map(|c| c as f64 + 0.5);
                 let found = far(around.get_or_insert_with(|| features(brick)), corner + DVec3::new(x, y, z));
-                level((found + 0.5).max(SIDE as f64 + 0.1))
+                level(found.max(SIDE as f64))
             })
         })
         .collect();
     let of_brick = |brick: usize| match grid.detail(brick) {
         Some(_) => 0,
-        None => level(far(&features(brick), grid.corner(brick) + 0.5 * SIDE as f64) + 0.5),
+        None => level(far(&features(brick), grid.corner(brick) + 0.5 * SIDE as f64)),
     };
     Distance { voxels, bricks: (0..grid.len()).into_par_iter().map(of_brick).collect() }
 }

@@ -69,7 +69,9 @@ impl Grid {
         let size = (bounds.size() + 2.0 * margin) / (voxel * SIDE as f64);
         let bricks = size.to_array().map(|x| x.ceil().max(1.0) as usize);
         let whole = DVec3::from_array(bricks.map(|n| (n * SIDE) as f64 * voxel));
-        let frame = Frame { turn: axis, origin: bounds.centre() - whole * 0.5, voxel };
+        // A little off, so that walls at round numbers don't lie between two voxels and touch both.
+        let off = DVec3::new(0.31, 0.37, 0.29) * voxel;
+        let frame = Frame { turn: axis, origin: bounds.centre() - whole * 0.5 + off, voxel };
 
         let mut touched: Vec<(u32, u32)> = triangles
             .par_iter()

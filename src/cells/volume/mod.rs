@@ -23,7 +23,7 @@ mod watershed;
 use super::complex::Human;
 use super::complex::assemble::{around, hulls};
 use super::complex::coverage::{Open, Shape};
-use super::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy};
+use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
 use crate::geom::{Plane, newell};
 use crate::scene::{Role, Scene};
@@ -55,54 +55,36 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
     let voxel = voxel.unwrap_or(fitting).max(least).max(bounds.diagonal() * 1e-5);
 
     // 1. Voxels, their distances, their regions.
-    let timer = std::time::Instant::now();
-    let lap = |what: &str| {
-        if std::env::var_os("VOLUME_LAPS").is_some() {
-            eprintln!("{:.2} s {what}", timer.elapsed().as_secs_f64());
-        }
-    };
     let grid = Grid::new(&triangles, main_axis(&triangles), voxel);
-    lap("grid");
     let distance = distance::distance(&grid);
-    lap("distance");
     let (labels, regions) = watershed::watershed(&grid, &distance, human, &|visit| fronts(&triangles, &grid, visit));
     drop(distance);
-    lap("watershed");
     // 2. What parts space, and where regions meet.
     let shell = shell::shell(&triangles, &grid, &labels, tolerance.coplanar);
     let fitter = Fitter::new(&shell, &grid);
     let ridges = fitter.ridges(&grid, &labels);
-    lap("ridges");
     // 3. The leaves and their labels.
     let domain = bounds.inflated((0.05 * bounds.diagonal()).min(3.0 * human.metre));
     let axes = DVec3::AXES.map(|a| grid.frame.direction(a));
     let mut bsp = bsp::bsp(&shell, domain, axes, tolerance.coplanar);
-    lap("bsp");
     assign::cut_along(&mut bsp, &ridges, |_, _| ());
     assign::refine(&mut bsp, &grid, &labels, &ridges);
     let counts = assign::counts(&bsp, &grid, &labels);
-    lap("refine");
     let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
-    lap("contacts");
     let outside = regions.iter().position(|r| r.outside).map(|r| r as u32);
     let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside);
     ridges::straighten(&bsp, &contacts, &ridges, &mut of_leaf);
     assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
-    lap("labels");
     // Once more, along planes through what is ragged still.
     let ragged = fitter.between_leaves(&bsp, &contacts, &of_leaf);
     assign::cut_along(&mut bsp, &ragged, |leaf, _| of_leaf.push(of_leaf[leaf as usize]));
     let counts = assign::counts(&bsp, &grid, &labels);
-    lap("ragged");
     let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
-    lap("contacts");
     ridges::straighten(&bsp, &contacts, &ragged, &mut of_leaf);
     assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
-    lap("labels");
     pieces::fill(&contacts, &bsp, &mut of_leaf);
     // 4. The graph.
     let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar);
-    lap("pieces");
     let mut cells: Vec<Cell> = Vec::new();
     let mut number: Vec<Option<u32>> = vec![None; regions.len()];
     for (r, mut pieces) in pieces.into_iter().enumerate() {
@@ -117,9 +99,15 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
         number[r] = Some(cells.len() as u32);
         cells.push(Cell { name, source: None, open: outside, pieces, portals: Vec::new() });
     }
+    if cells.is_empty() {
+        // Nothing is wider than a voxel: what can't be told apart is one cell.
+        let mut pieces = around(domain);
+        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(domain.max, n), Plane::through(domain.min, -n)]);
+        pieces.push(Piece { planes: planes.collect(), bounds: domain });
+        cells.push(Cell { name: "everything".to_owned(), source: None, open: true, pieces, portals: Vec::new() });
+    }
     let of_leaf: Vec<Option<u32>> = of_leaf.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
     let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal);
-    lap("portals");
     let count = cells.iter().map(|c| c.pieces.len()).sum::<usize>();
     let mut notes = vec![
         format!("voxels of {voxel:.3} m: {} bricks, {} of them touched by surfaces", grid.len(), grid.occupied.len()),

@@ -4,11 +4,11 @@
 //! and nothing is lost but a few convex pieces fewer. The rest is the *shell*.
 
 use super::grid::Grid;
-use super::watershed::{Labels, NONE, Union};
+use super::watershed::{Labels, NONE, Union, VOID};
 use crate::geom::{Aabb, Plane, newell};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Triangles and their planes.
 pub struct Shell {
@@ -22,18 +22,66 @@ pub struct Shell {
 
 /// The shell of all `triangles`; `coplanar` in metres.
 pub fn shell(triangles: &[[DVec3; 3]], grid: &Grid, labels: &Labels, coplanar: f64) -> Shell {
-    let parts = parts(triangles);
-    let regions: Vec<[u32; 2]> = triangles.par_iter().map(|t| regions_beside(t, grid, labels)).collect();
-    let mut beside: Vec<[u32; 2]> = vec![[NONE; 2]; triangles.len()];
-    for (&part, found) in parts.iter().zip(&regions) {
-        found.iter().for_each(|&r| note(&mut beside[part as usize], r));
-    }
-    let parting: Vec<[DVec3; 3]> =
-        triangles.iter().zip(&parts).filter(|(_, p)| beside[**p as usize][1] != NONE).map(|(t, _)| *t).collect();
+    let parts = parts(triangles, coplanar);
+    let parting: Vec<Vec<[DVec3; 3]>> = parts
+        .into_par_iter()
+        .map(|part| {
+            let part: Vec<[DVec3; 3]> = part.into_iter().map(|i| triangles[i as usize]).collect();
+            if stands_free(&part, grid, labels, coplanar) { Vec::new() } else { part }
+        })
+        .collect();
+    let parting = parting.concat();
     let free_standing = triangles.len() - parting.len();
     let mut shell = planes(parting, coplanar);
     shell.free_standing = free_standing;
     shell
+}
+
+/// A corner, to a fraction of the tolerance.
+fn key(p: DVec3, coplanar: f64) -> [i64; 3] {
+    (p / (0.25 * coplanar)).round().to_array().map(|x| x as i64)
+}
+
+/// True for a closed surface with but one region around it, which lies outside of it.
+fn stands_free(part: &[[DVec3; 3]], grid: &Grid, labels: &Labels, coplanar: f64) -> bool {
+    let mut edges: HashMap<[[i64; 3]; 2], u32> = HashMap::new();
+    for t in part {
+        let k = t.map(|p| key(p, coplanar));
+        for (a, b) in [(k[0], k[1]), (k[1], k[2]), (k[2], k[0])] {
+            *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    if edges.values().any(|n| n % 2 == 1) {
+        return false;
+    }
+    let mut known = [NONE; 2];
+    let mut from = None;
+    for t in part {
+        beside(t, grid, labels, &mut known, &mut from);
+        if known[1] != NONE {
+            return false;
+        }
+    }
+    let Some(from) = from else { return false };
+    // A line from the region to far away crosses a surface around which it lies an even number of times.
+    let from = grid.frame.to_world(from);
+    let direction = DVec3::new(0.754_877_666, 0.569_840_291, 0.324_717_957).normalize();
+    let crossed = part.iter().filter(|t| crosses(from, direction, t)).count();
+    crossed % 2 == 0
+}
+
+/// Whether a ray meets a triangle (Moller, Trumbore 1997).
+fn crosses(from: DVec3, direction: DVec3, [a, b, c]: &[DVec3; 3]) -> bool {
+    let (e1, e2) = (*b - *a, *c - *a);
+    let p = direction.cross(e2);
+    let determinant = e1.dot(p);
+    if determinant == 0.0 {
+        return false;
+    }
+    let s = from - *a;
+    let q = s.cross(e1);
+    let (u, v, t) = (s.dot(p) / determinant, direction.dot(q) / determinant, e2.dot(q) / determinant);
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0
 }
 
 /// Keeps the first two different regions.
@@ -48,24 +96,25 @@ fn note(known: &mut [u32; 2], region: u32) {
     }
 }
 
-/// For each triangle, the least number of those that it hangs together with over shared corners.
-fn parts(triangles: &[[DVec3; 3]]) -> Vec<u32> {
-    let mut first: HashMap<[u64; 3], u32> = HashMap::new();
+/// Triangles that hang together over shared corners, ascending.
+fn parts(triangles: &[[DVec3; 3]], coplanar: f64) -> Vec<Vec<u32>> {
+    let mut first: HashMap<[i64; 3], u32> = HashMap::new();
     let mut set = Union::new(triangles.len());
     for (i, t) in triangles.iter().enumerate() {
-        for p in t {
-            // Adding 0 makes -0 the same as 0.
-            let key = (*p + 0.0).to_array().map(f64::to_bits);
-            let other = *first.entry(key).or_insert(i as u32);
+        for &p in t {
+            let other = *first.entry(key(p, coplanar)).or_insert(i as u32);
             set.join(other, i as u32);
         }
     }
-    (0..triangles.len() as u32).map(|i| set.find(i)).collect()
+    let mut out: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for i in 0..triangles.len() as u32 {
+        out.entry(set.find(i)).or_default().push(i);
+    }
+    out.into_values().collect()
 }
 
-/// Up to two regions on either side of a triangle, a voxel and a half off it.
-fn regions_beside(t: &[DVec3; 3], grid: &Grid, labels: &Labels) -> [u32; 2] {
-    let mut out = [NONE; 2];
+/// Notes the regions on either side of a triangle, a voxel and a half off it, and the first point in one, in voxels.
+fn beside(t: &[DVec3; 3], grid: &Grid, labels: &Labels, known: &mut [u32; 2], from: &mut Option<DVec3>) {
     let q = t.map(|p| grid.frame.to_grid(p));
     let n = (q[1] - q[0]).cross(q[2] - q[0]).normalize_or_zero();
     let longest = (0..3).map(|i| q[i].distance(q[(i + 1) % 3])).fold(0.0, f64::max);
@@ -73,17 +122,20 @@ fn regions_beside(t: &[DVec3; 3], grid: &Grid, labels: &Labels) -> [u32; 2] {
     for i in 0..=steps {
         for j in 0..=steps - i {
             let p = q[0] + (q[1] - q[0]) * (i as f64 / steps as f64) + (q[2] - q[0]) * (j as f64 / steps as f64);
-            for side in [1.5, -1.5] {
-                if let Some((brick, voxel)) = grid.locate(p + n * side) {
-                    note(&mut out, labels.get(grid, brick, voxel));
+            for p in [p + n * 1.5, p - n * 1.5] {
+                if let Some((brick, voxel)) = grid.locate(p) {
+                    let label = labels.get(grid, brick, voxel);
+                    note(known, label);
+                    if label < VOID {
+                        from.get_or_insert(p);
+                    }
                 }
             }
-            if out[1] != NONE {
-                return out;
+            if known[1] != NONE {
+                return;
             }
         }
     }
-    out
 }
 
 /// Groups triangles into planes, larger triangles first, so that a plane is the one of its largest member.
