@@ -28,11 +28,18 @@ pub enum Open {
 /// its triangle, so it counts in the nesting of tolerances.
 const CRUMB: f64 = 0.5;
 
-/// The open part of a convex `face` (counter-clockwise) under triangles in the same coordinates.
+/// The open part of a convex `face` under triangles in the same coordinates, all of either winding.
 pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     if triangles.is_empty() {
         return Open::Whole;
     }
+    let turned: Vec<DVec2>;
+    let face = if area(face) < 0.0 {
+        turned = face.iter().rev().copied().collect();
+        &turned
+    } else {
+        face
+    };
     match at_a_glance(face, triangles, seal) {
         Some(true) => return Open::Whole,
         Some(false) => return Open::Parts(Vec::new()),
