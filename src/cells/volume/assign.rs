@@ -294,10 +294,10 @@ pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outsi
     Owners { leaves, beyond }
 }
 
-/// The contacts of each leaf that are open.
+/// The contacts of each leaf that are open, rounding aside.
 pub fn open_around(contacts: &[Contact], leaves: usize) -> Vec<Vec<u32>> {
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); leaves];
-    for (i, c) in contacts.iter().enumerate().filter(|(_, c)| c.open_area > 0.0) {
+    for (i, c) in contacts.iter().enumerate().filter(|(_, c)| c.wide) {
         c.leaves.iter().for_each(|&l| around[l as usize].push(i as u32));
     }
     around

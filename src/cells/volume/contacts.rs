@@ -4,7 +4,7 @@
 //! no shell triangle on that plane covers is open (Teller 1992; see [`crate::cells::complex::coverage`] for why that is sound).
 
 use super::bsp::{Bsp, Child, RIM, cut};
-use crate::cells::complex::coverage::{Open, area, open_part, shape_area};
+use crate::cells::complex::coverage::{Open, area, convex_hull, open_part, points as corners, shape_area, width};
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane};
 use glam::{DVec2, DVec3};
@@ -24,7 +24,12 @@ pub struct Contact {
     pub area: f64,
     /// See `area`.
     pub open_area: f64,
+    /// Whether any open part of it is wider than rounding where three planes meet makes them.
+    pub wide: bool,
 }
+
+/// Openings narrower than this, in seals, are left over where the planes of two triangles that share an edge meet a third.
+pub const CRUMB: f64 = 0.5;
 
 /// Coordinates in a plane: `u x v` is its normal. On walls `v` points up.
 #[derive(Clone, Copy, Debug)]
@@ -124,7 +129,15 @@ pub fn contacts(bsp: &Bsp, along: DVec3, coplanar: f64, seal: f64) -> Vec<Contac
                     Open::Whole => whole,
                     Open::Parts(parts) => parts.iter().map(shape_area).sum(),
                 };
-                out.push(Contact { leaves: [leaf, other], node: face.node, polygon, open, area: whole, open_area });
+                let least = CRUMB * seal;
+                let wide = match &open {
+                    Open::Whole => width(&convex_hull(polygon.clone())) >= least,
+                    Open::Parts(parts) => {
+                        let outer = parts.iter().filter_map(|s| s.first());
+                        outer.into_iter().any(|o| width(&convex_hull(corners(o))) >= least)
+                    }
+                };
+                out.push(Contact { leaves: [leaf, other], node: face.node, polygon, open, area: whole, open_area, wide });
             }
         }
         out

@@ -22,7 +22,7 @@ mod watershed;
 
 use super::complex::Human;
 use super::complex::assemble::{around, hulls};
-use super::complex::coverage::{Open, Shape};
+use super::complex::coverage::{Open, Shape, width};
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
 use crate::geom::{Plane, newell};
@@ -40,6 +40,8 @@ const MOST_BRICKS: f64 = 24e6;
 /// A voxel is this share of a person's metre, where the scene is large; smaller scenes afford finer ones.
 const VOXEL: f64 = 0.15;
 const FINEST: f64 = 0.1;
+/// What hulls grow by on every side, in seals.
+const GROWN: f64 = 1.5;
 /// Voxels along the diagonal of a small scene.
 const ALONG: f64 = 300.0;
 
@@ -200,8 +202,9 @@ fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: 
                 winding.reverse();
             }
             let cells = [CellId(low), CellId(high)];
-            let sound =
-                winding.len() >= 3 && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
+            let sound = width(&hull) >= (2.0 * GROWN + contacts::CRUMB) * seal
+                && winding.len() >= 3
+                && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
             let kind = PortalKind::Opening;
             sound.then(|| Portal { cells, plane: facing, winding, kind, state: PortalState::of_kind(kind), source: None })
         };

@@ -104,7 +104,7 @@ impl<'s> Fitter<'s> {
     /// Ridges where leaves of two regions meet on several planes.
     pub fn between_leaves(&self, bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>]) -> Vec<Ridge> {
         let mut by_pair: BTreeMap<[u32; 2], Vec<&Contact>> = BTreeMap::new();
-        for c in contacts.iter().filter(|c| c.open_area > 0.0) {
+        for c in contacts.iter().filter(|c| c.wide) {
             if let [Some(a), Some(b)] = c.leaves.map(|l| labels[l as usize])
                 && a != b
             {
