@@ -5,6 +5,7 @@
 //! few. What has fewer is kept.
 
 use super::audit::audit_rooms;
+use super::validate::structure;
 use super::{CellGraph, Strategy};
 use crate::geom::newell;
 use crate::scene::{Role, Scene};
@@ -60,12 +61,18 @@ pub(super) fn ragged(graph: &CellGraph) -> bool {
     portals_a_cell(graph) > RAGGED
 }
 
-/// The plan, or what voxels give, whichever has fewer portals to a cell.
-pub(super) fn tighter(mut plan: CellGraph, volume: impl FnOnce(String) -> CellGraph) -> CellGraph {
+/// The plan, or what voxels give, whichever has fewer portals to a cell; voxels only where they validate, to `tolerance` metres.
+pub(super) fn tighter(mut plan: CellGraph, tolerance: f64, volume: impl FnOnce(String) -> CellGraph) -> CellGraph {
     let ragged = portals_a_cell(&plan);
     let mut voxels = volume(plan.reason.clone());
+    voxels.link();
     let other = portals_a_cell(&voxels);
+    let faults = structure(&voxels, tolerance).len();
     let say = |kept: &str| format!("{kept}: the plan has {ragged:.1} portals a cell, voxels {other:.1}");
+    if faults > 0 {
+        plan.reason = format!("{}; {}, which don't validate", plan.reason, say("the plan"));
+        return plan;
+    }
     if other < ragged && voxels.cells.len() > 1 {
         voxels.reason = format!("{}; {}", plan.reason, say("voxels"));
         return voxels;

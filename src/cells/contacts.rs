@@ -19,6 +19,9 @@ const OPEN_SHARE: f64 = 0.2;
 /// would end up as one cell.
 const OPEN_SHARE_OF_HALLS: f64 = 0.35;
 const HALL: f64 = 150.0;
+/// Two regions indoors are one where what is open between them is this share of the cross-section of the smaller: halves of an attic
+/// 1.8, a garage door under its lintel 0.6, a door 0.2.
+const OPEN_SECTION: f64 = 1.2;
 /// A region smaller than this (cubic metres) goes to a neighbour where this share of its boundary is open in all: over and under the
 /// partitions of a toilet's stalls 0.16 and more; a cupboard's door that stands open is 0.13.
 const STALL: f64 = 10.0;
@@ -47,6 +50,8 @@ struct Contact {
     open: f64,
     /// Open faces as high as the regions.
     high: Vec<usize>,
+    /// Open area of upright faces without a frame, square metres: under a sloping roof none is as high as the regions.
+    upright: f64,
     /// Open area of a level that parts them, where the lower number is below, and where it is above; square metres.
     level: [f64; 2],
 }
@@ -88,8 +93,11 @@ impl Contacts<'_> {
                     open_in_all[a as usize] += f.open_area;
                     open_in_all[b as usize] += f.open_area;
                     let low = space.height[a as usize].min(space.height[b as usize]);
-                    if gate.height.is_finite() && !gate.framed && !gate.ledge && gate.height >= HIGH_GATE * low {
-                        contact.high.push(i);
+                    if gate.height.is_finite() && !gate.framed && !gate.ledge {
+                        contact.upright += f.open_area;
+                        if gate.height >= HIGH_GATE * low {
+                            contact.high.push(i);
+                        }
                     }
                 }
             }
@@ -100,6 +108,7 @@ impl Contacts<'_> {
                     *best = best.max(contact.open);
                 }
             }
+            let outside = |r: u32| space.name[r as usize] == Some(-1);
             let mut wishes: Vec<(f64, (u32, u32))> = Vec::new();
             for (&(a, b), contact) in &contacts {
                 let hall = space.volume[a as usize].min(space.volume[b as usize]) >= HALL * self.human.metre.powi(3);
@@ -121,7 +130,9 @@ impl Contacts<'_> {
                     open > 0.0 && open >= OPEN_SHARE_OF_SHAFTS * least
                 };
                 let shaft = over(a, b, contact.level[0]) || over(b, a, contact.level[1]);
-                if share >= least || stall(a) || stall(b) || shaft || wide() {
+                let section = narrower * space.height[a as usize].min(space.height[b as usize]);
+                let across = section.is_finite() && !outside(a) && !outside(b) && contact.upright >= OPEN_SECTION * section;
+                if share >= least || across || stall(a) || stall(b) || shaft || wide() {
                     wishes.push((share, (a, b)));
                 }
             }

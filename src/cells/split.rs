@@ -52,7 +52,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         _ => from_columns(scene, human, strategy, reason),
     };
     if strategy == Strategy::Plan && options.strategy.is_none() && ragged(&graph) {
-        graph = tighter(graph, |reason| volume(scene, human, options.voxel, reason));
+        graph = tighter(graph, scene.tolerance().coplanar, |reason| volume(scene, human, options.voxel, reason));
     }
     name_openings(scene, &mut graph.portals, human);
     find_states(scene, &mut graph.portals);
