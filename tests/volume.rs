@@ -86,7 +86,7 @@ fn surface(free: impl Fn(DVec3) -> f64, bounds: Aabb, step: f64) -> Vec<Triangle
                         t[k + 1] = t[k] + DVec3::AXES[axis];
                     }
                     let t = t.map(|p| bounds.min + p * step);
-                    let value = t.map(|p| free(p));
+                    let value = t.map(&free);
                     let (inside, outside): (Vec<usize>, Vec<usize>) = (0..4).partition(|&i| value[i] < 0.0);
                     // One formula for each lattice edge.
                     let cut = |i: usize, j: usize| {

@@ -156,7 +156,9 @@ pub(crate) fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>
         return Ok(Vec::new());
     };
     let all = surface.iter().map(|p| (p.plane, p.rings[0].clone())).collect();
-    let mut parts: Vec<(Convex, Vec<(Plane, Vec<DVec3>)>)> = vec![(whole, all)];
+    /// A part of space, and what of the surface lies in it.
+    type Part = (Convex, Vec<(Plane, Vec<DVec3>)>);
+    let mut parts: Vec<Part> = vec![(whole, all)];
     let (mut pieces, mut count) = (Vec::new(), 1);
     while let Some((part, polygons)) = parts.pop() {
         let Some(plane) = best_plane(&polygons, eps) else {

@@ -98,6 +98,8 @@ pub fn structure(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
 pub(crate) fn stage(name: &str, graph: &CellGraph, scene: &Scene, segments: u64) {
     if cfg!(debug_assertions) {
         let mut faults = structure(graph, scene.tolerance().coplanar.max(1e-9));
+        // Told by samples, which miss the slivers under a dome of fine facets; segments tell whether anything gets through there.
+        faults.retain(|f| !matches!(f, Fault::NotBetween(_)));
         if segments > 0 {
             faults.extend(sealing(graph, &RayScene::new(scene), segments, 0).leaks);
         }

@@ -49,9 +49,9 @@ pub fn bands(
     scale: f64,
 ) -> Vec<Band> {
     let mut rims = vec![(heights[0], Cut::Bottom)];
-    for l in 1..levels.len().saturating_sub(1) {
-        if levels[l] - rims[rims.len() - 1].0 >= LEAST_STOREY * human.metre {
-            rims.push((levels[l], Cut::Level(l as u32)));
+    for (l, &level) in levels.iter().enumerate().take(levels.len().saturating_sub(1)).skip(1) {
+        if level - rims[rims.len() - 1].0 >= LEAST_STOREY * human.metre {
+            rims.push((level, Cut::Level(l as u32)));
         }
     }
     rims.push((heights[1], Cut::Top));

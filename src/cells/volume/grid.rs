@@ -31,12 +31,12 @@ impl Frame {
     }
 
     /// A point in voxels.
-    pub fn to_grid(&self, p: DVec3) -> DVec3 {
+    pub fn to_grid(self, p: DVec3) -> DVec3 {
         (Self::turned(self.turn, p) - self.origin) / self.voxel
     }
 
     /// A point in metres.
-    pub fn to_world(&self, q: DVec3) -> DVec3 {
+    pub fn to_world(self, q: DVec3) -> DVec3 {
         self.direction(q * self.voxel + self.origin)
     }
 

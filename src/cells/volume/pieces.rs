@@ -105,9 +105,9 @@ pub fn fill(contacts: &[Contact], bsp: &Bsp, labels: &mut [Option<u32>]) {
             note(set.find(leaf as u32), None);
         }
     }
-    for leaf in 0..labels.len() {
-        if labels[leaf].is_none() {
-            labels[leaf] = around.get(&set.find(leaf as u32)).copied().flatten();
+    for (leaf, label) in labels.iter_mut().enumerate() {
+        if label.is_none() {
+            *label = around.get(&set.find(leaf as u32)).copied().flatten();
         }
     }
 }

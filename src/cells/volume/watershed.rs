@@ -397,7 +397,7 @@ fn ways(grid: &Grid, distance: &Distance, detail: usize) -> Ways {
     // Levels with those of the neighbours around them.
     const EDGE: usize = SIDE + 2;
     let mut levels = [0u8; EDGE * EDGE * EDGE];
-    let split = |c: usize| ((c + SIDE - 1) / SIDE, (c + SIDE - 1) % SIDE);
+    let split = |c: usize| (c.div_ceil(SIDE), (c + SIDE - 1) % SIDE);
     for (i, l) in levels.iter_mut().enumerate() {
         let [(bx, x), (by, y), (bz, z)] = [i % EDGE, i / EDGE % EDGE, i / (EDGE * EDGE)].map(split);
         if let Some((b, d)) = around[(bz * 3 + by) * 3 + bx] {

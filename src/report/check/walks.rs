@@ -113,7 +113,7 @@ fn places(scene: &Scene, lost: &[Lost]) -> Vec<Place> {
     }
     let mut places: Vec<Place> =
         (cubes.into_values()).map(|(points, (p, from_cell))| Place { at: p + scene.origin, points, from_cell }).collect();
-    places.sort_by(|a, b| b.points.cmp(&a.points));
+    places.sort_by_key(|p| std::cmp::Reverse(p.points));
     places.truncate(PLACES);
     places
 }
