@@ -29,6 +29,20 @@ const OPEN_SHARE_OF_STALLS: f64 = 0.14;
 /// What lies over each other with this share of the lower one's ceiling and of the upper one's floor open is one shaft or hall.
 const OPEN_SHARE_OF_SHAFTS: f64 = 0.9;
 
+/// A ceiling slopes where it rises by this share of its length: a roof that drains is flatter.
+const SLOPE: f64 = 0.1;
+
+/// True where an upright face is higher at one end than at the other.
+fn under_slope(f: &Face) -> bool {
+    let at = |end: f64| {
+        let heights = f.polygon.iter().filter(move |p| (p.x - end).abs() <= 1e-9 * end.abs().max(1.0)).map(|p| p.y);
+        heights.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let low = f.polygon.iter().fold(f64::INFINITY, |low, p| low.min(p.x));
+    let high = f.polygon.iter().fold(f64::NEG_INFINITY, |high, p| high.max(p.x));
+    (at(high) - at(low)).abs() > SLOPE * (high - low)
+}
+
 /// What contacts are told by.
 pub(super) struct Contacts<'c> {
     pub(super) plan: &'c Plan,
@@ -50,8 +64,8 @@ struct Contact {
     open: f64,
     /// Open faces as high as the regions.
     high: Vec<usize>,
-    /// Open area of upright faces without a frame, square metres: under a sloping roof none is as high as the regions.
-    upright: f64,
+    /// Open area of upright faces under a sloping ceiling, without a frame, square metres: none of those is as high as the regions.
+    sloping: f64,
     /// Open area of a level that parts them, where the lower number is below, and where it is above; square metres.
     level: [f64; 2],
 }
@@ -94,7 +108,9 @@ impl Contacts<'_> {
                     open_in_all[b as usize] += f.open_area;
                     let low = space.height[a as usize].min(space.height[b as usize]);
                     if gate.height.is_finite() && !gate.framed && !gate.ledge {
-                        contact.upright += f.open_area;
+                        if under_slope(f) {
+                            contact.sloping += f.open_area;
+                        }
                         if gate.height >= HIGH_GATE * low {
                             contact.high.push(i);
                         }
@@ -131,7 +147,7 @@ impl Contacts<'_> {
                 };
                 let shaft = over(a, b, contact.level[0]) || over(b, a, contact.level[1]);
                 let section = narrower * space.height[a as usize].min(space.height[b as usize]);
-                let across = section.is_finite() && !outside(a) && !outside(b) && contact.upright >= OPEN_SECTION * section;
+                let across = section.is_finite() && !outside(a) && !outside(b) && contact.sloping >= OPEN_SECTION * section;
                 if share >= least || across || stall(a) || stall(b) || shaft || wide() {
                     wishes.push((share, (a, b)));
                 }
