@@ -2,12 +2,13 @@
 
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
+use enfilade::generate::{Kind, generate};
 use enfilade::pvs::PvsOptions;
 use enfilade::report::check::{CheckOptions, check};
 use enfilade::report::path::CameraPath;
 use enfilade::report::walk::{WalkOptions, walk};
 use enfilade::runtime::Mode;
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene, gltf::from_slice, import};
 use std::path::{Path, PathBuf};
 
 fn building(file: &str) -> PathBuf {
@@ -65,4 +66,16 @@ fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
     }
     let [frustum, both] = [0, 1].map(|m: usize| summaries[m].triangles_mean);
     assert!(both > 0.0 && both <= frustum / 10.0, "{both} triangles of the frustum's {frustum}");
+}
+
+/// One closed room: nothing to part, so no portals; nothing hidden in it from itself, so no rows.
+#[test]
+fn a_hall_is_one_cell_and_its_file_has_no_rows() {
+    let scene = from_slice(&generate(Kind::Hall, 1).unwrap().glb, "hall", None, &ImportOptions::default()).unwrap();
+    let file = PvsFile::read(&bake(&scene, options(), &|_, _| ()).unwrap().file.write()).unwrap();
+    assert_eq!(file.cells.iter().map(|cell| cell.open).collect::<Vec<_>>(), [true, false], "outside and the hall");
+    assert!(file.portals.is_empty() && file.cell_rows.is_none() && file.object_rows.is_none());
+    assert!(file.left_out.iter().any(|line| line.starts_with("rows: one closed cell")), "{:?}", file.left_out);
+    let report = check(&file, &scene, &CheckOptions { rays: 100_000, ..CheckOptions::default() }).unwrap();
+    assert!(report.passed && report.segments == 100_000, "{:?}", report.examples);
 }

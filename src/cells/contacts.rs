@@ -66,7 +66,7 @@ struct Contact {
     high: Vec<usize>,
     /// Open area of upright faces under a sloping ceiling, without a frame, square metres: none of those is as high as the regions.
     sloping: f64,
-    /// Open area of a level that parts them, where the lower number is below, and where it is above; square metres.
+    /// Open area of a level between them, where the lower number is below, and where it is above; square metres.
     level: [f64; 2],
 }
 
@@ -99,8 +99,10 @@ impl Contacts<'_> {
                 let parted = self.storeys_part && level && !eaves;
                 if usable && !(space.named(a) && space.named(b)) && !space.outgrown(a, b) {
                     let contact = contacts.entry((a.min(b), a.max(b))).or_default();
-                    if parted {
+                    if level {
                         contact.level[usize::from(a > b)] += f.open_area;
+                    }
+                    if parted {
                         continue;
                     }
                     contact.open += f.open_area;

@@ -44,7 +44,11 @@ impl PvsFile {
             repairs: pvs.repairs.clone(),
             stats: pvs.stats,
         };
-        file.left_out = left_out(&file, keep_bounds);
+        let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());
+        if hall {
+            (file.cell_rows, file.object_rows) = (None, None);
+        }
+        file.left_out = left_out(&file, hall, keep_bounds);
         if keep_bounds {
             file.bounds = Some(Bounds {
                 cells_lower: pvs.cells_lower.clone(),
@@ -82,10 +86,11 @@ fn unless_full(rows: &BitMatrix) -> Option<BitMatrix> {
 }
 
 /// One line for each thing that isn't in the file, and why.
-fn left_out(file: &PvsFile, keep_bounds: bool) -> Vec<String> {
+fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
     let one_cell = file.cells.len() <= 1;
     let mut out = Vec::new();
     match (&file.cell_rows, &file.object_rows) {
+        (None, None) if hall => out.push("rows: one closed cell without portals has nothing to hide from itself"),
         (None, None) if !one_cell => out.push("rows: everything sees everything"),
         (cells, objects) => {
             match cells {

@@ -144,6 +144,11 @@ pub struct Bounds {
 }
 
 impl PvsFile {
+    /// One closed cell that nothing leads out of: its row would hide the backs of its walls at most, so such a file has no rows.
+    pub(crate) fn is_one_hall(&self) -> bool {
+        self.portals.is_empty() && self.cells.iter().filter(|cell| !cell.open).count() == 1
+    }
+
     /// Whether `cell` sees `object`, as far as [`PvsFile::guarantee`] goes.
     #[inline]
     pub fn sees_object(&self, cell: CellId, object: ObjectId) -> bool {

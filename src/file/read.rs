@@ -334,10 +334,11 @@ fn check_pairs(file: &PvsFile) -> Result<(), FileError> {
         Guarantee::Conservative => [pairs.cell_upper, pairs.upper],
         Guarantee::Sampled => [pairs.cell_lower, pairs.lower],
     };
+    let all = |all: u64, shipped: u64| if file.is_one_hall() { shipped } else { all };
     let count = |rows: &Option<BitMatrix>, all: u64| rows.as_ref().map_or(all, BitMatrix::count_ones);
     let mut found = vec![
-        (SectionId::CellRows, count(&file.cell_rows, cells * cells), shipped[0]),
-        (SectionId::ObjectRows, count(&file.object_rows, cells * objects), shipped[1]),
+        (SectionId::CellRows, count(&file.cell_rows, all(cells * cells, shipped[0])), shipped[0]),
+        (SectionId::ObjectRows, count(&file.object_rows, all(cells * objects, shipped[1])), shipped[1]),
     ];
     if let Some(bounds) = &file.bounds {
         found.extend([
