@@ -141,11 +141,6 @@ fn door_x(x: f64, y: f64, z: f64) -> Box3 {
     [v(x - 0.01, y, z - 0.45), v(x + WALL + 0.01, y + 2.1, z + 0.45)]
 }
 
-/// The same through walls across z.
-fn door_z(x: f64, y: f64, z: f64) -> Box3 {
-    [v(x - 0.45, y, z - 0.01), v(x + 0.45, y + 2.1, z + WALL + 0.01)]
-}
-
 /// What is known about a scene.
 #[derive(Default)]
 struct Known {
