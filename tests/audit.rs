@@ -1,6 +1,6 @@
 //! What an author wrote wrongly is found, by its name, and what is right is left alone.
 
-use enfilade::cells::{Audit, FindingKind, SplitOptions, Strategy, audit, audit_rooms, split};
+use enfilade::cells::{Audit, FindingKind, Locator, SplitOptions, Strategy, audit, audit_rooms, split};
 use enfilade::scene::{ImportOptions, Mesh, OpeningHint, OpeningKind, Role, RoomHint, Scene, SceneBuilder, Source};
 use glam::DVec3;
 
@@ -46,6 +46,19 @@ fn door(id: &str, x: f64, thickness: f64, rooms: [Option<usize>; 2]) -> OpeningH
     OpeningHint { id: id.into(), kind: OpeningKind::Door, winding, thickness, rooms }
 }
 
+fn built(parts: &[Vec<Quad>], rooms: &[RoomHint], openings: &[OpeningHint]) -> Scene {
+    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    for (i, quads) in parts.iter().enumerate() {
+        let positions: Vec<DVec3> = triangles(quads).into_iter().flatten().collect();
+        let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let node = format!("part {i}");
+        builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+    }
+    builder.hints.rooms = rooms.to_vec();
+    builder.hints.openings = openings.to_vec();
+    builder.finish("house").unwrap()
+}
+
 impl House {
     fn new() -> Self {
         Self {
@@ -57,7 +70,6 @@ impl House {
     }
 
     fn scene(&self) -> Scene {
-        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let wall = |x: [f64; 2], hole: bool| -> Vec<Quad> {
             let part = |z: [f64; 2], y: [f64; 2]| cuboid(v(x[0], y[0], z[0]), v(x[1], y[1], z[1]));
             if hole {
@@ -78,21 +90,22 @@ impl House {
         if self.roof {
             parts.push(cuboid(v(-0.3, HEIGHT, -0.3), v(8.5, HEIGHT + 0.2, 5.3)));
         }
-        for (i, quads) in parts.iter().enumerate() {
-            let positions: Vec<DVec3> = triangles(quads).into_iter().flatten().collect();
-            let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-            let node = format!("part {i}");
-            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
-        }
-        builder.hints.rooms = self.rooms.clone();
-        builder.hints.openings = self.openings.clone();
-        builder.finish("house").unwrap()
+        built(&parts, &self.rooms, &self.openings)
     }
 
     fn audit(&self) -> Audit {
         let scene = self.scene();
         let options = SplitOptions { strategy: Some(Strategy::Authored), ..SplitOptions::default() };
         audit(&scene, &split(&scene, &options).unwrap())
+    }
+
+    /// The author's rooms that cells are named after, ascending.
+    fn named(&self) -> Vec<String> {
+        let options = SplitOptions { strategy: Some(Strategy::Authored), ..SplitOptions::default() };
+        let mut named: Vec<String> =
+            split(&self.scene(), &options).unwrap().cells.into_iter().filter_map(|c| c.source).collect();
+        named.sort();
+        named
     }
 
     /// What is found, as kind and ids.
@@ -135,6 +148,8 @@ fn rooms_that_are_no_rooms_are_found() {
     ]);
     assert_eq!((audit.rooms, audit.sound_rooms), (5, 3));
     assert_eq!(audit_rooms(&house.scene()).sound_rooms, 3);
+    // Unsound rooms name nothing: the box without a lid stands in the hall, which keeps all of itself.
+    assert_eq!(house.named(), ["den", "hall", "remote"]);
 }
 
 #[test]
@@ -148,6 +163,14 @@ fn rooms_that_share_space_or_an_id_are_found() {
     house.rooms.push(RoomHint { id: "copy".into(), ..house.rooms[1].clone() });
     let audit = house.finds(&[(FindingKind::Overlap, &["copy", "den"])]);
     assert_eq!((audit.rooms, audit.sound_rooms), (3, 2));
+
+    // A cupboard drawn inside the hall: both stand. A zone drawn around both rooms: it names nothing of its own.
+    let mut house = House::new();
+    house.rooms.push(room("cupboard", v(0., 0., 0.), v(1., HEIGHT, 1.)));
+    assert_eq!(audit_rooms(&house.scene()).sound_rooms, 3);
+    house.rooms.push(room("zone", v(0., 0., 0.), v(8.2, HEIGHT, 5.)));
+    assert_eq!(audit_rooms(&house.scene()).sound_rooms, 3);
+    assert_eq!(house.named(), ["cupboard", "den", "hall"]);
 
     let mut house = House::new();
     house.openings[1].id = "way".into();
@@ -201,4 +224,32 @@ fn space_that_nobody_named_and_rooms_without_a_roof_are_found() {
         found.findings.iter().filter(|f| f.kind == FindingKind::OpenAir).map(|f| f.ids[0].as_str()).collect();
     assert_eq!(open, ["hall", "den"]);
     assert!(graph.cells.iter().all(|c| c.open), "there is no room indoors");
+}
+
+#[test]
+fn a_room_drawn_lower_than_its_hall_stays_as_low_but_for_a_ceilings_void() {
+    // A hall of 5 x 6 m and 9 m high, of which the author drew 3 m; and a room whose slab lies 0.4 m over what he drew.
+    let hall = |height: f64| {
+        let (x, z) = (5.0, 6.0);
+        let parts = [
+            cuboid(v(-0.3, -0.2, -0.3), v(x + 0.3, 0., z + 0.3)),
+            cuboid(v(-0.3, height, -0.3), v(x + 0.3, height + 0.2, z + 0.3)),
+            cuboid(v(-0.3, 0., -0.3), v(0., height, z + 0.3)),
+            cuboid(v(x, 0., -0.3), v(x + 0.3, height, z + 0.3)),
+            cuboid(v(0., 0., -0.3), v(x, height, 0.)),
+            cuboid(v(0., 0., z), v(x, height, z + 0.3)),
+        ];
+        let scene = built(&parts, &[room("stage", v(0., 0., 0.), v(x, 3., z))], &[]);
+        let options = SplitOptions { strategy: Some(Strategy::Authored), ..SplitOptions::default() };
+        let graph = split(&scene, &options).unwrap();
+        let locator = Locator::new(&graph);
+        let source = |y: f64| {
+            let (cell, _) = locator.locate(v(2., y, 3.) - scene.origin).expect("free space is in a cell");
+            graph.cells[cell.index()].source.clone()
+        };
+        [1.5, height - 0.1].map(source)
+    };
+    let stage = || Some("stage".to_owned());
+    assert_eq!(hall(9.0), [stage(), None]);
+    assert_eq!(hall(3.4), [stage(), stage()]);
 }

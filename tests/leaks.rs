@@ -2,7 +2,7 @@
 
 use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
-use enfilade::cells::{SplitOptions, Strategy};
+use enfilade::cells::{SplitOptions, Strategy, read_cells};
 use enfilade::file::PvsFile;
 use enfilade::pvs::PvsOptions;
 use enfilade::report::check::{CheckOptions, CheckReport, Leak, LeakKind, check};
@@ -92,13 +92,13 @@ fn scene(boxes: &[Box3], rooms: Vec<RoomHint>) -> Scene {
 }
 
 fn checked(scene: &Scene, strategy: Strategy) -> (PvsFile, CheckReport) {
+    let split = SplitOptions { strategy: Some(strategy), ..SplitOptions::default() };
+    checked_as(scene, BakeOptions { split, ..BakeOptions::default() })
+}
+
+fn checked_as(scene: &Scene, options: BakeOptions) -> (PvsFile, CheckReport) {
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let options = BakeOptions {
-        split: SplitOptions { strategy: Some(strategy), ..SplitOptions::default() },
-        pvs,
-        ..BakeOptions::default()
-    };
-    let file = bake(scene, options, &|_, _| ()).unwrap().file;
+    let file = bake(scene, BakeOptions { pvs, ..options }, &|_, _| ()).unwrap().file;
     let report =
         check(&file, scene, &CheckOptions { rays: 20_000, views: 0, leaks: true, ..CheckOptions::default() }).unwrap();
     assert_eq!((report.missed_segments, report.structure.count), (0, 0), "{:?}", report.structure);
@@ -181,14 +181,25 @@ fn a_room_without_a_roof_leaks_upwards() {
     let (file, report) = checked(&scene(&boxes, drawn()), Strategy::Authored);
     assert!(file.cells.len() == 3 && file.cells.iter().all(|c| c.open), "{:?}", report.leaks);
     assert!(report.leaks.unwrap().leaks.is_empty());
-    // By walls alone they are outside, where their author didn't draw them.
-    let (file, report) = checked(&scene(&boxes, drawn()), Strategy::Plan);
-    if file.cells.len() == 1 {
-        let leaks = report.leaks.unwrap().leaks;
-        assert!(leaks.iter().all(|l| l.kind == LeakKind::Room && l.from_cell == CellId(0)));
-        assert_eq!(leaks.len(), 2);
-        leaks.iter().for_each(|leak| assert_length(leak, HIGH / 2.0));
+    // By walls alone each of them leaks, straight up from where its line begins.
+    let (_, report) = checked(&scene(&boxes, drawn()), Strategy::Plan);
+    let leaks = report.leaks.unwrap().leaks;
+    assert_eq!(leaks.len(), 2, "{leaks:?}");
+    for leak in &leaks {
+        let start = leak.points[0];
+        assert!(start.y > 0.0 && start.y < HIGH, "it begins in a room: {leak:?}");
+        assert_length(leak, HIGH - start.y);
     }
+    let in_west = |leak: &&Leak| leak.points[0].x > 0.0 && leak.points[0].x < 4.0;
+    assert_eq!(leaks.iter().filter(in_west).count(), 1, "one of each room: {leaks:?}");
+    // In cells that leave them to the outside, the rooms that the author drew tell of it.
+    let scene = scene(&boxes, drawn());
+    let sky = read_cells(r#"{"cells": [{"id": 0, "open": true, "pieces": [{"planes": [[0, 1, 0, 1000]]}]}]}"#, &scene);
+    let (file, report) = checked_as(&scene, BakeOptions { given: Some(sky.unwrap()), ..BakeOptions::default() });
+    let leaks = report.leaks.unwrap().leaks;
+    assert_eq!((file.cells.len(), leaks.len()), (1, 2), "{leaks:?}");
+    assert!(leaks.iter().all(|l| l.kind == LeakKind::Room && l.from_cell == CellId(0)));
+    leaks.iter().for_each(|leak| assert_length(leak, HIGH / 2.0));
 }
 
 #[test]

@@ -67,8 +67,8 @@ pub struct Audit {
     pub findings: Vec<Finding>,
     /// Rooms that the author wrote.
     pub rooms: usize,
-    /// Those without a fault that keeps them from naming space: they are closed, have a volume, lie in free space, and no other
-    /// room holds most of them.
+    /// Those without a fault that keeps them from naming space: they are closed, have a volume, lie in free space, and smaller
+    /// rooms don't hold most of them.
     pub sound_rooms: usize,
     /// Of the free space indoors, the share in cells that a room gave its name to; 1 before there is a graph.
     pub claimed: f64,
@@ -86,9 +86,9 @@ impl Audit {
     }
 }
 
-/// Rooms that share more than this part of the smaller one overlap; most of it, and the smaller one is a copy.
+/// Rooms that share more than this part of the smaller one overlap; a room that smaller ones hold this much of names nothing.
 const OVERLAP: f64 = 0.02;
-const COPY: f64 = 0.5;
+const MOST: f64 = 0.5;
 /// Cubic metres: less is no room, or no overlap worth a line.
 const LEAST_VOLUME: f64 = 0.05;
 /// Of lines that cross a room, those that cross it an odd number of times: more, and it is open.
@@ -101,6 +101,11 @@ pub fn audit_rooms(scene: &Scene) -> Audit {
     let metre = Human::of(scene).metre;
     let (findings, unsound) = of_rooms(&scene.hints, metre);
     Audit::of(scene.hints.rooms.len(), findings, &unsound)
+}
+
+/// Which rooms are of no use to name space with, as far as can be told before any split.
+pub(super) fn unsound(hints: &Hints, metre: f64) -> Vec<bool> {
+    of_rooms(hints, metre).1
 }
 
 /// What is wrong, given the graph that was made of it. Sound rooms are those of [`audit_rooms`] that name a cell.
@@ -184,7 +189,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
         let share = shared / solids[a].volume;
         // Boxes around meshes reach into each other's walls: nobody drew them.
         let drawn = hints.rooms[a].drawn && hints.rooms[b].drawn;
-        if unsound[a] || unsound[b] || share < OVERLAP || shared < LEAST_VOLUME * cubic || !(drawn || share > COPY) {
+        if unsound[a] || unsound[b] || share < OVERLAP || shared < LEAST_VOLUME * cubic || !(drawn || share > MOST) {
             continue;
         }
         let (small, large) = (&hints.rooms[a], &hints.rooms[b]);
@@ -199,9 +204,15 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
             ),
         });
     }
-    for (i, j, shared) in overlaps {
-        let a = if solids[j].volume <= solids[i].volume { j } else { i };
-        unsound[a] |= shared > COPY * solids[a].volume;
+    // Shared space is the smaller room's, of equal ones the first's: a copy, and a space drawn around others, name nothing.
+    let mut order: Vec<usize> = (0..solids.len()).collect();
+    order.sort_by(|&a, &b| solids[a].volume.total_cmp(&solids[b].volume).then(a.cmp(&b)));
+    let mut taken = vec![0.0; solids.len()];
+    for large in order {
+        unsound[large] |= taken[large] > MOST * solids[large].volume;
+        for &(i, j, shared) in overlaps.iter().filter(|(i, j, _)| !unsound[large] && (*i == large || *j == large)) {
+            taken[i + j - large] += shared;
+        }
     }
     (findings, unsound)
 }

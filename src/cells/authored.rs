@@ -35,11 +35,11 @@ impl Claims {
     }
 }
 
-/// Whose pieces with these middles are.
-pub(super) fn claims(points: &[DVec3], hints: &Hints) -> Claims {
+/// Whose pieces with these middles are; rooms that are `unsound` claim nothing.
+pub(super) fn claims(points: &[DVec3], hints: &Hints, unsound: &[bool]) -> Claims {
     let boxes: Vec<Aabb> = hints.rooms.iter().map(|r| Aabb::of(r.surface.iter().flatten().copied())).collect();
     let room = |p: DVec3| {
-        let inside = |i: &usize| boxes[*i].contains(p) && holds(&hints.rooms[*i], p);
+        let inside = |i: &usize| !unsound[*i] && boxes[*i].contains(p) && holds(&hints.rooms[*i], p);
         let size = |i: &usize| boxes[*i].size().element_product();
         (0..boxes.len()).filter(inside).min_by(|a, b| size(a).total_cmp(&size(b))).map(|i| i as u32)
     };
@@ -136,7 +136,8 @@ mod tests {
         let room = RoomHint { id: "r".into(), name: "r".into(), storey: None, surface, outside: false, drawn: true };
         let hints = Hints { rooms: vec![room], ..Hints::default() };
         let points = [(2.0, 1.5, 2.5), (5.0, 1.5, 2.5), (2.0, 4.0, 2.5), (2.0, -1.0, 2.5), (2.0, 1.5, 2.0)];
-        let found = claims(&points.map(|(x, y, z)| DVec3::new(x, y, z)), &hints);
-        assert_eq!(found.rooms, [Some(0), None, None, None, Some(0)]);
+        let points = points.map(|(x, y, z)| DVec3::new(x, y, z));
+        assert_eq!(claims(&points, &hints, &[false]).rooms, [Some(0), None, None, None, Some(0)]);
+        assert_eq!(claims(&points, &hints, &[true]).rooms, [None; 5]);
     }
 }

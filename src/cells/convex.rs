@@ -111,6 +111,23 @@ impl Convex {
         })
     }
 
+    /// What is left without what another holds too, in convex parts; `None` where they share less than `eps` metres in some
+    /// direction.
+    pub fn less(&self, other: &Self, eps: f64) -> Option<Vec<Self>> {
+        let both: Vec<Plane> = self.faces.iter().chain(&other.faces).map(|f| f.0).collect();
+        Self::of_planes(&both, self.bounds().diagonal(), self.centre(), eps)?;
+        let (mut rest, mut out) = (self.clone(), Vec::new());
+        for (plane, _) in &other.faces {
+            let [behind, before] = rest.cut(plane, eps);
+            out.extend(before);
+            match behind {
+                Some(behind) => rest = behind,
+                None => break,
+            }
+        }
+        Some(out)
+    }
+
     /// The union with a piece on the other side of a face, where it is convex: each lies inside all planes of the other but that
     /// of the shared face.
     fn join(&self, other: &Self, eps: f64) -> Option<Self> {
@@ -233,7 +250,7 @@ pub(crate) fn is_inside(surface: &[Polygon], p: DVec3) -> bool {
 }
 
 /// Joins pieces while two of them make one convex piece.
-fn joined(mut pieces: Vec<Convex>, eps: f64) -> Vec<Convex> {
+pub(crate) fn joined(mut pieces: Vec<Convex>, eps: f64) -> Vec<Convex> {
     let mut i = 0;
     while i < pieces.len() {
         let bounds = pieces[i].bounds().inflated(eps);
@@ -280,6 +297,20 @@ mod tests {
         assert_eq!((pieces.len(), pieces[0].faces.len()), (1, 7));
         // The shoelace formula gives 22.5 square metres.
         assert!((volume(&pieces) - 67.5).abs() < 1e-6, "{}", volume(&pieces));
+    }
+
+    #[test]
+    fn what_two_boxes_share_is_taken_from_one() {
+        let block = |min: f64, max: f64| Aabb { min: DVec3::splat(min), max: DVec3::splat(max) };
+        let whole = |bounds| Convex::inside(bounds, &[], 1e-6).unwrap();
+        let (large, corner, inner) = (whole(block(0., 4.)), whole(block(3., 5.)), whole(block(1., 2.)));
+        for (other, shared) in [(&corner, 1.0), (&inner, 1.0)] {
+            let rest = large.less(other, 1e-6).unwrap();
+            assert!((volume(&rest) - (64.0 - shared)).abs() < 1e-9, "{}", volume(&rest));
+            assert!(rest.iter().all(|part| part.less(other, 1e-6).is_none()), "nothing is shared any more");
+        }
+        assert_eq!(inner.less(&large, 1e-6), Some(Vec::new()));
+        assert_eq!(large.less(&whole(block(4., 6.)), 1e-6), None, "a corner is nothing");
     }
 
     #[test]

@@ -85,3 +85,69 @@ fn ceiling(scene: &Scene) -> Option<f64> {
 fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
     a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    /// Level sheets from 0 to `size` along x, to 0.6 of it along z, at these heights.
+    fn scene(size: f64, heights: &[f64]) -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        for (i, &y) in heights.iter().enumerate() {
+            let positions = [(0., 0.), (size, 0.), (size, 0.6 * size), (0., 0.6 * size)];
+            let positions = positions.map(|(x, z)| DVec3::new(x, y, z)).to_vec();
+            let (node, triangles) = (format!("sheet {i}"), vec![[0, 1, 2], [0, 2, 3]]);
+            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        }
+        builder.finish("sheets").unwrap()
+    }
+
+    /// What a metre is taken for in a storey of this clear height, in slabs of 0.3 m, drawn in so many units to a metre.
+    fn metre(height: f64, units: f64) -> f64 {
+        Human::of(&scene(20.0 * units, &[-0.3, 0.0, height, height + 0.3].map(|y| y * units))).metre
+    }
+
+    #[test]
+    fn rooms_as_people_build_them_are_in_metres() {
+        for height in [0.8, 2.2, 2.7, 4.0, 9.0, 15.0] {
+            assert_eq!(metre(height, 1.0), 1.0, "{height} m");
+        }
+    }
+
+    #[test]
+    fn millimetres_and_kilometres_are_told() {
+        for height in [2.2, 2.7, 4.0] {
+            assert_eq!((metre(height, 1e3), metre(height, 1e-3)), (1e3, 1e-3), "{height} m");
+        }
+    }
+
+    #[test]
+    fn feet_pass_for_metres_as_all_thresholds_are_wide_enough_for() {
+        assert_eq!(metre(2.7, 1.0 / 0.3048), 1.0);
+    }
+
+    #[test]
+    fn other_units_are_told_to_within_a_factor_of_two() {
+        // Inches, centimetres, units of a game.
+        for units in [1.0 / 0.0254, 100.0, 32.0] {
+            let found = metre(2.7, units) / units;
+            assert!((0.5..=2.0).contains(&found), "{units}: {found}");
+        }
+    }
+
+    #[test]
+    fn nothing_overhead_leaves_the_extent_to_tell() {
+        for (size, expected) in [(20.0, 1.0), (300.0, 1.0), (8000.0, 93.295), (1e-3, 1.166e-5)] {
+            let found = Human::of(&scene(size, &[0.0])).metre;
+            assert!((found / expected - 1.0).abs() < 1e-3, "{size}: {found}");
+        }
+    }
+
+    #[test]
+    fn thresholds_are_multiples_of_it() {
+        let (small, large) = (Human { metre: 1.0 }, Human { metre: 1000.0 });
+        assert_eq!(large.least_wall(), 1e6 * small.least_wall());
+        assert_eq!(large.least_sheet(), 1e6 * small.least_sheet());
+    }
+}

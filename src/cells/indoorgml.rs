@@ -1,10 +1,11 @@
 //! IndoorGML as a ready graph: cell spaces become cells, transitions portals.
 //!
-//! A cell space's solid is split into convex pieces along its own planes ([`super::convex`]). A transition's portal is the door
-//! that the file draws for it (its cell space boundary), and where it draws none, whatever surface the two solids share. One that
-//! has neither leads through nothing, and is told in the notes.
+//! A cell space's solid is split into convex pieces along its own planes ([`super::convex`]). What two solids both hold is
+//! given to one of them, mostly the smaller, as a cabinet drawn inside a hall, and told in the notes. A transition's portal is
+//! the door that the file draws for it (its cell space boundary), and where it draws none, whatever surface the two solids share.
+//! One that has neither leads through nothing, and is told in the notes.
 
-use super::convex::{Convex, convex_pieces};
+use super::convex::{Convex, convex_pieces, joined};
 use super::{Cell, CellGraph, GivenError, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
@@ -43,20 +44,22 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
     // 1. Cells.
     let solids: Vec<Result<Vec<Convex>, String>> = model.spaces.par_iter().map(|s| convex_pieces(&s.surface, eps)).collect();
     let mut pieces: Vec<Vec<Convex>> = Vec::with_capacity(solids.len());
-    let mut place: Vec<Option<CellId>> = Vec::with_capacity(solids.len());
-    let mut cells = Vec::new();
     for (space, solid) in model.spaces.iter().zip(solids) {
-        let solid = solid.map_err(|what| ImportError::malformed(Place::File, format!("cell space {}: {what}", space.id)))?;
+        pieces.push(solid.map_err(|what| ImportError::malformed(Place::File, format!("cell space {}: {what}", space.id)))?);
+    }
+    part(model, &mut pieces, eps, &mut notes);
+    let mut place: Vec<Option<CellId>> = Vec::with_capacity(pieces.len());
+    let mut cells = Vec::new();
+    for (space, solid) in model.spaces.iter().zip(&pieces) {
         place.push((!solid.is_empty()).then_some(CellId(cells.len() as u32)));
         if solid.is_empty() {
-            notes.push(format!("cell space {} encloses nothing, left out", space.id));
+            notes.push(format!("cell space {} encloses nothing of its own, left out", space.id));
         } else {
             let piece = |c: &Convex| Piece { planes: c.planes(), bounds: c.bounds() };
             let pieces = solid.iter().map(piece).collect();
             let (name, source) = (space.name.clone(), Some(space.id.clone()));
             cells.push(Cell { name, source, open: false, pieces, portals: Vec::new() });
         }
-        pieces.push(solid);
     }
     // 2. Portals.
     let mut portals = Vec::new();
@@ -87,6 +90,39 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
     let mut graph = CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole, notes };
     graph.link();
     Ok(graph)
+}
+
+/// Gives what two solids both hold to one of them: to the one in whose surface a door between the two is drawn, where the other
+/// reaches beyond it, else to the smaller (of equal ones, the earlier).
+fn part(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec<String>) {
+    let volume = |solid: &[Convex]| solid.iter().map(Convex::volume).sum::<f64>();
+    let volumes: Vec<f64> = solids.iter().map(|s| volume(s)).collect();
+    let boxes: Vec<Aabb> = solids.iter().map(|s| s.iter().fold(Aabb::EMPTY, |b, c| b.union(c.bounds()))).collect();
+    let mut order: Vec<usize> = (0..solids.len()).collect();
+    order.sort_by(|&a, &b| volumes[a].total_cmp(&volumes[b]).then(a.cmp(&b)));
+    let pairs = order.iter().enumerate().flat_map(|(rank, &large)| order[..rank].iter().map(move |&small| (small, large)));
+    for (small, large) in pairs.filter(|&(small, large)| boxes[small].touches(&boxes[large])) {
+        let deep = |solid: &[Convex], p: DVec3| solid.iter().any(|c| c.faces.iter().all(|f| f.0.distance(p) < -eps));
+        let between = model.transitions.iter().filter(|t| t.cells == [small, large] || t.cells == [large, small]);
+        let mut doors = between.filter_map(|t| t.boundary.as_ref()).map(|door| middle(&door.winding));
+        let beyond = doors.any(|p| deep(&solids[small], p) && !deep(&solids[large], p));
+        let (keeper, other) = if beyond { (large, small) } else { (small, large) };
+        let (mut rest, mut shares) = (solids[other].clone(), false);
+        for piece in &solids[keeper] {
+            let less = |part: Convex| {
+                let left = part.less(piece, eps);
+                shares |= left.is_some();
+                left.unwrap_or_else(|| vec![part])
+            };
+            rest = rest.into_iter().flat_map(less).collect();
+        }
+        if shares {
+            let taken = volume(&solids[other]) - volume(&rest);
+            solids[other] = joined(rest, eps);
+            let id = |i: usize| &model.spaces[i].id;
+            notes.push(format!("{} and {} both hold {taken:.2} m3: taken as {}'s", id(small), id(large), id(keeper)));
+        }
+    }
 }
 
 fn nowhere(model: &IndoorGml, transition: &Transition) -> String {

@@ -164,18 +164,22 @@ pub(super) fn label(
         if rim[p] { Some(-1) } else { claims.rooms[p].or_else(doorway).map(i64::from) }
     };
     let mut name: Vec<Option<i64>> = (0..n).map(name_of).collect();
-    fill_up(faces, &free, &widths, human, &mut name);
+    // How much each of the author's rooms may measure, cubic metres: what he drew, and some more.
+    let mut drawn: BTreeMap<i64, f64> = BTreeMap::new();
+    for (room, volume) in claims.rooms.iter().zip(&volumes) {
+        if let Some(room) = *room {
+            *drawn.entry(i64::from(room)).or_default() += volume;
+        }
+    }
+    let growth = |drawn: f64| GROWTH * drawn + LEAST_GROWTH * human.metre.powi(3);
+    let most = drawn.iter().map(|(&room, &drawn)| (room, drawn + growth(drawn))).collect();
+    let more = drawn.into_iter().map(|(room, drawn)| (room, growth(drawn))).collect();
+    fill_up(faces, &free, &widths, &volumes, more, human, &mut name);
     let fixed: Vec<bool> = name.iter().map(Option::is_some).collect();
     for (p, label) in name.iter().enumerate() {
         if let Some(label) = *label {
             let first = *named.entry(label).or_insert(p as u32);
             regions.join(first, p as u32);
-        }
-    }
-    let mut most: BTreeMap<i64, f64> = BTreeMap::new();
-    for (room, volume) in claims.rooms.iter().zip(&volumes) {
-        if let Some(room) = *room {
-            *most.entry(i64::from(room)).or_insert(LEAST_GROWTH * human.metre.powi(3)) += (1.0 + GROWTH) * volume;
         }
     }
     let runs = Runs::new(columns, faces);
@@ -292,7 +296,17 @@ pub(super) fn label(
 /// What lies over (or under) an author's room up to the next slab or level is the room's where no other room reaches it. Where
 /// several do, as over walls that end below the slab, it is a plenum: one more region, that rooms don't merge with. Names below
 /// -1 are plenums.
-fn fill_up(faces: &[Face], free: &[bool], widths: &[f64], human: Human, name: &mut [Option<i64>]) {
+///
+/// A room gets no part that is larger than what is left of its `more`, cubic metres: of a hall he drew the lower storey.
+fn fill_up(
+    faces: &[Face],
+    free: &[bool],
+    widths: &[f64],
+    volumes: &[f64],
+    mut more: BTreeMap<i64, f64>,
+    human: Human,
+    name: &mut [Option<i64>],
+) {
     // 1. What rooms reach.
     let through = |f: &&Face| matches!(f.surface, Surface::Cut(Cut::Sheet(_))) && f.open_area > 0.9 * f.area;
     let authored = name.to_vec();
@@ -322,13 +336,27 @@ fn fill_up(faces: &[Face], free: &[bool], widths: &[f64], human: Human, name: &m
         }
     }
     // 3. Whose it is.
-    let mut rooms: BTreeMap<u32, BTreeSet<i64>> = BTreeMap::new();
+    let mut rooms: BTreeMap<u32, (BTreeSet<i64>, f64)> = BTreeMap::new();
     for p in (0..name.len()).filter(|&p| over(p)) {
-        rooms.entry(parts.find(p as u32)).or_default().extend(reached[p]);
+        let part = rooms.entry(parts.find(p as u32)).or_default();
+        part.0.extend(reached[p]);
+        part.1 += if free[p] { volumes[p] } else { 0.0 };
     }
+    let whose: BTreeMap<u32, Option<i64>> = (rooms.into_iter())
+        .map(|(part, (rooms, volume))| match (rooms.len(), rooms.first()) {
+            (1, Some(room)) => {
+                let left = more.entry(*room).or_default();
+                let fits = volume <= *left;
+                *left -= if fits { volume } else { 0.0 };
+                (part, fits.then_some(*room))
+            }
+            (0, _) => (part, None),
+            _ => (part, Some(-2 - i64::from(part))),
+        })
+        .collect();
     for p in (0..name.len()).filter(|&p| over(p)) {
-        let part = parts.find(p as u32);
-        name[p] = if rooms[&part].len() > 1 { Some(-2 - i64::from(part)) } else { reached[p] };
+        let whole = whose[&parts.find(p as u32)];
+        name[p] = if whole.is_some_and(|w| w >= 0) { reached[p] } else { whole };
     }
 }
 

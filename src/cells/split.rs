@@ -1,5 +1,6 @@
 //! A scene into cells: the column complex, a labelling, and the graph.
 
+use super::audit::unsound;
 use super::auto::{choose, ragged, tighter};
 use super::complex::arrange::arrange;
 use super::complex::assemble::{Complex, around, pieces, portals};
@@ -74,6 +75,7 @@ fn from_columns(scene: &Scene, human: Human, strategy: Strategy, reason: String)
     // 2. What is open between them.
     let faces = faces(&plan, &bands, &columns, &found, tolerance.coplanar, tolerance.seal);
     // 3. Labels.
+    let unsound = if with_rooms { unsound(&scene.hints, human.metre) } else { Vec::new() };
     let claims = if with_rooms {
         let centres: Vec<DVec3> = (0..columns.pieces() as u32)
             .map(|p| {
@@ -83,7 +85,7 @@ fn from_columns(scene: &Scene, human: Human, strategy: Strategy, reason: String)
                 lift(q, (0..3).map(|i| floor[i] + ceiling[i]).sum::<f64>() / 6.0)
             })
             .collect();
-        authored::claims(&centres, &scene.hints)
+        authored::claims(&centres, &scene.hints, &unsound)
     } else {
         authored::Claims::none(columns.pieces())
     };
@@ -96,7 +98,7 @@ fn from_columns(scene: &Scene, human: Human, strategy: Strategy, reason: String)
         cells: cells(scene, &labels, &complex),
         portals: portals(&complex, &labels.of_piece, tolerance.seal),
         smallest_hole: tolerance.smallest_hole(),
-        notes: notes(scene, &labels, &found, human),
+        notes: notes(scene, &labels, &found, &unsound, human),
     }
 }
 
@@ -175,17 +177,15 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
         .collect()
 }
 
-fn notes(scene: &Scene, labels: &Labels, found: &Facets, human: Human) -> Vec<String> {
+fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: Human) -> Vec<String> {
     let mut notes = vec![format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len())];
     if human.metre != 1.0 {
         notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
     }
-    for (i, room) in scene.hints.rooms.iter().enumerate() {
-        if !labels.regions.is_empty() && labels.regions.iter().any(|r| r.room.is_some()) {
-            let found = labels.regions.iter().any(|r| r.room == Some(i as u32));
-            if !found {
-                notes.push(format!("room {} ({}) holds no free space", room.id, room.name));
-            }
+    for (i, room) in scene.hints.rooms.iter().enumerate().take(unsound.len()) {
+        if labels.regions.iter().all(|r| r.room != Some(i as u32)) {
+            let what = if unsound[i] { "is unsound and names no cell" } else { "holds no free space" };
+            notes.push(format!("room {} ({}) {what}", room.id, room.name));
         }
     }
     notes

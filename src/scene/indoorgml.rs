@@ -342,7 +342,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         let mut rings = Vec::new();
         for side in ["exterior", "interior"] {
             for ring in node.children().filter(|n| is_gml(n, side)) {
-                rings.push(self.ring(&ring)?);
+                rings.extend(loops(self.ring(&ring)?));
             }
         }
         let polygon = Polygon::new(rings);
@@ -380,6 +380,38 @@ impl<'a, 'i> Reader<'a, 'i> {
         }
         Ok(corners)
     }
+}
+
+/// A ring that comes back to corners of its own as loops that don't, the largest first: exporters write an outline and its holes
+/// as one ring, and what only jumps from loop to loop bounds nothing.
+fn loops(ring: Vec<DVec3>) -> Vec<Vec<DVec3>> {
+    let key = |p: DVec3| p.to_array().map(f64::to_bits);
+    let mut found = Vec::new();
+    // The way so far, and whether a loop was closed at each corner.
+    let mut way: Vec<(DVec3, bool)> = Vec::with_capacity(ring.len());
+    let mut place: HashMap<[u64; 3], usize> = HashMap::new();
+    for p in ring {
+        match place.get(&key(p)).copied() {
+            Some(first) => {
+                let closed: Vec<DVec3> = way.drain(first + 1..).map(|(q, _)| q).collect();
+                for &q in &closed {
+                    place.remove(&key(q));
+                }
+                way[first].1 = true;
+                found.push(std::iter::once(p).chain(closed).collect());
+            }
+            None => {
+                place.insert(key(p), way.len());
+                way.push((p, false));
+            }
+        }
+    }
+    if way.iter().any(|(_, closes)| !closes) {
+        found.push(way.into_iter().map(|(p, _)| p).collect());
+    }
+    found.retain(|ring: &Vec<DVec3>| ring.len() > 2);
+    found.sort_by(|a, b| crate::geom::area(b).total_cmp(&crate::geom::area(a)));
+    found
 }
 
 fn is_surface(node: &Node<'_, '_>) -> bool {

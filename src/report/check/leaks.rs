@@ -4,18 +4,18 @@
 //! E. W. Dijkstra, *A note on two problems in connexion with graphs*, 1959, over the polygons where convex pieces meet; and the
 //! pulling tight of a line through a sequence of polygons, one corner at a time (see [`super::tight`]).
 //!
-//! A *hole of the model* is an opening, neither door nor window, between a closed cell and the outside: a missing wall, a cracked
-//! corner, a room without a roof. Openings that touch are one hole. An author's open-air cell is no outside and no hole leads to
-//! it. A *hole of the cells* is a segment that left a cell other than through a portal; it is its own line.
+//! A *hole of the model* is an opening without anything to shut it, as doors and windows have, between a closed cell and the
+//! outside: a missing wall, a cracked corner, a room without a roof. Openings that touch are one hole. An author's open-air cell
+//! is no outside and no hole leads to it. A *hole of the cells* is a segment that left a cell other than through a portal; it is
+//! its own line.
 
 use super::Example;
 use super::cells::Cells;
 use super::tight::{closest, polish, tighten};
 use super::trace::Tracer;
-use crate::cells::PortalKind;
 use crate::file::PvsFile;
 use crate::geom::{Aabb, Plane, clip, middle};
-use crate::scene::{RoomHint, Scene};
+use crate::scene::Scene;
 use crate::{CellId, PortalId};
 use glam::DVec3;
 use serde::Serialize;
@@ -31,7 +31,7 @@ pub const MOST_LEAKS: usize = 64;
 pub enum LeakKind {
     /// An unobstructed segment left a cell other than through a portal.
     Segment,
-    /// A closed cell is open to the outside through an opening that is neither door nor window.
+    /// A closed cell is open to the outside through an opening without anything to shut it.
     Opening,
     /// A room that the author drew lies in the outside: nothing closes it.
     Room,
@@ -69,7 +69,7 @@ pub(super) fn find(file: &PvsFile, scene: &Scene, cells: &Cells, tracer: &Tracer
     let mut count = found.len() + holes.len();
     let mut opened: Vec<Leak> = holes.into_iter().filter_map(|(cell, portals)| search.through(cell, &portals)).collect();
     for room in scene.hints.rooms.iter().filter(|r| !r.outside) {
-        if let Some(leak) = search.of_room(room) {
+        if let Some(leak) = search.of_room(&room.surface) {
             opened.push(leak);
             count += 1;
         }
@@ -130,7 +130,7 @@ impl<'s> Search<'s> {
         for (i, portal) in self.file.portals.iter().enumerate() {
             let [a, b] = portal.cells;
             let (from, to) = if self.outside[a.index()] { (b, a) } else { (a, b) };
-            if portal.kind != PortalKind::Opening || !self.outside[to.index()] || self.file.cells[from.index()].open {
+            if portal.state.closable || !self.outside[to.index()] || self.file.cells[from.index()].open {
                 continue;
             }
             let (mut members, mut bounds) = (vec![i], Aabb::of(portal.winding.iter().map(|p| p.as_dvec3())));
@@ -160,10 +160,10 @@ impl<'s> Search<'s> {
     }
 
     /// The line out of a room that the author drew, if its middle is outside.
-    fn of_room(&self, room: &RoomHint) -> Option<Leak> {
-        let bounds = Aabb::of(room.surface.iter().flatten().copied());
+    fn of_room(&self, surface: &[[DVec3; 3]]) -> Option<Leak> {
+        let bounds = Aabb::of(surface.iter().flatten().copied());
         let start = bounds.centre();
-        let within = |d: DVec3| room.surface.iter().filter(|t| super::trace::crosses(start, d, t)).count() % 2 == 1;
+        let within = |d: DVec3| surface.iter().filter(|t| super::trace::crosses(start, d, t)).count() % 2 == 1;
         // Off every axis, so that no edge is met.
         let inside = within(DVec3::new(0.0123, 1.0, 0.0377)) && within(DVec3::new(1.0, 0.0213, -0.0311));
         let piece = self.cells.piece_at(start)?;

@@ -97,7 +97,7 @@ pub struct RoomScore {
     pub cells: usize,
     /// Those that find a room.
     pub cells_right: usize,
-    /// `cells_right / cells`.
+    /// `cells_right / cells`; 0 where there are rooms and no cell lies in any.
     pub precision: f64,
     /// Closed cells in no room that was written down: shafts, attics, plenums, rooms that the author left out.
     pub unlisted: usize,
@@ -253,7 +253,8 @@ pub(super) fn score(file: &PvsFile, cells: &Cells, written: &RoomsFile) -> RoomS
         score.lost.push(Lost { id: id.clone(), name: name.clone(), iou: rounded(found), cell });
     }
     score.recall = share(score.rooms_found, score.rooms);
-    score.precision = share(score.cells_right, score.cells);
+    // Where no cell lies in a room, none is right.
+    score.precision = if score.cells == 0 && score.rooms > 0 { 0.0 } else { share(score.cells_right, score.cells) };
     // 4. Doors and windows, by the cell that holds most of each room.
     let most = |room: usize| {
         let by_share = measured[room].1.iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));

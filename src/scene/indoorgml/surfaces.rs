@@ -72,8 +72,8 @@ pub(super) fn triangles(polygon: &Polygon, cuts: &[&Polygon], eps: f64) -> Vec<[
     let grid = (eps * 0.5).log2().floor().exp2();
     let mut numbers: HashMap<(i64, i64), usize> = HashMap::new();
     let mut corners: Vec<Point2<f64>> = Vec::new();
-    // The polygon's own corners stay where they are: neighbours share them.
-    let mut exact: Vec<Option<DVec3>> = Vec::new();
+    // Corners stay where they are, the grid only tells which are one: neighbours share the polygon's own.
+    let mut exact: Vec<DVec3> = Vec::new();
     let mut edges: BTreeSet<[usize; 2]> = BTreeSet::new();
     let own = polygon.rings.iter().map(|ring| (ring, true));
     let foreign = cuts.iter().flat_map(|cut| &cut.rings).map(|ring| (ring, false));
@@ -84,7 +84,7 @@ pub(super) fn triangles(polygon: &Polygon, cuts: &[&Polygon], eps: f64) -> Vec<[
                 let key = (q.x.round() as i64, q.y.round() as i64);
                 *numbers.entry(key).or_insert_with(|| {
                     corners.push(Point2::new(key.0 as f64 * grid, key.1 as f64 * grid));
-                    exact.push(is_own.then_some(p));
+                    exact.push(if is_own { p } else { frame.lift(frame.flat(p)) });
                     corners.len() - 1
                 })
             })
@@ -114,8 +114,8 @@ pub(super) fn triangles(polygon: &Polygon, cuts: &[&Polygon], eps: f64) -> Vec<[
     let lifted = faces.map(|t| {
         t.map(|p| {
             let key = ((p.x / grid).round() as i64, (p.y / grid).round() as i64);
-            let own = numbers.get(&key).filter(|&&i| corners[i] == p).and_then(|&i| exact[i]);
-            own.unwrap_or_else(|| frame.lift(DVec2::new(p.x, p.y)))
+            let known = numbers.get(&key).filter(|&&i| corners[i] == p).map(|&i| exact[i]);
+            known.unwrap_or_else(|| frame.lift(DVec2::new(p.x, p.y)))
         })
     });
     lifted.filter(|t| polygon.holds(middle(t))).collect()

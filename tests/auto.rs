@@ -1,0 +1,155 @@
+//! Which strategy a scene gets when nobody asks for one, and the line that says why.
+
+use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
+use enfilade::scene::{ImportOptions, Mesh, Role, RoomHint, Scene, SceneBuilder, Source};
+use glam::{DVec2, DVec3};
+
+fn v(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+fn cuboid(min: DVec3, max: DVec3) -> Vec<[DVec3; 3]> {
+    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
+    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    sides.iter().flat_map(|s| [[s[0], s[1], s[2]], [s[0], s[2], s[3]]]).map(|t: [usize; 3]| t.map(corner)).collect()
+}
+
+fn scene(parts: &[Vec<[DVec3; 3]>], rooms: Vec<RoomHint>) -> Scene {
+    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    for (i, part) in parts.iter().enumerate() {
+        let triangles = (0..part.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let (node, positions) = (format!("part {i}"), part.concat());
+        builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+    }
+    builder.hints.rooms = rooms;
+    builder.finish("scene").unwrap()
+}
+
+/// Two rooms of 4 x 5 m along x with a doorway between, walls of 0.2 m.
+fn house() -> Vec<Vec<[DVec3; 3]>> {
+    vec![
+        cuboid(v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
+        cuboid(v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
+        cuboid(v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
+        cuboid(v(8.2, 0., -0.2), v(8.4, 2.8, 5.2)),
+        cuboid(v(0., 0., -0.2), v(8.2, 2.8, 0.)),
+        cuboid(v(0., 0., 5.), v(8.2, 2.8, 5.2)),
+        cuboid(v(4., 0., 0.), v(4.2, 2.8, 2.)),
+        cuboid(v(4., 0., 2.9), v(4.2, 2.8, 5.)),
+        cuboid(v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
+    ]
+}
+
+fn room(name: &str, min: DVec3, max: DVec3) -> RoomHint {
+    RoomHint { id: name.into(), name: name.into(), storey: None, surface: cuboid(min, max), outside: false, drawn: true }
+}
+
+fn rooms() -> Vec<RoomHint> {
+    vec![room("west", v(0., 0., 0.), v(4., 2.8, 5.)), room("east", v(4.2, 0., 0.), v(8.2, 2.8, 5.))]
+}
+
+/// The same room without its lid.
+fn open(mut room: RoomHint) -> RoomHint {
+    room.surface.truncate(10);
+    room
+}
+
+/// The strategy that is picked, and why: one line.
+fn picked(scene: &Scene) -> (CellGraph, String) {
+    let graph = split(scene, &SplitOptions::default()).unwrap();
+    assert!(!graph.reason.contains('\n') && !graph.reason.is_empty());
+    let reason = graph.reason.clone();
+    (graph, reason)
+}
+
+#[test]
+fn a_house_without_rooms_is_cut_by_its_plan() {
+    let (graph, reason) = picked(&scene(&house(), Vec::new()));
+    assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 3));
+    assert_eq!(reason, "the model names no rooms; 100 % of what is not level stands upright");
+}
+
+#[test]
+fn an_authors_sound_rooms_are_taken() {
+    let (graph, reason) = picked(&scene(&house(), rooms()));
+    assert_eq!(graph.strategy, Strategy::Authored);
+    assert_eq!(reason, "2 of the 2 rooms that the model names are sound");
+    let mut named: Vec<&str> = graph.cells.iter().filter_map(|c| c.source.as_deref()).collect();
+    named.sort_unstable();
+    assert_eq!(named, ["east", "west"]);
+}
+
+#[test]
+fn half_of_the_rooms_must_be_sound() {
+    let [west, east] = rooms().try_into().unwrap();
+    let (graph, reason) = picked(&scene(&house(), vec![west.clone(), open(east.clone())]));
+    assert_eq!(graph.strategy, Strategy::Authored);
+    assert_eq!(reason, "1 of the 2 rooms that the model names are sound");
+    // The unsound one names nothing, and is a cell for all that.
+    assert_eq!(graph.cells.len(), 3);
+    assert_eq!(graph.cells.iter().filter_map(|c| c.source.as_deref()).collect::<Vec<_>>(), ["west"]);
+    let (graph, reason) = picked(&scene(&house(), vec![open(west), open(east)]));
+    assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 3));
+    assert_eq!(reason, "only 0 of the 2 rooms that the model names are sound; 100 % of what is not level stands upright");
+    assert!(graph.cells.iter().all(|c| c.source.is_none()));
+}
+
+/// A closed tube along z with walls that slope: 12 sides, none of them upright, its radius 3 m and a bottleneck of 1 m in the
+/// middle.
+fn cave() -> Vec<[DVec3; 3]> {
+    let radius = |z: f64| 1.0 + 2.0 * ((z - 6.0) / 6.0).powi(2);
+    let ring = |k: usize| {
+        let z = k as f64;
+        // Turned by 7 degrees, so that no side is upright or level.
+        (0..12).map(move |i| {
+            let p = DVec2::from_angle((30.0 * i as f64 + 7.0).to_radians()) * radius(z);
+            v(p.x, p.y, z)
+        })
+    };
+    let rings: Vec<Vec<DVec3>> = (0..=12).map(|k| ring(k).collect()).collect();
+    let mut out = Vec::new();
+    for pair in rings.windows(2) {
+        for i in 0..12 {
+            let j = (i + 1) % 12;
+            // Facing in, as rock does around a hollow.
+            out.extend([[pair[0][i], pair[1][j], pair[0][j]], [pair[0][i], pair[1][i], pair[1][j]]]);
+        }
+    }
+    // Ends that lean, as cones do.
+    for (ring, tip) in [(&rings[0], v(0., 0., -2.)), (&rings[12], v(0., 0., 14.))] {
+        let inwards = (ring[1] - ring[0]).cross(tip - ring[0]).dot(v(0., 0., 6.) - ring[0]) > 0.0;
+        out.extend((0..12).map(|i| {
+            let (a, b) = (ring[i], ring[(i + 1) % 12]);
+            if inwards { [a, b, tip] } else { [b, a, tip] }
+        }));
+    }
+    out
+}
+
+#[test]
+fn a_cave_is_cut_by_voxels() {
+    let (graph, reason) = picked(&scene(&[cave()], Vec::new()));
+    assert_eq!(graph.strategy, Strategy::Volume);
+    assert_eq!(reason, "the model names no rooms; 0 % of what is not level stands upright");
+    // Both hollows are indoors, and apart.
+    let locator = enfilade::cells::Locator::new(&graph);
+    let scene = scene(&[cave()], Vec::new());
+    let at = |z: f64| locator.locate(v(0., 0., z) - scene.origin).map(|f| f.0).expect("free space is in a cell");
+    assert_ne!(at(1.0), at(11.0), "{:?}", graph.portals);
+}
+
+#[test]
+fn a_level_floor_alone_is_no_reason_for_voxels() {
+    let (graph, reason) = picked(&scene(&[cuboid(v(0., 0., 0.), v(10., 0.2, 10.))], Vec::new()));
+    assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 1));
+    assert_eq!(reason, "the model names no rooms; 100 % of what is not level stands upright");
+}
+
+#[test]
+fn what_is_asked_for_is_done() {
+    let scene = scene(&house(), rooms());
+    let options = SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() };
+    let graph = split(&scene, &options).unwrap();
+    assert_eq!((graph.strategy, graph.reason.as_str()), (Strategy::Plan, "asked for"));
+    assert!(graph.cells.iter().all(|c| c.source.is_none()), "the author's rooms are not read");
+}
