@@ -26,8 +26,10 @@ const OPEN_SECTION: f64 = 1.2;
 /// partitions of a toilet's stalls 0.16 and more; a cupboard's door that stands open is 0.13.
 const STALL: f64 = 10.0;
 const OPEN_SHARE_OF_STALLS: f64 = 0.14;
-/// What lies over each other with this share of the lower one's ceiling and of the upper one's floor open is one shaft or hall.
+/// What lies over each other with this share of the lower one's ceiling and of the upper one's floor open is one shaft.
 const OPEN_SHARE_OF_SHAFTS: f64 = 0.9;
+/// The same where the level is no author's storey: a gallery over a third of a hall leaves 0.67.
+const OPEN_SHARE_OF_GALLERIES: f64 = 0.6;
 
 /// A ceiling slopes where it rises by this share of its length: a roof that drains is flatter.
 const SLOPE: f64 = 0.1;
@@ -145,7 +147,8 @@ impl Contacts<'_> {
                 };
                 let over = |low: u32, high: u32, open: f64| {
                     let least = ends_of[low as usize][1].max(ends_of[high as usize][0]);
-                    open > 0.0 && open >= OPEN_SHARE_OF_SHAFTS * least
+                    let share = if self.storeys_part { OPEN_SHARE_OF_SHAFTS } else { OPEN_SHARE_OF_GALLERIES };
+                    open > 0.0 && open >= share * least
                 };
                 let shaft = over(a, b, contact.level[0]) || over(b, a, contact.level[1]);
                 let section = narrower * space.height[a as usize].min(space.height[b as usize]);

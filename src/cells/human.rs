@@ -1,7 +1,9 @@
 //! What a person's metre is in a model: thresholds that describe how people build are multiples of it.
 //!
 //! It is read from how high the model's rooms are, so that a building gives the same rooms in whatever unit it comes. Lines go
-//! straight up from the middles of the largest level triangles; half of the space that they cross is no higher than a ceiling.
+//! straight up from the middles of the largest level triangles; half of the space that they cross is no higher than a ceiling. Lines
+//! from a front to a front cross rooms and those from a back to a back slabs, or the other way round in solids turned inside out:
+//! the ones that cross more space count.
 
 use crate::geom::newell;
 use crate::scene::Scene;
@@ -50,30 +52,38 @@ impl Human {
     }
 }
 
-/// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above.
+/// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above, in rooms.
 fn ceiling(scene: &Scene) -> Option<f64> {
-    let mut level: Vec<(f64, DVec3)> = Vec::new();
-    for object in scene.objects.iter().filter(|o| o.opaque) {
-        for t in object.triangles.clone() {
+    let normal = |t: u32| {
+        let c = scene.corners(t as usize);
+        newell(&c.map(|p| p - c[0]))
+    };
+    let mut level: Vec<(f64, DVec3, bool)> = Vec::new();
+    for t in scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()) {
+        let n = normal(t);
+        if n.y.abs() > 0.99 * n.length() {
             let c = scene.corners(t as usize);
-            let n = newell(&c.map(|p| p - c[0]));
-            if n.y.abs() > 0.99 * n.length() {
-                level.push((n.length(), (c[0] + c[1] + c[2]) / 3.0));
-            }
+            level.push((n.length(), (c[0] + c[1] + c[2]) / 3.0, n.y > 0.0));
         }
     }
     // The largest, in an order that doesn't depend on the file's.
-    level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)));
+    level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)).then(a.2.cmp(&b.2)));
     level.truncate(LINES);
     let rays = RayScene::new(scene);
     let above = 4.0 * scene.tolerance().clearance;
-    let mut heights: Vec<(f64, f64)> = level
-        .into_iter()
-        .filter_map(|(area, p)| Some((rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY)?.t + above, area)))
-        .collect();
+    let mut crossed: [Vec<(f64, f64)>; 2] = Default::default();
+    for (area, p, up) in level {
+        if let Some(hit) = rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY)
+            && (normal(hit.triangle).y < 0.0) == up
+        {
+            crossed[usize::from(up)].push((hit.t + above, area));
+        }
+    }
+    let volume = |heights: &[(f64, f64)]| heights.iter().map(|h| h.0 * h.1).sum::<f64>();
+    let [backs, fronts] = crossed;
+    let mut heights = if volume(&backs) > volume(&fronts) { backs } else { fronts };
     heights.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // By volume: slabs are as wide as rooms, and thin.
-    let half = 0.5 * heights.iter().map(|h| h.0 * h.1).sum::<f64>();
+    let half = 0.5 * volume(&heights);
     let mut sum = 0.0;
     let middle = heights.into_iter().find(|h| {
         sum += h.0 * h.1;

@@ -10,6 +10,7 @@
 use super::authored::Claims;
 use super::complex::Human;
 use super::complex::arrange::Plan;
+use super::complex::assemble::has_portal;
 use super::complex::columns::{Columns, Cut};
 use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
@@ -154,7 +155,7 @@ pub(super) fn label(
     let volumes: Vec<f64> = (0..n as u32).map(|p| volume(plan, columns, p)).collect();
     let clearance = Clearance::new(faces, facets, human);
     let widths = widths(plan, columns, &clearance);
-    let free = free_space(n, faces, &rim, &claims.rooms, &widths, human);
+    let free = free_space(faces, &rim, &claims.rooms, &widths, &volumes, human);
 
     // 1. What belongs together whatever the gates say: the rim, and each of the author's rooms.
     let mut regions = Regions::new(n);
@@ -272,12 +273,20 @@ pub(super) fn label(
 
     voids.gather(&mut space);
 
-    // 6. Numbers in the order of the first piece.
+    // 6. Numbers in the order of the first piece; a chink that nothing leads to, as between a slab and a wall that ends in it, has none.
+    let narrow = |space: &Space, r: u32| !space.named(r) && space.width[r as usize] < LEAST_WIDTH * human.metre;
+    let mut reached = vec![false; n];
+    for f in faces.iter().filter(usable) {
+        let (a, b) = (space.regions.find(f.a), space.regions.find(f.b));
+        if a != b && (narrow(&space, a) || narrow(&space, b)) && has_portal(f, seal) {
+            (reached[a as usize], reached[b as usize]) = (true, true);
+        }
+    }
     let mut number: HashMap<u32, u32> = HashMap::new();
     let mut labels = Labels { of_piece: vec![None; n], regions: Vec::new() };
     for p in 0..n as u32 {
-        if free[p as usize] {
-            let r = space.regions.find(p);
+        let r = space.regions.find(p);
+        if free[p as usize] && (reached[r as usize] || !narrow(&space, r)) {
             let next = labels.regions.len() as u32;
             let id = *number.entry(r).or_insert(next);
             if id == next {
@@ -377,32 +386,90 @@ fn volume(plan: &Plan, columns: &Columns, piece: u32) -> f64 {
 }
 
 /// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward
-/// (or, where the model is wound both ways, that are as large as a room), the cavities of walls apart. A wrong answer costs culling, not correctness: no line
-/// leaves a sealed piece.
-fn free_space(n: usize, faces: &[Face], rim: &[bool], rooms: &[Option<u32>], widths: &[f64], human: Human) -> Vec<bool> {
-    let mut parts = Regions::new(n);
+/// (or, where the model is wound both ways, that are as large as a room), the cavities of walls apart. A wrong answer costs
+/// culling, not correctness: no line leaves a sealed piece.
+fn free_space(
+    faces: &[Face],
+    rim: &[bool],
+    rooms: &[Option<u32>],
+    widths: &[f64],
+    volumes: &[f64],
+    human: Human,
+) -> Vec<bool> {
+    let n = rim.len();
+    let mut regions = Regions::new(n);
     for f in faces.iter().filter(|f| f.open_area > 0.0) {
-        parts.join(f.a, f.b);
+        regions.join(f.a, f.b);
     }
-    let mut known = vec![false; n];
-    let mut room = vec![0.0f64; n];
-    let mut looks = vec![[0.0f64; 2]; n];
-    for p in 0..n as u32 {
-        let root = parts.find(p) as usize;
-        known[root] |= rim[p as usize] || rooms[p as usize].is_some();
-        room[root] = room[root].max(widths[p as usize]);
+    let mut parts = vec![Part::default(); n];
+    for p in 0..n {
+        let part = &mut parts[regions.find(p as u32) as usize];
+        part.known |= rim[p] || rooms[p].is_some();
+        part.rim |= rim[p];
+        part.width = part.width.max(widths[p]);
+        part.volume += volumes[p];
     }
     for f in faces {
-        for (piece, [inward, outward]) in [(f.a, [f.fronts[0], f.fronts[1]]), (f.b, [f.fronts[1], f.fronts[0]])] {
-            let root = parts.find(piece) as usize;
-            looks[root][0] += inward;
-            looks[root][1] += outward;
+        let roots = [f.a, f.b].map(|p| regions.find(p) as usize);
+        for (side, &root) in roots.iter().enumerate() {
+            let looks = [f.fronts[side], f.fronts[1 - side]];
+            let part = &mut parts[root];
+            part.looks = [0, 1].map(|k| part.looks[k] + looks[k]);
+            if roots[0] != roots[1] {
+                part.covered = [0, 1].map(|k| part.covered[k] + looks[k].min(f.area));
+                part.boundary += f.area;
+            }
         }
     }
-    let free_part = |root: usize| {
-        let [inward, outward] = looks[root];
-        let wide = |metres: f64| room[root] >= metres * human.metre;
-        known[root] || (inward > 1.5 * outward && wide(LEAST_WIDTH)) || (inward > 0.67 * outward && wide(1.0))
-    };
-    (0..n as u32).map(|p| free_part(parts.find(p) as usize)).collect()
+    if inside_out(&parts) {
+        parts.iter_mut().for_each(|part| (part.looks, part.covered) = (flip(part.looks), flip(part.covered)));
+    }
+    (0..n as u32).map(|p| parts[regions.find(p) as usize].free(human)).collect()
+}
+
+/// Pieces that open faces join.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    /// Reached from the rim or an author's room; from the rim.
+    known: bool,
+    rim: bool,
+    /// Of its widest piece, metres.
+    width: f64,
+    /// Cubic metres.
+    volume: f64,
+    /// Area of opaque triangles whose front looks into it, and of those whose back does; square metres.
+    looks: [f64; 2],
+    /// The same of its boundary, no face counted twice.
+    covered: [f64; 2],
+    /// Area of its boundary, square metres.
+    boundary: f64,
+}
+
+impl Part {
+    fn free(&self, human: Human) -> bool {
+        let wide = |metres: f64| self.width >= metres * human.metre;
+        // Solid all around, whatever else stands against it: a pier between two slabs.
+        let solid = self.covered[1] >= 0.98 * self.boundary && self.covered[0] < 0.9 * self.boundary;
+        let [inward, outward] = self.looks;
+        self.known || !solid && ((inward > 1.5 * outward && wide(LEAST_WIDTH)) || (inward > 0.67 * outward && wide(1.0)))
+    }
+}
+
+fn flip([a, b]: [f64; 2]) -> [f64; 2] {
+    [b, a]
+}
+
+/// True where the outside sees backs, and most of what is sealed does too: solids turned inside out. A level made of inner faces
+/// alone shows its backs outside as well, but fronts within.
+fn inside_out(parts: &[Part]) -> bool {
+    let mut outside = [0.0; 2];
+    let mut sealed = [0.0; 2];
+    for part in parts {
+        if part.rim {
+            outside = [0, 1].map(|k| outside[k] + part.looks[k]);
+        } else if !part.known {
+            sealed[usize::from(part.looks[1] > part.looks[0])] += part.volume;
+        }
+    }
+    outside[1] > outside[0] && sealed[1] > sealed[0]
 }

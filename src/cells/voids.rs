@@ -19,6 +19,10 @@ pub(super) const LEDGE: f64 = 0.93;
 /// What the sky is open to from above, and has this share of its sides open to the outside, is outside: three sides of a
 /// forecourt in a U of buildings are 0.25, the open doors of a hall without a roof 0.05.
 const OPEN_SIDES: f64 = 0.15;
+/// Under a roof that is open over this share, what lies below is a yard, and outside, unless most of the building has none: a model
+/// without slabs is not a courtyard.
+const OPEN_SKY: f64 = 0.9;
+const ROOFED: f64 = 0.5;
 /// A void that people crawl into has more than this open, square metres, to a room at its side from whose floor it is no ledge.
 const CRAWL: f64 = 0.2;
 
@@ -35,14 +39,15 @@ pub(super) struct Voids<'v> {
 /// What a region's boundary is like, square metres.
 #[derive(Clone, Copy, Default)]
 struct Boundary {
-    /// Ceiling; what of it is open to the outside.
+    /// Ceiling; what of it is open to the outside; what is open.
     ceiling: [f64; 2],
+    pierced: f64,
     /// Sides; what of them is open to the outside, leaves and panes apart.
     sides: [f64; 2],
 }
 
 impl Voids<'_> {
-    /// Regions under the open sky that are open to the outside at their sides, too, are outside.
+    /// Regions under the open sky are outside: yards, and what is open to the outside at its sides, too.
     pub(super) fn give_to_outside(&self, space: &mut Space) {
         loop {
             let mut boundary: BTreeMap<u32, Boundary> = BTreeMap::new();
@@ -61,13 +66,21 @@ impl Voids<'_> {
                         (false, false) => continue,
                     };
                     kind[0] += f.area;
+                    let pierced = if !upright && below { f.open_area } else { 0.0 };
                     if outside[other as usize] && !(upright && f.leaves > 0.5 * f.open_area) {
                         kind[1] += f.open_area;
                     }
+                    of.pierced += pierced;
                 }
             }
-            let airy = |b: &Boundary| b.ceiling[1] >= 0.5 * b.ceiling[0] && b.sides[1] >= OPEN_SIDES * b.sides[0];
             let free = |r: u32| self.free[r as usize] && !space.named(r);
+            let indoors = boundary.iter().filter(|(r, _)| self.free[**r as usize] && !outside[**r as usize]);
+            let [ceilings, pierced] = indoors.fold([0.0; 2], |sum, (_, b)| [sum[0] + b.ceiling[0], sum[1] + b.pierced]);
+            let roofed = ceilings - pierced >= ROOFED * ceilings;
+            let airy = |b: &Boundary| {
+                let yard = roofed && b.ceiling[1] >= OPEN_SKY * b.ceiling[0];
+                yard || b.ceiling[1] >= 0.5 * b.ceiling[0] && b.sides[1] >= OPEN_SIDES * b.sides[0]
+            };
             let found: Vec<u32> = boundary.iter().filter(|(r, b)| free(**r) && airy(b)).map(|(&r, _)| r).collect();
             let sky = (0..space.name.len() as u32).find(|&r| outside[r as usize] && space.regions.find(r) == r);
             let (Some(mut sky), false) = (sky, found.is_empty()) else { return };

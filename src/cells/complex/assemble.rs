@@ -127,6 +127,14 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
     groups.par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
+/// False where what is open of a face is too thin for a portal of its own.
+pub fn has_portal(face: &Face, seal: f64) -> bool {
+    match &face.open {
+        Open::Whole => true,
+        Open::Parts(parts) => parts.iter().any(|part| !hulls(vec![part.clone()], seal).is_empty()),
+    }
+}
+
 /// Convex polygons that hold every part, each grown to make good what coverage took.
 pub fn hulls(mut parts: Vec<Shape>, seal: f64) -> Vec<Vec<DVec2>> {
     // Neighbouring faces round to the same corners, so that their parts unite.

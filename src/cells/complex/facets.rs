@@ -86,6 +86,10 @@ pub struct Facets {
 /// The slope below which a plane is neither a wall nor a sheet: `n.y` of about 87 degrees.
 const STEEPEST_SHEET: f64 = 0.05;
 
+/// Panes at least this high and wide part rooms as walls do, metres.
+const PANE_HEIGHT: f64 = 2.0;
+const PANE_WIDTH: f64 = 2.5;
+
 /// A triangle, twice its area times its normal, what it is made of.
 type Loose = ([DVec3; 3], DVec3, Matter);
 
@@ -97,6 +101,12 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms:
     for object in scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown)) {
         let matter = if object.opaque { Matter::Opaque } else { Matter::Leaf };
         object.triangles.clone().for_each(|t| add(scene.corners(t as usize), matter));
+    }
+    // A pane as high as a door and wider may be all the wall that there is, where nobody says what opening it fills.
+    let unsaid = !scene.hints.openings.iter().any(|o| o.kind == OpeningKind::Window);
+    let glass = |size: DVec3| size.y >= human.metre * PANE_HEIGHT && size.x.max(size.z) >= human.metre * PANE_WIDTH;
+    for object in scene.objects.iter().filter(|o| unsaid && o.role == Role::Window && !o.opaque && glass(o.bounds.size())) {
+        object.triangles.clone().for_each(|t| add(scene.corners(t as usize), Matter::Leaf));
     }
     for opening in scene.hints.openings.iter().filter(|o| matches!(o.kind, OpeningKind::Door | OpeningKind::Window)) {
         let w = &opening.winding;
