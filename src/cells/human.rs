@@ -71,17 +71,17 @@ fn ceiling(scene: &Scene) -> Option<f64> {
     level.truncate(LINES);
     let rays = RayScene::new(scene);
     let above = 4.0 * scene.tolerance().clearance;
-    let mut crossed: [Vec<(f64, f64)>; 2] = Default::default();
+    // Between fronts, between backs, and, as of sheets without a thickness, neither.
+    let mut crossed: [Vec<(f64, f64)>; 3] = Default::default();
     for (area, p, up) in level {
-        if let Some(hit) = rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY)
-            && (normal(hit.triangle).y < 0.0) == up
-        {
-            crossed[usize::from(up)].push((hit.t + above, area));
+        if let Some(hit) = rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY) {
+            let down = normal(hit.triangle).y < 0.0;
+            crossed[if up == down { usize::from(!up) } else { 2 }].push((hit.t + above, area));
         }
     }
     let volume = |heights: &[(f64, f64)]| heights.iter().map(|h| h.0 * h.1).sum::<f64>();
-    let [backs, fronts] = crossed;
-    let mut heights = if volume(&backs) > volume(&fronts) { backs } else { fronts };
+    let [fronts, backs, mut heights] = crossed;
+    heights.extend(if volume(&backs) > volume(&fronts) { backs } else { fronts });
     heights.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * volume(&heights);
     let mut sum = 0.0;

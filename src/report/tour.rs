@@ -39,6 +39,8 @@ struct Room {
     stand: DVec3,
     /// Distance from there to the nearest side, metres.
     breadth: f64,
+    /// By plane: how far off it a walk keeps, metres. Less than a third of the way across, so that three sides leave room.
+    off: Vec<f64>,
 }
 
 impl Room {
@@ -58,17 +60,18 @@ impl Room {
         let stand = middle.with_y(low + EYE.min(0.8 * (high - low)));
         let sides = planes.iter().filter(|plane| plane.n.y.abs() < 0.5).map(|plane| -plane.distance(stand));
         let breadth = sides.fold(f64::INFINITY, f64::min).max(0.0);
-        Some(Self { planes, bounds, stand, breadth })
+        let across = |plane: &Plane| corners.iter().map(|&p| -plane.distance(p)).fold(0.0, f64::max);
+        let off = |plane: &Plane| if plane.n.y.abs() < 0.5 { (0.3 * across(plane)).min(0.5) } else { 0.0 };
+        let off = planes.iter().map(off).collect();
+        Some(Self { planes, bounds, stand, breadth, off })
     }
 
     /// A point inside, near to `p`, at eye height, off the sides as far as there is room for.
     fn step_from(&self, p: DVec3) -> DVec3 {
-        let off = (0.8 * self.breadth).min(0.5);
         let mut q = p.with_y(self.stand.y);
         // Projections onto convex sets in turn (Bregman 1965): near enough to the nearest point.
         for _ in 0..64 {
-            for plane in &self.planes {
-                let off = if plane.n.y.abs() < 0.5 { off } else { 0.0 };
+            for (plane, off) in self.planes.iter().zip(&self.off) {
                 q -= plane.n * (plane.distance(q) + off).max(0.0);
             }
         }
