@@ -61,7 +61,7 @@ const GROWTH: f64 = 0.5;
 const LEAST_GROWTH: f64 = 5.0;
 /// Within solid matter this share of the boundary shows its back, and less than that its front; where slivers lead in, a little less.
 const BACKS: f64 = 0.98;
-const BACKS_OF_MASONRY: f64 = 0.8;
+const BACKS_OF_MASONRY: f64 = 0.9;
 const FRONTS: f64 = 0.9;
 /// Most cells, for each band of the plan; beyond it the least volume grows until it fits.
 const MOST_CELLS: usize = 4_000;

@@ -72,8 +72,8 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
     let mut glass: Vec<Hit> = Vec::new();
     for offset in AROUND {
         let along = view.camera.ray(view.ndc(middle + offset * SPREAD));
-        // `along` goes one metre forward, so the near plane is `near` of them away.
-        let from = view.camera.eye.as_dvec3() + along * view.near;
+        // From the eye itself: what is nearer than the near plane hides what is behind it, too.
+        let from = view.camera.eye.as_dvec3();
         let hit = rays.first_opaque(from, along, limit);
         opaque_missed &= hit.is_some_and(|h| !kept(h.object) && !is_doubled(rays, from + along * h.t, kept));
         glass.clear();
