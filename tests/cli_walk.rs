@@ -48,6 +48,7 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
 
     // Pictures, and nothing on stdout without --json.
     let pictures = folder.join("pictures");
+    let _ = std::fs::remove_dir_all(&pictures);
     let out = enfilade(&[&common[..], &["--frames", text(&pictures)]].concat());
     assert!(out.status.success() && out.stdout.is_empty());
     assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), frames.len() / 5);

@@ -192,11 +192,13 @@ pub fn width(hull: &[DVec2]) -> f64 {
     if hull.len() < 3 {
         return 0.0;
     }
-    // A corner that is there twice has no edge, and no direction to measure across.
+    // A corner that is there twice has no edge, and no direction to measure across. Of one that is there almost twice the edge runs
+    // anywhere, and the rest of the hull may be on either side of it: across is from one end to the other.
     let span = |i: usize| {
         let (a, b) = (hull[i], hull[(i + 1) % hull.len()]);
         let n = (b - a).perp().try_normalize()?;
-        Some(hull.iter().map(|p| n.dot(*p - a)).fold(0.0, f64::max))
+        let across = hull.iter().map(|p| n.dot(*p - a));
+        Some(across.clone().fold(0.0, f64::max) - across.fold(0.0, f64::min))
     };
     (0..hull.len()).filter_map(span).reduce(f64::min).unwrap_or(0.0)
 }
@@ -227,6 +229,21 @@ mod tests {
 
     fn square(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<DVec2> {
         [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec2::new(x, y)).to_vec()
+    }
+
+    #[test]
+    fn a_corner_that_is_there_almost_twice_leaves_a_polygon_as_wide_as_it_is() {
+        let triangle = [(0.0, 0.0), (0.4, 0.3), (0.0, 0.8)].map(|(x, y)| DVec2::new(x, y));
+        let known = width(&triangle);
+        // The least altitude: twice the area over the longest side.
+        assert!((known - 0.4).abs() < 1e-12, "{known}");
+        for k in 0..16 {
+            for i in 0..3 {
+                let mut twice = triangle.to_vec();
+                twice.insert(i + 1, triangle[i] + DVec2::from_angle(f64::from(k) * 0.4) * 1e-15);
+                assert!((width(&twice) - known).abs() < 1e-12, "{twice:?}: {}", width(&twice));
+            }
+        }
     }
 
     fn halves(s: &[DVec2]) -> [[DVec2; 3]; 2] {
