@@ -260,7 +260,7 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
         for _ in 0..CHUNK.min(segments - chunk * CHUNK) {
             // Half of them by piece, so that small ones get their share, half by volume: points of small ones are mostly too near a
             // wall.
-            let chosen = if random.next() % 2 == 0 {
+            let chosen = if random.next().is_multiple_of(2) {
                 (random.next() % boxes.len() as u64) as usize
             } else {
                 let at = random.unit() * volumes[volumes.len() - 1];
