@@ -59,9 +59,8 @@ const LEAST_UNNAMED_VOLUME: f64 = 25.0;
 /// so many cubic metres besides: through a wall of glass it would take in the outside.
 const GROWTH: f64 = 0.5;
 const LEAST_GROWTH: f64 = 5.0;
-/// Within solid matter this share of the boundary shows its back, and less than that its front; where slivers lead in, a little less.
+/// Within solid matter this share of the boundary shows its back, and less than that its front.
 const BACKS: f64 = 0.98;
-const BACKS_OF_MASONRY: f64 = 0.9;
 const FRONTS: f64 = 0.9;
 /// Most cells, for each band of the plan; beyond it the least volume grows until it fits.
 const MOST_CELLS: usize = 4_000;
@@ -159,7 +158,7 @@ pub(super) fn label(
     let volumes: Vec<f64> = (0..n as u32).map(|p| volume(plan, columns, p)).collect();
     let clearance = Clearance::new(faces, facets, human);
     let widths = widths(plan, columns, &clearance);
-    let (free, inside_out) = free_space(faces, &rim, &claims.rooms, &widths, &volumes, human);
+    let free = free_space(faces, &rim, &claims.rooms, &widths, &volumes, human);
 
     // 1. What belongs together whatever the gates say: the rim, and each of the author's rooms.
     let mut regions = Regions::new(n);
@@ -226,8 +225,7 @@ pub(super) fn label(
     let voids = Voids { plan, columns, runs: &runs, faces, free: &free, human };
     voids.give_to_outside(&mut space);
 
-    // 5. What is too small to be a room, or within masonry, goes to the neighbour that it is most open to.
-    let masonry = masonry(faces, &mut space, inside_out);
+    // 5. What is too small to be a room goes to the neighbour that it is most open to.
     let whole: f64 = space.volume.iter().sum();
     let authored = claims.rooms.iter().any(Option::is_some);
     let mut least = if authored { LEAST_UNNAMED_VOLUME } else { LEAST_VOLUME } * human.metre.powi(3);
@@ -241,8 +239,7 @@ pub(super) fn label(
             }
         }
         let small = |r: u32| {
-            let slight = space.volume[r as usize] < least || space.width[r as usize] < LEAST_WIDTH * human.metre;
-            !space.named(r) && (slight || masonry[r as usize])
+            !space.named(r) && (space.volume[r as usize] < least || space.width[r as usize] < LEAST_WIDTH * human.metre)
         };
         let mut wish: BTreeMap<u32, (u32, f64)> = BTreeMap::new();
         for (&(a, b), &open) in &best {
@@ -401,7 +398,7 @@ fn free_space(
     widths: &[f64],
     volumes: &[f64],
     human: Human,
-) -> (Vec<bool>, bool) {
+) -> Vec<bool> {
     let n = rim.len();
     let mut regions = Regions::new(n);
     for f in faces.iter().filter(|f| f.open_area > 0.0) {
@@ -416,23 +413,10 @@ fn free_space(
         part.volume += volumes[p];
     }
     look(faces, &mut regions, &mut parts);
-    let inside_out = inside_out(&parts);
-    if inside_out {
+    if inside_out(&parts) {
         parts.iter_mut().for_each(Part::turn);
     }
-    ((0..n as u32).map(|p| parts[regions.find(p) as usize].free(human)).collect(), inside_out)
-}
-
-/// What is within masonry and yet was reached, through slivers where its facets are too fine to make cuts: regions whose boundary
-/// shows its back to them almost everywhere.
-fn masonry(faces: &[Face], space: &mut Space, inside_out: bool) -> Vec<bool> {
-    let mut parts = vec![Part::default(); space.name.len()];
-    look(faces, &mut space.regions, &mut parts);
-    if inside_out {
-        parts.iter_mut().for_each(Part::turn);
-    }
-    let within = |(part, name): (&Part, &Option<i64>)| name.is_none() && part.boundary > 0.0 && part.solid(BACKS_OF_MASONRY);
-    parts.iter().zip(&space.name).map(within).collect()
+    (0..n as u32).map(|p| parts[regions.find(p) as usize].free(human)).collect()
 }
 
 /// Adds up what looks into each region.
@@ -476,16 +460,15 @@ impl Part {
     }
 
     /// Solid all around, whatever else stands against it, as a pier between two slabs.
-    fn solid(&self, backs: f64) -> bool {
-        self.covered[1] >= backs * self.boundary && self.covered[0] < FRONTS * self.boundary
+    fn solid(&self) -> bool {
+        self.covered[1] >= BACKS * self.boundary && self.covered[0] < FRONTS * self.boundary
     }
 
     fn free(&self, human: Human) -> bool {
         let wide = |metres: f64| self.width >= metres * human.metre;
         let [inward, outward] = self.looks;
         self.known
-            || !self.solid(BACKS)
-                && ((inward > 1.5 * outward && wide(LEAST_WIDTH)) || (inward > 0.67 * outward && wide(1.0)))
+            || !self.solid() && ((inward > 1.5 * outward && wide(LEAST_WIDTH)) || (inward > 0.67 * outward && wide(1.0)))
     }
 }
 
