@@ -1,5 +1,8 @@
 //! Holes of hand-made houses, as lines of known length; houses without any.
 
+#[path = "common/solids.rs"]
+mod solids;
+
 use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{SplitOptions, Strategy, read_cells};
@@ -9,6 +12,7 @@ use enfilade::report::check::{CheckOptions, CheckReport, Leak, LeakKind, check};
 use enfilade::scene::{ImportOptions, Mesh, Role, RoomHint, Scene, SceneBuilder, Source, import};
 use glam::DVec3;
 use serde_json::Value;
+use solids::{Box3, less};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -19,28 +23,6 @@ use cli::{folder, run};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
-}
-
-type Box3 = [DVec3; 2];
-
-/// The box with another cut out of it, which reaches through it along one axis or two: up to six boxes.
-fn less([min, max]: Box3, [a, b]: Box3) -> Vec<Box3> {
-    let (mut low, mut high, mut out) = (min, max, Vec::new());
-    for axis in 0..3 {
-        if a[axis] > low[axis] {
-            let mut top = high;
-            top[axis] = a[axis];
-            out.push([low, top]);
-            low[axis] = a[axis];
-        }
-        if b[axis] < high[axis] {
-            let mut bottom = low;
-            bottom[axis] = b[axis];
-            out.push([bottom, high]);
-            high[axis] = b[axis];
-        }
-    }
-    out
 }
 
 const LONG: f64 = 8.15;

@@ -2,12 +2,16 @@
 //!
 //! Metres, +Y up. Walls are 0.2 m thick unless something else is said, storeys 2.8 m high, doorways 0.9 x 2.1 m.
 
+#[path = "common/solids.rs"]
+mod solids;
+
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitOptions, Strategy, split, validate};
 use enfilade::geom::{Plane, newell};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use glam::{DVec2, DVec3};
+use solids::{Box3, less};
 use std::collections::{BTreeMap, BTreeSet};
 
 const HIGH: f64 = 2.8;
@@ -16,31 +20,6 @@ const EYE: f64 = 1.5;
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
-}
-
-type Box3 = [DVec3; 2];
-
-/// The box with another cut out of it: up to six boxes.
-fn less([min, max]: Box3, [a, b]: Box3) -> Vec<Box3> {
-    if !(a.cmplt(max).all() && min.cmplt(b).all()) {
-        return vec![[min, max]];
-    }
-    let (mut low, mut high, mut out) = (min, max, Vec::new());
-    for axis in 0..3 {
-        if a[axis] > low[axis] {
-            let mut top = high;
-            top[axis] = a[axis];
-            out.push([low, top]);
-            low[axis] = a[axis];
-        }
-        if b[axis] < high[axis] {
-            let mut bottom = low;
-            bottom[axis] = b[axis];
-            out.push([bottom, high]);
-            high[axis] = b[axis];
-        }
-    }
-    out
 }
 
 /// A building as closed solids.

@@ -9,6 +9,7 @@ mod auto;
 mod complex;
 mod contacts;
 mod convex;
+mod free;
 mod gates;
 mod given;
 mod human;
