@@ -7,6 +7,7 @@ use super::bsp::{Bsp, Child, RIM, cut};
 use crate::cells::complex::coverage::{Open, area, convex_hull, open_part, points as corners, shape_area, width};
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane};
+use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -24,12 +25,12 @@ pub struct Contact {
     pub area: f64,
     /// See `area`.
     pub open_area: f64,
-    /// Whether any open part of it is wider than rounding where three planes meet makes them.
+    /// Whether any open part of it is as wide as the smallest hole that is certain to be kept open.
     pub wide: bool,
 }
 
 /// Openings narrower than this, in seals, are left over where the planes of two triangles that share an edge meet a third.
-pub const CRUMB: f64 = 0.5;
+pub const CRUMB: f64 = 2.0;
 
 /// Coordinates in a plane: `u x v` is its normal. On walls `v` points up.
 #[derive(Clone, Copy, Debug)]
@@ -99,8 +100,9 @@ impl<'b> Covers<'b> {
     }
 }
 
-/// All faces between leaves, by the leaf behind, ascending. `along` as for [`Flat::new`]; tolerances in metres.
-pub fn contacts(bsp: &Bsp, along: DVec3, coplanar: f64, seal: f64) -> Vec<Contact> {
+/// All faces between leaves, by the leaf behind, ascending. `along` as for [`Flat::new`].
+pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance) -> Vec<Contact> {
+    let (coplanar, seal, least) = (tolerance.coplanar, tolerance.seal, tolerance.smallest_hole());
     let covers = Covers::new(bsp);
     let of_leaf = |leaf: u32| {
         let mut out = Vec::new();
@@ -129,7 +131,6 @@ pub fn contacts(bsp: &Bsp, along: DVec3, coplanar: f64, seal: f64) -> Vec<Contac
                     Open::Whole => whole,
                     Open::Parts(parts) => parts.iter().map(shape_area).sum(),
                 };
-                let least = CRUMB * seal;
                 let wide = match &open {
                     Open::Whole => width(&convex_hull(polygon.clone())) >= least,
                     Open::Parts(parts) => {
