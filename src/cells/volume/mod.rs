@@ -74,7 +74,7 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
     let counts = assign::counts(&bsp, &grid, &labels);
     let contacts = contacts::contacts(&bsp, axes[0], &tolerance);
     let outside = regions.iter().position(|r| r.outside).map(|r| r as u32);
-    let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside);
+    let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside, tolerance.coplanar);
     ridges::straighten(&bsp, &contacts, &ridges, &mut of_leaf);
     assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
     // Once more, along planes through what is ragged still.
