@@ -5,11 +5,11 @@
 //! *Classification and regression trees*, 1984, by the Gini impurity). Leaves without voxels take the region that they are most
 //! open to, widest openings first, so that what is sealed off stays solid, and what a crack opens goes to one region whole.
 
-use super::bsp::{Bsp, Child, RIM};
+use super::bsp::{Bsp, Child, Leaf, RIM};
 use super::contacts::{Contact, push};
 use super::grid::{Grid, SIDE, place_of};
 use super::ridges::Ridge;
-use super::watershed::{Labels, VOID};
+use super::watershed::{Labels, Union, VOID};
 use crate::geom::Plane;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -72,8 +72,9 @@ fn planes_around(ridge: &Ridge) -> Vec<Plane> {
 }
 
 fn is_mixed(counts: &[(u32, f64)]) -> bool {
-    let all: f64 = counts.iter().map(|c| c.1).sum();
-    let most = counts.iter().map(|c| c.1).fold(0.0, f64::max);
+    let of_regions = counts.iter().filter(|c| c.0 < VOID).map(|c| c.1);
+    let all: f64 = of_regions.clone().sum();
+    let most = of_regions.fold(0.0, f64::max);
     all - most > STRAY_VOXELS.max(STRAY_SHARE * all)
 }
 
@@ -106,7 +107,7 @@ fn part(bsp: &mut Bsp, leaf: u32, points: Vec<(DVec3, u32)>, planes: &[Plane], c
     part(bsp, front, ahead, planes, cuts - 1);
 }
 
-/// How many voxels of each region each leaf holds, by region.
+/// How many voxels of each region each leaf holds, by region; those of the [`VOID`] come last.
 pub fn counts(bsp: &Bsp, grid: &Grid, labels: &Labels) -> Vec<Vec<(u32, f64)>> {
     let mut out: Vec<Vec<(u32, f64)>> = vec![Vec::new(); bsp.leaves.len()];
     const CHUNK: usize = 2048;
@@ -114,16 +115,16 @@ pub fn counts(bsp: &Bsp, grid: &Grid, labels: &Labels) -> Vec<Vec<(u32, f64)>> {
         let mut found: Vec<(u32, u32, u32)> = Vec::new();
         for brick in c * CHUNK..((c + 1) * CHUNK).min(grid.len()) {
             let mut add = |leaf: u32, low: [usize; 3], edge: usize| match labels.whole(grid, brick) {
-                Some(label) if label < VOID => found.push((leaf, label, (edge * edge * edge) as u32)),
+                Some(label) if label <= VOID => found.push((leaf, label, (edge * edge * edge) as u32)),
                 Some(_) => {}
                 None => each_voxel(low, edge, &mut |v| {
                     let label = labels.get(grid, brick, v);
-                    if label < VOID {
+                    if label <= VOID {
                         found.push((leaf, label, 1));
                     }
                 }),
             };
-            if labels.whole(grid, brick).is_none_or(|l| l < VOID) {
+            if labels.whole(grid, brick).is_none_or(|l| l <= VOID) {
                 descend(bsp, grid, brick, bsp.root, [0; 3], SIDE, &mut add);
             }
         }
@@ -252,10 +253,26 @@ pub fn at_rim(bsp: &Bsp) -> Vec<bool> {
     bsp.leaves.iter().map(|l| l.poly.faces.iter().any(|f| f.node == RIM)).collect()
 }
 
+/// How far the leaf reaches from the face that it reaches least far from, metres.
+fn thickness(leaf: &Leaf) -> f64 {
+    let faces = &leaf.poly.faces;
+    let from = |plane: &Plane| faces.iter().flat_map(|f| &f.points).map(|&p| plane.distance(p).abs()).fold(0.0, f64::max);
+    faces.iter().map(|f| from(&f.plane)).fold(f64::INFINITY, f64::min)
+}
+
 /// A region for each leaf; `outside` is the one beyond the rim, where that isn't solid.
-pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outside: Option<u32>) -> Owners {
+///
+/// Leaves thinner than `thin` metres lie between planes that are one but for rounding. Their faces may be wide open to what is
+/// free at one end and to what is solid at the other, with no way between that anything would fit through. So they pass nothing
+/// on, until all else has its region; and then nothing to what hangs together with the void around a level.
+pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outside: Option<u32>, thin: f64) -> Owners {
     let rim = at_rim(bsp);
-    let most = |c: &Vec<(u32, f64)>| c.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|c| c.0);
+    let void = |leaf: usize| if rim[leaf] { outside.is_none() } else { counts[leaf].iter().any(|c| c.0 == VOID) };
+    let sliver: Vec<bool> = bsp.leaves.par_iter().map(|l| thickness(l) < thin).collect();
+    let most = |c: &Vec<(u32, f64)>| {
+        let regions = c.iter().filter(|c| c.0 < VOID);
+        regions.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|c| c.0)
+    };
     let mut leaves: Vec<Option<u32>> =
         counts.iter().zip(&rim).map(|(c, &rim)| if rim { outside } else { most(c) }).collect();
     let mut beyond = outside;
@@ -269,29 +286,47 @@ pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outsi
             }
         }
     };
-    for leaf in 0..leaves.len() {
-        if leaves[leaf].is_some() {
-            open(leaf, &leaves, &mut ways);
+    for through_slivers in [false, true] {
+        let passes = |leaf: usize| through_slivers || !sliver[leaf];
+        let solid = if through_slivers { around_void(contacts, &leaves, &sliver, void) } else { vec![false; leaves.len()] };
+        for leaf in (0..leaves.len()).filter(|&l| passes(l)) {
+            if leaves[leaf].is_some() {
+                open(leaf, &leaves, &mut ways);
+            }
         }
-    }
-    while let Some(Way(_, i)) = ways.pop() {
-        let [a, b] = contacts[i as usize].leaves.map(|l| l as usize);
-        let (from, to) = if leaves[a].is_some() { (a, b) } else { (b, a) };
-        if leaves[to].is_some() {
-            continue;
-        }
-        leaves[to] = leaves[from];
-        open(to, &leaves, &mut ways);
-        if rim[to] {
-            // Beyond the rim nothing parts anything.
-            beyond = leaves[to];
-            for other in (0..leaves.len()).filter(|&l| rim[l]) {
-                leaves[other] = beyond;
-                open(other, &leaves, &mut ways);
+        while let Some(Way(_, i)) = ways.pop() {
+            let [a, b] = contacts[i as usize].leaves.map(|l| l as usize);
+            let (from, to) = if leaves[a].is_some() { (a, b) } else { (b, a) };
+            if leaves[to].is_some() || !passes(from) || solid[to] {
+                continue;
+            }
+            leaves[to] = leaves[from];
+            open(to, &leaves, &mut ways);
+            if rim[to] {
+                // Beyond the rim nothing parts anything.
+                beyond = leaves[to];
+                for other in (0..leaves.len()).filter(|&l| rim[l]) {
+                    leaves[other] = beyond;
+                    open(other, &leaves, &mut ways);
+                }
             }
         }
     }
     Owners { leaves, beyond }
+}
+
+/// Leaves without a region that hang together, but for slivers, with one that is `void`.
+fn around_void(contacts: &[Contact], leaves: &[Option<u32>], sliver: &[bool], void: impl Fn(usize) -> bool) -> Vec<bool> {
+    let mut set = Union::new(leaves.len());
+    let within = |leaf: usize| leaves[leaf].is_none() && !sliver[leaf];
+    for c in contacts.iter().filter(|c| c.wide && c.leaves.iter().all(|&l| within(l as usize))) {
+        set.join(c.leaves[0], c.leaves[1]);
+    }
+    let mut holds = vec![false; leaves.len()];
+    for leaf in (0..leaves.len()).filter(|&l| within(l) && void(l)) {
+        holds[set.find(leaf as u32) as usize] = true;
+    }
+    (0..leaves.len()).map(|l| holds[set.find(l as u32) as usize]).collect()
 }
 
 /// The contacts of each leaf that are open, rounding aside.

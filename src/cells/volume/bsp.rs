@@ -99,7 +99,7 @@ const TRIED: usize = 200;
 const CUT: f64 = 1.5;
 /// What is nearer than this share of the coplanar tolerance to a cut isn't cut. Where surfaces meet at an angle, that leaves a
 /// slit as much wider as the angle is shallow; down to half a degree the seal still closes it. Less would cut along rounding.
-const TOUCH: f64 = 0.02;
+pub const TOUCH: f64 = 0.02;
 
 /// Builds the tree in `domain`; `axes` are the grid's, `coplanar` in metres.
 pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64) -> Bsp {

@@ -3,12 +3,14 @@
 //! Each face of a leaf behind a node's plane is pushed down the tree in front of it (as level compilers make portals), and what
 //! no shell triangle on that plane covers is open (Teller 1992; see [`crate::cells::complex::coverage`] for why that is sound).
 
-use super::bsp::{Bsp, Child, RIM, cut};
+use super::bsp::{Bsp, Child, Face, RIM, cut, reach};
 use crate::cells::complex::coverage::{Open, area, convex_hull, open_part, points as corners, shape_area, width};
 use crate::cells::locate::BoxTree;
-use crate::geom::{Aabb, Plane};
+use crate::geom::{Aabb, Plane, clip};
+use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// A face between two leaves.
 pub struct Contact {
@@ -24,12 +26,12 @@ pub struct Contact {
     pub area: f64,
     /// See `area`.
     pub open_area: f64,
-    /// Whether any open part of it is wider than rounding where three planes meet makes them.
+    /// Whether any open part of it is as wide as the smallest hole that is certain to be kept open.
     pub wide: bool,
 }
 
 /// Openings narrower than this, in seals, are left over where the planes of two triangles that share an edge meet a third.
-pub const CRUMB: f64 = 0.5;
+pub const CRUMB: f64 = 2.0;
 
 /// Coordinates in a plane: `u x v` is its normal. On walls `v` points up.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +69,8 @@ struct Covers<'b> {
 
 /// Covers of a node that need no tree.
 const FEW: usize = 12;
+/// Sine of the angle up to which planes meet so that what their triangles are off them matters: one degree.
+const SHALLOW: f64 = 0.0175;
 
 impl<'b> Covers<'b> {
     fn new(bsp: &'b Bsp) -> Self {
@@ -78,29 +82,56 @@ impl<'b> Covers<'b> {
         Self { bsp, trees }
     }
 
-    /// Covers on a node's plane near a box.
-    fn near(&self, node: u32, bounds: &Aabb, leaves: [u32; 2], coplanar: f64) -> Vec<&'b [DVec3]> {
-        let n = &self.bsp.nodes[node as usize];
-        let mut out: Vec<&[DVec3]> = Vec::new();
-        let touches = |c: &&Vec<DVec3>| Aabb::of(c.iter().copied()).touches(bounds);
+    /// What lies on a node's plane between two leaves, near a box: its own covers, what grazes the leaves, and what of the covers
+    /// of other planes around them is nowhere farther off than `coplanar`. Where planes meet at a shallow angle, the leaf between
+    /// them goes on beyond the edge of the triangles on the one, as their planes are a little off, and so under those on the other.
+    fn near(&self, node: u32, bounds: &Aabb, leaves: [u32; 2], coplanar: f64) -> Vec<Cow<'b, [DVec3]>> {
+        let plane = self.bsp.nodes[node as usize].plane;
+        let mut out: Vec<Cow<'b, [DVec3]>> = Vec::new();
+        self.of_node(node, bounds, &mut |c| out.push(Cow::Borrowed(c)));
+        let leaves = leaves.map(|l| &self.bsp.leaves[l as usize]);
+        let lies = |c: &&Vec<DVec3>| c.iter().all(|&p| plane.distance(p).abs() <= coplanar);
+        let stray =
+            leaves.iter().flat_map(|l| &l.stray).filter(lies).filter(|c| Aabb::of(c.iter().copied()).touches(bounds));
+        out.extend(stray.map(|c| Cow::Borrowed(c.as_slice())));
+        let shallow = |f: &&Face| {
+            let (low, high) = reach(&f.points, &plane);
+            f.node != RIM && f.node != node && low <= coplanar && high >= -coplanar && {
+                f.plane.n.cross(plane.n).length_squared() <= SHALLOW * SHALLOW
+            }
+        };
+        let mut others: Vec<u32> = leaves.iter().flat_map(|l| &l.poly.faces).filter(shallow).map(|f| f.node).collect();
+        others.sort_unstable();
+        others.dedup();
+        let (ahead, back) = (Plane { d: plane.d + coplanar, ..plane }, plane.flipped());
+        let back = Plane { d: back.d + coplanar, ..back };
+        for other in others {
+            self.of_node(other, bounds, &mut |c| {
+                let part = clip(&clip(c, &ahead, 0.0), &back, 0.0);
+                out.extend((part.len() >= 3).then_some(Cow::Owned(part)));
+            });
+        }
+        out
+    }
+
+    /// Visits covers of a node near a box, in order.
+    fn of_node(&self, node: u32, bounds: &Aabb, visit: &mut impl FnMut(&'b [DVec3])) {
+        let covers = &self.bsp.nodes[node as usize].covers;
         match &self.trees[node as usize] {
             Some(tree) => {
                 let mut found = Vec::new();
                 tree.in_box(bounds, &mut |i| found.push(i));
                 found.sort_unstable();
-                out.extend(found.iter().map(|&i| n.covers[i as usize].as_slice()));
+                found.iter().for_each(|&i| visit(&covers[i as usize]));
             }
-            None => out.extend(n.covers.iter().filter(touches).map(Vec::as_slice)),
+            None => covers.iter().filter(|c| Aabb::of(c.iter().copied()).touches(bounds)).for_each(|c| visit(c)),
         }
-        let stray = leaves.iter().flat_map(|&l| &self.bsp.leaves[l as usize].stray);
-        let lies = |c: &&Vec<DVec3>| c.iter().all(|&p| n.plane.distance(p).abs() <= coplanar);
-        out.extend(stray.filter(lies).filter(touches).map(Vec::as_slice));
-        out
     }
 }
 
-/// All faces between leaves, by the leaf behind, ascending. `along` as for [`Flat::new`]; tolerances in metres.
-pub fn contacts(bsp: &Bsp, along: DVec3, coplanar: f64, seal: f64) -> Vec<Contact> {
+/// All faces between leaves, by the leaf behind, ascending. `along` as for [`Flat::new`].
+pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance) -> Vec<Contact> {
+    let (coplanar, seal, least) = (tolerance.coplanar, tolerance.seal, tolerance.smallest_hole());
     let covers = Covers::new(bsp);
     let of_leaf = |leaf: u32| {
         let mut out = Vec::new();
@@ -129,7 +160,6 @@ pub fn contacts(bsp: &Bsp, along: DVec3, coplanar: f64, seal: f64) -> Vec<Contac
                     Open::Whole => whole,
                     Open::Parts(parts) => parts.iter().map(shape_area).sum(),
                 };
-                let least = CRUMB * seal;
                 let wide = match &open {
                     Open::Whole => width(&convex_hull(polygon.clone())) >= least,
                     Open::Parts(parts) => {
@@ -151,7 +181,7 @@ pub fn push(bsp: &Bsp, child: Child, points: Vec<DVec3>, ahead: DVec3, thin: f64
         Child::Leaf(leaf) => out.push((leaf, points)),
         Child::Node(node) => {
             let node = &bsp.nodes[node as usize];
-            let (low, high) = super::bsp::reach(&points, &node.plane);
+            let (low, high) = reach(&points, &node.plane);
             // On the plane itself: what lies ahead of it.
             let eps = 1e-3 * thin;
             if low >= -eps && high <= eps {
@@ -169,7 +199,7 @@ pub fn push(bsp: &Bsp, child: Child, points: Vec<DVec3>, ahead: DVec3, thin: f64
     }
 }
 
-fn open(polygon: &[DVec2], covers: &[&[DVec3]], flat: Flat, seal: f64) -> Open {
+fn open(polygon: &[DVec2], covers: &[Cow<'_, [DVec3]>], flat: Flat, seal: f64) -> Open {
     if covers.is_empty() {
         return Open::Whole;
     }

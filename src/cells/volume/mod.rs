@@ -72,16 +72,16 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
     assign::cut_along(&mut bsp, &ridges, |_, _| ());
     assign::refine(&mut bsp, &grid, &labels, &ridges);
     let counts = assign::counts(&bsp, &grid, &labels);
-    let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
+    let contacts = contacts::contacts(&bsp, axes[0], &tolerance);
     let outside = regions.iter().position(|r| r.outside).map(|r| r as u32);
-    let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside);
+    let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside, tolerance.coplanar);
     ridges::straighten(&bsp, &contacts, &ridges, &mut of_leaf);
     assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
     // Once more, along planes through what is ragged still.
     let ragged = fitter.between_leaves(&bsp, &contacts, &of_leaf);
     assign::cut_along(&mut bsp, &ragged, |leaf, _| of_leaf.push(of_leaf[leaf as usize]));
     let counts = assign::counts(&bsp, &grid, &labels);
-    let contacts = contacts::contacts(&bsp, axes[0], tolerance.coplanar, tolerance.seal);
+    let contacts = contacts::contacts(&bsp, axes[0], &tolerance);
     ridges::straighten(&bsp, &contacts, &ragged, &mut of_leaf);
     assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
     pieces::fill(&contacts, &bsp, &mut of_leaf);

@@ -7,7 +7,7 @@
 use super::bsp::{Bsp, Poly, RIM};
 use super::contacts::Contact;
 use super::watershed::Union;
-use crate::cells::Piece;
+use crate::cells::{Piece, polyhedron};
 use crate::geom::{Aabb, Plane};
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -45,25 +45,32 @@ impl Growing {
                 self.corners.push(c);
             }
         }
-        // Only planes with three corners off one line bound anything, and corners inside all planes are none.
+        // Planes bound something that have three corners off one line on them, or without which the piece would reach farther.
         let on = |p: &Plane, c: &DVec3| p.distance(*c).abs() <= 2.0 * eps;
+        let spans = |p: &Plane| {
+            let mut on = self.corners.iter().filter(|c| on(p, c));
+            let Some(&first) = on.next() else { return false };
+            let mut line: Option<DVec3> = None;
+            on.any(|&c| match line {
+                None => {
+                    line = Some((c - first).normalize_or_zero());
+                    false
+                }
+                Some(line) => line.cross(c - first).length() > 4.0 * eps,
+            })
+        };
         let mut kept: Vec<Plane> = Vec::new();
         for p in &self.planes {
-            let mut line: Option<(DVec3, DVec3)> = None;
-            let mut first: Option<DVec3> = None;
-            let spans = self.corners.iter().filter(|c| on(p, c)).any(|&c| match (first, line) {
-                (None, _) => {
-                    first = Some(c);
-                    false
-                }
-                (Some(f), None) => {
-                    line = Some((f, (c - f).normalize_or_zero()));
-                    false
-                }
-                (_, Some((f, d))) => d.cross(c - f).length() > 4.0 * eps,
-            });
-            if spans && !kept.iter().any(|k| same(k, p)) {
+            if !kept.iter().any(|k| same(k, p)) {
                 kept.push(*p);
+            }
+        }
+        let bounds = Aabb::of(self.corners.iter().copied());
+        let around = bounds.inflated(bounds.diagonal());
+        for p in kept.clone().into_iter().filter(|p| !spans(p)) {
+            let others: Vec<Plane> = kept.iter().filter(|k| !same(k, &p)).copied().collect();
+            if polyhedron::faces(&others, &around).iter().flatten().all(|&c| p.distance(c) <= eps) {
+                kept = others;
             }
         }
         self.planes = kept;

@@ -32,6 +32,8 @@ pub struct Ridge {
 const LEAST_FACES: usize = 3;
 /// Normals nearer than this to an axis or a wall are made parallel: cosine of 20 degrees.
 const PARALLEL: f64 = 0.94;
+/// Normals whose vertical part is less than this are made level: up to 30 degrees, as those square to most ramps are.
+const UPRIGHT: f64 = 0.5;
 /// Planes of walls within this many voxels are taken.
 const FLUSH: f64 = 1.5;
 /// Most voxels that labels are straightened off a plane.
@@ -179,14 +181,14 @@ impl<'s> Fitter<'s> {
             return None;
         }
         let mut n = sum.normalize();
+        // Upright, where nearly so.
+        if n.y.abs() < UPRIGHT {
+            n = n.with_y(0.0).normalize();
+        }
         for axis in self.axes {
             if n.dot(axis).abs() > PARALLEL {
                 n = axis * n.dot(axis).signum();
             }
-        }
-        // Upright, where nearly so.
-        if n.y.abs() < (1.0 - PARALLEL * PARALLEL).sqrt() {
-            n = n.with_y(0.0).normalize();
         }
         let weight: f64 = steps.iter().map(|s| s.1.length()).sum();
         let centre = steps.iter().map(|s| s.0 * s.1.length()).sum::<DVec3>() / weight;

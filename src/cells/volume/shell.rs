@@ -3,6 +3,7 @@
 //! A closed thing that stands free in one region (a pipe, a tank, a column) parts nothing: its inside may count as the region's,
 //! and nothing is lost but a few convex pieces fewer. The rest is the *shell*.
 
+use super::bsp::TOUCH;
 use super::grid::Grid;
 use super::watershed::{Labels, NONE, Union, VOID};
 use crate::geom::{Aabb, Plane, newell};
@@ -14,7 +15,7 @@ use std::collections::{BTreeMap, HashMap};
 pub struct Shell {
     /// Planes, the one with the largest triangle first.
     pub planes: Vec<Plane>,
-    /// Triangles, each with the index of a plane that it lies in to within the coplanar tolerance.
+    /// Triangles, each with the index of a plane that it lies in to within [`TOUCH`] of the coplanar tolerance.
     pub triangles: Vec<([DVec3; 3], u32)>,
     /// Triangles left out.
     pub free_standing: usize,
@@ -32,7 +33,8 @@ pub fn shell(triangles: &[[DVec3; 3]], grid: &Grid, labels: &Labels, coplanar: f
         .collect();
     let parting = parting.concat();
     let free_standing = triangles.len() - parting.len();
-    let mut shell = planes(parting, coplanar);
+    // Planes that meet at a shallow angle must not be a tolerance off, or they meet elsewhere than their triangles.
+    let mut shell = planes(parting, TOUCH * coplanar);
     shell.free_standing = free_standing;
     shell
 }

@@ -217,10 +217,7 @@ pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &Fronts
         for (&(a, b), &faces) in &open {
             let smaller = if regions[a as usize].volume <= regions[b as usize].volume { a } else { b };
             let share = faces / boundary[smaller as usize];
-            let small = |r: u32| {
-                let r = &regions[r as usize];
-                !r.outside && (r.volume < LEAST_VOLUME * metre.powi(3) || r.width < LEAST_WIDTH * metre)
-            };
+            let small = |r: u32| is_small(&regions[r as usize], metre);
             if small(a) || small(b) {
                 wishes.push((1.0 + share, (a, b)));
             } else if share >= OPEN_SHARE {
@@ -241,12 +238,12 @@ pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &Fronts
         }
     }
 
-    // 4. Numbers.
+    // 4. Numbers. What is still too small has no neighbour: a gap between overlapping solids.
     let mut number = vec![NONE; regions.len()];
     let mut out = Vec::new();
     for b in 0..regions.len() as u32 {
         let root = set.find(b);
-        if !solid[b as usize] && number[root as usize] == NONE {
+        if !solid[b as usize] && number[root as usize] == NONE && !is_small(&regions[root as usize], metre) {
             number[root as usize] = out.len() as u32;
             out.push(regions[root as usize]);
         }
@@ -259,6 +256,11 @@ pub fn watershed(grid: &Grid, distance: &Distance, human: Human, fronts: &Fronts
     let number: Vec<u32> = (0..regions.len() as u32).map(label).collect();
     labels.map(|l| number[l as usize]);
     (labels, out)
+}
+
+/// Too small or too narrow for a cell; `metre` in voxels.
+fn is_small(r: &Region, metre: f64) -> bool {
+    !r.outside && (r.volume < LEAST_VOLUME * metre.powi(3) || r.width < LEAST_WIDTH * metre)
 }
 
 fn unite(set: &mut Union, regions: &mut [Region], a: u32, b: u32) {
