@@ -66,9 +66,16 @@ pub fn distance(grid: &Grid) -> Distance {
             let b = &boxes[d];
             // No middle of a touched voxel is nearer than the box.
             if (b.min - p).max(p - b.max).max(DVec3::ZERO).length_squared() < best {
-                let corner = grid.corner(f as usize) + 0.5 - p;
-                for v in (0..CELLS).filter(|&v| grid.is_occupied(d, v)) {
-                    best = best.min((corner + DVec3::from_array(place_of(v).map(|c| c as f64))).length_squared());
+                // Squares along each axis, so that a voxel is two sums; those of a layer that is too far are none.
+                let corner = (grid.corner(f as usize) + 0.5 - p).to_array();
+                let squares = corner.map(|c| std::array::from_fn::<f64, SIDE, _>(|k| (c + k as f64).powi(2)));
+                for (layer, dz) in grid.occupied[d].iter().zip(squares[2]).filter(|(layer, _)| **layer != 0) {
+                    let mut bits = if dz < best { *layer } else { 0 };
+                    while bits != 0 {
+                        let v = bits.trailing_zeros() as usize;
+                        bits &= bits - 1;
+                        best = best.min(dz + squares[1][v / SIDE] + squares[0][v % SIDE]);
+                    }
                 }
             }
         }

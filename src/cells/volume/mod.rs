@@ -22,7 +22,7 @@ mod watershed;
 
 use super::complex::Human;
 use super::complex::assemble::{around, hulls};
-use super::complex::coverage::{Open, Shape, width};
+use super::complex::coverage::{Open, Shape, area, convex_hull, width};
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
 use crate::geom::{Plane, newell};
@@ -208,7 +208,32 @@ fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: 
             let kind = PortalKind::Opening;
             sound.then(|| Portal { cells, plane: facing, winding, kind, state: PortalState::of_kind(kind), source: None })
         };
-        hulls(parts, seal).into_iter().filter_map(winding).collect::<Vec<_>>()
+        joined(hulls(parts, seal)).into_iter().filter_map(winding).collect::<Vec<_>>()
     };
     groups.into_par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// Hulls of which one holds the other and little else besides are one: what a narrow ledge parts from an opening.
+fn joined(mut hulls: Vec<Vec<DVec2>>) -> Vec<Vec<DVec2>> {
+    /// A common hull may be larger than both by this factor.
+    const LOOSE: f64 = 1.02;
+    hulls.sort_by(|a, b| area(b).total_cmp(&area(a)));
+    let mut out: Vec<Vec<DVec2>> = Vec::new();
+    for hull in hulls {
+        let most = |kept: &[DVec2]| LOOSE * (area(kept) + area(&hull));
+        let fits = |kept: &Vec<DVec2>| {
+            let corners = || kept.iter().chain(&hull).copied();
+            let (low, high) = (corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max));
+            // A convex polygon fills at least half of the box around it.
+            if 0.5 * (high - low).element_product() > most(kept) {
+                return None;
+            }
+            Some(convex_hull(corners().collect())).filter(|both| area(both) <= most(kept))
+        };
+        match out.iter().enumerate().find_map(|(i, kept)| Some((i, fits(kept)?))) {
+            Some((i, both)) => out[i] = both,
+            None => out.push(hull),
+        }
+    }
+    out
 }
