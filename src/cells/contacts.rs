@@ -7,7 +7,8 @@ use super::complex::columns::{Columns, Cut};
 use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
 use super::gates::{Gate, ends};
-use super::rooms::{HIGH_GATE, Regions, Space, least_width};
+use super::rooms::{HIGH_GATE, Space, least_width};
+use super::union::Union;
 use super::voids::STANDING;
 use glam::DVec2;
 use std::collections::{BTreeMap, HashMap};
@@ -177,7 +178,7 @@ impl Contacts<'_> {
         let ends: Vec<(DVec2, DVec2)> = faces.iter().filter_map(|&i| ends(&self.faces[i], self.plan, self.facets)).collect();
         let key = |p: DVec2| ((p.x / (8.0 * self.seal)).round() as i64, (p.y / (8.0 * self.seal)).round() as i64);
         let mut at: HashMap<(i64, i64), u32> = HashMap::new();
-        let mut runs = Regions::new(ends.len());
+        let mut runs = Union::new(ends.len());
         for (i, &(a, b)) in ends.iter().enumerate() {
             for end in [a, b] {
                 let first = *at.entry(key(end)).or_insert(i as u32);

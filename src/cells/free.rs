@@ -2,7 +2,8 @@
 
 use super::complex::Human;
 use super::complex::faces::Face;
-use super::rooms::{LEAST_WIDTH, Regions};
+use super::rooms::LEAST_WIDTH;
+use super::union::Union;
 
 /// Within solid matter this share of the boundary shows its back, and less than that its front.
 const BACKS: f64 = 0.98;
@@ -20,7 +21,7 @@ pub(super) fn free_space(
     human: Human,
 ) -> Vec<bool> {
     let n = rim.len();
-    let mut regions = Regions::new(n);
+    let mut regions = Union::new(n);
     for f in faces.iter().filter(|f| f.open_area > 0.0) {
         regions.join(f.a, f.b);
     }
@@ -40,7 +41,7 @@ pub(super) fn free_space(
 }
 
 /// Adds up what looks into each region.
-fn look(faces: &[Face], regions: &mut Regions, parts: &mut [Part]) {
+fn look(faces: &[Face], regions: &mut Union, parts: &mut [Part]) {
     for f in faces {
         let roots = [f.a, f.b].map(|p| regions.find(p) as usize);
         for (side, &root) in roots.iter().enumerate() {

@@ -10,7 +10,7 @@ use super::complex::columns::{Columns, Cut};
 use super::complex::coverage::{Open, points};
 use super::complex::faces::{Face, Surface};
 use super::complex::facets::Facets;
-use super::rooms::Regions;
+use super::union::Union;
 use super::voids::{LEDGE, STANDING};
 use crate::geom::Aabb;
 use glam::DVec2;
@@ -174,7 +174,7 @@ pub(super) struct Runs {
 impl Runs {
     /// Runs end at closed cuts and at storeys' levels.
     pub(super) fn new(columns: &Columns, faces: &[Face]) -> Self {
-        let mut runs = Regions::new(columns.pieces());
+        let mut runs = Union::new(columns.pieces());
         let through = |f: &&Face| matches!(f.surface, Surface::Cut(Cut::Sheet(_))) && f.open_area > 0.5 * f.area;
         for f in faces.iter().filter(through) {
             runs.join(f.a, f.b);
@@ -305,7 +305,7 @@ pub(super) fn gates(
     }
     for (_, mut list) in by_wall {
         list.sort_by(|&a, &b| extents[a].0.x.total_cmp(&extents[b].0.x).then(a.cmp(&b)));
-        let mut groups = Regions::new(list.len());
+        let mut groups = Union::new(list.len());
         let mut active: Vec<usize> = Vec::new();
         for k in 0..list.len() {
             let (lo, hi) = extents[list[k]];

@@ -22,6 +22,7 @@ mod rooms;
 mod smooth;
 mod split;
 mod state;
+mod union;
 pub mod validate;
 mod voids;
 mod volume;

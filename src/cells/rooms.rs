@@ -18,6 +18,7 @@ use super::contacts::Contacts;
 use super::free::free_space;
 use super::gates::{Clearance, Runs, gates, widths};
 use super::smooth::smooth;
+use super::union::Union;
 use super::voids::Voids;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -66,32 +67,6 @@ const MOST_CELLS: usize = 4_000;
 const MOST_PORTALS: usize = 4_000;
 const MOST_PORTALS_A_CELL: usize = 4;
 
-pub(super) struct Regions {
-    parent: Vec<u32>,
-}
-
-impl Regions {
-    pub(super) fn new(n: usize) -> Self {
-        Self { parent: (0..n as u32).collect() }
-    }
-
-    pub(super) fn find(&mut self, mut i: u32) -> u32 {
-        while self.parent[i as usize] != i {
-            self.parent[i as usize] = self.parent[self.parent[i as usize] as usize];
-            i = self.parent[i as usize];
-        }
-        i
-    }
-
-    /// Joins two regions; the lower number stays.
-    pub(super) fn join(&mut self, a: u32, b: u32) -> u32 {
-        let (a, b) = (self.find(a), self.find(b));
-        let (low, high) = (a.min(b), a.max(b));
-        self.parent[high as usize] = low;
-        low
-    }
-}
-
 /// The least width at which an opening is no narrowing beside a region of width `narrower`; metres.
 pub(super) fn least_width(width: f64, narrower: f64, human: Human) -> f64 {
     if width >= DOORWAY * human.metre { WIDE_PASSAGE * narrower } else { WIDE_GATE * narrower }
@@ -99,7 +74,7 @@ pub(super) fn least_width(width: f64, narrower: f64, human: Human) -> f64 {
 
 /// Regions, each with what it measures under the number of its first piece.
 pub(super) struct Space {
-    pub(super) regions: Regions,
+    pub(super) regions: Union,
     /// How wide, metres.
     pub(super) width: Vec<f64>,
     /// How high, metres.
@@ -159,7 +134,7 @@ pub(super) fn label(
     let free = free_space(faces, &rim, &claims.rooms, &widths, &volumes, human);
 
     // 1. What belongs together whatever the gates say: the rim, and each of the author's rooms.
-    let mut regions = Regions::new(n);
+    let mut regions = Union::new(n);
     let mut named: BTreeMap<i64, u32> = BTreeMap::new();
     let name_of = |p: usize| {
         let doorway = || claims.doorways[p].filter(|_| free[p]);
@@ -339,7 +314,7 @@ fn fill_up(
     // 2. Which of it hangs together, over the tops of walls too.
     let narrow = |p: usize| authored[p].is_none() && free[p] && widths[p] < LEAST_WIDTH * human.metre;
     let over = |p: usize| authored[p].is_none() && (reached[p].is_some() || narrow(p));
-    let mut parts = Regions::new(name.len());
+    let mut parts = Union::new(name.len());
     for f in faces.iter().filter(|f| f.open_area > 0.5 * f.area && !matches!(f.surface, Surface::Cut(Cut::Level(_)))) {
         if over(f.a as usize) && over(f.b as usize) {
             parts.join(f.a, f.b);

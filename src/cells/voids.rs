@@ -9,7 +9,8 @@ use super::complex::arrange::Plan;
 use super::complex::columns::{Columns, Cut};
 use super::complex::faces::{Face, Surface};
 use super::gates::Runs;
-use super::rooms::{Regions, Space};
+use super::rooms::Space;
+use super::union::Union;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lower than this nobody stands, metres.
@@ -98,7 +99,7 @@ impl Voids<'_> {
         let both_free = self.faces.iter().filter(|f| self.free[f.a as usize] && self.free[f.b as usize]);
         let contacts: Vec<(u32, u32, &Face)> =
             both_free.map(|f| (space.regions.find(f.a), space.regions.find(f.b), f)).filter(|(a, b, _)| a != b).collect();
-        let mut together = Regions::new(space.name.len());
+        let mut together = Union::new(space.name.len());
         let (mut open, mut beside): (BTreeSet<u32>, BTreeMap<u32, f64>) = Default::default();
         for &(a, b, f) in contacts.iter().filter(|c| c.2.open_area > 0.0) {
             match (low(space, a), low(space, b)) {

@@ -7,9 +7,10 @@
 
 use super::bsp::{Bsp, Child, Leaf, RIM};
 use super::contacts::{Contact, push};
-use super::grid::{Grid, SIDE, place_of};
+use super::grid::{CELLS, Grid, SIDE, place_of};
+use super::labels::{Labels, VOID};
 use super::ridges::Ridge;
-use super::watershed::{Labels, Union, VOID};
+use crate::cells::union::Union;
 use crate::geom::Plane;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ const STRAY_VOXELS: f64 = 30.0;
 /// A leaf is cut at most this many times over for its voxels.
 const MOST_CUTS: u32 = 6;
 /// Voxels of a leaf that are looked at to cut it.
-const SAMPLES: usize = 4096;
+const SAMPLES: usize = 2048;
 
 /// Cuts leaves along ridges; calls `made` with each leaf that is cut and its new front half.
 pub fn cut_along(bsp: &mut Bsp, ridges: &[Ridge], mut made: impl FnMut(u32, u32)) {
@@ -43,14 +44,20 @@ pub fn cut_along(bsp: &mut Bsp, ridges: &[Ridge], mut made: impl FnMut(u32, u32)
 /// Cuts what holds voxels of several regions.
 pub fn refine(bsp: &mut Bsp, grid: &Grid, labels: &Labels, ridges: &[Ridge]) {
     let counts = counts(bsp, grid, labels);
-    let mixed: Vec<bool> = counts.iter().map(|c| is_mixed(c)).collect();
-    let mut samples: BTreeMap<u32, Vec<(DVec3, u32)>> = BTreeMap::new();
-    visit_all(bsp, grid, labels, &mixed, |leaf, p, label| (leaf, p, label)).into_iter().for_each(|(leaf, p, label)| {
-        samples.entry(leaf).or_default().push((p, label));
-    });
-    for (leaf, points) in samples {
-        let step = points.len().div_ceil(SAMPLES);
-        let points = points.into_iter().step_by(step).collect();
+    // Of every so many voxels one, where there are many.
+    let strides: Vec<u64> = counts
+        .iter()
+        .map(|c| if is_mixed(c) { (c.iter().map(|c| c.1).sum::<f64>() / SAMPLES as f64).ceil() as u64 } else { 0 })
+        .collect();
+    let mut samples = visit_some(bsp, grid, labels, &strides);
+    samples.par_sort_unstable();
+    for of_leaf in samples.chunk_by(|a, b| a.0 == b.0) {
+        let leaf = of_leaf[0].0;
+        let middle = |&(_, brick, v, label): &Sample| {
+            let place = DVec3::from_array(place_of(usize::from(v)).map(|c| c as f64 + 0.5));
+            (grid.frame.to_world(grid.corner(brick as usize) + place), label)
+        };
+        let points: Vec<(DVec3, u32)> = of_leaf.iter().map(middle).collect();
         let here: Vec<u32> = counts[leaf as usize].iter().map(|c| c.0).collect();
         let near = ridges.iter().filter(|r| r.regions.iter().all(|l| here.contains(l)));
         let planes: Vec<Plane> = near.flat_map(planes_around).collect();
@@ -110,24 +117,26 @@ fn part(bsp: &mut Bsp, leaf: u32, points: Vec<(DVec3, u32)>, planes: &[Plane], c
 /// How many voxels of each region each leaf holds, by region; those of the [`VOID`] come last.
 pub fn counts(bsp: &Bsp, grid: &Grid, labels: &Labels) -> Vec<Vec<(u32, f64)>> {
     let mut out: Vec<Vec<(u32, f64)>> = vec![Vec::new(); bsp.leaves.len()];
-    const CHUNK: usize = 2048;
-    let chunk = |c: usize| {
+    let of_block = |block: usize| {
         let mut found: Vec<(u32, u32, u32)> = Vec::new();
-        for brick in c * CHUNK..((c + 1) * CHUNK).min(grid.len()) {
-            let mut add = |leaf: u32, low: [usize; 3], edge: usize| match labels.whole(grid, brick) {
-                Some(label) if label <= VOID => found.push((leaf, label, (edge * edge * edge) as u32)),
-                Some(_) => {}
+        each_brick(bsp, grid, block, &mut |brick, child| {
+            if labels.only(grid, brick).is_some_and(|l| l > VOID) {
+                return;
+            }
+            let mut count = |leaf: u32, label: u32, n: u32| match found.last_mut() {
+                Some(last) if (last.0, last.1) == (leaf, label) => last.2 += n,
+                _ => found.push((leaf, label, n)),
+            };
+            descend(bsp, grid, brick, child, [0; 3], SIDE, &mut |leaf, low, edge| match labels.whole(grid, brick) {
+                Some(label) => count(leaf, label, (edge * edge * edge) as u32),
                 None => each_voxel(low, edge, &mut |v| {
                     let label = labels.get(grid, brick, v);
                     if label <= VOID {
-                        found.push((leaf, label, 1));
+                        count(leaf, label, 1);
                     }
                 }),
-            };
-            if labels.whole(grid, brick).is_none_or(|l| l <= VOID) {
-                descend(bsp, grid, brick, bsp.root, [0; 3], SIDE, &mut add);
-            }
-        }
+            });
+        });
         found.sort_unstable();
         found.dedup_by(|b, a| {
             let same = (a.0, a.1) == (b.0, b.1);
@@ -136,10 +145,11 @@ pub fn counts(bsp: &Bsp, grid: &Grid, labels: &Labels) -> Vec<Vec<(u32, f64)>> {
             }
             same
         });
+        found.shrink_to_fit();
         found
     };
-    let chunks: Vec<_> = (0..grid.len().div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-    for (leaf, label, n) in chunks.into_iter().flatten() {
+    let all: Vec<_> = (0..blocks(grid).iter().product()).into_par_iter().map(of_block).collect();
+    for (leaf, label, n) in all.into_iter().flatten() {
         let of = &mut out[leaf as usize];
         match of.iter_mut().find(|o| o.0 == label) {
             Some(o) => o.1 += f64::from(n),
@@ -150,34 +160,37 @@ pub fn counts(bsp: &Bsp, grid: &Grid, labels: &Labels) -> Vec<Vec<(u32, f64)>> {
     out
 }
 
-/// Every labelled voxel of some leaves.
-fn visit_all<T: Send>(
-    bsp: &Bsp,
-    grid: &Grid,
-    labels: &Labels,
-    wanted: &[bool],
-    make: impl Fn(u32, DVec3, u32) -> T + Sync,
-) -> Vec<T> {
-    let of_brick = |brick: usize| {
+/// A voxel: its leaf, brick, place in it and label.
+type Sample = (u32, u32, u16, u32);
+
+/// Labelled voxels of leaves, one of about every so many of each (0: none).
+fn visit_some(bsp: &Bsp, grid: &Grid, labels: &Labels, strides: &[u64]) -> Vec<Sample> {
+    let of_block = |block: usize| {
         let mut out = Vec::new();
-        let corner = grid.corner(brick);
-        let mut add = |leaf: u32, low: [usize; 3], edge: usize| {
-            if wanted[leaf as usize] {
+        each_brick(bsp, grid, block, &mut |brick, child| {
+            if labels.only(grid, brick).is_some_and(|l| l >= VOID) {
+                return;
+            }
+            descend(bsp, grid, brick, child, [0; 3], SIDE, &mut |leaf, low, edge| {
+                let stride = strides[leaf as usize];
+                if stride == 0 {
+                    return;
+                }
                 each_voxel(low, edge, &mut |v| {
-                    let label = labels.get(grid, brick, v);
-                    if label < VOID {
-                        let q = corner + DVec3::from_array(place_of(v).map(|c| c as f64 + 0.5));
-                        out.push(make(leaf, grid.frame.to_world(q), label));
+                    // Fibonacci hashing (Knuth 1973) scatters them.
+                    let hash = ((brick * CELLS + v) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+                    if hash.is_multiple_of(stride) {
+                        let label = labels.get(grid, brick, v);
+                        if label < VOID {
+                            out.push((leaf, brick as u32, v as u16, label));
+                        }
                     }
                 });
-            }
-        };
-        if labels.whole(grid, brick).is_none_or(|l| l < VOID) {
-            descend(bsp, grid, brick, bsp.root, [0; 3], SIDE, &mut add);
-        }
+            });
+        });
         out
     };
-    (0..grid.len()).into_par_iter().flat_map_iter(of_brick).collect()
+    (0..blocks(grid).iter().product()).into_par_iter().flat_map_iter(of_block).collect()
 }
 
 fn each_voxel(low: [usize; 3], edge: usize, visit: &mut impl FnMut(usize)) {
@@ -190,7 +203,50 @@ fn each_voxel(low: [usize; 3], edge: usize, visit: &mut impl FnMut(usize)) {
     }
 }
 
-/// The leaves that a block of a brick's voxels lies in, divided where planes cut it; a voxel goes with its middle.
+/// Bricks along the edge of a block.
+const BLOCK: usize = 8;
+
+/// Blocks of bricks along each axis.
+fn blocks(grid: &Grid) -> [usize; 3] {
+    grid.bricks.map(|n| n.div_ceil(BLOCK))
+}
+
+/// Visits the bricks of a block, each with the part of the tree that it lies in whole.
+fn each_brick(bsp: &Bsp, grid: &Grid, block: usize, visit: &mut impl FnMut(usize, Child)) {
+    let [nx, ny, _] = blocks(grid);
+    let low = [block % nx, block / nx % ny, block / (nx * ny)].map(|b| b * BLOCK);
+    within_block(bsp, grid, bsp.root, low, BLOCK, visit);
+}
+
+fn within_block(bsp: &Bsp, grid: &Grid, child: Child, low: [usize; 3], edge: usize, visit: &mut impl FnMut(usize, Child)) {
+    let Some(brick) = grid.brick_at(low.map(|c| c as i64)) else { return };
+    let half = (edge * SIDE) as f64 * 0.5;
+    let child = around(bsp, grid, child, grid.corner(brick) + half, half);
+    if edge == 1 {
+        return visit(brick, child);
+    }
+    for k in 0..8 {
+        let low = std::array::from_fn(|a| low[a] + (k >> a & 1) * edge / 2);
+        within_block(bsp, grid, child, low, edge / 2, visit);
+    }
+}
+
+/// The part of the tree that holds the middles of all voxels of a cube; `middle` and `half` its edge in voxels.
+fn around(bsp: &Bsp, grid: &Grid, mut child: Child, middle: DVec3, half: f64) -> Child {
+    let middle = grid.frame.to_world(middle);
+    let radius = (half - 0.5) * 3f64.sqrt() * grid.frame.voxel;
+    while let Child::Node(node) = child {
+        let node = &bsp.nodes[node as usize];
+        let d = node.plane.distance(middle);
+        if d.abs() <= radius && half > 0.5 {
+            break;
+        }
+        child = node.children[usize::from(d > 0.0)];
+    }
+    child
+}
+
+/// The leaves that a cube of a brick's voxels lies in, divided where planes cut it; a voxel goes with its middle.
 fn descend(
     bsp: &Bsp,
     grid: &Grid,
@@ -201,24 +257,15 @@ fn descend(
     add: &mut impl FnMut(u32, [usize; 3], usize),
 ) {
     let half = 0.5 * edge as f64;
-    let middle = grid.frame.to_world(grid.corner(brick) + DVec3::from_array(low.map(|c| c as f64 + half)));
-    // Middles of voxels lie within this of the block's.
-    let radius = (half - 0.5) * 3f64.sqrt() * grid.frame.voxel;
-    let mut child = child;
-    loop {
-        let node = match child {
-            Child::Leaf(leaf) => return add(leaf, low, edge),
-            Child::Node(node) => &bsp.nodes[node as usize],
-        };
-        let d = node.plane.distance(middle);
-        if d.abs() <= radius && edge > 1 {
+    let middle = grid.corner(brick) + DVec3::from_array(low.map(|c| c as f64 + half));
+    match around(bsp, grid, child, middle, half) {
+        Child::Leaf(leaf) => add(leaf, low, edge),
+        within @ Child::Node(_) => {
             for k in 0..8 {
                 let low = std::array::from_fn(|a| low[a] + (k >> a & 1) * edge / 2);
-                descend(bsp, grid, brick, child, low, edge / 2, add);
+                descend(bsp, grid, brick, within, low, edge / 2, add);
             }
-            return;
         }
-        child = node.children[usize::from(d > 0.0)];
     }
 }
 

@@ -7,19 +7,39 @@
 //! Distances are held as levels on a logarithmic scale, [`PER_OCTAVE`] steps for each doubling: the watershed asks for ratios.
 
 use super::grid::{CELLS, Grid, SIDE, place_of};
-use crate::geom::Aabb;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Steps of a level for each doubling of the distance: 2.2 % each.
 pub const PER_OCTAVE: f64 = 31.75;
 
-/// Levels of voxels and bricks; 0 is occupied.
-pub struct Distance {
-    /// Of each detailed brick's voxels.
-    pub voxels: Vec<[u8; CELLS]>,
-    /// Of each brick that isn't detailed, the greatest in it.
+/// What levels are computed from, and those of bricks.
+pub struct Distance<'g> {
+    grid: &'g Grid,
+    /// The least and greatest place of the occupied voxels of each detailed brick.
+    boxes: Vec<[[u8; 3]; 2]>,
+    /// For each brick the nearest that something touches.
+    nearest: Vec<u32>,
+    /// Of squares up to [`REACH`].
+    scale: [u8; REACH as usize + 1],
+    /// Of each brick that isn't detailed, the greatest in it; 0 where it is.
     pub bricks: Vec<u8>,
+}
+
+/// Levels within some of the detailed bricks; those of all take 512 bytes for each.
+pub struct Levels<'d> {
+    bricks: &'d [u8],
+    first: usize,
+    voxels: Vec<[u8; CELLS]>,
+}
+
+impl Levels<'_> {
+    /// The level of a voxel, or of an undivided brick; 0 is occupied.
+    #[inline]
+    pub fn get(&self, brick: usize, detail: Option<usize>, voxel: usize) -> u8 {
+        detail.map_or_else(|| self.bricks[brick], |d| self.voxels[d - self.first][voxel])
+    }
 }
 
 /// The level of a distance between the middles of two voxels, in voxels; 256 voxels and more are one level.
@@ -39,94 +59,104 @@ const NONE: u32 = u32::MAX;
 /// Squares above this are too far for the near field.
 const REACH: u16 = (SIDE * SIDE) as u16;
 
-/// Levels of everything.
-pub fn distance(grid: &Grid) -> Distance {
-    let boxes: Vec<Aabb> = (0..grid.occupied.len()).into_par_iter().map(|d| touched_box(grid, d)).collect();
-    let nearest = nearest_bricks(grid);
-    let mut scale = [0u8; 66];
-    for (square, l) in scale.iter_mut().enumerate() {
-        *l = level((square as f64).sqrt());
+impl<'g> Distance<'g> {
+    /// Of a grid.
+    pub fn new(grid: &'g Grid) -> Self {
+        let boxes = (0..grid.occupied.len()).into_par_iter().map(|d| touched_box(grid, d)).collect();
+        let scale = std::array::from_fn(|square| level((square as f64).sqrt()));
+        let mut out = Self { grid, boxes, nearest: nearest_bricks(grid), scale, bricks: Vec::new() };
+        out.bricks = (0..grid.len()).into_par_iter().map(|brick| out.of_brick(brick)).collect();
+        out
     }
-    let features = |brick: usize| {
+
+    /// Levels within detailed bricks, given by their places in [`Grid::occupied`].
+    pub fn levels(&self, details: Range<usize>) -> Levels<'_> {
+        let first = details.start;
+        Levels { bricks: &self.bricks, first, voxels: details.into_par_iter().map(|d| self.of_voxels(d)).collect() }
+    }
+
+    fn of_voxels(&self, detail: usize) -> [u8; CELLS] {
+        let brick = self.grid.brick_of[detail] as usize;
+        let squares = near(self.grid, brick);
+        let mut around: Option<Vec<u32>> = None;
+        let corner = self.grid.corner(brick);
+        std::array::from_fn(|v| {
+            if squares[v] == 0 {
+                return 0;
+            }
+            if squares[v] <= REACH {
+                return self.scale[squares[v] as usize];
+            }
+            let [x, y, z] = place_of(v).map(|c| c as f64 + 0.5);
+            let found = self.far(around.get_or_insert_with(|| self.features(brick)), corner + DVec3::new(x, y, z));
+            level(found.max(SIDE as f64))
+        })
+    }
+
+    fn of_brick(&self, brick: usize) -> u8 {
+        if self.grid.detail(brick).is_some() {
+            return 0;
+        }
+        // The most of it, so that a brick beside the middle of a passage doesn't narrow it.
+        let (features, half) = (self.features(brick), 0.5 * SIDE as f64);
+        let at = |x: f64, y: f64, z: f64| self.far(&features, self.grid.corner(brick) + half + DVec3::new(x, y, z));
+        let middle = at(0.0, 0.0, 0.0);
+        if middle > WIDE {
+            return level(middle + half);
+        }
+        let steps = [-3.0, 0.0, 3.0];
+        let most = |x: f64| steps.iter().flat_map(|&y| steps.map(|z| at(x, y, z))).fold(0.0, f64::max);
+        level(steps.map(most).into_iter().fold(0.0, f64::max))
+    }
+
+    /// Touched bricks of which one has the surface nearest to what is in a brick, the nearest first.
+    fn features(&self, brick: usize) -> Vec<u32> {
         let mut out: Vec<u32> = Vec::with_capacity(27);
         for k in 0..27i64 {
-            if let Some(n) = grid.beside(brick, [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1])
-                && nearest[n] != NONE
-                && !out.contains(&nearest[n])
+            if let Some(n) = self.grid.beside(brick, [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1])
+                && self.nearest[n] != NONE
+                && !out.contains(&self.nearest[n])
             {
-                out.push(nearest[n]);
+                out.push(self.nearest[n]);
             }
         }
+        let here = self.grid.place(brick);
+        let square = |f: u32| -> usize { (0..3).map(|a| self.grid.place(f as usize)[a].abs_diff(here[a]).pow(2)).sum() };
+        out.sort_by_key(|&f| (square(f), f));
         out
-    };
-    let far = |features: &[u32], p: DVec3| {
+    }
+
+    /// How far the nearest surface in some bricks is from a point, in voxels.
+    fn far(&self, features: &[u32], p: DVec3) -> f64 {
         let mut best = f64::INFINITY;
         for &f in features {
-            let d = grid.detail(f as usize).unwrap_or_default();
-            let b = &boxes[d];
-            // No middle of a touched voxel is nearer than the box.
-            if (b.min - p).max(p - b.max).max(DVec3::ZERO).length_squared() < best {
-                // Squares along each axis, so that a voxel is two sums; those of a layer that is too far are none.
-                let corner = (grid.corner(f as usize) + 0.5 - p).to_array();
-                let squares = corner.map(|c| std::array::from_fn::<f64, SIDE, _>(|k| (c + k as f64).powi(2)));
-                for (layer, dz) in grid.occupied[d].iter().zip(squares[2]).filter(|(layer, _)| **layer != 0) {
-                    let mut bits = if dz < best { *layer } else { 0 };
-                    while bits != 0 {
-                        let v = bits.trailing_zeros() as usize;
-                        bits &= bits - 1;
-                        best = best.min(dz + squares[1][v / SIDE] + squares[0][v % SIDE]);
-                    }
+            let d = self.grid.detail(f as usize).unwrap_or_default();
+            let to = self.grid.corner(f as usize) + 0.5 - p;
+            // No middle of a touched voxel is nearer than the box of them all.
+            let [low, high] = self.boxes[d].map(|c| to + DVec3::from_array(c.map(f64::from)));
+            if low.max(-high).max(DVec3::ZERO).length_squared() >= best {
+                continue;
+            }
+            // Squares along each axis, so that a voxel is two sums; those of a layer that is too far are none.
+            let squares = to.to_array().map(|c| std::array::from_fn::<f64, SIDE, _>(|k| (c + k as f64).powi(2)));
+            for (layer, dz) in self.grid.occupied[d].iter().zip(squares[2]).filter(|(layer, _)| **layer != 0) {
+                let mut bits = if dz < best { *layer } else { 0 };
+                while bits != 0 {
+                    let v = bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    best = best.min(dz + squares[1][v / SIDE] + squares[0][v % SIDE]);
                 }
             }
         }
         best.sqrt()
-    };
-    let voxels = (0..grid.occupied.len())
-        .into_par_iter()
-        .map(|d| {
-            let brick = grid.brick_of[d] as usize;
-            let squares = near(grid, brick);
-            let mut around: Option<Vec<u32>> = None;
-            let corner = grid.corner(brick);
-            std::array::from_fn(|v| {
-                if squares[v] == 0 {
-                    return 0;
-                }
-                if squares[v] <= REACH {
-                    return scale[squares[v] as usize];
-                }
-                let [x, y, z] = place_of(v).map(|c| c as f64 + 0.5);
-                let found = far(around.get_or_insert_with(|| features(brick)), corner + DVec3::new(x, y, z));
-                level(found.max(SIDE as f64))
-            })
-        })
-        .collect();
-    let of_brick = |brick: usize| match grid.detail(brick) {
-        Some(_) => 0,
-        None => {
-            // The most of it, so that a brick beside the middle of a passage doesn't narrow it.
-            let (features, half) = (features(brick), 0.5 * SIDE as f64);
-            let at = |x: f64, y: f64, z: f64| far(&features, grid.corner(brick) + half + DVec3::new(x, y, z));
-            let middle = at(0.0, 0.0, 0.0);
-            if middle > WIDE {
-                return level(middle + half);
-            }
-            let steps = [-3.0, 0.0, 3.0];
-            let most = |x: f64| steps.iter().flat_map(|&y| steps.map(|z| at(x, y, z))).fold(0.0, f64::max);
-            level(steps.map(most).into_iter().fold(0.0, f64::max))
-        }
-    };
-    Distance { voxels, bricks: (0..grid.len()).into_par_iter().map(of_brick).collect() }
+    }
 }
 
-/// The box around the occupied voxels of a brick, in voxels.
-fn touched_box(grid: &Grid, detail: usize) -> Aabb {
-    let corner = grid.corner(grid.brick_of[detail] as usize);
-    let touched = (0..CELLS).filter(|&v| grid.is_occupied(detail, v));
-    touched.fold(Aabb::EMPTY, |b, v| {
-        let [x, y, z] = place_of(v).map(|c| c as f64);
-        let low = corner + DVec3::new(x, y, z);
-        b.with(low).with(low + 1.0)
+/// The least and the greatest place of the occupied voxels of a brick.
+fn touched_box(grid: &Grid, detail: usize) -> [[u8; 3]; 2] {
+    let touched = (0..CELLS).filter(|&v| grid.is_occupied(detail, v)).map(|v| place_of(v).map(|c| c as u8));
+    touched.fold([[u8::MAX; 3], [0; 3]], |[low, high], p| {
+        [std::array::from_fn(|a| low[a].min(p[a])), std::array::from_fn(|a| high[a].max(p[a]))]
     })
 }
 
@@ -279,7 +309,8 @@ mod tests {
             [corner(20., 9., 3.), corner(21., 8., 3.), corner(20., 8., 6.)],
         ];
         let grid = Grid::new(&triangles, DVec2::X, 0.4);
-        let found = distance(&grid);
+        let found = Distance::new(&grid);
+        let levels = found.levels(0..grid.occupied.len());
         let middle = |brick: usize, v: usize| grid.corner(brick) + DVec3::from_array(place_of(v).map(|c| c as f64 + 0.5));
         let mut occupied = Vec::new();
         for d in 0..grid.occupied.len() {
@@ -291,7 +322,7 @@ mod tests {
             match grid.detail(brick) {
                 Some(d) => {
                     for v in (0..CELLS).step_by(7).filter(|&v| !grid.is_occupied(d, v)) {
-                        let (e, f) = (exact(middle(brick, v)), voxels_of(found.voxels[d][v]));
+                        let (e, f) = (exact(middle(brick, v)), voxels_of(levels.get(brick, Some(d), v)));
                         let slack = if e < 7.9 { 0.02 * e + 1e-9 } else { 1.5 };
                         assert!((e - f).abs() <= slack, "{e} {f}");
                     }

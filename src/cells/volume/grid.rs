@@ -8,6 +8,7 @@
 use crate::geom::Aabb;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Voxels along a brick's edge.
 pub const SIDE: usize = 8;
@@ -56,7 +57,7 @@ pub struct Grid {
     index: Vec<u32>,
     /// A bit a voxel: word `z`, bit `8 y + x`.
     pub occupied: Vec<[u64; SIDE]>,
-    /// The brick of each entry of `occupied`.
+    /// The brick of each entry of `occupied`, ascending.
     pub brick_of: Vec<u32>,
 }
 
@@ -162,6 +163,18 @@ impl Grid {
     #[inline]
     pub fn is_occupied(&self, detail: usize, voxel: usize) -> bool {
         self.occupied[detail][voxel / 64] >> (voxel % 64) & 1 != 0
+    }
+
+    /// The bricks of some layers along the third axis.
+    pub fn layers(&self, layers: Range<usize>) -> Range<usize> {
+        let layer = self.bricks[0] * self.bricks[1];
+        layers.start * layer..layers.end * layer
+    }
+
+    /// The places in `occupied` of the detailed ones among consecutive bricks.
+    pub fn details(&self, bricks: Range<usize>) -> Range<usize> {
+        let at = |brick: usize| self.brick_of.partition_point(|&b| (b as usize) < brick);
+        at(bricks.start)..at(bricks.end)
     }
 
     /// True for bricks on the grid's rim.

@@ -6,15 +6,17 @@
 //! leaves' faces between two labels, as in the column complex. The graph is sound by construction; a poor label costs
 //! culling, never a missed pixel.
 //!
-//! The steps, one file each: [`grid`] (sparse voxels), [`distance`], [`watershed`] (regions), [`shell`] (which triangles part
+//! The steps, one file each: [`grid`] (sparse voxels), [`distance`], [`basins`] ([`labels`] of voxels), [`watershed`] (regions), [`shell`] (which triangles part
 //! space), [`ridges`] (planes between regions), [`bsp`] (the leaves), [`assign`] (labels of leaves), [`contacts`] (what is open
 //! between them), [`pieces`].
 
 mod assign;
+mod basins;
 mod bsp;
 mod contacts;
 mod distance;
 mod grid;
+mod labels;
 mod pieces;
 mod ridges;
 mod shell;
@@ -58,9 +60,7 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
 
     // 1. Voxels, their distances, their regions.
     let grid = Grid::new(&triangles, main_axis(&triangles), voxel);
-    let distance = distance::distance(&grid);
-    let (labels, regions) = watershed::watershed(&grid, &distance, human, &|visit| fronts(&triangles, &grid, visit));
-    drop(distance);
+    let (labels, regions) = watershed::watershed(&grid, human, &|visit| fronts(&triangles, &grid, visit));
     // 2. What parts space, and where regions meet.
     let shell = shell::shell(&triangles, &grid, &labels, tolerance.coplanar);
     let fitter = Fitter::new(&shell, &grid);

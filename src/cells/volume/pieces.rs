@@ -6,7 +6,7 @@
 
 use super::bsp::{Bsp, Poly, RIM};
 use super::contacts::Contact;
-use super::watershed::Union;
+use crate::cells::union::Union;
 use crate::cells::{Piece, polyhedron};
 use crate::geom::{Aabb, Plane};
 use glam::DVec3;

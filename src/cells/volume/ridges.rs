@@ -8,15 +8,17 @@ use super::assign::{at_rim, open_around};
 use super::bsp::{Bsp, reach};
 use super::contacts::{Contact, Flat, push};
 use super::grid::Grid;
+use super::labels::{Labels, VOID, VoxelFace};
 use super::shell::Shell;
-use super::watershed::{Labels, Union, VOID, VoxelFace};
 use crate::cells::locate::BoxTree;
+use crate::cells::union::Union;
 use crate::geom::{Aabb, Plane, area};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A plane that parts two regions near a patch.
+#[derive(Clone)]
 pub struct Ridge {
     /// The regions, behind the plane and in front of it.
     pub regions: [u32; 2],
@@ -67,40 +69,40 @@ impl<'s> Fitter<'s> {
     /// Ridges between regions of voxels, ordered by regions.
     pub fn ridges(&self, grid: &Grid, labels: &Labels) -> Vec<Ridge> {
         const CHUNK: usize = 1024;
+        // Regions, the middle in half voxels, and across which axis, negative where the lower region lies above.
+        type Met = ([u32; 2], [i32; 3], i8);
         let chunk = |c: usize| {
-            let mut out: Vec<([u32; 2], DVec3, DVec3)> = Vec::new();
+            let mut out: Vec<Met> = Vec::new();
             for brick in c * CHUNK..((c + 1) * CHUNK).min(grid.len()) {
                 labels.contacts(grid, None, brick, &mut |VoxelFace { labels: [a, b], at, axis, .. }| {
                     if a < VOID && b < VOID {
-                        out.push(([a.min(b), a.max(b)], at, DVec3::AXES[axis] * if a < b { 1.0 } else { -1.0 }));
+                        let at = (2.0 * at).to_array().map(|x| x as i32);
+                        let axis = axis as i8 + 1;
+                        out.push(([a.min(b), a.max(b)], at, if a < b { axis } else { -axis }));
                     }
                 });
             }
             out
         };
-        let mut by_pair: BTreeMap<[u32; 2], Vec<(DVec3, DVec3)>> = BTreeMap::new();
-        for (pair, at, n) in (0..grid.len().div_ceil(CHUNK)).into_par_iter().flat_map_iter(chunk).collect::<Vec<_>>() {
-            by_pair.entry(pair).or_default().push((at, n));
-        }
+        let mut met: Vec<Met> = (0..grid.len().div_ceil(CHUNK)).into_par_iter().flat_map_iter(chunk).collect();
+        met.par_sort_unstable();
         let (frame, face) = (&grid.frame, self.voxel * self.voxel);
         let to_world = |patch: Vec<(DVec3, DVec3)>| -> Vec<Step> {
             patch.into_iter().map(|(at, n)| (frame.to_world(at), frame.direction(n) * face)).collect()
         };
-        let patches: Vec<([u32; 2], Vec<Step>)> = by_pair
-            .into_iter()
-            .flat_map(|(pair, steps)| patches(steps).into_iter().map(move |p| (pair, p)))
-            .filter(|(_, p)| p.len() >= LEAST_FACES)
-            .map(|(pair, p)| (pair, to_world(p)))
-            .collect();
-        let found: Vec<Vec<Ridge>> = patches
-            .into_par_iter()
-            .map(|(pair, steps)| {
-                let mut out = Vec::new();
-                self.fit_all(pair, steps, MOST_HALVINGS, &mut out);
-                out
-            })
-            .collect();
-        found.into_iter().flatten().collect()
+        let step = |&(_, at, axis): &Met| {
+            let n = DVec3::AXES[usize::from(axis.unsigned_abs()) - 1] * f64::from(axis.signum());
+            (DVec3::from_array(at.map(f64::from)) * 0.5, n)
+        };
+        let of_pair = |met: &[Met]| {
+            let patches = patches(met.iter().map(step).collect());
+            let mut out = Vec::new();
+            for patch in patches.into_iter().filter(|p| p.len() >= LEAST_FACES) {
+                self.fit_all(met[0].0, to_world(patch), MOST_HALVINGS, &mut out);
+            }
+            out
+        };
+        met.par_chunk_by(|a, b| a.0 == b.0).map(of_pair).collect::<Vec<_>>().concat()
     }
 
     /// Ridges where leaves of two regions meet on several planes.

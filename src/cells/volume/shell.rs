@@ -5,7 +5,8 @@
 
 use super::bsp::TOUCH;
 use super::grid::Grid;
-use super::watershed::{Labels, NONE, Union, VOID};
+use super::labels::{Labels, NONE, VOID};
+use crate::cells::union::Union;
 use crate::geom::{Aabb, Plane, newell};
 use glam::DVec3;
 use rayon::prelude::*;
