@@ -6,6 +6,7 @@
 
 use super::complex::coverage::convex_hull;
 use super::complex::{Human, lift, to_plan};
+use super::locate::BoxTree;
 use super::{Portal, PortalKind};
 use crate::geom::{Aabb, middle, newell};
 use crate::scene::{OpeningHint, OpeningKind, Role, Scene};
@@ -57,9 +58,16 @@ pub(super) fn name_openings(scene: &Scene, portals: &mut [Portal], human: Human)
     }
     // 1. The nearest slab that a portal lies in.
     let mut taken = vec![false; slabs.len()];
+    let tree = BoxTree::new(&slabs.iter().map(Slab::zone).collect::<Vec<_>>(), (0..slabs.len() as u32).collect());
     for portal in portals.iter_mut() {
-        let costs = slabs.iter().enumerate().filter_map(|(i, s)| Some((s.cost(portal)?, i)));
-        if let Some((_, i)) = costs.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
+        // A box around its box in any direction.
+        let centre = middle(&portal.winding);
+        let radius = portal.winding.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        let mut costs: Vec<(f64, usize)> = Vec::new();
+        tree.in_box(&Aabb { min: centre, max: centre }.inflated(1.75 * radius), &mut |i| {
+            costs.extend(slabs[i as usize].cost(portal).map(|cost| (cost, i as usize)));
+        });
+        if let Some((_, i)) = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
             (portal.kind, portal.source) = (slabs[i].kind, Some(slabs[i].id.to_owned()));
             taken[i] = true;
         }
@@ -68,11 +76,13 @@ pub(super) fn name_openings(scene: &Scene, portals: &mut [Portal], human: Human)
     let shut = slabs.iter().zip(&taken).filter(|(s, taken)| s.kind == PortalKind::Door && !**taken);
     ajar.extend(shut.map(|(s, _)| (s.id, s.bounds())));
     let bounds: Vec<Aabb> = portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
+    let tree = BoxTree::new(&bounds, (0..portals.len() as u32).collect());
     for (id, leaf) in ajar {
-        let upright = |i: &usize| portals[*i].plane.n.y.abs() < 0.7 && portals[*i].source.is_none();
-        let near = (0..portals.len()).filter(upright).map(|i| (leaf.gap(&bounds[i]), i));
-        let near = near.filter(|n| n.0 <= (LEAF_AWAY + 0.2) * human.metre);
-        if let Some((_, i)) = near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
+        let away = (LEAF_AWAY + 0.2) * human.metre;
+        let mut near: Vec<(f64, usize)> = Vec::new();
+        tree.in_box(&leaf.inflated(away), &mut |i| near.push((leaf.gap(&bounds[i as usize]), i as usize)));
+        near.retain(|&(gap, i)| gap <= away && portals[i].plane.n.y.abs() < 0.7 && portals[i].source.is_none());
+        if let Some((_, i)) = near.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
             (portals[i].kind, portals[i].source) = (PortalKind::Door, Some(id.to_owned()));
         }
     }
@@ -125,6 +135,11 @@ impl<'s> Slab<'s> {
     fn bounds(&self) -> Aabb {
         let reach: DVec3 = (0..3).map(|i| self.axes[i].abs() * self.half[i]).sum();
         Aabb { min: self.centre - reach, max: self.centre + reach }
+    }
+
+    /// Around it and where its portals may lie.
+    fn zone(&self) -> Aabb {
+        self.bounds().inflated(self.reach)
     }
 
     /// How far a portal is from the middle of the slab; `None` where it isn't in it.

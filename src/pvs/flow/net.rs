@@ -170,8 +170,8 @@ impl Net {
         self.windows.push(Window::new(&corners, plane.n, flat));
     }
 
-    /// Portals one behind the other that lie in one plane, to within rounding, and lead the same way: the cells between them
-    /// have no thickness, and a line may cross all of them in one point. So their planes say nothing about each other.
+    /// Portals one behind the other that lie in one plane, to within rounding, overlap there and lead the same way: the cells
+    /// between them have no thickness, and a line may cross all of them in one point. So their planes say nothing about each other.
     fn find_flush(&self) -> Vec<Vec<u32>> {
         let near = 4.0 * self.slack.strict;
         let in_plane = |p: Plane, b: usize| self.windows[b].iter().all(|q| p.distance(q).abs() <= near);
@@ -179,12 +179,13 @@ impl Net {
             (Some(pa), Some(pb)) => pa.n.dot(pb.n) > -OPPOSITE && in_plane(pa, b) && in_plane(pb, a),
             _ => false,
         };
+        let boxes: Vec<Aabb> = self.windows.iter().map(|w| Aabb::of(w.iter()).inflated(near)).collect();
         let follow = |a: usize| {
             // Cells without thickness may lie one on the other: go on as long as it stays flush.
             let (mut found, mut queue) = (Vec::new(), vec![a]);
             while let Some(last) = queue.pop() {
                 for b in self.out(self.target[last] as usize) {
-                    if b != a && flush(a, b) && !found.contains(&(b as u32)) {
+                    if b != a && boxes[a].touches(&boxes[b]) && flush(a, b) && !found.contains(&(b as u32)) {
                         found.push(b as u32);
                         queue.push(b);
                     }
