@@ -80,7 +80,8 @@ pub(super) fn name_openings(scene: &Scene, portals: &mut [Portal], human: Human)
     for (id, leaf) in ajar {
         let away = (LEAF_AWAY + 0.2) * human.metre;
         let mut near: Vec<(f64, usize)> = Vec::new();
-        tree.in_box(&leaf.inflated(away), &mut |i| near.push((leaf.gap(&bounds[i as usize]), i as usize)));
+        // A little more, since a box' sides are rounded otherwise than the gap is.
+        tree.in_box(&leaf.inflated(1.01 * away), &mut |i| near.push((leaf.gap(&bounds[i as usize]), i as usize)));
         near.retain(|&(gap, i)| gap <= away && portals[i].plane.n.y.abs() < 0.7 && portals[i].source.is_none());
         if let Some((_, i)) = near.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
             (portals[i].kind, portals[i].source) = (PortalKind::Door, Some(id.to_owned()));

@@ -1,4 +1,4 @@
-//! Disjoint sets (Tarjan, *Efficiency of a good but not linear set union algorithm*, 1975).
+//! Disjoint sets, by path halving (Tarjan, van Leeuwen, *Worst-case analysis of set union algorithms*, 1984).
 
 /// Disjoint sets; the lower number stands for a set.
 pub struct Union {

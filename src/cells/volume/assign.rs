@@ -47,7 +47,13 @@ pub fn refine(bsp: &mut Bsp, grid: &Grid, labels: &Labels, ridges: &[Ridge]) {
     // Of every so many voxels one, where there are many.
     let strides: Vec<u64> = counts
         .iter()
-        .map(|c| if is_mixed(c) { (c.iter().map(|c| c.1).sum::<f64>() / SAMPLES as f64).ceil() as u64 } else { 0 })
+        .map(|c| {
+            if is_mixed(c) {
+                (c.iter().filter(|c| c.0 < VOID).map(|c| c.1).sum::<f64>() / SAMPLES as f64).ceil() as u64
+            } else {
+                0
+            }
+        })
         .collect();
     let mut samples = visit_some(bsp, grid, labels, &strides);
     samples.par_sort_unstable();
@@ -344,7 +350,8 @@ pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outsi
         while let Some(Way(_, i)) = ways.pop() {
             let [a, b] = contacts[i as usize].leaves.map(|l| l as usize);
             let (from, to) = if leaves[a].is_some() { (a, b) } else { (b, a) };
-            if leaves[to].is_some() || !passes(from) || solid[to] {
+            // At the rim a sliver would pass on what it takes, to all that lies beyond.
+            if leaves[to].is_some() || !passes(from) || solid[to] || (sliver[to] && rim[to]) {
                 continue;
             }
             leaves[to] = leaves[from];

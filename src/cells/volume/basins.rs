@@ -11,8 +11,8 @@ use super::labels::{Labels, NONE, VoxelFace};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Layers of bricks in a slab; two more are looked at.
-const LAYERS: usize = 16;
+/// Bricks of a slab, about; a layer on either side is looked at besides.
+const SLAB: usize = 1 << 19;
 /// A voxel that has no way, as it is occupied.
 const OCCUPIED: u8 = u8::MAX;
 /// So many places where parts meet are looked through for what is there twice.
@@ -84,12 +84,17 @@ struct Slabs<'g> {
 
 /// All basins.
 pub fn basins(grid: &Grid, distance: &Distance<'_>) -> Basins {
+    by_slabs(grid, distance, (SLAB / (grid.bricks[0] * grid.bricks[1])).max(1))
+}
+
+/// The same whatever the number of layers of a slab.
+fn by_slabs(grid: &Grid, distance: &Distance<'_>, of_slab: usize) -> Basins {
     let layers = grid.bricks[2];
     let labels = Labels::new(grid);
     let mut slabs =
         Slabs { grid, labels, parts: Vec::new(), next: Vec::new(), pending: Vec::new(), met: Vec::new(), limit: MANY };
-    for low in (0..layers).step_by(LAYERS) {
-        let high = (low + LAYERS).min(layers);
+    for low in (0..layers).step_by(of_slab) {
+        let high = (low + of_slab).min(layers);
         let levels = distance.levels(grid.details(grid.layers(low.saturating_sub(1)..(high + 1).min(layers))));
         slabs.add(&levels, grid.layers(low..high));
         // The last layer's neighbours above aren't labelled yet.
@@ -310,7 +315,7 @@ struct Ways {
     choice: [u8; CELLS],
 }
 
-/// At most 255 ends: beyond, some voxels end where they are, which costs a better place of a portal.
+/// At most 255 ends: beyond, the last stands for all that are left, which costs a better place of a portal.
 fn ways(grid: &Grid, levels: &Levels<'_>, detail: usize) -> Ways {
     let brick = grid.brick_of[detail] as usize;
     let around: [Option<(usize, Option<usize>)>; 27] = std::array::from_fn(|k| {
@@ -414,4 +419,75 @@ fn above_brick(grid: &Grid, levels: &Levels<'_>, brick: usize) -> u64 {
         }
     }
     best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, DVec3};
+    use std::collections::BTreeMap;
+
+    /// Two rooms, one behind the other along the axis that slabs are cut across, with a doorway; a pillar in one of them.
+    fn rooms() -> Vec<[DVec3; 3]> {
+        let mut out = Vec::new();
+        let mut slab = |a: [f64; 3], b: [f64; 3]| {
+            let (a, b) = (DVec3::from_array(a), DVec3::from_array(b));
+            let flat = (0..3).min_by(|&i, &j| (b - a)[i].total_cmp(&(b - a)[j])).unwrap_or(0);
+            let (u, v) = ((flat + 1) % 3, (flat + 2) % 3);
+            let corner = |x: f64, y: f64| {
+                let mut p = a;
+                (p[u], p[v]) = (a[u] + x * (b - a)[u], a[v] + y * (b - a)[v]);
+                p
+            };
+            out.push([corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0)]);
+            out.push([corner(0.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)]);
+        };
+        for (a, b) in [
+            ([0.0, 0.0, 0.0], [4.0, 0.0, 9.0]),
+            ([0.0, 2.5, 0.0], [4.0, 2.5, 9.0]),
+            ([0.0, 0.0, 0.0], [0.0, 2.5, 9.0]),
+            ([4.0, 0.0, 0.0], [4.0, 2.5, 9.0]),
+            ([0.0, 0.0, 0.0], [4.0, 2.5, 0.0]),
+            ([0.0, 0.0, 9.0], [4.0, 2.5, 9.0]),
+            ([0.0, 0.0, 4.1], [1.4, 2.5, 4.1]),
+            ([2.3, 0.0, 4.1], [4.0, 2.5, 4.1]),
+            ([1.4, 2.0, 4.1], [2.3, 2.5, 4.1]),
+            ([1.2, 0.0, 6.5], [1.7, 2.5, 6.5]),
+            ([1.2, 0.0, 6.5], [1.2, 2.5, 7.0]),
+        ] {
+            slab(a, b);
+        }
+        out
+    }
+
+    /// The same basins, volumes, widths and saddles, whatever the slabs.
+    #[test]
+    fn slabs_change_nothing() {
+        let grid = Grid::new(&rooms(), DVec2::from_angle(0.2), 0.1);
+        let distance = Distance::new(&grid);
+        let all = by_slabs(&grid, &distance, grid.bricks[2]);
+        assert!(all.regions.len() > 2 && !all.saddles.is_empty() && grid.bricks[2] > 10);
+        for layers in [1, 2, 3, 7] {
+            let found = by_slabs(&grid, &distance, layers);
+            let mut pairs: BTreeMap<u32, u32> = BTreeMap::new();
+            for brick in 0..grid.len() {
+                for v in 0..CELLS {
+                    let (a, b) = (all.labels.get(&grid, brick, v), found.labels.get(&grid, brick, v));
+                    assert_eq!(*pairs.entry(a).or_insert(b), b, "{layers} layers");
+                }
+            }
+            assert_eq!(found.regions.len(), all.regions.len());
+            assert_eq!(pairs.remove(&NONE), Some(NONE));
+            for (&a, &b) in &pairs {
+                assert_eq!(all.regions[a as usize], found.regions[b as usize]);
+            }
+            let key = |(a, b): (u32, u32)| (a.min(b), a.max(b));
+            let told = |s: &Saddle, of: &dyn Fn(u32) -> u32| (key((of(s.pair.0), of(s.pair.1))), s.level, s.faces as u64);
+            let mut expected: Vec<_> = all.saddles.iter().map(|s| told(s, &|l| pairs[&l])).collect();
+            expected.sort_unstable();
+            let mut met: Vec<_> = found.saddles.iter().map(|s| told(s, &|l| l)).collect();
+            met.sort_unstable();
+            assert_eq!(met, expected, "{layers} layers");
+        }
+    }
 }

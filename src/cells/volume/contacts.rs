@@ -26,11 +26,18 @@ pub struct Contact {
     pub area: f64,
     /// See `area`.
     pub open_area: f64,
-    /// Whether any open part of it is as wide as the smallest hole that is certain to be kept open.
+    /// Whether any open part of it may be of a hole that is certain to be kept open; see [`smallest_hole`].
     pub wide: bool,
 }
 
-/// Openings narrower than this, in seals, are left over where the planes of two triangles that share an edge meet a third.
+/// The narrowest opening that is certain to be kept open, metres. Coverage draws it in by a seal on every side, in whatever direction
+/// it lies, and what is left must be wider than the crumbs where the planes of two triangles that share an edge meet a third: with
+/// those kept, rock is flooded through its facets' edges.
+pub fn smallest_hole(tolerance: &Tolerance) -> f64 {
+    tolerance.smallest_hole() + 8f64.sqrt() * tolerance.seal
+}
+
+/// Parts of a portal that are narrower than this, in seals, are none.
 pub const CRUMB: f64 = 2.0;
 
 /// Coordinates in a plane: `u x v` is its normal. On walls `v` points up.

@@ -115,8 +115,7 @@ fn pack(palette: &[u32], choice: &[u8; CELLS], data: &mut Vec<u32>) {
     let bits = bits(data.len() - first);
     let words = data.len();
     data.resize(words + CELLS * bits / 32, 0);
-    if bits > 0 {
-        let each = 32 / bits;
+    if let Some(each) = 32usize.checked_div(bits) {
         for (v, &c) in choice.iter().enumerate().filter(|(_, c)| **c != u8::MAX) {
             data[words + v / each] |= place[c as usize] << (v % each * bits);
         }
@@ -206,7 +205,7 @@ impl Labels {
                         continue;
                     }
                     let labels = [self.get(grid, brick, v), self.get(grid, brick, v + stride)];
-                    if labels[0] != labels[1] {
+                    if labels[0] != labels[1] && !labels.contains(&NONE) {
                         let mut at = corner + DVec3::from_array(place.map(|c| c as f64 + 0.5));
                         at[axis] += 0.5;
                         let level = level(brick, detail, v).min(level(brick, detail, v + stride));

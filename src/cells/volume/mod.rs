@@ -129,7 +129,14 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
     if human.metre != 1.0 {
         notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
     }
-    CellGraph { strategy: Strategy::Volume, reason, cells, portals, smallest_hole: tolerance.smallest_hole(), notes }
+    CellGraph {
+        strategy: Strategy::Volume,
+        reason,
+        cells,
+        portals,
+        smallest_hole: contacts::smallest_hole(&tolerance),
+        notes,
+    }
 }
 
 /// The direction in plan (x and z) that most wall area runs along or across.
@@ -213,7 +220,7 @@ fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: 
     groups.into_par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-/// Hulls of which one holds the other and little else besides are one: what a narrow ledge parts from an opening.
+/// Hulls whose common hull holds little else are one: what a narrow ledge parts from an opening.
 fn joined(mut hulls: Vec<Vec<DVec2>>) -> Vec<Vec<DVec2>> {
     /// A common hull may be larger than both by this factor.
     const LOOSE: f64 = 1.02;
@@ -222,13 +229,7 @@ fn joined(mut hulls: Vec<Vec<DVec2>>) -> Vec<Vec<DVec2>> {
     for hull in hulls {
         let most = |kept: &[DVec2]| LOOSE * (area(kept) + area(&hull));
         let fits = |kept: &Vec<DVec2>| {
-            let corners = || kept.iter().chain(&hull).copied();
-            let (low, high) = (corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max));
-            // A convex polygon fills at least half of the box around it.
-            if 0.5 * (high - low).element_product() > most(kept) {
-                return None;
-            }
-            Some(convex_hull(corners().collect())).filter(|both| area(both) <= most(kept))
+            Some(convex_hull(kept.iter().chain(&hull).copied().collect())).filter(|both| area(both) <= most(kept))
         };
         match out.iter().enumerate().find_map(|(i, kept)| Some((i, fits(kept)?))) {
             Some((i, both)) => out[i] = both,
