@@ -37,7 +37,8 @@ pub fn smallest_hole(tolerance: &Tolerance) -> f64 {
     tolerance.smallest_hole() + 8f64.sqrt() * tolerance.seal
 }
 
-/// Parts of a portal that are narrower than this, in seals, are none.
+/// Openings that are narrower than this, in seals, get no portal. Larger than what is left of [`smallest_hole`]: holes that are
+/// certain to be kept would get none. Smaller: crumbs along the edges of facets get one each.
 pub const CRUMB: f64 = 2.0;
 
 /// Coordinates in a plane: `u x v` is its normal. On walls `v` points up.
@@ -76,7 +77,8 @@ struct Covers<'b> {
 
 /// Covers of a node that need no tree.
 const FEW: usize = 12;
-/// Sine of the angle up to which planes meet so that what their triangles are off them matters: one degree.
+/// Sine of the angle up to which planes meet so that what their triangles are off them matters: one degree. Smaller: slits between
+/// nearly level facets stay open. Larger: covers of planes that part at once are looked at in vain.
 const SHALLOW: f64 = 0.0175;
 
 impl<'b> Covers<'b> {
