@@ -9,7 +9,7 @@ use super::face::{Face, Rect, Triangles};
 use super::raster::gather;
 use super::tiles::Tile;
 use super::tree::{Block, LANES, LEAF, Node, Tree};
-use super::{Cube, CubeEngine, CubeScene, CubeView, NONE, SeeThrough};
+use super::{Cube, CubeEngine, CubeScene, CubeView, NONE, SeeThrough, vectorized};
 use glam::DVec3;
 use pulp::Simd;
 
@@ -133,8 +133,8 @@ impl<'s> Packets<'s> {
                 &mut farthest,
                 #[inline(always)]
                 |blocks, _, farthest| {
-                    if draw(simd, blocks, &face, [columns, rows], *farthest, &mut tile) {
-                        *farthest = tile.farthest(simd);
+                    if let Some(new) = draw(simd, blocks, &face, [columns, rows], *farthest, &mut tile) {
+                        *farthest = new;
                     }
                 },
             );
@@ -153,7 +153,7 @@ impl<'s> Packets<'s> {
                 &mut farthest,
                 #[inline(always)]
                 |blocks, leaf, farthest| {
-                    if draw(simd, blocks, &face, [columns, rows], *farthest, layer) {
+                    if draw(simd, blocks, &face, [columns, rows], *farthest, layer).is_some() {
                         let start = hits.len() as u32;
                         gather(layer, &tile, size, first, corner, hits);
                         runs.push((scene.objects[leaf as usize], start, hits.len() as u32));
@@ -170,7 +170,8 @@ impl<'s> Packets<'s> {
     }
 }
 
-/// Draws the triangles of a leaf into the packet's tile; false where it is certain that nothing changed.
+/// Draws the triangles of a leaf into the packet's tile. Returns the depth of what is farthest, or `None` where it is certain that nothing
+/// changed.
 #[inline(always)]
 fn draw<S: Simd>(
     simd: S,
@@ -179,8 +180,8 @@ fn draw<S: Simd>(
     [columns, rows]: [[usize; 2]; 2],
     farthest: f32,
     tile: &mut Tile,
-) -> bool {
-    let mut changed = false;
+) -> Option<f32> {
+    let mut changed = None;
     for block in blocks {
         let mut triangles = Triangles::new();
         face.triangles(block, &mut triangles);
@@ -198,7 +199,7 @@ fn draw<S: Simd>(
             let Some(drawn) = triangles.set_up(l, face, block.triangles[l]) else { continue };
             let at = drawn.at(columns[0] as f64, rows[0] as f64);
             let rows = [y0.saturating_sub(rows[0]), (y1 - rows[0]).min(LANES - 1)];
-            changed |= tile.draw(simd, &drawn, at, farthest, rows);
+            changed = tile.draw(simd, &drawn, at, farthest, rows).or(changed);
         }
     }
     changed
@@ -246,7 +247,7 @@ fn walk(
     }
 }
 
-/// A cube, to be compiled for the vector units that the machine turns out to have.
+/// A cube yet to be made.
 struct Cast<'a, 's> {
     packets: &'a mut Packets<'s>,
     view: &'a CubeView,
@@ -268,6 +269,6 @@ impl CubeEngine for Packets<'_> {
     fn cube(&mut self, view: &CubeView, out: &mut Cube) {
         out.clear(view);
         out.triangles.fill(NONE);
-        pulp::Arch::new().dispatch(Cast { packets: self, view, out });
+        vectorized(Cast { packets: self, view, out });
     }
 }

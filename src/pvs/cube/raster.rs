@@ -7,7 +7,7 @@
 use super::face::{Boxes, Drawn, Face, Rect, Triangles};
 use super::tiles::{Tile, Tiles};
 use super::tree::{Block, LANES, LEAF, Tree};
-use super::{Cube, CubeEngine, CubeScene, CubeView, SeeThrough};
+use super::{Cube, CubeEngine, CubeScene, CubeView, SeeThrough, vectorized};
 use pulp::Simd;
 
 /// Something to draw: a node or, marked by [`LEAF`], a leaf.
@@ -77,7 +77,7 @@ impl<'s> Raster<'s> {
                                 farthest,
                                 *across,
                                 #[inline(always)]
-                                |_, tile, far| *far = tile.farthest(simd),
+                                |_, far, new| *far = new,
                             );
                         },
                     );
@@ -156,7 +156,7 @@ fn over<S: Simd>(
     tiles: &mut [Tile],
     farthest: &mut [f32],
     across: usize,
-    mut drawn_to: impl FnMut(usize, &Tile, &mut f32),
+    mut drawn_to: impl FnMut(usize, &mut f32, f32),
 ) {
     drawn.tiles(
         rect,
@@ -166,8 +166,8 @@ fn over<S: Simd>(
             let (tile, far) = (&mut tiles[index], &mut farthest[index]);
             if drawn.nearest >= *far {
                 let at = drawn.at((x * LANES) as f64, (y * LANES) as f64);
-                if tile.draw(simd, drawn, at, *far, rows) {
-                    drawn_to(index, tile, far);
+                if let Some(new) = tile.draw(simd, drawn, at, *far, rows) {
+                    drawn_to(index, far, new);
                 }
             }
         },
@@ -257,8 +257,7 @@ fn walk(
     }
 }
 
-/// A cube, to be compiled for the vector units that the machine turns out to have: the same operations in the same order, so the
-/// same bits on every machine.
+/// A cube yet to be made.
 struct Draw<'a, 's> {
     raster: &'a mut Raster<'s>,
     view: &'a CubeView,
@@ -279,6 +278,6 @@ impl pulp::WithSimd for Draw<'_, '_> {
 impl CubeEngine for Raster<'_> {
     fn cube(&mut self, view: &CubeView, out: &mut Cube) {
         out.clear(view);
-        pulp::Arch::new().dispatch(Draw { raster: self, view, out });
+        vectorized(Draw { raster: self, view, out });
     }
 }

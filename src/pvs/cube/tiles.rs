@@ -11,18 +11,7 @@ use super::tree::LANES;
 use pulp::Simd;
 
 const PIXELS: usize = LANES * LANES;
-/// Column of each pixel of a tile, and its row.
-const COLUMNS: [f32; PIXELS] = count(1);
-const ROWS: [f32; PIXELS] = count(LANES);
-
-const fn count(step: usize) -> [f32; PIXELS] {
-    let (mut out, mut i) = ([0.0; PIXELS], 0);
-    while i < PIXELS {
-        out[i] = (i / step % LANES) as f32;
-        i += 1;
-    }
-    out
-}
+const COUNT: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// A tile's pixels, row by row.
 #[derive(Clone, Copy)]
@@ -35,17 +24,10 @@ pub(super) struct Tile {
 impl Tile {
     pub const EMPTY: Self = Self { depth: [0.0; PIXELS], triangle: [NONE; PIXELS] };
 
-    /// The depth of what is farthest.
+    /// Draws the part of a triangle that is in some rows of this tile; `at` are its functions at the tile's corner. Returns the depth of
+    /// what is farthest, or `None` where it is certain that nothing changed.
     #[inline(always)]
-    pub fn farthest<S: Simd>(&self, simd: S) -> f32 {
-        let least = S::as_simd_f32s(&self.depth).0.iter().copied().reduce(|a, b| simd.min_f32s(a, b));
-        least.map_or(0.0, |lanes| simd.reduce_min_f32s(lanes))
-    }
-
-    /// Draws the part of a triangle that is in some rows of this tile; `at` are its functions at the tile's corner. False where it
-    /// is certain that nothing changed.
-    #[inline(always)]
-    pub fn draw<S: Simd>(&mut self, simd: S, drawn: &Drawn, at: [f32; 4], farthest: f32, rows: [usize; 2]) -> bool {
+    pub fn draw<S: Simd>(&mut self, simd: S, drawn: &Drawn, at: [f32; 4], farthest: f32, rows: [usize; 2]) -> Option<f32> {
         let (a, b) = drawn.steps();
         // Rounding is monotone: no pixel's value is beyond that of a corner pixel, as rounded.
         let end = (LANES - 1) as f32;
@@ -61,7 +43,7 @@ impl Tile {
         let inside = |of: [f32; 4]| (of[0] >= 0.0) & (of[1] >= 0.0) & (of[2] >= 0.0);
         let nearest = if most[3] > drawn.farthest { most[3] } else { drawn.farthest };
         if !inside(most) || nearest < farthest {
-            return false;
+            return None;
         }
         if inside([
             corner(0, a[0] < 0.0, b[0] < 0.0),
@@ -69,11 +51,10 @@ impl Tile {
             corner(2, a[2] < 0.0, b[2] < 0.0),
             0.0,
         ]) {
-            self.fill::<S, false>(simd, drawn, at, a, b, rows);
+            Some(self.fill::<S, false>(simd, drawn, at, a, b, rows))
         } else {
-            self.fill::<S, true>(simd, drawn, at, a, b, rows);
+            Some(self.fill::<S, true>(simd, drawn, at, a, b, rows))
         }
-        true
     }
 
     #[inline(always)]
@@ -85,32 +66,53 @@ impl Tile {
         a: [f32; 4],
         b: [f32; 4],
         rows: [usize; 2],
-    ) {
-        let splat = |of: [f32; 4]| of.map(|x| simd.splat_f32s(x));
-        let (at, a, b) = (splat(at), splat(a), splat(b));
-        let (zero, nearest, farthest) =
-            (simd.splat_f32s(0.0), simd.splat_f32s(drawn.nearest), simd.splat_f32s(drawn.farthest));
-        let (new, none) = (simd.splat_u32s(drawn.triangle), simd.splat_u32s(0));
-        // Pairs of rows, so that vectors of sixteen lanes do the same.
-        let pixels = rows[0] / 2 * 2 * LANES..(rows[1] / 2 + 1) * 2 * LANES;
-        let depths = S::as_mut_simd_f32s(&mut self.depth[pixels.clone()]).0;
-        let triangles = S::as_mut_simd_u32s(&mut self.triangle[pixels.clone()]).0;
-        let (columns, rows) = (S::as_simd_f32s(&COLUMNS[pixels.clone()]).0, S::as_simd_f32s(&ROWS[pixels]).0);
-        for (((depth, triangle), &column), &row) in depths.iter_mut().zip(triangles).zip(columns).zip(rows) {
-            let value =
-                |i: usize| simd.add_f32s(simd.add_f32s(at[i], simd.mul_f32s(b[i], row)), simd.mul_f32s(a[i], column));
-            let z = simd.min_f32s(simd.max_f32s(value(3), farthest), nearest);
-            let level = simd.and_m32s(simd.equal_f32s(z, *depth), simd.less_than_u32s(new, *triangle));
-            let mut wins = simd.or_m32s(simd.greater_than_f32s(z, *depth), level);
-            if EDGES {
-                let least = simd.min_f32s(simd.min_f32s(value(0), value(1)), value(2));
-                wins = simd.and_m32s(wins, simd.greater_than_or_equal_f32s(least, zero));
+    ) -> f32 {
+        // The functions at the start of each row, and the steps from there.
+        let (mut starts, mut steps) = ([[0.0f32; LANES]; 4], [[0.0f32; LANES]; 4]);
+        for i in 0..4 {
+            let (at, a, b) = (simd.splat_f32s(at[i]), simd.splat_f32s(a[i]), simd.splat_f32s(b[i]));
+            let (starts, steps) = (S::as_mut_simd_f32s(&mut starts[i]).0, S::as_mut_simd_f32s(&mut steps[i]).0);
+            for ((start, step), &count) in starts.iter_mut().zip(steps).zip(S::as_simd_f32s(&COUNT).0) {
+                *start = simd.add_f32s(at, simd.mul_f32s(b, count));
+                *step = simd.mul_f32s(a, count);
             }
-            // By arithmetic: a select becomes a masked store, which some machines take very long over.
-            *depth = simd.max_f32s(simd.select_f32s(wins, z, zero), *depth);
-            let change = simd.select_u32s(wins, simd.xor_u32s(new, *triangle), none);
-            *triangle = simd.xor_u32s(*triangle, change);
         }
+        let of = |i: usize| S::as_simd_f32s(&steps[i]).0;
+        let steps = [of(0), of(1), of(2), of(3)];
+        let (zero, nearest) = (simd.splat_f32s(0.0), simd.splat_f32s(drawn.nearest));
+        let farthest = simd.splat_f32s(drawn.farthest);
+        let (new, none) = (simd.splat_u32s(drawn.triangle), simd.splat_u32s(0));
+        let mut least = simd.splat_f32s(f32::INFINITY);
+        for row in rows[0]..=rows[1] {
+            let row = row % LANES;
+            let of = |i: usize| simd.splat_f32s(starts[i][row]);
+            let start = [of(0), of(1), of(2), of(3)];
+            let pixels = row * LANES..(row + 1) * LANES;
+            let depths = S::as_mut_simd_f32s(&mut self.depth[pixels.clone()]).0;
+            let triangles = S::as_mut_simd_u32s(&mut self.triangle[pixels]).0;
+            for (v, (depth, triangle)) in depths.iter_mut().zip(triangles).enumerate() {
+                let value = |i: usize| simd.add_f32s(start[i], steps[i][v]);
+                let z = simd.min_f32s(simd.max_f32s(value(3), farthest), nearest);
+                let level = simd.and_m32s(simd.equal_f32s(z, *depth), simd.less_than_u32s(new, *triangle));
+                let mut wins = simd.or_m32s(simd.greater_than_f32s(z, *depth), level);
+                if EDGES {
+                    let least = simd.min_f32s(simd.min_f32s(value(0), value(1)), value(2));
+                    wins = simd.and_m32s(wins, simd.greater_than_or_equal_f32s(least, zero));
+                }
+                // By arithmetic: a select becomes a masked store, which some machines take very long over.
+                *depth = simd.max_f32s(simd.select_f32s(wins, z, zero), *depth);
+                least = simd.min_f32s(least, *depth);
+                let change = simd.select_u32s(wins, simd.xor_u32s(new, *triangle), none);
+                *triangle = simd.xor_u32s(*triangle, change);
+            }
+        }
+        let above = self.depth[..rows[0] * LANES].chunks_exact(LANES);
+        for row in above.chain(self.depth[(rows[1] + 1) * LANES..].chunks_exact(LANES)) {
+            for &depth in S::as_simd_f32s(row).0 {
+                least = simd.min_f32s(least, depth);
+            }
+        }
+        simd.reduce_min_f32s(least)
     }
 }
 
