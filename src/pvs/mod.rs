@@ -4,6 +4,7 @@
 //! `lines`. The upper bound: `flow`. Where the two contradict each other: `repair`.
 
 mod aimed;
+pub mod cube;
 mod cubes;
 pub mod flow;
 mod lines;

@@ -68,6 +68,12 @@ impl<'s> RayScene<'s> {
         best.map(|(t, triangle)| Hit { t, triangle, object: tree.owner(self.scene, triangle) })
     }
 
+    /// Where `origin + t * direction` meets this triangle of the scene for `t > 0`, from either side, whatever else is there.
+    pub fn meets(&self, origin: DVec3, direction: DVec3, triangle: u32) -> Option<Hit> {
+        let t = Sheared::new(origin, direction).hit(&self.scene.corners(triangle as usize)).filter(|&t| t > 0.0)?;
+        Some(Hit { t, triangle, object: self.scene.object_of(triangle as usize) })
+    }
+
     /// Every see-through object that the ray meets for `0 < t <= limit`, each once, nearest first, appended to `out`.
     pub fn see_through(&self, origin: DVec3, direction: DVec3, limit: f64, out: &mut Vec<Hit>) {
         let tree = &self.glass;
