@@ -4,7 +4,7 @@ use super::bytes::{Budget, Cursor};
 use super::codes::{PORTAL_KINDS, STRATEGIES, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
-use super::rows::RowReader;
+use super::rows::{Guide, RowReader};
 use super::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
 use crate::cells::{PortalState, Strategy};
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
@@ -37,18 +37,23 @@ impl PvsFile {
             portals: reader.list(SectionId::Portals, meta.portals, 30, budget, |c, b| portal(c, b, cells))?,
             objects: reader.list(SectionId::Objects, objects, 32, budget, |c, _| object(c))?,
             placement: BitMatrix::default(),
-            cell_rows: reader.matrix(SectionId::CellRows, cells, cells, budget)?,
-            object_rows: reader.matrix(SectionId::ObjectRows, cells, objects, budget)?,
+            cell_rows: None,
+            object_rows: None,
             bounds: None,
             pairs: meta.pairs,
             repairs: reader.repairs(cells, budget)?,
             stats: reader.stats(budget)?,
         };
-        file.placement = match reader.matrix(SectionId::Placement, cells, objects, budget)? {
-            Some(placement) => placement,
-            None if cells == 0 || objects == 0 => BitMatrix::new(cells, objects),
-            None => return Err(FileError::Missing { section: SectionId::Placement }),
-        };
+        file.placement = reader.placement(cells, objects, budget)?;
+        let portals: Vec<[u32; 2]> = file.portals.iter().map(|p| p.cells.map(|cell| cell.0)).collect();
+        if let Some(rows) = reader.cell_rows(cells, &portals, budget)? {
+            budget.take(SectionId::CellRows, rows.matrix_bytes())?;
+            file.cell_rows = Some(rows.matrix()?);
+        }
+        if let Some(rows) = reader.object_rows(&portals, &file.placement, file.cell_rows.as_ref(), budget)? {
+            budget.take(SectionId::ObjectRows, rows.matrix_bytes())?;
+            file.object_rows = Some(rows.matrix()?);
+        }
         reader.states(&mut file.portals, budget)?;
         file.bounds = reader.bounds(cells, objects, budget)?;
         check_pairs(&file)?;
@@ -59,15 +64,39 @@ impl PvsFile {
 impl<'a> Container<'a> {
     /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`] or [`SectionId::ObjectRows`], row by row; `None` where the
     /// file leaves the section out (every bit is set), and for every other section.
+    ///
+    /// Rows of cells are read by the portals, rows of objects by the portals, the placement and the rows of cells: those sections
+    /// are read for it.
     pub fn rows(&self, id: SectionId) -> Result<Option<RowReader<'a>>, FileError> {
         let budget = &mut Budget::new(self.file_bytes());
-        let meta = SectionReader { container: self }.meta(budget)?;
-        let columns = match id {
-            SectionId::CellRows => meta.cells,
-            SectionId::Placement | SectionId::ObjectRows => meta.objects,
-            _ => return Ok(None),
+        let reader = SectionReader { container: self };
+        let meta = reader.meta(budget)?;
+        let (cells, objects) = (meta.cells, meta.objects);
+        let portals = |budget: &mut Budget| -> Result<Vec<[u32; 2]>, FileError> {
+            let pair = |c: &mut Cursor<'_>, b: &mut Budget| portal(c, b, cells).map(|p| p.cells.map(|cell| cell.0));
+            reader.list(SectionId::Portals, meta.portals, 30, budget, pair)
         };
-        row_reader(self, id, meta.cells, columns, budget)
+        let rows = match id {
+            SectionId::Placement => row_reader(self, id, cells, objects, Guide::Plain, budget)?,
+            SectionId::CellRows => reader.cell_rows(cells, &portals(budget)?, budget)?,
+            SectionId::ObjectRows if self.section(id).is_some() => {
+                let portals = portals(budget)?;
+                let placement = reader.placement(cells, objects, budget)?;
+                let seen = match reader.cell_rows(cells, &portals, budget)? {
+                    Some(rows) => {
+                        budget.take(id, rows.matrix_bytes())?;
+                        Some(rows.matrix()?)
+                    }
+                    None => None,
+                };
+                reader.object_rows(&portals, &placement, seen.as_ref(), budget)?
+            }
+            _ => None,
+        };
+        if let Some(rows) = &rows {
+            budget.take(id, rows.matrix_bytes())?;
+        }
+        Ok(rows)
     }
 }
 
@@ -76,11 +105,12 @@ fn row_reader<'a>(
     id: SectionId,
     rows: usize,
     columns: usize,
+    guide: Guide,
     budget: &mut Budget,
 ) -> Result<Option<RowReader<'a>>, FileError> {
     let Some(bytes) = container.matrix(id)? else { return Ok(None) };
-    budget.take(id, 9 * rows as u64)?;
-    RowReader::new(id, bytes, rows, columns).map(Some)
+    budget.take(id, 48 * rows as u64)?;
+    RowReader::guided(id, bytes, rows, columns, guide).map(Some)
 }
 
 /// What [`SectionId::Meta`] holds.
@@ -100,7 +130,7 @@ struct SectionReader<'c, 'a> {
     container: &'c Container<'a>,
 }
 
-impl SectionReader<'_, '_> {
+impl<'a> SectionReader<'_, 'a> {
     /// Reads a section to its end with `f`; `None` where the file leaves it out.
     fn section<T>(
         &self,
@@ -187,9 +217,45 @@ impl SectionReader<'_, '_> {
         columns: usize,
         budget: &mut Budget,
     ) -> Result<Option<BitMatrix>, FileError> {
-        let Some(reader) = row_reader(self.container, id, rows, columns, budget)? else { return Ok(None) };
+        let Some(reader) = row_reader(self.container, id, rows, columns, Guide::Plain, budget)? else { return Ok(None) };
         budget.take(id, reader.matrix_bytes())?;
         reader.matrix().map(Some)
+    }
+
+    fn placement(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<BitMatrix, FileError> {
+        match self.matrix(SectionId::Placement, cells, objects, budget)? {
+            Some(placement) => Ok(placement),
+            None if cells == 0 || objects == 0 => Ok(BitMatrix::new(cells, objects)),
+            None => Err(FileError::Missing { section: SectionId::Placement }),
+        }
+    }
+
+    /// `portals`: the cells on both sides of each.
+    fn cell_rows(
+        &self,
+        cells: usize,
+        portals: &[[u32; 2]],
+        budget: &mut Budget,
+    ) -> Result<Option<RowReader<'a>>, FileError> {
+        budget.take(SectionId::CellRows, Guide::cells_bytes(cells, portals.len()))?;
+        let guide = Guide::cells(cells, portals.iter().copied());
+        row_reader(self.container, SectionId::CellRows, cells, cells, guide, budget)
+    }
+
+    fn object_rows(
+        &self,
+        portals: &[[u32; 2]],
+        placement: &BitMatrix,
+        seen: Option<&BitMatrix>,
+        budget: &mut Budget,
+    ) -> Result<Option<RowReader<'a>>, FileError> {
+        let id = SectionId::ObjectRows;
+        if self.container.section(id).is_none() {
+            return Ok(None);
+        }
+        budget.take(id, Guide::objects_bytes(portals.len(), placement, seen))?;
+        let guide = Guide::objects(portals.iter().copied(), placement, seen);
+        row_reader(self.container, id, placement.rows(), placement.columns(), guide, budget)
     }
 
     fn repairs(&self, cells: usize, budget: &mut Budget) -> Result<Vec<Repair>, FileError> {

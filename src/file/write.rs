@@ -3,7 +3,7 @@
 use super::bytes::Put;
 use super::codes::{portal_kind_code, state_code, strategy_code};
 use super::format::{SectionId, assemble};
-use super::rows::encode_rows;
+use super::rows::{Guide, encode_guided, encode_rows};
 use super::{Bounds, PvsFile};
 use crate::BitMatrix;
 use crate::cells::PortalState;
@@ -22,14 +22,19 @@ impl PvsFile {
                 sections.push((id, bytes()));
             }
         };
-        let rows = |rows: &Option<BitMatrix>| rows.as_ref().map(encode_rows).unwrap_or_default();
+        let portals = || self.portals.iter().map(|p| p.cells.map(|cell| cell.0));
+        let rows = |rows: &Option<BitMatrix>, guide: &dyn Fn() -> Guide| {
+            rows.as_ref().map(|rows| encode_guided(rows, &guide())).unwrap_or_default()
+        };
+        let by_portals = || Guide::cells(self.cells.len(), portals());
+        let by_cells = || Guide::objects(portals(), &self.placement, self.cell_rows.as_ref());
         add(SectionId::Notes, !(self.left_out.is_empty() && self.notes.is_empty()), &|| self.lines());
         add(SectionId::Cells, !self.cells.is_empty(), &|| self.cell_list());
         add(SectionId::Portals, !self.portals.is_empty(), &|| self.portal_list());
         add(SectionId::Objects, !self.objects.is_empty(), &|| self.object_list());
         add(SectionId::Placement, !(self.cells.is_empty() || self.objects.is_empty()), &|| encode_rows(&self.placement));
-        add(SectionId::CellRows, self.cell_rows.is_some(), &|| rows(&self.cell_rows));
-        add(SectionId::ObjectRows, self.object_rows.is_some(), &|| rows(&self.object_rows));
+        add(SectionId::CellRows, self.cell_rows.is_some(), &|| rows(&self.cell_rows, &by_portals));
+        add(SectionId::ObjectRows, self.object_rows.is_some(), &|| rows(&self.object_rows, &by_cells));
         if let Some(bounds) = &self.bounds {
             add(SectionId::CellBounds, true, &|| encode_rows(&both(&bounds.cells_upper, &bounds.cells_lower)));
             add(SectionId::ObjectBounds, true, &|| encode_rows(&both(&bounds.objects_upper, &bounds.objects_lower)));

@@ -61,7 +61,8 @@ fn header_clauses() {
     refused(b"", "cut short: 0 bytes of 56");
     refused(b"glTF binary, say", "not a .pvs file");
     refused_after("not a .pvs file", |f| f.magic[1] = b'X');
-    refused_after("format version 2, this program reads version 1; bake the model again", |f| f.version = 2);
+    refused_after("format version 1, this program reads version 2; bake the model again", |f| f.version = 1);
+    refused_after("format version 3, this program reads version 2", |f| f.version = 3);
     refused_after("header, byte 40: guarantee 2, of which there are 2", |f| f.guarantee = 2);
     refused_after("header, byte 46: a reserved byte that is not zero", |f| f.reserved[5] = 1);
 
@@ -282,7 +283,10 @@ fn portal_clauses() {
         [&u32s(&[4])[..], &first, &other, &other, &other].concat()
     };
     let up = [0., 0., 1., 0.];
-    let mut f = forged();
+    // Rows of cells are read by the portals.
+    let mut file = sample();
+    file.portals.iter_mut().zip([[2, 1], [0, 1], [0, 1], [0, 1]]).for_each(|(p, cells)| p.cells = cells.map(CellId));
+    let mut f = Forged::take_apart(&file.write());
     f.put(PORTALS, portal([2, 1], up, 2, &triangle));
     assert_eq!(PvsFile::read(&f.bytes()).unwrap().portals[0].cells, [CellId(2), CellId(1)]);
 
