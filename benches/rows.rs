@@ -140,5 +140,6 @@ fn floor(side: usize) -> PvsFile {
         bounds: None,
         repairs: Vec::new(),
         stats: PvsStats::default(),
+        views: Default::default(),
     }
 }
