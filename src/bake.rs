@@ -1,8 +1,9 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
 use crate::cells::validate::stage;
-use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, audit, split};
+use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, split};
 use crate::file::PvsFile;
+use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Progress, PvsOptions};
 use crate::scene::{ImportOptions, Scene};
 use std::time::Instant;
@@ -20,6 +21,8 @@ pub struct BakeOptions {
     pub import: ImportOptions,
     /// Cells and portals that the user brings, instead of splitting.
     pub given: Option<CellGraph>,
+    /// Regions to work out rows for on top of the cells.
+    pub view_cells: Vec<ViewCell>,
 }
 
 /// Wall-clock seconds of each stage.
@@ -38,6 +41,8 @@ pub struct Baked {
     pub file: PvsFile,
     /// What is wrong in what the model's author wrote, where the cells are the author's rooms; never part of the file.
     pub audit: Option<Audit>,
+    /// Both sides of what is seen from view cells, where there are any.
+    pub views: Option<ViewRows>,
     /// Stages' times; never part of the file.
     pub seconds: Seconds,
 }
@@ -66,7 +71,12 @@ pub fn bake(scene: &Scene, options: BakeOptions, progress: Progress<'_>) -> Resu
     if found {
         stage("mending", &graph, scene, SEGMENTS);
     }
+    let views = (!options.view_cells.is_empty())
+        .then(|| view_cells::bake(scene, &graph, &pvs, &options.view_cells, &options.pvs, progress));
     // 3. The file.
-    let file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
-    Ok(Baked { file, audit, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
+    let mut file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
+    if let Some(views) = &views {
+        file.add_views(&options.view_cells, views, options.keep_bounds);
+    }
+    Ok(Baked { file, audit, views, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
 }

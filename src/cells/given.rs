@@ -31,7 +31,7 @@ pub enum GivenError {
 }
 
 impl GivenError {
-    fn at(field: String, what: impl Into<String>) -> Self {
+    pub(super) fn at(field: String, what: impl Into<String>) -> Self {
         Self::Field { field, what: what.into() }
     }
 }
@@ -59,7 +59,7 @@ struct GivenCell {
 }
 
 #[derive(Deserialize)]
-struct GivenPiece {
+pub(super) struct GivenPiece {
     planes: Option<Vec<[f64; 4]>>,
     min: Option<[f64; 3]>,
     max: Option<[f64; 3]>,
@@ -87,7 +87,7 @@ struct GivenState {
 /// may run either way round; the graph's run as the crate root says.
 pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
     let file: GivenFile = serde_json::from_str(json)?;
-    let reader = Reader { origin: scene.origin, tolerance: scene.tolerance() };
+    let reader = Reader::new(scene);
     if file.cells.is_empty() {
         return Err(GivenError::at("cells".into(), "none; give one cell at least"));
     }
@@ -106,18 +106,36 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
     Ok(graph)
 }
 
-struct Reader {
+/// Checks what is given, and moves it to the scene's origin.
+pub(super) struct Reader {
     origin: DVec3,
     tolerance: Tolerance,
 }
 
 impl Reader {
+    pub fn new(scene: &Scene) -> Self {
+        Self { origin: scene.origin, tolerance: scene.tolerance() }
+    }
+
     fn cell(&self, i: usize, cell: GivenCell) -> Result<Cell, GivenError> {
         let field = format!("cells[{i}]");
         if cell.id as usize != i {
             return Err(GivenError::at(format!("{field}.id"), format!("{}; ids count up from 0, so give {i}", cell.id)));
         }
-        let pieces = match (cell.pieces, cell.min, cell.max) {
+        let pieces = self.pieces(field, cell.pieces, cell.min, cell.max)?;
+        let name = cell.name.unwrap_or_else(|| format!("cell {i}"));
+        Ok(Cell { name, source: cell.source, open: cell.open, pieces, portals: Vec::new() })
+    }
+
+    /// The pieces of a cell that is given as pieces or as a box.
+    pub fn pieces(
+        &self,
+        field: String,
+        pieces: Option<Vec<GivenPiece>>,
+        min: Option<[f64; 3]>,
+        max: Option<[f64; 3]>,
+    ) -> Result<Vec<Piece>, GivenError> {
+        let pieces = match (pieces, min, max) {
             (Some(pieces), None, None) => pieces
                 .into_iter()
                 .enumerate()
@@ -131,8 +149,7 @@ impl Reader {
         if pieces.is_empty() {
             return Err(GivenError::at(format!("{field}.pieces"), "none; give one piece at least"));
         }
-        let name = cell.name.unwrap_or_else(|| format!("cell {i}"));
-        Ok(Cell { name, source: cell.source, open: cell.open, pieces, portals: Vec::new() })
+        Ok(pieces)
     }
 
     fn piece(&self, field: String, piece: GivenPiece) -> Result<Piece, GivenError> {

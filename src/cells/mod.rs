@@ -24,6 +24,7 @@ mod split;
 mod state;
 mod union;
 pub mod validate;
+mod view_cells;
 mod voids;
 mod volume;
 
@@ -34,6 +35,7 @@ pub use locate::{Locator, Stretch};
 pub use place::place_objects;
 pub use split::{SplitError, SplitOptions, split};
 pub use state::PortalState;
+pub use view_cells::{ViewCell, read_view_cells};
 
 use crate::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};

@@ -3,7 +3,7 @@
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeOptions, Baked, bake};
-use enfilade::cells::{SplitOptions, Strategy, read_cells, read_indoorgml};
+use enfilade::cells::{SplitOptions, Strategy, ViewCell, read_cells, read_indoorgml, read_view_cells};
 use enfilade::file::{Container, load_bytes};
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
@@ -31,6 +31,9 @@ pub struct Args {
     /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
     #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
     cells_file: Option<PathBuf>,
+    /// Regions to work out rows for on top of the cells, as camera volumes
+    #[arg(long, value_name = "V.json")]
+    view_cells: Option<PathBuf>,
     /// Which side of the truth the rows take
     #[arg(long, value_enum, default_value = "conservative")]
     ship: Ship,
@@ -96,6 +99,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     // IndoorGML is a ready graph, unless another way to find cells is asked for.
     let ready = (is_indoorgml(&args.input) && args.cells == CellsFlag::Auto).then_some(args.input.as_path());
     let given = args.cells_file.as_deref().or(ready).map(|path| cells_file(path, &scene)).transpose()?;
+    let view_cells = args.view_cells.as_deref().map(|path| view_cells(path, &scene)).transpose()?.unwrap_or_default();
     let options = BakeOptions {
         split: SplitOptions {
             strategy: match args.cells {
@@ -117,6 +121,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         },
         keep_bounds: args.keep_bounds,
         given,
+        view_cells,
         import: import_options,
     };
     let progress = |stage: &str, done: f64| {
@@ -142,6 +147,11 @@ fn cells_file(path: &Path, scene: &Scene) -> Result<enfilade::cells::CellGraph, 
     let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
     let graph = if is_indoorgml(path) { read_indoorgml(&text, scene) } else { read_cells(&text, scene) };
     graph.map_err(|e| at(path, e))
+}
+
+fn view_cells(path: &Path, scene: &Scene) -> Result<Vec<ViewCell>, CliError> {
+    let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
+    read_view_cells(&text, scene).map_err(|e| at(path, e))
 }
 
 fn is_indoorgml(path: &Path) -> bool {
@@ -203,6 +213,20 @@ fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, 
         "peak_rss_mb": peak_rss_mb(),
         "file_bytes": bytes,
     });
+    if let Some(views) = &baked.views {
+        let (lower, upper) = (views.lower.count_ones(), views.upper.count_ones());
+        report["view_cells"] = json!({
+            "count": views.upper.rows(),
+            "lower_pairs": lower,
+            "upper_pairs": upper,
+            "undecided_pairs": upper - lower,
+            "total_pairs": views.upper.rows() * views.upper.columns(),
+            "in_no_cell": views.in_no_cell.len(),
+            "rays": views.rays,
+            "flow_capped": views.capped,
+            "contradictions": views.contradictions,
+        });
+    }
     if let Some(audit) = &baked.audit {
         report["authored"] = json!({ "rooms": audit.rooms, "sound_rooms": audit.sound_rooms, "claimed": audit.claimed });
         report["findings"] = json!(audit.findings);
@@ -238,6 +262,14 @@ fn prose(report: &Value, output: &Path) -> String {
             s("/seconds/total"),
         ),
     ];
+    if report.get("view_cells").is_some() {
+        let (count, total, lower) = (n("/view_cells/count"), n("/view_cells/total_pairs"), n("/view_cells/lower_pairs"));
+        let hidden = s("/view_cells/total_pairs") - s("/view_cells/upper_pairs");
+        let undecided = n("/view_cells/undecided_pairs");
+        lines.push(format!(
+            "{count} view cells: of {total} pairs {lower} are witnessed visible, {hidden} proven hidden, {undecided} undecided"
+        ));
+    }
     let list = |p: &str| report.pointer(p).and_then(Value::as_array).cloned().unwrap_or_default();
     lines.extend(list("/left_out").iter().filter_map(Value::as_str).map(|x| format!("left out: {x}")));
     let findings = list("/findings");

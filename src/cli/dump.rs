@@ -2,7 +2,7 @@
 
 use super::{CliError, Outcome, at};
 use enfilade::BitMatrix;
-use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, PvsFile, replace_file};
+use enfilade::file::{FileCell, FileObject, FilePortal, FileViewCell, PvsFile, replace_file};
 use enfilade::scene::{Scene, import};
 use glam::{DVec3, Vec4};
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -36,6 +36,8 @@ enum Rows {
     Cells,
     /// Objects seen from each cell.
     Objects,
+    /// Objects seen from each view cell.
+    ViewCells,
 }
 
 /// Runs the command.
@@ -103,13 +105,18 @@ fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<
         for (i, o) in file.objects.iter().enumerate() {
             writeln!(out, "object {i} {:?}: {} triangles", o.node, o.triangles)?;
         }
+        for (i, v) in file.views.cells.iter().enumerate() {
+            writeln!(out, "view cell {i} {:?}: {} pieces", v.id, v.pieces.len())?;
+        }
     }
-    for which in [Rows::Cells, Rows::Objects] {
-        if rows.is_some_and(|only| only != which) {
+    for (which, what) in [(Rows::Cells, "cells"), (Rows::Objects, "objects"), (Rows::ViewCells, "view cells")] {
+        if rows.is_some_and(|only| only != which)
+            || (rows.is_none() && which == Rows::ViewCells && file.views.cells.is_empty())
+        {
             continue;
         }
         if rows.is_none() {
-            writeln!(out, "rows of {}", if which == Rows::Cells { "cells" } else { "objects" })?;
+            writeln!(out, "rows of {what}")?;
         }
         let matrix = Matrix::shipped(file, which);
         for row in 0..matrix.rows {
@@ -133,11 +140,12 @@ struct Matrix<'f> {
 
 impl<'f> Matrix<'f> {
     fn shipped(file: &'f PvsFile, which: Rows) -> Self {
-        let (matrix, columns) = match which {
-            Rows::Cells => (file.cell_rows.as_ref(), file.cells.len()),
-            Rows::Objects => (file.object_rows.as_ref(), file.objects.len()),
+        let (matrix, rows, columns) = match which {
+            Rows::Cells => (file.cell_rows.as_ref(), file.cells.len(), file.cells.len()),
+            Rows::Objects => (file.object_rows.as_ref(), file.cells.len(), file.objects.len()),
+            Rows::ViewCells => (file.views.rows.as_ref(), file.views.cells.len(), file.objects.len()),
         };
-        Self { matrix, rows: file.cells.len(), columns }
+        Self { matrix, rows, columns }
     }
 
     fn of(matrix: &'f BitMatrix) -> Self {
@@ -166,21 +174,26 @@ impl Serialize for Ids<'_> {
     }
 }
 
-/// `cells` and `objects`, or one of them.
+/// `cells`, `objects` and, where there are any, `view_cells`, or one of them.
 struct Sides<'f> {
-    cells: Matrix<'f>,
-    objects: Matrix<'f>,
+    cells: Option<Matrix<'f>>,
+    objects: Option<Matrix<'f>>,
+    view_cells: Option<Matrix<'f>>,
     only: Option<Rows>,
 }
 
 impl Serialize for Sides<'_> {
     fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
         let mut map = s.serialize_map(None)?;
-        if self.only != Some(Rows::Objects) {
-            map.serialize_entry("cells", &self.cells)?;
-        }
-        if self.only != Some(Rows::Cells) {
-            map.serialize_entry("objects", &self.objects)?;
+        let all = [
+            (Rows::Cells, "cells", self.cells),
+            (Rows::Objects, "objects", self.objects),
+            (Rows::ViewCells, "view_cells", self.view_cells),
+        ];
+        for (which, key, matrix) in all {
+            if let Some(matrix) = matrix.filter(|_| self.only.is_none_or(|only| only == which)) {
+                map.serialize_entry(key, &matrix)?;
+            }
         }
         map.end()
     }
@@ -205,28 +218,43 @@ impl Serialize for Document<'_> {
     fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
         let Self { file, only } = *self;
         let origin = file.origin;
-        let cell = |i: usize, c: &FileCell| {
-            let piece =
-                |planes: &Vec<Vec4>| json!({ "planes": planes.iter().map(|p| plane(origin, p)).collect::<Vec<_>>() });
-            let pieces: Vec<_> = c.pieces.iter().map(piece).collect();
-            json!({ "id": i, "open": c.open, "name": c.name, "source": c.source, "pieces": pieces })
-        };
+        let piece = |planes: &Vec<Vec4>| json!({ "planes": planes.iter().map(|p| plane(origin, p)).collect::<Vec<_>>() });
+        let pieces = |pieces: &[Vec<Vec4>]| pieces.iter().map(piece).collect::<Vec<_>>();
+        let cell = |i: usize, c: &FileCell| json!({ "id": i, "open": c.open, "name": c.name, "source": c.source, "pieces": pieces(&c.pieces) });
+        let view_cell = |_: usize, v: &FileViewCell| json!({ "id": v.id, "pieces": pieces(&v.pieces) });
         let portal = |i: usize, p: &FilePortal| {
             let winding: Vec<_> = p.winding.iter().map(|p| (p.as_dvec3() + origin).to_array()).collect();
             json!({ "id": i, "cells": p.cells, "winding": winding, "kind": p.kind, "state": p.state, "source": p.source })
         };
         let object = |i: usize, o: &FileObject| json!({ "id": i, "node": o.node, "triangles": o.triangles });
-        let sides = |cells, objects| Sides { cells, objects, only };
-        let side = |cells, objects| sides(Matrix::of(cells), Matrix::of(objects));
+        let has_views = !file.views.cells.is_empty();
+        let shipped = |which| Some(Matrix::shipped(file, which));
+        let (cells, objects, view_cells) =
+            (shipped(Rows::Cells), shipped(Rows::Objects), shipped(Rows::ViewCells).filter(|_| has_views));
 
         let mut map = s.serialize_map(None)?;
         map.serialize_entry("cells", &Each(&file.cells, cell))?;
         map.serialize_entry("portals", &Each(&file.portals, portal))?;
         map.serialize_entry("objects", &Each(&file.objects, object))?;
-        map.serialize_entry("rows", &sides(Matrix::shipped(file, Rows::Cells), Matrix::shipped(file, Rows::Objects)))?;
-        if let Some(Bounds { cells_lower, cells_upper, objects_lower, objects_upper, .. }) = &file.bounds {
-            let bounds = LowerUpper { lower: side(cells_lower, objects_lower), upper: side(cells_upper, objects_upper) };
-            map.serialize_entry("bounds", &bounds)?;
+        if has_views {
+            map.serialize_entry("view_cells", &Each(&file.views.cells, view_cell))?;
+        }
+        map.serialize_entry("rows", &Sides { cells, objects, view_cells, only })?;
+        let (bounds, views) = (file.bounds.as_ref(), file.views.bounds.as_ref());
+        if bounds.is_some() || views.is_some() {
+            let lower = Sides {
+                cells: bounds.map(|b| Matrix::of(&b.cells_lower)),
+                objects: bounds.map(|b| Matrix::of(&b.objects_lower)),
+                view_cells: views.map(|b| Matrix::of(&b.lower)),
+                only,
+            };
+            let upper = Sides {
+                cells: bounds.map(|b| Matrix::of(&b.cells_upper)),
+                objects: bounds.map(|b| Matrix::of(&b.objects_upper)),
+                view_cells: views.map(|b| Matrix::of(&b.upper)),
+                only,
+            };
+            map.serialize_entry("bounds", &LowerUpper { lower, upper })?;
         }
         if !file.repairs.is_empty() {
             let repair = |_: usize, r: &enfilade::pvs::Repair| json!({ "cells": r.cells, "at": (r.at + origin).to_array(), "segment": r.segment.map(|p| (p + origin).to_array()) });

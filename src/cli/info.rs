@@ -62,7 +62,16 @@ fn facts(container: &Container<'_>, file: &PvsFile) -> Value {
         "left_out": file.left_out,
         "notes": file.notes,
         "repairs": file.repairs.len(),
+        "view_cells": view_cells(container, file),
     })
+}
+
+/// View cells, and what their rows take.
+fn view_cells(container: &Container<'_>, file: &PvsFile) -> Value {
+    let total = (file.views.cells.len() * file.objects.len()) as u64;
+    let set = file.views.rows.as_ref().map_or(total, |rows| rows.count_ones());
+    let bytes = container.section(SectionId::ViewRows).map_or(0, |s| s.bytes);
+    json!({ "count": file.views.cells.len(), "pairs": set, "total_pairs": total, "row_bytes": bytes })
 }
 
 /// How many portals of a kind there are, and how they stand.
@@ -169,6 +178,11 @@ fn prose(f: &Value) -> String {
                 of("entropy_bits_per_pair")
             ),
         );
+    }
+    let views = &f["view_cells"];
+    if views["count"] != 0 {
+        let [count, pairs, total, bytes] = ["count", "pairs", "total_pairs", "row_bytes"].map(|key| text(&views[key]));
+        line("view cells", format!("{count}: rows hold {pairs} of {total} pairs with objects, {bytes} bytes"));
     }
     let entries = |key: &str| f[key].as_array().cloned().unwrap_or_default();
     line(

@@ -120,6 +120,13 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
+    /// The next `n` bytes, to be read to their end on their own.
+    pub fn part(&mut self, n: usize) -> Result<Self, FileError> {
+        let start = self.at;
+        self.take(n)?;
+        Ok(Self { section: self.section, bytes: &self.bytes[..self.at], at: start, item: start })
+    }
+
     fn array<const N: usize>(&mut self) -> Result<[u8; N], FileError> {
         let mut out = [0; N];
         out.copy_from_slice(self.take(N)?);

@@ -14,7 +14,7 @@ use xxhash_rust::xxh3::xxh3_64;
 /// First bytes of every file: not text, and broken by transfers that think it is.
 pub const MAGIC: [u8; 8] = *b"\x89PVS\r\n\x1a\n";
 /// The version that this program writes, and the only one that it reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Bytes of the header, up to the section table.
 pub(super) const HEADER: usize = 56;
@@ -60,11 +60,19 @@ pub enum SectionId {
     Stats,
     /// What stands in each portal, where that isn't what its kind has.
     PortalStates,
+    /// Regions that rows were asked for on top of the cells.
+    ViewCells,
+    /// Which objects each view cell sees.
+    ViewRows,
+    /// Upper and lower set of view cells.
+    ViewBounds,
+    /// A segment for each pair of the lower set of view cells.
+    ViewWitnesses,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 18] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -79,6 +87,10 @@ impl SectionId {
         Self::Repairs,
         Self::Stats,
         Self::PortalStates,
+        Self::ViewCells,
+        Self::ViewRows,
+        Self::ViewBounds,
+        Self::ViewWitnesses,
     ];
 
     /// The number in the file.
@@ -93,7 +105,9 @@ impl SectionId {
 
     /// Matrices are compressed row block by row block, so that a row can be read alone.
     fn is_matrix(self) -> bool {
-        matches!(self, Self::Placement | Self::CellRows | Self::ObjectRows | Self::CellBounds | Self::ObjectBounds)
+        let of_cells =
+            matches!(self, Self::Placement | Self::CellRows | Self::ObjectRows | Self::CellBounds | Self::ObjectBounds);
+        of_cells || matches!(self, Self::ViewRows | Self::ViewBounds)
     }
 
     /// A file can't be used without these where they aren't empty.
@@ -119,6 +133,10 @@ impl fmt::Display for SectionId {
             Self::Repairs => "repairs",
             Self::Stats => "stats",
             Self::PortalStates => "portal-states",
+            Self::ViewCells => "view-cells",
+            Self::ViewRows => "view-rows",
+            Self::ViewBounds => "view-bounds",
+            Self::ViewWitnesses => "view-witnesses",
         })
     }
 }

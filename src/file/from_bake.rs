@@ -1,8 +1,9 @@
 //! A bake's result as a file: `f64` to `f32`, and what need not be there left out, with the reason.
 
-use super::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
-use crate::cells::{Cell, CellGraph, Portal};
+use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views};
+use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
 use crate::geom::{Aabb, Plane};
+use crate::pvs::view_cells::ViewRows;
 use crate::pvs::{Guarantee, Pvs, Witness};
 use crate::scene::{ImportOptions, Scene};
 use crate::{BitMatrix, CellId, ObjectId};
@@ -43,6 +44,7 @@ impl PvsFile {
             pairs,
             repairs: pvs.repairs.clone(),
             stats: pvs.stats,
+            views: Views::default(),
         };
         let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());
         if hall {
@@ -59,6 +61,26 @@ impl PvsFile {
             });
         }
         file
+    }
+
+    /// Adds view cells and what was found to be seen from them; `keep_bounds` keeps both sides and every witness.
+    pub fn add_views(&mut self, views: &[ViewCell], rows: &ViewRows, keep_bounds: bool) {
+        let shipped = match self.guarantee {
+            Guarantee::Conservative => &rows.upper,
+            Guarantee::Sampled => &rows.lower,
+        };
+        let ViewRows { lower, upper, witnesses, .. } = rows.clone();
+        self.views = Views {
+            cells: views.iter().map(|v| FileViewCell { id: v.id.clone(), pieces: pieces(&v.pieces) }).collect(),
+            rows: unless_full(shipped),
+            bounds: keep_bounds.then_some(ViewBounds { lower, upper, witnesses }),
+        };
+        if !views.is_empty() && self.views.rows.is_none() {
+            self.left_out.push("view cells' rows: every view cell sees every object".to_owned());
+        }
+        let in_no_cell = rows.in_no_cell.iter().map(|&v| &views[v].id);
+        self.notes
+            .extend(in_no_cell.map(|id| format!("view cell {id:?} lies in no cell: nothing beyond it is seen from there")));
     }
 }
 
@@ -123,12 +145,11 @@ fn plane(plane: &Plane) -> Vec4 {
 }
 
 fn cell(cell: &Cell) -> FileCell {
-    FileCell {
-        name: cell.name.clone(),
-        source: cell.source.clone(),
-        open: cell.open,
-        pieces: cell.pieces.iter().map(|piece| piece.planes.iter().map(plane).collect()).collect(),
-    }
+    FileCell { name: cell.name.clone(), source: cell.source.clone(), open: cell.open, pieces: pieces(&cell.pieces) }
+}
+
+fn pieces(pieces: &[Piece]) -> Vec<Vec<Vec4>> {
+    pieces.iter().map(|piece| piece.planes.iter().map(plane).collect()).collect()
 }
 
 fn portal(portal: &Portal) -> FilePortal {

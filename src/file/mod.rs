@@ -68,6 +68,39 @@ pub struct PvsFile {
     pub repairs: Vec<Repair>,
     /// The bake's counters.
     pub stats: PvsStats,
+    /// Regions that rows were asked for on top of the cells.
+    pub views: Views,
+}
+
+/// View cells and what is seen from them. Where there are none, there is nothing else either.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Views {
+    /// View cells.
+    pub cells: Vec<FileViewCell>,
+    /// View cells x objects, as far as [`PvsFile::guarantee`] goes; `None` where every view cell sees everything.
+    pub rows: Option<BitMatrix>,
+    /// Both sides, if they were kept.
+    pub bounds: Option<ViewBounds>,
+}
+
+/// A view cell.
+#[derive(Clone, PartialEq, Debug)]
+pub struct FileViewCell {
+    /// The author's id.
+    pub id: String,
+    /// Convex pieces, each a list of planes `(n, d)`, inside `n . p <= d`.
+    pub pieces: Vec<Vec<Vec4>>,
+}
+
+/// Lower and upper sets of view cells, and the proofs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ViewBounds {
+    /// View cells x objects.
+    pub lower: BitMatrix,
+    /// View cells x objects.
+    pub upper: BitMatrix,
+    /// A segment for each pair of `lower`, in order: from a point in the view cell to a point on the object.
+    pub witnesses: Vec<[DVec3; 2]>,
 }
 
 /// How the model was imported.
@@ -171,6 +204,22 @@ impl PvsFile {
     #[inline]
     pub fn cell_row(&self, cell: CellId) -> Option<&[u64]> {
         self.cell_rows.as_ref().map(|rows| rows.row(cell.index()))
+    }
+
+    /// The position of a view cell in [`Views::cells`], and so its row, by its id.
+    pub fn view_cell(&self, id: &str) -> Option<usize> {
+        self.views.cells.iter().position(|cell| cell.id == id)
+    }
+
+    /// The words of a view cell's object row, a bit an object; `None`: it sees every object.
+    #[inline]
+    pub fn view_row(&self, view_cell: usize) -> Option<&[u64]> {
+        self.views.rows.as_ref().map(|rows| rows.row(view_cell))
+    }
+
+    /// The objects that a view cell sees, ascending.
+    pub fn objects_seen_from_view(&self, view_cell: usize) -> impl Iterator<Item = ObjectId> + '_ {
+        seen(self.view_row(view_cell), self.objects.len()).map(|i| ObjectId(i as u32))
     }
 
     /// The objects that a cell sees, ascending.

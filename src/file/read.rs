@@ -4,12 +4,13 @@ use super::bytes::{Budget, Cursor};
 use super::codes::{PORTAL_KINDS, STRATEGIES, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
-use super::rows::RowReader;
-use super::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
+use super::rows::{Guide, RowReader};
+use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::cells::{PortalState, Strategy};
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
+use std::collections::HashSet;
 
 impl PvsFile {
     /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 1,024 times
@@ -37,37 +38,74 @@ impl PvsFile {
             portals: reader.list(SectionId::Portals, meta.portals, 30, budget, |c, b| portal(c, b, cells))?,
             objects: reader.list(SectionId::Objects, objects, 32, budget, |c, _| object(c))?,
             placement: BitMatrix::default(),
-            cell_rows: reader.matrix(SectionId::CellRows, cells, cells, budget)?,
-            object_rows: reader.matrix(SectionId::ObjectRows, cells, objects, budget)?,
+            cell_rows: None,
+            object_rows: None,
             bounds: None,
             pairs: meta.pairs,
             repairs: reader.repairs(cells, budget)?,
             stats: reader.stats(budget)?,
+            views: Views::default(),
         };
-        file.placement = match reader.matrix(SectionId::Placement, cells, objects, budget)? {
-            Some(placement) => placement,
-            None if cells == 0 || objects == 0 => BitMatrix::new(cells, objects),
-            None => return Err(FileError::Missing { section: SectionId::Placement }),
-        };
+        file.placement = reader.placement(cells, objects, budget)?;
+        let portals: Vec<[u32; 2]> = file.portals.iter().map(|p| p.cells.map(|cell| cell.0)).collect();
+        if let Some(rows) = reader.cell_rows(cells, &portals, budget)? {
+            budget.take(SectionId::CellRows, rows.matrix_bytes())?;
+            file.cell_rows = Some(rows.matrix()?);
+        }
+        if let Some(rows) = reader.object_rows(&portals, &file.placement, file.cell_rows.as_ref(), budget)? {
+            budget.take(SectionId::ObjectRows, rows.matrix_bytes())?;
+            file.object_rows = Some(rows.matrix()?);
+        }
         reader.states(&mut file.portals, budget)?;
         file.bounds = reader.bounds(cells, objects, budget)?;
+        file.views = reader.views(objects, file.guarantee, budget)?;
         check_pairs(&file)?;
         Ok(file)
     }
 }
 
 impl<'a> Container<'a> {
-    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`] or [`SectionId::ObjectRows`], row by row; `None` where the
-    /// file leaves the section out (every bit is set), and for every other section.
+    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`], [`SectionId::ObjectRows`] or [`SectionId::ViewRows`], row
+    /// by row; `None` where the file leaves the section out (every bit is set), and for every other section.
+    ///
+    /// Rows of cells are read by the portals, rows of objects by the portals, the placement and the rows of cells: those sections
+    /// are read for it.
     pub fn rows(&self, id: SectionId) -> Result<Option<RowReader<'a>>, FileError> {
         let budget = &mut Budget::new(self.file_bytes());
-        let meta = SectionReader { container: self }.meta(budget)?;
-        let columns = match id {
-            SectionId::CellRows => meta.cells,
-            SectionId::Placement | SectionId::ObjectRows => meta.objects,
-            _ => return Ok(None),
+        let reader = SectionReader { container: self };
+        let meta = reader.meta(budget)?;
+        let (cells, objects) = (meta.cells, meta.objects);
+        let portals = |budget: &mut Budget| -> Result<Vec<[u32; 2]>, FileError> {
+            let pair = |c: &mut Cursor<'_>, b: &mut Budget| portal(c, b, cells).map(|p| p.cells.map(|cell| cell.0));
+            reader.list(SectionId::Portals, meta.portals, 30, budget, pair)
         };
-        row_reader(self, id, meta.cells, columns, budget)
+        let rows = match id {
+            SectionId::Placement => row_reader(self, id, cells, objects, Guide::Plain, budget)?,
+            SectionId::CellRows => reader.cell_rows(cells, &portals(budget)?, budget)?,
+            SectionId::ViewRows if self.section(id).is_some() => {
+                let views = reader.section(SectionId::ViewCells, budget, |c, b| {
+                    c.list(b, 8, |c, b| c.string().and_then(|_| pieces(c, b)))
+                })?;
+                row_reader(self, id, views.map_or(0, |views| views.len()), objects, Guide::Plain, budget)?
+            }
+            SectionId::ObjectRows if self.section(id).is_some() => {
+                let portals = portals(budget)?;
+                let placement = reader.placement(cells, objects, budget)?;
+                let seen = match reader.cell_rows(cells, &portals, budget)? {
+                    Some(rows) => {
+                        budget.take(id, rows.matrix_bytes())?;
+                        Some(rows.matrix()?)
+                    }
+                    None => None,
+                };
+                reader.object_rows(&portals, &placement, seen.as_ref(), budget)?
+            }
+            _ => None,
+        };
+        if let Some(rows) = &rows {
+            budget.take(id, rows.matrix_bytes())?;
+        }
+        Ok(rows)
     }
 }
 
@@ -76,11 +114,12 @@ fn row_reader<'a>(
     id: SectionId,
     rows: usize,
     columns: usize,
+    guide: Guide,
     budget: &mut Budget,
 ) -> Result<Option<RowReader<'a>>, FileError> {
     let Some(bytes) = container.matrix(id)? else { return Ok(None) };
-    budget.take(id, 9 * rows as u64)?;
-    RowReader::new(id, bytes, rows, columns).map(Some)
+    budget.take(id, 48 * rows as u64)?;
+    RowReader::guided(id, bytes, rows, columns, guide).map(Some)
 }
 
 /// What [`SectionId::Meta`] holds.
@@ -100,7 +139,7 @@ struct SectionReader<'c, 'a> {
     container: &'c Container<'a>,
 }
 
-impl SectionReader<'_, '_> {
+impl<'a> SectionReader<'_, 'a> {
     /// Reads a section to its end with `f`; `None` where the file leaves it out.
     fn section<T>(
         &self,
@@ -187,9 +226,45 @@ impl SectionReader<'_, '_> {
         columns: usize,
         budget: &mut Budget,
     ) -> Result<Option<BitMatrix>, FileError> {
-        let Some(reader) = row_reader(self.container, id, rows, columns, budget)? else { return Ok(None) };
+        let Some(reader) = row_reader(self.container, id, rows, columns, Guide::Plain, budget)? else { return Ok(None) };
         budget.take(id, reader.matrix_bytes())?;
         reader.matrix().map(Some)
+    }
+
+    fn placement(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<BitMatrix, FileError> {
+        match self.matrix(SectionId::Placement, cells, objects, budget)? {
+            Some(placement) => Ok(placement),
+            None if cells == 0 || objects == 0 => Ok(BitMatrix::new(cells, objects)),
+            None => Err(FileError::Missing { section: SectionId::Placement }),
+        }
+    }
+
+    /// `portals`: the cells on both sides of each.
+    fn cell_rows(
+        &self,
+        cells: usize,
+        portals: &[[u32; 2]],
+        budget: &mut Budget,
+    ) -> Result<Option<RowReader<'a>>, FileError> {
+        budget.take(SectionId::CellRows, Guide::cells_bytes(cells, portals.len()))?;
+        let guide = Guide::cells(cells, portals.iter().copied());
+        row_reader(self.container, SectionId::CellRows, cells, cells, guide, budget)
+    }
+
+    fn object_rows(
+        &self,
+        portals: &[[u32; 2]],
+        placement: &BitMatrix,
+        seen: Option<&BitMatrix>,
+        budget: &mut Budget,
+    ) -> Result<Option<RowReader<'a>>, FileError> {
+        let id = SectionId::ObjectRows;
+        if self.container.section(id).is_none() {
+            return Ok(None);
+        }
+        budget.take(id, Guide::objects_bytes(portals.len(), placement, seen))?;
+        let guide = Guide::objects(portals.iter().copied(), placement, seen);
+        row_reader(self.container, id, placement.rows(), placement.columns(), guide, budget)
     }
 
     fn repairs(&self, cells: usize, budget: &mut Budget) -> Result<Vec<Repair>, FileError> {
@@ -231,25 +306,85 @@ impl SectionReader<'_, '_> {
         }
     }
 
+    /// Upper and lower set of `cells` cells or view cells, whose rows take turns, so that one refers to the other.
+    fn sides(
+        &self,
+        id: SectionId,
+        cells: usize,
+        columns: usize,
+        budget: &mut Budget,
+    ) -> Result<Option<[BitMatrix; 2]>, FileError> {
+        let Some(both) = self.matrix(id, 2 * cells, columns, budget)? else { return Ok(None) };
+        budget.take(id, 2 * (cells * columns.div_ceil(64) * 8) as u64)?;
+        let [mut upper, mut lower] = [BitMatrix::new(cells, columns), BitMatrix::new(cells, columns)];
+        for cell in 0..cells {
+            upper.row_mut(cell).copy_from_slice(both.row(2 * cell));
+            lower.row_mut(cell).copy_from_slice(both.row(2 * cell + 1));
+        }
+        if let Some((cell, other)) = lower.first_outside(&upper) {
+            let what = format!("pair {cell}, {other} is in the lower set and not in the upper");
+            return Err(FileError::Malformed { section: id, offset: 0, what });
+        }
+        Ok(Some([upper, lower]))
+    }
+
+    /// View cells with their rows; bounds and witnesses both or none, and they must hold as many pairs as the rows.
+    fn views(&self, objects: usize, guarantee: Guarantee, budget: &mut Budget) -> Result<Views, FileError> {
+        let cells = self.section(SectionId::ViewCells, budget, |c, b| {
+            let mut ids = HashSet::new();
+            let cells = c.list(b, 8, |c, b| {
+                let cell = FileViewCell { id: c.string()?, pieces: pieces(c, b)? };
+                match ids.insert(cell.id.clone()) {
+                    true => Ok(cell),
+                    false => Err(c.error(format!("view cell {:?} comes twice", cell.id))),
+                }
+            })?;
+            // The same content gives the same bytes.
+            if cells.is_empty() { Err(c.error("no view cells: leave the section out")) } else { Ok(cells) }
+        })?;
+        let cells = cells.unwrap_or_default();
+        if cells.is_empty() {
+            let stray = [SectionId::ViewRows, SectionId::ViewBounds, SectionId::ViewWitnesses];
+            return match stray.into_iter().any(|id| self.container.section(id).is_some()) {
+                true => Err(FileError::Missing { section: SectionId::ViewCells }),
+                false => Ok(Views::default()),
+            };
+        }
+        let rows = self.matrix(SectionId::ViewRows, cells.len(), objects, budget)?;
+        let bounds = match self.sides(SectionId::ViewBounds, cells.len(), objects, budget)? {
+            None if self.container.section(SectionId::ViewWitnesses).is_some() => {
+                return Err(FileError::Missing { section: SectionId::ViewBounds });
+            }
+            None => None,
+            Some([upper, lower]) => {
+                let witnesses = self.section(SectionId::ViewWitnesses, budget, |c, b| {
+                    let witnesses =
+                        c.list(b, 48, |c, _| Ok([DVec3::from_array(c.f64s()?), DVec3::from_array(c.f64s()?)]))?;
+                    match (witnesses.len() as u64, lower.count_ones()) {
+                        (found, expected) if found == expected => Ok(witnesses),
+                        (found, expected) => Err(c.error(format!("{found} witnesses, {expected} pairs in the lower set"))),
+                    }
+                })?;
+                let witnesses = witnesses.ok_or(FileError::Missing { section: SectionId::ViewWitnesses })?;
+                Some(ViewBounds { lower, upper, witnesses })
+            }
+        };
+        if let Some(bounds) = &bounds {
+            let shipped = if guarantee == Guarantee::Conservative { &bounds.upper } else { &bounds.lower };
+            let all = cells.len() as u64 * objects as u64;
+            let [found, declared] = [rows.as_ref().map_or(all, BitMatrix::count_ones), shipped.count_ones()];
+            if found != declared {
+                let what = format!("{found} pairs, {declared} in the bounds");
+                return Err(FileError::Malformed { section: SectionId::ViewRows, offset: 0, what });
+            }
+        }
+        Ok(Views { cells, rows, bounds })
+    }
+
     /// All three sections or none.
     fn bounds(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<Bounds>, FileError> {
-        let mut sides = |id, columns| -> Result<Option<[BitMatrix; 2]>, FileError> {
-            let Some(both) = self.matrix(id, 2 * cells, columns, budget)? else { return Ok(None) };
-            budget.take(id, 2 * (cells * columns.div_ceil(64) * 8) as u64)?;
-            // Upper and lower rows take turns, so that one refers to the other.
-            let [mut upper, mut lower] = [BitMatrix::new(cells, columns), BitMatrix::new(cells, columns)];
-            for cell in 0..cells {
-                upper.row_mut(cell).copy_from_slice(both.row(2 * cell));
-                lower.row_mut(cell).copy_from_slice(both.row(2 * cell + 1));
-            }
-            if let Some((cell, other)) = lower.first_outside(&upper) {
-                let what = format!("pair {cell}, {other} is in the lower set and not in the upper");
-                return Err(FileError::Malformed { section: id, offset: 0, what });
-            }
-            Ok(Some([upper, lower]))
-        };
-        let by_cell = sides(SectionId::CellBounds, cells)?;
-        let by_object = sides(SectionId::ObjectBounds, objects)?;
+        let by_cell = self.sides(SectionId::CellBounds, cells, cells, budget)?;
+        let by_object = self.sides(SectionId::ObjectBounds, cells, objects, budget)?;
         let has_witnesses = self.container.section(SectionId::Witnesses).is_some();
         let ([cells_upper, cells_lower], [objects_upper, objects_lower]) = match (by_cell, by_object) {
             (Some(by_cell), Some(by_object)) => (by_cell, by_object),
@@ -290,12 +425,11 @@ fn plane(c: &mut Cursor<'_>) -> Result<Vec4, FileError> {
 }
 
 fn cell(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<FileCell, FileError> {
-    Ok(FileCell {
-        name: c.string()?,
-        source: c.option()?,
-        open: c.code(2, "a flag")? == 1,
-        pieces: c.list(budget, 4, |c, b| c.list(b, 16, |c, _| plane(c)))?,
-    })
+    Ok(FileCell { name: c.string()?, source: c.option()?, open: c.code(2, "a flag")? == 1, pieces: pieces(c, budget)? })
+}
+
+fn pieces(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<Vec<Vec<Vec4>>, FileError> {
+    c.list(budget, 4, |c, b| c.list(b, 16, |c, _| plane(c)))
 }
 
 fn portal(c: &mut Cursor<'_>, budget: &mut Budget, cells: usize) -> Result<FilePortal, FileError> {

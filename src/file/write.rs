@@ -1,13 +1,14 @@
 //! Fields to sections.
 
+use super::PvsFile;
 use super::bytes::Put;
 use super::codes::{portal_kind_code, state_code, strategy_code};
 use super::format::{SectionId, assemble};
-use super::rows::encode_rows;
-use super::{Bounds, PvsFile};
+use super::rows::{Guide, encode_guided, encode_rows};
 use crate::BitMatrix;
 use crate::cells::PortalState;
 use crate::pvs::PvsStats;
+use glam::{DVec3, Vec4};
 
 impl PvsFile {
     /// The file's bytes; the same fields give the same bytes. The fields must agree with each other as their documentation says
@@ -22,23 +23,36 @@ impl PvsFile {
                 sections.push((id, bytes()));
             }
         };
-        let rows = |rows: &Option<BitMatrix>| rows.as_ref().map(encode_rows).unwrap_or_default();
+        let portals = || self.portals.iter().map(|p| p.cells.map(|cell| cell.0));
+        let rows = |rows: &Option<BitMatrix>, guide: &dyn Fn() -> Guide| {
+            rows.as_ref().map(|rows| encode_guided(rows, &guide())).unwrap_or_default()
+        };
+        let by_portals = || Guide::cells(self.cells.len(), portals());
+        let by_cells = || Guide::objects(portals(), &self.placement, self.cell_rows.as_ref());
         add(SectionId::Notes, !(self.left_out.is_empty() && self.notes.is_empty()), &|| self.lines());
         add(SectionId::Cells, !self.cells.is_empty(), &|| self.cell_list());
         add(SectionId::Portals, !self.portals.is_empty(), &|| self.portal_list());
         add(SectionId::Objects, !self.objects.is_empty(), &|| self.object_list());
         add(SectionId::Placement, !(self.cells.is_empty() || self.objects.is_empty()), &|| encode_rows(&self.placement));
-        add(SectionId::CellRows, self.cell_rows.is_some(), &|| rows(&self.cell_rows));
-        add(SectionId::ObjectRows, self.object_rows.is_some(), &|| rows(&self.object_rows));
+        add(SectionId::CellRows, self.cell_rows.is_some(), &|| rows(&self.cell_rows, &by_portals));
+        add(SectionId::ObjectRows, self.object_rows.is_some(), &|| rows(&self.object_rows, &by_cells));
         if let Some(bounds) = &self.bounds {
             add(SectionId::CellBounds, true, &|| encode_rows(&both(&bounds.cells_upper, &bounds.cells_lower)));
             add(SectionId::ObjectBounds, true, &|| encode_rows(&both(&bounds.objects_upper, &bounds.objects_lower)));
-            add(SectionId::Witnesses, true, &|| witnesses(bounds));
+            add(SectionId::Witnesses, true, &|| segments(bounds.witnesses.iter().map(|w| [w.from, w.to])));
         }
         add(SectionId::Repairs, !self.repairs.is_empty(), &|| self.repair_list());
         add(SectionId::Stats, self.stats != Default::default(), &|| self.counters());
         let usual = self.portals.iter().all(|p| p.state == PortalState::of_kind(p.kind));
         add(SectionId::PortalStates, !usual, &|| self.portals.iter().map(|p| state_code(p.state)).collect());
+        let views = &self.views;
+        add(SectionId::ViewCells, !views.cells.is_empty(), &|| self.view_cell_list());
+        add(SectionId::ViewRows, views.rows.is_some(), &|| views.rows.as_ref().map(encode_rows).unwrap_or_default());
+        if let Some(bounds) = &views.bounds {
+            add(SectionId::ViewBounds, true, &|| encode_rows(&both(&bounds.upper, &bounds.lower)));
+            let segments = || segments(bounds.witnesses.iter().copied());
+            add(SectionId::ViewWitnesses, true, &segments);
+        }
         assemble(self.model_hash, self.guarantee, &sections)
     }
 
@@ -75,11 +89,17 @@ impl PvsFile {
             out.string(&cell.name);
             out.option(cell.source.as_deref());
             out.u8(u8::from(cell.open));
-            out.count(cell.pieces.len());
-            for piece in &cell.pieces {
-                out.count(piece.len());
-                piece.iter().for_each(|plane| out.f32s(plane.to_array()));
-            }
+            pieces(&cell.pieces, &mut out);
+        }
+        out
+    }
+
+    fn view_cell_list(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        out.count(self.views.cells.len());
+        for cell in &self.views.cells {
+            out.string(&cell.id);
+            pieces(&cell.pieces, &mut out);
         }
         out
     }
@@ -137,12 +157,20 @@ fn both(upper: &BitMatrix, lower: &BitMatrix) -> BitMatrix {
     out
 }
 
-fn witnesses(bounds: &Bounds) -> Vec<u8> {
+fn pieces(pieces: &[Vec<Vec4>], out: &mut Vec<u8>) {
+    out.count(pieces.len());
+    for piece in pieces {
+        out.count(piece.len());
+        piece.iter().for_each(|plane| out.f32s(plane.to_array()));
+    }
+}
+
+fn segments(segments: impl ExactSizeIterator<Item = [DVec3; 2]>) -> Vec<u8> {
     let mut out = Vec::new();
-    out.count(bounds.witnesses.len());
-    for witness in &bounds.witnesses {
-        out.f64s(witness.from.to_array());
-        out.f64s(witness.to.to_array());
+    out.count(segments.len());
+    for [from, to] in segments {
+        out.f64s(from.to_array());
+        out.f64s(to.to_array());
     }
     out
 }

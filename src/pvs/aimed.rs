@@ -100,7 +100,7 @@ pub(super) fn sample(
 }
 
 /// A random point on a random triangle of an object.
-fn point_on(scene: &Scene, object: usize, random: &mut Random) -> (DVec3, Hit) {
+pub(super) fn point_on(scene: &Scene, object: usize, random: &mut Random) -> (DVec3, Hit) {
     let triangles = &scene.objects[object].triangles;
     let triangle = triangles.start + (random.next() % u64::from(triangles.end - triangles.start)) as u32;
     let [a, b, c] = scene.corners(triangle as usize);

@@ -1,7 +1,7 @@
 //! What can be seen from each cell: both sides of it.
 //!
 //! [`bake`] is the main path. The lower bound: `cubes` and `aimed`, their proofs in `witness`, the cells along a line in
-//! `lines`. The upper bound: `flow`. Where the two contradict each other: `repair`.
+//! `lines`. The upper bound: `flow`. Where the two contradict each other: `repair`. Both for regions across cells: `view_cells`.
 
 mod aimed;
 pub mod cube;
@@ -9,6 +9,7 @@ mod cubes;
 pub mod flow;
 mod lines;
 mod repair;
+pub mod view_cells;
 mod witness;
 
 use crate::cells::{CellGraph, place_objects};

@@ -20,6 +20,10 @@ mod number {
     pub const REPAIRS: u32 = 12;
     pub const STATS: u32 = 13;
     pub const PORTAL_STATES: u32 = 14;
+    pub const VIEW_CELLS: u32 = 15;
+    pub const VIEW_ROWS: u32 = 16;
+    pub const VIEW_BOUNDS: u32 = 17;
+    pub const VIEW_WITNESSES: u32 = 18;
 }
 use number::*;
 
@@ -61,7 +65,8 @@ fn header_clauses() {
     refused(b"", "cut short: 0 bytes of 56");
     refused(b"glTF binary, say", "not a .pvs file");
     refused_after("not a .pvs file", |f| f.magic[1] = b'X');
-    refused_after("format version 2, this program reads version 1; bake the model again", |f| f.version = 2);
+    refused_after("format version 1, this program reads version 2; bake the model again", |f| f.version = 1);
+    refused_after("format version 3, this program reads version 2", |f| f.version = 3);
     refused_after("header, byte 40: guarantee 2, of which there are 2", |f| f.guarantee = 2);
     refused_after("header, byte 46: a reserved byte that is not zero", |f| f.reserved[5] = 1);
 
@@ -82,13 +87,13 @@ fn header_clauses() {
     );
     refused(&patched(30, &[whole[30] ^ 1], false), "header, byte 48: damaged (the checksum differs)");
     let last = whole.len() - 1;
-    refused(&patched(last, &[whole[last] ^ 1], false), "section portal-states, ");
+    refused(&patched(last, &[whole[last] ^ 1], false), "section view-witnesses, ");
 }
 
 #[test]
 fn section_table_clauses() {
     refused_after("section 1 out of order; numbers ascend from 1", |f| f.parts.swap(0, 1));
-    refused_after("section 14 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
+    refused_after("section 18 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
     refused_after("section 0 out of order", |f| f.parts[0].number = 0);
     refused_after("section 1 has flags 0x5", |f| f.parts[0].flags = REQUIRED | 4);
     refused_after("section 99 is required and unknown to this program", |f| {
@@ -282,7 +287,10 @@ fn portal_clauses() {
         [&u32s(&[4])[..], &first, &other, &other, &other].concat()
     };
     let up = [0., 0., 1., 0.];
-    let mut f = forged();
+    // Rows of cells are read by the portals.
+    let mut file = sample();
+    file.portals.iter_mut().zip([[2, 1], [0, 1], [0, 1], [0, 1]]).for_each(|(p, cells)| p.cells = cells.map(CellId));
+    let mut f = Forged::take_apart(&file.write());
     f.put(PORTALS, portal([2, 1], up, 2, &triangle));
     assert_eq!(PvsFile::read(&f.bytes()).unwrap().portals[0].cells, [CellId(2), CellId(1)]);
 
@@ -332,6 +340,33 @@ fn other_section_clauses() {
     // Rows that aren't what was declared.
     f.put(OBJECT_ROWS, encode_rows(&BitMatrix::new(3, 70)));
     refused(&f.bytes(), "section object-rows, byte 0: 0 pairs, ");
+}
+
+#[test]
+fn view_cell_clauses() {
+    let view = |id: &str| [&u32s(&[id.len() as u32])[..], id.as_bytes(), NO_NAME].concat();
+    let list = |ids: [&str; 2]| [u32s(&[2]), view(ids[0]), view(ids[1])].concat();
+    let mut f = forged();
+    f.put(VIEW_CELLS, list(["a", "b"]));
+    let file = PvsFile::read(&f.bytes()).unwrap();
+    assert_eq!((file.view_cell("b"), file.view_cell("c")), (Some(1), None));
+    refused_as(VIEW_CELLS, &[&list(["a", "a"])], "view cell \"a\" comes twice");
+    refused_as(VIEW_CELLS, &[&u32s(&[0])], "no view cells: leave the section out");
+    refused_as(VIEW_CELLS, &[&u32s(&[1]), &view("a")], "a matrix of 2 rows, 1 expected");
+    refused_as(VIEW_CELLS, &[&u32s(&[u32::MAX])], "a list of 4294967295");
+
+    let witnesses = f.decoded(VIEW_WITNESSES);
+    let count = u32::from_le_bytes(witnesses[..4].try_into().unwrap());
+    let fewer = [&u32s(&[count - 1])[..], &witnesses[4..witnesses.len() - 48]].concat();
+    refused_as(VIEW_WITNESSES, &[&fewer], &format!("{} witnesses, {count} pairs in the lower set", count - 1));
+    refused_with(VIEW_WITNESSES, 4, &f64::NAN.to_le_bytes(), "section view-witnesses, byte 4: a number that is not finite");
+    let mut turns = BitMatrix::new(4, 70);
+    turns.set(3, 69);
+    refused_as(VIEW_BOUNDS, &[&encode_rows(&turns)], "pair 1, 69 is in the lower set and not in the upper");
+    refused_as(VIEW_ROWS, &[&encode_rows(&BitMatrix::new(2, 70))], "section view-rows, byte 0: 0 pairs, ");
+    refused_after("section view-cells is missing", |f| f.remove(VIEW_CELLS));
+    refused_after("section view-bounds is missing", |f| f.remove(VIEW_BOUNDS));
+    refused_after("section view-witnesses is missing", |f| f.remove(VIEW_WITNESSES));
 }
 
 #[test]

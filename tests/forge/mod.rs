@@ -4,7 +4,8 @@
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use enfilade::cells::{PortalKind, PortalState, Strategy};
-use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
+use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile};
+use enfilade::file::{ViewBounds, Views};
 use enfilade::pvs::{Guarantee, PvsStats, Repair, Witness};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3};
@@ -296,7 +297,29 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
             cracks: 2,
             contradictions: r.next(),
         },
+        views: views(r, objects, guarantee, shape.keep_bounds),
     }
+}
+
+/// Up to three view cells, ids apart.
+fn views(r: &mut Random, objects: usize, guarantee: Guarantee, keep_bounds: bool) -> Views {
+    let n = r.below(4);
+    if n == 0 {
+        return Views::default();
+    }
+    let density = r.below(9);
+    let (upper, mut lower) = (r.matrix(n, objects, density), BitMatrix::new(n, objects));
+    for row in 0..n {
+        upper.ones(row).filter(|_| r.below(4) > 0).for_each(|column| {
+            lower.set(row, column);
+        });
+    }
+    let shipped = if guarantee == Guarantee::Conservative { &upper } else { &lower };
+    let rows = (shipped.count_ones() < (n * objects) as u64).then(|| shipped.clone());
+    let pieces = |r: &mut Random| (0..r.below(3)).map(|_| (0..r.below(8)).map(|_| r.plane()).collect()).collect();
+    let cells = (0..n).map(|i| FileViewCell { id: format!("{i}{}", r.text()), pieces: pieces(r) }).collect();
+    let witnesses = (0..lower.count_ones()).map(|_| [r.point(), r.point()]).collect();
+    Views { cells, rows, bounds: keep_bounds.then_some(ViewBounds { lower, upper, witnesses }) }
 }
 
 /// A file with every section in it: 3 cells, 4 portals, 70 objects.
@@ -306,6 +329,7 @@ pub fn sample() -> PvsFile {
         .map(|seed| random_file(seed, shape))
         .find(|f| {
             let full = f.cell_rows.is_some() && f.object_rows.is_some() && !f.repairs.is_empty() && !f.notes.is_empty();
+            let full = full && f.views.cells.len() == 2 && f.views.rows.is_some();
             full && f.guarantee == Guarantee::Conservative && f.cells.iter().all(|c| c.pieces.iter().any(|p| !p.is_empty()))
         })
         .expect("one of them has every section")

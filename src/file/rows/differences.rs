@@ -1,0 +1,391 @@
+//! Rows as differences, compressed by zstd block by block.
+//!
+//! Based on: Michiel van de Panne, A. James Stewart, *Effective compression techniques for precomputed visibility*, 1999
+//! (equal rows merged, similar rows by their difference); Paolo Boldi, Sebastiano Vigna, *The WebGraph framework I: compression
+//! techniques*, 2004 (a window of earlier rows to refer to, gaps and runs).
+//! Deviations: lossless only (van de Panne and Stewart also merge rows that are nearly equal, which would break either side of
+//! the guarantee); the difference is an exclusive or, so that a chain of references is undone by exclusive ors in any order and
+//! no row of the chain is built; references stay within a block, so that one row costs one block.
+
+use super::flip;
+use crate::file::bytes::{Cursor, Put};
+use crate::file::error::FileError;
+use crate::file::format::{SectionId, compressed};
+use crate::{BitMatrix, bits};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// How a row's difference to its reference is written: the shortest form is taken.
+const SPARSE: u32 = 0;
+const DENSE: u32 = 1;
+const RUNS: u32 = 2;
+
+/// Earlier rows that are tried as references: time grows with it, and cells that see much the same are mostly numbered close by.
+const WINDOW: usize = 64;
+/// Most bytes of a block that is compressed: reading a row decompresses all of it.
+const BLOCK_BYTES: usize = 4 << 10;
+/// Rows of a block that isn't.
+const LONG: usize = 256;
+/// Fewest and most rows of a block.
+const BLOCK_ROWS: [usize; 2] = [1, 4096];
+/// A row that takes more steps is not referred to; a byte is a step, eight where bits are stored as they are.
+const STEPS: usize = 2048;
+/// Bytes that a row may take in its block beyond those of its bits.
+const ROW_OVERHEAD: usize = 16;
+
+/// Bytes of the bits of a row.
+fn dense_bytes(columns: usize) -> usize {
+    columns.div_ceil(8)
+}
+
+/// A matrix's rows: distinct rows once, in blocks.
+pub(super) fn encode(matrix: &BitMatrix, out: &mut Vec<u8>) {
+    // Equal rows once: 0 stands for a row not seen before, n + 1 for a copy of the n-th such row.
+    let mut seen: HashMap<&[u64], u32> = HashMap::new();
+    let (mut unique, mut map) = (Vec::new(), Vec::new());
+    for row in 0..matrix.rows() {
+        let next = unique.len() as u32;
+        match *seen.entry(matrix.row(row)).or_insert(next) {
+            first if first == next => {
+                unique.push(matrix.row(row));
+                map.varint(0);
+            }
+            copy => map.varint(copy + 1),
+        }
+    }
+    let (block_rows, blocks) = blocks(&unique, matrix.columns());
+    let map = Pack::new(map, true);
+    out.varint(unique.len() as u32);
+    out.varint(block_rows as u32);
+    for part in std::iter::once(&map).chain(&blocks) {
+        out.varint(part.stored().len() as u32);
+        out.varint(part.plain.len() as u32);
+    }
+    for part in std::iter::once(&map).chain(&blocks) {
+        out.bytes(part.stored());
+    }
+}
+
+/// Bytes, and what zstd makes of them where that is fewer.
+struct Pack {
+    plain: Vec<u8>,
+    zstd: Option<Vec<u8>>,
+}
+
+impl Pack {
+    fn new(plain: Vec<u8>, compress: bool) -> Self {
+        let zstd = if compress { compressed(&plain) } else { None };
+        Self { plain, zstd }
+    }
+
+    fn stored(&self) -> &[u8] {
+        self.zstd.as_ref().unwrap_or(&self.plain)
+    }
+}
+
+/// How many rows a block has, and the blocks: few rows and compressed, or many and not, whichever is shorter.
+fn blocks(rows: &[&[u64]], columns: usize) -> (usize, Vec<Pack>) {
+    let of = |block_rows: usize| -> Vec<Pack> {
+        let blocks = rows.par_chunks(block_rows).map(|rows| encode_block(rows, columns));
+        blocks
+            .map(|block| {
+                let short = block.len() <= BLOCK_BYTES;
+                Pack::new(block, short)
+            })
+            .collect()
+    };
+    let is_long = |blocks: &[Pack]| blocks.iter().any(|block| block.plain.len() > BLOCK_BYTES);
+    let (mut short, mut short_blocks) = (WINDOW, of(WINDOW));
+    while short > 1 && is_long(&short_blocks) {
+        short = short * 3 / 4;
+        short_blocks = of(short);
+    }
+    let long_blocks = of(LONG);
+    let bytes = |blocks: &[Pack]| blocks.iter().map(|block| block.stored().len() + 4).sum::<usize>();
+    if bytes(&long_blocks) < bytes(&short_blocks) { (LONG, long_blocks) } else { (short, short_blocks) }
+}
+
+/// The length of each row, then the rows: the form, the reference, and the difference to that.
+fn encode_block(rows: &[&[u64]], columns: usize) -> Vec<u8> {
+    let (mut lengths, mut out) = (Vec::new(), Vec::new());
+    let (mut sparse, mut runs) = (Vec::new(), Vec::new());
+    let mut difference = vec![0u64; columns.div_ceil(64)];
+    let zeros = difference.clone();
+    // Steps to read each row, with all that it refers to.
+    let mut steps: Vec<usize> = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        // The nearest of the cheapest; 0 rows back is no reference.
+        let mut best = (cost(row, &zeros, u32::MAX), 0);
+        for back in (1..=i.min(WINDOW)).filter(|back| steps[i - back] < STEPS) {
+            let cost = cost(row, rows[i - back], best.0);
+            if cost < best.0 {
+                best = (cost, back);
+            }
+        }
+        let reference = if best.1 == 0 { &zeros[..] } else { rows[i - best.1] };
+        for (d, (a, b)) in difference.iter_mut().zip(row.iter().zip(reference)) {
+            *d = a ^ b;
+        }
+        sparse.clear();
+        put_sparse(&difference, &mut sparse);
+        runs.clear();
+        put_runs(&difference, &mut runs);
+        let (form, length) = [(SPARSE, sparse.len()), (DENSE, dense_bytes(columns)), (RUNS, runs.len())]
+            .into_iter()
+            .min_by_key(|&(_, length)| length)
+            .unwrap_or((DENSE, 0));
+        let start = out.len();
+        out.varint(form + 3 * best.1 as u32);
+        match form {
+            SPARSE => out.bytes(&sparse),
+            RUNS => out.bytes(&runs),
+            _ => out.extend(difference.iter().flat_map(|w| w.to_le_bytes()).take(length)),
+        }
+        lengths.varint((out.len() - start) as u32);
+        let own = if form == DENSE { length / 8 } else { length };
+        steps.push(own + if best.1 == 0 { 0 } else { steps[i - best.1] });
+    }
+    lengths.extend(out);
+    lengths
+}
+
+/// Bytes, about, of the difference of two rows: set bits, or twice the runs; given up above `limit`.
+fn cost(a: &[u64], b: &[u64], limit: u32) -> u32 {
+    let (mut ones, mut edges, mut carry) = (0, 0, 0);
+    for (a, b) in a.iter().zip(b) {
+        let d = a ^ b;
+        ones += d.count_ones();
+        edges += (d ^ (d << 1 | carry)).count_ones();
+        carry = d >> 63;
+        if ones.min(edges) > limit {
+            break;
+        }
+    }
+    ones.min(edges)
+}
+
+/// The number of set bits, then before each the number of clear bits since the one before.
+fn put_sparse(words: &[u64], out: &mut Vec<u8>) {
+    out.varint(bits::ones(words).count() as u32);
+    let mut next = 0;
+    for one in bits::ones(words) {
+        out.varint((one - next) as u32);
+        next = one + 1;
+    }
+}
+
+/// The number of runs of set bits, then for each the clear bits since the one before (less one, but for the first) and its
+/// length less one.
+fn put_runs(words: &[u64], out: &mut Vec<u8>) {
+    let mut runs: Vec<[usize; 2]> = Vec::new();
+    for one in bits::ones(words) {
+        match runs.last_mut() {
+            Some([_, end]) if *end == one => *end += 1,
+            _ => runs.push([one, one + 1]),
+        }
+    }
+    out.varint(runs.len() as u32);
+    let mut next = 0;
+    for [start, end] in runs {
+        out.varint((start - next) as u32);
+        out.varint((end - start - 1) as u32);
+        next = end + 1;
+    }
+}
+
+/// A coded matrix.
+#[derive(Clone, Debug)]
+pub(super) struct Differences<'a> {
+    section: SectionId,
+    columns: usize,
+    /// Matrix row to distinct row.
+    map: Vec<u32>,
+    block_rows: usize,
+    blocks: Vec<Block<'a>>,
+}
+
+#[derive(Clone, Debug)]
+struct Block<'a> {
+    packed: Packed<'a>,
+    rows: usize,
+}
+
+/// Bytes that are zstd if they are fewer than what they decode to.
+#[derive(Clone, Debug)]
+struct Packed<'a> {
+    stored: &'a [u8],
+    decoded: usize,
+}
+
+impl Packed<'_> {
+    fn unpack(&self, section: SectionId) -> Result<Cow<'_, [u8]>, FileError> {
+        if self.stored.len() == self.decoded {
+            return Ok(Cow::Borrowed(self.stored));
+        }
+        match zstd::bulk::decompress(self.stored, self.decoded) {
+            Ok(bytes) if bytes.len() == self.decoded => Ok(Cow::Owned(bytes)),
+            _ => Err(FileError::Malformed {
+                section,
+                offset: 0,
+                what: format!("a block that doesn't decompress to {} bytes", self.decoded),
+            }),
+        }
+    }
+}
+
+impl<'a> Differences<'a> {
+    /// Reads what stands before the blocks.
+    pub fn new(c: &mut Cursor<'a>, rows: usize, columns: usize) -> Result<Self, FileError> {
+        let unique = c.varint()? as usize;
+        if unique == 0 || unique > rows {
+            return Err(c.error(format!("{unique} distinct rows of {rows}")));
+        }
+        let block_rows = c.varint()? as usize;
+        if !(BLOCK_ROWS[0]..=BLOCK_ROWS[1]).contains(&block_rows) {
+            return Err(c.error(format!("blocks of {block_rows} rows")));
+        }
+        let rows_of = |block: usize| block_rows.min(unique - block * block_rows);
+        let mut part = |most: usize| -> Result<[usize; 2], FileError> {
+            let (stored, decoded) = (c.varint()? as usize, c.varint()? as usize);
+            if stored > decoded || decoded > most {
+                return Err(c.error(format!("a part of {stored} bytes that decodes to {decoded}, at most {most} expected")));
+            }
+            Ok([stored, decoded])
+        };
+        let map_lengths = part(rows.saturating_mul(5))?;
+        let count = unique.div_ceil(block_rows);
+        let mut lengths = Vec::new();
+        for block in 0..count {
+            lengths.push(part(rows_of(block).saturating_mul(dense_bytes(columns) + ROW_OVERHEAD))?);
+        }
+        let map = Packed { stored: c.take(map_lengths[0])?, decoded: map_lengths[1] };
+        let mut blocks = Vec::new();
+        for (block, [stored, decoded]) in lengths.into_iter().enumerate() {
+            blocks.push(Block { packed: Packed { stored: c.take(stored)?, decoded }, rows: rows_of(block) });
+        }
+        let map = read_map(c.section(), &map.unpack(c.section())?, rows, unique)?;
+        Ok(Self { section: c.section(), columns, map, block_rows, blocks })
+    }
+
+    /// Most bytes that a block takes, decompressed.
+    pub fn block_bytes(&self) -> usize {
+        self.blocks.iter().map(|b| b.packed.decoded).max().unwrap_or(0)
+    }
+
+    /// One row. Decompresses the block that it is in and nothing else.
+    pub fn row(&self, row: usize) -> Result<Vec<u64>, FileError> {
+        let mut out = vec![0; self.columns.div_ceil(64)];
+        let (block, last) = (self.map[row] as usize / self.block_rows, self.map[row] as usize % self.block_rows);
+        let bytes = self.blocks[block].packed.unpack(self.section)?;
+        let mut rows = rows_of(&mut Cursor::new(self.section, &bytes), self.blocks[block].rows)?;
+        let mut i = last;
+        loop {
+            match difference(&mut rows[i], i, self.columns, &mut out)? {
+                0 => return Ok(out),
+                back => i -= back,
+            }
+        }
+    }
+
+    /// All rows. Checks every block to its end.
+    pub fn matrix(&self) -> Result<BitMatrix, FileError> {
+        let mut out = BitMatrix::new(self.map.len(), self.columns);
+        // Distinct rows are numbered as they first appear, so the map gives where each is built.
+        let mut first = Vec::new();
+        for (row, &unique) in self.map.iter().enumerate() {
+            if unique as usize == first.len() {
+                first.push(row);
+            }
+        }
+        let mut done = 0;
+        let mut words = vec![0; self.columns.div_ceil(64)];
+        for block in &self.blocks {
+            let bytes = block.packed.unpack(self.section)?;
+            let mut c = Cursor::new(self.section, &bytes);
+            for (i, mut row) in rows_of(&mut c, block.rows)?.into_iter().enumerate() {
+                words.fill(0);
+                let back = difference(&mut row, i, self.columns, &mut words)?;
+                row.end()?;
+                if back > 0 {
+                    let reference = out.row(first[done + i - back]);
+                    words.iter_mut().zip(reference).for_each(|(w, r)| *w ^= r);
+                }
+                out.row_mut(first[done + i]).copy_from_slice(&words);
+            }
+            c.end()?;
+            done += block.rows;
+        }
+        for (row, &unique) in self.map.iter().enumerate() {
+            let source = first[unique as usize];
+            if source != row {
+                words.copy_from_slice(out.row(source));
+                out.row_mut(row).copy_from_slice(&words);
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// Matrix rows to distinct rows.
+fn read_map(section: SectionId, bytes: &[u8], rows: usize, unique: usize) -> Result<Vec<u32>, FileError> {
+    let mut c = Cursor::new(section, bytes);
+    let (mut map, mut seen) = (Vec::with_capacity(rows), 0u32);
+    for _ in 0..rows {
+        match c.varint()? {
+            0 => {
+                map.push(seen);
+                seen += 1;
+            }
+            n if n <= seen => map.push(n - 1),
+            n => return Err(c.error(format!("a copy of distinct row {}, of which {seen} came before", n - 1))),
+        }
+    }
+    if seen as usize != unique {
+        return Err(c.error(format!("{seen} distinct rows, {unique} declared")));
+    }
+    c.end()?;
+    Ok(map)
+}
+
+/// The rows of a block.
+fn rows_of<'b>(c: &mut Cursor<'b>, rows: usize) -> Result<Vec<Cursor<'b>>, FileError> {
+    let mut lengths = Vec::with_capacity(rows);
+    for _ in 0..rows {
+        lengths.push(c.varint()? as usize);
+    }
+    lengths.into_iter().map(|length| c.part(length)).collect()
+}
+
+/// Reads the `i`-th row of a block: flips its difference in `out` and says how many rows back its reference is (0: none).
+fn difference(c: &mut Cursor<'_>, i: usize, columns: usize, out: &mut [u64]) -> Result<usize, FileError> {
+    let head = c.varint()?;
+    let (form, back) = (head % 3, (head / 3) as usize);
+    if back > i {
+        return Err(c.error(format!("a reference {back} rows back from row {i} of a block")));
+    }
+    if form == DENSE {
+        let bytes = c.take(dense_bytes(columns))?;
+        if !columns.is_multiple_of(8) && bytes.last().is_some_and(|b| b >> (columns % 8) != 0) {
+            return Err(c.error("bits beyond the last column"));
+        }
+        for (word, bytes) in out.iter_mut().zip(bytes.chunks(8)) {
+            let mut whole = [0; 8];
+            whole[..bytes.len()].copy_from_slice(bytes);
+            *word ^= u64::from_le_bytes(whole);
+        }
+        return Ok(back);
+    }
+    let mut next = 0;
+    for k in 0..c.varint()? {
+        // Runs are apart by one clear bit at least, which isn't counted.
+        let start = next + u64::from(c.varint()?) + u64::from(form == RUNS && k > 0);
+        let end = start + 1 + if form == RUNS { u64::from(c.varint()?) } else { 0 };
+        if end > columns as u64 {
+            return Err(c.error(format!("column {}, of which there are {columns}", end - 1)));
+        }
+        flip(out, start as usize, end as usize);
+        next = end;
+    }
+    Ok(back)
+}

@@ -1,0 +1,200 @@
+//! View cells: against exact answers (`exact/` in the data folder; its README says how they were found), against the cells of a
+//! building, and on the command line.
+
+#[allow(dead_code, reason = "each test binary uses its part")]
+#[path = "common/cli.rs"]
+mod cli;
+#[path = "common/data.rs"]
+mod data;
+
+use enfilade::BitMatrix;
+use enfilade::bake::{BakeOptions, Baked, bake};
+use enfilade::cells::{ViewCell, read_view_cells};
+use enfilade::file::PvsFile;
+use enfilade::pvs::PvsOptions;
+use enfilade::pvs::view_cells::ViewRows;
+use enfilade::scene::{ImportOptions, Scene, import};
+use serde_json::Value;
+use std::path::Path;
+
+fn baked(scene: &Scene, view_cells: Vec<ViewCell>, rays: u64) -> (Baked, ViewRows) {
+    let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
+    let options = BakeOptions { pvs, keep_bounds: true, view_cells, ..BakeOptions::default() };
+    let baked = bake(scene, options, &|_, _| ()).unwrap();
+    let views = baked.views.clone().expect("view cells were given");
+    assert_eq!(views.lower.first_outside(&views.upper), None);
+    assert_eq!(views.contradictions, 0);
+    (baked, views)
+}
+
+/// Every witness begins in its view cell and ends on its object, give or take a rounding.
+fn assert_witnesses(scene: &Scene, views: &[ViewCell], rows: &ViewRows) {
+    let pairs = (0..rows.lower.rows()).flat_map(|v| rows.lower.ones(v).map(move |object| (v, object)));
+    let mut count = 0;
+    for ((v, object), [from, to]) in pairs.zip(&rows.witnesses) {
+        assert!(views[v].pieces.iter().any(|piece| piece.contains(*from, 1e-9)), "view cell {v}, object {object}");
+        assert!(scene.objects[object].bounds.inflated(1e-9).contains(*to), "view cell {v}, object {object}");
+        count += 1;
+    }
+    assert_eq!((count, rows.witnesses.len() as u64), (rows.witnesses.len(), rows.lower.count_ones()));
+}
+
+#[test]
+fn both_bounds_hold_on_every_scene_with_an_exact_answer() {
+    let Some(data) = data::data("both_bounds_hold_on_every_scene_with_an_exact_answer") else { return };
+    let scenes = ["two_rooms", "rooms3x3", "keyhole", "random_boxes", "slit_possible", "slit_barely_visible", "l_corridors"];
+    for name in scenes {
+        let folder = data.join("exact").join(name);
+        let text = |file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
+        let scene = import(&folder.join("scene.obj"), &ImportOptions::default()).unwrap();
+        let views = read_view_cells(&text("cells.json"), &scene).unwrap();
+        let (_, rows) = baked(&scene, views.clone(), 2_000_000);
+        assert_witnesses(&scene, &views, &rows);
+        // An object of the scene may have been imported as several.
+        let of = |matrix: &BitMatrix, view: usize, object: u64| {
+            let node = format!("object_{object}");
+            let mut ids = (0..scene.objects.len()).filter(|&o| scene.objects[o].node == node).peekable();
+            assert!(ids.peek().is_some(), "{name}: no {node}");
+            ids.any(|o| matrix.get(view, o))
+        };
+        let exact: Value = serde_json::from_str(&text("exact.json")).unwrap();
+        let (mut pairs, mut undecided, mut visible) = (0, 0, 0);
+        for pair in exact["pairs"].as_array().unwrap() {
+            let [cell, object] = ["cell", "object"].map(|key| pair[key].as_u64().unwrap());
+            let view = views.iter().position(|v| v.id == cell.to_string()).unwrap();
+            let (lower, upper) = (of(&rows.lower, view, object), of(&rows.upper, view, object));
+            match pair["visible"].as_bool() {
+                Some(false) => assert!(!lower, "{name}: view cell {cell}, object {object} is hidden"),
+                Some(true) if pair["marginal"] != true => {
+                    assert!(upper, "{name}: view cell {cell}, object {object} is visible");
+                }
+                _ => {}
+            }
+            (pairs, undecided) = (pairs + 1, undecided + u32::from(upper && !lower));
+            visible += u32::from(upper && !lower && pair["visible"] == true);
+        }
+        assert!(undecided * 2 < pairs, "{name}: {undecided} of {pairs} pairs are undecided");
+        eprintln!("{name}: {undecided} of {pairs} pairs undecided, {visible} of them visible");
+    }
+}
+
+#[test]
+fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings/villa_rotonda.glb");
+    let scene = import(&model, &ImportOptions::default()).unwrap();
+    let options = BakeOptions { pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() }, ..BakeOptions::default() };
+    let cells = bake(&scene, options, &|_, _| ()).unwrap().file.cells;
+    // The first three closed ones, as the file has them.
+    let plane = |n: glam::DVec3, d: f64| serde_json::json!([n.x, n.y, n.z, d + n.dot(scene.origin)]);
+    let closed: Vec<usize> = (0..cells.len()).filter(|&c| !cells[c].open).take(3).collect();
+    let given = closed.iter().map(|&c| {
+        let pieces: Vec<Value> = cells[c]
+            .pieces
+            .iter()
+            .map(|planes| planes.iter().map(|p| plane(p.truncate().as_dvec3(), f64::from(p.w))).collect::<Vec<_>>())
+            .map(|planes| serde_json::json!({ "planes": planes }))
+            .collect();
+        serde_json::json!({ "id": c, "pieces": pieces })
+    });
+    let json = serde_json::json!({ "cells": given.collect::<Vec<_>>() }).to_string();
+    let views = read_view_cells(&json, &scene).unwrap();
+    let (baked, rows) = baked(&scene, views.clone(), 2_000_000);
+    assert_witnesses(&scene, &views, &rows);
+    assert!(rows.in_no_cell.is_empty());
+    let bounds = baked.file.bounds.unwrap();
+    for (v, &c) in closed.iter().enumerate() {
+        // One truth lies between both: what one side proves visible, the other can't have proven hidden.
+        let outside = |a: &[u64], b: &[u64]| a.iter().zip(b).any(|(a, b)| a & !b != 0);
+        assert!(!outside(rows.lower.row(v), bounds.objects_upper.row(c)), "view cell of cell {c}");
+        assert!(!outside(bounds.objects_lower.row(c), rows.upper.row(v)), "cell {c}");
+        assert!(rows.lower.count_row(v) > 0 && rows.upper.count_row(v) < scene.objects.len() as u64, "cell {c}");
+    }
+}
+
+/// A box of 6 x 3 x 4 m with a wall at x = 3 that has no door, its outside 0.2 m off, as an OBJ file.
+fn two_closed_rooms(folder: &Path) -> std::path::PathBuf {
+    let mut obj = String::new();
+    let mut corners = 0;
+    let mut solid = |name: &str, min: [f64; 3], max: [f64; 3]| {
+        obj += &format!("o {name}\n");
+        for i in 0..8 {
+            let [x, y, z] = std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] });
+            obj += &format!("v {x} {y} {z}\n");
+        }
+        for [a, b, c, d] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+            obj += &format!("f {} {} {} {}\n", a + corners + 1, b + corners + 1, c + corners + 1, d + corners + 1);
+        }
+        corners += 8;
+    };
+    solid("floor", [-0.2, -0.2, -0.2], [6.2, 0.0, 4.2]);
+    solid("ceiling", [-0.2, 3.0, -0.2], [6.2, 3.2, 4.2]);
+    solid("west", [-0.2, -0.1, -0.2], [0.0, 3.1, 4.2]);
+    solid("east", [6.0, -0.1, -0.2], [6.2, 3.1, 4.2]);
+    solid("south", [-0.1, -0.1, -0.2], [6.1, 3.1, 0.0]);
+    solid("north", [-0.1, -0.1, 4.0], [6.1, 3.1, 4.2]);
+    solid("middle", [2.9, -0.1, -0.1], [3.1, 3.1, 4.1]);
+    solid("chair", [1.0, 0.0, 1.0], [1.4, 0.4, 1.4]);
+    solid("table", [4.5, 0.0, 1.0], [5.0, 0.7, 1.6]);
+    let path = folder.join("rooms.obj");
+    std::fs::write(&path, obj).unwrap();
+    path
+}
+
+#[test]
+fn the_command_keeps_view_cells_and_lists_them() {
+    let folder = cli::folder("keeps");
+    let model = two_closed_rooms(&folder);
+    let views = folder.join("views.json");
+    let camera = r#"{"id": "west room", "min": [0.5, 1, 1], "max": [2.5, 2, 3]}"#;
+    let other =
+        r#"{"id": 7, "min": [3.5, 1, 1], "max": [4, 2, 3]}, {"id": "stone", "min": [2.95, 1, 1], "max": [3.05, 2, 2]}"#;
+    std::fs::write(&views, format!(r#"{{"cells": [{camera}, {other}]}}"#)).unwrap();
+    let out = folder.join("rooms.pvs");
+    let bake = |threads: &str| {
+        let arguments = ["bake", "--view-cells", "--rays", "0.5", "--keep-bounds", "--json", "--threads", threads, "-o"];
+        let mut command = cli::command(&[]);
+        command.args(&arguments[..2]).arg(&views).args(&arguments[2..]).args([&out, &model]);
+        let done = command.output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let report: Value = serde_json::from_slice(&done.stdout).unwrap();
+        (report, std::fs::read(&out).unwrap())
+    };
+    let ((report, one), (_, two)) = (bake("1"), bake("2"));
+    assert!(one == two, "one and two threads give different bytes");
+    assert_eq!((&report["view_cells"]["count"], &report["view_cells"]["in_no_cell"]), (&3.into(), &1.into()));
+
+    let json = |arguments: &[&str]| -> Value {
+        let done = cli::command(&[]).args(arguments).arg(&out).arg("--json").output().unwrap();
+        serde_json::from_slice(&done.stdout).unwrap()
+    };
+    let dump = json(&["dump"]);
+    let ids: Vec<&str> = dump["view_cells"].as_array().unwrap().iter().map(|v| v["id"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["west room", "7", "stone"]);
+    assert_eq!(dump["view_cells"][0]["pieces"][0]["planes"].as_array().unwrap().len(), 6);
+    let names = |rows: &Value, view: usize| -> Vec<String> {
+        let ids = rows["view_cells"][view].as_array().unwrap().iter().map(|id| id.as_u64().unwrap() as usize);
+        ids.map(|id| dump["objects"][id]["node"].as_str().unwrap().to_owned()).collect()
+    };
+    // Each sees its room, and nothing of the other one.
+    for rows in [&dump["rows"], &dump["bounds"]["lower"], &dump["bounds"]["upper"]] {
+        let (west, east) = (names(rows, 0), names(rows, 1));
+        assert!(west.contains(&"chair".into()) && !west.contains(&"table".into()), "{west:?}");
+        assert!(east.contains(&"table".into()) && !east.contains(&"chair".into()), "{east:?}");
+        assert!(west.contains(&"middle".into()) && east.contains(&"middle".into()) && west.contains(&"west".into()));
+    }
+    let only = json(&["dump", "--rows", "view-cells"]);
+    assert_eq!(only["rows"].as_object().unwrap().keys().collect::<Vec<_>>(), ["view_cells"]);
+    assert_eq!(json(&["info"])["view_cells"]["count"], 3);
+    let file = PvsFile::load(&out).unwrap();
+    let east = file.view_cell("7").unwrap();
+    let seen: Vec<u64> = file.objects_seen_from_view(east).map(|o| u64::from(o.0)).collect();
+    assert_eq!(serde_json::json!(seen), dump["rows"]["view_cells"][1]);
+    assert!(file.notes.iter().any(|note| note.starts_with("view cell \"stone\" lies in no cell")));
+
+    std::fs::write(&views, format!(r#"{{"cells": [{camera}, {camera}]}}"#)).unwrap();
+    let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &views, "-o".as_ref(), &out]);
+    cli::refused(&refused, &["views.json", "cells[1].id", "came before"]);
+    let none = folder.join("none.json");
+    let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &none, "-o".as_ref(), &out]);
+    cli::refused(&refused, &["none.json"]);
+}
