@@ -1,0 +1,200 @@
+//! Opaque triangles, and along each edge what the surface goes on with.
+//!
+//! Models are not meshes in the strict sense: walls abut on walls, storeys are drawn one by one, edges of one solid lie along or
+//! inside faces of another. So an edge's neighbours are found by distance: every triangle that comes within [`Mesh::gap`] along a
+//! stretch of it. What passes between the two passes nearer to them than the clearance that every claim of a bake keeps.
+
+use crate::cells::locate::BoxTree;
+use crate::geom::{Aabb, Plane};
+use crate::scene::Scene;
+use glam::DVec3;
+use std::sync::OnceLock;
+
+/// An opaque triangle.
+pub(super) struct Tri {
+    /// Its corners.
+    pub corners: [DVec3; 3],
+    /// Its plane; seen from the tip of the normal, corners run counter-clockwise.
+    pub plane: Plane,
+    /// Index into [`Scene::triangles`].
+    pub id: u32,
+    /// Index into [`Scene::objects`].
+    pub object: u32,
+}
+
+impl Tri {
+    /// True where a point lies over the triangle, no farther off than `near` metres.
+    pub fn is_near(&self, p: DVec3, near: f64) -> bool {
+        self.plane.distance(p).abs() <= near && inside(self, p, 0.0)
+    }
+}
+
+/// A stretch of a triangle's edge along which another triangle reaches away from it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seam {
+    /// Which edge: from corner `edge` to the next.
+    pub edge: u8,
+    /// The other triangle.
+    pub tri: u32,
+    /// The other triangle reaches towards its own normal x the edge's direction; else the other way.
+    pub ahead: bool,
+    /// From where to where, as fractions of the edge.
+    pub span: [f64; 2],
+}
+
+/// Edge and triangle within this share of the clearance meet. Larger: an end of a shaft must be farther from planes to count as off
+/// them, so more of the rim of portals stays undecided. Smaller: walls that abut to within rounding fall apart.
+const GAP: f64 = 0.15;
+
+/// The opaque triangles of a scene that have an inside.
+pub(super) struct Mesh {
+    /// The triangles.
+    pub tris: Vec<Tri>,
+    /// Edge and triangle within this distance meet, metres.
+    pub gap: f64,
+    /// What lines are promised nothing within, metres.
+    pub clearance: f64,
+    tree: BoxTree,
+    /// Seams of each triangle, found when first asked for: most never are.
+    seams: Vec<OnceLock<Box<[Seam]>>>,
+}
+
+impl Mesh {
+    /// Of a scene; `clearance` in metres is what lines are promised nothing within.
+    pub fn new(scene: &Scene, clearance: f64) -> Self {
+        let gap = GAP * clearance;
+        let opaque = (0u32..).zip(&scene.objects).filter(|(_, o)| o.opaque);
+        let opaque = opaque.flat_map(|(i, o)| o.triangles.clone().map(move |t| (i, t)));
+        let tri = |(object, id): (u32, u32)| {
+            let corners = scene.corners(id as usize);
+            let [a, b, c] = corners;
+            let n = (b - a).cross(c - a);
+            let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+            // Thinner than the gap: whatever goes on beyond it meets across it.
+            let thin = n.length_squared() <= longest * gap * gap;
+            (!thin).then(|| Tri { corners, plane: Plane::through(a, n.normalize()), id, object })
+        };
+        let tris: Vec<Tri> = opaque.filter_map(tri).collect();
+        let boxes: Vec<Aabb> = tris.iter().map(|t| Aabb::of(t.corners)).collect();
+        let tree = BoxTree::new(&boxes, (0..tris.len() as u32).collect());
+        let seams = tris.iter().map(|_| OnceLock::new()).collect();
+        Self { tris, gap, clearance, tree, seams }
+    }
+
+    /// What goes on along the edges of a triangle.
+    pub fn seams(&self, tri: u32) -> &[Seam] {
+        self.seams[tri as usize].get_or_init(|| self.find_seams(tri).into())
+    }
+
+    fn find_seams(&self, tri: u32) -> Vec<Seam> {
+        let (mut out, gap) = (Vec::new(), self.gap);
+        let corners = &self.tris[tri as usize].corners;
+        for edge in 0..3 {
+            let (a, b) = (corners[edge], corners[(edge + 1) % 3]);
+            let length = a.distance(b);
+            let along = (b - a) / length;
+            self.tree.in_box(&Aabb::of([a, b]).inflated(gap), &mut |other| {
+                if other == tri {
+                    return;
+                }
+                let t = &self.tris[other as usize];
+                let Some(span) = near(a, b, t, gap) else { return };
+                if (span[1] - span[0]) * length < 2.0 * gap {
+                    return;
+                }
+                let across = t.plane.n.cross(along);
+                let middle = a.lerp(b, 0.5 * (span[0] + span[1]));
+                for (ahead, sign) in [(true, 3.0 * gap), (false, -3.0 * gap)] {
+                    if inside(t, middle + across * sign, 0.0) {
+                        out.push(Seam { edge: edge as u8, tri: other, ahead, span });
+                    }
+                }
+            });
+        }
+        out.sort_by_key(|s| (s.edge, s.tri, s.ahead));
+        out
+    }
+
+    /// A convex polygon less what lies within `inset` metres of triangles all along one of its edges, or would but for `grown` metres by
+    /// which the edge was moved out.
+    pub fn inset(&self, winding: &[DVec3], n: DVec3, grown: f64, inset: f64) -> Vec<DVec3> {
+        let mut out = winding.to_vec();
+        for (i, &a) in winding.iter().enumerate() {
+            let b = winding[(i + 1) % winding.len()];
+            let Some(away) = (b - a).cross(n).try_normalize() else { continue };
+            let lined = [grown, 0.0].into_iter().find(|&by| self.is_lined(a - away * by, b - away * by));
+            if let Some(by) = lined {
+                let plane = Plane::through(a - away * (by + inset), away);
+                out = crate::geom::clip(&out, &plane, 0.0);
+            }
+        }
+        out
+    }
+
+    /// True where triangles come within the gap all along the segment from `a` to `b`.
+    fn is_lined(&self, a: DVec3, b: DVec3) -> bool {
+        let mut spans = Vec::new();
+        self.tree.in_box(&Aabb::of([a, b]).inflated(self.gap), &mut |i| {
+            spans.extend(near(a, b, &self.tris[i as usize], self.gap))
+        });
+        spans.sort_by(|x: &[f64; 2], y| x[0].total_cmp(&y[0]));
+        let slack = 2.0 * self.gap / a.distance(b);
+        let reached = spans.iter().fold(0.0f64, |at, s| if s[0] <= at + slack { at.max(s[1]) } else { at });
+        reached >= 1.0 - slack
+    }
+
+    /// Triangles that the segment from `a` to `b` crosses, from `a` on, at most `most`.
+    pub fn crossed(&self, a: DVec3, b: DVec3, most: usize, out: &mut Vec<(f64, u32)>) {
+        out.clear();
+        let length = a.distance(b);
+        let direction = (b - a) / length;
+        self.tree.on_ray(a, direction, length, self.gap, &mut |i| {
+            let t = &self.tris[i as usize];
+            let (da, db) = (t.plane.distance(a), t.plane.distance(b));
+            if (da > 0.0) != (db > 0.0) {
+                let s = da / (da - db);
+                if inside(t, a.lerp(b, s), 0.0) {
+                    out.push((s, i));
+                }
+            }
+        });
+        out.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        out.truncate(most);
+    }
+}
+
+/// True where a point of a triangle's plane is within the triangle grown by `by` metres.
+fn inside(t: &Tri, p: DVec3, by: f64) -> bool {
+    (0..3).all(|k| outward(t, k).is_none_or(|e| e.distance(p) <= by))
+}
+
+/// The plane through an edge that stands on the triangle, normal away from it.
+fn outward(t: &Tri, edge: usize) -> Option<Plane> {
+    let (a, b) = (t.corners[edge], t.corners[(edge + 1) % 3]);
+    Some(Plane::through(a, (b - a).cross(t.plane.n).try_normalize()?))
+}
+
+/// The stretch of the segment from `a` to `b` that lies within `gap` of a triangle.
+fn near(a: DVec3, b: DVec3, t: &Tri, gap: f64) -> Option<[f64; 2]> {
+    let mut span = [0.0f64, 1.0];
+    let faces = [t.plane, t.plane.flipped()].into_iter().chain((0..3).filter_map(|k| outward(t, k)));
+    for plane in faces {
+        keep_inside(plane.distance(a) - gap, plane.distance(b) - gap, &mut span);
+    }
+    let bounds = Aabb::of(t.corners).inflated(gap);
+    for axis in 0..3 {
+        keep_inside(a[axis] - bounds.max[axis], b[axis] - bounds.max[axis], &mut span);
+        keep_inside(bounds.min[axis] - a[axis], bounds.min[axis] - b[axis], &mut span);
+    }
+    (span[0] < span[1]).then_some(span)
+}
+
+/// Cuts a stretch of a segment down to where a distance, `da` at its start and `db` at its end, is not above 0.
+pub(super) fn keep_inside(da: f64, db: f64, span: &mut [f64; 2]) {
+    match (da > 0.0, db > 0.0) {
+        (true, true) => span[1] = span[0] - 1.0,
+        (true, false) => span[0] = span[0].max(da / (da - db)),
+        (false, true) => span[1] = span[1].min(da / (da - db)),
+        (false, false) => {}
+    }
+}

@@ -1,0 +1,140 @@
+//! All segments between two convex sets, as the planes around them.
+//!
+//! Based on: Haines, Wallace, *Shaft culling for efficient ray-traced radiosity*, 1991. Deviates: the planes are all those through
+//! an edge of one set and a corner of the other that have both sets on one side, so the shaft is the hull but for caps.
+
+use super::mesh::keep_inside;
+use crate::geom::{Aabb, Plane, clip};
+use glam::DVec3;
+
+/// A convex set that segments start or end in.
+#[derive(Clone, Debug, Default)]
+pub(super) struct End {
+    /// Its corners; those of a polygon in order.
+    pub points: Vec<DVec3>,
+    /// The polygon's plane, or `None` for a box.
+    pub plane: Option<Plane>,
+    /// Box around it.
+    pub bounds: Option<Aabb>,
+}
+
+/// Corners of a box joined by edges, by the bits of their numbers.
+const BOX_EDGES: [(usize, usize); 12] =
+    [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
+
+impl End {
+    /// A convex polygon in `plane`.
+    pub fn polygon(points: &[DVec3], plane: Plane) -> Self {
+        Self { points: points.to_vec(), plane: Some(plane), bounds: Some(Aabb::of(points.iter().copied())) }
+    }
+
+    /// A box.
+    pub fn cuboid(b: Aabb) -> Self {
+        let corner = |i: usize| DVec3::select(glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0), b.max, b.min);
+        Self { points: (0..8).map(corner).collect(), plane: None, bounds: Some(b) }
+    }
+
+    /// How far it reaches along a direction, metres; its box's diagonal for none.
+    pub fn size(&self, along: DVec3) -> f64 {
+        if along == DVec3::ZERO {
+            return self.bounds.map_or(0.0, |b| b.diagonal());
+        }
+        let (low, high) = self.points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+            let d = p.dot(along);
+            (low.min(d), high.max(d))
+        });
+        high - low
+    }
+
+    fn edges(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        let count = if self.plane.is_some() { self.points.len() } else { BOX_EDGES.len() };
+        (0..count).map(|i| {
+            let (a, b) = if self.plane.is_some() { (i, (i + 1) % self.points.len()) } else { BOX_EDGES[i] };
+            (self.points[a], self.points[b])
+        })
+    }
+
+    /// 1 where all of it lies in front of a plane by more than `margin` metres, -1 where all lies behind it so, else 0.
+    pub fn side(&self, plane: &Plane, margin: f64) -> i32 {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &p in &self.points {
+            let d = plane.distance(p);
+            (low, high) = (low.min(d), high.max(d));
+        }
+        i32::from(low > margin) - i32::from(high < -margin)
+    }
+}
+
+/// The hull of two sets.
+pub(super) struct Shaft {
+    planes: Vec<Plane>,
+}
+
+impl Shaft {
+    /// Around all segments from `a` to `b`, and `slack` metres more.
+    pub fn new(a: &End, b: &End, slack: f64, planes: Vec<Plane>) -> Self {
+        let mut shaft = Self { planes };
+        shaft.planes.clear();
+        let eps = 0.01 * slack;
+        for (from, to) in [(a, b), (b, a)] {
+            for (p, q) in from.edges() {
+                for &r in &to.points {
+                    let Some(n) = (q - p).cross(r - p).try_normalize() else { continue };
+                    let plane = Plane::through(p, n);
+                    let side = |set: &End| {
+                        let (mut low, mut high) = (0.0f64, 0.0f64);
+                        for &x in &set.points {
+                            let d = plane.distance(x);
+                            (low, high) = (low.min(d), high.max(d));
+                        }
+                        (low >= -eps, high <= eps)
+                    };
+                    let (s, t) = (side(a), side(b));
+                    let facing = match (s.0 && t.0, s.1 && t.1) {
+                        (true, false) => plane.flipped(),
+                        (false, true) => plane,
+                        _ => continue,
+                    };
+                    shaft.planes.push(Plane { d: facing.d + slack, ..facing });
+                }
+            }
+        }
+        let bounds = a.bounds.unwrap_or(Aabb::EMPTY).union(b.bounds.unwrap_or(Aabb::EMPTY)).inflated(slack);
+        for axis in DVec3::AXES {
+            shaft.planes.push(Plane { n: axis, d: bounds.max.dot(axis) });
+            shaft.planes.push(Plane { n: -axis, d: -bounds.min.dot(axis) });
+        }
+        shaft
+    }
+
+    /// The stretch of the segment from `a` to `b` that may lie in the shaft.
+    pub fn clip_segment(&self, a: DVec3, b: DVec3) -> Option<[f64; 2]> {
+        let mut span = [0.0, 1.0];
+        for plane in &self.planes {
+            keep_inside(plane.distance(a), plane.distance(b), &mut span);
+            if span[0] > span[1] {
+                return None;
+            }
+        }
+        Some(span)
+    }
+
+    /// The part of a triangle that may lie in the shaft.
+    pub fn clip(&self, corners: &[DVec3; 3]) -> Vec<DVec3> {
+        let mut winding = corners.to_vec();
+        for plane in &self.planes {
+            if winding.iter().any(|&p| plane.distance(p) > 0.0) {
+                winding = clip(&winding, plane, 0.0);
+                if winding.is_empty() {
+                    break;
+                }
+            }
+        }
+        winding
+    }
+
+    /// Hands its memory on.
+    pub fn into_planes(self) -> Vec<Plane> {
+        self.planes
+    }
+}
