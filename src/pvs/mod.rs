@@ -80,7 +80,7 @@ pub struct Repair {
 /// What the bake did, for the report; times are kept out of the file, so that its bytes don't depend on the machine.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct PvsStats {
-    /// Rays cast.
+    /// Rays cast, but for those within shafts.
     pub rays: u64,
     /// Visibility cubes placed.
     pub cubes: u64,

@@ -113,8 +113,9 @@ pub(super) fn decide(
                 (task.state, task.found.close(), task.shafts)
             })
             .collect();
-        for ((c, objects), (state, found, shafts)) in todo.iter().zip(found) {
+        for ((c, objects), (state, mut found, shafts)) in todo.iter().zip(found) {
             left -= shafts as f64;
+            found.rays = 0; // they are part of the shafts' price
             for (&o, state) in objects.iter().zip(&state) {
                 if *state == State::Open {
                     objects_upper.clear(*c, o as usize);
