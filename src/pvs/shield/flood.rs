@@ -14,7 +14,7 @@
 //! which nothing that keeps a clearance does.
 
 use super::mesh::{Mesh, Seam, Tri};
-use super::shaft::{End, Shaft};
+use super::shaft::{End, Shaft, reach};
 use crate::geom::{Aabb, Plane, middle};
 use glam::DVec3;
 
@@ -33,7 +33,7 @@ pub(super) struct Flood {
 pub(super) struct Failed {
     /// A point of it.
     pub at: DVec3,
-    /// Across the edge and the shaft, a unit vector; zero where the surface comes too near to an end.
+    /// A unit vector across the edge and the shaft, or across a triangle that is too near to an end; zero where neither is to blame.
     pub across: DVec3,
 }
 
@@ -55,8 +55,7 @@ impl Flood {
     /// passes an edge of it more closely than the clearance. Else where it ends.
     pub fn closes(&mut self, mesh: &Mesh, between: &Between<'_>, seed: u32) -> Result<(), Failed> {
         let Between { ends: [from, to], shaft, object } = *between;
-        let middle_of = |end: &End| end.bounds.map_or(DVec3::ZERO, |b| b.centre());
-        let axis = middle_of(to) - middle_of(from);
+        let axis = to.bounds.centre() - from.bounds.centre();
         self.members.clear();
         self.members.push(seed);
         let mut next = 0;
@@ -144,30 +143,26 @@ impl Flood {
 /// True where a polygon is certain to be more than `margin` metres away from an end.
 fn apart(end: &End, part: &[DVec3], margin: f64) -> bool {
     let off = |plane: &Plane| {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for &p in part {
-            let d = plane.distance(p);
-            (low, high) = (low.min(d), high.max(d));
-        }
+        let (low, high) = reach(part, plane);
         low > margin || high < -margin
     };
     if end.plane.as_ref().is_some_and(off) {
         return true;
     }
-    let (Some(a), b) = (end.bounds, Aabb::of(part.iter().copied())) else { return false };
+    let (a, b) = (end.bounds, Aabb::of(part.iter().copied()));
     (0..3).any(|k| b.min[k] > a.max[k] + margin || b.max[k] < a.min[k] - margin)
 }
 
 /// True where every segment passes a triangle within the clearance, a little before it comes to its target.
 fn lands_beside(from: &End, to: &End, t: &Tri, axis: DVec3, clearance: f64) -> bool {
-    let (Some(target), Some(bounds)) = (to.plane, to.bounds) else { return false };
+    let Some(target) = to.plane else { return false };
     let side = from.side(&target, 4.0 * clearance);
     let Some(direction) = axis.try_normalize() else { return false };
     let n = target.n * f64::from(-side);
     if side == 0 || n.dot(direction) <= 0.0 {
         return false;
     }
-    let plane = Plane::through(bounds.centre() - direction * (3.0 * clearance / n.dot(direction)), n);
+    let plane = Plane::through(to.bounds.centre() - direction * (3.0 * clearance / n.dot(direction)), n);
     crossings(from, to, &plane, |p| t.is_near(p, NEAR * clearance))
 }
 

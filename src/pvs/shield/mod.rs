@@ -38,10 +38,8 @@ enum State {
     Open,
     /// There is a witness.
     Seen,
-    /// Down to the tolerance, neither shut nor proven clear.
-    Narrow,
-    /// It cost too much.
-    Spent,
+    /// It cost too much, or is neither shut nor proven clear down to the tolerance.
+    Stuck,
 }
 
 /// Decides pairs of a closed cell and an object in other cells. Pairs proven hidden are cleared from `objects_upper`; witnesses go
@@ -184,7 +182,7 @@ impl Task<'_> {
                     for &k in list.iter() {
                         self.spent[k as usize] += 1.0 / list.len() as f64;
                         if self.spent[k as usize] > self.budget {
-                            self.state[k as usize] = State::Spent;
+                            self.state[k as usize] = State::Stuck;
                         }
                     }
                     list.len()
@@ -196,7 +194,7 @@ impl Task<'_> {
                     }
                     self.spent[k] += 1.0;
                     if self.spent[k] > self.budget {
-                        self.state[k] = State::Spent;
+                        self.state[k] = State::Stuck;
                     }
                     parts.len()
                 }
@@ -211,7 +209,7 @@ impl Task<'_> {
                 Some(contour) => contour,
             };
             // 3. The end that makes the shaft widest there, across the edge, is halved.
-            let [near, far] = [&from, &to].map(|e| e.bounds.map_or(DVec3::ZERO, |b| b.centre()).distance(contour.at));
+            let [near, far] = [&from, &to].map(|e| e.bounds.centre().distance(contour.at));
             let f = near / (near + far).max(1e-300);
             let (wide, deep) = ((1.0 - f) * from.size(contour.across), f * to.size(contour.across));
             let least = 0.25 * self.mesh.clearance;
@@ -234,7 +232,7 @@ impl Task<'_> {
                 if self.is_narrow(&from, &to, k) {
                     continue;
                 }
-                self.state[k as usize] = State::Narrow;
+                self.state[k as usize] = State::Stuck;
             }
         }
     }

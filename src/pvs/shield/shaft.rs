@@ -8,14 +8,14 @@ use crate::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 
 /// A convex set that segments start or end in.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct End {
     /// Its corners; those of a polygon in order.
     pub points: Vec<DVec3>,
     /// The polygon's plane, or `None` for a box.
     pub plane: Option<Plane>,
     /// Box around it.
-    pub bounds: Option<Aabb>,
+    pub bounds: Aabb,
 }
 
 /// Corners of a box joined by edges, by the bits of their numbers.
@@ -25,24 +25,21 @@ const BOX_EDGES: [(usize, usize); 12] =
 impl End {
     /// A convex polygon in `plane`.
     pub fn polygon(points: &[DVec3], plane: Plane) -> Self {
-        Self { points: points.to_vec(), plane: Some(plane), bounds: Some(Aabb::of(points.iter().copied())) }
+        Self { points: points.to_vec(), plane: Some(plane), bounds: Aabb::of(points.iter().copied()) }
     }
 
     /// A box.
     pub fn cuboid(b: Aabb) -> Self {
         let corner = |i: usize| DVec3::select(glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0), b.max, b.min);
-        Self { points: (0..8).map(corner).collect(), plane: None, bounds: Some(b) }
+        Self { points: (0..8).map(corner).collect(), plane: None, bounds: b }
     }
 
     /// How far it reaches along a direction, metres; its box's diagonal for none.
     pub fn size(&self, along: DVec3) -> f64 {
         if along == DVec3::ZERO {
-            return self.bounds.map_or(0.0, |b| b.diagonal());
+            return self.bounds.diagonal();
         }
-        let (low, high) = self.points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-            let d = p.dot(along);
-            (low.min(d), high.max(d))
-        });
+        let (low, high) = reach(&self.points, &Plane { n: along, d: 0.0 });
         high - low
     }
 
@@ -56,13 +53,17 @@ impl End {
 
     /// 1 where all of it lies in front of a plane by more than `margin` metres, -1 where all lies behind it so, else 0.
     pub fn side(&self, plane: &Plane, margin: f64) -> i32 {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for &p in &self.points {
-            let d = plane.distance(p);
-            (low, high) = (low.min(d), high.max(d));
-        }
+        let (low, high) = reach(&self.points, plane);
         i32::from(low > margin) - i32::from(high < -margin)
     }
+}
+
+/// The least and the greatest distance of some points from a plane, metres.
+pub(super) fn reach(points: &[DVec3], plane: &Plane) -> (f64, f64) {
+    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &p| {
+        let d = plane.distance(p);
+        (low.min(d), high.max(d))
+    })
 }
 
 /// The hull of two sets.
@@ -81,16 +82,8 @@ impl Shaft {
                 for &r in &to.points {
                     let Some(n) = (q - p).cross(r - p).try_normalize() else { continue };
                     let plane = Plane::through(p, n);
-                    let side = |set: &End| {
-                        let (mut low, mut high) = (0.0f64, 0.0f64);
-                        for &x in &set.points {
-                            let d = plane.distance(x);
-                            (low, high) = (low.min(d), high.max(d));
-                        }
-                        (low >= -eps, high <= eps)
-                    };
-                    let (s, t) = (side(a), side(b));
-                    let facing = match (s.0 && t.0, s.1 && t.1) {
+                    let (s, t) = (reach(&a.points, &plane), reach(&b.points, &plane));
+                    let facing = match (s.0.min(t.0) >= -eps, s.1.max(t.1) <= eps) {
                         (true, false) => plane.flipped(),
                         (false, true) => plane,
                         _ => continue,
@@ -99,7 +92,7 @@ impl Shaft {
                 }
             }
         }
-        let bounds = a.bounds.unwrap_or(Aabb::EMPTY).union(b.bounds.unwrap_or(Aabb::EMPTY)).inflated(slack);
+        let bounds = a.bounds.union(b.bounds).inflated(slack);
         for axis in DVec3::AXES {
             shaft.planes.push(Plane { n: axis, d: bounds.max.dot(axis) });
             shaft.planes.push(Plane { n: -axis, d: -bounds.min.dot(axis) });
