@@ -7,6 +7,7 @@
 //! fixed threshold says nothing about time; the two halves of a cube's opposite pixels make one line, which serves every cell
 //! that it crosses (`lines`); and a few cubes stand inside each cell, since objects in the cell itself need proofs too.
 
+use super::cube::{Cube, CubeEngine, CubeScene, CubeView, Engine, NONE};
 use super::lines::{PortalTree, Start};
 use super::repair::corners;
 use super::witness::{Found, Line, Lower, Prover};
@@ -15,15 +16,31 @@ use crate::cells::{CellGraph, Locator, Portal};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::rays::{Hit, RayScene};
 use crate::{CellId, PortalId};
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::TAU;
 
 /// Cubes worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
 const BATCH: usize = 64;
-/// Pixels along a face's edge where the budget allows; less where it doesn't.
-const FACE: u32 = 16;
+/// Pixels along a face's edge: the most that allow every portal its cubes. More: more of what is small is seen, fewer cubes in the
+/// same time.
+const SIZES: [u32; 4] = [128, 64, 32, 16];
+/// Pixels of a cube that take about as long as a ray.
+const PIXELS_A_RAY: u64 = 160;
+/// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
+/// cells farther along.
+const LINES: [usize; 2] = [4, 1];
+
+/// Most lines followed from a cube.
+fn most_lines(size: u32) -> u64 {
+    3 * u64::from(size)
+}
+
+/// What a cube costs at most, in rays.
+fn cost(size: u32) -> u64 {
+    6 * u64::from(size).pow(2) / PIXELS_A_RAY + 2 * most_lines(size)
+}
 /// A patch whose corners miss less than this fraction of the sphere is not split.
 const THRESHOLD: f64 = 2e-4;
 /// Halvings of a portal's sides, at most.
@@ -69,15 +86,27 @@ pub(super) fn sample(
     let bounds = rays.scene().bounds();
     let surfaces: Vec<Surface> = graph.portals.iter().map(|p| Surface::new(&p.winding, p.plane.n, clearance)).collect();
     let inside = inside_sites(graph, &locator, bounds);
-    let mut sampler = Sampler {
+    let base = (4 * graph.portals.len() + inside.len()) as u64;
+    let size = SIZES.into_iter().find(|&n| 2 * base * cost(n) <= budget).unwrap_or(SIZES[SIZES.len() - 1]);
+    let cubes = CubeScene::new(rays.scene());
+    // The choice shows in nothing but time.
+    let eyes: Vec<DVec3> = surfaces.iter().map(|s| s.middle).step_by(surfaces.len().div_ceil(4).max(1)).collect();
+    let flat = CubeView::new(DVec3::ZERO, size);
+    let mut owners = vec![0; rays.scene().triangles.len()];
+    for (i, object) in (0u32..).zip(&rays.scene().objects) {
+        owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
+    }
+    let sampler = Sampler {
         prover: Prover { rays, locator: &locator, clearance },
         portals: PortalTree::new(graph),
         reach: 2.0 * bounds.diagonal() + 1.0,
-        face: 0,
+        engine: Engine::fastest(&cubes, &eyes, size),
+        cubes: &cubes,
+        owners,
+        size,
+        solid: (0..flat.pixels() / 6).map(|p| flat.solid_angle(p) as f32).collect(),
         seed: options.seed,
     };
-    let base = (4 * graph.portals.len() + inside.len()) as u64;
-    sampler.face = (4..=FACE).rev().find(|&n| base * u64::from(6 * n * n) * 2 <= budget).unwrap_or(4);
 
     // 1. The corners of every portal, one corner of each after the other, and the insides of cells.
     let step = 1 << DEPTH;
@@ -159,8 +188,7 @@ struct Run<'a, 'p> {
 impl Run<'_, '_> {
     /// Cubes that the budget still allows.
     fn spare(&self) -> u64 {
-        let n = u64::from(self.sampler.face);
-        self.budget.saturating_sub(self.lower.rays) / (6 * n * n)
+        self.budget.saturating_sub(self.lower.rays) / cost(self.sampler.size)
     }
 
     /// Casts cubes in the order given, as many as the budget allows.
@@ -168,8 +196,8 @@ impl Run<'_, '_> {
         let sites = &sites[..sites.len().min(self.spare() as usize)];
         for batch in sites.chunks(BATCH) {
             let (sampler, lower) = (self.sampler, &*self.lower);
-            let cast = |&(key, site): &(Key, Site)| sampler.cube(site, key.hash(sampler.seed), lower);
-            let results: Vec<(Seen, Found)> = batch.par_iter().map(cast).collect();
+            let cast = |eyes: &mut Eyes<'_>, &(key, site): &(Key, Site)| eyes.cube(site, key.hash(sampler.seed), lower);
+            let results: Vec<(Seen, Found)> = batch.par_iter().map_init(|| Eyes::new(sampler), cast).collect();
             for (&(key, _), (seen, found)) in batch.iter().zip(results) {
                 self.lower.merge(found);
                 self.seen.insert(key, seen);
@@ -286,50 +314,91 @@ fn inside_sites(graph: &CellGraph, locator: &Locator<'_>, bounds: Aabb) -> Vec<S
     sites
 }
 
-/// Casts cubes.
+/// What all threads share.
 struct Sampler<'a> {
     prover: Prover<'a>,
     portals: PortalTree<'a>,
     /// No ray goes farther, metres.
     reach: f64,
+    cubes: &'a CubeScene,
+    engine: Engine,
+    /// Object of each triangle.
+    owners: Vec<u32>,
     /// Pixels along a face's edge.
-    face: u32,
+    size: u32,
+    /// Fraction of the sphere of each pixel of a face.
+    solid: Vec<f32>,
     seed: u64,
 }
 
-impl Sampler<'_> {
-    /// One cube: what it sees, and what that proves.
-    fn cube(&self, site: Site, seed: u64, known: &Lower) -> (Seen, Found) {
-        let n = self.face;
-        let mut random = Random(seed);
-        let mut found = Found::default();
-        let mut weights: HashMap<u32, f32> = HashMap::new();
-        let (mut line, mut crossings) = (Line { origin: site.at, ..Line::default() }, Vec::new());
-        for axis in 0..3 {
-            for pixel in 0..n * n {
-                let x = 2.0 * (f64::from(pixel % n) + random.unit()) / f64::from(n) - 1.0;
-                let y = 2.0 * (f64::from(pixel / n) + random.unit()) / f64::from(n) - 1.0;
-                // Equal angles, so that pixels are nearly of one size.
-                let (x, y) = ((x * FRAC_PI_4).tan(), (y * FRAC_PI_4).tan());
-                let mut direction = [0.0; 3];
-                (direction[axis], direction[(axis + 1) % 3], direction[(axis + 2) % 3]) = (1.0, x, y);
-                let square = 1.0 + x * x + y * y;
-                let pixel_area = (2.0 * FRAC_PI_4 / f64::from(n)).powi(2);
-                let solid = pixel_area * (1.0 + x * x) * (1.0 + y * y) / (square * square.sqrt()) / (4.0 * PI);
-                line.direction = DVec3::from(direction) / square.sqrt();
-                self.trace(site, &mut line, &mut crossings);
-                found.rays += 2;
-                for hit in line.ends.iter().flatten().chain(&line.passes) {
-                    *weights.entry(hit.object.0).or_default() += solid as f32;
-                }
-                self.prover.line(&line, known, &mut found);
-            }
-        }
-        let mut seen: Seen = weights.into_iter().collect();
-        seen.sort_unstable_by_key(|&(object, _)| object);
-        (seen, found.close())
+/// Makes cubes: scratch memory of a thread.
+struct Eyes<'a> {
+    sampler: &'a Sampler<'a>,
+    engine: Box<dyn CubeEngine + Send + 'a>,
+    cube: Cube,
+    /// For each object its solid angle and number of pixels in this cube, and a few of those.
+    objects: Vec<(f32, u32, [u32; LINES[0]])>,
+    touched: Vec<u32>,
+    line: Line,
+    crossings: Vec<(f64, PortalId)>,
+}
+
+impl<'a> Eyes<'a> {
+    fn new(sampler: &'a Sampler<'a>) -> Self {
+        let engine = sampler.engine.start(sampler.cubes);
+        let objects = vec![(0.0, 0, [0; LINES[0]]); sampler.prover.rays.scene().objects.len()];
+        let (cube, touched, line, crossings) = Default::default();
+        Self { sampler, engine, cube, objects, touched, line, crossings }
     }
 
+    /// One cube: what it sees, and what that proves.
+    fn cube(&mut self, site: Site, seed: u64, known: &Lower) -> (Seen, Found) {
+        let sampler = self.sampler;
+        let mut random = Random(seed);
+        // Turned by chance, so that pixels of neighbours don't fall on the same places.
+        let turn = DQuat::from_euler(glam::EulerRot::XYZ, random.unit() * TAU, random.unit() * TAU, random.unit() * TAU);
+        let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: sampler.size };
+        self.engine.cube(&view, &mut self.cube);
+        let face = sampler.solid.len();
+        let opaque = self.cube.triangles.iter().enumerate().filter(|&(_, &t)| t != NONE).map(|(p, &t)| (p, t));
+        let clear = self.cube.see_through.iter().map(|s| (s.pixel as usize, s.triangle));
+        for (pixel, triangle) in opaque.chain(clear) {
+            let object = sampler.owners[triangle as usize];
+            let (solid, count, some) = &mut self.objects[object as usize];
+            if *count == 0 {
+                self.touched.push(object);
+            }
+            *solid += sampler.solid[pixel % face];
+            // Each pixel as likely as the others to be one of the few (Vitter, *Random sampling with a reservoir*, 1985).
+            let place = if (*count as usize) < some.len() { u64::from(*count) } else { random.next() % u64::from(*count + 1) };
+            if let Some(kept) = some.get_mut(place as usize) {
+                *kept = pixel as u32;
+            }
+            *count += 1;
+        }
+        self.touched.sort_unstable();
+        let mut found = Found { rays: 6 * u64::from(sampler.size).pow(2) / PIXELS_A_RAY, ..Found::default() };
+        let mut lines = most_lines(sampler.size);
+        let mut seen = Seen::with_capacity(self.touched.len());
+        self.line.origin = site.at;
+        for object in std::mem::take(&mut self.touched) {
+            let (solid, count, some) = std::mem::take(&mut self.objects[object as usize]);
+            seen.push((object, solid));
+            let beside = site.cells.iter().all(|c| known.objects.get(c.index(), object as usize));
+            let wanted = LINES[usize::from(beside)].min(count as usize).min(lines as usize);
+            lines -= wanted as u64;
+            for &pixel in &some[..wanted] {
+                self.line.direction = view.direction(pixel as usize).normalize();
+                sampler.trace(site, &mut self.line, &mut self.crossings);
+                found.rays += 2;
+                sampler.prover.line(&self.line, known, &mut found);
+            }
+        }
+        (seen, found.close())
+    }
+}
+
+impl Sampler<'_> {
     /// Both halves of the line through a site: what ends it, what it passes, and the cells along it.
     fn trace(&self, site: Site, line: &mut Line, crossings: &mut Vec<(f64, PortalId)>) {
         let rays = self.prover.rays;
