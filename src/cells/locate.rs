@@ -211,22 +211,13 @@ impl BoxTree {
 
     /// Visits the items whose box, grown by `eps` metres, the ray meets for `0 <= t <= limit`.
     pub(crate) fn on_ray(&self, origin: DVec3, direction: DVec3, limit: f64, eps: f64, visit: &mut impl FnMut(u32)) {
-        let inverse = DVec3::ONE / direction;
+        // A component of nothing is taken for next to nothing: its slab is then met everywhere or nowhere.
+        let inverse = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-300 { 1e300 } else { 1.0 / d }));
+        let (low, high) = (origin + eps, origin - eps);
         let meets = |b: &Aabb| {
-            let b = b.inflated(eps);
-            let (mut near, mut far) = (0.0f64, limit);
-            for axis in 0..3 {
-                if direction[axis] == 0.0 {
-                    if origin[axis] < b.min[axis] || origin[axis] > b.max[axis] {
-                        return false;
-                    }
-                    continue;
-                }
-                let (t0, t1) = ((b.min[axis] - origin[axis]) * inverse[axis], (b.max[axis] - origin[axis]) * inverse[axis]);
-                near = near.max(t0.min(t1));
-                far = far.min(t0.max(t1));
-            }
-            near <= far
+            let (t0, t1) = ((b.min - low) * inverse, (b.max - high) * inverse);
+            let (near, far) = (t0.min(t1), t0.max(t1));
+            near.x.max(near.y).max(near.z.max(0.0)) <= far.x.min(far.y).min(far.z.min(limit))
         };
         self.visit(&meets, visit);
     }

@@ -3,15 +3,12 @@
 //! [`bake`] is the main path. The lower bound: `cubes` and `aimed`, their proofs in `witness`, the cells along a line in
 //! `lines`. The upper bound: `flow`, then `shield`. Where the two contradict each other: `repair`. Both for regions across cells: `view_cells`.
 
-mod aimed;
 pub mod cube;
-mod cubes;
 pub mod flow;
-mod lines;
 mod repair;
+pub mod sample;
 mod shield;
 pub mod view_cells;
-mod witness;
 
 use crate::cells::{CellGraph, place_objects};
 use crate::geom::Aabb;
@@ -20,8 +17,9 @@ use crate::scene::rays::RayScene;
 use crate::{BitMatrix, CellId, ObjectId};
 use flow::{FlowInput, FlowResult, flow};
 use glam::DVec3;
+use sample::witness::{Lower, PLACEMENT_MARGIN};
+use sample::{Strategy, aimed};
 use serde::{Deserialize, Serialize};
-use witness::Lower;
 
 /// Which side of the truth a file's rows are on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -131,15 +129,15 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
     // 1. Which objects are in which cell.
     progress("placement", 0.0);
     let tolerance = scene.tolerance();
-    let placement = place_objects(scene, graph, witness::PLACEMENT_MARGIN * tolerance.clearance);
+    let placement = place_objects(scene, graph, PLACEMENT_MARGIN * tolerance.clearance);
     let object_bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
 
     // 2. The lower bound: what cubes see, with proofs.
-    progress("cubes", 0.0);
+    progress("sampling", 0.0);
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
     let for_cubes = options.ray_budget - (options.ray_budget as f64 * AIMED) as u64;
-    let cubes = cubes::sample(&rays, graph, options, for_cubes, &mut lower, progress);
+    sample::sample(&rays, graph, Strategy::Scheduled, options.seed, for_cubes, &mut lower, progress);
 
     // 3. Holes that the proofs show in the graph.
     let mut repairs = Vec::new();
@@ -182,7 +180,8 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
     // 7. The lower set is a subset of the upper one: what still contradicts it is called visible, and counted.
     let FlowResult { mut cells_upper, mut objects_upper, steps, capped } = flowed;
     let outside = lower.failed.keys().filter(|&&(cell, object)| !objects_upper.get(cell as usize, object as usize));
-    let mut stats = PvsStats { rays: lower.rays, cubes, flow_steps: steps, flow_capped: capped, ..PvsStats::default() };
+    let mut stats =
+        PvsStats { rays: lower.rays, cubes: lower.cubes, flow_steps: steps, flow_capped: capped, ..PvsStats::default() };
     stats.cracks = outside.count() as u64;
     let pairs = |cells: &BitMatrix, objects: &BitMatrix| cells.count_ones() + objects.count_ones();
     let before = pairs(&cells_upper, &objects_upper);

@@ -6,8 +6,8 @@
 //! The whole facet, since how far the hole extends is not known: the upper bound may only grow.
 
 use super::Repair;
-use super::lines::{PortalTree, Span, Start};
-use super::witness::Lower;
+use super::sample::lines::{self, PortalTree, Span, Start};
+use super::sample::witness::Lower;
 use crate::cells::{CellGraph, Locator, Piece, Portal, PortalKind, PortalState, Stretch};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::Scene;
@@ -143,7 +143,7 @@ fn passage(graph: &CellGraph, hole: &Hole, within: Aabb, clearance: f64) -> Port
     if hole.touching {
         let shared = to.planes.iter().filter(|p| p.n.dot(plane.n).abs() < 0.999_999);
         let shared = shared.fold(winding.clone(), |w, p| geom::clip(&w, &Plane { d: p.d + clearance, ..*p }, 0.0));
-        let holds = super::lines::edges(&shared, plane.n).iter().all(|e| e.distance(hole.at) <= 0.0);
+        let holds = lines::edges(&shared, plane.n).iter().all(|e| e.distance(hole.at) <= 0.0);
         if shared.len() >= 3 && holds {
             winding = shared;
         }
@@ -169,10 +169,17 @@ pub(super) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
 
 /// The corners of the part of a piece that is in `within`, each as often as it has facets there; none where that is empty.
 pub(super) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
+    facets(piece, within).into_iter().flatten().collect()
+}
+
+/// All facets of the part of a piece that is in `within`: its own, and those that `within` cuts it with; each once, some empty.
+pub(super) fn facets(piece: &Piece, within: Aabb) -> Vec<Vec<DVec3>> {
     let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
     let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
+    let own = |wall: &Plane| piece.planes.iter().any(|p| p.n == wall.n && (p.d - wall.d).abs() <= 1e-12 * (1.0 + p.d.abs()));
+    let walls = walls.filter(|wall| !own(wall));
     let cut = Piece { planes: piece.planes.iter().copied().chain(walls).collect(), bounds: piece.bounds };
-    (0..cut.planes.len()).flat_map(|i| facet(&cut, i, within)).collect()
+    (0..cut.planes.len()).map(|i| facet(&cut, i, within)).collect()
 }
 
 /// A square of the given half edge, counter-clockwise seen from the tip of `n`.

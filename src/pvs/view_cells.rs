@@ -10,11 +10,12 @@
 //! that flow left undecided, from random points of the region, and through random points of portals, where the small are as
 //! likely as the large: behind a keyhole, a line through the keyhole is the only one.
 
-use super::cubes::{Random, mix};
 use super::flow::{FlowInput, flow};
 use super::repair::{corners, facet};
-use super::witness::{PLACEMENT_MARGIN, Prover};
-use super::{Progress, Pvs, PvsOptions, aimed};
+use super::sample::aimed;
+use super::sample::witness::{PLACEMENT_MARGIN, Prover};
+use super::sample::{Random, mix};
+use super::{Progress, Pvs, PvsOptions};
 use crate::cells::{Cell, CellGraph, Locator, Piece, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip, middle};
 use crate::scene::Scene;

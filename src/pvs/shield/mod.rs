@@ -9,8 +9,8 @@ mod flood;
 mod mesh;
 mod shaft;
 
-use super::cubes::{Random, mix};
-use super::witness::{Found, Lower, Prover};
+use super::sample::witness::{Found, Lower, Prover};
+use super::sample::{Random, mix};
 use super::{Progress, PvsOptions};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb, Plane};

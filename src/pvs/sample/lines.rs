@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// A part of a line that lies in one cell.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Span {
+pub(in crate::pvs) struct Span {
     /// The cell.
     pub cell: CellId,
     /// From where to where, metres along the line.
@@ -22,7 +22,7 @@ pub(super) struct Span {
 const FEW: usize = 24;
 
 /// The portals of a graph, for lines.
-pub(super) struct PortalTree<'g> {
+pub(in crate::pvs) struct PortalTree<'g> {
     graph: &'g CellGraph,
     tree: BoxTree,
     faces: Vec<Face>,
@@ -118,7 +118,7 @@ const EPS: f64 = 1e-9;
 
 /// Where a chain of cells begins.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Start {
+pub(in crate::pvs) struct Start {
     /// The point.
     pub at: DVec3,
     /// A unit vector.
@@ -130,7 +130,7 @@ pub(super) struct Start {
 }
 
 /// The planes through a convex winding's edges, normals pointing out; `n` is the winding's normal.
-pub(super) fn edges(winding: &[DVec3], n: DVec3) -> Vec<Plane> {
+pub(in crate::pvs) fn edges(winding: &[DVec3], n: DVec3) -> Vec<Plane> {
     let next = winding.iter().cycle().skip(1);
     winding.iter().zip(next).filter_map(|(&a, &b)| Some(Plane::through(a, (b - a).cross(n).try_normalize()?))).collect()
 }

@@ -7,18 +7,18 @@
 //!   ends so near to the object that the object is placed in every cell around that end.
 //!
 //! The first makes it a proof that the object is visible. The second makes it a proof about the cell graph: such a segment may
-//! only go from cell to cell through portals, so where it doesn't, a portal is missing ([`super::repair`]).
+//! only go from cell to cell through portals, so where it doesn't, a portal is missing ([`crate::pvs::repair`]).
 
-use super::Witness;
 use super::lines::Span;
 use crate::cells::Locator;
+use crate::pvs::Witness;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
 use std::collections::HashMap;
 
 /// An object is placed in a cell that it comes this near to, in clearances.
-pub(super) const PLACEMENT_MARGIN: f64 = 2.0;
+pub(in crate::pvs) const PLACEMENT_MARGIN: f64 = 2.0;
 
 /// A witness's clear part ends this far from the target's plane, in clearances: more than 1, so that it is clear of the
 /// target, and less than [`PLACEMENT_MARGIN`].
@@ -31,7 +31,7 @@ const GIVE_UP: u8 = 12;
 
 /// A clear segment between two cells.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Sight {
+pub(in crate::pvs) struct Sight {
     /// The cells that its ends are in; the first is the lesser.
     pub cells: [CellId; 2],
     /// Its ends; every point of it keeps clearance.
@@ -39,7 +39,7 @@ pub(super) struct Sight {
 }
 
 /// Everything proven so far.
-pub(super) struct Lower {
+pub(in crate::pvs) struct Lower {
     /// Cells x cells, symmetric, the diagonal set.
     pub cells: BitMatrix,
     /// Cells x objects.
@@ -52,8 +52,10 @@ pub(super) struct Lower {
     pub sights: Vec<Sight>,
     /// Cell-object pairs that rays reached without a proof, and in how many batches.
     pub failed: HashMap<(u32, u32), u8>,
-    /// Rays cast.
+    /// Rays cast; cubes are priced in rays.
     pub rays: u64,
+    /// Cubes made.
+    pub cubes: u64,
 }
 
 impl Lower {
@@ -63,8 +65,16 @@ impl Lower {
         (0..cells).for_each(|c| {
             diagonal.set(c, c);
         });
-        let (objects, failed) = (BitMatrix::new(cells, objects), HashMap::new());
-        Self { cells: diagonal, objects, witnesses: Vec::new(), ends: Vec::new(), sights: Vec::new(), failed, rays: 0 }
+        Self {
+            cells: diagonal,
+            objects: BitMatrix::new(cells, objects),
+            witnesses: Vec::new(),
+            ends: Vec::new(),
+            sights: Vec::new(),
+            failed: HashMap::new(),
+            rays: 0,
+            cubes: 0,
+        }
     }
 
     /// Takes in what a batch found, and says how many pairs are new. Batches must come in a fixed order.
@@ -97,7 +107,7 @@ impl Lower {
 
 /// What one batch of rays found.
 #[derive(Default)]
-pub(super) struct Found {
+pub(in crate::pvs) struct Found {
     /// Witnesses and where their clear parts end.
     pub witnesses: Vec<(Witness, DVec3)>,
     /// Clear segments between cells.
@@ -141,7 +151,7 @@ impl Found {
 
 /// A maximal free line: where it lies, which cells it crosses, what it ends on and passes.
 #[derive(Default)]
-pub(super) struct Line {
+pub(in crate::pvs) struct Line {
     /// A point of it.
     pub origin: DVec3,
     /// Its direction, a unit vector.
@@ -161,7 +171,7 @@ impl Line {
 }
 
 /// Checks witnesses.
-pub(super) struct Prover<'a> {
+pub(in crate::pvs) struct Prover<'a> {
     /// The scene.
     pub rays: &'a RayScene<'a>,
     /// The cells.

@@ -5,12 +5,12 @@
 //! also from random points straight before it. Pairs are tried in rounds of more and
 //! more attempts, so that easy ones don't wait for hopeless ones.
 
-use super::cubes::{Random, mix};
-use super::repair::corners;
 use super::witness::{Found, Lower, Prover};
-use super::{Progress, PvsOptions};
+use super::{Random, mix};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb};
+use crate::pvs::repair::corners;
+use crate::pvs::{Progress, PvsOptions};
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{BitMatrix, CellId, ObjectId};
@@ -27,14 +27,14 @@ const BATCH: usize = 32;
 const PIECES: usize = 16;
 
 /// What flow left: pairs of the upper set, of which those of the lower set are decided.
-pub(super) struct Undecided<'a> {
+pub(in crate::pvs) struct Undecided<'a> {
     pub cells_upper: &'a BitMatrix,
     pub objects_upper: &'a BitMatrix,
     pub placement: &'a BitMatrix,
 }
 
 /// Tries pairs of `cells_upper` and `objects_upper` that have no proof yet until the lower bound has cost `budget` rays.
-pub(super) fn sample(
+pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
     Undecided { cells_upper, objects_upper, placement }: Undecided<'_>,
@@ -100,7 +100,7 @@ pub(super) fn sample(
 }
 
 /// A random point on a random triangle of an object.
-pub(super) fn point_on(scene: &Scene, object: usize, random: &mut Random) -> (DVec3, Hit) {
+pub(in crate::pvs) fn point_on(scene: &Scene, object: usize, random: &mut Random) -> (DVec3, Hit) {
     let triangles = &scene.objects[object].triangles;
     let triangle = triangles.start + (random.next() % u64::from(triangles.end - triangles.start)) as u32;
     let [a, b, c] = scene.corners(triangle as usize);

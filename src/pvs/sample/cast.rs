@@ -1,0 +1,185 @@
+//! One visibility cube made into proofs: a few pixels of each object that it shows are followed as lines.
+//!
+//! A cube tells of hundreds of thousands of directions for the price of some thousand rays, but only along the way to the first
+//! triangle and without a witness's clearance. So it chooses where lines go, and the lines do the proving, both ways.
+
+use super::witness::{Found, Line, Lower};
+use super::{Random, Sampler, Site};
+use crate::PortalId;
+use crate::pvs::cube::{Cube, CubeEngine, CubeScene, CubeView, Engine, NONE};
+use glam::{DMat3, DQuat, DVec3};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::sync::Mutex;
+
+/// Cubes worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
+pub(super) const BATCH: usize = 64;
+/// Pixels along a face's edge: the most of which the budget allows twice as many cubes as must be. More: more of what is small is
+/// seen, fewer cubes in the same time.
+const SIZES: [u32; 4] = [128, 64, 32, 16];
+/// Pixels of a cube that take about as long as a ray.
+const PIXELS_A_RAY: u64 = 64;
+/// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
+/// cells farther along.
+const LINES: [usize; 2] = [4, 1];
+
+/// Most lines followed from a cube.
+fn most_lines(size: u32) -> u64 {
+    3 * u64::from(size)
+}
+
+/// What a cube costs at most, in rays.
+fn cost(size: u32) -> u64 {
+    6 * u64::from(size).pow(2) / PIXELS_A_RAY + 2 * most_lines(size)
+}
+
+/// Pixels along an edge for cubes of which at least `count` are wanted for `budget` rays.
+pub(super) fn size_for(count: u64, budget: u64) -> u32 {
+    SIZES.into_iter().find(|&n| 2 * count * cost(n) <= budget).unwrap_or(SIZES[SIZES.len() - 1])
+}
+
+/// Objects seen from a site with their solid angles (fractions of the sphere), ascending.
+pub(super) type Seen = Vec<(u32, f32)>;
+
+/// Makes cubes of one size.
+pub(super) struct Caster<'a> {
+    sampler: &'a Sampler<'a>,
+    cubes: &'a CubeScene,
+    engine: Engine,
+    /// Object of each triangle.
+    owners: Vec<u32>,
+    /// Pixels along a face's edge.
+    size: u32,
+    /// Fraction of the sphere of each pixel of a face.
+    solid: Vec<f32>,
+    /// Scratch memory that no thread uses now.
+    idle: Mutex<Vec<Eyes<'a>>>,
+}
+
+impl<'a> Caster<'a> {
+    /// `eyes`: a few of the places where cubes will stand, to choose an engine by; the choice shows in nothing but time.
+    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene, size: u32, eyes: &[DVec3]) -> Self {
+        let scene = sampler.prover.rays.scene();
+        let flat = CubeView::new(DVec3::ZERO, size);
+        let mut owners = vec![0; scene.triangles.len()];
+        for (i, object) in (0u32..).zip(&scene.objects) {
+            owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
+        }
+        let engine = Engine::fastest(cubes, eyes, size);
+        let solid = (0..flat.pixels() / 6).map(|p| flat.solid_angle(p) as f32).collect();
+        Self { sampler, cubes, engine, owners, size, solid, idle: Mutex::default() }
+    }
+
+    /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed; what they see.
+    pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower) -> Vec<Seen> {
+        let known = &*lower;
+        let cast = |&(seed, site): &(u64, Site)| {
+            let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
+            let mut eyes = idle.unwrap_or_else(|| Eyes::new(self));
+            let result = eyes.cube(self, site, seed, known);
+            if let Ok(mut idle) = self.idle.lock() {
+                idle.push(eyes);
+            }
+            result
+        };
+        let results: Vec<(Seen, Found)> = sites.par_iter().map(cast).collect();
+        let merged = results.into_iter().map(|(seen, found)| {
+            lower.merge(found);
+            seen
+        });
+        merged.collect()
+    }
+}
+
+/// Scratch memory of a thread.
+struct Eyes<'a> {
+    engine: Box<dyn CubeEngine + Send + 'a>,
+    cube: Cube,
+    /// What this cube shows of each object.
+    objects: Vec<Shown>,
+    touched: Vec<u32>,
+    line: Line,
+    crossings: Vec<(f64, PortalId)>,
+}
+
+/// Of one object: its solid angle (fraction of the sphere), its pixels, and a few of those.
+#[derive(Clone, Copy, Default)]
+struct Shown {
+    solid: f32,
+    pixels: u32,
+    some: [u32; LINES[0]],
+}
+
+impl<'a> Eyes<'a> {
+    fn new(caster: &Caster<'a>) -> Self {
+        let objects = vec![Shown::default(); caster.sampler.prover.rays.scene().objects.len()];
+        let (cube, touched, line, crossings) = Default::default();
+        Self { engine: caster.engine.start(caster.cubes), cube, objects, touched, line, crossings }
+    }
+
+    /// Counts a run of pixels that show one object.
+    fn show(&mut self, object: u32, first: usize, count: usize, solid: f32, random: &mut Random) {
+        let shown = &mut self.objects[object as usize];
+        if shown.pixels == 0 {
+            self.touched.push(object);
+        }
+        shown.solid += solid;
+        let before = shown.pixels as usize;
+        shown.pixels += count as u32;
+        // Each pixel about as likely as the others to be one of the few, by whole runs (Vitter, *Random sampling with a reservoir*, 1985).
+        let few = shown.some.len();
+        if before < few {
+            (before..few.min(before + count)).for_each(|place| shown.some[place] = (first + place - before) as u32);
+        }
+        let draw = random.next();
+        let place = ((draw >> 32) as usize * (before + count)) >> 32;
+        if before >= few && place < few * count {
+            shown.some[place % few] = (first + ((draw as u32 as usize * count) >> 32)) as u32;
+        }
+    }
+
+    /// One cube: what it sees, and what that proves.
+    fn cube(&mut self, caster: &Caster<'_>, site: Site, seed: u64, known: &Lower) -> (Seen, Found) {
+        let sampler = caster.sampler;
+        let mut random = Random(seed);
+        // Turned by chance, so that pixels of neighbours don't fall on the same places.
+        let turn = DQuat::from_euler(glam::EulerRot::XYZ, random.unit() * TAU, random.unit() * TAU, random.unit() * TAU);
+        let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: caster.size };
+        self.engine.cube(&view, &mut self.cube);
+        let face = caster.solid.len();
+        let cube = std::mem::take(&mut self.cube);
+        let mut first = 0;
+        for run in cube.triangles.chunk_by(|a, b| a == b) {
+            let from = first;
+            first += run.len();
+            if run[0] != NONE {
+                // A run from one face into the next is rare; its pixels weigh about the same there.
+                let solid = (from..first).map(|pixel| caster.solid[pixel % face]).sum();
+                self.show(caster.owners[run[0] as usize], from, run.len(), solid, &mut random);
+            }
+        }
+        for clear in &cube.see_through {
+            let pixel = clear.pixel as usize;
+            self.show(caster.owners[clear.triangle as usize], pixel, 1, caster.solid[pixel % face], &mut random);
+        }
+        self.cube = cube;
+        self.touched.sort_unstable();
+        let mut found = Found::default();
+        found.rays = cost(caster.size);
+        let mut lines = most_lines(caster.size) as usize;
+        let mut seen = Seen::with_capacity(self.touched.len());
+        for object in std::mem::take(&mut self.touched) {
+            let Shown { solid, pixels, some } = std::mem::take(&mut self.objects[object as usize]);
+            seen.push((object, solid));
+            let beside = site.cells.iter().all(|c| known.objects.get(c.index(), object as usize));
+            let wanted = LINES[usize::from(beside)].min(pixels as usize).min(lines);
+            lines -= wanted;
+            for &pixel in &some[..wanted] {
+                self.line.direction = view.direction(pixel as usize).normalize();
+                sampler.trace(site, &mut self.line, &mut self.crossings);
+                sampler.prover.line(&self.line, known, &mut found);
+            }
+        }
+        (seen, found.close())
+    }
+}

@@ -1,0 +1,138 @@
+//! Who gets the rays: the strategy that proved most for the last ones it got.
+
+use super::adaptive::{Adaptive, Places};
+use super::cast::{Caster, size_for};
+use super::guided::Guided;
+use super::uniform::{Rays, Uniform, regions};
+use super::witness::Lower;
+use super::{Sampler, mix};
+use crate::BitMatrix;
+use crate::cells::{CellGraph, Locator};
+use crate::pvs::Progress;
+use crate::pvs::cube::CubeScene;
+use crate::scene::Scene;
+use crate::scene::rays::RayScene;
+
+/// The rays are given away in about this many parts.
+const PARTS: u64 = 64;
+/// A strategy that found nothing in so many of them in a row gets no more.
+const PATIENCE: u32 = 3;
+
+/// A way of finding free lines.
+pub(super) trait Source {
+    /// Spends about `rays`; false where nothing is left to try.
+    fn step(&mut self, lower: &mut Lower, rays: u64) -> bool;
+}
+
+/// How the lower bound is found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Strategy {
+    /// Rays from random points of cells in random directions.
+    Rays,
+    /// Cubes at random points of cells.
+    UniformCubes,
+    /// Cubes on portals, in quadtrees that split where their corners see different things (Nirenstein, Blake, 2004), and inside cells.
+    AdaptiveCubes,
+    /// Random rays, and rays at the borders of what was found (Wonka et al., *Guided visibility sampling*, 2006).
+    Guided,
+    /// Adaptive cubes and rays at the borders, whichever proves more for its rays.
+    Scheduled,
+}
+
+impl Strategy {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Rays, Self::UniformCubes, Self::AdaptiveCubes, Self::Guided, Self::Scheduled];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rays => "random rays",
+            Self::UniformCubes => "uniform cubes",
+            Self::AdaptiveCubes => "adaptive cubes",
+            Self::Guided => "guided",
+            Self::Scheduled => "scheduled",
+        }
+    }
+}
+
+/// Samples until `budget` rays are spent, or nothing finds anything.
+pub(in crate::pvs) fn sample(
+    rays: &RayScene<'_>,
+    graph: &CellGraph,
+    strategy: Strategy,
+    seed: u64,
+    budget: u64,
+    lower: &mut Lower,
+    progress: Progress<'_>,
+) {
+    let locator = Locator::new(graph);
+    let sampler = Sampler::new(rays, graph, &locator, seed);
+    let at_random = matches!(strategy, Strategy::Rays | Strategy::UniformCubes | Strategy::Guided);
+    let regions = if at_random { regions(&sampler) } else { Vec::new() };
+    let by_cubes = !matches!(strategy, Strategy::Rays | Strategy::Guided);
+    let scene = by_cubes.then(|| CubeScene::new(rays.scene()));
+    let places = Places::new(&sampler);
+    let size = size_for(places.base(), budget);
+    let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene, size, &places.some()));
+    let mut sources: Vec<Box<dyn Source + '_>> = Vec::new();
+    if let Some(caster) = &caster {
+        if strategy == Strategy::UniformCubes {
+            sources.push(Box::new(Uniform::new(&sampler, caster, &regions)));
+        } else {
+            sources.push(Box::new(Adaptive::new(&sampler, caster, &places)));
+        }
+    } else {
+        sources.push(Box::new(Rays::new(&sampler, &regions)));
+    }
+    if matches!(strategy, Strategy::Guided | Strategy::Scheduled) {
+        sources.push(Box::new(Guided::new(&sampler)));
+    }
+    run(sources, budget, lower, progress);
+}
+
+/// What a strategy gave for the last rays that it got.
+struct Turn<'a> {
+    source: Box<dyn Source + 'a>,
+    /// Proofs a ray.
+    rate: f64,
+    /// Parts in a row that gave nothing.
+    barren: u32,
+}
+
+fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, progress: Progress<'_>) {
+    let mut turns: Vec<Turn<'_>> =
+        sources.into_iter().map(|source| Turn { source, rate: f64::INFINITY, barren: 0 }).collect();
+    let proofs = |lower: &Lower| lower.witnesses.len() + lower.sights.len();
+    let alone = turns.len() == 1;
+    while lower.rays < budget {
+        let Some(best) = (0..turns.len()).reduce(|a, b| if turns[b].rate > turns[a].rate { b } else { a }) else { return };
+        let turn = &mut turns[best];
+        let (before, rays) = (proofs(lower), lower.rays);
+        let more = turn.source.step(lower, (budget / PARTS).max(1).min(budget - lower.rays));
+        let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
+        // Nothing found is not nothing to find.
+        turn.rate = (found as f64 + 0.5) / spent as f64;
+        turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
+        if !more || (turn.barren == PATIENCE && !alone) {
+            turns.remove(best);
+        }
+        progress("sampling", lower.rays as f64 / budget as f64);
+    }
+}
+
+/// What one strategy finds alone.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Spent {
+    /// Cells x objects: what it proved to be visible.
+    pub objects: BitMatrix,
+    /// What it cost, in rays; cubes are priced in rays.
+    pub rays: u64,
+}
+
+/// Runs one strategy alone, without the upper bound's help: to compare strategies. `graph` is taken as it is.
+pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
+    let rays = RayScene::new(scene);
+    let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
+    sample(&rays, graph, strategy, mix(seed, 0), budget, &mut lower, &|_, _| ());
+    Spent { objects: lower.objects, rays: lower.rays }
+}
