@@ -10,6 +10,7 @@ pub mod level;
 pub mod report;
 pub mod vis;
 pub mod walk;
+pub mod why;
 
 use std::fmt;
 use std::path::Path;

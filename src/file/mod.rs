@@ -9,6 +9,7 @@ mod codes;
 mod error;
 mod format;
 mod from_bake;
+mod graph;
 mod read;
 mod rows;
 mod save;

@@ -2,6 +2,7 @@
 //!
 //! [`bake`] is the main path. The lower bound: `cubes` and `aimed`, their proofs in `witness`, the cells along a line in
 //! `lines`. The upper bound: `flow`, then `shield`. Where the two contradict each other: `repair`. Both for regions across cells: `view_cells`.
+//! Single pairs once more, with the reason: `why`.
 
 mod aimed;
 pub mod cube;
@@ -11,6 +12,7 @@ mod lines;
 mod repair;
 mod shield;
 pub mod view_cells;
+pub mod why;
 mod witness;
 
 use crate::cells::{CellGraph, place_objects};
