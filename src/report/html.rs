@@ -44,6 +44,18 @@ pub fn percent(part: u64, whole: u64) -> String {
     format!("{share:.digits$} %")
 }
 
+/// A part of a whole in percent, two digits.
+pub fn share(part: f64) -> String {
+    let percent = 100.0 * part;
+    if !(percent > 0.0 && percent.is_finite()) {
+        return "0 %".to_owned();
+    }
+    let digits = (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{percent:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} %")
+}
+
 /// A time with its unit, three digits.
 pub fn duration(seconds: f64) -> String {
     match seconds {
@@ -147,6 +159,11 @@ mod tests {
             [(0, 7), (1, 2), (3, 1_000_000), (7, 7), (9995, 10_000)].map(|(a, b)| percent(a, b)),
             ["0.0 %", "50.0 %", "0.00030 %", "100.0 %", "99.950 %"]
         );
+    }
+
+    #[test]
+    fn shares_have_two_digits() {
+        assert_eq!([0.0, 1e-6, 0.001_234, 0.01, 0.128, 1.0].map(share), ["0 %", "0.0001 %", "0.12 %", "1 %", "13 %", "100 %"]);
     }
 
     #[test]

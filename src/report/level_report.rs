@@ -8,6 +8,9 @@ use super::matrix::{MatrixPicture, UNDECIDED, WITNESSED, matrix};
 use crate::BitMatrix;
 use std::fmt::Write;
 
+/// What times are.
+const TIMES: &str = "wall-clock time since the level was read";
+
 /// Both sides at some moment. Pairs are ordered, each cluster with itself among them.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Moment {
@@ -148,7 +151,7 @@ impl LevelReport<'_> {
         let side = |name: String, class, value: &dyn Fn(&Moment) -> u64| {
             let point = |m: &Moment| Point {
                 seconds: m.seconds,
-                value: value(m),
+                value: value(m) as f64,
                 note: format!("{}, {}: {} pairs", m.stage, duration(m.seconds), thousands(value(m))),
             };
             Curve { name, class, shape: Shape::Steps, points: self.moments.iter().map(point).collect() }
@@ -156,7 +159,7 @@ impl LevelReport<'_> {
         let alone = |name: String, value: &dyn Fn(&LinesAlone) -> u64| {
             let point = |l: &LinesAlone| Point {
                 seconds: l.seconds,
-                value: value(l),
+                value: value(l) as f64,
                 note: format!("{} lines, {}: {} pairs", thousands(l.lines), duration(l.seconds), thousands(value(l))),
             };
             Curve { name, class: "lines", shape: Shape::Straight, points: self.lines_alone.iter().map(point).collect() }
@@ -169,7 +172,7 @@ impl LevelReport<'_> {
         ];
         if let Some(other) = self.other {
             let note = other.name.clone();
-            let points = vec![Point { seconds: 0.0, value: other.pairs, note }];
+            let points = vec![Point { seconds: 0.0, value: other.pairs as f64, note }];
             let name = format!("rows of {}: {}", other.name, thousands(other.pairs));
             curves.push(Curve { name, class: "other", shape: Shape::Level, points });
         }
@@ -178,6 +181,7 @@ impl LevelReport<'_> {
         }
         let chart = Chart {
             title: "Pairs of clusters that are witnessed, and that are not proven hidden, against time",
+            times: TIMES,
             values: "pairs of clusters",
             scale: Scale::Linear,
             curves,
@@ -199,6 +203,7 @@ impl LevelReport<'_> {
         }
         let chart = Chart {
             title: "Pairs of clusters that are undecided, against time",
+            times: TIMES,
             values: "pairs of clusters (logarithmic)",
             scale: Scale::Logarithmic,
             curves,
