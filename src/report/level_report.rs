@@ -3,8 +3,8 @@
 //! All text is made safe here; whoever calls hands over plain text. But for times, the same result gives the same bytes.
 
 use super::chart::{Chart, Curve, Point, Scale, Shape};
-use super::html::{duration, escape, number, page, percent, png_address, thousands};
-use super::matrix::{MatrixPicture, UNDECIDED, WITNESSED, matrix};
+use super::html::{Remark, duration, escape, number, page, percent, thousands};
+use super::matrix::figure;
 use crate::BitMatrix;
 use std::fmt::Write;
 
@@ -46,15 +46,6 @@ pub struct Other {
     pub pairs: u64,
     /// A line of a table each: what it is, and how many pairs.
     pub counts: Vec<(String, u64)>,
-}
-
-/// A row of a list of pairs or searches: what it is about, and what there is to say.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Remark {
-    /// `12 and 40`.
-    pub about: String,
-    /// Why.
-    pub text: String,
 }
 
 /// All that the page tells.
@@ -268,31 +259,8 @@ impl LevelReport<'_> {
     }
 
     fn picture(&self, out: &mut String) {
-        let picture = matrix(self.lower, self.upper);
-        // A level without clusters has none.
-        let Ok(png) = picture.png() else { return };
-        let MatrixPicture { side, block, .. } = picture;
-        // As large as whole pixels allow.
-        let shown = side * (640 / side.max(1)).max(1);
-        let key = |[r, g, b]: [u8; 3], name: &str| {
-            format!("<li><span class=\"key\" style=\"background:rgb({r},{g},{b})\"></span>{name}</li>")
-        };
-        let scale = match block {
-            1 => "Each pixel is a pair; rows and columns are clusters, in the level's order.".to_owned(),
-            _ => format!(
-                "Each pixel stands for {block} &times; {block} pairs, the stronger the more of them are visible, and shows it \
-                 where any is undecided; rows and columns are clusters, in the level's order."
-            ),
-        };
-        let _ = writeln!(
-            out,
-            "<h2>Who sees whom</h2>\n<figure>\n<ul class=\"legend\">{}{}<li><span class=\"key\" style=\"background:var(--page)\"></span>\
-             proven hidden</li></ul>\n<img class=\"matrix\" width=\"{shown}\" height=\"{shown}\" alt=\"Visibility matrix\" src=\"{}\">\n\
-             <figcaption>{scale}</figcaption>\n</figure>",
-            key(WITNESSED, "witnessed"),
-            key(UNDECIDED, "undecided"),
-            png_address(&png)
-        );
+        out.push_str("<h2>Who sees whom</h2>\n");
+        out.push_str(&figure(self.lower, self.upper, "clusters, in the level's order"));
     }
 
     fn doubts(&self, out: &mut String) {

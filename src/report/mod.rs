@@ -4,6 +4,7 @@ pub mod building_report;
 pub mod chart;
 pub mod check;
 pub mod curves;
+pub mod doubts;
 pub mod html;
 pub mod level_report;
 pub mod lines;

@@ -74,6 +74,45 @@ pub fn storeys(file: &PvsFile) -> Vec<Storey> {
     found
 }
 
+/// All cells, so that what belongs together stands together: open cells, then storey by storey, each along a breadth-first walk
+/// through its portals.
+pub fn along_a_walk(file: &PvsFile, storeys: &[Storey]) -> Vec<CellId> {
+    let mut next = vec![Vec::new(); file.cells.len()];
+    for [a, b] in file.portals.iter().map(|p| p.cells) {
+        next[a.index()].push(b);
+        next[b.index()].push(a);
+    }
+    next.iter_mut().for_each(|cells| cells.sort_unstable());
+    let mut order: Vec<CellId> = Vec::new();
+    let mut is_there = vec![false; file.cells.len()];
+    let mut walk = |among: &[CellId]| {
+        for &start in among {
+            let mut at = order.len();
+            if !std::mem::replace(&mut is_there[start.index()], true) {
+                order.push(start);
+            }
+            while let Some(&cell) = order.get(at) {
+                at += 1;
+                for &c in &next[cell.index()] {
+                    if among.binary_search(&c).is_ok() && !std::mem::replace(&mut is_there[c.index()], true) {
+                        order.push(c);
+                    }
+                }
+            }
+        }
+    };
+    let open: Vec<CellId> = ids(file).filter(|c| file.cells[c.index()].open).collect();
+    walk(&open);
+    storeys.iter().for_each(|s| walk(&s.cells));
+    // Cells without a volume are on no storey.
+    walk(&ids(file).collect::<Vec<_>>());
+    order
+}
+
+fn ids(file: &PvsFile) -> impl Iterator<Item = CellId> {
+    (0..file.cells.len() as u32).map(CellId)
+}
+
 /// The height of a cell's floor, its area and its height: what lies lowest under at least a third of it.
 fn floor(mut boxes: Vec<Aabb>) -> Option<[f64; 3]> {
     boxes.retain(|b| b.min.is_finite() && b.max.is_finite());
@@ -260,7 +299,8 @@ impl<'f> Plans<'f> {
                 continue;
             }
             if portal.plane.y.abs() > 0.7 {
-                let ring: Vec<DVec2> = portal.winding.iter().map(|p| self.inside(DVec2::new(p.x.into(), p.z.into()))).collect();
+                let ring: Vec<DVec2> =
+                    portal.winding.iter().map(|p| self.inside(DVec2::new(p.x.into(), p.z.into()))).collect();
                 lying[k].push_str(&self.path(&ring, true));
             } else if let Some((a, b)) = ends(portal) {
                 standing[k].push_str(&self.path(&[self.inside(a), self.inside(b)], false));
@@ -337,9 +377,8 @@ fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
     let max = all().copied().reduce(DVec2::max).unwrap_or_default();
     let edges = || rings.iter().flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
     let free = |p: DVec2| {
-        let crosses = |(a, b): &(&DVec2, &DVec2)| {
-            (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y))
-        };
+        let crosses =
+            |(a, b): &(&DVec2, &DVec2)| (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y));
         let inside = edges().filter(crosses).count() % 2 == 1;
         let distance = |(a, b): (&DVec2, &DVec2)| {
             let s = ((p - *a).dot(*b - *a) / (*b - *a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
