@@ -39,6 +39,7 @@ pub mod runtime;
 pub mod scene;
 pub mod tolerance;
 pub mod vis;
+pub mod why;
 
 mod bits;
 mod ids;

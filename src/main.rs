@@ -23,6 +23,8 @@ enum Command {
     Walk(cli::walk::Args),
     /// Say what is in a .pvs file.
     Info(cli::info::Args),
+    /// Say why a cell sees an object or another cell, or doesn't.
+    Why(cli::why::Args),
     /// Write out cells, portals, objects and rows.
     Dump(cli::dump::Args),
     /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         Command::Check(args) => cli::check::run(args),
         Command::Walk(args) => cli::walk::run(args),
         Command::Info(args) => cli::info::run(args),
+        Command::Why(args) => cli::why::run(args),
         Command::Dump(args) => cli::dump::run(args),
         Command::Vis(args) => cli::vis::run(args),
         Command::Report(args) => cli::report::run(args),

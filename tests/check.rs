@@ -111,6 +111,7 @@ fn file(scene: &Scene) -> PvsFile {
         bounds: None,
         pairs: PairCounts::default(),
         repairs: Vec::new(),
+        unseen: None,
         stats: PvsStats::default(),
         views: Default::default(),
     }

@@ -66,6 +66,15 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// The points inside all of `planes`; `None` where they have no volume. Corners within `eps` metres of a plane count as inside
+    /// it. A piece of more planes than any split makes is taken to reach everywhere: its box is infinite.
+    pub fn new(planes: Vec<Plane>, eps: f64) -> Option<Self> {
+        let everywhere = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
+        let is_many = planes.len() > polyhedron::MAX_PLANES;
+        let bounds = if is_many { everywhere } else { polyhedron::bounds(&planes, eps)? };
+        Some(Self { planes, bounds })
+    }
+
     /// True where `p` is inside, or within `eps` metres of being so.
     pub fn contains(&self, p: DVec3, eps: f64) -> bool {
         self.planes.iter().all(|plane| plane.distance(p) <= eps)

@@ -1,12 +1,13 @@
 //! `enfilade bake`.
 
+use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeOptions, Baked, bake};
-use enfilade::cells::{SplitOptions, Strategy, ViewCell, read_cells, read_indoorgml, read_view_cells};
+use enfilade::cells::{ViewCell, read_view_cells};
 use enfilade::file::{Container, load_bytes};
 use enfilade::pvs::{Guarantee, PvsOptions};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{Scene, import};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -22,15 +23,8 @@ pub struct Args {
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]
     output: Option<PathBuf>,
-    /// How to find cells
-    #[arg(long, value_enum, default_value = "auto")]
-    cells: CellsFlag,
-    /// Edge of a voxel, for --cells volume [default: what fits the scene]
-    #[arg(long, value_name = "METRES")]
-    voxel: Option<f64>,
-    /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
-    #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
-    cells_file: Option<PathBuf>,
+    #[command(flatten)]
+    scene: SceneFlags,
     /// Regions to work out rows for on top of the cells, as camera volumes
     #[arg(long, value_name = "V.json")]
     view_cells: Option<PathBuf>,
@@ -40,32 +34,15 @@ pub struct Args {
     /// Keep both sides and the witnesses in the file
     #[arg(long)]
     keep_bounds: bool,
-    /// Rays that sampling may cast, in millions: a count and not a time, so that the bytes don't depend on the machine
-    #[arg(long, value_name = "MILLIONS", default_value_t = 20.0)]
-    rays: f64,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Seed of every random choice
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Most triangles an object may have before its mesh is split
-    #[arg(long, value_name = "N", default_value_t = ImportOptions::default().object_triangles, value_parser = clap::value_parser!(u32).range(1..))]
-    object_triangles: u32,
-    /// Metres per unit of the input [default: the format's own]
-    #[arg(long, value_name = "METRES")]
-    unit: Option<f64>,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum CellsFlag {
-    Auto,
-    Authored,
-    Plan,
-    Volume,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -76,15 +53,7 @@ enum Ship {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    if !(0.0..=1e6).contains(&args.rays) {
-        return Err(CliError("--rays takes millions, 0 to 1000000".into()));
-    }
-    if args.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
-        return Err(CliError("--unit takes metres per unit, above 0".into()));
-    }
-    if args.voxel.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
-        return Err(CliError("--voxel takes metres, above 0".into()));
-    }
+    args.scene.check()?;
     super::pool(args.threads)?.install(|| bake_file(&args))
 }
 
@@ -92,31 +61,20 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let begin = Instant::now();
     let bar = progress_bar();
     bar.set_message("import");
-    let import_options =
-        ImportOptions { object_triangles: args.object_triangles, metres_per_unit: args.unit, ..ImportOptions::default() };
+    let import_options = args.scene.import();
     let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
     let import_seconds = begin.elapsed().as_secs_f64();
-    // IndoorGML is a ready graph, unless another way to find cells is asked for.
-    let ready = (is_indoorgml(&args.input) && args.cells == CellsFlag::Auto).then_some(args.input.as_path());
-    let given = args.cells_file.as_deref().or(ready).map(|path| cells_file(path, &scene)).transpose()?;
+    let given = args.scene.given(&args.input, &scene)?;
     let view_cells = args.view_cells.as_deref().map(|path| view_cells(path, &scene)).transpose()?.unwrap_or_default();
     let options = BakeOptions {
-        split: SplitOptions {
-            strategy: match args.cells {
-                CellsFlag::Auto => None,
-                CellsFlag::Authored => Some(Strategy::Authored),
-                CellsFlag::Plan => Some(Strategy::Plan),
-                CellsFlag::Volume => Some(Strategy::Volume),
-            },
-            voxel: args.voxel,
-        },
+        split: args.scene.split(),
         pvs: PvsOptions {
             ship: match args.ship {
                 Ship::Conservative => Guarantee::Conservative,
                 Ship::Sampled => Guarantee::Sampled,
             },
             seed: args.seed,
-            ray_budget: (args.rays * 1e6) as u64,
+            ray_budget: args.scene.ray_budget(),
             ..PvsOptions::default()
         },
         keep_bounds: args.keep_bounds,
@@ -143,19 +101,9 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
-fn cells_file(path: &Path, scene: &Scene) -> Result<enfilade::cells::CellGraph, CliError> {
-    let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
-    let graph = if is_indoorgml(path) { read_indoorgml(&text, scene) } else { read_cells(&text, scene) };
-    graph.map_err(|e| at(path, e))
-}
-
 fn view_cells(path: &Path, scene: &Scene) -> Result<Vec<ViewCell>, CliError> {
     let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
     read_view_cells(&text, scene).map_err(|e| at(path, e))
-}
-
-fn is_indoorgml(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gml"))
 }
 
 /// A bar with the time still to go, where that can be said, on a terminal; nothing elsewhere.
@@ -178,7 +126,14 @@ pub(super) fn progress_bar() -> indicatif::ProgressBar {
 }
 
 /// The keys of `bake --json`; docs/cli.md says what each means.
-fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, total: f64, bytes: usize) -> Value {
+pub(super) fn report(
+    scene: &Scene,
+    baked: &Baked,
+    container: &Container<'_>,
+    import: f64,
+    total: f64,
+    bytes: usize,
+) -> Value {
     let file = &baked.file;
     let (cells, objects) = (file.cells.len(), file.objects.len());
     let mut pvs = super::info::pvs(container, file);
@@ -222,6 +177,7 @@ fn report(scene: &Scene, baked: &Baked, container: &Container<'_>, import: f64, 
             "undecided_pairs": upper - lower,
             "total_pairs": views.upper.rows() * views.upper.columns(),
             "in_no_cell": views.in_no_cell.len(),
+            "unseen": views.unseen,
             "rays": views.rays,
             "flow_capped": views.capped,
             "contradictions": views.contradictions,

@@ -3,6 +3,7 @@
 use super::{CliError, Outcome, at};
 use enfilade::cells::{PortalKind, PortalState};
 use enfilade::file::{Container, PvsFile, SectionId, VERSION, entropy_bits_per_pair, load_bytes};
+use enfilade::pvs::sample::unseen::CONFIDENCE;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -97,6 +98,10 @@ pub(super) fn pvs(container: &Container<'_>, file: &PvsFile) -> Value {
     let set = |rows: &Option<enfilade::BitMatrix>, all| rows.as_ref().map_or(all, |m| m.count_ones());
     json!({
         "guarantee": file.guarantee,
+        "unseen": file.unseen.as_ref().map(|unseen| {
+            let closed = unseen.cells.iter().zip(&file.cells).filter(|(_, cell)| !cell.open).map(|(&bound, _)| bound);
+            json!({ "mean": unseen.mean, "max_closed": closed.reduce(f32::max), "confidence": CONFIDENCE })
+        }),
         "lower_pairs": pairs.lower,
         "upper_pairs": pairs.upper,
         "undecided_pairs": pairs.upper - pairs.lower,

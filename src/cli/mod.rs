@@ -8,8 +8,11 @@ pub mod generate;
 pub mod info;
 pub mod level;
 pub mod report;
+pub mod scene;
+pub mod stages;
 pub mod vis;
 pub mod walk;
+pub mod why;
 
 use std::fmt;
 use std::path::Path;

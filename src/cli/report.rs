@@ -1,37 +1,36 @@
-//! `enfilade report`.
+//! `enfilade report`: a level or a building as a page of one file, with tables beside it.
 
-use super::against::{counts, other_rows, prose, told};
-use super::bake::{peak_rss_mb, progress_bar};
-use super::level::{Input, SearchFlags};
+mod building;
+mod level;
+
+use super::level::SearchFlags;
+use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
-use enfilade::report::level_report::{LevelReport, LinesAlone, Moment, Other, Remark};
-use enfilade::vis::against::against;
-use enfilade::vis::{Bounds, Control, Level, Vis, VisError, VisOptions, Why, vis, why};
-use serde_json::{Value, json};
+use enfilade::vis::VisOptions;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
-/// Random lines from each side of a portal, alone, for comparison.
-const LINES_ALONE: [u64; 6] = [1, 4, 16, 64, 256, 1024];
-/// Undecided pairs that are asked why; each is a search.
-const ASKED: usize = 8;
+/// Views in which false pixels are counted, where nothing is said.
+const VIEWS: u32 = 1000;
 
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The level: .prt or .bsp
-    #[arg(value_name = "LEVEL.prt|LEVEL.bsp")]
+    /// A building (.glb, .gltf, .obj, .ifc, .gml) or a level (.prt, .bsp)
+    #[arg(value_name = "INPUT|LEVEL.prt|LEVEL.bsp")]
     input: PathBuf,
-    /// The page; the table goes beside it, as .csv [default: the level's name with .report.html]
+    /// The page; tables go beside it, as .csv [default: the input's name with .report.html]
     #[arg(short, long, value_name = "REPORT.html")]
     output: Option<PathBuf>,
-    /// Rows of another tool to compare with: text as `vis --rows` writes it, or a .bsp that holds some
+    /// Of a level: rows of another tool to compare with: text as `vis --rows` writes it, or a .bsp that holds some
     #[arg(long, value_name = "THIRD_PARTY")]
     rows: Option<PathBuf>,
-    #[command(flatten)]
+    /// Of a building: views in which false pixels are counted
+    #[arg(long, value_name = "N", default_value_t = VIEWS)]
+    views: u32,
+    #[command(flatten, next_help_heading = "Of a building")]
+    scene: SceneFlags,
+    #[command(flatten, next_help_heading = "Of a level, but for threads and seed")]
     search: SearchFlags,
     /// Print JSON to stdout
     #[arg(long)]
@@ -40,226 +39,56 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
+    args.scene.check()?;
     super::pool(args.search.threads)?.install(|| report(&args))
 }
 
 fn report(args: &Args) -> Result<Outcome, CliError> {
-    let begin = Instant::now();
-    // 1. What can be wrong with the input, before the long part.
-    let is = |path: &Path, extension: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
-    if !is(&args.input, "prt") && !is(&args.input, "bsp") {
-        return Err(at(&args.input, "report reads levels so far, named .prt or .bsp; `enfilade info` tells of a .pvs"));
+    let is = |extension: &str| args.input.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+    let is_level = is("prt") || is("bsp");
+    if is("pvs") {
+        return Err(at(&args.input, "report bakes anew, from a model; `enfilade info` tells of a .pvs"));
+    }
+    // Flags of the other kind would do nothing.
+    let default = VisOptions::default();
+    let of_levels = [
+        ("--rows", args.rows.is_some()),
+        ("--steps", args.search.steps != default.steps),
+        ("--lines", args.search.lines != default.lines),
+    ];
+    let of_buildings = args.scene.given_again(&name).into_iter().map(|(flag, _)| (flag, true));
+    let of_buildings: Vec<_> = of_buildings.chain([("--views", args.views != VIEWS)]).collect();
+    let others: &[(&str, bool)] = if is_level { &of_buildings } else { &of_levels };
+    if let Some((flag, _)) = others.iter().find(|f| f.1) {
+        let [this, other] = if is_level { ["a level", "buildings"] } else { ["no level", "levels"] };
+        return Err(at(&args.input, format!("is {this}; {flag} is for {other}")));
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("report.html"));
     let table = output.with_extension("csv");
     if table == output {
         return Err(at(&output, "-o names the page; the table gets its name with .csv"));
     }
-    let input = Input::read(&args.input)?;
-    let theirs = args.rows.as_deref().map(|path| other_rows(path, &input)).transpose()?;
-    let read_seconds = begin.elapsed().as_secs_f64();
+    if is_level { level::report(args, &output, &table) } else { building::report(args, &output, &table) }
+}
 
-    // 2. Both sides, and when.
-    let options = args.search.options();
-    let (result, moments) = timed(&input.level, &options)?;
-    let peak = peak_rss_mb();
+/// The last part of a path.
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
 
-    // 3. What to hold against them.
-    let lines_alone = lines_alone(&input.level, args.search.seed)?;
-    let beside = theirs.map(|rows| against(&input.level, &result, &rows));
-    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let other = args.rows.as_deref().zip(beside.as_ref()).map(|(path, a)| Other {
-        name: name(path),
-        pairs: a.theirs,
-        counts: counts(a),
-    });
-    let undecided = undecided(&input.level, &options, &result).map_err(|e| at(&args.input, e))?;
-
-    // 4. The page and the table.
-    let facts = format!(
-        "{} clusters, {} portals ({}), {} leaves",
-        input.level.cells,
-        input.level.portals.len(),
-        input.portals_from,
-        input.clusters.len()
-    );
-    let page = LevelReport {
-        level: &name(&args.input),
-        command: &command(args, &name),
-        facts: &facts,
-        lower: &result.lower,
-        upper: &result.upper,
-        moments: &moments,
-        lines_alone: &lines_alone,
-        read_seconds,
-        threads: rayon::current_num_threads(),
-        peak_rss_mb: peak,
-        other: other.as_ref(),
-        undecided: &undecided,
-        left_out: &left_out(args, &input, &result),
-    };
-    for (path, text) in [(&output, page.html()), (&table, page.csv())] {
+fn write(files: &[(&Path, String)]) -> Result<(), CliError> {
+    for (path, text) in files {
         replace_file(path, |out| out.write_all(text.as_bytes())).map_err(|e| at(path, e))?;
     }
-
-    // 5. The same in numbers.
-    if args.json {
-        let mut json = super::vis::report(&input, &result);
-        json["bounds"] = moments.iter().map(moment).collect();
-        json["lines_alone"] =
-            lines_alone.iter().map(|l| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower })).collect();
-        if let Some(a) = &beside {
-            json["against"] = told(a);
-        }
-        json["page"] = output.to_string_lossy().into();
-        json["table"] = table.to_string_lossy().into();
-        json["peak_rss_mb"] = peak.into();
-        json["seconds"] = begin.elapsed().as_secs_f64().into();
-        println!("{json:#}");
-    }
-    if let (Some(path), Some(a)) = (&args.rows, &beside) {
-        eprintln!("{}", prose(a, path));
-    }
-    eprintln!("{} and {} written", output.display(), table.display());
-    Ok(Outcome::Done)
+    Ok(())
 }
 
-fn moment(m: &Moment) -> Value {
-    json!({ "stage": m.stage, "seconds": m.seconds, "steps": m.steps, "lower_pairs": m.lower, "upper_pairs": m.upper })
-}
-
-/// Runs `vis` and takes the time.
-fn timed(level: &Level, options: &VisOptions) -> Result<(Vis, Vec<Moment>), CliError> {
-    let bar = progress_bar();
-    let progress = |stage: &str, done: f64| {
-        bar.set_message(stage.to_owned());
-        bar.set_position((done * 1000.0) as u64);
-    };
-    let moments: Mutex<Vec<Moment>> = Mutex::default();
-    let begin = Instant::now();
-    let bounds = |b: &Bounds| {
-        let seconds = begin.elapsed().as_secs_f64();
-        if let Ok(mut moments) = moments.lock() {
-            let rounds = moments.iter().filter(|m| m.stage.starts_with("flow")).count();
-            let stage = if b.stage == "flow" { format!("flow {}", rounds + 1) } else { b.stage.to_owned() };
-            moments.push(Moment { stage, seconds, steps: b.steps, lower: b.lower, upper: b.upper });
-        }
-    };
-    let stop = AtomicBool::new(false);
-    let control = Control { progress: &progress, stop: &stop, checkpoint: &|_| (), bounds: Some(&bounds) };
-    let result = vis(level, options, None, &control).map_err(|e| CliError(e.to_string()))?;
-    bar.finish_and_clear();
-    Ok((result, moments.into_inner().unwrap_or_default()))
-}
-
-/// Runs of nothing but random lines: the same command, stopped before it searches.
-fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
-    let bar = progress_bar();
-    bar.set_message("lines alone");
-    let sides = 2 * level.portals.len() as u64;
-    let mut all: Vec<LinesAlone> = Vec::new();
-    for (k, lines) in LINES_ALONE.into_iter().enumerate() {
-        bar.set_position((1000 * k / LINES_ALONE.len()) as u64);
-        let stop = AtomicBool::new(false);
-        let found = Mutex::new(None);
-        let begin = Instant::now();
-        let bounds = |b: &Bounds| {
-            if b.stage == "lines" {
-                let seconds = begin.elapsed().as_secs_f64();
-                stop.store(true, Ordering::Relaxed);
-                if let Ok(mut found) = found.lock() {
-                    *found = Some(LinesAlone { lines: lines * sides, seconds, lower: b.lower });
-                }
-            }
-        };
-        let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &|_| (), bounds: Some(&bounds) };
-        match vis(level, &VisOptions { seed, steps: 0, lines }, None, &control) {
-            Ok(_) | Err(VisError::Stopped(_)) => (),
-            Err(e) => return Err(CliError(e.to_string())),
-        }
-        all.extend(found.into_inner().ok().flatten());
-    }
-    bar.finish_and_clear();
-    // A run with more lines has done what one with fewer does: the clock's noise aside, none took longer than those after it.
-    for k in (1..all.len()).rev() {
-        all[k - 1].seconds = all[k - 1].seconds.min(all[k].seconds);
-    }
-    Ok(all)
-}
-
-/// Undecided pairs, each one way; the first of them with what is known.
-fn undecided(level: &Level, options: &VisOptions, result: &Vis) -> Result<Vec<Remark>, VisError> {
-    let n = level.cells;
-    let pairs = (0..n).flat_map(|a| {
-        let is_open = move |b: &usize| *b > a && !result.lower.get(a, *b);
-        result.upper.ones(a).filter(is_open).map(move |b| (a as u32, b as u32))
-    });
-    let bar = progress_bar();
-    bar.set_message("why");
-    let mut remarks = Vec::new();
-    for (a, b) in pairs {
-        let text = if remarks.len() < ASKED { because(&why(level, options, result, a, b)?) } else { String::new() };
-        remarks.push(Remark { about: format!("{a} and {b}"), text });
-        bar.set_position((1000 * remarks.len() / ASKED) as u64);
-    }
-    bar.finish_and_clear();
-    Ok(remarks)
-}
-
-/// Why a pair is undecided.
-fn because(why: &Why) -> String {
-    let way = |portals: &[u32]| portals.iter().map(|p| (p / 2).to_string()).collect::<Vec<_>>().join(" ");
-    match why {
-        Why::Undecided(portals) if portals.is_empty() => "a search ran out of steps".to_owned(),
-        Why::Undecided(portals) => format!("portals {}: no line found, none ruled out", way(portals)),
-        // A pair that is asked for alone has all the steps for itself.
-        Why::Separated(_) => "asked for alone: proven hidden".to_owned(),
-        Why::Witnessed(line) => format!("asked for alone: a line through portals {}", way(&line.portals)),
-    }
-}
-
-fn left_out(args: &Args, input: &Input, result: &Vis) -> Vec<String> {
-    let mut all = input.notes.clone();
-    if input.slivers > 0 {
-        all.push(format!("{} faces of the tree, narrower than the level's own rounding, are no portals", input.slivers));
-    }
-    if result.stats.capped > 0 {
-        all.push(format!(
-            "{} searches ran out of steps (--steps {}): what they hadn't decided stays in the rows",
-            result.stats.capped, args.search.steps
-        ));
-    }
-    if args.rows.is_none() {
-        all.push("no rows of another tool to compare with (--rows)".to_owned());
-    }
-    all.push("rows are not written: `enfilade vis` does that".to_owned());
-    all
-}
-
-/// The command again: names without their folders, flags that are not the default.
-fn command(args: &Args, name: &dyn Fn(&Path) -> String) -> String {
-    let quoted = |path: &Path| {
-        let name = name(path);
+/// The command again: names without their folders, and flags with their values.
+fn command(args: &Args, flags: impl IntoIterator<Item = (&'static str, String)>) -> String {
+    let quoted = |text: String| {
         let is_plain = |c: char| c.is_alphanumeric() || "._-".contains(c);
-        if name.chars().all(is_plain) { name } else { format!("'{}'", name.replace('\'', r"'\''")) }
+        if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
     };
-    let mut out = format!("enfilade report {}", quoted(&args.input));
-    if let Some(rows) = &args.rows {
-        out += &format!(" --rows {}", quoted(rows));
-    }
-    let default = VisOptions::default();
-    let numbers = [
-        ("--steps", args.search.steps, default.steps),
-        ("--lines", args.search.lines, default.lines),
-        ("--seed", args.search.seed, default.seed),
-    ];
-    for (flag, value, default) in numbers {
-        if value != default {
-            out += &format!(" {flag} {value}");
-        }
-    }
-    if let Some(threads) = args.search.threads {
-        out += &format!(" --threads {threads}");
-    }
-    out
+    let flags = flags.into_iter().map(|(flag, value)| format!(" {flag} {}", quoted(value)));
+    format!("enfilade report {}{}", quoted(name(&args.input)), flags.collect::<String>())
 }

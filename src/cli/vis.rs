@@ -3,6 +3,7 @@
 use super::against::other_rows;
 use super::bake::{peak_rss_mb, progress_bar};
 use super::level::{Input, SearchFlags};
+use super::stages::Stages;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
 use enfilade::vis::against::against;
@@ -109,7 +110,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let mut report = report(&input, &result);
     let mut seconds = serde_json::Map::new();
     seconds.insert("read".into(), read.into());
-    stages.seconds.iter().for_each(|(name, s)| _ = seconds.insert(name.clone(), (*s).into()));
+    stages.done.iter().for_each(|s| _ = seconds.insert(s.name.clone(), s.seconds.into()));
     seconds.insert("write".into(), write.into());
     report["stage_seconds"] = seconds.into();
     report["seconds"] = begin.elapsed().as_secs_f64().into();
@@ -204,34 +205,6 @@ fn state(path: &Path) -> Result<Option<State>, CliError> {
         StateError::Io(e) => at(path, e),
         e => at(path, format!("{e}; delete it, or name another with --state")),
     })
-}
-
-/// Seconds by stage, in order.
-#[derive(Default)]
-struct Stages {
-    seconds: Vec<(String, f64)>,
-    current: Option<(String, Instant)>,
-}
-
-impl Stages {
-    /// True where this is another stage than before.
-    fn enter(&mut self, stage: &str) -> bool {
-        let is_new = self.current.as_ref().is_none_or(|(name, _)| name != stage);
-        if is_new {
-            self.leave();
-            self.current = Some((stage.to_owned(), Instant::now()));
-        }
-        is_new
-    }
-
-    fn leave(&mut self) {
-        let Some((name, since)) = self.current.take() else { return };
-        let spent = since.elapsed().as_secs_f64();
-        match self.seconds.iter_mut().find(|(n, _)| *n == name) {
-            Some((_, seconds)) => *seconds += spent,
-            None => self.seconds.push((name, spent)),
-        }
-    }
 }
 
 /// The keys of `vis --json`; docs/cli.md says what each means.

@@ -68,11 +68,13 @@ pub enum SectionId {
     ViewBounds,
     /// A segment for each pair of the lower set of view cells.
     ViewWitnesses,
+    /// How much there is to see that is in no lower set, at most.
+    Unseen,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -91,6 +93,7 @@ impl SectionId {
         Self::ViewRows,
         Self::ViewBounds,
         Self::ViewWitnesses,
+        Self::Unseen,
     ];
 
     /// The number in the file.
@@ -137,6 +140,7 @@ impl fmt::Display for SectionId {
             Self::ViewRows => "view-rows",
             Self::ViewBounds => "view-bounds",
             Self::ViewWitnesses => "view-witnesses",
+            Self::Unseen => "unseen",
         })
     }
 }

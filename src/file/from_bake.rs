@@ -44,6 +44,7 @@ impl PvsFile {
             pairs,
             repairs: pvs.repairs.clone(),
             stats: pvs.stats,
+            unseen: pvs.unseen.clone(),
             views: Views::default(),
         };
         let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());

@@ -9,6 +9,7 @@ mod codes;
 mod error;
 mod format;
 mod from_bake;
+mod graph;
 mod read;
 mod rows;
 mod save;
@@ -21,6 +22,7 @@ pub use save::{load_bytes, replace_file};
 
 use crate::bits::ones;
 use crate::cells::{PortalKind, PortalState, Strategy};
+use crate::pvs::sample::unseen::Unseen;
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
 use crate::scene::ImportOptions;
 use crate::{BitMatrix, CellId, ObjectId};
@@ -68,6 +70,8 @@ pub struct PvsFile {
     pub repairs: Vec<Repair>,
     /// The bake's counters.
     pub stats: PvsStats,
+    /// How much there is to see from each cell that is in no lower set, at most; `None` where that wasn't tested.
+    pub unseen: Option<Unseen>,
     /// Regions that rows were asked for on top of the cells.
     pub views: Views,
 }

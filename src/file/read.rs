@@ -7,6 +7,7 @@ use super::format::{Container, SectionId};
 use super::rows::{Guide, RowReader};
 use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::cells::{PortalState, Strategy};
+use crate::pvs::sample::unseen::Unseen;
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
@@ -44,6 +45,7 @@ impl PvsFile {
             pairs: meta.pairs,
             repairs: reader.repairs(cells, budget)?,
             stats: reader.stats(budget)?,
+            unseen: reader.unseen(cells, budget)?,
             views: Views::default(),
         };
         file.placement = reader.placement(cells, objects, budget)?;
@@ -284,6 +286,24 @@ impl<'a> SectionReader<'_, 'a> {
             Ok(PvsStats { rays, cubes, flow_steps, flow_capped: c.u64()?, cracks: c.u64()?, contradictions: c.u64()? })
         })?;
         Ok(stats.unwrap_or_default())
+    }
+
+    fn unseen(&self, cells: usize, budget: &mut Budget) -> Result<Option<Unseen>, FileError> {
+        let fraction = |c: &Cursor<'_>, x: f64| {
+            (0.0..=1.0).contains(&x).then_some(x).ok_or_else(|| c.error(format!("unseen {x} is no fraction")))
+        };
+        let mean = self.section(SectionId::Unseen, budget, |c, b| {
+            let [mean] = c.f64s()?;
+            let mean = fraction(c, mean)?;
+            b.take(SectionId::Unseen, 4 * cells as u64)?;
+            let one = |c: &mut Cursor<'_>| {
+                let [x] = c.f32s()?;
+                fraction(c, f64::from(x)).map(|_| x)
+            };
+            let cells = (0..cells).map(|_| one(c)).collect::<Result<Vec<f32>, FileError>>()?;
+            Ok(Unseen { mean, cells })
+        })?;
+        Ok(mean)
     }
 
     /// A byte a portal; left out where each is as its kind has it.

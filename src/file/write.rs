@@ -8,6 +8,7 @@ use super::rows::{Guide, encode_guided, encode_rows};
 use crate::BitMatrix;
 use crate::cells::PortalState;
 use crate::pvs::PvsStats;
+use crate::pvs::sample::unseen::Unseen;
 use glam::{DVec3, Vec4};
 
 impl PvsFile {
@@ -53,6 +54,7 @@ impl PvsFile {
             let segments = || segments(bounds.witnesses.iter().copied());
             add(SectionId::ViewWitnesses, true, &segments);
         }
+        add(SectionId::Unseen, self.unseen.is_some(), &|| self.bounds_of_unseen());
         assemble(self.model_hash, self.guarantee, &sections)
     }
 
@@ -136,6 +138,14 @@ impl PvsFile {
             repair.cells.iter().for_each(|cell| out.u32(cell.0));
             [repair.at, repair.segment[0], repair.segment[1]].iter().for_each(|p| out.f64s(p.to_array()));
         }
+        out
+    }
+
+    fn bounds_of_unseen(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        let Some(Unseen { mean, cells }) = &self.unseen else { return out };
+        out.f64s([*mean]);
+        cells.iter().for_each(|&bound| out.f32s([bound]));
         out
     }
 

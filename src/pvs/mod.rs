@@ -2,6 +2,7 @@
 //!
 //! [`bake`] is the main path. The lower bound: `cubes` and `aimed`, their proofs in `witness`, the cells along a line in
 //! `lines`. The upper bound: `flow`, then `shield`. Where the two contradict each other: `repair`. Both for regions across cells: `view_cells`.
+//! Single pairs once more, with the reason: `why`.
 
 pub mod cube;
 pub mod flow;
@@ -9,6 +10,7 @@ mod repair;
 pub mod sample;
 mod shield;
 pub mod view_cells;
+pub mod why;
 
 use crate::cells::{CellGraph, place_objects};
 use crate::geom::Aabb;
@@ -17,6 +19,7 @@ use crate::scene::rays::RayScene;
 use crate::{BitMatrix, CellId, ObjectId};
 use flow::{FlowInput, FlowResult, flow};
 use glam::DVec3;
+use sample::unseen::{self, Unseen};
 use sample::witness::{Lower, PLACEMENT_MARGIN};
 use sample::{Strategy, aimed};
 use serde::{Deserialize, Serialize};
@@ -108,6 +111,8 @@ pub struct Pvs {
     pub placement: BitMatrix,
     /// One for each pair of `objects_lower`, ordered by cell, then object.
     pub witnesses: Vec<Witness>,
+    /// How much there is to see that nobody has seen, at most; `None` where no rays were cast to tell.
+    pub unseen: Option<Unseen>,
     /// Which side to ship.
     pub guarantee: Guarantee,
     /// Holes found and mended.
@@ -121,6 +126,8 @@ pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 
 /// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
 const AIMED: f64 = 0.25;
+/// Of the rays of a bake, this fraction tests what the others found.
+const TESTED: f64 = 0.1;
 /// Rounds of mending, at most: a mended hole may show the next one.
 const MENDINGS: usize = 4;
 
@@ -132,12 +139,16 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
     let placement = place_objects(scene, graph, PLACEMENT_MARGIN * tolerance.clearance);
     let object_bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
 
-    // 2. The lower bound: what cubes see, with proofs.
+    // 2. The lower bound: what rays and cubes show, with proofs; and how much that misses.
     progress("sampling", 0.0);
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
-    let for_cubes = options.ray_budget - (options.ray_budget as f64 * AIMED) as u64;
-    sample::sample(&rays, graph, Strategy::Scheduled, options.seed, for_cubes, &mut lower, progress);
+    let share = |part: f64| (options.ray_budget as f64 * part) as u64;
+    let first = options.ray_budget - share(AIMED) - share(TESTED);
+    sample::sample(&rays, graph, Strategy::Scheduled, options.seed, first, &mut lower, progress);
+
+    let to_test = share(TESTED);
+    let unseen = (to_test > 0).then(|| unseen::test(&rays, graph, options.seed, to_test, &mut lower, progress));
 
     // 3. Holes that the proofs show in the graph.
     let mut repairs = Vec::new();
@@ -193,5 +204,5 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
     let Lower { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = lower;
     witnesses.sort_by_key(|w| (w.cell, w.object));
     let guarantee = options.ship;
-    Pvs { cells_lower, cells_upper, objects_lower, objects_upper, placement, witnesses, guarantee, repairs, stats }
+    Pvs { cells_lower, cells_upper, objects_lower, objects_upper, placement, witnesses, unseen, guarantee, repairs, stats }
 }

@@ -13,6 +13,8 @@
 use super::flow::{FlowInput, flow};
 use super::repair::{corners, facet};
 use super::sample::aimed;
+use super::sample::region::Region;
+use super::sample::unseen::{Bound, look, looks};
 use super::sample::witness::{PLACEMENT_MARGIN, Prover};
 use super::sample::{Random, mix};
 use super::{Progress, Pvs, PvsOptions};
@@ -28,6 +30,8 @@ use rayon::prelude::*;
 const SHARE: f64 = 0.25;
 /// Of that, this fraction goes in random directions.
 const ANYWHERE: f64 = 0.25;
+/// And this fraction tests what the others found.
+const TESTED: f64 = 0.2;
 /// Attempts at a pair in the first round of aimed segments, and rounds, each of twice the attempts.
 const FIRST: u64 = 8;
 const ROUNDS: u32 = 16;
@@ -45,6 +49,9 @@ pub struct ViewRows {
     pub witnesses: Vec<[DVec3; 2]>,
     /// View cells that lie in no cell: nothing but what touches them is seen from there.
     pub in_no_cell: Vec<usize>,
+    /// How much of what there is to see from each nobody has seen, at most: [`Unseen::cells`](super::sample::unseen::Unseen::cells), of
+    /// view cells. 1 where no rays were cast to tell.
+    pub unseen: Vec<f64>,
     /// Rays cast.
     pub rays: u64,
     /// Source portals whose flow ran out of steps and kept what might be seen.
@@ -69,6 +76,7 @@ pub fn bake(
         upper: BitMatrix::new(views.len(), objects),
         witnesses: Vec::new(),
         in_no_cell: Vec::new(),
+        unseen: Vec::new(),
         rays: 0,
         capped: 0,
         contradictions: 0,
@@ -95,14 +103,16 @@ pub fn bake(
         if ways.is_empty() {
             rows.in_no_cell.push(v);
         }
-        let upper = Region { graph, ways, touching: touching.row(v), known: rows.lower.row(v) };
+        let upper = Inserted { graph, ways, touching: touching.row(v), known: rows.lower.row(v) };
         rows.capped += upper.flow(&pvs.placement, &bounds, options, scene.tolerance().coplanar, rows.upper.row_mut(v));
     }
     // 3. Rays at what is left.
     let rays = RayScene::new(scene);
     let prover = Prover { rays: &rays, locator: &locator, clearance };
     let budget = (options.ray_budget as f64 * SHARE) as u64;
-    sample(&prover, graph, pvs, views, options.seed, budget, &mut rows, &mut proofs, progress);
+    let to_test = (budget as f64 * TESTED) as u64;
+    sample(&prover, graph, pvs, views, options.seed, budget - to_test, &mut rows, &mut proofs, progress);
+    rows.unseen = test(&prover, views, options.seed, to_test / views.len().max(1) as u64, &mut rows, &mut proofs);
     // 4. The lower set is a subset of the upper one.
     let before = rows.upper.count_ones();
     rows.upper.union_with(&rows.lower);
@@ -182,7 +192,7 @@ fn outside(polygon: Vec<DVec3>, planes: &[Plane]) -> Vec<Vec<DVec3>> {
 }
 
 /// A region as one more cell of a graph.
-struct Region<'a> {
+struct Inserted<'a> {
     graph: &'a CellGraph,
     ways: Vec<Portal>,
     /// Objects that touch it.
@@ -191,7 +201,7 @@ struct Region<'a> {
     known: &'a [u64],
 }
 
-impl Region<'_> {
+impl Inserted<'_> {
     /// Sets what may be seen from the region; gives the number of searches that ran out of steps.
     fn flow(self, placement: &BitMatrix, bounds: &[Aabb], options: &PvsOptions, coplanar: f64, row: &mut [u64]) -> u64 {
         let here = self.graph.cells.len();
@@ -329,6 +339,48 @@ fn sample(
         take(rows, shown);
         progress("view cells", rows.rays as f64 / budget.max(1) as f64);
     }
+}
+
+/// Bounds what each row misses with `each` rays from its view cell, and adds what those show.
+fn test(
+    prover: &Prover<'_>,
+    views: &[ViewCell],
+    seed: u64,
+    each: u64,
+    rows: &mut ViewRows,
+    proofs: &mut Vec<(u32, u32, [DVec3; 2])>,
+) -> Vec<f64> {
+    let from = |(v, view): (usize, &ViewCell)| {
+        let region = Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)));
+        let mut random = Random(mix(mix(seed, 0xb3), v as u64));
+        let (mut row, mut shown, mut bound) = (rows.lower.row(v).to_vec(), Vec::new(), Bound::NONE);
+        for count in looks(each) {
+            let known = row.clone();
+            let mut missed = |from: DVec3, direction: DVec3, hit: Hit| {
+                let (word, mask) = (hit.object.index() / 64, 1 << (hit.object.index() % 64));
+                let to = from + direction * hit.t;
+                if row[word] & mask == 0 && prover.proves(from, to, hit).is_some() {
+                    row[word] |= mask;
+                    shown.push((hit.object.0, [from, to]));
+                }
+            };
+            if let Some(hits) = look(prover.rays, &region, &known, count, &mut random, &mut missed) {
+                bound.look(hits, count);
+            }
+        }
+        (bound.0, shown)
+    };
+    let results: Vec<(f64, Vec<(u32, [DVec3; 2])>)> = views.par_iter().enumerate().map(from).collect();
+    rows.rays += each * views.len() as u64;
+    let taken = results.into_iter().enumerate().map(|(v, (bound, shown))| {
+        for (object, segment) in shown {
+            if rows.lower.set(v, object as usize) {
+                proofs.push((v as u32, object, segment));
+            }
+        }
+        bound
+    });
+    taken.collect()
 }
 
 /// Where segments start in a view cell.

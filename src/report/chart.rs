@@ -1,6 +1,6 @@
 //! A chart over time as SVG: a logarithmic time axis, curves that hold their value until they change.
 
-use super::html::{duration, escape, thousands};
+use super::html::{duration, escape, share, thousands};
 use std::fmt::Write;
 
 const WIDTH: f64 = 860.0;
@@ -16,7 +16,7 @@ pub struct Point {
     /// Seconds, above 0.
     pub seconds: f64,
     /// Value, 0 or more.
-    pub value: u64,
+    pub value: f64,
     /// What is shown when the reader points at it.
     pub note: String,
 }
@@ -37,7 +37,7 @@ pub enum Shape {
 pub struct Curve {
     /// In the legend.
     pub name: String,
-    /// Of the style sheet: `lower`, `upper`, `other`, `lines`.
+    /// Of the style sheet: `lower`, `upper`, `other`, `lines`, `s0` to `s5`; `dashed` beside it.
     pub class: &'static str,
     /// How it is drawn.
     pub shape: Shape,
@@ -46,12 +46,17 @@ pub struct Curve {
 }
 
 /// The scale of values.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Scale {
     /// From 0.
     Linear,
     /// By the logarithm of one more than the value, so that 0 has a place.
     Logarithmic,
+    /// Parts of a whole, by their logarithm; what is below `least` (above 0) is drawn there, and called 0.
+    Shares {
+        /// The least part that is told from nothing.
+        least: f64,
+    },
 }
 
 /// A chart.
@@ -59,6 +64,8 @@ pub enum Scale {
 pub struct Chart<'a> {
     /// For those who can't see it.
     pub title: &'a str,
+    /// What times are.
+    pub times: &'a str,
     /// What the values are.
     pub values: &'a str,
     /// Their scale.
@@ -126,7 +133,11 @@ impl Chart<'_> {
         // Air on both sides, and never a range of nothing.
         let air = 0.05 + 0.04 * (last / first).log10();
         let times = [first.log10() - air, last.log10() + air];
-        let top = self.curves.iter().flat_map(|c| &c.points).map(|p| p.value).max().unwrap_or(0).max(1);
+        let top = self.curves.iter().flat_map(|c| &c.points).map(|p| p.value).fold(0.0, f64::max);
+        let top = match self.scale {
+            Scale::Shares { least } => 10f64.powf(top.max(10.0 * least).log10().ceil()),
+            _ => top.max(1.0),
+        };
         Frame { times, top, scale: self.scale }
     }
 }
@@ -136,7 +147,7 @@ struct Frame {
     /// Logarithms of the times at both ends of the axis.
     times: [f64; 2],
     /// The greatest value.
-    top: u64,
+    top: f64,
     scale: Scale,
 }
 
@@ -147,10 +158,11 @@ impl Frame {
         MARGIN[0] + share * (WIDTH - MARGIN[0] - MARGIN[1])
     }
 
-    fn y(&self, value: u64) -> f64 {
-        let scaled = |v: u64| match self.scale {
-            Scale::Linear => v as f64,
-            Scale::Logarithmic => (1.0 + v as f64).log10(),
+    fn y(&self, value: f64) -> f64 {
+        let scaled = |v: f64| match self.scale {
+            Scale::Linear => v,
+            Scale::Logarithmic => (1.0 + v).log10(),
+            Scale::Shares { least } => (v.max(least) / least).log10(),
         };
         HEIGHT - MARGIN[3] - scaled(value) / (scaled(self.top) * 1.04) * (HEIGHT - MARGIN[2] - MARGIN[3])
     }
@@ -184,7 +196,7 @@ impl Frame {
                 "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
                 left - 8.0,
                 y + 4.5,
-                thousands(value)
+                self.label(value)
             );
         }
         for seconds in self.moments() {
@@ -200,26 +212,41 @@ impl Frame {
         let (x, y) = ((left + right) / 2.0, (top + bottom) / 2.0);
         let _ = writeln!(
             out,
-            "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">wall-clock time since the level was read (logarithmic)</text>\
+            "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{} (logarithmic)</text>\
              <text transform=\"translate(15 {y:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
             HEIGHT - 10.0,
+            escape(chart.times),
             escape(chart.values)
         );
     }
 
+    fn label(&self, value: f64) -> String {
+        match self.scale {
+            Scale::Shares { least } if value < least => "0".to_owned(),
+            Scale::Shares { .. } => share(value),
+            _ => thousands(value as u64),
+        }
+    }
+
     /// Values with a label.
-    fn values(&self) -> Vec<u64> {
+    fn values(&self) -> Vec<f64> {
+        let top = self.top as u64;
         match self.scale {
             Scale::Linear => {
                 // 1, 2 or 5 times a power of ten, four to eight of them.
-                let least = self.top.div_ceil(8).max(1);
+                let least = top.div_ceil(8).max(1);
                 let ten = 10u64.pow(least.ilog10());
                 let step = [1, 2, 5, 10].map(|k| k * ten).into_iter().find(|&s| s >= least).unwrap_or(least);
-                (0..=self.top / step).map(|k| k * step).collect()
+                (0..=top / step).map(|k| (k * step) as f64).collect()
             }
             Scale::Logarithmic => {
-                let powers = (1..=self.top.ilog10()).map(|k| 10u64.pow(k));
-                [0].into_iter().chain(powers).collect()
+                let powers = (1..=top.ilog10()).map(|k| 10u64.pow(k) as f64);
+                [0.0].into_iter().chain(powers).collect()
+            }
+            Scale::Shares { least } => {
+                let decades = (self.top / least).log10().round() as i32;
+                let powers = (1..=decades).map(|k| self.top * 10f64.powi(k - decades));
+                [0.0].into_iter().chain(powers).collect()
             }
         }
     }
@@ -256,42 +283,47 @@ fn path(corners: impl IntoIterator<Item = [f64; 2]>) -> String {
 mod tests {
     use super::*;
 
-    fn chart(scale: Scale, points: &[(f64, u64)]) -> Chart<'static> {
-        let point = |&(seconds, value): &(f64, u64)| Point { seconds, value, note: "<note>".into() };
+    fn chart(scale: Scale, points: &[(f64, f64)]) -> Chart<'static> {
+        let point = |&(seconds, value): &(f64, f64)| Point { seconds, value, note: "<note>".into() };
         let points = points.iter().map(point).collect();
         let curve = Curve { name: "a & b".into(), class: "lower", shape: Shape::Steps, points };
-        Chart { title: "t", values: "v", scale, curves: vec![curve], band: None }
+        Chart { title: "t", times: "time", values: "v", scale, curves: vec![curve], band: None }
     }
 
     #[test]
     fn ten_times_later_is_as_far_anywhere() {
-        let frame = chart(Scale::Linear, &[(0.001, 0), (10.0, 50)]).frame();
+        let frame = chart(Scale::Linear, &[(0.001, 0.0), (10.0, 50.0)]).frame();
         let x = [0.001, 0.01, 0.1, 1.0, 10.0].map(|t| frame.x(t));
         x.windows(3).for_each(|w| assert!((w[2] - w[1] - (w[1] - w[0])).abs() < 1e-9 && w[1] > w[0]));
         assert!(x[0] > MARGIN[0] && x[4] < WIDTH - MARGIN[1]);
         // Up is more.
-        assert!(frame.y(0) == HEIGHT - MARGIN[3] && frame.y(50) < frame.y(25) && frame.y(50) > MARGIN[2]);
+        assert!(frame.y(0.0) == HEIGHT - MARGIN[3] && frame.y(50.0) < frame.y(25.0) && frame.y(50.0) > MARGIN[2]);
     }
 
     #[test]
     fn a_value_holds_until_it_changes() {
-        let chart = chart(Scale::Linear, &[(0.1, 4), (1.0, 8)]);
+        let chart = chart(Scale::Linear, &[(0.1, 4.0), (1.0, 8.0)]);
         let frame = chart.frame();
         let corners = frame.corners(&chart.curves[0]);
-        let ([x0, x1], [y0, y1]) = ([0.1, 1.0].map(|t| frame.x(t)), [4, 8].map(|v| frame.y(v)));
+        let ([x0, x1], [y0, y1]) = ([0.1, 1.0].map(|t| frame.x(t)), [4.0, 8.0].map(|v| frame.y(v)));
         assert_eq!(corners, [[x0, y0], [x1, y0], [x1, y1], [WIDTH - MARGIN[1], y1]]);
     }
 
     #[test]
     fn labels_are_round_and_have_room() {
         for (top, values) in
-            [(1, vec![0, 1]), (7, (0..8).collect()), (128_338, (0..7).map(|k| k * 20_000).collect::<Vec<_>>())]
+            [(1.0, vec![0, 1]), (7.0, (0..8).collect()), (128_338.0, (0..7).map(|k| k * 20_000).collect::<Vec<_>>())]
         {
+            let values: Vec<f64> = values.into_iter().map(f64::from).collect();
             assert_eq!(chart(Scale::Linear, &[(1.0, top)]).frame().values(), values, "{top}");
         }
-        assert_eq!(chart(Scale::Logarithmic, &[(1.0, 2500)]).frame().values(), [0, 10, 100, 1000]);
+        assert_eq!(chart(Scale::Logarithmic, &[(1.0, 2500.0)]).frame().values(), [0.0, 10.0, 100.0, 1000.0]);
+        let shares = chart(Scale::Shares { least: 1e-4 }, &[(1.0, 0.03), (2.0, 0.0)]).frame();
+        let labels: Vec<String> = shares.values().into_iter().map(|v| shares.label(v)).collect();
+        assert_eq!(labels, ["0", "0.1 %", "1 %", "10 %"]);
+        assert_eq!((shares.y(0.0), shares.y(1e-5)), (shares.y(1e-4), shares.y(1e-4)));
         for times in [[1e-4, 1e2], [0.02, 0.03], [0.5, 0.5], [0.01, 9.0]] {
-            let frame = chart(Scale::Linear, &times.map(|t| (t, 1))).frame();
+            let frame = chart(Scale::Linear, &times.map(|t| (t, 1.0))).frame();
             let x: Vec<f64> = frame.moments().into_iter().map(|t| frame.x(t)).collect();
             assert!(x.windows(2).all(|w| w[1] - w[0] > 55.0), "{times:?}: {x:?}");
         }
@@ -300,7 +332,7 @@ mod tests {
 
     #[test]
     fn text_is_safe_and_an_empty_chart_is_one() {
-        let html = chart(Scale::Logarithmic, &[(0.0, 0)]).html();
+        let html = chart(Scale::Logarithmic, &[(0.0, 0.0)]).html();
         assert!(
             html.contains("a &amp; b") && html.contains("&lt;note&gt;") && !html.contains("NaN") && !html.contains("inf")
         );

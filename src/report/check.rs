@@ -35,10 +35,12 @@ mod sample;
 mod structure;
 mod tight;
 mod trace;
+mod views;
 mod walks;
 
 pub use leaks::{Leak, LeakKind, Leaks, MOST_LEAKS};
 pub use structure::{Fault, FaultKind, Structure};
+pub use views::{Views, held_out};
 pub use walks::{FreeSpace, Place};
 
 use crate::file::PvsFile;
@@ -53,11 +55,10 @@ use sample::Sampler;
 use serde::Serialize;
 use std::time::Instant;
 use trace::Tracer;
+use views::{Met, View};
 
 /// Rays that one task casts: fixed, so that results don't depend on the number of threads.
 const CHUNK: u64 = 4096;
-/// Rays of a view, across and up.
-const VIEW: [u32; 2] = [96, 54];
 /// Most violations that are described.
 const EXAMPLES: usize = 10;
 
@@ -108,6 +109,18 @@ pub struct Fractions {
     pub p95: f64,
     /// The worst view.
     pub max: f64,
+}
+
+impl Fractions {
+    /// Of views, in any order; 0 where there are none.
+    fn of(mut views: Vec<f64>) -> Self {
+        views.sort_by(f64::total_cmp);
+        Self {
+            mean: views.iter().fold(0.0, |sum, x| sum + x) / views.len().max(1) as f64,
+            p95: views.get((views.len() * 95).div_ceil(100).saturating_sub(1)).copied().unwrap_or_default(),
+            max: views.last().copied().unwrap_or_default(),
+        }
+    }
 }
 
 /// What a violation is.
@@ -184,12 +197,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     // 1. The right model, and tables that fit each other.
     consistent(file, scene)?;
     // 2. Everything that rays are followed through.
-    let diagonal = scene.bounds().diagonal();
-    // Planes and windings are rounded to f32 in the file.
-    let rounding = diagonal * 1e-6;
-    let tolerance = file.smallest_hole.max(rounding);
-    let tracer = Tracer::new(scene, file.smallest_hole / 2.0, rounding);
-    let cells = Cells::new(file, scene.bounds(), tolerance, rounding);
+    let (tracer, cells, tolerance) = scales(scene, file);
     let test =
         Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
     // 3. Rays, in chunks with a random stream each.
@@ -214,11 +222,10 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     // 4. Views.
     let views: Vec<(f64, Tally)> = (0..u64::from(options.views))
         .into_par_iter()
-        .filter_map(|view| test.view(&mut Prng::new(options.seed, 2 * view + 1)))
+        .filter_map(|number| Some(test.view(&View::new(&test.sampler, options.seed, number)?)))
         .collect();
-    let mut fractions: Vec<f64> = views.iter().map(|v| v.0).collect();
+    let fractions: Vec<f64> = views.iter().map(|v| v.0).collect();
     tally = views.into_iter().map(|v| v.1).fold(tally, Tally::add);
-    fractions.sort_by(f64::total_cmp);
     tally.tidy();
     // 5. What needs no rows.
     let structure = structure::structure(file, &cells);
@@ -237,11 +244,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         missed_segments: tally.missed_segments,
         crack_rays: tally.crack_rays,
         views: fractions.len() as u32,
-        false_pixels: Fractions {
-            mean: fractions.iter().fold(0.0, |sum, x| sum + x) / fractions.len().max(1) as f64,
-            p95: fractions.get((fractions.len() * 95).div_ceil(100).saturating_sub(1)).copied().unwrap_or_default(),
-            max: fractions.last().copied().unwrap_or_default(),
-        },
+        false_pixels: Fractions::of(fractions),
         empty_cells: cells.empty_cells(),
         structure,
         free_outside_cells,
@@ -250,6 +253,15 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         seconds: start.elapsed().as_secs_f64(),
         passed: tally.missed_segments == 0 && (rows_kept || file.guarantee == Guarantee::Sampled),
     })
+}
+
+/// Triangles and cells, laid out for rays, and how far from a piece's boundary points may be taken for inside, metres.
+fn scales(scene: &Scene, file: &PvsFile) -> (Tracer, Cells, f64) {
+    // Planes and windings are rounded to f32 in the file.
+    let rounding = scene.bounds().diagonal() * 1e-6;
+    let tolerance = file.smallest_hole.max(rounding);
+    let tracer = Tracer::new(scene, file.smallest_hole / 2.0, rounding);
+    (tracer, Cells::new(file, scene.bounds(), tolerance, rounding), tolerance)
 }
 
 /// Scores a file's cells and portals against the rooms and doors that somebody wrote down.
@@ -357,12 +369,8 @@ impl Test<'_> {
 
     /// Casts a ray from a point in a cell. True where it meets an object which isn't in the row.
     fn ray(&self, cell: CellId, eye: DVec3, direction: DVec3, follow: bool, tally: &mut Tally) -> bool {
-        let end = self.cells.exit(eye, direction);
-        let hit = self.tracer.first_opaque(eye, direction, end);
-        let length = hit.map_or(end, |h| h.0);
-        let mut met = self.tracer.see_through(eye, direction, length);
-        met.extend(hit);
-        let mut missed = met.into_iter().filter(|&(_, object)| !self.sees_object(cell, object)).peekable();
+        let Met { objects, length, opaque } = Met::new(self.tracer, self.cells, eye, direction);
+        let mut missed = objects.into_iter().filter(|&(_, object)| !self.sees_object(cell, object)).peekable();
         let is_missed = missed.peek().is_some();
         let (mut counted, mut crack) = (false, false);
         for (t, object) in missed {
@@ -378,7 +386,7 @@ impl Test<'_> {
         tally.missed_rays += u64::from(counted);
         tally.crack_rays += u64::from(crack);
         if follow {
-            self.segment(cell, eye, direction, length, hit.map(|h| h.1), tally);
+            self.segment(cell, eye, direction, length, opaque, tally);
         }
         is_missed
     }
@@ -407,27 +415,13 @@ impl Test<'_> {
         }
     }
 
-    /// The share of false pixels in a view; `None` where no cell has room for an eye.
-    fn view(&self, rng: &mut Prng) -> Option<(f64, Tally)> {
-        let (cell, eye) = self.sampler.viewpoint(rng)?;
-        let forward = {
-            let flat = sample::direction(rng).with_y(0.0).normalize_or(DVec3::X);
-            (flat + DVec3::Y * rng.range(-0.35, 0.35)).normalize()
-        };
-        let right = forward.cross(DVec3::Y).normalize();
-        let up = right.cross(forward);
-        let [columns, rows] = VIEW.map(f64::from);
-        // 60 degrees from top to bottom.
-        let (tall, wide) = (1.0 / 3f64.sqrt(), columns / rows / 3f64.sqrt());
+    /// The share of false pixels in a view.
+    fn view(&self, view: &View) -> (f64, Tally) {
         let (mut tally, mut wrong) = (Tally::default(), 0);
-        for y in 0..VIEW[1] {
-            for x in 0..VIEW[0] {
-                let (u, v) = ((f64::from(x) + 0.5) / columns * 2.0 - 1.0, (f64::from(y) + 0.5) / rows * 2.0 - 1.0);
-                let direction = (forward + right * (u * wide) + up * (v * tall)).normalize();
-                wrong += u32::from(self.ray(cell, eye, direction, false, &mut tally));
-            }
+        for direction in view.directions() {
+            wrong += u32::from(self.ray(view.cell, view.eye, direction, false, &mut tally));
         }
         tally.tidy();
-        Some((f64::from(wrong) / (columns * rows), tally))
+        (f64::from(wrong) / View::pixels(), tally)
     }
 }

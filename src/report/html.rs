@@ -1,5 +1,14 @@
 //! A page of one file: text made safe, numbers made readable, pictures embedded.
 
+/// A row of a list of pairs or searches: what it is about, and what there is to say.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Remark {
+    /// `12 and 40`.
+    pub about: String,
+    /// Why.
+    pub text: String,
+}
+
 /// Text as it may stand in an element or in a quoted attribute.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -44,6 +53,18 @@ pub fn percent(part: u64, whole: u64) -> String {
     format!("{share:.digits$} %")
 }
 
+/// A part of a whole in percent, two digits.
+pub fn share(part: f64) -> String {
+    let percent = 100.0 * part;
+    if !(percent > 0.0 && percent.is_finite()) {
+        return "0 %".to_owned();
+    }
+    let digits = (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{percent:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} %")
+}
+
 /// A time with its unit, three digits.
 pub fn duration(seconds: f64) -> String {
     match seconds {
@@ -76,9 +97,15 @@ pub fn png_address(png: &[u8]) -> String {
 /// What every page looks like: light or dark as the reader has it, narrow screens, print.
 const STYLE: &str = "
 :root{color-scheme:light dark;--page:#fbfaf8;--card:#fff;--ink:#1c1d20;--soft:#5d6068;--rule:#dcdad5;--lower:#1f66d0;--upper:#c2460b;
---other:#7a3fc4;--lines:#0d7a5f;--band:#c2460b1f}
+--other:#7a3fc4;--lines:#0d7a5f;--band:#c2460b1f;
+--s0:#1f66d0;--s1:#c2460b;--s2:#0d7a5f;--s3:#7a3fc4;--s4:#a6761d;--s5:#b0307a;
+--t0:#cfe0f3;--t1:#f6dfc4;--t2:#d3ead2;--t3:#ecd5e6;--t4:#f4ecbb;--t5:#cfe9e8;--t6:#e3dcf3;
+--door:#c2460b;--window:#1f7fd6;--opening:#2a8f52;--wall:#33363d;--thing:#8b8e96}
 @media(prefers-color-scheme:dark){:root{--page:#15171b;--card:#1d2026;--ink:#e8e8ea;--soft:#a3a7b0;--rule:#383c45;--lower:#6fb0ff;
---upper:#ff9a5c;--other:#c79bff;--lines:#4fd0a6;--band:#ff9a5c26}}
+--upper:#ff9a5c;--other:#c79bff;--lines:#4fd0a6;--band:#ff9a5c26;
+--s0:#6fb0ff;--s1:#ff9a5c;--s2:#4fd0a6;--s3:#c79bff;--s4:#e0b75c;--s5:#ff8fc7;
+--t0:#2b3e57;--t1:#54422f;--t2:#2f4a37;--t3:#4c3549;--t4:#4d4829;--t5:#2a4849;--t6:#3d3858;
+--door:#ff9a5c;--window:#6fb8ff;--opening:#63cf8b;--wall:#c9ccd3;--thing:#737782}}
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:62rem;padding:1.5rem 1.25rem 4rem;background:var(--page);color:var(--ink);
 font:16px/1.5 system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif}
@@ -106,6 +133,15 @@ code{font:.9em ui-monospace,'DejaVu Sans Mono',monospace;overflow-wrap:anywhere}
 svg text{fill:var(--soft);font-size:13px}
 .lower{stroke:var(--lower)}.upper{stroke:var(--upper)}.other{stroke:var(--other);stroke-dasharray:9 5}
 .lines{stroke:var(--lines);stroke-dasharray:2 4}
+.s0{stroke:var(--s0)}.s1{stroke:var(--s1)}.s2{stroke:var(--s2)}.s3{stroke:var(--s3)}.s4{stroke:var(--s4)}.s5{stroke:var(--s5)}
+.dashed{stroke-dasharray:7 4}
+.cell{stroke:none}.t0{fill:var(--t0)}.t1{fill:var(--t1)}.t2{fill:var(--t2)}.t3{fill:var(--t3)}.t4{fill:var(--t4)}.t5{fill:var(--t5)}.t6{fill:var(--t6)}
+.cell:hover{stroke:var(--ink);stroke-width:1.5}
+.wall,.thing,.portal{fill:none;pointer-events:none}
+.wall{stroke:var(--wall);stroke-width:1.1;stroke-linecap:round}.thing{stroke:var(--thing);stroke-width:.6;opacity:.7}
+.portal{stroke-width:3.2}.lying{stroke-width:1.3;stroke-dasharray:5 4}
+.door{stroke:var(--door)}.window{stroke:var(--window)}.opening{stroke:var(--opening)}
+.plan .name{fill:var(--ink);font-weight:600;text-anchor:middle;pointer-events:none}
 .curve{fill:none;stroke-width:2.2;stroke-linejoin:round}.band{fill:var(--band);stroke:none}
 .dot{stroke-width:1.6;stroke-dasharray:none;fill:var(--card)}
 .key{display:inline-block;width:.8em;height:.8em;border:1px solid var(--rule);margin-right:.35em;vertical-align:-.05em}
@@ -146,6 +182,14 @@ mod tests {
         assert_eq!(
             [(0, 7), (1, 2), (3, 1_000_000), (7, 7), (9995, 10_000)].map(|(a, b)| percent(a, b)),
             ["0.0 %", "50.0 %", "0.00030 %", "100.0 %", "99.950 %"]
+        );
+    }
+
+    #[test]
+    fn shares_have_two_digits() {
+        assert_eq!(
+            [0.0, 1e-6, 0.001_234, 0.01, 0.128, 1.0].map(share),
+            ["0 %", "0.0001 %", "0.12 %", "1 %", "13 %", "100 %"]
         );
     }
 

@@ -3,10 +3,13 @@
 //! All text is made safe here; whoever calls hands over plain text. But for times, the same result gives the same bytes.
 
 use super::chart::{Chart, Curve, Point, Scale, Shape};
-use super::html::{duration, escape, number, page, percent, png_address, thousands};
-use super::matrix::{MatrixPicture, UNDECIDED, WITNESSED, matrix};
+use super::html::{Remark, duration, escape, number, page, percent, thousands};
+use super::matrix::figure;
 use crate::BitMatrix;
 use std::fmt::Write;
+
+/// What times are.
+const TIMES: &str = "wall-clock time since the level was read";
 
 /// Both sides at some moment. Pairs are ordered, each cluster with itself among them.
 #[derive(Clone, PartialEq, Debug)]
@@ -43,15 +46,6 @@ pub struct Other {
     pub pairs: u64,
     /// A line of a table each: what it is, and how many pairs.
     pub counts: Vec<(String, u64)>,
-}
-
-/// A row of a list of pairs or searches: what it is about, and what there is to say.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Remark {
-    /// `12 and 40`.
-    pub about: String,
-    /// Why.
-    pub text: String,
 }
 
 /// All that the page tells.
@@ -148,7 +142,7 @@ impl LevelReport<'_> {
         let side = |name: String, class, value: &dyn Fn(&Moment) -> u64| {
             let point = |m: &Moment| Point {
                 seconds: m.seconds,
-                value: value(m),
+                value: value(m) as f64,
                 note: format!("{}, {}: {} pairs", m.stage, duration(m.seconds), thousands(value(m))),
             };
             Curve { name, class, shape: Shape::Steps, points: self.moments.iter().map(point).collect() }
@@ -156,7 +150,7 @@ impl LevelReport<'_> {
         let alone = |name: String, value: &dyn Fn(&LinesAlone) -> u64| {
             let point = |l: &LinesAlone| Point {
                 seconds: l.seconds,
-                value: value(l),
+                value: value(l) as f64,
                 note: format!("{} lines, {}: {} pairs", thousands(l.lines), duration(l.seconds), thousands(value(l))),
             };
             Curve { name, class: "lines", shape: Shape::Straight, points: self.lines_alone.iter().map(point).collect() }
@@ -169,7 +163,7 @@ impl LevelReport<'_> {
         ];
         if let Some(other) = self.other {
             let note = other.name.clone();
-            let points = vec![Point { seconds: 0.0, value: other.pairs, note }];
+            let points = vec![Point { seconds: 0.0, value: other.pairs as f64, note }];
             let name = format!("rows of {}: {}", other.name, thousands(other.pairs));
             curves.push(Curve { name, class: "other", shape: Shape::Level, points });
         }
@@ -178,6 +172,7 @@ impl LevelReport<'_> {
         }
         let chart = Chart {
             title: "Pairs of clusters that are witnessed, and that are not proven hidden, against time",
+            times: TIMES,
             values: "pairs of clusters",
             scale: Scale::Linear,
             curves,
@@ -199,6 +194,7 @@ impl LevelReport<'_> {
         }
         let chart = Chart {
             title: "Pairs of clusters that are undecided, against time",
+            times: TIMES,
             values: "pairs of clusters (logarithmic)",
             scale: Scale::Logarithmic,
             curves,
@@ -263,31 +259,8 @@ impl LevelReport<'_> {
     }
 
     fn picture(&self, out: &mut String) {
-        let picture = matrix(self.lower, self.upper);
-        // A level without clusters has none.
-        let Ok(png) = picture.png() else { return };
-        let MatrixPicture { side, block, .. } = picture;
-        // As large as whole pixels allow.
-        let shown = side * (640 / side.max(1)).max(1);
-        let key = |[r, g, b]: [u8; 3], name: &str| {
-            format!("<li><span class=\"key\" style=\"background:rgb({r},{g},{b})\"></span>{name}</li>")
-        };
-        let scale = match block {
-            1 => "Each pixel is a pair; rows and columns are clusters, in the level's order.".to_owned(),
-            _ => format!(
-                "Each pixel stands for {block} &times; {block} pairs, the stronger the more of them are visible, and shows it \
-                 where any is undecided; rows and columns are clusters, in the level's order."
-            ),
-        };
-        let _ = writeln!(
-            out,
-            "<h2>Who sees whom</h2>\n<figure>\n<ul class=\"legend\">{}{}<li><span class=\"key\" style=\"background:var(--page)\"></span>\
-             proven hidden</li></ul>\n<img class=\"matrix\" width=\"{shown}\" height=\"{shown}\" alt=\"Visibility matrix\" src=\"{}\">\n\
-             <figcaption>{scale}</figcaption>\n</figure>",
-            key(WITNESSED, "witnessed"),
-            key(UNDECIDED, "undecided"),
-            png_address(&png)
-        );
+        out.push_str("<h2>Who sees whom</h2>\n");
+        out.push_str(&figure(self.lower, self.upper, "clusters, in the level's order"));
     }
 
     fn doubts(&self, out: &mut String) {

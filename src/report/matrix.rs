@@ -1,5 +1,6 @@
 //! Both sides of a visibility matrix as a picture: witnessed, undecided, hidden.
 
+use super::html::png_address;
 use crate::BitMatrix;
 
 /// Pixels a side, at most.
@@ -67,6 +68,33 @@ impl MatrixPicture {
         encoder.write_header()?.write_image_data(self.pixels.as_flattened())?;
         Ok(bytes)
     }
+}
+
+/// The picture in a page, with a legend; `order` says what rows and columns are. Nothing for a matrix without rows.
+pub fn figure(lower: &BitMatrix, upper: &BitMatrix, order: &str) -> String {
+    let picture = matrix(lower, upper);
+    let Ok(png) = picture.png() else { return String::new() };
+    let MatrixPicture { side, block, .. } = picture;
+    // As large as whole pixels allow.
+    let shown = side * (LARGEST / side.max(1)).max(1);
+    let key = |[r, g, b]: [u8; 3], name: &str| {
+        format!("<li><span class=\"key\" style=\"background:rgb({r},{g},{b})\"></span>{name}</li>")
+    };
+    let scale = match block {
+        1 => format!("Each pixel is a pair; rows and columns are {order}."),
+        _ => format!(
+            "Each pixel stands for {block} &times; {block} pairs, the stronger the more of them are visible, and shows it where any is \
+             undecided; rows and columns are {order}."
+        ),
+    };
+    format!(
+        "<figure>\n<ul class=\"legend\">{}{}<li><span class=\"key\" style=\"background:var(--page)\"></span>proven hidden</li></ul>\n\
+         <img class=\"matrix\" width=\"{shown}\" height=\"{shown}\" alt=\"Visibility matrix\" src=\"{}\">\n\
+         <figcaption>{scale}</figcaption>\n</figure>\n",
+        key(WITNESSED, "witnessed"),
+        key(UNDECIDED, "undecided"),
+        png_address(&png)
+    )
 }
 
 #[cfg(test)]

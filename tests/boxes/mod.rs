@@ -176,6 +176,7 @@ impl Building {
             witnesses: Vec::new(),
             guarantee: Guarantee::Conservative,
             repairs: Vec::new(),
+            unseen: None,
             stats: PvsStats::default(),
         };
         let file = PvsFile::from_bake(&scene, &options, &graph, &pvs, false);

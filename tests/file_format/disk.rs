@@ -72,6 +72,8 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
             .collect(),
         guarantee,
         repairs: Vec::new(),
+        unseen: None,
+        unseen: None,
         stats: PvsStats { rays: 12, ..PvsStats::default() },
     };
     (PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, keep_bounds), scene)
@@ -126,6 +128,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         witnesses: Vec::new(),
         guarantee: Guarantee::Conservative,
         repairs: Vec::new(),
+        unseen: None,
         stats: PvsStats::default(),
     };
     let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, false);

@@ -289,6 +289,7 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
                 segment: [r.point(), r.point()],
             })
             .collect(),
+        unseen: None,
         stats: PvsStats {
             rays: r.next(),
             cubes: 3,

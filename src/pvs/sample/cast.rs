@@ -14,42 +14,28 @@ use std::sync::Mutex;
 
 /// Cubes worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
 pub(super) const BATCH: usize = 64;
-/// Pixels along a face's edge: the most of which the budget allows twice as many cubes as must be. More: more of what is small is
-/// seen, fewer cubes in the same time.
-const SIZES: [u32; 4] = [128, 64, 32, 16];
-/// Pixels of a cube that take about as long as a ray.
-const PIXELS_A_RAY: u64 = 64;
+/// Pixels along a face's edge. More: more of what is small is seen, fewer cubes in the same time; but a cube of a quarter of
+/// the pixels takes two thirds of the time.
+pub(super) const SIZE: u32 = 128;
+/// What a cube costs with the lines that are followed from it, in rays.
+const COST: u64 = 1_500;
 /// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
 /// cells farther along.
 const LINES: [usize; 2] = [4, 1];
 
 /// Most lines followed from a cube.
-fn most_lines(size: u32) -> u64 {
-    3 * u64::from(size)
-}
-
-/// What a cube costs at most, in rays.
-fn cost(size: u32) -> u64 {
-    6 * u64::from(size).pow(2) / PIXELS_A_RAY + 2 * most_lines(size)
-}
-
-/// Pixels along an edge for cubes of which at least `count` are wanted for `budget` rays.
-pub(super) fn size_for(count: u64, budget: u64) -> u32 {
-    SIZES.into_iter().find(|&n| 2 * count * cost(n) <= budget).unwrap_or(SIZES[SIZES.len() - 1])
-}
+const MOST_LINES: usize = 384;
 
 /// Objects seen from a site with their solid angles (fractions of the sphere), ascending.
 pub(super) type Seen = Vec<(u32, f32)>;
 
-/// Makes cubes of one size.
+/// Makes cubes.
 pub(super) struct Caster<'a> {
     sampler: &'a Sampler<'a>,
     cubes: &'a CubeScene,
     engine: Engine,
     /// Object of each triangle.
     owners: Vec<u32>,
-    /// Pixels along a face's edge.
-    size: u32,
     /// Fraction of the sphere of each pixel of a face.
     solid: Vec<f32>,
     /// Scratch memory that no thread uses now.
@@ -58,20 +44,21 @@ pub(super) struct Caster<'a> {
 
 impl<'a> Caster<'a> {
     /// `eyes`: a few of the places where cubes will stand, to choose an engine by; the choice shows in nothing but time.
-    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene, size: u32, eyes: &[DVec3]) -> Self {
+    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene, eyes: &[DVec3]) -> Self {
         let scene = sampler.prover.rays.scene();
-        let flat = CubeView::new(DVec3::ZERO, size);
+        let flat = CubeView::new(DVec3::ZERO, SIZE);
         let mut owners = vec![0; scene.triangles.len()];
         for (i, object) in (0u32..).zip(&scene.objects) {
             owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
         }
-        let engine = Engine::fastest(cubes, eyes, size);
+        let engine = Engine::fastest(cubes, eyes, SIZE);
         let solid = (0..flat.pixels() / 6).map(|p| flat.solid_angle(p) as f32).collect();
-        Self { sampler, cubes, engine, owners, size, solid, idle: Mutex::default() }
+        Self { sampler, cubes, engine, owners, solid, idle: Mutex::default() }
     }
 
-    /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed; what they see.
-    pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower) -> Vec<Seen> {
+    /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed. What they see, and the solid angle (fraction of the
+    /// sphere) of that part of it that the cells beside them weren't known to see, their mean where they are two.
+    pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower) -> Vec<(Seen, f64)> {
         let known = &*lower;
         let cast = |&(seed, site): &(u64, Site)| {
             let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
@@ -82,7 +69,7 @@ impl<'a> Caster<'a> {
             }
             result
         };
-        let results: Vec<(Seen, Found)> = sites.par_iter().map(cast).collect();
+        let results: Vec<((Seen, f64), Found)> = sites.par_iter().map(cast).collect();
         let merged = results.into_iter().map(|(seen, found)| {
             lower.merge(found);
             seen
@@ -139,12 +126,12 @@ impl<'a> Eyes<'a> {
     }
 
     /// One cube: what it sees, and what that proves.
-    fn cube(&mut self, caster: &Caster<'_>, site: Site, seed: u64, known: &Lower) -> (Seen, Found) {
+    fn cube(&mut self, caster: &Caster<'_>, site: Site, seed: u64, known: &Lower) -> ((Seen, f64), Found) {
         let sampler = caster.sampler;
         let mut random = Random(seed);
         // Turned by chance, so that pixels of neighbours don't fall on the same places.
         let turn = DQuat::from_euler(glam::EulerRot::XYZ, random.unit() * TAU, random.unit() * TAU, random.unit() * TAU);
-        let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: caster.size };
+        let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: SIZE };
         self.engine.cube(&view, &mut self.cube);
         let face = caster.solid.len();
         let cube = std::mem::take(&mut self.cube);
@@ -165,14 +152,16 @@ impl<'a> Eyes<'a> {
         self.cube = cube;
         self.touched.sort_unstable();
         let mut found = Found::default();
-        found.rays = cost(caster.size);
-        let mut lines = most_lines(caster.size) as usize;
+        found.rays = COST;
+        let mut lines = MOST_LINES;
+        let mut fresh = 0.0;
         let mut seen = Seen::with_capacity(self.touched.len());
         for object in std::mem::take(&mut self.touched) {
             let Shown { solid, pixels, some } = std::mem::take(&mut self.objects[object as usize]);
             seen.push((object, solid));
-            let beside = site.cells.iter().all(|c| known.objects.get(c.index(), object as usize));
-            let wanted = LINES[usize::from(beside)].min(pixels as usize).min(lines);
+            let unknown = site.cells.iter().filter(|c| !known.objects.get(c.index(), object as usize)).count();
+            fresh += 0.5 * unknown as f64 * f64::from(solid);
+            let wanted = LINES[usize::from(unknown == 0)].min(pixels as usize).min(lines);
             lines -= wanted;
             for &pixel in &some[..wanted] {
                 self.line.direction = view.direction(pixel as usize).normalize();
@@ -180,6 +169,6 @@ impl<'a> Eyes<'a> {
                 sampler.prover.line(&self.line, known, &mut found);
             }
         }
-        (seen, found.close())
+        ((seen, fresh), found.close())
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Four ways of finding them, behind [`Strategy`]: [`adaptive`] visibility cubes on portals, split where they disagree; [`guided`] rays
 //! at the borders of what was found; and, to hold them against, `uniform` cubes and random rays. [`schedule`] gives the rays to the one that finds
-//! most for them. Then [`aimed`] segments, at what the upper bound left. How much of what there is to see all of them have missed, `unseen` bounds.
+//! most for them. Then [`aimed`] segments, at what the upper bound left. How much of what there is to see all of them have missed, [`unseen`] bounds.
 
 mod adaptive;
 pub(in crate::pvs) mod aimed;
@@ -13,6 +13,7 @@ pub(in crate::pvs) mod lines;
 pub(in crate::pvs) mod region;
 mod schedule;
 mod uniform;
+pub mod unseen;
 pub(in crate::pvs) mod witness;
 
 pub(in crate::pvs) use schedule::sample;

@@ -1,17 +1,18 @@
 //! Who gets the rays: the strategy that proved most for the last ones it got.
 
-use super::adaptive::{Adaptive, Places};
-use super::cast::{Caster, size_for};
+use super::adaptive::Adaptive;
+use super::cast::Caster;
 use super::guided::Guided;
 use super::uniform::{Rays, Uniform, regions};
 use super::witness::Lower;
-use super::{Sampler, mix};
+use super::{Random, Sampler, mix};
 use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
 use crate::pvs::Progress;
 use crate::pvs::cube::CubeScene;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use glam::DVec3;
 
 /// The rays are given away in about this many parts.
 const PARTS: u64 = 64;
@@ -67,22 +68,17 @@ pub(in crate::pvs) fn sample(
 ) {
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
-    let at_random = matches!(strategy, Strategy::Rays | Strategy::UniformCubes | Strategy::Guided);
-    let regions = if at_random { regions(&sampler) } else { Vec::new() };
+    let regions = regions(&sampler);
     let by_cubes = !matches!(strategy, Strategy::Rays | Strategy::Guided);
     let scene = by_cubes.then(|| CubeScene::new(rays.scene()));
-    let places = Places::new(&sampler);
-    let size = size_for(places.base(), budget);
-    let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene, size, &places.some()));
+    let some = regions.iter().step_by(regions.len().div_ceil(4).max(1));
+    let some: Vec<DVec3> = some.filter_map(|region| region.draw(&mut Random(seed))).collect();
+    let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene, &some));
     let mut sources: Vec<Box<dyn Source + '_>> = Vec::new();
-    if let Some(caster) = &caster {
-        if strategy == Strategy::UniformCubes {
-            sources.push(Box::new(Uniform::new(&sampler, caster, &regions)));
-        } else {
-            sources.push(Box::new(Adaptive::new(&sampler, caster, &places)));
-        }
-    } else {
-        sources.push(Box::new(Rays::new(&sampler, &regions)));
+    match (&caster, strategy) {
+        (Some(caster), Strategy::UniformCubes) => sources.push(Box::new(Uniform::new(&sampler, caster, &regions))),
+        (Some(caster), _) => sources.push(Box::new(Adaptive::new(&sampler, caster, &regions))),
+        (None, _) => sources.push(Box::new(Rays::new(&sampler, &regions))),
     }
     if matches!(strategy, Strategy::Guided | Strategy::Scheduled) {
         sources.push(Box::new(Guided::new(&sampler)));
@@ -90,31 +86,38 @@ pub(in crate::pvs) fn sample(
     run(sources, budget, lower, progress);
 }
 
-/// What a strategy gave for the last rays that it got.
+/// A strategy, and what it gave for the last rays that it got.
 struct Turn<'a> {
     source: Box<dyn Source + 'a>,
     /// Proofs a ray.
     rate: f64,
+    /// Rays that it got so far.
+    spent: u64,
     /// Parts in a row that gave nothing.
     barren: u32,
 }
 
+/// Every other part goes to the strategy that had least so far, since proofs are not all that counts: what borders prove is many
+/// and small, what cubes prove is few and large.
 fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, progress: Progress<'_>) {
-    let mut turns: Vec<Turn<'_>> =
-        sources.into_iter().map(|source| Turn { source, rate: f64::INFINITY, barren: 0 }).collect();
+    let turn = |source| Turn { source, rate: f64::INFINITY, spent: 0, barren: 0 };
+    let mut turns: Vec<Turn<'_>> = sources.into_iter().map(turn).collect();
     let proofs = |lower: &Lower| lower.witnesses.len() + lower.sights.len();
     let alone = turns.len() == 1;
-    while lower.rays < budget {
-        let Some(best) = (0..turns.len()).reduce(|a, b| if turns[b].rate > turns[a].rate { b } else { a }) else { return };
-        let turn = &mut turns[best];
+    for part in 0.. {
+        let poorer = |a: usize, b: usize| if turns[b].spent < turns[a].spent { b } else { a };
+        let better = |a: usize, b: usize| if turns[b].rate > turns[a].rate { b } else { a };
+        let next = if part % 2 == 0 { (0..turns.len()).reduce(poorer) } else { (0..turns.len()).reduce(better) };
+        let Some(next) = next.filter(|_| lower.rays < budget) else { return };
+        let turn = &mut turns[next];
         let (before, rays) = (proofs(lower), lower.rays);
         let more = turn.source.step(lower, (budget / PARTS).max(1).min(budget - lower.rays));
         let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
-        // Nothing found is not nothing to find.
-        turn.rate = (found as f64 + 0.5) / spent as f64;
+        turn.rate = found as f64 / spent as f64;
+        turn.spent += spent;
         turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
         if !more || (turn.barren == PATIENCE && !alone) {
-            turns.remove(best);
+            turns.remove(next);
         }
         progress("sampling", lower.rays as f64 / budget as f64);
     }

@@ -1,0 +1,231 @@
+//! `enfilade report` of a building.
+
+use super::{Args, command, name, write};
+use crate::cli::bake::progress_bar;
+use crate::cli::stages::{Stages, cpu_seconds};
+use crate::cli::why::Teller;
+use crate::cli::{CliError, Outcome, at};
+use enfilade::CellId;
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::cells::{CellGraph, split};
+use enfilade::file::{Container, PvsFile};
+use enfilade::pvs::{self, PvsOptions};
+use enfilade::report::building_report::BuildingReport;
+use enfilade::report::curves::{Curve, CurvePoint, Views, held_out};
+use enfilade::report::doubts::{Pairs, closed_and_open, hardest};
+use enfilade::report::html::Remark;
+use enfilade::scene::{Scene, import};
+use enfilade::why::{Asker, Goal};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// Parts of the rays that runs of the curve get; the bake itself is the last point.
+const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
+/// Undecided pairs that are asked why.
+const ASKED: usize = 12;
+
+/// Works it out and writes it; `output` is the page, `table` goes beside it.
+pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome, CliError> {
+    let begin = Instant::now();
+    let bar = progress_bar();
+    let stages: Mutex<Stages> = Mutex::default();
+    let progress = |stage: &str, done: f64| {
+        if let Ok(mut stages) = stages.lock()
+            && stages.enter(stage)
+        {
+            bar.reset();
+            bar.set_message(stage.to_owned());
+        }
+        bar.set_position((done * 1000.0) as u64);
+    };
+
+    // 1. The scene and its cells.
+    progress("import", 0.0);
+    let import_options = args.scene.import();
+    let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
+    let import_seconds = begin.elapsed().as_secs_f64();
+    progress("cells", 0.0);
+    let since = Instant::now();
+    let graph = match args.scene.given(&args.input, &scene)? {
+        Some(graph) => graph,
+        None => split(&scene, &args.scene.split()).map_err(|e| at(&args.input, e))?,
+    };
+    let cells_seconds = since.elapsed().as_secs_f64();
+
+    // 2. Both sides, as `bake` works them out.
+    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.ray_budget(), ..PvsOptions::default() };
+    let options = BakeOptions {
+        split: args.scene.split(),
+        pvs: pvs.clone(),
+        keep_bounds: true,
+        import: import_options,
+        given: Some(graph.clone()),
+        view_cells: Vec::new(),
+    };
+    let clock = Clock::start();
+    let mut baked = bake(&scene, options, &progress).map_err(|e| at(&args.input, e))?;
+    let cpu = clock.seconds();
+    baked.seconds.cells += cells_seconds;
+    let file = &baked.file;
+
+    // 3. What to hold against them: views that nothing was sampled from, and runs with less.
+    progress("held-out views", 0.0);
+    let views = held_out(&scene, file, args.search.seed, args.views);
+    progress("runs with fewer rays", 0.0);
+    let bench = Bench { scene: &scene, graph: &graph, options: &pvs, views: &views };
+    let curves = [bench.everything(file, cpu)];
+    progress("why", 0.0);
+    let hardest = reasons(file, &scene).map_err(|e| at(&args.input, e))?;
+
+    // 4. The page and the tables.
+    progress("bytes", 0.0);
+    let bytes = file.write();
+    let container = Container::parse(&bytes).map_err(|e| at(&args.input, e))?;
+    let stages = {
+        let mut stages = stages.lock().map(|mut s| std::mem::take(&mut *s)).unwrap_or_default();
+        stages.leave();
+        stages.done
+    };
+    bar.finish_and_clear();
+    let mut numbers =
+        crate::cli::bake::report(&scene, &baked, &container, import_seconds, begin.elapsed().as_secs_f64(), bytes.len());
+    let number = |key: &str| numbers["pvs"][key].as_f64().unwrap_or_default();
+    let page = BuildingReport {
+        building: &name(&args.input),
+        command: &again(args),
+        seed: args.search.seed,
+        scene: &scene,
+        file,
+        bits_per_pair: number("bits_per_pair"),
+        entropy_bits_per_pair: number("entropy_bits_per_pair"),
+        curves: &curves,
+        views: views.count(),
+        hardest: &hardest,
+        stages: &stages,
+        threads: rayon::current_num_threads(),
+    };
+    let cells = output.with_extension("cells.csv");
+    write(&[(output, page.html()), (table, page.csv()), (&cells, page.cells_csv())])?;
+
+    // 5. The same in numbers.
+    if args.json {
+        let [closed, open] = closed_and_open(file).map(pairs);
+        numbers["closed_cells"] = closed;
+        numbers["open_cells_apart"] = open;
+        numbers["views"] = views.count().into();
+        numbers["curves"] = curves.iter().map(curve).collect();
+        numbers["stages"] =
+            stages.iter().map(|s| json!({ "stage": s.name, "seconds": s.seconds, "peak_rss_mb": s.peak_rss_mb })).collect();
+        numbers["page"] = output.to_string_lossy().into();
+        numbers["tables"] = [table, &cells].map(|p| p.to_string_lossy()).to_vec().into();
+        println!("{numbers:#}");
+    }
+    eprintln!("{}, {} and {} written", output.display(), table.display(), cells.display());
+    Ok(Outcome::Done)
+}
+
+fn pairs(p: Pairs) -> Value {
+    let Pairs { cells, total, lower, upper } = p;
+    json!({
+        "cells": cells,
+        "total_pairs": total,
+        "lower_pairs": lower,
+        "upper_pairs": upper,
+        "undecided_pairs": p.undecided(),
+        "gap": p.gap(),
+    })
+}
+
+fn curve(curve: &Curve) -> Value {
+    let point = |p: &CurvePoint| {
+        let [mean, p95, max] = p.false_pixels;
+        json!({
+            "cpu_seconds": p.cpu_seconds,
+            "rays": p.rays,
+            "lower_pairs": p.lower_pairs,
+            "upper_pairs": p.upper_pairs,
+            "false_pixels": { "mean": mean, "p95": p95, "max": max },
+        })
+    };
+    json!({ "strategy": curve.strategy, "points": curve.points.iter().map(point).collect::<Vec<_>>() })
+}
+
+/// Processor time; where the system doesn't tell, wall clock on all threads.
+struct Clock {
+    cpu: Option<f64>,
+    wall: Instant,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { cpu: cpu_seconds(), wall: Instant::now() }
+    }
+
+    fn seconds(&self) -> f64 {
+        match (self.cpu, cpu_seconds()) {
+            (Some(from), Some(to)) => to - from,
+            _ => self.wall.elapsed().as_secs_f64() * rayon::current_num_threads() as f64,
+        }
+    }
+}
+
+/// What strategies are measured on.
+struct Bench<'b> {
+    scene: &'b Scene,
+    graph: &'b CellGraph,
+    options: &'b PvsOptions,
+    views: &'b Views,
+}
+
+impl Bench<'_> {
+    /// The whole bake, with parts of its rays and with all of them: `file`, which took `cpu` seconds.
+    fn everything(&self, file: &PvsFile, cpu: f64) -> Curve {
+        let mut points: Vec<CurvePoint> = BUDGETS.iter().map(|part| self.with_part(*part)).collect();
+        if let Some(bounds) = &file.bounds {
+            points.push(CurvePoint {
+                cpu_seconds: cpu,
+                rays: file.stats.rays,
+                lower_pairs: file.pairs.lower,
+                upper_pairs: Some(file.pairs.upper),
+                false_pixels: self.views.false_pixels(&bounds.objects_lower),
+            });
+        }
+        Curve { strategy: "everything", points }
+    }
+
+    fn with_part(&self, part: f64) -> CurvePoint {
+        let ray_budget = (self.options.ray_budget as f64 * part) as u64;
+        let clock = Clock::start();
+        let mut graph = self.graph.clone();
+        let pvs = pvs::bake(self.scene, &mut graph, &PvsOptions { ray_budget, ..self.options.clone() }, &|_, _| ());
+        CurvePoint {
+            cpu_seconds: clock.seconds(),
+            rays: pvs.stats.rays,
+            lower_pairs: pvs.objects_lower.count_ones(),
+            upper_pairs: Some(pvs.objects_upper.count_ones()),
+            false_pixels: self.views.false_pixels(&pvs.objects_lower),
+        }
+    }
+}
+
+/// The hardest pairs, each with what is known.
+fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::why::WhyError> {
+    let asker = Asker::new(file, Some(scene))?;
+    let ask = |(cell, object): (CellId, enfilade::ObjectId)| {
+        let goal = Goal::Object(object);
+        let why = asker.why(cell, goal)?;
+        let text = Teller { file, from: cell, to: goal }.sentence(&why);
+        Ok(Remark { about: format!("{cell} {object}"), text })
+    };
+    hardest(file, ASKED).into_iter().map(ask).collect()
+}
+
+fn again(args: &Args) -> String {
+    let mut flags = args.scene.given_again(&name);
+    flags.extend((args.views != super::VIEWS).then(|| ("--views", args.views.to_string())));
+    flags.extend((args.search.seed != 0).then(|| ("--seed", args.search.seed.to_string())));
+    flags.extend(args.search.threads.map(|n| ("--threads", n.to_string())));
+    command(args, flags)
+}

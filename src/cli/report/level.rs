@@ -1,0 +1,217 @@
+//! `enfilade report` of a level.
+
+use super::{Args, command, name, write};
+use crate::cli::against::{counts, other_rows, prose, told};
+use crate::cli::bake::{peak_rss_mb, progress_bar};
+use crate::cli::level::Input;
+use crate::cli::{CliError, Outcome, at};
+use enfilade::report::html::Remark;
+use enfilade::report::level_report::{LevelReport, LinesAlone, Moment, Other};
+use enfilade::vis::against::against;
+use enfilade::vis::{Bounds, Control, Level, Vis, VisError, VisOptions, Why, vis, why};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Random lines from each side of a portal, alone, for comparison.
+const LINES_ALONE: [u64; 6] = [1, 4, 16, 64, 256, 1024];
+/// Undecided pairs that are asked why; each is a search.
+const ASKED: usize = 8;
+
+/// Works it out and writes it; `output` is the page, `table` goes beside it.
+pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome, CliError> {
+    let begin = Instant::now();
+    // 1. What can be wrong with the input, before the long part.
+    let input = Input::read(&args.input)?;
+    let theirs = args.rows.as_deref().map(|path| other_rows(path, &input)).transpose()?;
+    let read_seconds = begin.elapsed().as_secs_f64();
+
+    // 2. Both sides, and when.
+    let options = args.search.options();
+    let (result, moments) = timed(&input.level, &options)?;
+    let peak = peak_rss_mb();
+
+    // 3. What to hold against them.
+    let lines_alone = lines_alone(&input.level, args.search.seed)?;
+    let beside = theirs.map(|rows| against(&input.level, &result, &rows));
+    let other = args.rows.as_deref().zip(beside.as_ref()).map(|(path, a)| Other {
+        name: name(path),
+        pairs: a.theirs,
+        counts: counts(a),
+    });
+    let undecided = undecided(&input.level, &options, &result).map_err(|e| at(&args.input, e))?;
+
+    // 4. The page and the table.
+    let facts = format!(
+        "{} clusters, {} portals ({}), {} leaves",
+        input.level.cells,
+        input.level.portals.len(),
+        input.portals_from,
+        input.clusters.len()
+    );
+    let page = LevelReport {
+        level: &name(&args.input),
+        command: &again(args),
+        facts: &facts,
+        lower: &result.lower,
+        upper: &result.upper,
+        moments: &moments,
+        lines_alone: &lines_alone,
+        read_seconds,
+        threads: rayon::current_num_threads(),
+        peak_rss_mb: peak,
+        other: other.as_ref(),
+        undecided: &undecided,
+        left_out: &left_out(args, &input, &result),
+    };
+    write(&[(output, page.html()), (table, page.csv())])?;
+
+    // 5. The same in numbers.
+    if args.json {
+        let mut json = crate::cli::vis::report(&input, &result);
+        json["bounds"] = moments.iter().map(moment).collect();
+        json["lines_alone"] =
+            lines_alone.iter().map(|l| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower })).collect();
+        if let Some(a) = &beside {
+            json["against"] = told(a);
+        }
+        json["page"] = output.to_string_lossy().into();
+        json["table"] = table.to_string_lossy().into();
+        json["peak_rss_mb"] = peak.into();
+        json["seconds"] = begin.elapsed().as_secs_f64().into();
+        println!("{json:#}");
+    }
+    if let (Some(path), Some(a)) = (&args.rows, &beside) {
+        eprintln!("{}", prose(a, path));
+    }
+    eprintln!("{} and {} written", output.display(), table.display());
+    Ok(Outcome::Done)
+}
+
+fn moment(m: &Moment) -> Value {
+    json!({ "stage": m.stage, "seconds": m.seconds, "steps": m.steps, "lower_pairs": m.lower, "upper_pairs": m.upper })
+}
+
+/// Runs `vis` and takes the time.
+fn timed(level: &Level, options: &VisOptions) -> Result<(Vis, Vec<Moment>), CliError> {
+    let bar = progress_bar();
+    let progress = |stage: &str, done: f64| {
+        bar.set_message(stage.to_owned());
+        bar.set_position((done * 1000.0) as u64);
+    };
+    let moments: Mutex<Vec<Moment>> = Mutex::default();
+    let begin = Instant::now();
+    let bounds = |b: &Bounds| {
+        let seconds = begin.elapsed().as_secs_f64();
+        if let Ok(mut moments) = moments.lock() {
+            let rounds = moments.iter().filter(|m| m.stage.starts_with("flow")).count();
+            let stage = if b.stage == "flow" { format!("flow {}", rounds + 1) } else { b.stage.to_owned() };
+            moments.push(Moment { stage, seconds, steps: b.steps, lower: b.lower, upper: b.upper });
+        }
+    };
+    let stop = AtomicBool::new(false);
+    let control = Control { progress: &progress, stop: &stop, checkpoint: &|_| (), bounds: Some(&bounds) };
+    let result = vis(level, options, None, &control).map_err(|e| CliError(e.to_string()))?;
+    bar.finish_and_clear();
+    Ok((result, moments.into_inner().unwrap_or_default()))
+}
+
+/// Runs of nothing but random lines: the same command, stopped before it searches.
+fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
+    let bar = progress_bar();
+    bar.set_message("lines alone");
+    let sides = 2 * level.portals.len() as u64;
+    let mut all: Vec<LinesAlone> = Vec::new();
+    for (k, lines) in LINES_ALONE.into_iter().enumerate() {
+        bar.set_position((1000 * k / LINES_ALONE.len()) as u64);
+        let stop = AtomicBool::new(false);
+        let found = Mutex::new(None);
+        let begin = Instant::now();
+        let bounds = |b: &Bounds| {
+            if b.stage == "lines" {
+                let seconds = begin.elapsed().as_secs_f64();
+                stop.store(true, Ordering::Relaxed);
+                if let Ok(mut found) = found.lock() {
+                    *found = Some(LinesAlone { lines: lines * sides, seconds, lower: b.lower });
+                }
+            }
+        };
+        let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &|_| (), bounds: Some(&bounds) };
+        match vis(level, &VisOptions { seed, steps: 0, lines }, None, &control) {
+            Ok(_) | Err(VisError::Stopped(_)) => (),
+            Err(e) => return Err(CliError(e.to_string())),
+        }
+        all.extend(found.into_inner().ok().flatten());
+    }
+    bar.finish_and_clear();
+    // A run with more lines has done what one with fewer does: the clock's noise aside, none took longer than those after it.
+    for k in (1..all.len()).rev() {
+        all[k - 1].seconds = all[k - 1].seconds.min(all[k].seconds);
+    }
+    Ok(all)
+}
+
+/// Undecided pairs, each one way; the first of them with what is known.
+fn undecided(level: &Level, options: &VisOptions, result: &Vis) -> Result<Vec<Remark>, VisError> {
+    let n = level.cells;
+    let pairs = (0..n).flat_map(|a| {
+        let is_open = move |b: &usize| *b > a && !result.lower.get(a, *b);
+        result.upper.ones(a).filter(is_open).map(move |b| (a as u32, b as u32))
+    });
+    let bar = progress_bar();
+    bar.set_message("why");
+    let mut remarks = Vec::new();
+    for (a, b) in pairs {
+        let text = if remarks.len() < ASKED { because(&why(level, options, result, a, b)?) } else { String::new() };
+        remarks.push(Remark { about: format!("{a} and {b}"), text });
+        bar.set_position((1000 * remarks.len() / ASKED) as u64);
+    }
+    bar.finish_and_clear();
+    Ok(remarks)
+}
+
+/// Why a pair is undecided.
+fn because(why: &Why) -> String {
+    let way = |portals: &[u32]| portals.iter().map(|p| (p / 2).to_string()).collect::<Vec<_>>().join(" ");
+    match why {
+        Why::Undecided(portals) if portals.is_empty() => "a search ran out of steps".to_owned(),
+        Why::Undecided(portals) => format!("portals {}: no line found, none ruled out", way(portals)),
+        // A pair that is asked for alone has all the steps for itself.
+        Why::Separated(_) => "asked for alone: proven hidden".to_owned(),
+        Why::Witnessed(line) => format!("asked for alone: a line through portals {}", way(&line.portals)),
+    }
+}
+
+fn left_out(args: &Args, input: &Input, result: &Vis) -> Vec<String> {
+    let mut all = input.notes.clone();
+    if input.slivers > 0 {
+        all.push(format!("{} faces of the tree, narrower than the level's own rounding, are no portals", input.slivers));
+    }
+    if result.stats.capped > 0 {
+        all.push(format!(
+            "{} searches ran out of steps (--steps {}): what they hadn't decided stays in the rows",
+            result.stats.capped, args.search.steps
+        ));
+    }
+    if args.rows.is_none() {
+        all.push("no rows of another tool to compare with (--rows)".to_owned());
+    }
+    all.push("rows are not written: `enfilade vis` does that".to_owned());
+    all
+}
+
+/// The command again.
+fn again(args: &Args) -> String {
+    let default = VisOptions::default();
+    let numbers = [
+        ("--steps", args.search.steps, default.steps),
+        ("--lines", args.search.lines, default.lines),
+        ("--seed", args.search.seed, default.seed),
+    ];
+    let rows = args.rows.as_deref().map(|rows| ("--rows", name(rows)));
+    let numbers = numbers.into_iter().filter(|n| n.1 != n.2).map(|(flag, value, _)| (flag, value.to_string()));
+    let threads = args.search.threads.map(|n| ("--threads", n.to_string()));
+    command(args, rows.into_iter().chain(numbers).chain(threads))
+}

@@ -1,0 +1,111 @@
+//! Buildings as commands take them: how to import one, how to split it, how many rays to spend.
+
+use super::{CliError, at};
+use clap::ValueEnum;
+use enfilade::cells::{CellGraph, SplitOptions, Strategy, read_cells, read_indoorgml};
+use enfilade::scene::{ImportOptions, Scene};
+use std::path::{Path, PathBuf};
+
+/// Flags of commands that bake.
+#[derive(clap::Args)]
+pub struct SceneFlags {
+    /// How to find cells
+    #[arg(long, value_enum, default_value = "auto")]
+    pub cells: CellsFlag,
+    /// Edge of a voxel, for --cells volume [default: what fits the scene]
+    #[arg(long, value_name = "METRES")]
+    pub voxel: Option<f64>,
+    /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
+    #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
+    pub cells_file: Option<PathBuf>,
+    /// Rays that sampling may cast, in millions: a count and not a time, so that the bytes don't depend on the machine
+    #[arg(long, value_name = "MILLIONS", default_value_t = RAYS)]
+    pub rays: f64,
+    /// Most triangles an object may have before its mesh is split
+    #[arg(long, value_name = "N", default_value_t = ImportOptions::default().object_triangles, value_parser = clap::value_parser!(u32).range(1..))]
+    pub object_triangles: u32,
+    /// Metres per unit of the input [default: the format's own]
+    #[arg(long, value_name = "METRES")]
+    pub unit: Option<f64>,
+}
+
+/// How to find cells.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CellsFlag {
+    Auto,
+    Authored,
+    Plan,
+    Volume,
+}
+
+/// Millions of rays where nothing is said.
+const RAYS: f64 = 20.0;
+
+impl SceneFlags {
+    /// Refuses numbers out of range.
+    pub fn check(&self) -> Result<(), CliError> {
+        if !(0.0..=1e6).contains(&self.rays) {
+            return Err(CliError("--rays takes millions, 0 to 1000000".into()));
+        }
+        if self.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
+            return Err(CliError("--unit takes metres per unit, above 0".into()));
+        }
+        if self.voxel.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
+            return Err(CliError("--voxel takes metres, above 0".into()));
+        }
+        Ok(())
+    }
+
+    /// How to import.
+    pub fn import(&self) -> ImportOptions {
+        let Self { object_triangles, unit: metres_per_unit, .. } = *self;
+        ImportOptions { object_triangles, metres_per_unit, ..ImportOptions::default() }
+    }
+
+    /// How to split.
+    pub fn split(&self) -> SplitOptions {
+        let strategy = match self.cells {
+            CellsFlag::Auto => None,
+            CellsFlag::Authored => Some(Strategy::Authored),
+            CellsFlag::Plan => Some(Strategy::Plan),
+            CellsFlag::Volume => Some(Strategy::Volume),
+        };
+        SplitOptions { strategy, voxel: self.voxel }
+    }
+
+    /// Cells and portals of the user's own; IndoorGML is a ready graph, unless another way to find cells is asked for.
+    pub fn given(&self, input: &Path, scene: &Scene) -> Result<Option<CellGraph>, CliError> {
+        let ready = (is_indoorgml(input) && self.cells == CellsFlag::Auto).then_some(input);
+        self.cells_file.as_deref().or(ready).map(|path| cells_file(path, scene)).transpose()
+    }
+
+    /// Rays over the whole bake.
+    pub fn ray_budget(&self) -> u64 {
+        (self.rays * 1e6) as u64
+    }
+
+    /// Flags that aren't the default, as they would be given again; `name` is what is left of a path.
+    pub fn given_again(&self, name: &dyn Fn(&Path) -> String) -> Vec<(&'static str, String)> {
+        let mut flags = Vec::new();
+        let cells = self.cells.to_possible_value().map(|v| v.get_name().to_owned());
+        flags.extend(cells.filter(|_| self.cells != CellsFlag::Auto).map(|v| ("--cells", v)));
+        flags.extend(self.voxel.map(|v| ("--voxel", v.to_string())));
+        flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
+        flags.extend((self.rays != RAYS).then(|| ("--rays", self.rays.to_string())));
+        let triangles = self.object_triangles;
+        let usual = ImportOptions::default().object_triangles;
+        flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));
+        flags.extend(self.unit.map(|v| ("--unit", v.to_string())));
+        flags
+    }
+}
+
+fn cells_file(path: &Path, scene: &Scene) -> Result<CellGraph, CliError> {
+    let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
+    let graph = if is_indoorgml(path) { read_indoorgml(&text, scene) } else { read_cells(&text, scene) };
+    graph.map_err(|e| at(path, e))
+}
+
+fn is_indoorgml(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gml"))
+}

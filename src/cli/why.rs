@@ -1,0 +1,221 @@
+//! `enfilade why`.
+
+use super::vis::chain;
+use super::{CliError, Outcome, at};
+use enfilade::file::PvsFile;
+use enfilade::pvs::why::Separation;
+use enfilade::scene::import;
+use enfilade::why::{Asker, Doubt, Goal, Sight, Why};
+use enfilade::{CellId, DirectedPortal, ObjectId};
+use glam::DVec3;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Separations that are told of a pair.
+const TOLD: usize = 20;
+
+/// Flags.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The file that `bake --keep-bounds` wrote
+    #[arg(value_name = "OUT.pvs")]
+    file: PathBuf,
+    /// The cell that looks: 3, or cell:3
+    #[arg(value_name = "A", value_parser = cell)]
+    from: CellId,
+    /// What it looks for: an object (17, or object:17) or another cell (cell:4)
+    #[arg(value_name = "B", value_parser = goal)]
+    to: Goal,
+    /// The model that the file was baked for: witnesses and shields are tested against its triangles
+    #[arg(long, value_name = "INPUT")]
+    model: Option<PathBuf>,
+    /// Print JSON to stdout
+    #[arg(long)]
+    json: bool,
+}
+
+fn cell(text: &str) -> Result<CellId, String> {
+    let id = text.strip_prefix("cell:").unwrap_or(text);
+    id.parse().map(CellId).map_err(|_| "give a cell's number, as 3 or cell:3".to_owned())
+}
+
+fn goal(text: &str) -> Result<Goal, String> {
+    let number = |id: &str| id.parse().map_err(|_| "give an object, as 17 or object:17, or a cell, as cell:4".to_owned());
+    match text.strip_prefix("cell:") {
+        Some(id) => Ok(Goal::Cell(CellId(number(id)?))),
+        None => Ok(Goal::Object(ObjectId(number(text.strip_prefix("object:").unwrap_or(text))?))),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<Outcome, CliError> {
+    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let model = args.model.as_ref();
+    let scene = model.map(|path| import(path, &file.import.options()).map_err(|e| at(path, e))).transpose()?;
+    let asker = Asker::new(&file, scene.as_ref()).map_err(|e| at(model.unwrap_or(&args.file), e))?;
+    let why = asker.why(args.from, args.to).map_err(|e| at(&args.file, e))?;
+    let teller = Teller { file: &file, from: args.from, to: args.to };
+    if args.json {
+        println!("{:#}", teller.json(&why));
+    } else {
+        print!("{}", teller.prose(&why));
+    }
+    let is_refuted = matches!(&why, Why::Witnessed(Sight { clear: Some(false), .. }));
+    Ok(if is_refuted { Outcome::Failed } else { Outcome::Done })
+}
+
+/// Puts an answer into words.
+pub(super) struct Teller<'f> {
+    pub file: &'f PvsFile,
+    pub from: CellId,
+    pub to: Goal,
+}
+
+impl Teller<'_> {
+    fn json(&self, why: &Why) -> Value {
+        let mut out = json!({ "from": self.cell_json(self.from), "to": self.goal_json() });
+        let told: &[(&str, Value)] = &match why {
+            Why::Itself => vec![("verdict", "itself".into())],
+            Why::Witnessed(sight) => vec![
+                ("verdict", "witnessed".into()),
+                ("segment", json!([sight.from, sight.to].map(|p| (p + self.file.origin).to_array()))),
+                ("cells", sight.cells.iter().map(|c| c.0).collect()),
+                ("chain", ids(&sight.portals)),
+                ("clear", sight.clear.into()),
+            ],
+            Why::Known(portals) => vec![("verdict", "visible".into()), ("chain", ids(portals))],
+            Why::Apart => vec![("verdict", "apart".into())],
+            Why::Separated(found) => vec![
+                ("verdict", "separated".into()),
+                ("chains", found.len().into()),
+                ("separations", self.separations(found)),
+            ],
+            Why::Shielded(shield) => {
+                vec![("verdict", "shielded".into()), ("chain", ids(&shield.chain)), ("confirmed", shield.confirmed.into())]
+            }
+            Why::Undecided(doubt) => {
+                let mut told = vec![("verdict", "undecided".into())];
+                told.extend(match doubt {
+                    Doubt::Inside => vec![("because", "inside".into()), ("chain", json!([]))],
+                    Doubt::Open(portals) => vec![("because", "open".into()), ("chain", ids(portals))],
+                    Doubt::OutOfSteps => vec![("because", "steps".into()), ("chain", json!([]))],
+                    Doubt::Separated(found) => {
+                        vec![("because", "separated".into()), ("separations", self.separations(found))]
+                    }
+                });
+                told
+            }
+        };
+        told.iter().for_each(|(key, value)| out[*key] = value.clone());
+        out
+    }
+
+    fn cell_json(&self, cell: CellId) -> Value {
+        json!({ "cell": cell, "name": self.file.cells[cell.index()].name })
+    }
+
+    fn goal_json(&self) -> Value {
+        match self.to {
+            Goal::Cell(cell) => self.cell_json(cell),
+            Goal::Object(object) => json!({ "object": object, "node": self.file.objects[object.index()].node }),
+        }
+    }
+
+    fn separations(&self, found: &[Separation]) -> Value {
+        let told = |s: &Separation| {
+            let planes: Vec<[f64; 4]> = s.planes.iter().map(|p| self.plane(p)).collect();
+            json!({ "chain": ids(&s.chain), "planes": planes })
+        };
+        found.iter().take(TOLD).map(told).collect()
+    }
+
+    /// In the model's own coordinates.
+    fn plane(&self, p: &enfilade::geom::Plane) -> [f64; 4] {
+        [p.n.x, p.n.y, p.n.z, p.d + p.n.dot(self.file.origin)]
+    }
+
+    fn prose(&self, why: &Why) -> String {
+        let mut lines = vec![self.sentence(why)];
+        match why {
+            Why::Witnessed(sight) => {
+                let cells: Vec<String> = sight.cells.iter().map(ToString::to_string).collect();
+                lines.push(format!("  through {}, cells {}", way(&sight.portals), cells.join(" ")));
+                match sight.clear {
+                    Some(true) => lines.push("  tested against the model: nothing opaque is in its way".into()),
+                    Some(false) => lines.push("  but the model has something opaque in its way".into()),
+                    None => {}
+                }
+            }
+            Why::Shielded(shield) => match shield.confirmed {
+                Some(true) => lines.push("  asked of the model once more: shut".into()),
+                Some(false) => lines.push("  asked of the model once more, alone and of rounded portals: left open".into()),
+                None => lines.push("  --model asks its triangles once more".into()),
+            },
+            Why::Separated(found) | Why::Undecided(Doubt::Separated(found)) => {
+                for s in found.iter().take(TOLD) {
+                    let end = if s.planes.is_empty() { ": impassable" } else { ": all beyond is inside" };
+                    lines.push(format!("  {}{end}", way(&s.chain)));
+                    let plane = |p| self.plane(p);
+                    lines.extend(s.planes.iter().map(plane).map(|[x, y, z, d]| format!("    {:?} . p <= {d}", [x, y, z])));
+                }
+                if found.len() > TOLD {
+                    lines.push(format!("  and {} more", found.len() - TOLD));
+                }
+            }
+            _ => {}
+        }
+        lines.iter().map(|l| format!("{l}\n")).collect()
+    }
+
+    /// The answer in one line.
+    pub fn sentence(&self, why: &Why) -> String {
+        let [a, b] = [self.cell_name(self.from), self.goal_name()];
+        let point = |p: DVec3| format!("{:?}", (p + self.file.origin).to_array());
+        match why {
+            Why::Itself => format!("{a} sees itself"),
+            Why::Witnessed(s) => format!("{a} sees {b}: the segment from {} to {}", point(s.from), point(s.to)),
+            Why::Known(portals) => {
+                format!("{a} sees {b}, proven by a segment that the file doesn't keep; by way of {}", way(portals))
+            }
+            Why::Apart => format!("{a} doesn't see {b}: no way through portals leads there"),
+            Why::Separated(found) => {
+                format!("{a} doesn't see {b}: {} chains of portals, none of which a line passes", found.len())
+            }
+            Why::Shielded(s) => {
+                format!(
+                    "{a} doesn't see {b}: portals leave it open, by way of {}, and triangles shut every line",
+                    way(&s.chain)
+                )
+            }
+            Why::Undecided(Doubt::Inside) => format!("{a} and {b}: undecided; it is in that cell, and no ray has met it"),
+            Why::Undecided(Doubt::Open(portals)) => format!("{a} and {b}: undecided, by way of {}", way(portals)),
+            Why::Undecided(Doubt::OutOfSteps) => format!("{a} and {b}: undecided; the search ran out of steps"),
+            Why::Undecided(Doubt::Separated(found)) => {
+                format!(
+                    "{a} and {b}: undecided; asked for alone, {} chains of portals, none of which a line passes",
+                    found.len()
+                )
+            }
+        }
+    }
+
+    fn cell_name(&self, cell: CellId) -> String {
+        format!("cell {cell} ({})", self.file.cells[cell.index()].name)
+    }
+
+    fn goal_name(&self) -> String {
+        match self.to {
+            Goal::Cell(cell) => self.cell_name(cell),
+            Goal::Object(object) => format!("object {object} ({})", self.file.objects[object.index()].node),
+        }
+    }
+}
+
+fn ids(portals: &[DirectedPortal]) -> Value {
+    chain(&portals.iter().map(|p| p.0).collect::<Vec<_>>())
+}
+
+fn way(portals: &[DirectedPortal]) -> String {
+    let names: Vec<String> = portals.iter().map(|p| p.portal().to_string()).collect();
+    if names.is_empty() { "no portal".to_owned() } else { format!("portals {}", names.join(" ")) }
+}

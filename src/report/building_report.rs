@@ -1,0 +1,553 @@
+//! What a bake found in a building, as a page and as tables: plans, both sides of the truth, error against run time.
+//!
+//! All text is made safe here; whoever calls hands over plain text. Times stand in two sections only, error against run time and the
+//! stages; all else is the same bytes for the same building and seed.
+
+use super::chart::{Chart, Curve as Line, Point, Scale, Shape};
+use super::curves::{Curve, CurvePoint};
+use super::doubts::{Pairs, closed_and_open, kinds, of_cell};
+use super::html::{Remark, duration, escape, number, page, percent, share, thousands};
+use super::matrix::figure;
+use super::storeys::{Plans, Storey, along_a_walk, storeys};
+use crate::cells::PortalKind;
+use crate::file::PvsFile;
+use crate::pvs::Guarantee;
+use crate::scene::Scene;
+use crate::{BitMatrix, CellId};
+use std::fmt::Write;
+
+/// Cells in each list of the worst.
+const WORST: usize = 10;
+/// Lines of notes that are not folded away.
+const NOTES: usize = 12;
+/// Storeys that are drawn; a tower's others are named.
+const MOST_PLANS: usize = 24;
+/// False pixels below this share of a view are drawn as none: a five-hundredth of a pixel in the mean of a view.
+const LEAST_SHARE: f64 = 1e-6;
+/// Classes of curves in the style sheet: what is solid, and what is broken.
+const CLASSES: [[&str; 2]; 6] = [
+    ["s0", "s0 dashed"],
+    ["s1", "s1 dashed"],
+    ["s2", "s2 dashed"],
+    ["s3", "s3 dashed"],
+    ["s4", "s4 dashed"],
+    ["s5", "s5 dashed"],
+];
+
+/// Time and memory of a stage.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Stage {
+    /// What is done.
+    pub name: String,
+    /// Wall clock.
+    pub seconds: f64,
+    /// Most memory held until it ended, MiB, where the system says so.
+    pub peak_rss_mb: Option<f64>,
+}
+
+/// All that the page tells.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildingReport<'a> {
+    /// The name of the model's file.
+    pub building: &'a str,
+    /// The command that makes this page again.
+    pub command: &'a str,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// The model.
+    pub scene: &'a Scene,
+    /// The bake, both bounds kept.
+    pub file: &'a PvsFile,
+    /// Bits that a cell-object pair takes in the file.
+    pub bits_per_pair: f64,
+    /// What a pair would take alone: zero-order entropy, bits.
+    pub entropy_bits_per_pair: f64,
+    /// Error against run time, a strategy each.
+    pub curves: &'a [Curve],
+    /// Views that false pixels were counted in.
+    pub views: usize,
+    /// Undecided pairs and why they are.
+    pub hardest: &'a [Remark],
+    /// In the order in which they were begun.
+    pub stages: &'a [Stage],
+    /// Threads.
+    pub threads: usize,
+}
+
+impl BuildingReport<'_> {
+    /// The page.
+    pub fn html(&self) -> String {
+        let storeys = storeys(self.file);
+        let mut body = String::new();
+        self.head(&mut body);
+        self.certified(&mut body);
+        self.plans(&storeys, &mut body);
+        self.against_time(&mut body);
+        self.matrix(&storeys, &mut body);
+        self.worst(&storeys, &mut body);
+        self.pairs(&mut body);
+        self.left_out(&mut body);
+        self.stages(&mut body);
+        self.end(&mut body);
+        page(&format!("Visibility of {}", self.building), &body)
+    }
+
+    /// The curves as a table: a line a point.
+    pub fn csv(&self) -> String {
+        let mut out = String::from(
+            "strategy,cpu_seconds,rays,lower_pairs,upper_pairs,false_pixels_mean,false_pixels_p95,false_pixels_max\n",
+        );
+        for (curve, p) in self.curves.iter().flat_map(|c| c.points.iter().map(move |p| (c, p))) {
+            let upper = p.upper_pairs.map_or(String::new(), |u| u.to_string());
+            let [mean, p95, max] = p.false_pixels;
+            let _ = writeln!(
+                out,
+                "{},{:.3},{},{},{upper},{mean},{p95},{max}",
+                curve.strategy, p.cpu_seconds, p.rays, p.lower_pairs
+            );
+        }
+        out
+    }
+
+    /// Every cell as a table: a line a cell. `storey` counts from 0, the lowest; open cells have none.
+    pub fn cells_csv(&self) -> String {
+        let mut out = String::from("cell,name,open,storey,portals,lower_pairs,upper_pairs,undecided_pairs\n");
+        let storeys = storeys(self.file);
+        for (c, cell) in self.file.cells.iter().enumerate() {
+            let id = CellId(c as u32);
+            let storey = on(&storeys, id).map_or(String::new(), |s| s.to_string());
+            let Pairs { lower, upper, .. } = of_cell(self.file, id);
+            let portals = self.portals_of(id);
+            // A quoted field, as RFC 4180 has it, of one line.
+            let name = cell.name.replace('"', "\"\"").split_whitespace().collect::<Vec<_>>().join(" ");
+            let _ =
+                writeln!(out, "{c},\"{name}\",{},{storey},{portals},{lower},{upper},{}", u8::from(cell.open), upper - lower);
+        }
+        out
+    }
+
+    fn portals_of(&self, cell: CellId) -> usize {
+        self.file.portals.iter().filter(|p| p.cells.contains(&cell)).count()
+    }
+
+    fn count(&self, kind: PortalKind) -> usize {
+        self.file.portals.iter().filter(|p| p.kind == kind).count()
+    }
+
+    fn head(&self, out: &mut String) {
+        let file = self.file;
+        let open = file.cells.iter().filter(|c| c.open).count();
+        let promise = match file.guarantee {
+            Guarantee::Conservative => "Conservative: nothing visible is missing from the rows.",
+            Guarantee::Sampled => "Sampled: everything in the rows is visible; something may be missing.",
+        };
+        let _ = writeln!(
+            out,
+            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}, {} triangles in {} objects. Cells by {}: {}. {promise} Openings narrower \
+             than {:.2} mm may have been sealed on purpose. Seed {}.</p>",
+            escape(self.building),
+            escape(&self.scene.source.format),
+            number(self.scene.triangles.len() as u64),
+            number(file.objects.len() as u64),
+            strategy(file),
+            escape(&file.reason),
+            1000.0 * file.smallest_hole,
+            self.seed
+        );
+        let [closed, opened] = closed_and_open(file);
+        let all = closed.with(opened);
+        out.push_str("<div class=\"tiles\">");
+        let mut tile = |name: &str, value: String, note: String| {
+            let _ = write!(out, "<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
+        };
+        tile("Cells", number(file.cells.len() as u64), format!("{open} of them open; culling is online there"));
+        tile(
+            "Portals",
+            number(file.portals.len() as u64),
+            format!(
+                "{} in doors, {} in windows, {} in openings",
+                self.count(PortalKind::Door),
+                self.count(PortalKind::Window),
+                self.count(PortalKind::Opening)
+            ),
+        );
+        tile(
+            "Certified gap, closed cells",
+            share(closed.gap()),
+            format!(
+                "{} of {} pairs that aren't hidden are undecided",
+                thousands(closed.undecided()),
+                thousands(closed.upper)
+            ),
+        );
+        if open > 0 {
+            let note = format!("{} of {} pairs, told apart", thousands(opened.undecided()), thousands(opened.upper));
+            tile("Certified gap, open cells", share(opened.gap()), note);
+        }
+        tile(
+            "Proven hidden",
+            percent(all.total - all.upper, all.total),
+            format!("of {} cell-object pairs", number(all.total)),
+        );
+        if let Some(last) = self.curves.first().and_then(|c| c.points.last()) {
+            let [mean, _, max] = last.false_pixels;
+            tile(
+                "False pixels",
+                share(mean),
+                format!(
+                    "of a view in the mean, {} in the worst of {}, were the rows the lower set",
+                    share(max),
+                    thousands(self.views as u64)
+                ),
+            );
+        }
+        tile(
+            "Rows",
+            format!("{:.3} bits a pair", self.bits_per_pair),
+            format!("zero-order entropy {:.3}", self.entropy_bits_per_pair),
+        );
+        out.push_str("</div>\n");
+    }
+
+    fn certified(&self, out: &mut String) {
+        out.push_str(
+            "<h2>How wrong it can be</h2>\n<p>A pair of a cell and an object is <em>witnessed</em> where an unobstructed segment from the \
+             one to the other is kept as proof, and <em>hidden</em> where portals or triangles prove that there is none. The truth lies \
+             between; what is neither is the certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
+             <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
+        );
+        let [closed, open] = closed_and_open(self.file);
+        let mut row = |name: &str, p: Pairs| {
+            let _ = writeln!(
+                out,
+                "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                thousands(p.cells),
+                number(p.total),
+                number(p.lower),
+                number(p.upper),
+                number(p.undecided()),
+                share(p.gap())
+            );
+        };
+        row("closed cells, objects", closed);
+        if open.cells > 0 {
+            row("open cells, objects", open);
+            row("all cells, objects", closed.with(open));
+        }
+        let cells = self.file.cells.len() as u64;
+        let counts = &self.file.pairs;
+        row("all cells, cells", Pairs { cells, total: cells * cells, lower: counts.cell_lower, upper: counts.cell_upper });
+        out.push_str("</tbody></table></div>\n");
+        let all = closed.with(open);
+        if all.undecided() > 0 {
+            out.push_str("<p>What is undecided:</p>\n<ul>\n");
+            for (what, pairs) in kinds(self.file).into_iter().filter(|k| k.1 > 0) {
+                let _ = writeln!(out, "<li>{} {what}</li>", thousands(pairs));
+            }
+            out.push_str("</ul>\n");
+        }
+        let stats = &self.file.stats;
+        for (count, what) in [
+            (stats.flow_capped, "searches ran out of steps and kept what might be seen"),
+            (stats.cracks, "pairs were met by rays through cracks narrower than what is promised"),
+            (stats.contradictions, "pairs that portals took for hidden were proven visible, and kept: a fault of this tool"),
+        ] {
+            if count > 0 {
+                let _ = writeln!(out, "<p>{} {what}.</p>", thousands(count));
+            }
+        }
+    }
+
+    fn plans(&self, storeys: &[Storey], out: &mut String) {
+        if storeys.is_empty() {
+            return;
+        }
+        out.push_str("<h2>Plans</h2>\n<ul class=\"legend\">");
+        for (class, name) in [("door", "door"), ("window", "window"), ("opening", "opening")] {
+            let _ = write!(
+                out,
+                "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"portal {class}\" d=\"M1 6H31\"/></svg>{name}</li>"
+            );
+        }
+        out.push_str(
+            "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"portal opening lying\" d=\"M1 6H31\"/></svg>to another \
+             storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the model, \
+             cut 1.2 m above the floor</li></ul>\n",
+        );
+        let plans = Plans::new(self.file, self.scene, storeys);
+        let note = |cell: CellId| {
+            let name = &self.file.cells[cell.index()].name;
+            let named = if *name == format!("cell {cell}") { String::new() } else { format!(" ({name})") };
+            let p = of_cell(self.file, cell);
+            format!(
+                "cell {cell}{named}: {} portals; {} objects witnessed, {} undecided, {} proven hidden",
+                self.portals_of(cell),
+                p.lower,
+                p.undecided(),
+                p.total - p.upper
+            )
+        };
+        for (k, storey) in storeys.iter().enumerate().take(MOST_PLANS) {
+            let count = storey.cells.len();
+            let title = format!("Storey {k}");
+            let _ = writeln!(
+                out,
+                "<figure>\n<figcaption><strong>{title}</strong>, floor at {:.2} m, {count} {}</figcaption>\n<div class=\"scroll\">{}</div>\n\
+                 </figure>",
+                storey.floor + self.file.origin.y,
+                if count == 1 { "cell" } else { "cells" },
+                plans.svg(storey, &title, &note)
+            );
+        }
+        if storeys.len() > MOST_PLANS {
+            let _ = writeln!(out, "<p>And {} storeys more, in the table of cells.</p>", storeys.len() - MOST_PLANS);
+        }
+    }
+
+    fn against_time(&self, out: &mut String) {
+        let upper = self.curves.iter().flat_map(|c| &c.points).filter_map(|p| p.upper_pairs).min();
+        let Some(upper) = upper else { return };
+        let line = |curve: &Curve,
+                    k: usize,
+                    broken: bool,
+                    what: &str,
+                    value: &dyn Fn(&CurvePoint) -> Option<f64>,
+                    text: &dyn Fn(f64) -> String| {
+            let points: Vec<Point> = curve
+                .points
+                .iter()
+                .filter_map(|p| {
+                    let v = value(p)?;
+                    let note = format!(
+                        "{}, {} rays, {}: {} {what}",
+                        curve.strategy,
+                        thousands(p.rays),
+                        duration(p.cpu_seconds),
+                        text(v)
+                    );
+                    Some(Point { seconds: p.cpu_seconds, value: v, note })
+                })
+                .collect();
+            let last = points.last().map_or(0.0, |p| p.value);
+            let class = CLASSES[k % CLASSES.len()][usize::from(broken)];
+            (!points.is_empty()).then(|| Line {
+                name: format!("{}: {what}, at last {}", curve.strategy, text(last)),
+                class,
+                shape: Shape::Straight,
+                points,
+            })
+        };
+        let count = |v: f64| thousands(v as u64);
+        let lines = |parts: [(&str, bool, &dyn Fn(&CurvePoint) -> Option<f64>); 2], text: &dyn Fn(f64) -> String| {
+            let each = |(k, curve): (usize, &Curve)| {
+                parts
+                    .iter()
+                    .filter_map(|(what, broken, value)| line(curve, k, *broken, what, *value, text))
+                    .collect::<Vec<_>>()
+            };
+            self.curves.iter().enumerate().flat_map(each).collect::<Vec<_>>()
+        };
+        let times = "processor time of working out visibility, all threads";
+        let _ = writeln!(
+            out,
+            "<h2>Error against run time</h2>\n<p>Each mark is a run of its own. {} views that no strategy has seen, 96 &times; 54 pixels \
+             each, show how much of a picture the lower set alone would miss; the rows of a conservative file miss nothing.</p>",
+            thousands(self.views as u64)
+        );
+        let none = |_: &CurvePoint| None;
+        let charts = [
+            Chart {
+                title: "Pairs that are witnessed, and that are not proven hidden, against run time",
+                times,
+                values: "cell-object pairs",
+                scale: Scale::Linear,
+                curves: lines(
+                    [
+                        ("not proven hidden", true, &|p| p.upper_pairs.map(|u| u as f64)),
+                        ("witnessed", false, &|p| Some(p.lower_pairs as f64)),
+                    ],
+                    &count,
+                ),
+                band: None,
+            },
+            Chart {
+                title: "Pairs that may be visible and are not witnessed, against run time",
+                times,
+                values: "cell-object pairs (logarithmic)",
+                scale: Scale::Logarithmic,
+                curves: lines(
+                    [
+                        ("not witnessed, of what is not proven hidden by any", false, &|p| {
+                            Some(upper.saturating_sub(p.lower_pairs) as f64)
+                        }),
+                        ("", true, &none),
+                    ],
+                    &count,
+                ),
+                band: None,
+            },
+            Chart {
+                title: "False pixels of the lower set against run time",
+                times,
+                values: "share of a view (logarithmic)",
+                scale: Scale::Shares { least: LEAST_SHARE },
+                curves: lines(
+                    [
+                        ("false pixels in the worst view", true, &|p| Some(p.false_pixels[2])),
+                        ("in the mean", false, &|p| Some(p.false_pixels[0])),
+                    ],
+                    &share,
+                ),
+                band: None,
+            },
+        ];
+        for chart in charts {
+            let _ = writeln!(out, "<figure>\n{}</figure>", chart.html());
+        }
+        out.push_str(
+            "<div class=\"scroll\"><table><thead><tr><th>strategy</th><th>CPU seconds</th><th>rays</th><th>witnessed</th>\
+             <th>not proven hidden</th><th>false pixels, mean</th><th>p95</th><th>max</th></tr></thead>\n<tbody>\n",
+        );
+        for (curve, p) in self.curves.iter().flat_map(|c| c.points.iter().map(move |p| (c, p))) {
+            let [mean, p95, max] = p.false_pixels.map(share);
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{mean}</td><td>{p95}</td><td>{max}</td></tr>",
+                escape(curve.strategy),
+                p.cpu_seconds,
+                thousands(p.rays),
+                thousands(p.lower_pairs),
+                p.upper_pairs.map_or(String::new(), thousands)
+            );
+        }
+        out.push_str("</tbody></table></div>\n");
+    }
+
+    fn matrix(&self, storeys: &[Storey], out: &mut String) {
+        let Some(bounds) = &self.file.bounds else { return };
+        let order = along_a_walk(self.file, storeys);
+        let sorted = |m: &BitMatrix| {
+            let mut sorted = BitMatrix::new(m.rows(), m.columns());
+            for (r, a) in order.iter().enumerate() {
+                for (c, b) in order.iter().enumerate() {
+                    if m.get(a.index(), b.index()) {
+                        sorted.set(r, c);
+                    }
+                }
+            }
+            sorted
+        };
+        out.push_str("<h2>Who sees whom</h2>\n");
+        let order = "cells: open ones, then storey by storey from the lowest, each along a walk through its portals";
+        out.push_str(&figure(&sorted(&bounds.cells_lower), &sorted(&bounds.cells_upper), order));
+    }
+
+    fn worst(&self, storeys: &[Storey], out: &mut String) {
+        out.push_str("<h2>The worst cells</h2>\n");
+        let mut cells: Vec<(CellId, Pairs)> =
+            (0..self.file.cells.len() as u32).map(CellId).map(|c| (c, of_cell(self.file, c))).collect();
+        let mut table = |caption: &str, by: fn(&Pairs) -> u64| {
+            cells.sort_by_key(|(c, p)| (std::cmp::Reverse(by(p)), *c));
+            let _ = writeln!(
+                out,
+                "<div class=\"scroll\"><table><caption>{caption}</caption><thead><tr><th>cell</th><th class=\"text\">name</th><th>storey</th>\
+                 <th>portals</th><th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>"
+            );
+            for (c, p) in cells.iter().filter(|(_, p)| by(p) > 0).take(WORST) {
+                let cell = &self.file.cells[c.index()];
+                let storey =
+                    on(storeys, *c).map_or(if cell.open { "open".to_owned() } else { String::new() }, |s| s.to_string());
+                let _ = writeln!(
+                    out,
+                    "<tr><td>{c}</td><td class=\"text\">{}</td><td>{storey}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                    escape(&cell.name),
+                    self.portals_of(*c),
+                    thousands(p.lower),
+                    thousands(p.upper),
+                    thousands(p.undecided()),
+                    share(p.gap())
+                );
+            }
+            out.push_str("</tbody></table></div>\n");
+        };
+        table("Most pairs undecided", Pairs::undecided);
+        table("Most pairs not proven hidden: the least culled", |p| p.upper);
+    }
+
+    fn pairs(&self, out: &mut String) {
+        out.push_str("<h2>The hardest pairs</h2>\n");
+        if self.hardest.is_empty() {
+            out.push_str("<p>None: each pair has a witness, or is proven hidden.</p>\n");
+            return;
+        }
+        out.push_str(
+            "<p>The largest undecided objects of the cells with most of them, as <code>enfilade why</code> tells of each.</p>\n\
+             <div class=\"scroll\"><table><thead><tr><th>pair</th><th class=\"text\">why</th></tr></thead>\n<tbody>\n",
+        );
+        for remark in self.hardest {
+            let _ =
+                writeln!(out, "<tr><td>{}</td><td class=\"text\">{}</td></tr>", escape(&remark.about), escape(&remark.text));
+        }
+        out.push_str("</tbody></table></div>\n");
+    }
+
+    fn left_out(&self, out: &mut String) {
+        let list = |title: &str, lines: &[String], out: &mut String| {
+            let _ = writeln!(out, "<h2>{title}</h2>");
+            if lines.is_empty() {
+                out.push_str("<p>Nothing.</p>\n");
+            }
+            let items = |lines: &[String]| lines.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect::<String>();
+            let (shown, folded) = lines.split_at(lines.len().min(NOTES));
+            if !shown.is_empty() {
+                let _ = writeln!(out, "<ul>\n{}</ul>", items(shown));
+            }
+            if !folded.is_empty() {
+                let _ = writeln!(
+                    out,
+                    "<details><summary>and {} more</summary><ul>\n{}</ul></details>",
+                    folded.len(),
+                    items(folded)
+                );
+            }
+        };
+        list("What was left out", &self.file.left_out, out);
+        list("Notes of the import and of the split", &self.file.notes, out);
+        let repairs = self.file.repairs.iter().map(|r| {
+            let ([a, b], at) = (r.cells, r.at + self.file.origin);
+            format!("a hole between cells {a} and {b} at ({:.2}, {:.2}, {:.2}) m, mended with a portal", at.x, at.y, at.z)
+        });
+        list("Repairs", &repairs.collect::<Vec<_>>(), out);
+    }
+
+    fn stages(&self, out: &mut String) {
+        out.push_str(
+            "<h2>Time and memory</h2>\n<div class=\"scroll\"><table><thead><tr><th>stage</th><th>seconds</th><th>peak memory by then, MiB</th>\
+             </tr></thead>\n<tbody>\n",
+        );
+        for s in self.stages {
+            let memory = s.peak_rss_mb.map_or(String::new(), |mb| format!("{mb:.0}"));
+            let _ = writeln!(out, "<tr><td>{}</td><td>{:.2}</td><td>{memory}</td></tr>", escape(&s.name), s.seconds);
+        }
+        let threads = if self.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", self.threads) };
+        let _ = writeln!(out, "</tbody></table></div>\n<p class=\"soft\">Wall clock, {threads}.</p>");
+    }
+
+    fn end(&self, out: &mut String) {
+        let _ = writeln!(
+            out,
+            "<h2>Again</h2>\n<p><code>{}</code></p>\n<p class=\"soft\">But for times and memory, the same on every run and for every number \
+             of threads.</p>",
+            escape(self.command)
+        );
+    }
+}
+
+/// The storey that a cell is on.
+fn on(storeys: &[Storey], cell: CellId) -> Option<usize> {
+    storeys.iter().position(|s| s.cells.binary_search(&cell).is_ok())
+}
+
+fn strategy(file: &PvsFile) -> String {
+    format!("{:?}", file.strategy).to_lowercase()
+}

@@ -1,0 +1,28 @@
+//! Error against run time: what strategies have found of a scene after how much work.
+
+pub use super::check::{Views, held_out};
+
+/// What a strategy finds, by run time.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Curve {
+    /// Its name.
+    pub strategy: &'static str,
+    /// By ascending run time; each is a run of its own, or a moment of one.
+    pub points: Vec<CurvePoint>,
+}
+
+/// What is known after some work.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct CurvePoint {
+    /// Processor time of all threads, seconds.
+    pub cpu_seconds: f64,
+    /// Rays cast.
+    pub rays: u64,
+    /// Cell-object pairs with a witness.
+    pub lower_pairs: u64,
+    /// Cell-object pairs not proven hidden; `None` for strategies that prove nothing hidden.
+    pub upper_pairs: Option<u64>,
+    /// False pixels of the lower side on views that were held out ([`Views::false_pixels`]): mean, 95th percentile, maximum, as
+    /// fractions of a view.
+    pub false_pixels: [f64; 3],
+}

@@ -1,0 +1,101 @@
+//! What a bake left undecided: how much of it, of which kind, and where it is worst. Files without both bounds have none.
+
+use crate::file::{Bounds, PvsFile};
+use crate::{BitMatrix, CellId, ObjectId};
+
+/// Cell-object pairs of some cells.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Pairs {
+    /// Cells.
+    pub cells: u64,
+    /// All pairs.
+    pub total: u64,
+    /// With a witness.
+    pub lower: u64,
+    /// Not proven hidden.
+    pub upper: u64,
+}
+
+impl Pairs {
+    /// Neither.
+    pub fn undecided(&self) -> u64 {
+        self.upper - self.lower
+    }
+
+    /// Undecided pairs over those not proven hidden: the certified gap.
+    pub fn gap(&self) -> f64 {
+        self.undecided() as f64 / self.upper.max(1) as f64
+    }
+
+    /// Both together.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            cells: self.cells + other.cells,
+            total: self.total + other.total,
+            lower: self.lower + other.lower,
+            upper: self.upper + other.upper,
+        }
+    }
+}
+
+/// The pairs of one cell.
+pub fn of_cell(file: &PvsFile, cell: CellId) -> Pairs {
+    let count = |side: fn(&Bounds) -> &BitMatrix| file.bounds.as_ref().map_or(0, |b| side(b).count_row(cell.index()));
+    let (lower, upper) = (count(|b| &b.objects_lower), count(|b| &b.objects_upper));
+    Pairs { cells: 1, total: file.objects.len() as u64, lower, upper }
+}
+
+/// The pairs of closed cells, and those of open ones.
+pub fn closed_and_open(file: &PvsFile) -> [Pairs; 2] {
+    let mut both = [Pairs::default(); 2];
+    for (c, cell) in file.cells.iter().enumerate() {
+        let of = &mut both[usize::from(cell.open)];
+        *of = of.with(of_cell(file, CellId(c as u32)));
+    }
+    both
+}
+
+/// Undecided pairs by kind, each with what it is; they add up to all.
+pub fn kinds(file: &PvsFile) -> [(&'static str, u64); 3] {
+    let [mut open, mut inside, mut beyond] = [0; 3];
+    for cell in 0..file.cells.len() {
+        for object in undecided(file, cell) {
+            match (file.cells[cell].open, file.placement.get(cell, object)) {
+                (true, _) => open += 1,
+                (false, true) => inside += 1,
+                (false, false) => beyond += 1,
+            }
+        }
+    }
+    [
+        ("from open cells, where culling is done online", open),
+        ("in the closed cell itself, behind what else is there or within a wall", inside),
+        ("beyond a closed cell's portals: no ray met them, no surface was found to shut them off", beyond),
+    ]
+}
+
+/// Undecided objects of a cell, ascending.
+fn undecided(file: &PvsFile, cell: usize) -> impl Iterator<Item = usize> + '_ {
+    let bounds = file.bounds.as_ref();
+    bounds.into_iter().flat_map(move |b| b.objects_upper.ones(cell).filter(move |&o| !b.objects_lower.get(cell, o)))
+}
+
+/// Undecided pairs that matter most, at most `count`: from the closed cells with most of them down, then from open ones, the largest
+/// object of each first.
+pub fn hardest(file: &PvsFile, count: usize) -> Vec<(CellId, ObjectId)> {
+    let size = |o: &usize| file.objects[*o].bounds[0].distance(file.objects[*o].bounds[1]);
+    let mut cells: Vec<(CellId, Vec<usize>)> = Vec::new();
+    for cell in 0..file.cells.len() {
+        let mut objects: Vec<usize> = undecided(file, cell).collect();
+        // What is in the cell itself has no chain of portals to tell of, so it comes last.
+        objects.sort_by(|a, b| {
+            let inside = |o: &usize| file.placement.get(cell, *o);
+            inside(a).cmp(&inside(b)).then(size(b).total_cmp(&size(a))).then(a.cmp(b))
+        });
+        cells.push((CellId(cell as u32), objects));
+    }
+    cells.sort_by_key(|(cell, objects)| (file.cells[cell.index()].open, std::cmp::Reverse(objects.len()), *cell));
+    let most = cells.iter().map(|c| c.1.len()).max().unwrap_or(0);
+    let rounds = (0..most).flat_map(|k| cells.iter().filter_map(move |(cell, objects)| Some((*cell, *objects.get(k)?))));
+    rounds.take(count).map(|(cell, object)| (cell, ObjectId(object as u32))).collect()
+}
