@@ -202,9 +202,9 @@ impl BuildingReport<'_> {
             );
         }
         tile(
-            "Rows",
-            format!("{:.3} bits a pair", self.bits_per_pair),
-            format!("zero-order entropy {:.3}", self.entropy_bits_per_pair),
+            "Bits a pair",
+            format!("{:.3}", self.bits_per_pair),
+            format!("in the file's rows; zero-order entropy {:.3}", self.entropy_bits_per_pair),
         );
         out.push_str("</div>\n");
     }
@@ -271,13 +271,13 @@ impl BuildingReport<'_> {
         }
         out.push_str(
             "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"portal opening lying\" d=\"M1 6H31\"/></svg>to another \
-             storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the model, \
-             cut 1.2 m above the floor</li></ul>\n",
+             storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the \
+             model where it is cut</li></ul>\n",
         );
         let plans = Plans::new(self.file, self.scene, storeys);
         let note = |cell: CellId| {
             let name = &self.file.cells[cell.index()].name;
-            let named = if *name == format!("cell {cell}") { String::new() } else { format!(" ({name})") };
+            let named = if is_named(name, cell) { format!(" ({name})") } else { String::new() };
             let p = of_cell(self.file, cell);
             format!(
                 "cell {cell}{named}: {} portals; {} objects witnessed, {} undecided, {} proven hidden",
@@ -292,9 +292,10 @@ impl BuildingReport<'_> {
             let title = format!("Storey {k}");
             let _ = writeln!(
                 out,
-                "<figure>\n<figcaption><strong>{title}</strong>, floor at {:.2} m, {count} {}</figcaption>\n<div class=\"scroll\">{}</div>\n\
+                "<figure>\n<figcaption><strong>{title}</strong>, floor at {:.2} m, cut {:.2} m above it, {count} {}</figcaption>\n<div class=\"scroll\">{}</div>\n\
                  </figure>",
                 storey.floor + self.file.origin.y,
+                storey.cut,
                 if count == 1 { "cell" } else { "cells" },
                 plans.svg(storey, &title, &note)
             );
@@ -394,7 +395,7 @@ impl BuildingReport<'_> {
                 curves: lines(
                     [
                         ("false pixels in the worst view", true, &|p| Some(p.false_pixels[2])),
-                        ("in the mean", false, &|p| Some(p.false_pixels[0])),
+                        ("false pixels in the mean", false, &|p| Some(p.false_pixels[0])),
                     ],
                     &share,
                 ),
@@ -460,7 +461,7 @@ impl BuildingReport<'_> {
                 let _ = writeln!(
                     out,
                     "<tr><td>{c}</td><td class=\"text\">{}</td><td>{storey}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                    escape(&cell.name),
+                    if is_named(&cell.name, *c) { escape(&cell.name) } else { String::new() },
                     self.portals_of(*c),
                     thousands(p.lower),
                     thousands(p.upper),
@@ -482,7 +483,7 @@ impl BuildingReport<'_> {
         }
         out.push_str(
             "<p>The largest undecided objects of the cells with most of them, as <code>enfilade why</code> tells of each.</p>\n\
-             <div class=\"scroll\"><table><thead><tr><th>pair</th><th class=\"text\">why</th></tr></thead>\n<tbody>\n",
+             <div class=\"scroll\"><table><thead><tr><th>cell, object</th><th class=\"text\">why</th></tr></thead>\n<tbody>\n",
         );
         for remark in self.hardest {
             let _ =
@@ -495,7 +496,7 @@ impl BuildingReport<'_> {
         let list = |title: &str, lines: &[String], out: &mut String| {
             let _ = writeln!(out, "<h2>{title}</h2>");
             if lines.is_empty() {
-                out.push_str("<p>Nothing.</p>\n");
+                out.push_str("<p>None.</p>\n");
             }
             let items = |lines: &[String]| lines.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect::<String>();
             let (shown, folded) = lines.split_at(lines.len().min(NOTES));
@@ -546,6 +547,11 @@ impl BuildingReport<'_> {
 /// The storey that a cell is on.
 fn on(storeys: &[Storey], cell: CellId) -> Option<usize> {
     storeys.iter().position(|s| s.cells.binary_search(&cell).is_ok())
+}
+
+/// Whether a cell has a name of its own.
+pub(super) fn is_named(name: &str, cell: CellId) -> bool {
+    !name.is_empty() && name != format!("cell {cell}")
 }
 
 fn strategy(file: &PvsFile) -> String {

@@ -1,5 +1,6 @@
 //! Storeys of a baked building, and the plan of each as SVG: walls as the model has them, cells in tints, portals by kind.
 
+use super::building_report::is_named;
 use super::html::escape;
 use crate::CellId;
 use crate::cells::PortalKind;
@@ -19,8 +20,12 @@ const HEIGHT: f64 = 640.0;
 const MARGIN: f64 = 14.0;
 /// Room below it, for the scale.
 const FOOT: f64 = 26.0;
-/// Plans are cut this high above the floor, metres: above sills and tables, below heads of doors.
+/// Plans are cut this high above the floor, metres: above sills, below heads of doors. Where cells are so high that the model's
+/// unit can't be the metre, this part of their height.
 const CUT: f64 = 1.2;
+const CUT_PART: f64 = 0.15;
+/// Furniture is drawn as it is at this part of that height: above seats, below table tops' undersides.
+const THINGS: f64 = 0.5;
 /// Floors whose heights differ by less than this are of one storey, as a part of how high cells are.
 const STOREY: f64 = 0.45;
 /// Most lines of walls in a plan; then furniture is left out, then walls.
@@ -33,6 +38,8 @@ const TINTS: usize = 7;
 pub struct Storey {
     /// The height of its floor, metres relative to the file's origin.
     pub floor: f64,
+    /// How high above that its plan is cut, metres.
+    pub cut: f64,
     /// Its cells, ascending; open cells are on none.
     pub cells: Vec<CellId>,
 }
@@ -56,14 +63,15 @@ pub fn storeys(file: &PvsFile) -> Vec<Storey> {
         sum += h[1];
         sum >= half
     });
-    let reach = STOREY * usual.map_or(1.0, |h| h[0]);
+    let usual = usual.map_or(1.0, |h| h[0]);
+    let (reach, cut) = (STOREY * usual, CUT.max(CUT_PART * usual));
 
     let mut found: Vec<Storey> = Vec::new();
     let mut by_area = floors.clone();
     by_area.sort_by(|(a, x), (b, y)| y[1].total_cmp(&x[1]).then(a.cmp(b)));
     for (_, [floor, ..]) in &by_area {
         if found.iter().all(|s| (s.floor - floor).abs() > reach) {
-            found.push(Storey { floor: *floor, cells: Vec::new() });
+            found.push(Storey { floor: *floor, cut, cells: Vec::new() });
         }
     }
     found.sort_by(|a, b| a.floor.total_cmp(&b.floor));
@@ -152,7 +160,7 @@ impl<'f> Plans<'f> {
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for storey in storeys {
             for cell in &storey.cells {
-                for p in plans.outline(*cell, storey.floor).into_iter().flatten() {
+                for p in plans.outline(*cell, storey).into_iter().flatten() {
                     (min, max) = (min.min(p), max.max(p));
                 }
             }
@@ -169,7 +177,6 @@ impl<'f> Plans<'f> {
 
     /// A storey as SVG, each cell with its note.
     pub fn svg(&self, storey: &Storey, title: &str, note: Note<'_>) -> String {
-        let cut = storey.floor + CUT;
         let height = (self.max.y - self.min.y) * self.scale + 2.0 * MARGIN + FOOT;
         let mut out = format!(
             "<svg class=\"plan\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-label=\"{}\">\n",
@@ -177,7 +184,7 @@ impl<'f> Plans<'f> {
         );
         let mut labels = String::new();
         for &cell in &storey.cells {
-            let rings = self.outline(cell, storey.floor);
+            let rings = self.outline(cell, storey);
             if rings.is_empty() {
                 continue;
             }
@@ -190,7 +197,10 @@ impl<'f> Plans<'f> {
             );
             self.label(cell, &rings, &mut labels);
         }
-        for (class, lines) in [("thing", self.lines(cut, true)), ("wall", self.lines(cut, false))] {
+        for (class, lines) in [
+            ("thing", self.lines(storey.floor + THINGS * storey.cut, true)),
+            ("wall", self.lines(storey.floor + storey.cut, false)),
+        ] {
             if !lines.is_empty() {
                 let _ = writeln!(out, "<path class=\"{class}\" d=\"{lines}\"/>");
             }
@@ -220,8 +230,8 @@ impl<'f> Plans<'f> {
     }
 
     /// A cell's rings where the storey is cut; or, where it doesn't reach there, at half of its own height.
-    fn outline(&self, cell: CellId, floor: f64) -> Vec<Vec<DVec2>> {
-        let at_cut = self.sliced(cell, floor + CUT);
+    fn outline(&self, cell: CellId, storey: &Storey) -> Vec<Vec<DVec2>> {
+        let at_cut = self.sliced(cell, storey.floor + storey.cut);
         if !at_cut.is_empty() {
             return at_cut;
         }
@@ -295,7 +305,7 @@ impl<'f> Plans<'f> {
             let heights = portal.winding.iter().map(|p| f64::from(p.y));
             let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
             // As high as a room: what is only above or below belongs to another storey.
-            if high < storey.floor - 0.6 || low > storey.floor + 2.0 * CUT {
+            if high < storey.floor - 0.5 * storey.cut || low > storey.floor + 2.0 * storey.cut {
                 continue;
             }
             if portal.plane.y.abs() > 0.7 {
@@ -326,8 +336,7 @@ impl<'f> Plans<'f> {
         let name = &self.file.cells[cell.index()].name;
         let number = cell.to_string();
         let fits = |text: &str, size: f64| 0.29 * size * text.chars().count() as f64 <= 1.15 * room && 0.45 * size <= room;
-        let is_named = !name.is_empty() && *name != format!("cell {cell}");
-        let text = if is_named && fits(name, 12.0) { name.as_str() } else { &number };
+        let text = if is_named(name, cell) && fits(name, 12.0) { name.as_str() } else { &number };
         let Some(size) = [13.0, 11.0, 9.0].into_iter().find(|&size| fits(text, size)) else { return };
         let _ = writeln!(
             out,
@@ -372,6 +381,7 @@ fn area(ring: &[DVec2]) -> f64 {
 /// A point inside rings that is farthest from them, on a grid made finer around the best, and how far that is.
 fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
     const STEPS: i32 = 14;
+    const CALM: f64 = 0.06;
     let all = || rings.iter().flatten();
     let min = all().copied().reduce(DVec2::min).unwrap_or_default();
     let max = all().copied().reduce(DVec2::max).unwrap_or_default();
@@ -387,7 +397,8 @@ fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
         let near = edges().map(distance).fold(f64::INFINITY, f64::min);
         if inside { near } else { -near }
     };
-    let mut best = ((min + max) / 2.0, f64::NEG_INFINITY);
+    let middle = (min + max) / 2.0;
+    let mut best = (middle, f64::NEG_INFINITY);
     let mut half = (max - min) / 2.0;
     for _ in 0..3 {
         let centre = best.0;
@@ -395,8 +406,9 @@ fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
             for j in -STEPS..=STEPS {
                 let p = centre + half * DVec2::new(f64::from(i), f64::from(j)) / f64::from(STEPS);
                 let f = free(p);
-                // Near enough to as free, the one nearer to the middle is the calmer place.
-                if f > best.1 + 1e-9 {
+                // Of places that are about as free, the one nearer to the middle is the calmer one.
+                let calm = |(p, f): (DVec2, f64)| f - CALM * p.distance(middle);
+                if calm((p, f)) > calm(best) {
                     best = (p, f);
                 }
             }
