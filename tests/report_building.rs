@@ -36,7 +36,7 @@ fn text(path: &Path) -> String {
 
 /// A page by its headings, without the times in it.
 fn without_times(html: &str) -> Vec<&str> {
-    let times = |part: &&str| !part.starts_with("Error against run time") && !part.starts_with("Time and memory");
+    let times = |part: &&str| ["Error against run time", "Growth", "Time and memory"].iter().all(|t| !part.starts_with(t));
     html.split("<h2>").filter(times).collect()
 }
 
@@ -198,13 +198,20 @@ fn a_hall_without_anything_to_tell_is_a_page_too() {
     let model = model.to_str().unwrap();
     run(&["generate", "hall", "-o", model].map(Path::new));
     let told = json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "0.05", "--views", "5", "--json"]);
-    assert_eq!((told["cells"].as_u64(), told["portals"].as_u64()), (Some(1), Some(0)));
+    assert_eq!((told["cells"].as_u64(), told["portals"].as_u64()), (Some(2), Some(0)));
     let html = text(&page);
     check_page(&html);
     assert!(html.contains("rows: one closed cell without portals has nothing to hide from itself"));
-    // No rays at all, no views at all.
-    json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json"]);
-    check_page(&text(&page));
+    // No rays at all, no views at all; how the cost of others grows.
+    let arguments =
+        ["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json", "--growth", "4,9"];
+    let told = json(&arguments);
+    let html = text(&page);
+    check_page(&html);
+    assert!(html.contains("as cells to the power of") && html.contains("--views 0 --growth 4,9</code>"));
+    let table = text(&folder.join("<i>.growth.csv"));
+    let offices: Vec<&str> = table.lines().map(|l| l.split(',').next().unwrap()).collect();
+    assert_eq!((offices.join(" ").as_str(), told["tables"].as_array().unwrap().len()), ("offices 4 9", 3));
 }
 
 #[test]
@@ -221,7 +228,7 @@ fn bad_input_is_one_line_and_exit_2() {
     refused(&report(&[&villa, flag("--rows"), &level]), &["villa_rotonda.glb: is no level; --rows is for levels"]);
     refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);
     refused(&report(&[&level, flag("--views"), flag("7")]), &["level.prt: is a level; --views is for buildings"]);
-    refused(&report(&[&villa, flag("--rays"), flag("-1")]), &["--rays takes millions"]);
+    refused(&report(&[&villa, flag("--rays=-1")]), &["--rays takes millions"]);
     refused(&report(&[&villa, flag("-o"), &folder.join("page.csv")]), &["page.csv: -o names the page"]);
     refused(
         &report(&[&villa, flag("--cells"), flag("authored"), flag("-o"), &folder.join("p.html")]),
