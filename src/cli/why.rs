@@ -187,14 +187,15 @@ impl Teller<'_> {
                     way(&s.chain)
                 )
             }
-            Why::Undecided(Doubt::Inside) => format!("{a} and {b}: undecided; it is in that cell, and no ray has met it"),
-            Why::Undecided(Doubt::Open(portals)) => {
-                format!("{a} and {b}: undecided; a line may pass {}, and none is known that nothing obstructs", way(portals))
-            }
-            Why::Undecided(Doubt::OutOfSteps) => format!("{a} and {b}: undecided; the search ran out of steps"),
-            Why::Undecided(Doubt::Separated(found)) => {
-                format!("{a} and {b}: undecided; asked for alone, {}", ended(found))
-            }
+            Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", because(doubt)),
+        }
+    }
+
+    /// The answer in one line that doesn't name the cell again.
+    pub fn remark(&self, why: &Why) -> String {
+        match why {
+            Why::Undecided(doubt) => format!("{}: {}", self.goal_name(), because(doubt)),
+            why => self.sentence(why),
         }
     }
 
@@ -211,6 +212,15 @@ impl Teller<'_> {
             Goal::Cell(cell) => self.cell_name(cell),
             Goal::Object(object) => format!("object {object} ({})", self.file.objects[object.index()].node),
         }
+    }
+}
+
+fn because(doubt: &Doubt) -> String {
+    match doubt {
+        Doubt::Inside => "it is in that cell, and no ray has met it".to_owned(),
+        Doubt::Open(portals) => format!("a line may pass {}, but none is known that nothing obstructs", way(portals)),
+        Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
+        Doubt::Separated(found) => format!("asked for alone, {}", ended(found)),
     }
 }
 

@@ -181,7 +181,7 @@ impl BuildingReport<'_> {
         );
         let [closed, opened] = closed_and_open(file);
         let all = closed.with(opened);
-        out.push_str("<div class=\"tiles\">");
+        out.push_str("<div class=\"tiles wide\">");
         let mut tile = |name: &str, value: String, note: String| {
             let _ = write!(out, "<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
         };
@@ -433,10 +433,9 @@ impl BuildingReport<'_> {
         };
         let _ = writeln!(
             out,
-            "<p>Generated offices of one density, as many rays a cell in each: where cost grows linearly, the time a cell stays the \
+            "<p>Generated offices of one density, as many rays a room in each: where cost grows linearly, the time a cell stays the \
              same.</p>\n<figure>\n{}</figure>\n<div class=\"scroll\"><table><thead><tr><th>offices</th><th>cells</th><th>portals</th>\
-             <th>objects</th><th>triangles</th><th>rays</th><th>cells, CPU seconds</th><th>visibility, CPU seconds</th><th>not proven hidden \
-             a cell</th></tr></thead>\n<tbody>",
+             <th>objects</th><th>triangles</th><th>rays</th><th>cells, CPU seconds</th><th>visibility, CPU seconds</th><th>pairs a cell</th></tr></thead>\n<tbody>",
             chart.html()
         );
         for g in self.growth {

@@ -167,7 +167,7 @@ impl<'f> Plans<'f> {
         }
         if min.cmple(max).all() {
             // With the walls around them, and some of what is outside.
-            let air = 0.03 * (max - min).max_element() + 0.5;
+            let air = 0.015 * (max - min).max_element() + 0.4;
             (plans.min, plans.max) = ((min - air).max(plans.min), (max + air).min(plans.max));
         }
         let size = (plans.max - plans.min).max(DVec2::splat(1e-6));

@@ -24,8 +24,8 @@ use std::time::Instant;
 
 /// Parts of the rays that runs of the curve get; the bake itself is the last point.
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
-/// Rays for each office of a generated one.
-const RAYS_AN_OFFICE: u64 = 10_000;
+/// A generated office of so many rooms gets the rays of the bake; others in proportion.
+const ROOMS: f64 = 1000.0;
 /// Undecided pairs that are asked why.
 const ASKED: usize = 12;
 
@@ -81,7 +81,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let curves = [bench.everything(file, cpu)];
     let growth = args.growth.iter().map(|&offices| {
         progress(&format!("{offices} offices"), 0.0);
-        growth(offices, args.search.seed)
+        growth(offices, &pvs)
     });
     let growth = growth.collect::<Result<Vec<_>, _>>()?;
     progress("why", 0.0);
@@ -224,11 +224,11 @@ impl Bench<'_> {
     }
 }
 
-/// What a generated office costs, with as many rays an office as any other.
-fn growth(offices: u32, seed: u64) -> Result<Growth, CliError> {
+/// What a generated office costs, with as many rays a room as any other.
+fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
     let said = |e: &dyn std::fmt::Display| CliError(format!("--growth {offices}: {e}"));
     let kind = Kind::Office { rooms: offices as usize, storeys: None, furnished: false };
-    let made = generate(kind, seed).map_err(|e| said(&e))?;
+    let made = generate(kind, options.seed).map_err(|e| said(&e))?;
     // Importers read files.
     let path = std::env::temp_dir().join(format!("enfilade_growth_{}_{offices}.glb", std::process::id()));
     let imported = std::fs::write(&path, &made.glb).map_err(|e| said(&e));
@@ -239,8 +239,8 @@ fn growth(offices: u32, seed: u64) -> Result<Growth, CliError> {
     let mut graph = split(&scene, &SplitOptions::default()).map_err(|e| said(&e))?;
     let cells_cpu_seconds = clock.seconds();
     let clock = Clock::start();
-    let options = PvsOptions { seed, ray_budget: RAYS_AN_OFFICE * u64::from(offices), ..PvsOptions::default() };
-    let pvs = pvs::bake(&scene, &mut graph, &options, &|_, _| ());
+    let ray_budget = (options.ray_budget as f64 * f64::from(offices) / ROOMS) as u64;
+    let pvs = pvs::bake(&scene, &mut graph, &PvsOptions { ray_budget, ..options.clone() }, &|_, _| ());
     Ok(Growth {
         offices: offices.into(),
         cells: graph.cells.len() as u64,
@@ -260,7 +260,7 @@ fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::why::
     let ask = |(cell, object): (CellId, enfilade::ObjectId)| {
         let goal = Goal::Object(object);
         let why = asker.why(cell, goal)?;
-        let text = Teller { file, from: cell, to: goal }.sentence(&why);
+        let text = Teller { file, from: cell, to: goal }.remark(&why);
         Ok(Remark { about: format!("{cell} {object}"), text })
     };
     hardest(file, ASKED).into_iter().map(ask).collect()
