@@ -183,19 +183,18 @@ impl<'f> Plans<'f> {
             escape(title)
         );
         let mut labels = String::new();
-        for &cell in &storey.cells {
-            let rings = self.outline(cell, storey);
-            if rings.is_empty() {
-                continue;
-            }
+        let outlines: Vec<(CellId, Vec<Vec<DVec2>>)> =
+            storey.cells.iter().map(|&c| (c, self.outline(c, storey))).filter(|o| !o.1.is_empty()).collect();
+        for ((cell, rings), tint) in outlines.iter().zip(tints(&outlines)) {
+            let cell = *cell;
             let _ = writeln!(
                 out,
                 "<path class=\"cell t{}\" fill-rule=\"evenodd\" d=\"{}\"><title>{}</title></path>",
-                cell.index() % TINTS,
+                tint,
                 rings.iter().map(|ring| self.path(ring, true)).collect::<String>(),
                 escape(&note(cell))
             );
-            self.label(cell, &rings, &mut labels);
+            self.label(cell, rings, &mut labels);
         }
         for (class, lines) in [
             ("thing", self.lines(storey.floor + THINGS * storey.cut, true)),
@@ -364,6 +363,27 @@ impl<'f> Plans<'f> {
     }
 }
 
+/// A tint for each outline: of those that no neighbour before it has, the least used.
+fn tints(outlines: &[(CellId, Vec<Vec<DVec2>>)]) -> Vec<usize> {
+    /// Cells on two sides of a wall are neighbours, metres.
+    const WALL: f64 = 0.5;
+    let around = |rings: &Vec<Vec<DVec2>>| {
+        let all = || rings.iter().flatten().copied();
+        [all().fold(DVec2::INFINITY, DVec2::min) - WALL, all().fold(DVec2::NEG_INFINITY, DVec2::max) + WALL]
+    };
+    let boxes: Vec<[DVec2; 2]> = outlines.iter().map(|o| around(&o.1)).collect();
+    let (mut found, mut used): (Vec<usize>, [usize; TINTS]) = (Vec::new(), [0; TINTS]);
+    for (i, [min, max]) in boxes.iter().enumerate() {
+        let beside = |&(k, _): &(usize, &usize)| boxes[k][0].cmple(*max).all() && min.cmple(boxes[k][1]).all();
+        let taken: Vec<usize> = found.iter().enumerate().filter(beside).map(|(_, &tint)| tint).collect();
+        let free = (0..TINTS).filter(|t| !taken.contains(t)).min_by_key(|&t| used[t]);
+        let tint = free.unwrap_or(i % TINTS);
+        used[tint] += 1;
+        found.push(tint);
+    }
+    found
+}
+
 /// The ends of a standing portal in plan.
 fn ends(portal: &FilePortal) -> Option<(DVec2, DVec2)> {
     let along = DVec2::new((-portal.plane.z).into(), portal.plane.x.into()).try_normalize()?;
@@ -432,6 +452,20 @@ mod tests {
         let room = vec![cuboid([0., 0., 0.], [9., 3., 10.]), cuboid([9., -1., 0.], [10., 3., 10.])];
         assert_eq!(floor(room), Some([0.0, 100.0, 3.0]));
         assert_eq!(floor(vec![Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY }]), None);
+    }
+
+    #[test]
+    fn neighbours_differ() {
+        let square = |x: f64, y: f64| vec![[(x, y), (x + 4., y), (x + 4., y + 4.), (x, y + 4.)].map(DVec2::from).to_vec()];
+        let rooms: Vec<_> = (0..30).map(|i| (CellId(i), square(4.2 * f64::from(i % 6), 4.2 * f64::from(i / 6)))).collect();
+        let found = tints(&rooms);
+        for (i, a) in found.iter().enumerate() {
+            for (k, b) in found.iter().enumerate().skip(i + 1) {
+                let beside = (i % 6).abs_diff(k % 6) <= 1 && (i / 6).abs_diff(k / 6) <= 1;
+                assert!(a < &TINTS && !(beside && a == b), "{i} {k}");
+            }
+        }
+        assert!((0..TINTS).all(|t| found.contains(&t)));
     }
 
     #[test]
