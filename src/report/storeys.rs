@@ -334,7 +334,13 @@ impl<'f> Plans<'f> {
         let (at, room) = (self.at(p), free * self.scale);
         let name = &self.file.cells[cell.index()].name;
         let number = cell.to_string();
-        let fits = |text: &str, size: f64| 0.29 * size * text.chars().count() as f64 <= 1.15 * room && 0.45 * size <= room;
+        // Bold digits and letters are about 0.62 of the size wide.
+        let fits = |text: &str, size: f64| {
+            let half = 0.31 * size * text.chars().count() as f64;
+            let rows = [-0.5, 0.0, 0.5].map(|k| p.y + k * size / self.scale);
+            let wide = rows.into_iter().map(|y| free_across(rings, DVec2::new(p.x, y))).fold(f64::INFINITY, f64::min);
+            half <= 0.94 * wide * self.scale && 0.45 * size <= room
+        };
         let text = if is_named(name, cell) && fits(name, 12.0) { name.as_str() } else { &number };
         let Some(size) = [13.0, 11.0, 9.0].into_iter().find(|&size| fits(text, size)) else { return };
         let _ = writeln!(
@@ -396,6 +402,13 @@ fn ends(portal: &FilePortal) -> Option<(DVec2, DVec2)> {
 /// Twice over: the area of a ring, positive one way round.
 fn area(ring: &[DVec2]) -> f64 {
     ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>() / 2.0
+}
+
+/// How far it is from a point to the nearest ring to the left or to the right.
+fn free_across(rings: &[Vec<DVec2>], p: DVec2) -> f64 {
+    let edges = rings.iter().flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
+    let crossing = edges.filter(|(a, b)| (a.y > p.y) != (b.y > p.y));
+    crossing.map(|(a, b)| (a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y)) - p.x).abs()).fold(f64::INFINITY, f64::min)
 }
 
 /// A point inside rings that is farthest from them, on a grid made finer around the best, and how far that is.
@@ -473,6 +486,10 @@ mod tests {
         let l = [(0., 0.), (10., 0.), (10., 4.), (2., 4.), (2., 12.), (0., 12.)].map(|(x, y)| DVec2::new(x, y)).to_vec();
         let (p, free) = roomiest(&[l]);
         assert!((free - 2.0).abs() < 0.2 && p.x > 1.5 && p.y < 3.0, "{p} {free}");
+        assert!(
+            (free_across(&[[(0., 0.), (9., 0.), (0., 9.)].map(DVec2::from).to_vec()], DVec2::new(4., 3.)) - 2.0).abs()
+                < 1e-12
+        );
         // Around a hole.
         let square = |a: f64, b: f64| [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| DVec2::new(x, y)).to_vec();
         let (p, free) = roomiest(&[square(0., 10.), square(2., 8.)]);
