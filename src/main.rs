@@ -29,7 +29,7 @@ enum Command {
     Dump(cli::dump::Args),
     /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
     Vis(cli::vis::Args),
-    /// Draw both sides of what can be seen in a level against time, as a page of one file.
+    /// Draw what can be seen in a building or a level, both sides of it, against time, as a page of one file.
     Report(cli::report::Args),
     /// Make a seeded test scene.
     Generate(cli::generate::Args),

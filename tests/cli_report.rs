@@ -4,9 +4,12 @@
 mod cli;
 #[path = "common/data.rs"]
 mod data;
+#[path = "common/page.rs"]
+mod page;
 
 use cli::{LEVEL, folder, refused, run};
 use data::data;
+use page::check_page;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
@@ -18,35 +21,6 @@ macro_rules! enfilade {
 fn json(out: &Output) -> Value {
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
     serde_json::from_slice(&out.stdout).unwrap()
-}
-
-/// Every element is closed in order, every `<` begins one, and nothing is loaded or run.
-fn check_page(html: &str) {
-    let mut open: Vec<&str> = Vec::new();
-    let body = html.strip_prefix("<!DOCTYPE html>").expect("a doctype");
-    let mut rest = body;
-    while let Some(at) = rest.find('<') {
-        assert!(!rest[..at].contains('>') || open.last() == Some(&"style"), "a stray > before {}", &rest[at..at + 40]);
-        let end = at + rest[at..].find('>').expect("a tag that ends");
-        let tag = &rest[at + 1..end];
-        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
-        let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap();
-        if tag.starts_with('/') {
-            assert_eq!(open.pop(), Some(name));
-        } else if !tag.ends_with('/') && !["meta", "img"].contains(&name) {
-            assert!(name.chars().all(|c| c.is_ascii_alphanumeric()), "{tag}");
-            open.push(name);
-        }
-        assert!(!["script", "link", "iframe", "object"].contains(&name), "{tag}");
-        assert!(!tag.contains("://") && !tag.contains("href") && !tag.contains(" on"), "{tag}");
-        rest = &rest[end + 1..];
-    }
-    assert!(open.is_empty(), "{open:?}");
-    assert!(html.contains("default-src 'none'") && !html.contains("url("), "nothing is loaded");
-    // In the letters of a picture there may be anything.
-    let words =
-        html.split("base64,").enumerate().map(|(i, part)| if i == 0 { part } else { &part[part.find('"').unwrap()..] });
-    assert!(html.contains("prefers-color-scheme:dark") && !words.collect::<String>().contains("NaN"));
 }
 
 /// Lines of a table: method, stage, lines, steps, seconds, lower, upper.
@@ -166,8 +140,9 @@ fn bad_input_is_one_line_and_exit_2() {
         path
     };
     let (good, bad) = (write("good.prt", LEVEL), write("bad.prt", &LEVEL.replace("4 1 2", "4 1 x")));
-    refused(&enfilade!("report", &folder.join("villa.pvs")), &["villa.pvs: report reads levels so far"]);
-    refused(&enfilade!("report", &folder.join("villa.glb")), &["villa.glb: report reads levels so far"]);
+    refused(&enfilade!("report", &folder.join("villa.pvs")), &["villa.pvs: report bakes anew"]);
+    refused(&enfilade!("report", &folder.join("villa.glb")), &["villa.glb: "]);
+    refused(&enfilade!("report", &good, "--rays", "1"), &["good.prt: is a level; --rays is for buildings"]);
     refused(&enfilade!("report", &folder.join("none.prt")), &["none.prt: "]);
     refused(&enfilade!("report", &bad), &["bad.prt: line 5, second cluster"]);
     refused(

@@ -84,8 +84,8 @@ fn a_witness_starts_in_the_one_and_ends_on_the_other() {
     // Prose says the same.
     let out = why(&path, &["0", &beside.to_string()]);
     let text = String::from_utf8(out.stdout).unwrap();
-    assert!(text.starts_with(&format!("cell 0 (cell 0) sees object {beside} (beside): the segment from [")), "{text}");
-    assert!(text.ends_with("through portals 0, cells 0 1\n"), "{text}");
+    assert!(text.starts_with(&format!("cell 0 sees object {beside} (beside): the segment from [")), "{text}");
+    assert!(text.ends_with("through portal 0, cells 0 1\n"), "{text}");
     // Held against the model.
     let asker = Asker::new(&file, Some(&scene)).unwrap();
     let Why::Witnessed(sight) = asker.why(CellId(0), Goal::Object(beside)).unwrap() else { panic!("a witness") };

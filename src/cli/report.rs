@@ -28,6 +28,9 @@ pub struct Args {
     /// Of a building: views in which false pixels are counted
     #[arg(long, value_name = "N", default_value_t = VIEWS)]
     views: u32,
+    /// Of a building: also generate offices of so many rooms and say how the cost grows, as 100,400,1000
+    #[arg(long, value_name = "N,N,...", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    growth: Vec<u32>,
     #[command(flatten, next_help_heading = "Of a building")]
     scene: SceneFlags,
     #[command(flatten, next_help_heading = "Of a level, but for threads and seed")]
@@ -57,7 +60,8 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
         ("--lines", args.search.lines != default.lines),
     ];
     let of_buildings = args.scene.given_again(&name).into_iter().map(|(flag, _)| (flag, true));
-    let of_buildings: Vec<_> = of_buildings.chain([("--views", args.views != VIEWS)]).collect();
+    let of_buildings: Vec<_> =
+        of_buildings.chain([("--views", args.views != VIEWS), ("--growth", !args.growth.is_empty())]).collect();
     let others: &[(&str, bool)] = if is_level { &of_buildings } else { &of_levels };
     if let Some((flag, _)) = others.iter().find(|f| f.1) {
         let [this, other] = if is_level { ["a level", "buildings"] } else { ["no level", "levels"] };
@@ -86,7 +90,7 @@ fn write(files: &[(&Path, String)]) -> Result<(), CliError> {
 /// The command again: names without their folders, and flags with their values.
 fn command(args: &Args, flags: impl IntoIterator<Item = (&'static str, String)>) -> String {
     let quoted = |text: String| {
-        let is_plain = |c: char| c.is_alphanumeric() || "._-".contains(c);
+        let is_plain = |c: char| c.is_alphanumeric() || "._-,".contains(c);
         if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
     };
     let flags = flags.into_iter().map(|(flag, value)| format!(" {flag} {}", quoted(value)));

@@ -179,7 +179,7 @@ impl Teller<'_> {
             }
             Why::Apart => format!("{a} doesn't see {b}: no way through portals leads there"),
             Why::Separated(found) => {
-                format!("{a} doesn't see {b}: {} chains of portals, none of which a line passes", found.len())
+                format!("{a} doesn't see {b}: {}", ended(found))
             }
             Why::Shielded(s) => {
                 format!(
@@ -187,20 +187,24 @@ impl Teller<'_> {
                     way(&s.chain)
                 )
             }
-            Why::Undecided(Doubt::Inside) => format!("{a} and {b}: undecided; it is in that cell, and no ray has met it"),
-            Why::Undecided(Doubt::Open(portals)) => format!("{a} and {b}: undecided, by way of {}", way(portals)),
-            Why::Undecided(Doubt::OutOfSteps) => format!("{a} and {b}: undecided; the search ran out of steps"),
-            Why::Undecided(Doubt::Separated(found)) => {
-                format!(
-                    "{a} and {b}: undecided; asked for alone, {} chains of portals, none of which a line passes",
-                    found.len()
-                )
-            }
+            Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", because(doubt)),
+        }
+    }
+
+    /// The answer in one line that doesn't name the cell again.
+    pub fn remark(&self, why: &Why) -> String {
+        match why {
+            Why::Undecided(doubt) => format!("{}: {}", self.goal_name(), because(doubt)),
+            why => self.sentence(why),
         }
     }
 
     fn cell_name(&self, cell: CellId) -> String {
-        format!("cell {cell} ({})", self.file.cells[cell.index()].name)
+        match self.file.cells[cell.index()].name.as_str() {
+            "" => format!("cell {cell}"),
+            name if name == format!("cell {cell}") => name.to_owned(),
+            name => format!("cell {cell} ({name})"),
+        }
     }
 
     fn goal_name(&self) -> String {
@@ -211,11 +215,32 @@ impl Teller<'_> {
     }
 }
 
+fn because(doubt: &Doubt) -> String {
+    match doubt {
+        Doubt::Inside => "it is in that cell, and no ray has met it".to_owned(),
+        Doubt::Open(portals) => format!("a line may pass {}, but none is known that nothing obstructs", way(portals)),
+        Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
+        Doubt::Separated(found) => format!("asked for alone, {}", ended(found)),
+    }
+}
+
+fn ended(found: &[Separation]) -> String {
+    match found.len() {
+        0 => "the planes of the portals leave no way".to_owned(),
+        1 => "one chain of portals, which no line passes".to_owned(),
+        n => format!("{n} chains of portals, none of which a line passes"),
+    }
+}
+
 fn ids(portals: &[DirectedPortal]) -> Value {
     chain(&portals.iter().map(|p| p.0).collect::<Vec<_>>())
 }
 
 fn way(portals: &[DirectedPortal]) -> String {
     let names: Vec<String> = portals.iter().map(|p| p.portal().to_string()).collect();
-    if names.is_empty() { "no portal".to_owned() } else { format!("portals {}", names.join(" ")) }
+    match names.len() {
+        0 => "no portal".to_owned(),
+        1 => format!("portal {}", names[0]),
+        _ => format!("portals {}", names.join(" ")),
+    }
 }

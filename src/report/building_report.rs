@@ -1,10 +1,10 @@
 //! What a bake found in a building, as a page and as tables: plans, both sides of the truth, error against run time.
 //!
-//! All text is made safe here; whoever calls hands over plain text. Times stand in two sections only, error against run time and the
-//! stages; all else is the same bytes for the same building and seed.
+//! All text is made safe here; whoever calls hands over plain text. Times stand in three sections only: error against run time, growth, and
+//! the stages; all else is the same bytes for the same building and seed.
 
-use super::chart::{Chart, Curve as Line, Point, Scale, Shape};
-use super::curves::{Curve, CurvePoint};
+use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
+use super::curves::{Curve, CurvePoint, Growth, exponent};
 use super::doubts::{Pairs, closed_and_open, kinds, of_cell};
 use super::html::{Remark, duration, escape, number, page, percent, share, thousands};
 use super::matrix::figure;
@@ -64,6 +64,8 @@ pub struct BuildingReport<'a> {
     pub entropy_bits_per_pair: f64,
     /// Error against run time, a strategy each.
     pub curves: &'a [Curve],
+    /// What offices of several sizes cost, the smallest first; empty where that wasn't asked for.
+    pub growth: &'a [Growth],
     /// Views that false pixels were counted in.
     pub views: usize,
     /// Undecided pairs and why they are.
@@ -83,6 +85,7 @@ impl BuildingReport<'_> {
         self.certified(&mut body);
         self.plans(&storeys, &mut body);
         self.against_time(&mut body);
+        self.growth(&mut body);
         self.matrix(&storeys, &mut body);
         self.worst(&storeys, &mut body);
         self.pairs(&mut body);
@@ -104,6 +107,28 @@ impl BuildingReport<'_> {
                 out,
                 "{},{:.3},{},{},{upper},{mean},{p95},{max}",
                 curve.strategy, p.cpu_seconds, p.rays, p.lower_pairs
+            );
+        }
+        out
+    }
+
+    /// The growth as a table: a line a size.
+    pub fn growth_csv(&self) -> String {
+        let mut out =
+            String::from("offices,cells,portals,objects,triangles,rays,cells_cpu_seconds,pvs_cpu_seconds,upper_pairs\n");
+        for g in self.growth {
+            let _ = writeln!(
+                out,
+                "{},{},{},{},{},{},{:.3},{:.3},{}",
+                g.offices,
+                g.cells,
+                g.portals,
+                g.objects,
+                g.triangles,
+                g.rays,
+                g.cells_cpu_seconds,
+                g.pvs_cpu_seconds,
+                g.upper_pairs
             );
         }
         out
@@ -156,7 +181,7 @@ impl BuildingReport<'_> {
         );
         let [closed, opened] = closed_and_open(file);
         let all = closed.with(opened);
-        out.push_str("<div class=\"tiles\">");
+        out.push_str("<div class=\"tiles wide\">");
         let mut tile = |name: &str, value: String, note: String| {
             let _ = write!(out, "<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
         };
@@ -202,9 +227,9 @@ impl BuildingReport<'_> {
             );
         }
         tile(
-            "Rows",
-            format!("{:.3} bits a pair", self.bits_per_pair),
-            format!("zero-order entropy {:.3}", self.entropy_bits_per_pair),
+            "Bits a pair",
+            format!("{:.3}", self.bits_per_pair),
+            format!("in the file's rows; zero-order entropy {:.3}", self.entropy_bits_per_pair),
         );
         out.push_str("</div>\n");
     }
@@ -271,13 +296,13 @@ impl BuildingReport<'_> {
         }
         out.push_str(
             "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"portal opening lying\" d=\"M1 6H31\"/></svg>to another \
-             storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the model, \
-             cut 1.2 m above the floor</li></ul>\n",
+             storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the \
+             model where it is cut</li></ul>\n",
         );
         let plans = Plans::new(self.file, self.scene, storeys);
         let note = |cell: CellId| {
             let name = &self.file.cells[cell.index()].name;
-            let named = if *name == format!("cell {cell}") { String::new() } else { format!(" ({name})") };
+            let named = if is_named(name, cell) { format!(" ({name})") } else { String::new() };
             let p = of_cell(self.file, cell);
             format!(
                 "cell {cell}{named}: {} portals; {} objects witnessed, {} undecided, {} proven hidden",
@@ -292,9 +317,10 @@ impl BuildingReport<'_> {
             let title = format!("Storey {k}");
             let _ = writeln!(
                 out,
-                "<figure>\n<figcaption><strong>{title}</strong>, floor at {:.2} m, {count} {}</figcaption>\n<div class=\"scroll\">{}</div>\n\
+                "<figure>\n<figcaption><strong>{title}</strong>, floor at {:.2} m, cut {:.2} m above it, {count} {}</figcaption>\n<div class=\"scroll\">{}</div>\n\
                  </figure>",
                 storey.floor + self.file.origin.y,
+                storey.cut,
                 if count == 1 { "cell" } else { "cells" },
                 plans.svg(storey, &title, &note)
             );
@@ -307,99 +333,54 @@ impl BuildingReport<'_> {
     fn against_time(&self, out: &mut String) {
         let upper = self.curves.iter().flat_map(|c| &c.points).filter_map(|p| p.upper_pairs).min();
         let Some(upper) = upper else { return };
-        let line = |curve: &Curve,
-                    k: usize,
-                    broken: bool,
-                    what: &str,
-                    value: &dyn Fn(&CurvePoint) -> Option<f64>,
-                    text: &dyn Fn(f64) -> String| {
-            let points: Vec<Point> = curve
-                .points
-                .iter()
-                .filter_map(|p| {
-                    let v = value(p)?;
-                    let note = format!(
-                        "{}, {} rays, {}: {} {what}",
-                        curve.strategy,
-                        thousands(p.rays),
-                        duration(p.cpu_seconds),
-                        text(v)
-                    );
-                    Some(Point { seconds: p.cpu_seconds, value: v, note })
-                })
-                .collect();
-            let last = points.last().map_or(0.0, |p| p.value);
-            let class = CLASSES[k % CLASSES.len()][usize::from(broken)];
-            (!points.is_empty()).then(|| Line {
-                name: format!("{}: {what}, at last {}", curve.strategy, text(last)),
-                class,
-                shape: Shape::Straight,
-                points,
-            })
-        };
-        let count = |v: f64| thousands(v as u64);
-        let lines = |parts: [(&str, bool, &dyn Fn(&CurvePoint) -> Option<f64>); 2], text: &dyn Fn(f64) -> String| {
-            let each = |(k, curve): (usize, &Curve)| {
-                parts
-                    .iter()
-                    .filter_map(|(what, broken, value)| line(curve, k, *broken, what, *value, text))
-                    .collect::<Vec<_>>()
-            };
-            self.curves.iter().enumerate().flat_map(each).collect::<Vec<_>>()
-        };
-        let times = "processor time of working out visibility, all threads";
         let _ = writeln!(
             out,
             "<h2>Error against run time</h2>\n<p>Each mark is a run of its own. {} views that no strategy has seen, 96 &times; 54 pixels \
              each, show how much of a picture the lower set alone would miss; the rows of a conservative file miss nothing.</p>",
             thousands(self.views as u64)
         );
-        let none = |_: &CurvePoint| None;
+        let chart = |title, values, scale, series: &[Series], text| Chart {
+            title,
+            along: Along::Time,
+            along_text: "processor time of working out visibility, all threads",
+            values,
+            scale,
+            curves: lines(self.curves, series, upper, text),
+            band: None,
+        };
+        let count = |v: f64| thousands(v as u64);
         let charts = [
-            Chart {
-                title: "Pairs that are witnessed, and that are not proven hidden, against run time",
-                times,
-                values: "cell-object pairs",
-                scale: Scale::Linear,
-                curves: lines(
-                    [
-                        ("not proven hidden", true, &|p| p.upper_pairs.map(|u| u as f64)),
-                        ("witnessed", false, &|p| Some(p.lower_pairs as f64)),
-                    ],
-                    &count,
-                ),
-                band: None,
-            },
-            Chart {
-                title: "Pairs that may be visible and are not witnessed, against run time",
-                times,
-                values: "cell-object pairs (logarithmic)",
-                scale: Scale::Logarithmic,
-                curves: lines(
-                    [
-                        ("not witnessed, of what is not proven hidden by any", false, &|p| {
-                            Some(upper.saturating_sub(p.lower_pairs) as f64)
-                        }),
-                        ("", true, &none),
-                    ],
-                    &count,
-                ),
-                band: None,
-            },
-            Chart {
-                title: "False pixels of the lower set against run time",
-                times,
-                values: "share of a view (logarithmic)",
-                scale: Scale::Shares { least: LEAST_SHARE },
-                curves: lines(
-                    [
-                        ("false pixels in the worst view", true, &|p| Some(p.false_pixels[2])),
-                        ("in the mean", false, &|p| Some(p.false_pixels[0])),
-                    ],
-                    &share,
-                ),
-                band: None,
-            },
+            chart(
+                "Pairs that are witnessed, and that are not proven hidden, against run time",
+                "cell-object pairs",
+                Scale::Linear,
+                &[
+                    Series { what: "not proven hidden", broken: true, value: |p, _| p.upper_pairs.map(|u| u as f64) },
+                    Series { what: "witnessed", broken: false, value: |p, _| Some(p.lower_pairs as f64) },
+                ],
+                count,
+            ),
+            chart(
+                "Pairs that may be visible and are not witnessed, against run time",
+                "cell-object pairs (logarithmic)",
+                Scale::Logarithmic,
+                &[Series {
+                    what: "not witnessed, of what is not proven hidden by any",
+                    broken: false,
+                    value: |p, upper| Some(upper.saturating_sub(p.lower_pairs) as f64),
+                }],
+                count,
+            ),
+            chart(
+                "False pixels of the lower set against run time",
+                "share of a view (logarithmic)",
+                Scale::Shares { least: LEAST_SHARE },
+                &[
+                    Series { what: "false pixels in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
+                    Series { what: "false pixels in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
+                ],
+                share,
+            ),
         ];
         for chart in charts {
             let _ = writeln!(out, "<figure>\n{}</figure>", chart.html());
@@ -418,6 +399,55 @@ impl BuildingReport<'_> {
                 thousands(p.rays),
                 thousands(p.lower_pairs),
                 p.upper_pairs.map_or(String::new(), thousands)
+            );
+        }
+        out.push_str("</tbody></table></div>\n");
+    }
+
+    fn growth(&self, out: &mut String) {
+        if self.growth.is_empty() {
+            return;
+        }
+        out.push_str("<h2>Growth</h2>\n");
+        let each = |k: usize, name: &str, seconds: fn(&Growth) -> f64| {
+            let point = |g: &Growth| {
+                let value = 1000.0 * seconds(g) / g.cells.max(1) as f64;
+                let note = format!("{} cells, {}: {value:.1} ms a cell", thousands(g.cells), duration(seconds(g)));
+                Point { x: g.cells.max(1) as f64, value, note }
+            };
+            let (class, points) = (CLASSES[k][0], self.growth.iter().map(point).collect());
+            let power = exponent(self.growth.iter().map(|g| (g.cells as f64, seconds(g))));
+            let power = power.map_or(String::new(), |p| format!(", as cells to the power of {p:.2}"));
+            Line { name: format!("{name}{power}"), class, shape: Shape::Straight, points }
+        };
+        let curves =
+            vec![each(0, "visibility", |g| g.pvs_cpu_seconds), each(1, "splitting into cells", |g| g.cells_cpu_seconds)];
+        let chart = Chart {
+            title: "Processor time a cell, against the number of cells",
+            along: Along::Count,
+            along_text: "cells",
+            values: "milliseconds a cell, all threads",
+            scale: Scale::Linear,
+            curves,
+            band: None,
+        };
+        let _ = writeln!(
+            out,
+            "<p>Generated offices of one density, as many rays a room in each: where cost grows linearly, the time a cell stays the \
+             same.</p>\n<figure>\n{}</figure>\n<div class=\"scroll\"><table><thead><tr><th>offices</th><th>cells</th><th>portals</th>\
+             <th>objects</th><th>triangles</th><th>rays</th><th>cells, CPU seconds</th><th>visibility, CPU seconds</th><th>pairs a cell</th></tr></thead>\n<tbody>",
+            chart.html()
+        );
+        for g in self.growth {
+            let counts = [g.offices, g.cells, g.portals, g.objects, g.triangles, g.rays]
+                .map(|n| format!("<td>{}</td>", thousands(n)));
+            let _ = writeln!(
+                out,
+                "<tr>{}<td>{:.2}</td><td>{:.2}</td><td>{:.1}</td></tr>",
+                counts.concat(),
+                g.cells_cpu_seconds,
+                g.pvs_cpu_seconds,
+                g.upper_pairs as f64 / g.cells.max(1) as f64
             );
         }
         out.push_str("</tbody></table></div>\n");
@@ -460,7 +490,7 @@ impl BuildingReport<'_> {
                 let _ = writeln!(
                     out,
                     "<tr><td>{c}</td><td class=\"text\">{}</td><td>{storey}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                    escape(&cell.name),
+                    if is_named(&cell.name, *c) { escape(&cell.name) } else { String::new() },
                     self.portals_of(*c),
                     thousands(p.lower),
                     thousands(p.upper),
@@ -482,7 +512,7 @@ impl BuildingReport<'_> {
         }
         out.push_str(
             "<p>The largest undecided objects of the cells with most of them, as <code>enfilade why</code> tells of each.</p>\n\
-             <div class=\"scroll\"><table><thead><tr><th>pair</th><th class=\"text\">why</th></tr></thead>\n<tbody>\n",
+             <div class=\"scroll\"><table><thead><tr><th>cell, object</th><th class=\"text\">why</th></tr></thead>\n<tbody>\n",
         );
         for remark in self.hardest {
             let _ =
@@ -495,7 +525,7 @@ impl BuildingReport<'_> {
         let list = |title: &str, lines: &[String], out: &mut String| {
             let _ = writeln!(out, "<h2>{title}</h2>");
             if lines.is_empty() {
-                out.push_str("<p>Nothing.</p>\n");
+                out.push_str("<p>None.</p>\n");
             }
             let items = |lines: &[String]| lines.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect::<String>();
             let (shown, folded) = lines.split_at(lines.len().min(NOTES));
@@ -543,9 +573,42 @@ impl BuildingReport<'_> {
     }
 }
 
+/// A number of each point of a curve.
+struct Series {
+    /// What it is.
+    what: &'static str,
+    /// Whether its line is broken.
+    broken: bool,
+    /// The number, from a point and from the fewest pairs that any point doesn't prove hidden.
+    value: fn(&CurvePoint, u64) -> Option<f64>,
+}
+
+/// A line for each curve and each number of its points that is there.
+fn lines(curves: &[Curve], series: &[Series], upper: u64, text: fn(f64) -> String) -> Vec<Line> {
+    let line = |k: usize, curve: &Curve, series: &Series| {
+        let point = |p: &CurvePoint| {
+            let value = (series.value)(p, upper)?;
+            let (rays, time) = (thousands(p.rays), duration(p.cpu_seconds));
+            let note = format!("{}, {rays} rays, {time}: {} {}", curve.strategy, text(value), series.what);
+            Some(Point { x: p.cpu_seconds, value, note })
+        };
+        let points: Vec<Point> = curve.points.iter().filter_map(point).collect();
+        let last = text(points.last()?.value);
+        let class = CLASSES[k % CLASSES.len()][usize::from(series.broken)];
+        let name = format!("{}: {}, at last {last}", curve.strategy, series.what);
+        Some(Line { name, class, shape: Shape::Straight, points })
+    };
+    curves.iter().enumerate().flat_map(|(k, curve)| series.iter().filter_map(move |s| line(k, curve, s))).collect()
+}
+
 /// The storey that a cell is on.
 fn on(storeys: &[Storey], cell: CellId) -> Option<usize> {
     storeys.iter().position(|s| s.cells.binary_search(&cell).is_ok())
+}
+
+/// Whether a cell has a name of its own.
+pub(super) fn is_named(name: &str, cell: CellId) -> bool {
+    !name.is_empty() && name != format!("cell {cell}")
 }
 
 fn strategy(file: &PvsFile) -> String {

@@ -1,4 +1,4 @@
-//! A chart over time as SVG: a logarithmic time axis, curves that hold their value until they change.
+//! A chart as SVG: a logarithmic axis of times or of counts, curves that hold their value until they change.
 
 use super::html::{duration, escape, share, thousands};
 use std::fmt::Write;
@@ -7,14 +7,14 @@ const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 400.0;
 /// Room for labels: left, right, above, below.
 const MARGIN: [f64; 4] = [92.0, 22.0, 14.0, 54.0];
-/// Times below this are drawn here: a clock doesn't tell them apart.
-const SHORTEST: f64 = 1e-6;
+/// What is below this is drawn here: a clock doesn't tell such times apart.
+const LEAST: f64 = 1e-6;
 
-/// A moment.
+/// A point of a curve.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Point {
-    /// Seconds, above 0.
-    pub seconds: f64,
+    /// Seconds, or how many; above 0.
+    pub x: f64,
     /// Value, 0 or more.
     pub value: f64,
     /// What is shown when the reader points at it.
@@ -41,7 +41,7 @@ pub struct Curve {
     pub class: &'static str,
     /// How it is drawn.
     pub shape: Shape,
-    /// By ascending time.
+    /// By ascending `x`.
     pub points: Vec<Point>,
 }
 
@@ -59,13 +59,24 @@ pub enum Scale {
     },
 }
 
+/// What lies along the logarithmic axis.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Along {
+    /// Seconds.
+    Time,
+    /// How many.
+    Count,
+}
+
 /// A chart.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Chart<'a> {
     /// For those who can't see it.
     pub title: &'a str,
-    /// What times are.
-    pub times: &'a str,
+    /// What lies along it.
+    pub along: Along,
+    /// What that is, in words.
+    pub along_text: &'a str,
     /// What the values are.
     pub values: &'a str,
     /// Their scale.
@@ -124,7 +135,7 @@ impl Chart<'_> {
         let timed = self.curves.iter().filter(|c| c.shape != Shape::Level).flat_map(|c| &c.points);
         let [mut first, mut last] = [f64::INFINITY, 0f64];
         for p in timed {
-            let t = p.seconds.max(SHORTEST);
+            let t = p.x.max(LEAST);
             (first, last) = (first.min(t), last.max(t));
         }
         if first > last {
@@ -132,29 +143,30 @@ impl Chart<'_> {
         }
         // Air on both sides, and never a range of nothing.
         let air = 0.05 + 0.04 * (last / first).log10();
-        let times = [first.log10() - air, last.log10() + air];
+        let ends = [first.log10() - air, last.log10() + air];
         let top = self.curves.iter().flat_map(|c| &c.points).map(|p| p.value).fold(0.0, f64::max);
         let top = match self.scale {
             Scale::Shares { least } => 10f64.powf(top.max(10.0 * least).log10().ceil()),
             _ => top.max(1.0),
         };
-        Frame { times, top, scale: self.scale }
+        Frame { ends, top, scale: self.scale, along: self.along }
     }
 }
 
 /// Where things are.
 struct Frame {
-    /// Logarithms of the times at both ends of the axis.
-    times: [f64; 2],
+    /// Logarithms of what is at both ends of the axis.
+    ends: [f64; 2],
     /// The greatest value.
     top: f64,
     scale: Scale,
+    along: Along,
 }
 
 impl Frame {
     fn x(&self, seconds: f64) -> f64 {
-        let [from, to] = self.times;
-        let share = (seconds.max(SHORTEST).log10() - from) / (to - from);
+        let [from, to] = self.ends;
+        let share = (seconds.max(LEAST).log10() - from) / (to - from);
         MARGIN[0] + share * (WIDTH - MARGIN[0] - MARGIN[1])
     }
 
@@ -168,7 +180,7 @@ impl Frame {
     }
 
     fn at(&self, p: &Point) -> [f64; 2] {
-        [self.x(p.seconds), self.y(p.value)]
+        [self.x(p.x), self.y(p.value)]
     }
 
     /// The corners of a curve.
@@ -205,7 +217,10 @@ impl Frame {
                 out,
                 "<path class=\"grid\" d=\"M{x:.1} {top}V{bottom}\"/><text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
                 bottom + 19.0,
-                tick(seconds)
+                match self.along {
+                    Along::Time => tick(seconds),
+                    Along::Count => thousands(seconds as u64),
+                }
             );
         }
         let _ = writeln!(out, "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>");
@@ -215,7 +230,7 @@ impl Frame {
             "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{} (logarithmic)</text>\
              <text transform=\"translate(15 {y:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
             HEIGHT - 10.0,
-            escape(chart.times),
+            escape(chart.along_text),
             escape(chart.values)
         );
     }
@@ -253,7 +268,7 @@ impl Frame {
 
     /// Times with a label: powers of ten, and 2 and 5 times those where they have room.
     fn moments(&self) -> Vec<f64> {
-        let [from, to] = self.times;
+        let [from, to] = self.ends;
         let between: &[f64] = if to - from > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let powers = from.floor() as i32..=to.floor() as i32;
         let all = powers.flat_map(|k| between.iter().map(move |b| b * 10f64.powi(k)));
@@ -284,10 +299,10 @@ mod tests {
     use super::*;
 
     fn chart(scale: Scale, points: &[(f64, f64)]) -> Chart<'static> {
-        let point = |&(seconds, value): &(f64, f64)| Point { seconds, value, note: "<note>".into() };
+        let point = |&(seconds, value): &(f64, f64)| Point { x: seconds, value, note: "<note>".into() };
         let points = points.iter().map(point).collect();
         let curve = Curve { name: "a & b".into(), class: "lower", shape: Shape::Steps, points };
-        Chart { title: "t", times: "time", values: "v", scale, curves: vec![curve], band: None }
+        Chart { title: "t", along: Along::Time, along_text: "time", values: "v", scale, curves: vec![curve], band: None }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::file::{Bounds, PvsFile};
 use crate::{BitMatrix, CellId, ObjectId};
+use std::collections::BTreeSet;
 
 /// Cell-object pairs of some cells.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -80,8 +81,8 @@ fn undecided(file: &PvsFile, cell: usize) -> impl Iterator<Item = usize> + '_ {
     bounds.into_iter().flat_map(move |b| b.objects_upper.ones(cell).filter(move |&o| !b.objects_lower.get(cell, o)))
 }
 
-/// Undecided pairs that matter most, at most `count`: from the closed cells with most of them down, then from open ones, the largest
-/// object of each first.
+/// Undecided pairs that matter most, at most `count`: from the closed cells with most of them down, then from open ones, of each the
+/// largest object that hasn't been named before.
 pub fn hardest(file: &PvsFile, count: usize) -> Vec<(CellId, ObjectId)> {
     let size = |o: &usize| file.objects[*o].bounds[0].distance(file.objects[*o].bounds[1]);
     let mut cells: Vec<(CellId, Vec<usize>)> = Vec::new();
@@ -96,6 +97,16 @@ pub fn hardest(file: &PvsFile, count: usize) -> Vec<(CellId, ObjectId)> {
     }
     cells.sort_by_key(|(cell, objects)| (file.cells[cell.index()].open, std::cmp::Reverse(objects.len()), *cell));
     let most = cells.iter().map(|c| c.1.len()).max().unwrap_or(0);
-    let rounds = (0..most).flat_map(|k| cells.iter().filter_map(move |(cell, objects)| Some((*cell, *objects.get(k)?))));
-    rounds.take(count).map(|(cell, object)| (cell, ObjectId(object as u32))).collect()
+    let (mut found, mut named) = (Vec::new(), BTreeSet::new());
+    for _ in 0..most.min(count) {
+        for (cell, objects) in &mut cells {
+            if found.len() == count || objects.is_empty() {
+                continue;
+            }
+            let object = objects.remove(objects.iter().position(|o| !named.contains(o)).unwrap_or(0));
+            named.insert(object);
+            found.push((*cell, ObjectId(object as u32)));
+        }
+    }
+    found
 }

@@ -114,6 +114,7 @@ h2{font-size:1.2rem;margin:2.4rem 0 .4rem}
 p{margin:.5rem 0;max-width:46rem}
 .soft,figcaption,caption{color:var(--soft);font-size:.9rem}
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(11rem,1fr));gap:.75rem;margin:1.2rem 0}
+.tiles.wide{grid-template-columns:repeat(auto-fit,minmax(13.5rem,1fr))}
 .tiles div{background:var(--card);border:1px solid var(--rule);border-radius:.5rem;padding:.7rem .9rem}
 .tiles b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}
 figure{margin:1rem 0;background:var(--card);border:1px solid var(--rule);border-radius:.5rem;padding:.9rem}

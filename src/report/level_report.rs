@@ -2,7 +2,7 @@
 //!
 //! All text is made safe here; whoever calls hands over plain text. But for times, the same result gives the same bytes.
 
-use super::chart::{Chart, Curve, Point, Scale, Shape};
+use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::{Remark, duration, escape, number, page, percent, thousands};
 use super::matrix::figure;
 use crate::BitMatrix;
@@ -141,7 +141,7 @@ impl LevelReport<'_> {
         let Some(result) = self.moments.last() else { return };
         let side = |name: String, class, value: &dyn Fn(&Moment) -> u64| {
             let point = |m: &Moment| Point {
-                seconds: m.seconds,
+                x: m.seconds,
                 value: value(m) as f64,
                 note: format!("{}, {}: {} pairs", m.stage, duration(m.seconds), thousands(value(m))),
             };
@@ -149,7 +149,7 @@ impl LevelReport<'_> {
         };
         let alone = |name: String, value: &dyn Fn(&LinesAlone) -> u64| {
             let point = |l: &LinesAlone| Point {
-                seconds: l.seconds,
+                x: l.seconds,
                 value: value(l) as f64,
                 note: format!("{} lines, {}: {} pairs", thousands(l.lines), duration(l.seconds), thousands(value(l))),
             };
@@ -163,7 +163,7 @@ impl LevelReport<'_> {
         ];
         if let Some(other) = self.other {
             let note = other.name.clone();
-            let points = vec![Point { seconds: 0.0, value: other.pairs as f64, note }];
+            let points = vec![Point { x: 0.0, value: other.pairs as f64, note }];
             let name = format!("rows of {}: {}", other.name, thousands(other.pairs));
             curves.push(Curve { name, class: "other", shape: Shape::Level, points });
         }
@@ -172,7 +172,8 @@ impl LevelReport<'_> {
         }
         let chart = Chart {
             title: "Pairs of clusters that are witnessed, and that are not proven hidden, against time",
-            times: TIMES,
+            along: Along::Time,
+            along_text: TIMES,
             values: "pairs of clusters",
             scale: Scale::Linear,
             curves,
@@ -194,7 +195,8 @@ impl LevelReport<'_> {
         }
         let chart = Chart {
             title: "Pairs of clusters that are undecided, against time",
-            times: TIMES,
+            along: Along::Time,
+            along_text: TIMES,
             values: "pairs of clusters (logarithmic)",
             scale: Scale::Logarithmic,
             curves,

@@ -1,5 +1,6 @@
 //! Storeys of a baked building, and the plan of each as SVG: walls as the model has them, cells in tints, portals by kind.
 
+use super::building_report::is_named;
 use super::html::escape;
 use crate::CellId;
 use crate::cells::PortalKind;
@@ -19,8 +20,12 @@ const HEIGHT: f64 = 640.0;
 const MARGIN: f64 = 14.0;
 /// Room below it, for the scale.
 const FOOT: f64 = 26.0;
-/// Plans are cut this high above the floor, metres: above sills and tables, below heads of doors.
+/// Plans are cut this high above the floor, metres: above sills, below heads of doors. Where cells are so high that the model's
+/// unit can't be the metre, this part of their height.
 const CUT: f64 = 1.2;
+const CUT_PART: f64 = 0.15;
+/// Furniture is drawn as it is at this part of that height: above seats, below table tops' undersides.
+const THINGS: f64 = 0.5;
 /// Floors whose heights differ by less than this are of one storey, as a part of how high cells are.
 const STOREY: f64 = 0.45;
 /// Most lines of walls in a plan; then furniture is left out, then walls.
@@ -33,6 +38,8 @@ const TINTS: usize = 7;
 pub struct Storey {
     /// The height of its floor, metres relative to the file's origin.
     pub floor: f64,
+    /// How high above that its plan is cut, metres.
+    pub cut: f64,
     /// Its cells, ascending; open cells are on none.
     pub cells: Vec<CellId>,
 }
@@ -56,14 +63,15 @@ pub fn storeys(file: &PvsFile) -> Vec<Storey> {
         sum += h[1];
         sum >= half
     });
-    let reach = STOREY * usual.map_or(1.0, |h| h[0]);
+    let usual = usual.map_or(1.0, |h| h[0]);
+    let (reach, cut) = (STOREY * usual, CUT.max(CUT_PART * usual));
 
     let mut found: Vec<Storey> = Vec::new();
     let mut by_area = floors.clone();
     by_area.sort_by(|(a, x), (b, y)| y[1].total_cmp(&x[1]).then(a.cmp(b)));
     for (_, [floor, ..]) in &by_area {
         if found.iter().all(|s| (s.floor - floor).abs() > reach) {
-            found.push(Storey { floor: *floor, cells: Vec::new() });
+            found.push(Storey { floor: *floor, cut, cells: Vec::new() });
         }
     }
     found.sort_by(|a, b| a.floor.total_cmp(&b.floor));
@@ -152,14 +160,14 @@ impl<'f> Plans<'f> {
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for storey in storeys {
             for cell in &storey.cells {
-                for p in plans.outline(*cell, storey.floor).into_iter().flatten() {
+                for p in plans.outline(*cell, storey).into_iter().flatten() {
                     (min, max) = (min.min(p), max.max(p));
                 }
             }
         }
         if min.cmple(max).all() {
             // With the walls around them, and some of what is outside.
-            let air = 0.03 * (max - min).max_element() + 0.5;
+            let air = 0.015 * (max - min).max_element() + 0.4;
             (plans.min, plans.max) = ((min - air).max(plans.min), (max + air).min(plans.max));
         }
         let size = (plans.max - plans.min).max(DVec2::splat(1e-6));
@@ -169,28 +177,29 @@ impl<'f> Plans<'f> {
 
     /// A storey as SVG, each cell with its note.
     pub fn svg(&self, storey: &Storey, title: &str, note: Note<'_>) -> String {
-        let cut = storey.floor + CUT;
         let height = (self.max.y - self.min.y) * self.scale + 2.0 * MARGIN + FOOT;
         let mut out = format!(
             "<svg class=\"plan\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-label=\"{}\">\n",
             escape(title)
         );
         let mut labels = String::new();
-        for &cell in &storey.cells {
-            let rings = self.outline(cell, storey.floor);
-            if rings.is_empty() {
-                continue;
-            }
+        let outlines: Vec<(CellId, Vec<Vec<DVec2>>)> =
+            storey.cells.iter().map(|&c| (c, self.outline(c, storey))).filter(|o| !o.1.is_empty()).collect();
+        for ((cell, rings), tint) in outlines.iter().zip(tints(&outlines)) {
+            let cell = *cell;
             let _ = writeln!(
                 out,
                 "<path class=\"cell t{}\" fill-rule=\"evenodd\" d=\"{}\"><title>{}</title></path>",
-                cell.index() % TINTS,
+                tint,
                 rings.iter().map(|ring| self.path(ring, true)).collect::<String>(),
                 escape(&note(cell))
             );
-            self.label(cell, &rings, &mut labels);
+            self.label(cell, rings, &mut labels);
         }
-        for (class, lines) in [("thing", self.lines(cut, true)), ("wall", self.lines(cut, false))] {
+        for (class, lines) in [
+            ("thing", self.lines(storey.floor + THINGS * storey.cut, true)),
+            ("wall", self.lines(storey.floor + storey.cut, false)),
+        ] {
             if !lines.is_empty() {
                 let _ = writeln!(out, "<path class=\"{class}\" d=\"{lines}\"/>");
             }
@@ -220,8 +229,8 @@ impl<'f> Plans<'f> {
     }
 
     /// A cell's rings where the storey is cut; or, where it doesn't reach there, at half of its own height.
-    fn outline(&self, cell: CellId, floor: f64) -> Vec<Vec<DVec2>> {
-        let at_cut = self.sliced(cell, floor + CUT);
+    fn outline(&self, cell: CellId, storey: &Storey) -> Vec<Vec<DVec2>> {
+        let at_cut = self.sliced(cell, storey.floor + storey.cut);
         if !at_cut.is_empty() {
             return at_cut;
         }
@@ -295,7 +304,7 @@ impl<'f> Plans<'f> {
             let heights = portal.winding.iter().map(|p| f64::from(p.y));
             let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
             // As high as a room: what is only above or below belongs to another storey.
-            if high < storey.floor - 0.6 || low > storey.floor + 2.0 * CUT {
+            if high < storey.floor - 0.5 * storey.cut || low > storey.floor + 2.0 * storey.cut {
                 continue;
             }
             if portal.plane.y.abs() > 0.7 {
@@ -325,9 +334,14 @@ impl<'f> Plans<'f> {
         let (at, room) = (self.at(p), free * self.scale);
         let name = &self.file.cells[cell.index()].name;
         let number = cell.to_string();
-        let fits = |text: &str, size: f64| 0.29 * size * text.chars().count() as f64 <= 1.15 * room && 0.45 * size <= room;
-        let is_named = !name.is_empty() && *name != format!("cell {cell}");
-        let text = if is_named && fits(name, 12.0) { name.as_str() } else { &number };
+        // Bold digits and letters are about 0.62 of the size wide.
+        let fits = |text: &str, size: f64| {
+            let half = 0.31 * size * text.chars().count() as f64;
+            let rows = [-0.5, 0.0, 0.5].map(|k| p.y + k * size / self.scale);
+            let wide = rows.into_iter().map(|y| free_across(rings, DVec2::new(p.x, y))).fold(f64::INFINITY, f64::min);
+            half <= 0.94 * wide * self.scale && 0.45 * size <= room
+        };
+        let text = if is_named(name, cell) && fits(name, 12.0) { name.as_str() } else { &number };
         let Some(size) = [13.0, 11.0, 9.0].into_iter().find(|&size| fits(text, size)) else { return };
         let _ = writeln!(
             out,
@@ -355,6 +369,27 @@ impl<'f> Plans<'f> {
     }
 }
 
+/// A tint for each outline: of those that no neighbour before it has, the least used.
+fn tints(outlines: &[(CellId, Vec<Vec<DVec2>>)]) -> Vec<usize> {
+    /// Cells on two sides of a wall are neighbours, metres.
+    const WALL: f64 = 0.5;
+    let around = |rings: &Vec<Vec<DVec2>>| {
+        let all = || rings.iter().flatten().copied();
+        [all().fold(DVec2::INFINITY, DVec2::min) - WALL, all().fold(DVec2::NEG_INFINITY, DVec2::max) + WALL]
+    };
+    let boxes: Vec<[DVec2; 2]> = outlines.iter().map(|o| around(&o.1)).collect();
+    let (mut found, mut used): (Vec<usize>, [usize; TINTS]) = (Vec::new(), [0; TINTS]);
+    for (i, [min, max]) in boxes.iter().enumerate() {
+        let beside = |&(k, _): &(usize, &usize)| boxes[k][0].cmple(*max).all() && min.cmple(boxes[k][1]).all();
+        let taken: Vec<usize> = found.iter().enumerate().filter(beside).map(|(_, &tint)| tint).collect();
+        let free = (0..TINTS).filter(|t| !taken.contains(t)).min_by_key(|&t| used[t]);
+        let tint = free.unwrap_or(i % TINTS);
+        used[tint] += 1;
+        found.push(tint);
+    }
+    found
+}
+
 /// The ends of a standing portal in plan.
 fn ends(portal: &FilePortal) -> Option<(DVec2, DVec2)> {
     let along = DVec2::new((-portal.plane.z).into(), portal.plane.x.into()).try_normalize()?;
@@ -369,9 +404,17 @@ fn area(ring: &[DVec2]) -> f64 {
     ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>() / 2.0
 }
 
+/// How far it is from a point to the nearest ring to the left or to the right.
+fn free_across(rings: &[Vec<DVec2>], p: DVec2) -> f64 {
+    let edges = rings.iter().flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
+    let crossing = edges.filter(|(a, b)| (a.y > p.y) != (b.y > p.y));
+    crossing.map(|(a, b)| (a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y)) - p.x).abs()).fold(f64::INFINITY, f64::min)
+}
+
 /// A point inside rings that is farthest from them, on a grid made finer around the best, and how far that is.
 fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
     const STEPS: i32 = 14;
+    const CALM: f64 = 0.06;
     let all = || rings.iter().flatten();
     let min = all().copied().reduce(DVec2::min).unwrap_or_default();
     let max = all().copied().reduce(DVec2::max).unwrap_or_default();
@@ -387,7 +430,8 @@ fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
         let near = edges().map(distance).fold(f64::INFINITY, f64::min);
         if inside { near } else { -near }
     };
-    let mut best = ((min + max) / 2.0, f64::NEG_INFINITY);
+    let middle = (min + max) / 2.0;
+    let mut best = (middle, f64::NEG_INFINITY);
     let mut half = (max - min) / 2.0;
     for _ in 0..3 {
         let centre = best.0;
@@ -395,8 +439,9 @@ fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
             for j in -STEPS..=STEPS {
                 let p = centre + half * DVec2::new(f64::from(i), f64::from(j)) / f64::from(STEPS);
                 let f = free(p);
-                // Near enough to as free, the one nearer to the middle is the calmer place.
-                if f > best.1 + 1e-9 {
+                // Of places that are about as free, the one nearer to the middle is the calmer one.
+                let calm = |(p, f): (DVec2, f64)| f - CALM * p.distance(middle);
+                if calm((p, f)) > calm(best) {
                     best = (p, f);
                 }
             }
@@ -423,10 +468,28 @@ mod tests {
     }
 
     #[test]
+    fn neighbours_differ() {
+        let square = |x: f64, y: f64| vec![[(x, y), (x + 4., y), (x + 4., y + 4.), (x, y + 4.)].map(DVec2::from).to_vec()];
+        let rooms: Vec<_> = (0..30).map(|i| (CellId(i), square(4.2 * f64::from(i % 6), 4.2 * f64::from(i / 6)))).collect();
+        let found = tints(&rooms);
+        for (i, a) in found.iter().enumerate() {
+            for (k, b) in found.iter().enumerate().skip(i + 1) {
+                let beside = (i % 6).abs_diff(k % 6) <= 1 && (i / 6).abs_diff(k / 6) <= 1;
+                assert!(a < &TINTS && !(beside && a == b), "{i} {k}");
+            }
+        }
+        assert!((0..TINTS).all(|t| found.contains(&t)));
+    }
+
+    #[test]
     fn a_label_stands_where_there_is_room() {
         let l = [(0., 0.), (10., 0.), (10., 4.), (2., 4.), (2., 12.), (0., 12.)].map(|(x, y)| DVec2::new(x, y)).to_vec();
         let (p, free) = roomiest(&[l]);
         assert!((free - 2.0).abs() < 0.2 && p.x > 1.5 && p.y < 3.0, "{p} {free}");
+        assert!(
+            (free_across(&[[(0., 0.), (9., 0.), (0., 9.)].map(DVec2::from).to_vec()], DVec2::new(4., 3.)) - 2.0).abs()
+                < 1e-12
+        );
         // Around a hole.
         let square = |a: f64, b: f64| [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| DVec2::new(x, y)).to_vec();
         let (p, free) = roomiest(&[square(0., 10.), square(2., 8.)]);

@@ -7,14 +7,15 @@ use crate::cli::why::Teller;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
-use enfilade::cells::{CellGraph, split};
+use enfilade::cells::{CellGraph, SplitOptions, split};
 use enfilade::file::{Container, PvsFile};
+use enfilade::generate::{Kind, generate};
 use enfilade::pvs::{self, PvsOptions};
 use enfilade::report::building_report::BuildingReport;
-use enfilade::report::curves::{Curve, CurvePoint, Views, held_out};
+use enfilade::report::curves::{Curve, CurvePoint, Growth, Views, held_out};
 use enfilade::report::doubts::{Pairs, closed_and_open, hardest};
 use enfilade::report::html::Remark;
-use enfilade::scene::{Scene, import};
+use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::why::{Asker, Goal};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -23,6 +24,8 @@ use std::time::Instant;
 
 /// Parts of the rays that runs of the curve get; the bake itself is the last point.
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
+/// A generated office of so many rooms gets the rays of the bake; others in proportion.
+const ROOMS: f64 = 1000.0;
 /// Undecided pairs that are asked why.
 const ASKED: usize = 12;
 
@@ -76,6 +79,11 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     progress("runs with fewer rays", 0.0);
     let bench = Bench { scene: &scene, graph: &graph, options: &pvs, views: &views };
     let curves = [bench.everything(file, cpu)];
+    let growth = args.growth.iter().map(|&offices| {
+        progress(&format!("{offices} offices"), 0.0);
+        growth(offices, &pvs)
+    });
+    let growth = growth.collect::<Result<Vec<_>, _>>()?;
     progress("why", 0.0);
     let hardest = reasons(file, &scene).map_err(|e| at(&args.input, e))?;
 
@@ -101,13 +109,19 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         bits_per_pair: number("bits_per_pair"),
         entropy_bits_per_pair: number("entropy_bits_per_pair"),
         curves: &curves,
+        growth: &growth,
         views: views.count(),
         hardest: &hardest,
         stages: &stages,
         threads: rayon::current_num_threads(),
     };
     let cells = output.with_extension("cells.csv");
-    write(&[(output, page.html()), (table, page.csv()), (&cells, page.cells_csv())])?;
+    let mut files = vec![(output, page.html()), (table, page.csv()), (&cells, page.cells_csv())];
+    let growth_table = output.with_extension("growth.csv");
+    if !growth.is_empty() {
+        files.push((&growth_table, page.growth_csv()));
+    }
+    write(&files)?;
 
     // 5. The same in numbers.
     if args.json {
@@ -119,10 +133,10 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         numbers["stages"] =
             stages.iter().map(|s| json!({ "stage": s.name, "seconds": s.seconds, "peak_rss_mb": s.peak_rss_mb })).collect();
         numbers["page"] = output.to_string_lossy().into();
-        numbers["tables"] = [table, &cells].map(|p| p.to_string_lossy()).to_vec().into();
+        numbers["tables"] = files[1..].iter().map(|f| f.0.to_string_lossy()).collect();
         println!("{numbers:#}");
     }
-    eprintln!("{}, {} and {} written", output.display(), table.display(), cells.display());
+    files.iter().for_each(|f| eprintln!("{} written", f.0.display()));
     Ok(Outcome::Done)
 }
 
@@ -210,13 +224,43 @@ impl Bench<'_> {
     }
 }
 
+/// What a generated office costs, with as many rays a room as any other.
+fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
+    let said = |e: &dyn std::fmt::Display| CliError(format!("--growth {offices}: {e}"));
+    let kind = Kind::Office { rooms: offices as usize, storeys: None, furnished: false };
+    let made = generate(kind, options.seed).map_err(|e| said(&e))?;
+    // Importers read files.
+    let path = std::env::temp_dir().join(format!("enfilade_growth_{}_{offices}.glb", std::process::id()));
+    let imported = std::fs::write(&path, &made.glb).map_err(|e| said(&e));
+    let imported = imported.and_then(|()| import(&path, &ImportOptions::default()).map_err(|e| said(&e)));
+    let _ = std::fs::remove_file(&path);
+    let scene = imported?;
+    let clock = Clock::start();
+    let mut graph = split(&scene, &SplitOptions::default()).map_err(|e| said(&e))?;
+    let cells_cpu_seconds = clock.seconds();
+    let clock = Clock::start();
+    let ray_budget = (options.ray_budget as f64 * f64::from(offices) / ROOMS) as u64;
+    let pvs = pvs::bake(&scene, &mut graph, &PvsOptions { ray_budget, ..options.clone() }, &|_, _| ());
+    Ok(Growth {
+        offices: offices.into(),
+        cells: graph.cells.len() as u64,
+        portals: graph.portals.len() as u64,
+        objects: scene.objects.len() as u64,
+        triangles: scene.triangles.len() as u64,
+        rays: pvs.stats.rays,
+        cells_cpu_seconds,
+        pvs_cpu_seconds: clock.seconds(),
+        upper_pairs: pvs.objects_upper.count_ones(),
+    })
+}
+
 /// The hardest pairs, each with what is known.
 fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::why::WhyError> {
     let asker = Asker::new(file, Some(scene))?;
     let ask = |(cell, object): (CellId, enfilade::ObjectId)| {
         let goal = Goal::Object(object);
         let why = asker.why(cell, goal)?;
-        let text = Teller { file, from: cell, to: goal }.sentence(&why);
+        let text = Teller { file, from: cell, to: goal }.remark(&why);
         Ok(Remark { about: format!("{cell} {object}"), text })
     };
     hardest(file, ASKED).into_iter().map(ask).collect()
@@ -225,6 +269,8 @@ fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::why::
 fn again(args: &Args) -> String {
     let mut flags = args.scene.given_again(&name);
     flags.extend((args.views != super::VIEWS).then(|| ("--views", args.views.to_string())));
+    let growth: Vec<String> = args.growth.iter().map(ToString::to_string).collect();
+    flags.extend((!growth.is_empty()).then(|| ("--growth", growth.join(","))));
     flags.extend((args.search.seed != 0).then(|| ("--seed", args.search.seed.to_string())));
     flags.extend(args.search.threads.map(|n| ("--threads", n.to_string())));
     command(args, flags)

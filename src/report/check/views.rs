@@ -114,7 +114,7 @@ impl Views {
     pub fn false_pixels(&self, rows: &BitMatrix) -> [f64; 3] {
         let wrong = |(cell, shown): &(CellId, Vec<Pixels>)| {
             let is_wrong = |p: &&Pixels| p.objects.iter().any(|o| !rows.get(cell.index(), o.index()));
-            shown.iter().filter(is_wrong).map(|p| f64::from(p.count)).sum::<f64>() / View::pixels()
+            f64::from(shown.iter().filter(is_wrong).map(|p| p.count).sum::<u32>()) / View::pixels()
         };
         let Fractions { mean, p95, max } = Fractions::of(self.0.par_iter().map(wrong).collect());
         [mean, p95, max]

@@ -1,0 +1,237 @@
+//! `enfilade report` of a building: what the page and the tables say is what `bake` and `check` say.
+
+#[allow(dead_code, reason = "each test binary uses its part")]
+#[path = "common/cli.rs"]
+mod cli;
+#[path = "common/page.rs"]
+mod page;
+
+use cli::{LEVEL, folder, refused, run};
+use enfilade::BitMatrix;
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::file::PvsFile;
+use enfilade::pvs::{Guarantee, PvsOptions};
+use enfilade::report::check::{CheckOptions, check};
+use enfilade::report::curves::held_out;
+use enfilade::report::doubts::{closed_and_open, hardest, kinds, of_cell};
+use enfilade::report::storeys::{along_a_walk, storeys};
+use enfilade::scene::{ImportOptions, Scene, import};
+use page::check_page;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+fn building(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(name)
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let out = run(&arguments.iter().map(Path::new).collect::<Vec<_>>());
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap()
+}
+
+fn text(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// A page by its headings, without the times in it.
+fn without_times(html: &str) -> Vec<&str> {
+    let times = |part: &&str| ["Error against run time", "Growth", "Time and memory"].iter().all(|t| !part.starts_with(t));
+    html.split("<h2>").filter(times).collect()
+}
+
+#[test]
+fn the_page_says_what_bake_says() {
+    let folder = folder("page");
+    let model = building("villa_rotonda.glb");
+    let (model, page) = (model.to_str().unwrap(), folder.join("villa.html"));
+    let rays = ["--rays", "0.4", "--seed", "3"];
+    let file = folder.join("villa.pvs");
+    let baked = json(&[&["bake", model, "-o", file.to_str().unwrap(), "--keep-bounds", "--json"], rays.as_slice()].concat());
+    let report = |page: &Path| {
+        json(&[&["report", model, "-o", page.to_str().unwrap(), "--views", "40", "--json"], rays.as_slice()].concat())
+    };
+    let told = report(&page);
+    // The same numbers, but for times and memory.
+    for key in ["triangles", "objects", "cells", "open_cells", "portals", "strategy", "left_out", "notes", "repairs", "pvs"]
+    {
+        assert_eq!(told[key], baked[key], "{key}");
+    }
+    assert_eq!(told["file_bytes"], baked["file_bytes"]);
+    let html = text(&page);
+    check_page(&html);
+    assert!(!html.contains("http:") && !html.contains("https:"));
+    let pvs = &baked["pvs"];
+    let numbers = [
+        ("triangles", &baked["triangles"]),
+        ("objects", &baked["objects"]),
+        ("cells", &baked["cells"]),
+        ("portals", &baked["portals"]),
+        ("pairs", &pvs["total_pairs"]),
+        ("witnessed", &pvs["lower_pairs"]),
+        ("not proven hidden", &pvs["upper_pairs"]),
+        ("undecided", &pvs["undecided_pairs"]),
+        ("cells witnessed", &pvs["cell_lower_pairs"]),
+        ("cells not proven hidden", &pvs["cell_upper_pairs"]),
+    ];
+    for (what, number) in numbers {
+        assert!(html.contains(&format!("<data value=\"{number}\">")), "{what}: {number}");
+    }
+    assert!(html.contains("<code>enfilade report villa_rotonda.glb --rays 0.4 --views 40 --seed 3</code>"));
+    // The curve ends where the bake ends.
+    let csv = text(&folder.join("villa.csv"));
+    let rows: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
+    assert_eq!(
+        rows[0].join(" "),
+        "strategy cpu_seconds rays lower_pairs upper_pairs false_pixels_mean false_pixels_p95 false_pixels_max"
+    );
+    let points: usize = told["curves"].as_array().unwrap().iter().map(|c| c["points"].as_array().unwrap().len()).sum();
+    assert_eq!(rows.len(), points + 1);
+    assert!(points > 3 && rows.iter().all(|r| r.len() == 8));
+    let last = rows.iter().rfind(|r| r[0] == "everything").unwrap();
+    assert_eq!([last[3], last[4]], [&pvs["lower_pairs"], &pvs["upper_pairs"]].map(Value::to_string));
+    for row in &rows[1..] {
+        // What fewer rays prove is as true.
+        assert!(row[3].parse::<u64>().unwrap() <= pvs["upper_pairs"].as_u64().unwrap(), "{row:?}");
+        assert!(row[4].parse::<u64>().unwrap() >= pvs["lower_pairs"].as_u64().unwrap(), "{row:?}");
+    }
+    // Every cell has a line, and they add up.
+    let cells = text(&folder.join("villa.cells.csv"));
+    let sum = |column: usize| {
+        cells.lines().skip(1).map(|l| l.split(',').nth(column).unwrap().parse::<u64>().unwrap()).sum::<u64>()
+    };
+    assert_eq!(cells.lines().count() as u64 - 1, baked["cells"].as_u64().unwrap());
+    assert_eq!(
+        [sum(5), sum(6), sum(7)].map(Value::from),
+        [&pvs["lower_pairs"], &pvs["upper_pairs"], &pvs["undecided_pairs"]].map(Clone::clone)
+    );
+    let [closed, open] = ["closed_cells", "open_cells_apart"].map(|key| told[key]["upper_pairs"].as_u64().unwrap());
+    assert_eq!(closed + open, pvs["upper_pairs"].as_u64().unwrap());
+
+    // Once more: the same but for times.
+    let again = folder.join("again.html");
+    report(&again);
+    let other = text(&again);
+    let (a, b) = (without_times(&html), without_times(&other));
+    assert!(a.len() > 6 && a == b);
+    assert_eq!(text(&folder.join("again.cells.csv")), cells);
+}
+
+/// A bake of a shipped building with both bounds.
+fn baked(name: &str, ray_budget: u64, ship: Guarantee) -> (Scene, PvsFile) {
+    let scene = import(&building(name), &ImportOptions::default()).unwrap();
+    let pvs = PvsOptions { ray_budget, ship, ..PvsOptions::default() };
+    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &|_, _| ()).unwrap().file;
+    (scene, file)
+}
+
+#[test]
+fn views_drawn_once_count_what_check_counts() {
+    let (scene, file) = baked("villa_rotonda.glb", 20_000, Guarantee::Sampled);
+    let options = CheckOptions { rays: 0, views: 30, seed: 5, leaks: false };
+    let checked = check(&file, &scene, &options).unwrap();
+    let views = held_out(&scene, &file, 5, 30);
+    assert_eq!(views.count(), checked.views as usize);
+    let lower = &file.bounds.as_ref().unwrap().objects_lower;
+    let found = views.false_pixels(lower);
+    assert_eq!(found, [checked.false_pixels.mean, checked.false_pixels.p95, checked.false_pixels.max]);
+    assert!(found[0] > 0.0, "so few rays miss something");
+    // Rows that hold everything miss nothing; rows that hold nothing miss all that isn't sky.
+    let (mut all, none) = (lower.clone(), BitMatrix::new(lower.rows(), lower.columns()));
+    (0..all.rows()).for_each(|r| (0..all.columns()).for_each(|c| _ = all.set(r, c)));
+    assert_eq!(views.false_pixels(&all), [0.0; 3]);
+    let [mean, _, max] = views.false_pixels(&none);
+    assert!(mean > 0.5 && max == 1.0);
+}
+
+#[test]
+fn storeys_are_those_of_the_plan() {
+    let (_, file) = baked("office.glb", 100_000, Guarantee::Conservative);
+    let expected: Value = serde_json::from_str(&text(&building("office.expected.json"))).unwrap();
+    let found = storeys(&file);
+    assert_eq!(found.len() as u64, expected["storeys"].as_u64().unwrap());
+    // Storeys are 3.3 m high.
+    for (k, storey) in found.iter().enumerate() {
+        assert!((storey.floor + file.origin.y - 3.3 * k as f64).abs() < 0.01, "{}", storey.floor);
+    }
+    // Each closed cell is on one.
+    let closed = file.cells.iter().filter(|c| !c.open).count();
+    let mut all: Vec<_> = found.iter().flat_map(|s| s.cells.clone()).collect();
+    all.sort_unstable();
+    all.dedup();
+    assert_eq!((all.len(), found.iter().map(|s| s.cells.len()).sum::<usize>()), (closed, closed));
+    // The walk passes every cell once, storey by storey, and goes on to a neighbour wherever there is one.
+    let walk = along_a_walk(&file, &found);
+    let mut sorted = walk.clone();
+    sorted.sort_unstable();
+    assert!(sorted.iter().enumerate().all(|(i, c)| c.index() == i) && sorted.len() == file.cells.len());
+    let on = |c| found.iter().position(|s| s.cells.contains(&c));
+    assert!(walk.iter().map(|&c| on(c)).is_sorted());
+    let joined = |a, b| file.portals.iter().any(|p| p.cells == [a, b] || p.cells == [b, a]);
+    let begun = (1..walk.len()).filter(|&i| {
+        on(walk[i - 1]) == on(walk[i]) && !walk[..i].iter().any(|&c| on(c) == on(walk[i]) && joined(c, walk[i]))
+    });
+    assert_eq!(begun.count(), 0, "offices of a storey are joined by its corridor");
+
+    // What is undecided is counted once, by kind; the hardest pairs are undecided.
+    let [closed, open] = closed_and_open(&file);
+    let all = closed.with(open);
+    assert_eq!(all.upper, file.pairs.upper);
+    assert_eq!(kinds(&file).iter().map(|k| k.1).sum::<u64>(), all.undecided());
+    let hardest = hardest(&file, 12);
+    assert_eq!(hardest.len(), 12);
+    let bounds = file.bounds.as_ref().unwrap();
+    for (cell, object) in &hardest {
+        let [lower, upper] = [&bounds.objects_lower, &bounds.objects_upper].map(|m| m.get(cell.index(), object.index()));
+        assert!(!lower && upper && of_cell(&file, *cell).undecided() > 0);
+    }
+    let mut cells: Vec<_> = hardest.iter().map(|h| h.0).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    assert_eq!(cells.len(), 12, "spread over cells");
+}
+
+#[test]
+fn a_hall_without_anything_to_tell_is_a_page_too() {
+    let folder = folder("hall");
+    let (model, page) = (folder.join("hall.glb"), folder.join("<i>.html"));
+    let model = model.to_str().unwrap();
+    run(&["generate", "hall", "-o", model].map(Path::new));
+    let told = json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "0.05", "--views", "5", "--json"]);
+    assert_eq!((told["cells"].as_u64(), told["portals"].as_u64()), (Some(2), Some(0)));
+    let html = text(&page);
+    check_page(&html);
+    assert!(html.contains("rows: one closed cell without portals has nothing to hide from itself"));
+    // No rays at all, no views at all; how the cost of others grows.
+    let arguments =
+        ["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json", "--growth", "4,9"];
+    let told = json(&arguments);
+    let html = text(&page);
+    check_page(&html);
+    assert!(html.contains("as cells to the power of") && html.contains("--views 0 --growth 4,9</code>"));
+    let table = text(&folder.join("<i>.growth.csv"));
+    let offices: Vec<&str> = table.lines().map(|l| l.split(',').next().unwrap()).collect();
+    assert_eq!((offices.join(" ").as_str(), told["tables"].as_array().unwrap().len()), ("offices 4 9", 3));
+}
+
+#[test]
+fn bad_input_is_one_line_and_exit_2() {
+    let folder = folder("bad");
+    let (level, villa) = (folder.join("level.prt"), building("villa_rotonda.glb"));
+    std::fs::write(&level, LEVEL).unwrap();
+    let report = |arguments: &[&Path]| run(&[&[Path::new("report")], arguments].concat());
+    let flag = |name: &'static str| Path::new(name);
+    refused(&report(&[&folder.join("none.glb")]), &["none.glb: "]);
+    refused(&report(&[&folder.join("none.xyz")]), &["none.xyz: no importer"]);
+    refused(&report(&[&folder.join("a.pvs")]), &["a.pvs: report bakes anew, from a model"]);
+    refused(&report(&[&villa, flag("--steps"), flag("7")]), &["villa_rotonda.glb: is no level; --steps is for levels"]);
+    refused(&report(&[&villa, flag("--rows"), &level]), &["villa_rotonda.glb: is no level; --rows is for levels"]);
+    refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);
+    refused(&report(&[&level, flag("--views"), flag("7")]), &["level.prt: is a level; --views is for buildings"]);
+    refused(&report(&[&villa, flag("--rays=-1")]), &["--rays takes millions"]);
+    refused(&report(&[&villa, flag("-o"), &folder.join("page.csv")]), &["page.csv: -o names the page"]);
+    refused(
+        &report(&[&villa, flag("--cells"), flag("authored"), flag("-o"), &folder.join("p.html")]),
+        &["villa_rotonda.glb: the model names no rooms"],
+    );
+}
