@@ -10,6 +10,7 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, SplitOptions, split};
 use enfilade::file::{Container, PvsFile};
 use enfilade::generate::{Kind, generate};
+use enfilade::pvs::sample::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
 use enfilade::report::building_report::BuildingReport;
 use enfilade::report::curves::{Curve, CurvePoint, Growth, Views, held_out};
@@ -24,6 +25,8 @@ use std::time::Instant;
 
 /// Parts of the rays that runs of the curve get; the bake itself is the last point.
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
+/// Strategies that get the same rays, alone.
+const ALONE: [Strategy; 4] = [Strategy::Rays, Strategy::UniformCubes, Strategy::AdaptiveCubes, Strategy::Guided];
 /// A generated office of so many rooms gets the rays of the bake; others in proportion.
 const ROOMS: f64 = 1000.0;
 /// Undecided pairs that are asked why.
@@ -78,7 +81,8 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let views = held_out(&scene, file, args.search.seed, args.views);
     progress("runs with fewer rays", 0.0);
     let bench = Bench { scene: &scene, graph: &graph, options: &pvs, views: &views };
-    let curves = [bench.everything(file, cpu)];
+    let mut curves = vec![bench.everything(file, cpu), bench.flow()];
+    curves.extend(ALONE.map(|strategy| bench.alone(strategy)));
     let growth = args.growth.iter().map(|&offices| {
         progress(&format!("{offices} offices"), 0.0);
         growth(offices, &pvs)
@@ -207,6 +211,28 @@ impl Bench<'_> {
             });
         }
         Curve { strategy: "everything", points }
+    }
+
+    /// One way of sampling, with parts of the bake's rays and with as many.
+    fn alone(&self, strategy: Strategy) -> Curve {
+        let with = |part: &f64| {
+            let ray_budget = (self.options.ray_budget as f64 * part) as u64;
+            let clock = Clock::start();
+            let spent = sample_alone(self.scene, self.graph, strategy, self.options.seed, ray_budget);
+            CurvePoint {
+                cpu_seconds: clock.seconds(),
+                rays: spent.rays,
+                lower_pairs: spent.objects.count_ones(),
+                upper_pairs: None,
+                false_pixels: self.views.false_pixels(&spent.objects),
+            }
+        };
+        Curve { strategy: strategy.name(), points: BUDGETS.iter().chain([&1.0]).map(with).collect() }
+    }
+
+    /// Portal flow without a single ray.
+    fn flow(&self) -> Curve {
+        Curve { strategy: "flow", points: vec![self.with_part(0.0)] }
     }
 
     fn with_part(&self, part: f64) -> CurvePoint {
