@@ -15,6 +15,7 @@ mod rows;
 mod save;
 mod write;
 
+pub use crate::pvs::sample::unseen::{CONFIDENCE, Unseen};
 pub use error::FileError;
 pub use format::{Container, MAGIC, Section, SectionId, VERSION};
 pub use rows::{RowReader, encode_rows, entropy_bits_per_pair};
@@ -22,7 +23,6 @@ pub use save::{load_bytes, replace_file};
 
 use crate::bits::ones;
 use crate::cells::{PortalKind, PortalState, Strategy};
-use crate::pvs::sample::unseen::Unseen;
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
 use crate::scene::ImportOptions;
 use crate::{BitMatrix, CellId, ObjectId};

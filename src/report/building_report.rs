@@ -10,7 +10,7 @@ use super::html::{Remark, duration, escape, number, page, percent, share, thousa
 use super::matrix::figure;
 use super::storeys::{Plans, Storey, along_a_walk, storeys};
 use crate::cells::PortalKind;
-use crate::file::PvsFile;
+use crate::file::{CONFIDENCE, PvsFile};
 use crate::pvs::Guarantee;
 use crate::scene::Scene;
 use crate::{BitMatrix, CellId};
@@ -223,6 +223,18 @@ impl BuildingReport<'_> {
                     "of a view in the mean, {} in the worst of {}, were the rows the lower set",
                     share(max),
                     thousands(self.views as u64)
+                ),
+            );
+        }
+        if let Some(unseen) = &self.file.unseen {
+            let worst = unseen.cells.iter().zip(&self.file.cells).filter(|(_, cell)| !cell.open).map(|(&bound, _)| bound);
+            tile(
+                "Unseen, at most",
+                share(unseen.mean),
+                format!(
+                    "of the sphere in the mean over cells, {} from the worst closed one: what no witness is of, each with {} confidence",
+                    share(f64::from(worst.reduce(f32::max).unwrap_or_default())),
+                    share(CONFIDENCE)
                 ),
             );
         }

@@ -73,7 +73,6 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         guarantee,
         repairs: Vec::new(),
         unseen: None,
-        unseen: None,
         stats: PvsStats { rays: 12, ..PvsStats::default() },
     };
     (PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, keep_bounds), scene)

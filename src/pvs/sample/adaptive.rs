@@ -11,7 +11,7 @@
 //! * no threshold, which says nothing about time: one queue holds the patches of all portals, and a place inside every cell (objects in
 //!   a cell need proofs too), in the order of what cubes there are expected to show.
 
-use super::cast::{BATCH, Caster, Seen};
+use super::cast::{BATCH, COST, Caster, Seen};
 use super::region::Region;
 use super::schedule::Source;
 use super::witness::Lower;
@@ -167,12 +167,16 @@ impl Source for Adaptive<'_, '_> {
         let end = lower.rays + rays;
         while lower.rays < end {
             let (mut places, mut sites) = (Vec::new(), Vec::new());
-            while sites.len() < BATCH {
+            let room = BATCH.min(((end - lower.rays) / COST) as usize);
+            while sites.len() < room {
                 let Some(place) = self.queue.pop() else { break };
                 if let Some(site) = self.site(&place) {
                     sites.push((place.key, site));
                     places.push(place);
                 }
+            }
+            if room == 0 {
+                return true;
             }
             if sites.is_empty() {
                 return false;

@@ -18,7 +18,7 @@ pub(super) const BATCH: usize = 64;
 /// the pixels takes two thirds of the time.
 pub(super) const SIZE: u32 = 128;
 /// What a cube costs with the lines that are followed from it, in rays.
-const COST: u64 = 1_500;
+pub(super) const COST: u64 = 1_500;
 /// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
 /// cells farther along.
 const LINES: [usize; 2] = [4, 1];

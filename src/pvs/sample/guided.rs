@@ -18,6 +18,8 @@ use rayon::prelude::*;
 
 /// Proofs followed up between two looks at what is known; fixed, so that results don't depend on the number of threads.
 const BATCH: usize = 256;
+/// Rays that following up a proof takes at most: the triangle, three borders, and three edges of whatever is before each.
+const COST: u64 = 1 + 3 * (2 + 3 * 2);
 /// Times that a proof is followed up.
 const PASSES: u64 = 64;
 /// Corners are moved out by this fraction of their distance from the triangle's middle, at least and at most.
@@ -94,7 +96,7 @@ impl<'a> Guided<'a> {
 impl Source for Guided<'_> {
     fn step(&mut self, lower: &mut Lower, rays: u64) -> bool {
         let end = lower.rays + rays;
-        while lower.rays < end {
+        while end - lower.rays >= COST {
             if self.next == lower.witnesses.len() {
                 if self.pass == PASSES || lower.witnesses.is_empty() {
                     return false;
@@ -102,7 +104,7 @@ impl Source for Guided<'_> {
                 (self.next, self.pass) = (0, self.pass + 1);
             }
             let known = &*lower;
-            let batch = self.next..known.witnesses.len().min(self.next + BATCH);
+            let batch = self.next..known.witnesses.len().min(self.next + BATCH.min(((end - lower.rays) / COST) as usize));
             let seed = |i: usize| mix(mix(mix(self.sampler.seed, 0xc3), i as u64), self.pass);
             let follow = |i: usize| self.follow(&known.witnesses[i], seed(i), known);
             let found: Vec<Found> = batch.clone().into_par_iter().map(follow).collect();

@@ -14,14 +14,15 @@ use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
 
-/// The rays are given away in about this many parts.
+/// The rays are given away in this many parts, or in fewer of this many rays.
 const PARTS: u64 = 64;
+const LEAST: u64 = 32_000;
 /// A strategy that found nothing in so many of them in a row gets no more.
 const PATIENCE: u32 = 3;
 
 /// A way of finding free lines.
 pub(super) trait Source {
-    /// Spends about `rays`; false where nothing is left to try.
+    /// Spends at most `rays`, which may be too few to do anything with; false where nothing is left to try.
     fn step(&mut self, lower: &mut Lower, rays: u64) -> bool;
 }
 
@@ -111,12 +112,12 @@ fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, progr
         let Some(next) = next.filter(|_| lower.rays < budget) else { return };
         let turn = &mut turns[next];
         let (before, rays) = (proofs(lower), lower.rays);
-        let more = turn.source.step(lower, (budget / PARTS).max(1).min(budget - lower.rays));
+        let more = turn.source.step(lower, (budget / PARTS).max(LEAST).min(budget - lower.rays));
         let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
         turn.rate = found as f64 / spent as f64;
         turn.spent += spent;
         turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
-        if !more || (turn.barren == PATIENCE && !alone) {
+        if !more || lower.rays == rays || (turn.barren == PATIENCE && !alone) {
             turns.remove(next);
         }
         progress("sampling", lower.rays as f64 / budget as f64);

@@ -1,6 +1,6 @@
 //! What the other strategies are held against: random rays, and cubes at random points. Cells take turns; points are uniform in a cell.
 
-use super::cast::{BATCH, Caster};
+use super::cast::{BATCH, COST, Caster};
 use super::region::Region;
 use super::schedule::Source;
 use super::witness::{Found, Line, Lower};
@@ -33,11 +33,12 @@ impl<'a> Rays<'a> {
 impl Source for Rays<'_> {
     fn step(&mut self, lower: &mut Lower, rays: u64) -> bool {
         let end = lower.rays + rays;
-        while lower.rays < end {
+        while end - lower.rays >= 2 && !self.regions.is_empty() {
+            let batch = RAYS.min((end - lower.rays) / 2);
             let known = &*lower;
             let share = |i: u64| {
                 let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
-                for n in self.count + i * SHARE..self.count + (i + 1) * SHARE {
+                for n in self.count + i * SHARE..self.count + batch.min((i + 1) * SHARE) {
                     let mut random = Random(mix(mix(self.sampler.seed, 0xc1), n));
                     let cell = (n % self.regions.len() as u64) as usize;
                     found.rays += 2;
@@ -49,8 +50,8 @@ impl Source for Rays<'_> {
                 }
                 found.close()
             };
-            let found: Vec<Found> = (0..RAYS / SHARE).into_par_iter().map(share).collect();
-            self.count += RAYS;
+            let found: Vec<Found> = (0..batch.div_ceil(SHARE)).into_par_iter().map(share).collect();
+            self.count += batch;
             found.into_iter().for_each(|found| {
                 lower.merge(found);
             });
@@ -77,15 +78,16 @@ impl Source for Uniform<'_, '_> {
     fn step(&mut self, lower: &mut Lower, rays: u64) -> bool {
         let end = lower.rays + rays;
         let seats = self.regions.iter().filter(|r| r.volume() > 0.0).count();
-        while lower.rays < end && seats > 0 {
+        while end - lower.rays >= COST && seats > 0 {
+            let batch = (BATCH as u64).min((end - lower.rays) / COST);
             let site = |n: u64| {
                 let seed = mix(mix(self.sampler.seed, 0xc2), n);
                 let cell = (n % self.regions.len() as u64) as usize;
                 let at = self.regions[cell].draw(&mut Random(mix(seed, 1)))?;
                 Some((seed, Site::inside(CellId(cell as u32), at)))
             };
-            let sites: Vec<(u64, Site)> = (self.count..self.count + BATCH as u64).filter_map(site).collect();
-            self.count += BATCH as u64;
+            let sites: Vec<(u64, Site)> = (self.count..self.count + batch).filter_map(site).collect();
+            self.count += batch;
             lower.cubes += sites.len() as u64;
             self.caster.cast(&sites, lower);
         }
