@@ -125,9 +125,9 @@ pub struct Pvs {
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 
 /// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
-const AIMED: f64 = 0.25;
+const AIMED: f64 = 0.15;
 /// Of the rays of a bake, this fraction tests what the others found.
-const TESTED: f64 = 0.1;
+const TESTED: f64 = 0.05;
 /// Rounds of mending, at most: a mended hole may show the next one.
 const MENDINGS: usize = 4;
 

@@ -22,16 +22,17 @@ const WORST: usize = 10;
 const NOTES: usize = 12;
 /// Storeys that are drawn; a tower's others are named.
 const MOST_PLANS: usize = 24;
-/// False pixels below this share of a view are drawn as none: a five-hundredth of a pixel in the mean of a view.
-const LEAST_SHARE: f64 = 1e-6;
+/// False pixels below this share of a view are drawn as none: one pixel of some 2,000 views.
+const LEAST_SHARE: f64 = 1e-7;
 /// Classes of curves in the style sheet: what is solid, and what is broken.
-const CLASSES: [[&str; 2]; 6] = [
+const CLASSES: [[&str; 2]; 7] = [
     ["s0", "s0 dashed"],
     ["s1", "s1 dashed"],
     ["s2", "s2 dashed"],
     ["s3", "s3 dashed"],
     ["s4", "s4 dashed"],
     ["s5", "s5 dashed"],
+    ["s6", "s6 dashed"],
 ];
 
 /// Time and memory of a stage.

@@ -98,12 +98,12 @@ pub fn png_address(png: &[u8]) -> String {
 const STYLE: &str = "
 :root{color-scheme:light dark;--page:#fbfaf8;--card:#fff;--ink:#1c1d20;--soft:#5d6068;--rule:#dcdad5;--lower:#1f66d0;--upper:#c2460b;
 --other:#7a3fc4;--lines:#0d7a5f;--band:#c2460b1f;
---s0:#1f66d0;--s1:#c2460b;--s2:#0d7a5f;--s3:#7a3fc4;--s4:#a6761d;--s5:#b0307a;
+--s0:#1f66d0;--s1:#c2460b;--s2:#0d7a5f;--s3:#7a3fc4;--s4:#a6761d;--s5:#b0307a;--s6:#4a5560;
 --t0:#cfe0f3;--t1:#f6dfc4;--t2:#d3ead2;--t3:#ecd5e6;--t4:#f4ecbb;--t5:#cfe9e8;--t6:#e3dcf3;
 --door:#c2460b;--window:#1f7fd6;--opening:#2a8f52;--wall:#33363d;--thing:#8b8e96}
 @media(prefers-color-scheme:dark){:root{--page:#15171b;--card:#1d2026;--ink:#e8e8ea;--soft:#a3a7b0;--rule:#383c45;--lower:#6fb0ff;
 --upper:#ff9a5c;--other:#c79bff;--lines:#4fd0a6;--band:#ff9a5c26;
---s0:#6fb0ff;--s1:#ff9a5c;--s2:#4fd0a6;--s3:#c79bff;--s4:#e0b75c;--s5:#ff8fc7;
+--s0:#6fb0ff;--s1:#ff9a5c;--s2:#4fd0a6;--s3:#c79bff;--s4:#e0b75c;--s5:#ff8fc7;--s6:#aab4c0;
 --t0:#2b3e57;--t1:#54422f;--t2:#2f4a37;--t3:#4c3549;--t4:#4d4829;--t5:#2a4849;--t6:#3d3858;
 --door:#ff9a5c;--window:#6fb8ff;--opening:#63cf8b;--wall:#c9ccd3;--thing:#737782}}
 *{box-sizing:border-box}
@@ -134,7 +134,7 @@ code{font:.9em ui-monospace,'DejaVu Sans Mono',monospace;overflow-wrap:anywhere}
 svg text{fill:var(--soft);font-size:13px}
 .lower{stroke:var(--lower)}.upper{stroke:var(--upper)}.other{stroke:var(--other);stroke-dasharray:9 5}
 .lines{stroke:var(--lines);stroke-dasharray:2 4}
-.s0{stroke:var(--s0)}.s1{stroke:var(--s1)}.s2{stroke:var(--s2)}.s3{stroke:var(--s3)}.s4{stroke:var(--s4)}.s5{stroke:var(--s5)}
+.s0{stroke:var(--s0)}.s1{stroke:var(--s1)}.s2{stroke:var(--s2)}.s3{stroke:var(--s3)}.s4{stroke:var(--s4)}.s5{stroke:var(--s5)}.s6{stroke:var(--s6)}
 .dashed{stroke-dasharray:7 4}
 .cell{stroke:none}.t0{fill:var(--t0)}.t1{fill:var(--t1)}.t2{fill:var(--t2)}.t3{fill:var(--t3)}.t4{fill:var(--t4)}.t5{fill:var(--t5)}.t6{fill:var(--t6)}
 .cell:hover{stroke:var(--ink);stroke-width:1.5}

@@ -26,7 +26,8 @@ use std::time::Instant;
 /// Parts of the rays that runs of the curve get; the bake itself is the last point.
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 /// Strategies that get the same rays, alone.
-const ALONE: [Strategy; 4] = [Strategy::Rays, Strategy::UniformCubes, Strategy::AdaptiveCubes, Strategy::Guided];
+const ALONE: [Strategy; 5] =
+    [Strategy::Rays, Strategy::UniformCubes, Strategy::AdaptiveCubes, Strategy::Guided, Strategy::Scheduled];
 /// A generated office of so many rooms gets the rays of the bake; others in proportion.
 const ROOMS: f64 = 1000.0;
 /// Undecided pairs that are asked why.

@@ -21,7 +21,7 @@ use crate::geom::{self, Plane};
 use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, VecDeque};
 
 /// Halvings of a portal's sides, at most.
 const DEPTH: u32 = 6;
@@ -30,8 +30,13 @@ const DISAGREED: f64 = 0.1;
 /// A patch is expected to show this fraction of what the one that it is a quarter of showed.
 const QUARTER: f64 = 0.5;
 /// A cube in a cell is expected to show half of what the last one did and half of what the one before was expected to; and this
-/// fraction of the sphere over the number of cubes there were, so that no cell is given up.
-const HOPE: f64 = 1e-4;
+/// fraction of the sphere over the number of cubes there were: what is behind a corner of a cell shows in no cube before it. Less, and cells whose
+/// first cubes stood badly are given up; more, and all cells get equally many.
+const HOPE: f64 = 1e-2;
+/// Of so many random points of a cell its next cube stands at the one farthest from the cubes before it (Mitchell, *Spectrally
+/// optimal sampling for distribution ray tracing*, 1991), of which it looks at the last so many.
+const CANDIDATES: u32 = 8;
+const REMEMBERED: usize = 64;
 /// More than any cube shows: each portal and cell has one before any has two.
 const FIRST: f64 = 2.0;
 
@@ -106,6 +111,8 @@ pub(super) struct Adaptive<'a, 'c> {
     sampler: &'a Sampler<'a>,
     caster: &'a Caster<'c>,
     regions: &'a [Region],
+    /// Eyes of the last cubes inside each cell.
+    eyes: Vec<VecDeque<DVec3>>,
     surfaces: Vec<Surface>,
     queue: BinaryHeap<Place>,
 }
@@ -120,10 +127,11 @@ impl<'a, 'c> Adaptive<'a, 'c> {
         let cell = |c: u32| Place { hope: FIRST, key: mix(mix(sampler.seed, 0), u64::from(c)), at: At::Cell(CellId(c), 0) };
         let patches = (0..sampler.graph.portals.len() as u32).map(patch);
         let queue = patches.chain((0..regions.len() as u32).map(cell)).collect();
-        Self { sampler, caster, regions, surfaces: sampler.graph.portals.iter().map(surface).collect(), queue }
+        let surfaces = sampler.graph.portals.iter().map(surface).collect();
+        Self { sampler, caster, regions, eyes: vec![VecDeque::new(); regions.len()], surfaces, queue }
     }
 
-    fn site(&self, place: &Place) -> Option<Site> {
+    fn site(&mut self, place: &Place) -> Option<Site> {
         match place.at {
             At::Patch(patch, _) => {
                 let Portal { cells, plane, .. } = &self.sampler.graph.portals[patch.portal as usize];
@@ -131,7 +139,15 @@ impl<'a, 'c> Adaptive<'a, 'c> {
                 Some(Site { at, cells: *cells, normal: plane.n, portal: Some(PortalId(patch.portal)) })
             }
             At::Cell(cell, _) => {
-                let at = self.regions[cell.index()].draw(&mut Random(mix(place.key, 1)))?;
+                let mut random = Random(mix(place.key, 1));
+                let eyes = &mut self.eyes[cell.index()];
+                let far = |at: &DVec3| eyes.iter().map(|eye| eye.distance_squared(*at)).fold(f64::INFINITY, f64::min);
+                let candidates = (0..CANDIDATES).filter_map(|_| self.regions[cell.index()].draw(&mut random));
+                let at = candidates.map(|at| (far(&at), at)).reduce(|a, b| if b.0 > a.0 { b } else { a })?.1;
+                eyes.push_back(at);
+                if eyes.len() > REMEMBERED {
+                    eyes.pop_front();
+                }
                 Some(Site::inside(cell, at))
             }
         }

@@ -92,30 +92,26 @@ struct Turn<'a> {
     source: Box<dyn Source + 'a>,
     /// Proofs a ray.
     rate: f64,
-    /// Rays that it got so far.
-    spent: u64,
     /// Parts in a row that gave nothing.
     barren: u32,
 }
 
-/// Every other part goes to the strategy that had least so far, since proofs are not all that counts: what borders prove is many
-/// and small, what cubes prove is few and large.
+/// Two parts of three go to the first strategy, cubes where there are any, since proofs are not all that counts: what borders
+/// prove is many and small, what cubes prove is few and large.
 fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, progress: Progress<'_>) {
-    let turn = |source| Turn { source, rate: f64::INFINITY, spent: 0, barren: 0 };
+    let turn = |source| Turn { source, rate: f64::INFINITY, barren: 0 };
     let mut turns: Vec<Turn<'_>> = sources.into_iter().map(turn).collect();
     let proofs = |lower: &Lower| lower.witnesses.len() + lower.sights.len();
     let alone = turns.len() == 1;
     for part in 0.. {
-        let poorer = |a: usize, b: usize| if turns[b].spent < turns[a].spent { b } else { a };
         let better = |a: usize, b: usize| if turns[b].rate > turns[a].rate { b } else { a };
-        let next = if part % 2 == 0 { (0..turns.len()).reduce(poorer) } else { (0..turns.len()).reduce(better) };
+        let next = if part % 3 < 2 { (!turns.is_empty()).then_some(0) } else { (0..turns.len()).reduce(better) };
         let Some(next) = next.filter(|_| lower.rays < budget) else { return };
         let turn = &mut turns[next];
         let (before, rays) = (proofs(lower), lower.rays);
         let more = turn.source.step(lower, (budget / PARTS).max(LEAST).min(budget - lower.rays));
         let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
         turn.rate = found as f64 / spent as f64;
-        turn.spent += spent;
         turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
         if !more || lower.rays == rays || (turn.barren == PATIENCE && !alone) {
             turns.remove(next);
