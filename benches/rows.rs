@@ -139,6 +139,7 @@ fn floor(side: usize) -> PvsFile {
         object_rows: Some(objects),
         bounds: None,
         repairs: Vec::new(),
+        unseen: None,
         stats: PvsStats::default(),
         views: Default::default(),
     }

@@ -353,7 +353,8 @@ fn test(
     let from = |(v, view): (usize, &ViewCell)| {
         let region = Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)));
         let mut random = Random(mix(mix(seed, 0xb3), v as u64));
-        let (mut row, mut shown, mut bound) = (rows.lower.row(v).to_vec(), Vec::new(), Bound::NONE);
+        let (mut row, mut bound) = (rows.lower.row(v).to_vec(), Bound::NONE);
+        let mut shown = Shown { rays: each, proofs: Vec::new() };
         for count in looks(each) {
             let known = row.clone();
             let mut missed = |from: DVec3, direction: DVec3, hit: Hit| {
@@ -361,7 +362,7 @@ fn test(
                 let to = from + direction * hit.t;
                 if row[word] & mask == 0 && prover.proves(from, to, hit).is_some() {
                     row[word] |= mask;
-                    shown.push((hit.object.0, [from, to]));
+                    shown.proofs.push((hit.object.0, [from, to]));
                 }
             };
             if let Some(hits) = look(prover.rays, &region, &known, count, &mut random, &mut missed) {
@@ -370,10 +371,10 @@ fn test(
         }
         (bound.0, shown)
     };
-    let results: Vec<(f64, Vec<(u32, [DVec3; 2])>)> = views.par_iter().enumerate().map(from).collect();
-    rows.rays += each * views.len() as u64;
+    let results: Vec<(f64, Shown)> = views.par_iter().enumerate().map(from).collect();
     let taken = results.into_iter().enumerate().map(|(v, (bound, shown))| {
-        for (object, segment) in shown {
+        rows.rays += shown.rays;
+        for (object, segment) in shown.proofs {
             if rows.lower.set(v, object as usize) {
                 proofs.push((v as u32, object, segment));
             }

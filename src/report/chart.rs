@@ -37,7 +37,7 @@ pub enum Shape {
 pub struct Curve {
     /// In the legend.
     pub name: String,
-    /// Of the style sheet: `lower`, `upper`, `other`, `lines`, `s0` to `s5`; `dashed` beside it.
+    /// Of the style sheet: `lower`, `upper`, `other`, `lines`, `s0` to `s6`; `dashed` beside it.
     pub class: &'static str,
     /// How it is drawn.
     pub shape: Shape,

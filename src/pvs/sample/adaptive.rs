@@ -30,8 +30,8 @@ const DISAGREED: f64 = 0.1;
 /// A patch is expected to show this fraction of what the one that it is a quarter of showed.
 const QUARTER: f64 = 0.5;
 /// A cube in a cell is expected to show half of what the last one did and half of what the one before was expected to; and this
-/// fraction of the sphere over the number of cubes there were: what is behind a corner of a cell shows in no cube before it. Less, and cells whose
-/// first cubes stood badly are given up; more, and all cells get equally many.
+/// fraction of the sphere over the number of cubes there were: what is behind a corner of a cell shows in no cube before it. Less,
+/// and cells whose first cubes stood badly are given up; more, and all cells get equally many.
 const HOPE: f64 = 1e-2;
 /// Of so many random points of a cell its next cube stands at the one farthest from the cubes before it (Mitchell, *Spectrally
 /// optimal sampling for distribution ray tracing*, 1991), of which it looks at the last so many.

@@ -2,12 +2,12 @@
 //!
 //! What is unseen of a region is the probability that a ray from a random point of it, in a random direction, shows an object that
 //! isn't in the region's row: the mean, over its points, of the solid angle (fraction of the sphere) of what is missing. Fresh rays
-//! are independent of the row, so the number of those that show something missing has a binomial distribution, and Clopper
-//! and Pearson's bound holds (*The use of confidence or fiducial limits illustrated in the case of the binomial*, 1934), however the row was
-//! found; after *n* rays that show nothing missing it is about 3 / *n*. What they do show is then added to the row, which makes
-//! less unseen; so the next look, with twice the rays, may bound it better. Each look takes its share of the doubt (Bonferroni), and the
-//! least bound counts. Good and Turing's estimate needs no rays of its own, but holds only for rows that were found by independent rays, which guided
-//! and adaptive samples are not.
+//! are independent of the row, so the number of those that show something missing has a binomial distribution, and the bound of
+//! Clopper and Pearson holds (*The use of confidence or fiducial limits illustrated in the case of the binomial*, 1934), however
+//! the row was found; after *n* rays that show nothing missing it is about 3 / *n*. What they do show is then added to the row,
+//! which makes less unseen; so the next look, with twice the rays, may bound it better. Each look takes its share of the doubt
+//! (Bonferroni), and the least bound counts. The estimate of Good and Turing needs no rays of its own, but holds only for rows found
+//! by independent rays, which guided and adaptive samples are not.
 //!
 //! The bound of a mean over regions with equally many rays each comes from the same formula: the sum is then no more spread than a
 //! binomial one with the same mean (Hoeffding, *On the distribution of the number of successes in independent trials*, 1956).
@@ -56,8 +56,8 @@ pub(in crate::pvs) fn looks(rays: u64) -> impl Iterator<Item = u64> {
     (0..LOOKS).map(move |look| (rays << look) / ((1 << LOOKS) - 1)).filter(|&rays| rays > 0)
 }
 
-/// Casts `count` rays from a region; those that show an object not in `row` are handed to `missed` with what they show, and counted. `None` where the
-/// region has no room.
+/// Casts `count` rays from a region; those that show an object not in `row` are handed to `missed` with what they show, and
+/// counted. `None` where the region has no room.
 pub(in crate::pvs) fn look(
     rays: &RayScene<'_>,
     region: &Region,
@@ -125,8 +125,8 @@ pub(in crate::pvs) fn test(
     Unseen { mean: mean.0, cells: cells.into_iter().map(|bound| (bound.0 as f32).next_up().min(1.0)).collect() }
 }
 
-/// The greatest probability at which `hits` or fewer of `rays` independent trials succeed with probability `alpha` or more: the upper end of
-/// Clopper and Pearson's interval. 1 where there were no trials.
+/// The greatest probability of success at which `hits` or fewer of `rays` independent trials succeed with a chance of `alpha` or
+/// more: the upper end of the interval of Clopper and Pearson. 1 where there were no trials.
 pub fn upper_bound(hits: u64, rays: u64, alpha: f64) -> f64 {
     if hits >= rays {
         return 1.0;
