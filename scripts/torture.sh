@@ -25,4 +25,5 @@ for model in "${models[@]}"; do
   fi
   echo "$name baked, checked, walked: $([ $failed = 0 ] && echo passed || echo FAILED)"
 done
+cargo test --release --features full --test unseen -- --ignored || failed=1
 exit $failed
