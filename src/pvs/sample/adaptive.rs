@@ -37,8 +37,10 @@ const HOPE: f64 = 1e-2;
 /// optimal sampling for distribution ray tracing*, 1991), of which it looks at the last so many.
 const CANDIDATES: u32 = 8;
 const REMEMBERED: usize = 64;
-/// More than any cube shows: each portal and cell has one before any has two.
+/// What first cubes are expected to show. In cells more than any cube shows, so that each has one before any has two; on portals
+/// less than in a cell with fewer than ten cubes: where portals are many, most of them show nothing that those don't.
 const FIRST: f64 = 2.0;
+const FIRST_ON_PORTAL: f64 = 1e-3;
 
 /// Where a cube may stand next.
 struct Place {
@@ -122,7 +124,7 @@ impl<'a, 'c> Adaptive<'a, 'c> {
         let surface = |p: &Portal| Surface::new(&p.winding, p.plane.n, sampler.prover.clearance);
         let patch = |portal: u32| {
             let patch = Patch { portal, u: 0, v: 0, size: Patch::WHOLE };
-            Place { hope: FIRST, key: patch.key(sampler.seed), at: At::Patch(patch, Seen::new()) }
+            Place { hope: FIRST_ON_PORTAL, key: patch.key(sampler.seed), at: At::Patch(patch, Seen::new()) }
         };
         let cell = |c: u32| Place { hope: FIRST, key: mix(mix(sampler.seed, 0), u64::from(c)), at: At::Cell(CellId(c), 0) };
         let patches = (0..sampler.graph.portals.len() as u32).map(patch);
