@@ -1,6 +1,7 @@
 //! What can be seen from each cell: both sides of it.
 //!
-//! [`bake`] is the main path. The lower bound: [`sample`], with the engines of [`cube`]. The upper bound: `flow`, then `shield`. Where the two contradict each other: `repair`. Both for regions across cells: `view_cells`.
+//! [`bake`] is the main path. The lower bound: [`sample`], with the engines of [`cube`]. The upper bound: `flow`, then `shield`. Where
+//! the two contradict each other: `repair`. Both for regions across cells: `view_cells`.
 //! Single pairs once more, with the reason: `why`.
 
 pub mod cube;
