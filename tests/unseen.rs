@@ -100,7 +100,7 @@ fn the_bound_holds(data: &Path, seeds: u64, rays_of_truth: u32) {
         let none = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
         let cells = bake(&scene, BakeOptions { pvs: none, ..BakeOptions::default() }, &|_, _| ()).unwrap();
         for seed in 0..seeds {
-            // Rays so few that much stays unseen: 16 to 1,024 from each view cell find, as many more test.
+            // Rays so few that much stays unseen: 25 to 1,600 from each view cell find, a quarter as many test.
             let rays = views.len() as u64 * (128 << (seed % 7));
             let options = PvsOptions { ray_budget: rays, flow_steps: 0, seed, ..PvsOptions::default() };
             let mut graph = cells.file.graph().clone();

@@ -25,9 +25,6 @@ use std::time::Instant;
 
 /// Parts of the rays that runs of the curve get; the bake itself is the last point.
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
-/// Strategies that get the same rays, alone.
-const ALONE: [Strategy; 5] =
-    [Strategy::Rays, Strategy::UniformCubes, Strategy::AdaptiveCubes, Strategy::Guided, Strategy::Scheduled];
 /// A generated office of so many rooms gets the rays of the bake; others in proportion.
 const ROOMS: f64 = 1000.0;
 /// Undecided pairs that are asked why.
@@ -83,7 +80,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     progress("runs with fewer rays", 0.0);
     let bench = Bench { scene: &scene, graph: &graph, options: &pvs, views: &views };
     let mut curves = vec![bench.everything(file, cpu), bench.flow()];
-    curves.extend(ALONE.map(|strategy| bench.alone(strategy)));
+    curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
     let growth = args.growth.iter().map(|&offices| {
         progress(&format!("{offices} offices"), 0.0);
         growth(offices, &pvs)

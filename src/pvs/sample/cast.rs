@@ -16,8 +16,8 @@ use std::sync::Mutex;
 pub(super) const BATCH: usize = 64;
 /// Pixels along a face's edge. More: more of what is small is seen, fewer cubes in the same time; but a cube of a quarter of
 /// the pixels takes two thirds of the time.
-pub(super) const SIZE: u32 = 128;
-/// What a cube costs with the lines that are followed from it, in rays.
+const SIZE: u32 = 128;
+/// What a cube counts as, with the lines that are followed from it: rays that take about as long.
 pub(super) const COST: u64 = 1_500;
 /// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
 /// cells farther along.
@@ -56,8 +56,8 @@ impl<'a> Caster<'a> {
         Self { sampler, cubes, engine, owners, solid, idle: Mutex::default() }
     }
 
-    /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed. What they see, and the solid angle (fraction of the
-    /// sphere) of that part of it that the cells beside them weren't known to see, their mean where they are two.
+    /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed. What they see, and the solid angle (fraction
+    /// of the sphere) of that part of it that the cells beside them weren't known to see, their mean where they are two.
     pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower) -> Vec<(Seen, f64)> {
         let known = &*lower;
         let cast = |&(seed, site): &(u64, Site)| {
@@ -113,7 +113,8 @@ impl<'a> Eyes<'a> {
         shown.solid += solid;
         let before = shown.pixels as usize;
         shown.pixels += count as u32;
-        // Each pixel about as likely as the others to be one of the few, by whole runs (Vitter, *Random sampling with a reservoir*, 1985).
+        // Each pixel about as likely as the others to be one of the few, by whole runs (Vitter, *Random sampling with a reservoir*,
+        // 1985).
         let few = shown.some.len();
         if before < few {
             (before..few.min(before + count)).for_each(|place| shown.some[place] = (first + place - before) as u32);

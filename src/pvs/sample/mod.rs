@@ -84,7 +84,7 @@ impl<'a> Sampler<'a> {
 }
 
 /// The part of space that eyes are taken from: the scene, and a quarter of its diagonal around it.
-pub(in crate::pvs) fn near(scene: Aabb) -> Aabb {
+fn near(scene: Aabb) -> Aabb {
     scene.inflated(0.25 * scene.diagonal())
 }
 

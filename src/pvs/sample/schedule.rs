@@ -1,11 +1,11 @@
-//! Who gets the rays: the strategy that proved most for the last ones it got.
+//! Who gets the rays: cubes two parts of three, and the strategy that proved most for its last ones the third.
 
 use super::adaptive::Adaptive;
 use super::cast::Caster;
 use super::guided::Guided;
 use super::uniform::{Rays, Uniform, regions};
 use super::witness::Lower;
-use super::{Random, Sampler, mix};
+use super::{Random, Sampler};
 use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
 use crate::pvs::Progress;
@@ -33,11 +33,11 @@ pub enum Strategy {
     Rays,
     /// Cubes at random points of cells.
     UniformCubes,
-    /// Cubes on portals, in quadtrees that split where their corners see different things (Nirenstein, Blake, 2004), and inside cells.
+    /// Cubes on portals, in quadtrees that split where cubes show what isn't known, and inside cells (after Nirenstein, Blake, 2004).
     AdaptiveCubes,
     /// Random rays, and rays at the borders of what was found (Wonka et al., *Guided visibility sampling*, 2006).
     Guided,
-    /// Adaptive cubes and rays at the borders, whichever proves more for its rays.
+    /// Adaptive cubes and rays at the borders: what a bake does first.
     Scheduled,
 }
 
@@ -133,6 +133,6 @@ pub struct Spent {
 pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
-    sample(&rays, graph, strategy, mix(seed, 0), budget, &mut lower, &|_, _| ());
+    sample(&rays, graph, strategy, seed, budget, &mut lower, &|_, _| ());
     Spent { objects: lower.objects, rays: lower.rays }
 }
