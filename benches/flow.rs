@@ -9,6 +9,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use enfilade::cells::{Cell, CellGraph};
 use enfilade::geom::Aabb;
 use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
+use enfilade::work::Work;
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
 use std::hint::black_box;
@@ -35,7 +36,7 @@ impl World {
             max_steps: 200_000,
             coplanar: 1e-4,
         };
-        flow(&input, &|_, _| ())
+        flow(&input, &Work::quiet()).expect("nobody stops it")
     }
 
     fn describe(&self, name: &str, result: &FlowResult) {

@@ -3,9 +3,9 @@
 //! upper one. Not run without the data folder.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use enfilade::vis::{Control, Level, Vis, VisOptions, vis};
+use enfilade::vis::{Level, Vis, VisOptions, vis};
+use enfilade::work::Work;
 use std::hint::black_box;
-use std::sync::atomic::AtomicBool;
 
 #[path = "../tests/common/prt.rs"]
 mod prt;
@@ -22,8 +22,7 @@ const LEVELS: [(&str, f64); 7] = [
 ];
 
 fn run(level: &Level) -> Vis {
-    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint: &|_| (), bounds: None };
-    vis(level, &VisOptions::default(), None, &control).expect("a sound level")
+    vis(level, &VisOptions::default(), None, &Work::quiet()).expect("a sound level")
 }
 
 fn on(threads: usize) -> rayon::ThreadPool {

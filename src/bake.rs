@@ -4,9 +4,11 @@ use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, split};
 use crate::file::PvsFile;
 use crate::pvs::view_cells::{self, ViewRows};
-use crate::pvs::{self, Progress, PvsOptions};
+use crate::pvs::{self, PvsOptions};
 use crate::scene::{ImportOptions, Scene};
+use crate::work::{Stopped, Work};
 use std::time::Instant;
+use xxhash_rust::xxh3::Xxh3;
 
 /// How to bake.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -47,18 +49,44 @@ pub struct Baked {
     pub seconds: Seconds,
 }
 
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum BakeError {
+    /// The scene can't be split into cells.
+    #[error(transparent)]
+    Split(#[from] SplitError),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
 /// Segments that a debug build follows through a graph that it found.
 const SEGMENTS: u64 = 4096;
 
+/// Digest of everything that the result depends on: what a [journal](crate::work::Journal) belongs to.
+pub fn digest(scene: &Scene, options: &BakeOptions) -> u128 {
+    let mut hash = Xxh3::new();
+    hash.update(&scene.hash().to_le_bytes());
+    // Every number in full.
+    hash.update(format!("{:?} {:?} {options:?}", scene.name, scene.hints).as_bytes());
+    hash.digest128()
+}
+
 /// Splits, works out visibility, and packs.
-pub fn bake(scene: &Scene, options: BakeOptions, progress: Progress<'_>) -> Result<Baked, SplitError> {
+///
+/// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
+///
+/// # Errors
+///
+/// [`BakeError`].
+pub fn bake(scene: &Scene, options: BakeOptions, work: &Work<'_>) -> Result<Baked, BakeError> {
     // 1. Cells and portals.
     let start = Instant::now();
-    progress("cells", 0.0);
+    work.tell("cells", 0.0);
     let found = options.given.is_none();
     let mut graph = match options.given {
         Some(graph) => graph,
-        None => split(scene, &options.split)?,
+        None => work.once(|| split(scene, &options.split))?,
     };
     let audit = (graph.strategy == Strategy::Authored).then(|| audit(scene, &graph));
     if found {
@@ -67,12 +95,12 @@ pub fn bake(scene: &Scene, options: BakeOptions, progress: Progress<'_>) -> Resu
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();
-    let pvs = pvs::bake(scene, &mut graph, &options.pvs, progress);
+    let pvs = pvs::bake(scene, &mut graph, &options.pvs, work)?;
     if found {
         stage("mending", &graph, scene, SEGMENTS);
     }
-    let views = (!options.view_cells.is_empty())
-        .then(|| view_cells::bake(scene, &graph, &pvs, &options.view_cells, &options.pvs, progress));
+    let look = || view_cells::bake(scene, &graph, &pvs, &options.view_cells, &options.pvs, work);
+    let views = (!options.view_cells.is_empty()).then(look).transpose()?;
     // 3. The file.
     let mut file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
     if let Some(views) = &views {

@@ -40,6 +40,7 @@ pub mod scene;
 pub mod tolerance;
 pub mod vis;
 pub mod why;
+pub mod work;
 
 mod bits;
 mod ids;

@@ -112,6 +112,7 @@ fn file(scene: &Scene) -> PvsFile {
         pairs: PairCounts::default(),
         repairs: Vec::new(),
         unseen: None,
+        gap: None,
         stats: PvsStats::default(),
         views: Default::default(),
     }

@@ -8,6 +8,7 @@ use enfilade::pvs::PvsOptions;
 use enfilade::report::check::rooms::{RoomScore, RoomsFile};
 use enfilade::report::check::score_rooms;
 use enfilade::scene::{ImportOptions, Role, Scene, gltf::from_slice};
+use enfilade::work::Work;
 use serde_json::{Value, json};
 
 mod boxes;
@@ -225,7 +226,7 @@ fn generated(kind: Kind) -> RoomScore {
         pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() },
         ..BakeOptions::default()
     };
-    let file = bake(&scene, options, &|_, _| ()).unwrap().file;
+    let file = bake(&scene, options, &Work::quiet()).unwrap().file;
     score_rooms(&file, &scene, &serde_json::from_value(made.rooms).unwrap()).unwrap()
 }
 

@@ -21,7 +21,7 @@ const MAY_USE: [(&str, &[&str]); 10] = [
 ];
 
 /// Below everything; uses nothing but itself.
-const BASE: [&str; 4] = ["geom", "tolerance", "bits", "ids"];
+const BASE: [&str; 5] = ["geom", "tolerance", "bits", "ids", "work"];
 
 /// A use of `module::item` (or of the whole `module`) by a source file.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]

@@ -5,12 +5,13 @@ mod rooms;
 
 use enfilade::pvs::{Pvs, PvsOptions, bake};
 use enfilade::scene::{Mesh, Scene};
+use enfilade::work::Work;
 use rooms::{row, solid};
 
 /// A bake of two rooms in a row with `extra` in the second, whose door is at x = 4.2, z = 1.8 to 2.7.
 fn baked(extra: Vec<Mesh>, ray_budget: u64) -> (Scene, Pvs) {
     let (scene, mut graph) = row(2, extra, &[]);
-    let pvs = bake(&scene, &mut graph, &PvsOptions { ray_budget, ..PvsOptions::default() }, &|_, _| ());
+    let pvs = bake(&scene, &mut graph, &PvsOptions { ray_budget, ..PvsOptions::default() }, &Work::quiet()).unwrap();
     assert_eq!((pvs.repairs.len(), pvs.stats.contradictions), (0, 0));
     (scene, pvs)
 }

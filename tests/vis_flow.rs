@@ -8,7 +8,8 @@ mod prt;
 
 use enfilade::BitMatrix;
 use enfilade::cells::CellGraph;
-use enfilade::vis::{Control, Level, LevelPortal, Line, State, Vis, VisError, VisOptions, Why, vis, why};
+use enfilade::vis::{Level, LevelPortal, Line, Vis, VisError, VisOptions, Why, digest, vis, why};
+use enfilade::work::{Journal, Work};
 use glam::DVec3;
 use grid::{Grid, Random, Recipe};
 use std::sync::Mutex;
@@ -17,17 +18,11 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 const OPTIONS: VisOptions = VisOptions { seed: 1, steps: 1_000_000, lines: 4 };
 
 fn run(level: &Level) -> Vis {
-    run_with(level, &OPTIONS, None, &|_| ()).expect("a result")
+    run_with(level, &OPTIONS).expect("a result")
 }
 
-fn run_with(
-    level: &Level,
-    options: &VisOptions,
-    resume: Option<State>,
-    checkpoint: &(dyn Fn(&State) + Sync),
-) -> Result<Vis, VisError> {
-    let control = Control { progress: &|_, _| (), stop: &AtomicBool::new(false), checkpoint, bounds: None };
-    vis(level, options, resume, &control)
+fn run_with(level: &Level, options: &VisOptions) -> Result<Vis, VisError> {
+    vis(level, options, None, &Work::quiet())
 }
 
 /// What holds for every result.
@@ -328,7 +323,7 @@ fn one_thread_two_threads_and_again_give_the_same() {
     let one = on(1);
     assert!(one == on(2), "two threads");
     assert!(one == on(1), "again");
-    let other = run_with(&level, &VisOptions { seed: 2, ..OPTIONS }, None, &|_| ()).expect("a result");
+    let other = run_with(&level, &VisOptions { seed: 2, ..OPTIONS }).expect("a result");
     assert_eq!(one.lower.first_outside(&other.upper), None, "another seed");
 }
 
@@ -336,31 +331,40 @@ fn one_thread_two_threads_and_again_give_the_same() {
 fn an_interrupted_run_goes_on_to_the_same_result() {
     let grid = Grid::random(Recipe { size: [5, 2, 5], doors: 0.6, joined: 0.0, outside: false, objects: 0 }, 4);
     let level = level(&grid.graph());
-    let states = Mutex::new(Vec::new());
-    let whole = run_with(&level, &OPTIONS, None, &|s| states.lock().unwrap().push(s.clone())).expect("a result");
-    let states = states.into_inner().unwrap();
-    assert!(states.len() > 3);
-    for state in &states {
-        let text = serde_json::to_string(state).expect("text");
-        let state: State = serde_json::from_str(&text).expect("a state");
-        assert!(state.matches(&level, &OPTIONS));
-        assert!(run_with(&level, &OPTIONS, Some(state), &|_| ()) == Ok(whole.clone()));
-    }
-    // Of another level, or other options: refused.
+    let whole = run(&level);
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("vis_flow.state");
+    let _ = std::fs::remove_file(&path);
+    let journal = || Journal::open(&path, digest(&level, &OPTIONS)).expect("a state");
+    // Each run is stopped a few searches after it has begun with new ones, until one isn't.
+    let mut runs = 0;
+    let result = loop {
+        let (stop, told) = (AtomicBool::new(false), Mutex::new(0));
+        let progress = |stage: &str, _: f64| {
+            let mut told = told.lock().unwrap();
+            *told += u32::from(stage == "flow");
+            stop.fetch_or(*told == 7 * (runs + 1), Relaxed);
+        };
+        let journal = journal();
+        let result = vis(&level, &OPTIONS, None, &Work::new(&progress).until(&stop).kept_in(&journal));
+        journal.flush().expect("room on the disk");
+        match result {
+            Err(VisError::Stopped(_)) => runs += 1,
+            result => break result,
+        }
+    };
+    assert!(runs > 3, "stopped {runs} times");
+    assert!(result == Ok(whole.clone()));
+    // What is there is not worked out again.
+    let size = std::fs::metadata(&path).unwrap().len();
+    let journal = journal();
+    assert!(vis(&level, &OPTIONS, None, &Work::quiet().kept_in(&journal)) == Ok(whole));
+    journal.flush().expect("nothing to write");
+    assert_eq!(std::fs::metadata(&path).unwrap().len(), size);
+    // Another level, or other options: another state.
     let mut other = level.clone();
     other.portals[0].winding[0].x += 1e-9;
-    assert_eq!(run_with(&other, &OPTIONS, Some(states[0].clone()), &|_| ()), Err(VisError::OtherState));
-    let options = VisOptions { steps: 7, ..OPTIONS };
-    assert_eq!(run_with(&level, &options, Some(states[0].clone()), &|_| ()), Err(VisError::OtherState));
-    // Stopped by the caller after the second round: the state of that round comes back.
-    let (stop, rounds) = (AtomicBool::new(false), Mutex::new(0));
-    let checkpoint = |_: &State| {
-        *rounds.lock().unwrap() += 1;
-        stop.store(*rounds.lock().unwrap() == 2, Relaxed);
-    };
-    let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &checkpoint, bounds: None };
-    let Err(VisError::Stopped(Some(state))) = vis(&level, &OPTIONS, None, &control) else { panic!("not stopped") };
-    assert!(*state == states[1]);
+    assert_ne!(digest(&other, &OPTIONS), digest(&level, &OPTIONS));
+    assert_ne!(digest(&level, &VisOptions { steps: 7, ..OPTIONS }), digest(&level, &OPTIONS));
 }
 
 #[test]
@@ -369,7 +373,7 @@ fn a_run_out_of_steps_hides_nothing() {
     let level = level(&grid.graph());
     let full = run(&level);
     for steps in [0, 1, 10, 100] {
-        let result = run_with(&level, &VisOptions { steps, ..OPTIONS }, None, &|_| ()).expect("a result");
+        let result = run_with(&level, &VisOptions { steps, ..OPTIONS }).expect("a result");
         check_shape(&level, &result);
         assert_eq!(full.lower.first_outside(&result.upper), None);
         assert!(steps > 1 || result.stats.capped > 0);
@@ -448,7 +452,7 @@ fn input_that_makes_no_sense_is_refused_or_hides_nothing() {
     let good = row(&[(0.0, door.clone()), (1.0, door.clone()), (2.0, door)]);
     let mut bad = good.clone();
     bad.portals[1].cells[0] = 9;
-    assert_eq!(run_with(&bad, &OPTIONS, None, &|_| ()), Err(VisError::NoSuchCell { portal: 1, cell: 9, cells: 4 }));
+    assert_eq!(run_with(&bad, &OPTIONS), Err(VisError::NoSuchCell { portal: 1, cell: 9, cells: 4 }));
     let empty = Level::default();
     assert_eq!(run(&empty).upper.count_ones(), 0);
     for winding in
@@ -489,7 +493,7 @@ fn rays_through_real_levels_stay_in_the_rows() {
     for name in ["lqdm12", "id_dm4", "lq_e0m1"] {
         let level = prt::level(&folder.join(format!("{name}.prt")));
         let reference = prt::rows(&folder.join(format!("{name}.vis.txt.gz")), level.cells);
-        let result = run_with(&level, &VisOptions::default(), None, &|_| ()).expect("a result");
+        let result = run_with(&level, &VisOptions::default()).expect("a result");
         check_shape(&level, &result);
         assert!(result.upper.count_ones() < reference.count_ones(), "{name}: fewer than the reference's");
         let undecided = result.upper.count_ones() - result.lower.count_ones();

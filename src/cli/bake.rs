@@ -1,9 +1,10 @@
 //! `enfilade bake`.
 
+use super::keep::{Kept, catch_interrupts};
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
-use enfilade::bake::{BakeOptions, Baked, bake};
+use enfilade::bake::{BakeError, BakeOptions, Baked, bake, digest};
 use enfilade::cells::{ViewCell, read_view_cells};
 use enfilade::file::{Container, load_bytes};
 use enfilade::pvs::{Guarantee, PvsOptions};
@@ -40,6 +41,9 @@ pub struct Args {
     /// Seed of every random choice
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// What an interrupted bake leaves, and the next goes on from [default: the output's name with .bake-state]
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
@@ -54,6 +58,7 @@ enum Ship {
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     args.scene.check()?;
+    catch_interrupts()?;
     super::pool(args.threads)?.install(|| bake_file(&args))
 }
 
@@ -86,10 +91,20 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         bar.set_message(stage.to_owned());
         bar.set_position((done * 1000.0) as u64);
     };
-    let baked = bake(&scene, options, &progress).map_err(|e| at(&args.input, e))?;
-    bar.finish_and_clear();
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("pvs"));
+    let kept = Kept::open(args.state.as_deref(), &output, digest(&scene, &options), "bake-state")?;
+    let baked = bake(&scene, options, &kept.work(&progress));
+    bar.finish_and_clear();
+    let baked = match baked {
+        Ok(baked) => baked,
+        Err(BakeError::Stopped(_)) => return kept.stopped(),
+        Err(e) => {
+            kept.done()?;
+            return Err(at(&args.input, e));
+        }
+    };
     baked.file.save(&output).map_err(|e| at(&output, e))?;
+    kept.done()?;
     let bytes = load_bytes(&output).map_err(|e| at(&output, e))?;
     let container = Container::parse(&bytes).map_err(|e| at(&output, e))?;
     let report = report(&scene, &baked, &container, import_seconds, begin.elapsed().as_secs_f64(), bytes.len());

@@ -2,7 +2,7 @@
 
 use super::{CliError, Outcome, at};
 use enfilade::cells::{PortalKind, PortalState};
-use enfilade::file::{Container, PvsFile, SectionId, VERSION, entropy_bits_per_pair, load_bytes};
+use enfilade::file::{Container, Gap, PvsFile, SectionId, VERSION, entropy_bits_per_pair, load_bytes};
 use enfilade::pvs::sample::unseen::CONFIDENCE;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -88,6 +88,21 @@ fn states(file: &PvsFile, kind: PortalKind) -> Value {
     })
 }
 
+/// What is undecided from closed cells, by kind, and apart from that what is from open ones.
+fn gap(file: &PvsFile) -> Value {
+    let known = (file.pairs.upper == file.pairs.lower).then(Gap::default);
+    let Some(gap) = file.gap.or(known) else { return Value::Null };
+    let (undecided, upper) = (gap.closed(), gap.closed_upper);
+    json!({
+        "closed": undecided as f64 / upper.max(1) as f64,
+        "closed_upper_pairs": file.gap.map(|_| upper),
+        "tolerance_pairs": gap.tolerance,
+        "inside_pairs": gap.inside,
+        "budget_pairs": gap.budget,
+        "open_cells_pairs": gap.open,
+    })
+}
+
 /// The `pvs.*` keys, the same as those of `bake --json`.
 pub(super) fn pvs(container: &Container<'_>, file: &PvsFile) -> Value {
     let (cells, objects) = (file.cells.len() as u64, file.objects.len() as u64);
@@ -102,6 +117,7 @@ pub(super) fn pvs(container: &Container<'_>, file: &PvsFile) -> Value {
             let closed = unseen.cells.iter().zip(&file.cells).filter(|(_, cell)| !cell.open).map(|(&bound, _)| bound);
             json!({ "mean": unseen.mean, "max_closed": closed.reduce(f32::max), "confidence": CONFIDENCE })
         }),
+        "gap": gap(file),
         "lower_pairs": pairs.lower,
         "upper_pairs": pairs.upper,
         "undecided_pairs": pairs.upper - pairs.lower,

@@ -6,6 +6,7 @@ pub mod check;
 pub mod dump;
 pub mod generate;
 pub mod info;
+mod keep;
 pub mod level;
 pub mod report;
 pub mod scene;

@@ -2,22 +2,19 @@
 
 use super::against::other_rows;
 use super::bake::{peak_rss_mb, progress_bar};
+use super::keep::{Kept, catch_interrupts};
 use super::level::{Input, SearchFlags};
 use super::stages::Stages;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
 use enfilade::vis::against::against;
-use enfilade::vis::resume::{StateError, read_state, write_state};
 use enfilade::vis::rows::write_rows;
-use enfilade::vis::{Control, Level, State, Term, Vis, VisError, VisOptions, Why, vis, why};
+use enfilade::vis::{Level, Term, Vis, VisError, VisOptions, Why, digest, vis, why};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// Between two writings of the state, at least; and twenty times what the last took.
-const STATE_EVERY: Duration = Duration::from_secs(10);
 /// Separations that are told of a pair.
 const TOLD: usize = 20;
 
@@ -49,19 +46,10 @@ pub struct Args {
     json: bool,
 }
 
-/// Set by Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
-
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let pool = super::pool(args.search.threads)?;
-    let handler = ctrlc::set_handler(|| {
-        // The second time, at once: 128 and the signal's number, as shells have it.
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    handler.map_err(|e| CliError(format!("Ctrl-C can't be caught: {e}")))?;
+    catch_interrupts()?;
     pool.install(|| vis_file(&args))
 }
 
@@ -88,9 +76,12 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
 
     // 2. Both sides of what is visible.
     let options = args.search.options();
-    let state_file = args.state.clone().unwrap_or_else(|| args.input.with_extension("vis-state"));
+    let kept = Kept::open(args.state.as_deref(), &args.input, digest(&input.level, &options), "vis-state")?;
     let mut stages = Stages::default();
-    let Some(result) = followed(&input.level, &options, &state_file, &mut stages)? else { return Ok(Outcome::Failed) };
+    let result = match followed(&input.level, &options, &kept, &mut stages) {
+        Err(VisError::Stopped(_)) => return kept.stopped(),
+        result => result.map_err(|e| CliError(e.to_string()))?,
+    };
 
     // 3. What comes of it. The state is done with only once everything is written.
     let writing = Instant::now();
@@ -101,9 +92,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         let bytes = bsp.with_rows(&result.upper, &input.clusters).map_err(|e| at(&args.input, e))?;
         replace_file(path, |out| out.write_all(&bytes)).map_err(|e| at(path, e))?;
     }
-    if state_file.exists() {
-        std::fs::remove_file(&state_file).map_err(|e| at(&state_file, e))?;
-    }
+    kept.done()?;
     let write = writing.elapsed().as_secs_f64();
 
     // 4. The report.
@@ -136,15 +125,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
-/// Runs, with a bar, a state on the disk, and Ctrl-C. `None` where it was stopped.
-fn followed(level: &Level, options: &VisOptions, state_file: &Path, stages: &mut Stages) -> Result<Option<Vis>, CliError> {
-    let resume = state(state_file)?;
-    if resume.as_ref().is_some_and(|state| !state.matches(level, options)) {
-        return Err(at(state_file, "belongs to another level or to other options; delete it, or name another with --state"));
-    }
-    if resume.is_some() {
-        eprintln!("goes on from {}", state_file.display());
-    }
+/// Runs with a bar.
+fn followed(level: &Level, options: &VisOptions, kept: &Kept, stages: &mut Stages) -> Result<Vis, VisError> {
     let bar = progress_bar();
     let clock = Mutex::new(std::mem::take(stages));
     let progress = |stage: &str, done: f64| {
@@ -156,55 +138,11 @@ fn followed(level: &Level, options: &VisOptions, state_file: &Path, stages: &mut
         }
         bar.set_position((done * 1000.0) as u64);
     };
-    // When it was written last, and how long that took.
-    let written = Mutex::new((Instant::now(), Duration::ZERO));
-    let write = |state: &State| {
-        let now = Instant::now();
-        replace_file(state_file, |out| write_state(state, out)).map(|()| now.elapsed())
-    };
-    let checkpoint = |state: &State| {
-        let Ok(mut last) = written.lock() else { return };
-        if last.0.elapsed() >= STATE_EVERY.max(last.1 * 20) {
-            // A disk that is full now may not be at the end; the run goes on.
-            let took = write(state).unwrap_or_else(|e| {
-                bar.suspend(|| eprintln!("{}: {e}", state_file.display()));
-                STATE_EVERY
-            });
-            *last = (Instant::now(), took);
-        }
-    };
-    let result =
-        vis(level, options, resume, &Control { progress: &progress, stop: &STOP, checkpoint: &checkpoint, bounds: None });
+    let result = vis(level, options, None, &kept.work(&progress));
     bar.finish_and_clear();
     *stages = clock.into_inner().unwrap_or_default();
     stages.leave();
-    match result {
-        Ok(result) => Ok(Some(result)),
-        Err(VisError::Stopped(state)) => {
-            match state {
-                Some(state) => {
-                    write(&state).map_err(|e| at(state_file, e))?;
-                    eprintln!("stopped; the same command goes on from {}", state_file.display());
-                }
-                None => eprintln!("stopped before anything was decided"),
-            }
-            Ok(None)
-        }
-        Err(e) => Err(CliError(e.to_string())),
-    }
-}
-
-/// The state to go on from, where there is one.
-fn state(path: &Path) -> Result<Option<State>, CliError> {
-    let mut file = match std::fs::File::open(path) {
-        Ok(file) => file,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(at(path, e)),
-    };
-    read_state(&mut file).map(Some).map_err(|e| match e {
-        StateError::Io(e) => at(path, e),
-        e => at(path, format!("{e}; delete it, or name another with --state")),
-    })
+    result
 }
 
 /// The keys of `vis --json`; docs/cli.md says what each means.

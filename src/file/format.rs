@@ -70,11 +70,13 @@ pub enum SectionId {
     ViewWitnesses,
     /// How much there is to see that is in no lower set, at most.
     Unseen,
+    /// What is undecided, by kind.
+    Gap,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -94,6 +96,7 @@ impl SectionId {
         Self::ViewBounds,
         Self::ViewWitnesses,
         Self::Unseen,
+        Self::Gap,
     ];
 
     /// The number in the file.
@@ -141,6 +144,7 @@ impl fmt::Display for SectionId {
             Self::ViewBounds => "view-bounds",
             Self::ViewWitnesses => "view-witnesses",
             Self::Unseen => "unseen",
+            Self::Gap => "gap",
         })
     }
 }

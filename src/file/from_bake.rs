@@ -1,6 +1,6 @@
 //! A bake's result as a file: `f64` to `f32`, and what need not be there left out, with the reason.
 
-use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views};
+use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
 use crate::geom::{Aabb, Plane};
 use crate::pvs::view_cells::ViewRows;
@@ -45,6 +45,7 @@ impl PvsFile {
             repairs: pvs.repairs.clone(),
             stats: pvs.stats,
             unseen: pvs.unseen.clone(),
+            gap: Some(gap(graph, pvs, &lower)).filter(|gap| gap.all() > 0),
             views: Views::default(),
         };
         let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());
@@ -83,6 +84,27 @@ impl PvsFile {
         self.notes
             .extend(in_no_cell.map(|id| format!("view cell {id:?} lies in no cell: nothing beyond it is seen from there")));
     }
+}
+
+/// What is undecided, by kind.
+fn gap(graph: &CellGraph, pvs: &Pvs, lower: &BitMatrix) -> Gap {
+    let mut gap = Gap::default();
+    for (c, cell) in graph.cells.iter().enumerate() {
+        for object in pvs.objects_upper.ones(c) {
+            gap.closed_upper += u64::from(!cell.open);
+            if lower.get(c, object) {
+                continue;
+            }
+            let kind = match (cell.open, pvs.narrow.get(c, object), pvs.placement.get(c, object)) {
+                (true, ..) => &mut gap.open,
+                (_, true, _) => &mut gap.tolerance,
+                (.., true) => &mut gap.inside,
+                _ => &mut gap.budget,
+            };
+            *kind += 1;
+        }
+    }
+    gap
 }
 
 /// The lower set of objects and a witness for each of its pairs, in order. A pair that came without a witness isn't proven, so

@@ -72,8 +72,37 @@ pub struct PvsFile {
     pub stats: PvsStats,
     /// How much there is to see from each cell that is in no lower set, at most; `None` where that wasn't tested.
     pub unseen: Option<Unseen>,
+    /// What is undecided; `None` where nothing is, or nobody says.
+    pub gap: Option<Gap>,
     /// Regions that rows were asked for on top of the cells.
     pub views: Views,
+}
+
+/// Cell-object pairs between the two sides: neither witnessed nor proven hidden.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
+pub struct Gap {
+    /// From closed cells: those of the upper set, decided or not.
+    pub closed_upper: u64,
+    /// From closed cells, undecided: rays reached it, or shafts closed in on it, but nothing clears or shuts it down to the tolerance.
+    pub tolerance: u64,
+    /// Likewise: the object is in the cell itself, hidden by what else is there or within a wall, and no ray has met it.
+    pub inside: u64,
+    /// Likewise: what it would take to decide it was not spent.
+    pub budget: u64,
+    /// Undecided from open cells, where culling is done online.
+    pub open: u64,
+}
+
+impl Gap {
+    /// Undecided pairs of closed cells.
+    pub fn closed(&self) -> u64 {
+        self.tolerance.saturating_add(self.inside).saturating_add(self.budget)
+    }
+
+    /// All undecided pairs.
+    pub fn all(&self) -> u64 {
+        self.closed().saturating_add(self.open)
+    }
 }
 
 /// View cells and what is seen from them. Where there are none, there is nothing else either.

@@ -5,7 +5,7 @@ use super::codes::{PORTAL_KINDS, STRATEGIES, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
 use super::rows::{Guide, RowReader};
-use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views};
+use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::cells::{PortalState, Strategy};
 use crate::pvs::sample::unseen::Unseen;
 use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
@@ -46,6 +46,7 @@ impl PvsFile {
             repairs: reader.repairs(cells, budget)?,
             stats: reader.stats(budget)?,
             unseen: reader.unseen(cells, budget)?,
+            gap: reader.gap(budget)?,
             views: Views::default(),
         };
         file.placement = reader.placement(cells, objects, budget)?;
@@ -288,6 +289,15 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(stats.unwrap_or_default())
     }
 
+    fn gap(&self, budget: &mut Budget) -> Result<Option<Gap>, FileError> {
+        self.section(SectionId::Gap, budget, |c, _| {
+            let (closed_upper, tolerance, inside) = (c.u64()?, c.u64()?, c.u64()?);
+            let gap = Gap { closed_upper, tolerance, inside, budget: c.u64()?, open: c.u64()? };
+            let more = || c.error(format!("{} undecided pairs of {closed_upper}", gap.closed()));
+            (gap.closed() <= closed_upper).then_some(gap).ok_or_else(more)
+        })
+    }
+
     fn unseen(&self, cells: usize, budget: &mut Budget) -> Result<Option<Unseen>, FileError> {
         let fraction = |c: &Cursor<'_>, x: f64| {
             (0.0..=1.0).contains(&x).then_some(x).ok_or_else(|| c.error(format!("unseen {x} is no fraction")))
@@ -501,6 +511,10 @@ fn check_pairs(file: &PvsFile) -> Result<(), FileError> {
             (SectionId::ObjectBounds, bounds.objects_upper.count_ones(), pairs.upper),
             (SectionId::ObjectBounds, bounds.objects_lower.count_ones(), pairs.lower),
         ]);
+    }
+    if let Some(gap) = &file.gap {
+        found.push((SectionId::Gap, gap.all(), pairs.upper - pairs.lower));
+        found.push((SectionId::Gap, gap.closed_upper.max(pairs.upper), pairs.upper));
     }
     match found.into_iter().find(|(_, found, declared)| found != declared) {
         Some((section, found, declared)) => {

@@ -1,10 +1,10 @@
 //! Fields to sections.
 
-use super::PvsFile;
 use super::bytes::Put;
 use super::codes::{portal_kind_code, state_code, strategy_code};
 use super::format::{SectionId, assemble};
 use super::rows::{Guide, encode_guided, encode_rows};
+use super::{Gap, PvsFile};
 use crate::BitMatrix;
 use crate::cells::PortalState;
 use crate::pvs::PvsStats;
@@ -55,6 +55,7 @@ impl PvsFile {
             add(SectionId::ViewWitnesses, true, &segments);
         }
         add(SectionId::Unseen, self.unseen.is_some(), &|| self.bounds_of_unseen());
+        add(SectionId::Gap, self.gap.is_some(), &|| self.undecided());
         assemble(self.model_hash, self.guarantee, &sections)
     }
 
@@ -146,6 +147,13 @@ impl PvsFile {
         let Some(Unseen { mean, cells }) = &self.unseen else { return out };
         out.f64s([*mean]);
         cells.iter().for_each(|&bound| out.f32s([bound]));
+        out
+    }
+
+    fn undecided(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        let Gap { closed_upper, tolerance, inside, budget, open } = self.gap.unwrap_or_default();
+        [closed_upper, tolerance, inside, budget, open].into_iter().for_each(|n| out.u64(n));
         out
     }
 

@@ -47,21 +47,21 @@ pub(crate) mod goals;
 pub(crate) mod might_see;
 pub(crate) mod net;
 mod objects;
+mod reach;
 pub(crate) mod schedule;
 pub(crate) mod search;
 pub(crate) mod separators;
 pub(crate) mod stab;
 pub(crate) mod window;
 
-use super::Progress;
 use crate::BitMatrix;
 use crate::cells::CellGraph;
 use crate::geom::Aabb;
+use crate::work::{Stopped, Work};
 use cells::Cells;
 use goals::NoProof;
 use might_see::MightSee;
 use net::Net;
-use std::sync::atomic::AtomicBool;
 
 /// What flow starts from.
 #[derive(Clone, Copy)]
@@ -99,23 +99,27 @@ pub struct FlowResult {
 
 /// Works out what may be seen from each cell. Takes memory for about three bits a pair of directed portals.
 ///
+/// # Errors
+///
+/// Where it was stopped.
+///
 /// # Panics
 ///
 /// Where the matrices aren't of the graph's number of cells, or the boxes not of the matrices' number of objects.
-pub fn flow(input: &FlowInput<'_>, progress: Progress<'_>) -> FlowResult {
+pub fn flow(input: &FlowInput<'_>, work: &Work<'_>) -> Result<FlowResult, Stopped> {
     let (cells, objects) = (input.graph.cells.len(), input.object_bounds.len());
     for (matrix, columns) in [(input.cells_lower, cells), (input.objects_lower, objects), (input.placement, objects)] {
         assert_eq!((matrix.rows(), matrix.columns()), (cells, columns), "rows of every cell, columns of every target");
     }
-    progress("flow: might-see", 0.0);
+    work.tell("flow: might-see", 0.0);
     let net = Net::of_graph(input.graph, input.coplanar);
     let might_see = MightSee::new(&net);
     let mut pairs = Cells::new(&net, might_see, input.cells_lower, input.max_steps);
     for k in 0..pairs.rounds() {
-        let found = pairs.search(k, &NoProof, &AtomicBool::new(false), &|done| progress("flow: cells", done));
+        let found = pairs.search(k, &NoProof, "flow: cells", work)?;
         pairs.merge(k, &found);
     }
     let Cells { might_see, settled: cells_upper, mut tally, .. } = pairs;
-    let objects_upper = objects::decide(input, &net, &might_see, &cells_upper, &mut tally, progress);
-    FlowResult { cells_upper, objects_upper, steps: tally.steps, capped: tally.capped.len() as u64 }
+    let objects_upper = objects::decide(input, &net, &might_see, &cells_upper, &mut tally, work)?;
+    Ok(FlowResult { cells_upper, objects_upper, steps: tally.steps, capped: tally.capped.len() as u64 })
 }

@@ -16,6 +16,7 @@ use crate::cells::{CellGraph, place_objects};
 use crate::geom::Aabb;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::work::{Stopped, Work};
 use crate::{BitMatrix, CellId, ObjectId};
 use flow::{FlowInput, FlowResult, flow};
 use glam::DVec3;
@@ -109,6 +110,8 @@ pub struct Pvs {
     pub objects_upper: BitMatrix,
     /// Cells x objects: which objects are in which cell.
     pub placement: BitMatrix,
+    /// Cells x objects: pairs that rays reached or shafts closed in on, but nothing clears or shuts down to the tolerance.
+    pub narrow: BitMatrix,
     /// One for each pair of `objects_lower`, ordered by cell, then object.
     pub witnesses: Vec<Witness>,
     /// How much there is to see that nobody has seen, at most; `None` where no rays were cast to tell.
@@ -121,9 +124,6 @@ pub struct Pvs {
     pub stats: PvsStats,
 }
 
-/// Progress as a fraction of the work, called from any thread; stages are named.
-pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
-
 /// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
 const AIMED: f64 = 0.15;
 /// Of the rays of a bake, this fraction tests what the others found.
@@ -132,23 +132,28 @@ const TESTED: f64 = 0.05;
 const MENDINGS: usize = 4;
 
 /// Works out what can be seen from every cell. `graph` is changed only where a witness proves that a portal is missing.
-pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress: Progress<'_>) -> Pvs {
+///
+/// # Errors
+///
+/// Where it was stopped; the graph may have been mended by then.
+pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &Work<'_>) -> Result<Pvs, Stopped> {
     // 1. Which objects are in which cell.
-    progress("placement", 0.0);
+    work.tell("placement", 0.0);
     let tolerance = scene.tolerance();
     let placement = place_objects(scene, graph, PLACEMENT_MARGIN * tolerance.clearance);
     let object_bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
 
     // 2. The lower bound: what rays and cubes show, with proofs; and how much that misses.
-    progress("sampling", 0.0);
+    work.tell("sampling", 0.0);
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
     let share = |part: f64| (options.ray_budget as f64 * part) as u64;
     let first = options.ray_budget - share(AIMED) - share(TESTED);
-    sample::sample(&rays, graph, Strategy::Scheduled, options.seed, first, &mut lower, progress);
+    sample::sample(&rays, graph, Strategy::Scheduled, options.seed, first, &mut lower, work)?;
 
     let to_test = share(TESTED);
-    let unseen = (to_test > 0).then(|| unseen::test(&rays, graph, options.seed, to_test, &mut lower, progress));
+    let mut test = || unseen::test(&rays, graph, options.seed, to_test, &mut lower, work);
+    let unseen = (to_test > 0).then(&mut test).transpose()?;
 
     // 3. Holes that the proofs show in the graph.
     let mut repairs = Vec::new();
@@ -158,38 +163,40 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
         repairs.extend(found.flatten());
         repairs.len() > before
     };
-    progress("holes", 0.0);
+    work.tell("holes", 0.0);
     mend(graph, &lower, [0, 0]);
 
     // 4. The upper bound: portal flow, which need not look for what is proven.
     let upper = |graph: &CellGraph, lower: &Lower| {
         let (cells_lower, objects_lower, max_steps) = (&lower.cells, &lower.objects, options.flow_steps);
         let (placement, object_bounds, coplanar) = (&placement, object_bounds.as_slice(), tolerance.coplanar);
-        flow(&FlowInput { graph, placement, object_bounds, cells_lower, objects_lower, max_steps, coplanar }, progress)
+        flow(&FlowInput { graph, placement, object_bounds, cells_lower, objects_lower, max_steps, coplanar }, work)
     };
-    let mut flowed = upper(graph, &lower);
+    let mut flowed = upper(graph, &lower)?;
 
     // 5. The rays that are left, aimed at what is undecided; and what holes those show.
     let known = [lower.witnesses.len(), lower.sights.len()];
     let FlowResult { cells_upper, objects_upper, .. } = &flowed;
     let undecided = aimed::Undecided { cells_upper, objects_upper, placement: &placement };
-    aimed::sample(&rays, graph, undecided, options, options.ray_budget, &mut lower, progress);
+    aimed::sample(&rays, graph, undecided, options, options.ray_budget, &mut lower, work)?;
     if mend(graph, &lower, known) {
-        flowed = upper(graph, &lower);
+        flowed = upper(graph, &lower)?;
     }
 
     // 6. What portals can't tell is asked of the triangles; where that shows a hole, everything before it is asked anew.
+    let mut narrow = BitMatrix::new(graph.cells.len(), scene.objects.len());
     for _ in 0..MENDINGS {
         let known = [lower.witnesses.len(), lower.sights.len()];
-        shield::decide(&rays, graph, &placement, options, &mut flowed.objects_upper, &mut lower, progress);
+        shield::decide(&rays, graph, &placement, options, &mut flowed.objects_upper, &mut lower, &mut narrow, work)?;
         if !mend(graph, &lower, known) {
             break;
         }
-        flowed = upper(graph, &lower);
+        flowed = upper(graph, &lower)?;
     }
 
     // 7. The lower set is a subset of the upper one: what still contradicts it is called visible, and counted.
     let FlowResult { mut cells_upper, mut objects_upper, steps, capped } = flowed;
+    lower.failed.keys().for_each(|&(cell, object)| _ = narrow.set(cell as usize, object as usize));
     let outside = lower.failed.keys().filter(|&&(cell, object)| !objects_upper.get(cell as usize, object as usize));
     let mut stats =
         PvsStats { rays: lower.rays, cubes: lower.cubes, flow_steps: steps, flow_capped: capped, ..PvsStats::default() };
@@ -204,5 +211,17 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, progress
     let Lower { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = lower;
     witnesses.sort_by_key(|w| (w.cell, w.object));
     let guarantee = options.ship;
-    Pvs { cells_lower, cells_upper, objects_lower, objects_upper, placement, witnesses, unseen, guarantee, repairs, stats }
+    Ok(Pvs {
+        cells_lower,
+        cells_upper,
+        objects_lower,
+        objects_upper,
+        placement,
+        narrow,
+        witnesses,
+        unseen,
+        guarantee,
+        repairs,
+        stats,
+    })
 }

@@ -17,14 +17,15 @@ use super::sample::region::Region;
 use super::sample::unseen::{Bound, look, looks};
 use super::sample::witness::{PLACEMENT_MARGIN, Prover};
 use super::sample::{Random, mix};
-use super::{Progress, Pvs, PvsOptions};
+use super::{Pvs, PvsOptions};
 use crate::cells::{Cell, CellGraph, Locator, Piece, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip, middle};
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
+use crate::work::{Stopped, Work};
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
-use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// The sampling of view cells may cost this fraction of a bake's rays, on top of them.
 const SHARE: f64 = 0.25;
@@ -61,14 +62,18 @@ pub struct ViewRows {
 }
 
 /// Works out what can be seen from `views`, with the cells' own bake at hand.
+///
+/// # Errors
+///
+/// Where it was stopped.
 pub fn bake(
     scene: &Scene,
     graph: &CellGraph,
     pvs: &Pvs,
     views: &[ViewCell],
     options: &PvsOptions,
-    progress: Progress<'_>,
-) -> ViewRows {
+    work: &Work<'_>,
+) -> Result<ViewRows, Stopped> {
     let objects = scene.objects.len();
     let clearance = scene.tolerance().clearance;
     let mut rows = ViewRows {
@@ -98,28 +103,29 @@ pub fn bake(
     let bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
     let locator = Locator::new(graph);
     for (v, view) in views.iter().enumerate() {
-        progress("view cells", v as f64 / views.len() as f64);
+        work.tell("view cells", v as f64 / views.len() as f64);
         let ways = ways_out(graph, &locator, view, clearance);
         if ways.is_empty() {
             rows.in_no_cell.push(v);
         }
         let upper = Inserted { graph, ways, touching: touching.row(v), known: rows.lower.row(v) };
-        rows.capped += upper.flow(&pvs.placement, &bounds, options, scene.tolerance().coplanar, rows.upper.row_mut(v));
+        let coplanar = scene.tolerance().coplanar;
+        rows.capped += upper.flow(&pvs.placement, &bounds, options, coplanar, rows.upper.row_mut(v), work)?;
     }
     // 3. Rays at what is left.
     let rays = RayScene::new(scene);
     let prover = Prover { rays: &rays, locator: &locator, clearance };
     let budget = (options.ray_budget as f64 * SHARE) as u64;
     let to_test = (budget as f64 * TESTED) as u64;
-    sample(&prover, graph, pvs, views, options.seed, budget - to_test, &mut rows, &mut proofs, progress);
-    rows.unseen = test(&prover, views, options.seed, to_test / views.len().max(1) as u64, &mut rows, &mut proofs);
+    sample(&prover, graph, pvs, views, options.seed, budget - to_test, &mut rows, &mut proofs, work)?;
+    rows.unseen = test(&prover, views, options.seed, to_test / views.len().max(1) as u64, &mut rows, &mut proofs, work)?;
     // 4. The lower set is a subset of the upper one.
     let before = rows.upper.count_ones();
     rows.upper.union_with(&rows.lower);
     rows.contradictions = rows.upper.count_ones() - before;
     proofs.sort_by_key(|&(view, object, _)| (view, object));
     rows.witnesses = proofs.into_iter().map(|(.., segment)| segment).collect();
-    rows
+    Ok(rows)
 }
 
 /// The portals that lead out of a region: its facets as far as cells go on beyond them, leading into those from cell
@@ -203,7 +209,15 @@ struct Inserted<'a> {
 
 impl Inserted<'_> {
     /// Sets what may be seen from the region; gives the number of searches that ran out of steps.
-    fn flow(self, placement: &BitMatrix, bounds: &[Aabb], options: &PvsOptions, coplanar: f64, row: &mut [u64]) -> u64 {
+    fn flow(
+        self,
+        placement: &BitMatrix,
+        bounds: &[Aabb],
+        options: &PvsOptions,
+        coplanar: f64,
+        row: &mut [u64],
+        work: &Work<'_>,
+    ) -> Result<u64, Stopped> {
         let here = self.graph.cells.len();
         let mut graph = self.graph.clone();
         graph.cells.push(Cell::default());
@@ -232,14 +246,14 @@ impl Inserted<'_> {
             max_steps: options.flow_steps,
             coplanar,
         };
-        let flowed = flow(&input, &|_, _| ());
+        let flowed = flow(&input, work)?;
         row.copy_from_slice(flowed.objects_upper.row(here));
-        flowed.capped
+        Ok(flowed.capped)
     }
 }
 
 /// What rays show from one view cell: proofs, in order, and their number.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 struct Shown {
     proofs: Vec<(u32, [DVec3; 2])>,
     rays: u64,
@@ -256,8 +270,9 @@ fn sample(
     budget: u64,
     rows: &mut ViewRows,
     proofs: &mut Vec<(u32, u32, [DVec3; 2])>,
-    progress: Progress<'_>,
-) {
+    work: &Work<'_>,
+) -> Result<(), Stopped> {
+    let all: Vec<usize> = (0..views.len()).collect();
     let (scene, clearance) = (prover.rays.scene(), prover.clearance);
     let origins: Vec<Origins> = views.iter().map(|view| Origins::new(view, clearance)).collect();
     let mut take = |rows: &mut ViewRows, shown: Vec<Shown>| {
@@ -276,7 +291,7 @@ fn sample(
         let mut random = Random(mix(seed, 0xb1 << 32 | v as u64));
         origins[v].anywhere(prover, rows.lower.row(v), each, &mut random)
     };
-    let shown = (0..views.len()).into_par_iter().map(|v| anywhere(v, rows)).collect();
+    let shown = work.map(&all, |&v| anywhere(v, rows))?;
     take(rows, shown);
     // Aimed.
     let portals_of = |object: u32| -> Vec<u32> {
@@ -293,9 +308,9 @@ fn sample(
         let count: u64 = left.iter().map(|objects| objects.len() as u64).sum();
         let attempts = (FIRST << round).min(budget.saturating_sub(rows.rays) / count.max(1));
         if count == 0 || attempts == 0 {
-            return;
+            break;
         }
-        let aimed = |v: usize| {
+        let aimed = |&v: &usize| {
             let mut random = Random(mix(mix(seed, u64::from(round) << 32 | 0xb2), v as u64));
             let mut shown = Shown::default();
             for &object in &left[v] {
@@ -335,10 +350,11 @@ fn sample(
             }
             shown
         };
-        let shown = (0..views.len()).into_par_iter().map(aimed).collect();
+        let shown = work.map(&all, aimed)?;
         take(rows, shown);
-        progress("view cells", rows.rays as f64 / budget.max(1) as f64);
+        work.tell("view cells", rows.rays as f64 / budget.max(1) as f64);
     }
+    Ok(())
 }
 
 /// Bounds what each row misses with `each` rays from its view cell, and adds what those show.
@@ -349,8 +365,9 @@ fn test(
     each: u64,
     rows: &mut ViewRows,
     proofs: &mut Vec<(u32, u32, [DVec3; 2])>,
-) -> Vec<f64> {
-    let from = |(v, view): (usize, &ViewCell)| {
+    work: &Work<'_>,
+) -> Result<Vec<f64>, Stopped> {
+    let from = |&(v, view): &(usize, &ViewCell)| {
         let region = Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)));
         let mut random = Random(mix(mix(seed, 0xb3), v as u64));
         let (mut row, mut bound) = (rows.lower.row(v).to_vec(), Bound::NONE);
@@ -371,7 +388,7 @@ fn test(
         }
         (bound.0, shown)
     };
-    let results: Vec<(f64, Shown)> = views.par_iter().enumerate().map(from).collect();
+    let results: Vec<(f64, Shown)> = work.map(&views.iter().enumerate().collect::<Vec<_>>(), from)?;
     let taken = results.into_iter().enumerate().map(|(v, (bound, shown))| {
         rows.rays += shown.rays;
         for (object, segment) in shown.proofs {
@@ -381,7 +398,7 @@ fn test(
         }
         bound
     });
-    taken.collect()
+    Ok(taken.collect())
 }
 
 /// Where segments start in a view cell.

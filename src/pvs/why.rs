@@ -13,6 +13,7 @@ use super::{PvsOptions, flow, shield};
 use crate::cells::CellGraph;
 use crate::geom::{Aabb, Plane};
 use crate::scene::rays::RayScene;
+use crate::work::Work;
 use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::DVec3;
 
@@ -169,6 +170,8 @@ pub fn is_shielded(rays: &RayScene<'_>, graph: &CellGraph, placement: &BitMatrix
     let mut upper = BitMatrix::new(placement.rows(), placement.columns());
     upper.set(cell.index(), object.index());
     let mut lower = Lower::new(placement.rows(), placement.columns());
-    shield::decide(rays, graph, placement, &PvsOptions::default(), &mut upper, &mut lower, &|_, _| ());
+    let (options, mut narrow) = (PvsOptions::default(), BitMatrix::new(placement.rows(), placement.columns()));
+    let asked = shield::decide(rays, graph, placement, &options, &mut upper, &mut lower, &mut narrow, &Work::quiet());
+    debug_assert_eq!(asked, Ok(()), "nobody stops it");
     !upper.get(cell.index(), object.index())
 }

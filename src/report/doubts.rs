@@ -1,6 +1,6 @@
 //! What a bake left undecided: how much of it, of which kind, and where it is worst. Files without both bounds have none.
 
-use crate::file::{Bounds, PvsFile};
+use crate::file::{Bounds, Gap, PvsFile};
 use crate::{BitMatrix, CellId, ObjectId};
 use std::collections::BTreeSet;
 
@@ -57,21 +57,16 @@ pub fn closed_and_open(file: &PvsFile) -> [Pairs; 2] {
 }
 
 /// Undecided pairs by kind, each with what it is; they add up to all.
-pub fn kinds(file: &PvsFile) -> [(&'static str, u64); 3] {
-    let [mut open, mut inside, mut beyond] = [0; 3];
-    for cell in 0..file.cells.len() {
-        for object in undecided(file, cell) {
-            match (file.cells[cell].open, file.placement.get(cell, object)) {
-                (true, _) => open += 1,
-                (false, true) => inside += 1,
-                (false, false) => beyond += 1,
-            }
-        }
-    }
+pub fn kinds(file: &PvsFile) -> [(&'static str, u64); 4] {
+    let Gap { tolerance, inside, budget, open, .. } = file.gap.unwrap_or_default();
     [
+        ("in the closed cell itself, behind what else is there or within a wall: no ray has met them", inside),
+        (
+            "beyond a closed cell's portals, and nobody spent what it takes to meet them or to find what shuts them off",
+            budget,
+        ),
+        ("met by rays or closed in on, but nothing clears or shuts them off down to the tolerance", tolerance),
         ("from open cells, where culling is done online", open),
-        ("in the closed cell itself, behind what else is there or within a wall", inside),
-        ("beyond a closed cell's portals: no ray met them, no surface was found to shut them off", beyond),
     ]
 }
 

@@ -46,23 +46,7 @@ pub(crate) struct Walk {
     /// Directed portals that it crosses, in order.
     pub portals: Vec<u32>,
     /// Points in the first and in the last of them.
-    #[serde(with = "exact")]
     pub ends: [DVec3; 2],
-}
-
-/// Points as the bits of their coordinates: text formats may round numbers.
-mod exact {
-    use glam::DVec3;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(points: &[DVec3; 2], serializer: S) -> Result<S::Ok, S::Error> {
-        points.map(|p| p.to_array().map(f64::to_bits)).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[DVec3; 2], D::Error> {
-        let bits = <[[u64; 3]; 2]>::deserialize(deserializer)?;
-        Ok(bits.map(|p| DVec3::from(p.map(f64::from_bits))))
-    }
 }
 
 impl<'n> Walker<'n> {

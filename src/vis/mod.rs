@@ -4,8 +4,7 @@
 //! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
 //!
 //! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`crate::pvs`] decides the rest, and
-//! each chain that it believes in becomes a line, too. [`State`] lets an interrupted run go on; [`why()`] tells the proof of a
-//! pair.
+//! each chain that it believes in becomes a line, too. [`why()`] tells the proof of a pair.
 //!
 //! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
 //! holds where cells are convex, as leaves and clusters of a level's tree are.
@@ -15,13 +14,10 @@ pub mod against;
 pub mod bsp;
 mod lines;
 pub mod prt;
-pub mod resume;
 pub mod rows;
-mod state;
 mod why;
 
 pub use crate::pvs::flow::exact::{Edge, Term};
-pub use state::State;
 pub use why::{Separation, Why, why};
 
 use crate::BitMatrix;
@@ -29,10 +25,11 @@ use crate::geom::{Plane, newell};
 use crate::pvs::flow::cells::{Cells, reached};
 use crate::pvs::flow::might_see::MightSee;
 use crate::pvs::flow::net::{Net, NetPortal};
+use crate::work::{Stopped, Work};
 use glam::DVec3;
 use lines::Walker;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use xxhash_rust::xxh3::Xxh3;
 
 /// A ready portal graph: what a `.prt` file holds. Lengths are in any unit; nothing depends on which.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -112,20 +109,9 @@ pub struct Vis {
     pub stats: VisStats,
 }
 
-/// How a caller follows and stops a run.
-#[derive(Clone, Copy)]
-pub struct Control<'a> {
-    /// Called with the stage and the fraction of it that is done, from any thread.
-    pub progress: &'a (dyn Fn(&str, f64) + Sync),
-    /// Set by the caller to end the run: soon after, [`vis`] returns [`VisError::Stopped`].
-    pub stop: &'a AtomicBool,
-    /// Called after each round with what is decided by then.
-    pub checkpoint: &'a (dyn Fn(&State) + Sync),
-    /// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower`
-    /// never falls and `upper` never rises. The counts are the same on every run; what time it is, the caller knows. With
-    /// `None`, nothing is counted.
-    pub bounds: Option<&'a (dyn Fn(&Bounds) + Sync)>,
-}
+/// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower` never
+/// falls and `upper` never rises. The counts are the same on every run; what time it is, the caller knows.
+pub type Follow<'a> = &'a dyn Fn(&Bounds);
 
 /// Both sides at some moment of a run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -143,12 +129,9 @@ pub struct Bounds {
 /// Why there is no result.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum VisError {
-    /// The caller stopped it. The state of the last round that ended, where one did.
-    #[error("stopped")]
-    Stopped(Option<Box<State>>),
-    /// The state to go on from belongs to another level or other options.
-    #[error("the state belongs to another level or other options")]
-    OtherState,
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// A portal names a cell that isn't there.
     #[error("portal {portal} leads to cell {cell}, but there are only {cells}")]
     NoSuchCell {
@@ -161,64 +144,64 @@ pub enum VisError {
     },
 }
 
-/// Decides what can be seen from each cell of `level`; goes on from `resume` where there is one.
+/// Digest of everything that the result depends on: what a [journal](crate::work::Journal) belongs to.
+pub fn digest(level: &Level, options: &VisOptions) -> u128 {
+    let mut hash = Xxh3::new();
+    for n in [options.seed, options.steps, options.lines, level.cells as u64, level.portals.len() as u64] {
+        hash.update(&n.to_le_bytes());
+    }
+    for portal in &level.portals {
+        hash.update(&(portal.winding.len() as u64).to_le_bytes());
+        portal.cells.iter().for_each(|c| hash.update(&c.to_le_bytes()));
+        portal.winding.iter().flat_map(|p| p.to_array()).for_each(|x| hash.update(&x.to_bits().to_le_bytes()));
+    }
+    hash.digest128()
+}
+
+/// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way.
 ///
 /// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
 ///
 /// # Errors
 ///
 /// [`VisError`].
-pub fn vis(level: &Level, options: &VisOptions, resume: Option<State>, control: &Control<'_>) -> Result<Vis, VisError> {
+pub fn vis(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Work<'_>) -> Result<Vis, VisError> {
     // 1. The portals, and a cheap superset of what each sees.
     check(level)?;
-    let digest = State::digest(level, options);
-    if resume.as_ref().is_some_and(|state| !state.is_of(digest)) {
-        return Err(VisError::OtherState);
-    }
-    (control.progress)("might-see", 0.0);
+    work.tell("might-see", 0.0);
     let net = net(level);
     let might_see = MightSee::new(&net);
     let bounds = |stage, steps, lower: &BitMatrix, upper| {
-        if let Some(bounds) = control.bounds {
-            bounds(&Bounds { stage, steps, lower: lower.count_ones(), upper });
+        if let Some(follow) = follow {
+            follow(&Bounds { stage, steps, lower: lower.count_ones(), upper });
         }
     };
 
     // 2. Random lines: most of what is visible.
-    (control.progress)("lines", 0.0);
+    work.tell("lines", 0.0);
     let walker = Walker::new(level, &net);
     let mut lower = BitMatrix::new(level.cells, level.cells);
     for i in 0..level.cells {
         lower.set(i, i);
         net.out(i).for_each(|p| _ = lower.set(i, net.target[p] as usize));
     }
-    let flooded = control.bounds.map_or(0, |_| flooded(&net, &might_see));
+    let flooded = follow.map_or(0, |_| flooded(&net, &might_see));
     bounds("might-see", 0, &lower, flooded);
     let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
     bounds("lines", 0, &lower, flooded);
 
     // 3. Flow: searches for every pair that is left, in rounds.
     let mut pairs = Cells::new(&net, might_see, &lower, options.steps);
-    let mut state = resume.unwrap_or_else(|| State::new(digest));
     let all = level.cells as u64 * level.cells as u64;
     for k in 0..pairs.rounds() {
-        (control.progress)("flow", k as f64 / pairs.rounds() as f64);
-        if state.rounds() == k {
-            let found = pairs.search(k, &walker, control.stop, &|done| (control.progress)("flow", done));
-            if control.stop.load(Relaxed) {
-                return Err(VisError::Stopped(Some(Box::new(state))));
-            }
-            state.push(found);
-            (control.checkpoint)(&state);
-        }
-        let found = state.round(k).ok_or(VisError::OtherState)?;
+        let found = pairs.search(k, &walker, "flow", work)?;
         for walk in found.iter().flat_map(|f| &f.proofs) {
             if lines::keep(&walker, walk, &mut lower) {
                 walks.push(walk.clone());
             }
         }
         pairs.settled.union_with(&lower);
-        pairs.merge(k, found);
+        pairs.merge(k, &found);
         bounds("flow", pairs.tally.steps, &lower, all - pairs.hidden.count_ones());
     }
 

@@ -173,6 +173,7 @@ impl Building {
             objects_lower: objects.clone(),
             objects_upper: objects,
             placement,
+            narrow: BitMatrix::new(n, m),
             witnesses: Vec::new(),
             guarantee: Guarantee::Conservative,
             repairs: Vec::new(),

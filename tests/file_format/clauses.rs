@@ -24,6 +24,7 @@ mod number {
     pub const VIEW_ROWS: u32 = 16;
     pub const VIEW_BOUNDS: u32 = 17;
     pub const VIEW_WITNESSES: u32 = 18;
+    pub const GAP: u32 = 20;
 }
 use number::*;
 
@@ -87,13 +88,13 @@ fn header_clauses() {
     );
     refused(&patched(30, &[whole[30] ^ 1], false), "header, byte 48: damaged (the checksum differs)");
     let last = whole.len() - 1;
-    refused(&patched(last, &[whole[last] ^ 1], false), "section view-witnesses, ");
+    refused(&patched(last, &[whole[last] ^ 1], false), "section gap, ");
 }
 
 #[test]
 fn section_table_clauses() {
     refused_after("section 1 out of order; numbers ascend from 1", |f| f.parts.swap(0, 1));
-    refused_after("section 18 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
+    refused_after("section 20 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
     refused_after("section 0 out of order", |f| f.parts[0].number = 0);
     refused_after("section 1 has flags 0x5", |f| f.parts[0].flags = REQUIRED | 4);
     refused_after("section 99 is required and unknown to this program", |f| {
@@ -332,6 +333,12 @@ fn other_section_clauses() {
     let stats = f.decoded(STATS);
     refused_as(STATS, &[&stats, &[0]], "section stats, byte 48: 1 bytes too many");
     refused_as(STATS, &[&stats[..47]], "section stats, byte 40: 8 bytes expected, 7 left");
+
+    let numbers = |n: [u64; 5]| n.map(u64::to_le_bytes).concat();
+    refused_as(GAP, &[&numbers([3, 2, 1, 1, 0])], "4 undecided pairs of 3");
+    refused_as(GAP, &[&numbers([9, 2, 1, 1, 0])], "section gap, byte 0: 4 pairs, ");
+    refused_as(GAP, &[&numbers([9, u64::MAX, 7, 1, 9])], "undecided pairs of 9");
+    refused_as(GAP, &[&numbers([9, 2, 1, 1, 0]), &[0]], "section gap, byte 40: 1 bytes too many");
 
     // A lower pair outside the upper set: all zeros above, all ones below (rows take turns).
     let mut turns = BitMatrix::new(6, 3);

@@ -2,7 +2,7 @@
 
 use crate::forge::sample;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, read_cells};
-use enfilade::file::{Container, FileError, Import, PvsFile, entropy_bits_per_pair, replace_file};
+use enfilade::file::{Container, FileError, Gap, Import, PvsFile, entropy_bits_per_pair, replace_file};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, Witness};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
@@ -61,6 +61,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         objects_lower: matrix(3, &lower),
         objects_upper: matrix(3, &[&lower[..], &[(0, 2)]].concat()),
         placement: matrix(3, &[(0, 0), (1, 0), (0, 1), (1, 2)]),
+        narrow: matrix(3, &[(0, 2)]),
         witnesses: lower
             .iter()
             .map(|&(cell, object)| Witness {
@@ -93,6 +94,8 @@ fn a_bake_becomes_a_file() {
         file.left_out,
         ["cell rows: every cell sees every cell", "online hierarchy: the building is closed", "repairs: none were needed"]
     );
+    // The one undecided pair is of a closed cell, and open for the tolerance.
+    assert_eq!(file.gap, Some(Gap { closed_upper: 5, tolerance: 1, ..Gap::default() }));
     assert_eq!(file.bounds.unwrap().witnesses.len(), 4);
 
     let (sampled, _) = baked(Guarantee::Sampled, false);
@@ -124,6 +127,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         objects_lower: BitMatrix::new(1, 3),
         objects_upper: all(3),
         placement: all(3),
+        narrow: all(3),
         witnesses: Vec::new(),
         guarantee: Guarantee::Conservative,
         repairs: Vec::new(),
@@ -134,7 +138,7 @@ fn one_room_carries_no_portals_and_no_rows() {
     let bytes = file.write();
     assert_eq!(PvsFile::read(&bytes).unwrap(), file);
     let sections: Vec<String> = Container::parse(&bytes).unwrap().sections().iter().map(|s| s.name()).collect();
-    assert_eq!(sections, ["meta", "notes", "cells", "objects", "placement"]);
+    assert_eq!(sections, ["meta", "notes", "cells", "objects", "placement", "gap"], "three objects are undecided");
     assert_eq!(
         file.left_out[..3],
         ["cell rows: there is only one cell", "object rows: every cell sees every object", "portals: one cell has none"]

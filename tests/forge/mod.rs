@@ -4,7 +4,7 @@
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use enfilade::cells::{PortalKind, PortalState, Strategy};
-use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile};
+use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile};
 use enfilade::file::{ViewBounds, Views};
 use enfilade::pvs::{Guarantee, PvsStats, Repair, Witness};
 use enfilade::{BitMatrix, CellId, ObjectId};
@@ -290,6 +290,11 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
             })
             .collect(),
         unseen: None,
+        gap: (pairs.upper > pairs.lower).then(|| {
+            let undecided = pairs.upper - pairs.lower;
+            let part = undecided / 3;
+            Gap { closed_upper: pairs.upper, tolerance: part, inside: part, budget: undecided - 2 * part, open: 0 }
+        }),
         stats: PvsStats {
             rays: r.next(),
             cubes: 3,

@@ -18,6 +18,7 @@ use enfilade::report::doubts::{Pairs, closed_and_open, hardest};
 use enfilade::report::html::Remark;
 use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::why::{Asker, Goal};
+use enfilade::work::Work;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Mutex;
@@ -69,7 +70,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         view_cells: Vec::new(),
     };
     let clock = Clock::start();
-    let mut baked = bake(&scene, options, &progress).map_err(|e| at(&args.input, e))?;
+    let mut baked = bake(&scene, options, &Work::new(&progress)).map_err(|e| at(&args.input, e))?;
     let cpu = clock.seconds();
     baked.seconds.cells += cells_seconds;
     let file = &baked.file;
@@ -79,7 +80,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let views = held_out(&scene, file, args.search.seed, args.views);
     progress("runs with fewer rays", 0.0);
     let bench = Bench { scene: &scene, graph: &graph, options: &pvs, views: &views };
-    let mut curves = vec![bench.everything(file, cpu), bench.flow()];
+    let mut curves = vec![bench.everything(file, cpu)?, bench.flow()?];
     curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
     let growth = args.growth.iter().map(|&offices| {
         progress(&format!("{offices} offices"), 0.0);
@@ -197,8 +198,9 @@ struct Bench<'b> {
 
 impl Bench<'_> {
     /// The whole bake, with parts of its rays and with all of them: `file`, which took `cpu` seconds.
-    fn everything(&self, file: &PvsFile, cpu: f64) -> Curve {
-        let mut points: Vec<CurvePoint> = BUDGETS.iter().map(|part| self.with_part(*part)).collect();
+    fn everything(&self, file: &PvsFile, cpu: f64) -> Result<Curve, CliError> {
+        let points: Result<Vec<CurvePoint>, CliError> = BUDGETS.iter().map(|part| self.with_part(*part)).collect();
+        let mut points = points?;
         if let Some(bounds) = &file.bounds {
             points.push(CurvePoint {
                 cpu_seconds: cpu,
@@ -208,7 +210,7 @@ impl Bench<'_> {
                 false_pixels: self.views.false_pixels(&bounds.objects_lower),
             });
         }
-        Curve { strategy: "everything", points }
+        Ok(Curve { strategy: "everything", points })
     }
 
     /// One way of sampling, with parts of the bake's rays and with as many.
@@ -229,22 +231,23 @@ impl Bench<'_> {
     }
 
     /// Portal flow without a single ray.
-    fn flow(&self) -> Curve {
-        Curve { strategy: "flow", points: vec![self.with_part(0.0)] }
+    fn flow(&self) -> Result<Curve, CliError> {
+        Ok(Curve { strategy: "flow", points: vec![self.with_part(0.0)?] })
     }
 
-    fn with_part(&self, part: f64) -> CurvePoint {
+    fn with_part(&self, part: f64) -> Result<CurvePoint, CliError> {
         let ray_budget = (self.options.ray_budget as f64 * part) as u64;
         let clock = Clock::start();
         let mut graph = self.graph.clone();
-        let pvs = pvs::bake(self.scene, &mut graph, &PvsOptions { ray_budget, ..self.options.clone() }, &|_, _| ());
-        CurvePoint {
+        let options = PvsOptions { ray_budget, ..self.options.clone() };
+        let pvs = pvs::bake(self.scene, &mut graph, &options, &Work::quiet()).map_err(|e| CliError(e.to_string()))?;
+        Ok(CurvePoint {
             cpu_seconds: clock.seconds(),
             rays: pvs.stats.rays,
             lower_pairs: pvs.objects_lower.count_ones(),
             upper_pairs: Some(pvs.objects_upper.count_ones()),
             false_pixels: self.views.false_pixels(&pvs.objects_lower),
-        }
+        })
     }
 }
 
@@ -264,7 +267,8 @@ fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
     let cells_cpu_seconds = clock.seconds();
     let clock = Clock::start();
     let ray_budget = (options.ray_budget as f64 * f64::from(offices) / ROOMS) as u64;
-    let pvs = pvs::bake(&scene, &mut graph, &PvsOptions { ray_budget, ..options.clone() }, &|_, _| ());
+    let options = PvsOptions { ray_budget, ..options.clone() };
+    let pvs = pvs::bake(&scene, &mut graph, &options, &Work::quiet()).map_err(|e| said(&e))?;
     Ok(Growth {
         offices: offices.into(),
         cells: graph.cells.len() as u64,

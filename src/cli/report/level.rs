@@ -8,7 +8,8 @@ use crate::cli::{CliError, Outcome, at};
 use enfilade::report::html::Remark;
 use enfilade::report::level_report::{LevelReport, LinesAlone, Moment, Other};
 use enfilade::vis::against::against;
-use enfilade::vis::{Bounds, Control, Level, Vis, VisError, VisOptions, Why, vis, why};
+use enfilade::vis::{Bounds, Level, Vis, VisError, VisOptions, Why, vis, why};
+use enfilade::work::Work;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Mutex;
@@ -111,9 +112,7 @@ fn timed(level: &Level, options: &VisOptions) -> Result<(Vis, Vec<Moment>), CliE
             moments.push(Moment { stage, seconds, steps: b.steps, lower: b.lower, upper: b.upper });
         }
     };
-    let stop = AtomicBool::new(false);
-    let control = Control { progress: &progress, stop: &stop, checkpoint: &|_| (), bounds: Some(&bounds) };
-    let result = vis(level, options, None, &control).map_err(|e| CliError(e.to_string()))?;
+    let result = vis(level, options, Some(&bounds), &Work::new(&progress)).map_err(|e| CliError(e.to_string()))?;
     bar.finish_and_clear();
     Ok((result, moments.into_inner().unwrap_or_default()))
 }
@@ -138,8 +137,7 @@ fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
                 }
             }
         };
-        let control = Control { progress: &|_, _| (), stop: &stop, checkpoint: &|_| (), bounds: Some(&bounds) };
-        match vis(level, &VisOptions { seed, steps: 0, lines }, None, &control) {
+        match vis(level, &VisOptions { seed, steps: 0, lines }, Some(&bounds), &Work::quiet().until(&stop)) {
             Ok(_) | Err(VisError::Stopped(_)) => (),
             Err(e) => return Err(CliError(e.to_string())),
         }

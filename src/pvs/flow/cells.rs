@@ -5,9 +5,9 @@ use super::might_see::{MightSee, from_rows, get, set, words_of};
 use super::net::Net;
 use super::schedule::{Tally, Task, costs, rounds, run};
 use super::search::Search;
+use crate::work::{Stopped, Work};
 use crate::{BitMatrix, bits};
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 /// Pairs of cells, and what is known of them so far. All matrices are cells x cells.
 pub(crate) struct Cells<'a> {
@@ -89,21 +89,17 @@ impl<'a> Cells<'a> {
         self.rounds.len()
     }
 
-    /// Searches side by side for what round `k` is to decide; tells the fraction of all rounds that is done. Results are in the
-    /// order of the tasks; they mean nothing where `stop` was set meanwhile.
+    /// Searches side by side for what round `k` is to decide. Results are in the order of the tasks.
     pub fn search<P: Prover>(
         &self,
         k: usize,
         prover: &P,
-        stop: &AtomicBool,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Vec<Found<P::Proof>> {
-        let (done, tasks) = (AtomicUsize::new(0), self.rounds[k].len() as f64);
-        run(&self.rounds, k, self.tally.steps, self.net, &self.might_see, self.max_steps, |search, task| {
-            let found = self.search_from(search, task, prover, stop);
-            let done = 1 + done.fetch_add(1, Relaxed);
-            progress((k as f64 + done as f64 / tasks) / self.rounds.len() as f64);
-            found
+        stage: &str,
+        work: &Work<'_>,
+    ) -> Result<Vec<Found<P::Proof>>, Stopped> {
+        let (net, might_see, spent) = (self.net, &self.might_see, self.tally.steps);
+        run(work, stage, &self.rounds, k, spent, net, might_see, self.max_steps, |search, task| {
+            self.search_from(search, task, prover, work)
         })
     }
 
@@ -130,13 +126,7 @@ impl<'a> Cells<'a> {
     }
 
     /// Searches from the portals of a task.
-    fn search_from<P: Prover>(
-        &self,
-        search: &mut Search<'_>,
-        task: &Task,
-        prover: &P,
-        stop: &AtomicBool,
-    ) -> Found<P::Proof> {
+    fn search_from<P: Prover>(&self, search: &mut Search<'_>, task: &Task, prover: &P, work: &Work<'_>) -> Found<P::Proof> {
         let net = self.net;
         let rows = self.wanted.row(task.cell).iter().zip(self.settled.row(task.cell));
         let wanted: Vec<u64> = rows.map(|(wanted, settled)| wanted & !settled).collect();
@@ -144,7 +134,7 @@ impl<'a> Cells<'a> {
         let mut found = Found { settled, refuted, proofs, tally, exact };
         let mut goals = CellGoals::new(net, prover, wanted.clone());
         for &portal in &task.portals {
-            if stop.load(Relaxed) {
+            if work.is_stopped() {
                 break;
             }
             let outcome = search.run(portal, &mut goals);

@@ -11,6 +11,7 @@ use super::stab::Passage;
 use crate::geom::{Aabb, Plane};
 use crate::{BitMatrix, bits};
 use glam::DVec3;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -41,7 +42,7 @@ pub(crate) trait Goals {
 /// Turns a line that passes a chain into a proof.
 pub(crate) trait Prover: Sync {
     /// What proves it.
-    type Proof: Send;
+    type Proof: Serialize + DeserializeOwned + Send;
 
     /// Follows a line that seems to pass `chain`; appends the cells that it is proven to pass. `None` where it is no proof of
     /// anything.

@@ -6,6 +6,7 @@
 //! over all pairs in two rounds: since searches flood inside their own planes that saves hardly a step.
 
 use super::net::Net;
+use super::reach::Reach;
 use crate::{BitMatrix, bits};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -24,8 +25,8 @@ impl MightSee {
     /// Pairs whose planes allow it, along chains of such pairs.
     pub fn new(net: &Net) -> Self {
         let n = net.portals();
-        let scratch = || (Vec::new(), vec![0; n.div_ceil(64)]);
-        let rows = from_rows(n, n, scratch, |(queue, asked), first, row| by_planes(net, first, queue, asked, row));
+        let rows = by_windows(net)
+            .unwrap_or_else(|| from_rows(n, n, || Planes::new(net), |planes, first, row| planes.from(first, row)));
         let open = from_rows(net.cells, n, || (), |(), _, row| words_of(0..n).for_each(|(word, mask)| row[word] = mask));
         let mut all = Self { rows, before: BitMatrix::default(), open };
         all.mirror(net);
@@ -143,20 +144,64 @@ impl MightSee {
     }
 }
 
-/// Sets the portals that a flood from `first` reaches whose planes allow it. The rest is scratch.
-fn by_planes(net: &Net, first: usize, queue: &mut Vec<u32>, asked: &mut [u64], row: &mut [u64]) {
-    asked.fill(0);
-    queue.push(first as u32);
-    while let Some(last) = queue.pop() {
-        for &(word, mask) in net.next(last as usize) {
-            let word = word as usize;
-            for p in bits::ones(&[mask & !asked[word]]).map(|bit| word * 64 + bit) {
-                if net.may_follow(first, p) {
-                    set(row, p);
-                    queue.push(p as u32);
+/// From so many directed portals on, windows are tried: all pairs of fewer are asked in no time.
+const MANY: usize = 512;
+/// One of so many portals is tried first.
+const TRIED: usize = 64;
+/// Looks at portals that a source may take, as a fraction of all portals: then it takes about as long as by planes.
+const LOOKS: usize = 8;
+
+/// Where there are many portals, of which most come to few: rows by windows that narrow on the way.
+fn by_windows(net: &Net) -> Option<BitMatrix> {
+    let n = net.portals();
+    if n < MANY {
+        return None;
+    }
+    let words = n.div_ceil(64);
+    let some: Vec<usize> = (0..n).step_by(TRIED).collect();
+    let one = |(reach, row): &mut (Reach<'_>, Vec<u64>), &first: &usize| usize::from(reach.from(first, n / LOOKS, row));
+    let done: usize = some.par_iter().map_init(|| (Reach::new(net), vec![0; words]), one).sum();
+    if 2 * done < some.len() {
+        return None;
+    }
+    let fill = |(reach, planes): &mut (Reach<'_>, Planes<'_>), first: usize, row: &mut [u64]| {
+        if !reach.from(first, n / LOOKS, row) {
+            row.fill(0);
+            planes.from(first, row);
+        }
+    };
+    Some(from_rows(n, n, || (Reach::new(net), Planes::new(net)), fill))
+}
+
+/// A flood over portals that their planes allow.
+struct Planes<'n> {
+    net: &'n Net,
+    queue: Vec<u32>,
+    /// Portals that were asked, as bits.
+    asked: Vec<u64>,
+}
+
+impl<'n> Planes<'n> {
+    fn new(net: &'n Net) -> Self {
+        Self { net, queue: Vec::new(), asked: vec![0; net.portals().div_ceil(64)] }
+    }
+
+    /// Sets the portals that a flood from `first` reaches whose planes allow it.
+    fn from(&mut self, first: usize, row: &mut [u64]) {
+        let Self { net, queue, asked } = self;
+        asked.fill(0);
+        queue.push(first as u32);
+        while let Some(last) = queue.pop() {
+            for &(word, mask) in net.next(last as usize) {
+                let word = word as usize;
+                for p in bits::ones(&[mask & !asked[word]]).map(|bit| word * 64 + bit) {
+                    if net.may_follow(first, p) {
+                        set(row, p);
+                        queue.push(p as u32);
+                    }
                 }
+                asked[word] |= mask;
             }
-            asked[word] |= mask;
         }
     }
 }

@@ -7,10 +7,12 @@ use super::might_see::{MightSee, set};
 use super::net::Net;
 use super::schedule::{Tally, Task, rounds, run};
 use super::search::Search;
-use crate::pvs::Progress;
+use crate::work::{Stopped, Work};
 use crate::{BitMatrix, bits};
+use serde::{Deserialize, Serialize};
 
 /// What a task found.
+#[derive(Serialize, Deserialize)]
 struct Found {
     /// Objects that may be seen, as bits.
     seen: Vec<u64>,
@@ -25,29 +27,29 @@ pub(super) fn decide(
     might_see: &MightSee,
     cells_upper: &BitMatrix,
     tally: &mut Tally,
-    progress: Progress<'_>,
-) -> BitMatrix {
+    work: &Work<'_>,
+) -> Result<BitMatrix, Stopped> {
     let mut upper = input.placement.clone();
     upper.union_with(input.objects_lower);
     if input.object_bounds.is_empty() {
-        return upper;
+        return Ok(upper);
     }
     let boxes = Boxes::new(net, input.placement, input.object_bounds);
     let rounds = rounds(net, might_see, 0..net.cells);
     let before = tally.steps;
     for (k, round) in rounds.iter().enumerate() {
-        progress("flow: objects", k as f64 / rounds.len() as f64);
-        let found = run(&rounds, k, tally.steps - before, net, might_see, input.max_steps, |search, task| {
+        let spent = tally.steps - before;
+        let found = run(work, "flow: objects", &rounds, k, spent, net, might_see, input.max_steps, |search, task| {
             let cells = cells_upper.row(task.cell);
             let undecided = undecided(input.placement, cells, upper.row(task.cell));
             search_from(net, might_see, search, task, &boxes, cells, undecided)
-        });
+        })?;
         for (task, found) in round.iter().zip(&found) {
             upper.row_mut(task.cell).iter_mut().zip(&found.seen).for_each(|(row, seen)| *row |= seen);
             tally.add(&found.tally);
         }
     }
-    upper
+    Ok(upper)
 }
 
 /// Objects in some of `cells` that are not `known`, as bits.

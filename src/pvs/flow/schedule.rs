@@ -7,7 +7,8 @@
 use super::might_see::MightSee;
 use super::net::Net;
 use super::search::Search;
-use rayon::prelude::*;
+use crate::work::{Stopped, Work};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -17,8 +18,10 @@ const TASK_PORTALS: usize = 16;
 /// Number of rounds. Larger: more is shared, more time goes to sharing.
 const ROUNDS: usize = 16;
 
-/// Steps that all searches of a stage together are meant to take, in units of the most that one may take.
+/// Steps that all searches of a stage together are meant to take: so many times the most that one may take, or so many for each
+/// portal, whichever is more.
 const STAGE_STEPS: u64 = 125;
+const PORTAL_STEPS: u64 = 1000;
 
 /// Dear searches may take this many times the mean of what is left: most take next to nothing.
 const DEAR: u64 = 32;
@@ -77,13 +80,18 @@ pub(crate) fn rounds(net: &Net, might_see: &MightSee, cells: impl Iterator<Item 
 /// Steps that one search of round `k` may take, after `spent` steps in this stage. Where every search runs into its limit
 /// (thousands of portals in the open, all in sight of each other) the limit shrinks, so that the stage ends in time.
 fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
-    let left = max_steps.saturating_mul(STAGE_STEPS).saturating_sub(spent);
-    let portals: usize = rounds[k..].iter().flatten().map(|task| task.portals.len()).sum();
-    (left / portals.max(1) as u64).saturating_mul(DEAR).min(max_steps)
+    let portals = |rounds: &[Vec<Task>]| rounds.iter().flatten().map(|task| task.portals.len() as u64).sum::<u64>();
+    let all = max_steps.saturating_mul(STAGE_STEPS).max(portals(rounds).saturating_mul(PORTAL_STEPS.min(max_steps)));
+    let left = all.saturating_sub(spent);
+    (left / portals(&rounds[k..]).max(1)).saturating_mul(DEAR).min(max_steps)
 }
 
-/// Runs the tasks of round `k` side by side, after `spent` steps in this stage; results are in the order of the tasks.
-pub(crate) fn run<F: Send>(
+/// Runs the tasks of round `k` side by side, after `spent` steps in this stage; results are in the order of the tasks. Tells the
+/// fraction of all rounds that is done.
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn run<F: Serialize + DeserializeOwned + Send>(
+    work: &Work<'_>,
+    stage: &str,
     rounds: &[Vec<Task>],
     k: usize,
     spent: u64,
@@ -91,15 +99,17 @@ pub(crate) fn run<F: Send>(
     might_see: &MightSee,
     max_steps: u64,
     search: impl Fn(&mut Search<'_>, &Task) -> F + Sync,
-) -> Vec<F> {
+) -> Result<Vec<F>, Stopped> {
     let round = &rounds[k];
     let max_steps = limit(max_steps, rounds, k, spent);
     let scratch = || Search::new(net, might_see, max_steps);
     // The dearest first, so that no thread is left with one of them at the end.
-    let tasks = round.par_iter().rev().with_max_len(1);
-    let mut found: Vec<F> = tasks.map_init(scratch, |scratch, task| search(scratch, task)).collect();
+    let tasks: Vec<&Task> = round.iter().rev().collect();
+    let share = |done: usize| (k as f64 + done as f64 / tasks.len() as f64) / rounds.len() as f64;
+    let search = |memory: &mut Search<'_>, task: &&Task| search(memory, task);
+    let mut found = work.map_with(&tasks, scratch, search, |done| work.tell(stage, share(done)))?;
     found.reverse();
-    found
+    Ok(found)
 }
 
 #[cfg(test)]
@@ -114,5 +124,7 @@ mod tests {
         let many = [vec![task(6000)], vec![task(6000)]];
         assert_eq!(limit(200_000, &many, 0, 0), 32 * (125 * 200_000 / 12_000));
         assert_eq!(limit(200_000, &many, 1, 25_000_000), 0, "nothing left: what might be seen stays");
+        // A thousand steps for each of 12,000 portals.
+        assert_eq!((limit(20_000, &many, 0, 0), limit(20_000, &many, 1, 11_625_000)), (20_000, 32 * 62));
     }
 }

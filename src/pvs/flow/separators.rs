@@ -159,6 +159,12 @@ impl Separators {
         self.through_edges(second, Edges::Own, first, way.reversed(), Turn::Over, &mut sink);
     }
 
+    /// As [`Separators::list`], through all edges of both.
+    pub fn list_all(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
+        let start = planes.len();
+        self.each(first, second, way, &mut Distinct { planes, start });
+    }
+
     /// Gives `sink` planes through an edge of `edges` and a corner of `others`, on the side that `way` leads to, that have
     /// `edges` outside and `others` inside, turned. False where it has enough.
     #[inline(always)]

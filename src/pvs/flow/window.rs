@@ -8,7 +8,7 @@
 //! Corners are held as a structure of arrays, filled up to whole groups of four with copies of the first, so that distances
 //! of all corners to a plane are a loop without branches. There is no limit on their number.
 
-use crate::geom::Plane;
+use crate::geom::{Aabb, Plane};
 use glam::DVec3;
 
 /// How much a comparison with a plane gives way, metres.
@@ -150,6 +150,26 @@ impl Window {
             }
         }
         outside[0] | outside[1] | outside[2] | outside[3]
+    }
+
+    /// True where every corner of another window of the same portal lies in this one, to rounding. A window without corners is
+    /// everything.
+    pub fn holds(&self, other: &Self) -> bool {
+        if self.is_empty() || other.is_empty() {
+            return self.is_empty();
+        }
+        // The box is for windows that are no more than a segment.
+        let inside = |k: usize| {
+            let own = Aabb::of(self.iter());
+            let p = other.corner(k);
+            p.cmpge(own.min).all() && p.cmple(own.max).all()
+        };
+        let edge = |i: usize| {
+            let a = self.corner(i);
+            let inward = self.normal.cross(self.corner((i + 1) % self.len) - a);
+            (0..other.len).all(|k| inward.dot(other.corner(k) - a) >= 0.0)
+        };
+        (0..other.len).all(inside) && (!self.flat || (0..self.len).all(edge))
     }
 
     /// True where no line through the window comes inside `plane`, touching lines aside.

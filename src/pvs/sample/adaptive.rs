@@ -18,6 +18,7 @@ use super::witness::Lower;
 use super::{Random, Sampler, Site, lines, mix};
 use crate::cells::Portal;
 use crate::geom::{self, Plane};
+use crate::work::{Stopped, Work};
 use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -181,7 +182,7 @@ impl<'a, 'c> Adaptive<'a, 'c> {
 }
 
 impl Source for Adaptive<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64) -> bool {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Work<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         while lower.rays < end {
             let (mut places, mut sites) = (Vec::new(), Vec::new());
@@ -194,17 +195,17 @@ impl Source for Adaptive<'_, '_> {
                 }
             }
             if room == 0 {
-                return true;
+                return Ok(true);
             }
             if sites.is_empty() {
-                return false;
+                return Ok(false);
             }
             lower.cubes += sites.len() as u64;
-            for (place, (seen, fresh)) in places.into_iter().zip(self.caster.cast(&sites, lower)) {
+            for (place, (seen, fresh)) in places.into_iter().zip(self.caster.cast(&sites, lower, work)?) {
                 self.follow(place, seen, fresh);
             }
         }
-        true
+        Ok(true)
     }
 }
 

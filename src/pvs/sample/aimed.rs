@@ -9,10 +9,11 @@ use super::witness::{Found, Lower, Prover};
 use super::{Random, mix};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb};
+use crate::pvs::PvsOptions;
 use crate::pvs::repair::corners;
-use crate::pvs::{Progress, PvsOptions};
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
+use crate::work::{Stopped, Work};
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -41,8 +42,8 @@ pub(in crate::pvs) fn sample(
     options: &PvsOptions,
     budget: u64,
     lower: &mut Lower,
-    progress: Progress<'_>,
-) {
+    work: &Work<'_>,
+) -> Result<(), Stopped> {
     let (scene, locator) = (rays.scene(), Locator::new(graph));
     let prover = Prover { rays, locator: &locator, clearance: scene.tolerance().clearance };
     let origins: Vec<Origins> = (0..graph.cells.len()).into_par_iter().map(|c| Origins::new(graph, scene, c)).collect();
@@ -59,44 +60,42 @@ pub(in crate::pvs) fn sample(
         let count: u64 = undecided.iter().map(|(objects, cells)| (objects.len() + cells.len()) as u64).sum();
         let attempts = (FIRST << round).min(budget.saturating_sub(lower.rays) / count.max(1));
         if count == 0 || attempts == 0 {
-            return;
+            break;
         }
         for batch in undecided.iter().enumerate().collect::<Vec<_>>().chunks(BATCH) {
-            let results: Vec<Found> = batch
-                .par_iter()
-                .map(|&(c, (objects, cells))| {
-                    let (cell, mut found) = (CellId(c as u32), Found::default());
-                    let mut random = Random(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
-                    for &object in objects {
-                        for attempt in 0..attempts {
-                            let (to, hit) = point_on(scene, object, &mut random);
-                            let near = attempt % 2 == 0 && placement.get(c, object);
-                            let from =
-                                if near { Some(before(scene, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
-                            let Some(from) = from else { break };
-                            if prover.aim(cell, from, to, hit, &mut found) {
-                                break;
-                            }
+            let results: Vec<Found> = work.map(batch, |&(c, (objects, cells))| {
+                let (cell, mut found) = (CellId(c as u32), Found::default());
+                let mut random = Random(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
+                for &object in objects {
+                    for attempt in 0..attempts {
+                        let (to, hit) = point_on(scene, object, &mut random);
+                        let near = attempt % 2 == 0 && placement.get(c, object);
+                        let from =
+                            if near { Some(before(scene, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
+                        let Some(from) = from else { break };
+                        if prover.aim(cell, from, to, hit, &mut found) {
+                            break;
                         }
                     }
-                    for &other in cells {
-                        for _ in 0..attempts {
-                            let ends = (origins[c].draw(&mut random), origins[other].draw(&mut random));
-                            let (Some(from), Some(to)) = ends else { break };
-                            if prover.aim_sight([cell, CellId(other as u32)], [from, to], &mut found) {
-                                break;
-                            }
+                }
+                for &other in cells {
+                    for _ in 0..attempts {
+                        let ends = (origins[c].draw(&mut random), origins[other].draw(&mut random));
+                        let (Some(from), Some(to)) = ends else { break };
+                        if prover.aim_sight([cell, CellId(other as u32)], [from, to], &mut found) {
+                            break;
                         }
                     }
-                    found.close()
-                })
-                .collect();
+                }
+                found.close()
+            })?;
             for found in results {
                 lower.merge(found);
             }
-            progress("aimed rays", lower.rays as f64 / budget.max(1) as f64);
+            work.tell("aimed rays", lower.rays as f64 / budget.max(1) as f64);
         }
     }
+    Ok(())
 }
 
 /// A random point on a random triangle of an object.

@@ -7,10 +7,9 @@ use super::witness::{Found, Line, Lower};
 use super::{Random, Sampler, Site};
 use crate::PortalId;
 use crate::pvs::cube::{Cube, CubeEngine, CubeScene, CubeView, Engine, NONE};
+use crate::work::{Stopped, Work};
 use glam::{DMat3, DQuat, DVec3};
-use rayon::prelude::*;
 use std::f64::consts::TAU;
-use std::sync::Mutex;
 
 /// Cubes worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
 pub(super) const BATCH: usize = 64;
@@ -38,8 +37,6 @@ pub(super) struct Caster<'a> {
     owners: Vec<u32>,
     /// Fraction of the sphere of each pixel of a face.
     solid: Vec<f32>,
-    /// Scratch memory that no thread uses now.
-    idle: Mutex<Vec<Eyes<'a>>>,
 }
 
 impl<'a> Caster<'a> {
@@ -53,28 +50,20 @@ impl<'a> Caster<'a> {
         }
         let engine = Engine::fastest(cubes, eyes, SIZE);
         let solid = (0..flat.pixels() / 6).map(|p| flat.solid_angle(p) as f32).collect();
-        Self { sampler, cubes, engine, owners, solid, idle: Mutex::default() }
+        Self { sampler, cubes, engine, owners, solid }
     }
 
     /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed. What they see, and the solid angle (fraction
     /// of the sphere) of that part of it that the cells beside them weren't known to see, their mean where they are two.
-    pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower) -> Vec<(Seen, f64)> {
+    pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower, work: &Work<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
         let known = &*lower;
-        let cast = |&(seed, site): &(u64, Site)| {
-            let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
-            let mut eyes = idle.unwrap_or_else(|| Eyes::new(self));
-            let result = eyes.cube(self, site, seed, known);
-            if let Ok(mut idle) = self.idle.lock() {
-                idle.push(eyes);
-            }
-            result
-        };
-        let results: Vec<((Seen, f64), Found)> = sites.par_iter().map(cast).collect();
+        let cast = |eyes: &mut Eyes<'_>, &(seed, site): &(u64, Site)| eyes.cube(self, site, seed, known);
+        let results: Vec<((Seen, f64), Found)> = work.map_with(sites, || Eyes::new(self), cast, |_| ())?;
         let merged = results.into_iter().map(|(seen, found)| {
             lower.merge(found);
             seen
         });
-        merged.collect()
+        Ok(merged.collect())
     }
 }
 

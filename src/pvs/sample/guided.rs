@@ -13,8 +13,8 @@ use super::{Random, Sampler, Site, mix};
 use crate::PortalId;
 use crate::pvs::Witness;
 use crate::scene::rays::Hit;
+use crate::work::{Stopped, Work};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Proofs followed up between two looks at what is known; fixed, so that results don't depend on the number of threads.
 const BATCH: usize = 256;
@@ -94,25 +94,25 @@ impl<'a> Guided<'a> {
 }
 
 impl Source for Guided<'_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64) -> bool {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Work<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         while end - lower.rays >= COST {
             if self.next == lower.witnesses.len() {
                 if self.pass == PASSES || lower.witnesses.is_empty() {
-                    return false;
+                    return Ok(false);
                 }
                 (self.next, self.pass) = (0, self.pass + 1);
             }
             let known = &*lower;
             let batch = self.next..known.witnesses.len().min(self.next + BATCH.min(((end - lower.rays) / COST) as usize));
             let seed = |i: usize| mix(mix(mix(self.sampler.seed, 0xc3), i as u64), self.pass);
-            let follow = |i: usize| self.follow(&known.witnesses[i], seed(i), known);
-            let found: Vec<Found> = batch.clone().into_par_iter().map(follow).collect();
+            let follow = |&i: &usize| self.follow(&known.witnesses[i], seed(i), known);
+            let found = work.map(&batch.clone().collect::<Vec<_>>(), follow)?;
             self.next = batch.end;
             found.into_iter().for_each(|found| {
                 lower.merge(found);
             });
         }
-        true
+        Ok(true)
     }
 }

@@ -8,10 +8,10 @@ use super::witness::Lower;
 use super::{Random, Sampler};
 use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
-use crate::pvs::Progress;
 use crate::pvs::cube::CubeScene;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::work::{Stopped, Work};
 use glam::DVec3;
 
 /// The rays are given away in this many parts, or in fewer of this many rays.
@@ -23,7 +23,7 @@ const PATIENCE: u32 = 3;
 /// A way of finding free lines.
 pub(super) trait Source {
     /// Spends at most `rays`, which may be too few to do anything with; false where nothing is left to try.
-    fn step(&mut self, lower: &mut Lower, rays: u64) -> bool;
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Work<'_>) -> Result<bool, Stopped>;
 }
 
 /// How the lower bound is found.
@@ -65,8 +65,8 @@ pub(in crate::pvs) fn sample(
     seed: u64,
     budget: u64,
     lower: &mut Lower,
-    progress: Progress<'_>,
-) {
+    work: &Work<'_>,
+) -> Result<(), Stopped> {
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
     let regions = regions(&sampler);
@@ -84,7 +84,7 @@ pub(in crate::pvs) fn sample(
     if matches!(strategy, Strategy::Guided | Strategy::Scheduled) {
         sources.push(Box::new(Guided::new(&sampler)));
     }
-    run(sources, budget, lower, progress);
+    run(sources, budget, lower, work)
 }
 
 /// A strategy, and what it gave for the last rays that it got.
@@ -98,7 +98,7 @@ struct Turn<'a> {
 
 /// Two parts of three go to the first strategy, cubes where there are any, since proofs are not all that counts: what borders
 /// prove is many and small, what cubes prove is few and large.
-fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, progress: Progress<'_>) {
+fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, work: &Work<'_>) -> Result<(), Stopped> {
     let turn = |source| Turn { source, rate: f64::INFINITY, barren: 0 };
     let mut turns: Vec<Turn<'_>> = sources.into_iter().map(turn).collect();
     let proofs = |lower: &Lower| lower.witnesses.len() + lower.sights.len();
@@ -106,18 +106,19 @@ fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, progr
     for part in 0.. {
         let better = |a: usize, b: usize| if turns[b].rate > turns[a].rate { b } else { a };
         let next = if part % 3 < 2 { (!turns.is_empty()).then_some(0) } else { (0..turns.len()).reduce(better) };
-        let Some(next) = next.filter(|_| lower.rays < budget) else { return };
+        let Some(next) = next.filter(|_| lower.rays < budget) else { break };
         let turn = &mut turns[next];
         let (before, rays) = (proofs(lower), lower.rays);
-        let more = turn.source.step(lower, (budget / PARTS).max(LEAST).min(budget - lower.rays));
+        let more = turn.source.step(lower, (budget / PARTS).max(LEAST).min(budget - lower.rays), work)?;
         let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
         turn.rate = found as f64 / spent as f64;
         turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
         if !more || lower.rays == rays || (turn.barren == PATIENCE && !alone) {
             turns.remove(next);
         }
-        progress("sampling", lower.rays as f64 / budget as f64);
+        work.tell("sampling", lower.rays as f64 / budget as f64);
     }
+    Ok(())
 }
 
 /// What one strategy finds alone.
@@ -133,6 +134,7 @@ pub struct Spent {
 pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
-    sample(&rays, graph, strategy, seed, budget, &mut lower, &|_, _| ());
+    let done = sample(&rays, graph, strategy, seed, budget, &mut lower, &Work::quiet());
+    debug_assert_eq!(done, Ok(()), "nobody stops it");
     Spent { objects: lower.objects, rays: lower.rays }
 }

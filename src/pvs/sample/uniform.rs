@@ -6,6 +6,7 @@ use super::schedule::Source;
 use super::witness::{Found, Line, Lower};
 use super::{Random, Sampler, Site, mix};
 use crate::CellId;
+use crate::work::{Stopped, Work};
 use rayon::prelude::*;
 
 /// Rays worked on between two looks at what is known, and by one thread at a time; fixed, so that results don't depend on threads.
@@ -31,12 +32,12 @@ impl<'a> Rays<'a> {
 }
 
 impl Source for Rays<'_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64) -> bool {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Work<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         while end - lower.rays >= 2 && !self.regions.is_empty() {
             let batch = RAYS.min((end - lower.rays) / 2);
             let known = &*lower;
-            let share = |i: u64| {
+            let share = |&i: &u64| {
                 let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
                 for n in self.count + i * SHARE..self.count + batch.min((i + 1) * SHARE) {
                     let mut random = Random(mix(mix(self.sampler.seed, 0xc1), n));
@@ -50,13 +51,13 @@ impl Source for Rays<'_> {
                 }
                 found.close()
             };
-            let found: Vec<Found> = (0..batch.div_ceil(SHARE)).into_par_iter().map(share).collect();
+            let found = work.map(&(0..batch.div_ceil(SHARE)).collect::<Vec<_>>(), share)?;
             self.count += batch;
             found.into_iter().for_each(|found| {
                 lower.merge(found);
             });
         }
-        !self.regions.is_empty()
+        Ok(!self.regions.is_empty())
     }
 }
 
@@ -75,7 +76,7 @@ impl<'a, 'c> Uniform<'a, 'c> {
 }
 
 impl Source for Uniform<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64) -> bool {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Work<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         let seats = self.regions.iter().filter(|r| r.volume() > 0.0).count();
         while end - lower.rays >= COST && seats > 0 {
@@ -89,8 +90,8 @@ impl Source for Uniform<'_, '_> {
             let sites: Vec<(u64, Site)> = (self.count..self.count + batch).filter_map(site).collect();
             self.count += batch;
             lower.cubes += sites.len() as u64;
-            self.caster.cast(&sites, lower);
+            self.caster.cast(&sites, lower, work)?;
         }
-        seats > 0
+        Ok(seats > 0)
     }
 }

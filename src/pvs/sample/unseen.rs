@@ -18,10 +18,9 @@ use super::witness::{Found, Line, Lower};
 use super::{Random, Sampler, Site, mix};
 use crate::CellId;
 use crate::cells::{CellGraph, Locator};
-use crate::pvs::Progress;
 use crate::scene::rays::{Hit, RayScene};
+use crate::work::{Stopped, Work};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// The bounds hold with at least this probability, each.
 pub const CONFIDENCE: f64 = 0.95;
@@ -90,15 +89,15 @@ pub(in crate::pvs) fn test(
     seed: u64,
     budget: u64,
     lower: &mut Lower,
-    progress: Progress<'_>,
-) -> Unseen {
+    work: &Work<'_>,
+) -> Result<Unseen, Stopped> {
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
     let regions = regions(&sampler);
     let (mut mean, mut cells) = (Bound::NONE, vec![Bound::NONE; regions.len()]);
     for (number, count) in (0u64..).zip(looks(budget / regions.len().max(1) as u64)) {
         let known = &*lower;
-        let from_cell = |c: usize| {
+        let from_cell = |&c: &usize| {
             let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
             let mut random = Random(mix(mix(seed, 0xd1 << 8 | number), c as u64));
             let mut missed = |from: DVec3, direction: DVec3, _: Hit| {
@@ -110,7 +109,7 @@ pub(in crate::pvs) fn test(
             found.rays = count;
             (hits, found.close())
         };
-        let results: Vec<(Option<u64>, Found)> = (0..regions.len()).into_par_iter().map(from_cell).collect();
+        let results = work.map(&(0..regions.len()).collect::<Vec<_>>(), from_cell)?;
         let (mut all, mut hit) = (0, 0);
         for ((hits, found), bound) in results.into_iter().zip(&mut cells) {
             lower.merge(found);
@@ -120,9 +119,9 @@ pub(in crate::pvs) fn test(
             }
         }
         mean.look(hit, all);
-        progress("unseen", (number + 1) as f64 / f64::from(LOOKS));
+        work.tell("unseen", (number + 1) as f64 / f64::from(LOOKS));
     }
-    Unseen { mean: mean.0, cells: cells.into_iter().map(|bound| (bound.0 as f32).next_up().min(1.0)).collect() }
+    Ok(Unseen { mean: mean.0, cells: cells.into_iter().map(|bound| (bound.0 as f32).next_up().min(1.0)).collect() })
 }
 
 /// The greatest probability of success at which `hits` or fewer of `rays` independent trials succeed with a chance of `alpha` or

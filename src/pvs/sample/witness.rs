@@ -15,6 +15,7 @@ use crate::pvs::Witness;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// An object is placed in a cell that it comes this near to, in clearances.
@@ -30,7 +31,7 @@ const PATIENCE: u8 = 2;
 const GIVE_UP: u8 = 12;
 
 /// A clear segment between two cells.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub(in crate::pvs) struct Sight {
     /// The cells that its ends are in; the first is the lesser.
     pub cells: [CellId; 2],
@@ -106,7 +107,7 @@ impl Lower {
 }
 
 /// What one batch of rays found.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(in crate::pvs) struct Found {
     /// Witnesses and where their clear parts end.
     pub witnesses: Vec<(Witness, DVec3)>,
@@ -116,8 +117,10 @@ pub(in crate::pvs) struct Found {
     pub failed: Vec<(u32, u32)>,
     /// Rays cast.
     pub rays: u64,
+    #[serde(skip)]
     tried: HashMap<(Kind, u32, u32), u8>,
     /// Scratch: a bit for each cell that a line crosses.
+    #[serde(skip)]
     crossed: Vec<u64>,
 }
 
@@ -207,13 +210,10 @@ impl Prover<'_> {
     /// One aimed attempt at a pair; true where it is proven now.
     pub fn aim(&self, cell: CellId, from: DVec3, to: DVec3, target: Hit, found: &mut Found) -> bool {
         found.rays += 1;
-        let key = (Kind::Object, cell.0, target.object.0);
-        found.may_try(key, u8::MAX);
         let Some(end) = self.locator.holds(cell, from).then(|| self.proves(from, to, target)).flatten() else {
             return false;
         };
         found.witnesses.push((Witness { cell, object: target.object, from, to }, end));
-        found.settle(key);
         true
     }
 

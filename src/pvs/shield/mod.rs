@@ -9,18 +9,19 @@ mod flood;
 mod mesh;
 mod shaft;
 
+use super::PvsOptions;
 use super::sample::witness::{Found, Lower, Prover};
 use super::sample::{Random, mix};
-use super::{Progress, PvsOptions};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
+use crate::work::{Stopped, Work};
 use crate::{BitMatrix, CellId, ObjectId};
 use flood::{Between, Failed, Flood};
 use glam::DVec3;
 use mesh::Mesh;
-use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use shaft::{End, Shaft};
 
 /// Shafts that an object may cost from one portal in each round; what isn't decided then is asked again in the next. More rounds of
@@ -32,18 +33,21 @@ const RAYS_A_SHAFT: f64 = 5.0;
 const SEEDS: usize = 6;
 
 /// What is known of a pair.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 enum State {
     /// No line is known so far; once all portals have been asked, none is.
     Open,
     /// There is a witness.
     Seen,
-    /// It cost too much, or is neither shut nor proven clear down to the tolerance.
-    Stuck,
+    /// It cost too much.
+    Dear,
+    /// It is neither shut nor proven clear down to the tolerance.
+    Narrow,
 }
 
 /// Decides pairs of a closed cell and an object in other cells. Pairs proven hidden are cleared from `objects_upper`; witnesses go
-/// to `lower`.
+/// to `lower`, and those that the tolerance leaves open to `narrow`.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn decide(
     rays: &RayScene<'_>,
     graph: &CellGraph,
@@ -51,8 +55,9 @@ pub(super) fn decide(
     options: &PvsOptions,
     objects_upper: &mut BitMatrix,
     lower: &mut Lower,
-    progress: Progress<'_>,
-) {
+    narrow: &mut BitMatrix,
+    work: &Work<'_>,
+) -> Result<(), Stopped> {
     let scene = rays.scene();
     let clearance = scene.tolerance().clearance;
     let mesh = Mesh::new(scene, clearance);
@@ -69,59 +74,58 @@ pub(super) fn decide(
             .filter(|(_, objects)| !objects.is_empty())
             .collect();
         if todo.is_empty() {
-            return;
+            break;
         }
         let portals: usize = todo.iter().map(|(c, objects)| graph.cells[*c].portals.len() * objects.len()).sum();
         // Most pairs cost far less than they may.
         let budget = budget.min(4.0 * left / portals.max(1) as f64);
         if budget < 2.0 {
-            return;
+            break;
         }
-        let done = std::sync::atomic::AtomicUsize::new(0);
-        let found: Vec<(Vec<State>, Found, u64)> = todo
-            .par_iter()
-            .with_max_len(1)
-            .map(|(c, objects)| {
-                let mut task = Task {
-                    scene,
-                    mesh: &mesh,
-                    prover: &prover,
-                    cell: CellId(*c as u32),
-                    objects,
-                    state: vec![State::Open; objects.len()],
-                    spent: vec![0.0; objects.len()],
-                    budget,
-                    random: Random(mix(mix(options.seed, 0x5e + round as u64), *c as u64)),
-                    flood: Flood::default(),
-                    crossed: Vec::new(),
-                    planes: Vec::new(),
-                    found: Found::default(),
-                    shafts: 0,
-                    grown: 1.5 * scene.tolerance().seal,
-                };
-                for &portal in &graph.cells[*c].portals {
-                    let mut winding = graph.portals[portal.portal().index()].winding.clone();
-                    if portal.side() == 1 {
-                        winding.reverse();
-                    }
-                    task.through(&winding, graph.plane(portal));
+        let ask = |(): &mut (), (c, objects): &(usize, Vec<u32>)| {
+            let mut task = Task {
+                scene,
+                mesh: &mesh,
+                prover: &prover,
+                cell: CellId(*c as u32),
+                objects,
+                state: vec![State::Open; objects.len()],
+                spent: vec![0.0; objects.len()],
+                budget,
+                random: Random(mix(mix(options.seed, 0x5e + round as u64), *c as u64)),
+                flood: Flood::default(),
+                crossed: Vec::new(),
+                planes: Vec::new(),
+                found: Found::default(),
+                shafts: 0,
+                grown: 1.5 * scene.tolerance().seal,
+            };
+            for &portal in &graph.cells[*c].portals {
+                let mut winding = graph.portals[portal.portal().index()].winding.clone();
+                if portal.side() == 1 {
+                    winding.reverse();
                 }
-                let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                progress("shields", (round as f64 + done as f64 / todo.len() as f64) / ROUNDS.len() as f64);
-                (task.state, task.found.close(), task.shafts)
-            })
-            .collect();
+                task.through(&winding, graph.plane(portal));
+            }
+            (task.state, task.found.close(), task.shafts)
+        };
+        let share = |done: usize| (round as f64 + done as f64 / todo.len() as f64) / ROUNDS.len() as f64;
+        let found = work.map_with(&todo, || (), ask, |done| work.tell("shields", share(done)))?;
         for ((c, objects), (state, mut found, shafts)) in todo.iter().zip(found) {
             left -= shafts as f64;
             found.rays = 0; // they are part of the shafts' price
             for (&o, state) in objects.iter().zip(&state) {
-                if *state == State::Open {
-                    objects_upper.clear(*c, o as usize);
+                match state {
+                    State::Open => objects_upper.clear(*c, o as usize),
+                    State::Narrow => _ = narrow.set(*c, o as usize),
+                    State::Dear => narrow.clear(*c, o as usize),
+                    State::Seen => (),
                 }
             }
             lower.merge(found);
         }
     }
+    Ok(())
 }
 
 /// What segments lead to.
@@ -182,7 +186,7 @@ impl Task<'_> {
                     for &k in list.iter() {
                         self.spent[k as usize] += 1.0 / list.len() as f64;
                         if self.spent[k as usize] > self.budget {
-                            self.state[k as usize] = State::Stuck;
+                            self.state[k as usize] = State::Dear;
                         }
                     }
                     list.len()
@@ -194,7 +198,7 @@ impl Task<'_> {
                     }
                     self.spent[k] += 1.0;
                     if self.spent[k] > self.budget {
-                        self.state[k] = State::Stuck;
+                        self.state[k] = State::Dear;
                     }
                     parts.len()
                 }
@@ -232,7 +236,7 @@ impl Task<'_> {
                 if self.is_narrow(&from, &to, k) {
                     continue;
                 }
-                self.state[k as usize] = State::Stuck;
+                self.state[k as usize] = State::Narrow;
             }
         }
     }

@@ -1,0 +1,228 @@
+//! Bakes that are cut off go on to the bytes of an undisturbed one: stopped, killed, with a state that is damaged or another's.
+
+#[path = "common/cli.rs"]
+#[allow(dead_code)]
+mod cli;
+
+use cli::{command, folder, refused, run};
+use enfilade::bake::{BakeError, BakeOptions, bake, digest};
+use enfilade::pvs::PvsOptions;
+use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::work::{Journal, JournalError, Work};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+fn building(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(file)
+}
+
+fn villa() -> (Scene, BakeOptions) {
+    let scene = import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap();
+    let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
+    (scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() })
+}
+
+/// A bake on some threads that is stopped when it has told `most` times how far it is; the file's bytes where it came to an end.
+fn baked(scene: &Scene, options: &BakeOptions, journal: &Journal, threads: usize, most: u32) -> Option<Vec<u8>> {
+    let (stop, told) = (AtomicBool::new(false), AtomicU32::new(0));
+    let progress = |_: &str, _: f64| stop.store(told.fetch_add(1, Relaxed) >= most, Relaxed);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let result = pool.install(|| {
+        bake(scene, options.clone(), &Work::new(&progress).until(&stop).kept_in(journal)).map(|baked| baked.file.write())
+    });
+    journal.flush().unwrap();
+    match result {
+        Ok(bytes) => Some(bytes),
+        Err(BakeError::Stopped(_)) => None,
+        Err(e) => panic!("{e}"),
+    }
+}
+
+#[test]
+fn a_bake_stopped_again_and_again_gives_the_same_bytes() {
+    let (scene, options) = villa();
+    let whole = bake(&scene, options.clone(), &Work::quiet()).unwrap().file.write();
+    let path = folder("stopped").join("state");
+    let open = || Journal::open(&path, digest(&scene, &options)).unwrap();
+    let (mut stops, mut size) = (0, 0);
+    let bytes = loop {
+        let journal = open();
+        assert_eq!(journal.is_resumed(), size > 24, "{size} bytes");
+        // On one and on two threads in turn, each time a little farther.
+        let bytes = baked(&scene, &options, &journal, 1 + stops as usize % 2, 4 + 25 * stops);
+        let before = std::mem::replace(&mut size, std::fs::metadata(&path).unwrap().len());
+        assert!(size >= before, "a state only grows");
+        if let Some(bytes) = bytes {
+            break bytes;
+        }
+        stops += 1;
+    };
+    assert!(stops > 5, "stopped {stops} times");
+    assert!(bytes == whole, "other bytes after {stops} stops");
+
+    // All of it is there by now: nothing is worked out again.
+    assert!(baked(&scene, &options, &open(), 2, u32::MAX).as_ref() == Some(&whole));
+    assert_eq!(std::fs::metadata(&path).unwrap().len(), size);
+
+    // Damaged, it is worth less, and no harm comes of it.
+    let state = std::fs::read(&path).unwrap();
+    for (k, part) in [0.05, 0.4, 0.8, 0.999].into_iter().enumerate() {
+        let at = (state.len() as f64 * part) as usize;
+        let mut damaged = state.clone();
+        if k % 2 == 0 {
+            damaged.truncate(at.max(24));
+        } else {
+            damaged[at] ^= 0x10;
+        }
+        std::fs::write(&path, &damaged).unwrap();
+        assert!(baked(&scene, &options, &open(), 2, u32::MAX).as_ref() == Some(&whole), "damaged at {at}");
+        assert!(std::fs::metadata(&path).unwrap().len() > size / 2, "and mended");
+    }
+    let short = [&[][..], &state[..5], &state[..20]];
+    short.iter().for_each(|head| {
+        std::fs::write(&path, head).unwrap();
+        assert!(!open().is_resumed(), "killed while it was begun");
+    });
+
+    // Another's is refused, and left as it is.
+    let seed = BakeOptions { pvs: PvsOptions { seed: 1, ..options.pvs.clone() }, ..options.clone() };
+    std::fs::write(&path, &state).unwrap();
+    assert!(matches!(Journal::open(&path, digest(&scene, &seed)), Err(JournalError::Other)));
+    let journal = open();
+    assert!(matches!(Journal::open(&path, digest(&scene, &options)), Err(JournalError::InUse)));
+    drop(journal);
+    assert!(std::fs::read(&path).unwrap() == state);
+    std::fs::write(&path, "Something else altogether").unwrap();
+    assert!(matches!(Journal::open(&path, digest(&scene, &options)), Err(JournalError::NotAJournal)));
+}
+
+/// A state whose blocks have the right checksums may still hold anything.
+#[test]
+fn results_of_another_shape_count_as_none() {
+    let (scene, options) = villa();
+    let whole = bake(&scene, options.clone(), &Work::quiet()).unwrap().file.write();
+    let path = folder("shape").join("state");
+    let digest = digest(&scene, &options);
+    // Every map's first items, as empty, as a number that is too long, and as a list of four billion entries.
+    let payloads: [&[u8]; 3] = [&[], &[0xff; 11], &[0xff, 0xff, 0xff, 0xff, 0x0f]];
+    for payload in payloads {
+        let mut entries = Vec::new();
+        for map in 0..60u8 {
+            for item in 0..4 {
+                entries.extend([map, item, payload.len() as u8]);
+                entries.extend(payload);
+            }
+        }
+        // 240 as a postcard varint.
+        let block = zstd::encode_all([&[0xf0, 0x01], entries.as_slice()].concat().as_slice(), 1).unwrap();
+        let sum = xxhash_rust::xxh3::xxh3_64(&block);
+        let parts: [&[u8]; 5] =
+            [b"EnfWork\n", &digest.to_le_bytes(), &(block.len() as u32).to_le_bytes(), &sum.to_le_bytes(), &block];
+        std::fs::write(&path, parts.concat()).unwrap();
+        let journal = Journal::open(&path, digest).unwrap();
+        assert!(journal.is_resumed());
+        assert!(baked(&scene, &options, &journal, 2, u32::MAX).as_ref() == Some(&whole));
+    }
+}
+
+fn spawn(model: &Path, out: &Path) -> Child {
+    let arguments = [Path::new("bake"), model, Path::new("-o"), out, Path::new("--rays"), Path::new("1")];
+    command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Ends by itself, or by a signal after a while; what it said, and whether it came to its end.
+#[cfg(unix)]
+fn signalled(mut child: Child, signal: &str, after: Duration) -> (String, Option<i32>) {
+    let begin = Instant::now();
+    while begin.elapsed() < after && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    if child.try_wait().unwrap().is_none() {
+        Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    }
+    let out = child.wait_with_output().unwrap();
+    (String::from_utf8(out.stderr).unwrap(), out.status.code())
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_bake_goes_on_and_leaves_nothing_behind() {
+    let folder = folder("killed");
+    let (model, whole, out) = (building("office.glb"), folder.join("whole.pvs"), folder.join("office.pvs"));
+    let begin = Instant::now();
+    assert_eq!(signalled(spawn(&model, &whole), "-KILL", Duration::MAX).1, Some(0));
+    let took = begin.elapsed();
+    let (mut kills, mut resumed) = (0u32, 0);
+    let mut random = 0x2545_f491_4f6c_dd1d_u64;
+    loop {
+        // After a time between nothing and half of what a whole one takes; longer and longer.
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        let share = (random >> 11) as f64 / (1u64 << 53) as f64;
+        let (said, code) = signalled(spawn(&model, &out), "-KILL", took.mul_f64(0.5 * share + 0.05 * f64::from(kills)));
+        resumed += u32::from(said.contains("goes on from"));
+        match code {
+            None => kills += 1,
+            Some(0) => break,
+            Some(code) => panic!("exit {code}: {said}"),
+        }
+        assert!(!out.exists(), "nothing is there before it is whole");
+    }
+    assert!(kills >= 2 && resumed >= 1, "killed {kills} times, went on {resumed} times");
+    assert!(std::fs::read(&out).unwrap() == std::fs::read(&whole).unwrap(), "other bytes after {kills} kills");
+    let left: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
+    let folder = folder("stop");
+    let (model, out, state) = (building("office.glb"), folder.join("o.pvs"), folder.join("o.bake-state"));
+    // Sooner where the machine is faster.
+    let stopped = [1500, 700, 300, 100].into_iter().any(|milliseconds| {
+        let first = spawn(&model, &out);
+        let begin = Instant::now();
+        while !state.exists() && begin.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let second = run(&[Path::new("bake"), &model, Path::new("-o"), &out]);
+        if first.id() > 0 && second.status.code() == Some(2) {
+            refused(&second, &["o.bake-state: another run that writes the same output is under way"]);
+        }
+        let (said, code) = signalled(first, "-INT", Duration::from_millis(milliseconds));
+        if code == Some(1) {
+            assert!(said.contains("stopped; the same command goes on from") && state.exists(), "{said}");
+        }
+        code == Some(1)
+    });
+    assert!(stopped, "no run was cut short");
+    let other = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--seed"), Path::new("7")];
+    refused(&run(&other), &["o.bake-state: belongs to another input, to other options", "--state"]);
+    let (said, code) = signalled(spawn(&model, &out), "-INT", Duration::MAX);
+    assert!(code == Some(0) && said.contains("goes on from") && !state.exists() && out.exists(), "{said}");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_the_work() {
+    let folder = folder("place");
+    let model = building("office.glb");
+    let begin = Instant::now();
+    let nowhere = folder.join("no/such/folder/o.pvs");
+    refused(&run(&[Path::new("bake"), &model, Path::new("-o"), &nowhere]), &["o.bake-state: "]);
+    assert!(begin.elapsed() < Duration::from_secs(20));
+    let state = folder.join("mine");
+    std::fs::write(&state, "my own text, of more than a head's length").unwrap();
+    let out = folder.join("o.pvs");
+    let arguments = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--state"), &state];
+    refused(&run(&arguments), &["mine: is no state of an interrupted run; delete it, or name another with --state"]);
+    assert_eq!(std::fs::read_to_string(&state).unwrap(), "my own text, of more than a head's length");
+    // What can't be baked leaves no state.
+    let empty = folder.join("empty.obj");
+    std::fs::write(&empty, "").unwrap();
+    assert_eq!(run(&[Path::new("bake"), &empty]).status.code(), Some(2));
+    assert!(!folder.join("empty.bake-state").exists());
+}
