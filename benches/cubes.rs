@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 #[path = "../tests/common/explain.rs"]
 #[allow(dead_code)]
 mod explain;
-use explain::is_explained;
+use explain::{EXACT, is_explained};
 
 const SIZE: u32 = 256;
 const REPEATS: usize = 7;
@@ -147,7 +147,7 @@ fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {
 /// How many ids differ, and how many of them the tolerance doesn't explain.
 fn differing(scene: &Scene, view: &CubeView, a: &[u32], b: &[u32]) -> (usize, usize) {
     let differ: Vec<usize> = (0..a.len()).filter(|&p| a[p] != b[p]).collect();
-    let unexplained = differ.iter().filter(|&&p| !is_explained(scene, view, p, a[p], b[p])).count();
+    let unexplained = differ.iter().filter(|&&p| !is_explained(scene, view, p, a[p], b[p], EXACT)).count();
     (differ.len(), unexplained)
 }
 
