@@ -142,17 +142,16 @@ fn offices_agree_with_rays() {
         differ += check(&scene, &rays, &mut engine, &view);
         pixels += view.pixels();
     }
-    // A tenth of a millimetre off surfaces.
+    println!("{differ} of {pixels} pixels and hits differ");
+    assert!(differ * 1000 < pixels, "explained, but too many");
+    // A tenth of a millimetre off surfaces, many of which lie on each other.
     for i in 0..6 {
         let [a, b, c] = scene.corners((random.unit() * scene.triangles.len() as f64) as usize);
         let eye = (a + b + c) / 3.0 + (b - a).cross(c - a).normalize() * 1e-4;
         let frame = if i % 2 == 0 { DMat3::IDENTITY } else { random.frame() };
         let view = CubeView { eye, frame, size: 64 };
-        differ += check(&scene, &rays, &mut engine, &view);
-        pixels += view.pixels();
+        check(&scene, &rays, &mut engine, &view);
     }
-    println!("{differ} of {pixels} pixels and hits differ");
-    assert!(differ * 100 < pixels, "explained, but too many");
 }
 
 /// Triangles of all shapes, at sizes from a millimetre to a thousand kilometres.
@@ -223,7 +222,24 @@ fn far_from_the_origin_is_as_good_as_near() {
         let differ: Vec<usize> = (0..view.pixels()).filter(|&p| a.triangles[p] != b.triangles[p]).collect();
         let explained = |p: usize| is_explained(&near, &view, p, a.triangles[p], b.triangles[p], GPU);
         assert!(differ.iter().all(|&p| explained(p)) && differ.len() < 50, "{differ:?}");
-        assert!(a.triangles.iter().filter(|&&t| t < 250).count() > 1000, "crumbs are seen");
+        assert!(a.triangles.iter().filter(|&&t| t < 250).count() > 300, "crumbs are seen");
+    }
+}
+
+/// Nearer than what is drawn: the tolerance says so, and nothing else is amiss.
+#[test]
+fn an_eye_on_a_wall_looks_through_it() {
+    let scene = scene(room().into_iter().chain([pane(true, DVec3::new(-9.0, -9.0, 5.0), DVec3::X * 18.0, DVec3::Y * 18.0)]));
+    let Some(gpu) = on_gpu("an_eye_on_a_wall_looks_through_it", &scene) else { return };
+    let (rays, ready) = (RayScene::new(&scene), CubeScene::new(&scene));
+    let mut engine = GpuCubes::new(gpu, &ready);
+    let eye = |off: f64| CubeView::new(DVec3::new(0.0137, 0.0071, 3.0 - off) - scene.origin, 64);
+    let wall = |cube: &Cube| cube.triangles.iter().filter(|&&t| t / 2 == 4).count();
+    let (on, off) = (draw(&mut engine, &eye(0.3e-6)), draw(&mut engine, &eye(3e-6)));
+    // Of a face and a half, what is nearer than that along its axis.
+    assert!(wall(&off) > 64 * 64 * 2 && wall(&on) + 64 * 64 <= wall(&off), "{} {}", wall(&on), wall(&off));
+    for off in [0.3e-6, 3e-6, 1e-4] {
+        check(&scene, &rays, &mut engine, &eye(off));
     }
 }
 

@@ -33,16 +33,18 @@ use super::{Cube, CubeEngine, CubeScene, CubeView, MAX_SIZE, NONE, Raster, SeeTh
 use batch::{Batch, Face};
 use std::sync::Arc;
 
-/// Within this distance (pixels) of a projected edge a pixel may fall to either side: rasterisers round corners to a grid, of 1/256 of a
-/// pixel where they are as good as all that we know. Half of that would leave pixels at edges between two rounded corners
-/// unexplained; more would hide a rule of filling that isn't kept.
-pub const EDGE: f64 = 1.0 / 128.0;
-/// Corners may be off by this fraction of the distance of the triangle's farthest corner: `f32` after the subtraction, turned and cut at
-/// the sides of what is drawn. Less than the eight roundings on the way would blame a sound driver; that much more than
-/// [`EDGE`] would take a face of a thousand pixels to notice.
+/// Within this distance (pixels) of a projected edge a pixel may fall to either side: rasterisers round corners to a grid of 1/256 of a
+/// pixel or finer, which moves an edge by up to 0.0028 pixels. With 0.0020 the tests find pixels that it doesn't explain; with much
+/// more, they wouldn't find a driver of a coarser grid.
+pub const EDGE: f64 = 1.0 / 256.0;
+/// Corners may be off by this fraction of the distance of the triangle's farthest corner: what is rounded to `f32` on the way, eight
+/// times by 6e-8, from the subtraction to cutting triangles at the sides of what is drawn. Less would blame sound drivers, on faces of a
+/// thousand pixels and more and for surfaces seen at a grazing angle; ten times more would hide positions that are relative to something
+/// farther away than the eye.
 pub const CORNERS: f64 = 5e-7;
-/// What is nearer than this along a face's axis, metres, isn't drawn: an eye that near to a surface looks through it. Less, and
-/// clipped corners lose what they have left of `f32`; more, and an eye that keeps off surfaces by what rays do would notice.
+/// What is nearer than this along a face's axis, metres, isn't drawn, so that an eye as near as that to a surface looks through it. With much
+/// less, corners that are cut off there are farther off the picture than `f32` can tell; with much more, eyes a tenth of a millimetre
+/// off a wall, where rays still find it, would look through it.
 pub const NEAR: f32 = 1e-6;
 
 /// What a cube shows of an object.

@@ -49,9 +49,9 @@ fn point(index: u32) -> Point {
 
 // The difference of two points on the face's axes. Great parts cancel before small ones are added; going through whole numbers with
 // an unknown 0 keeps compilers from taking the sums in another order.
-fn apart(to: Point, from: Point) -> vec3f {
-    let great = bitcast<vec3u>(to.high - from.high) ^ vec3u(face.zero);
-    let v = bitcast<vec3f>(great) + (to.low - from.low);
+fn apart(end: Point, start: Point) -> vec3f {
+    let great = bitcast<vec3u>(end.high - start.high) ^ vec3u(face.zero);
+    let v = bitcast<vec3f>(great) + (end.low - start.low);
     return vec3f(dot(face.x, v), dot(face.y, v), dot(face.into, v));
 }
 
