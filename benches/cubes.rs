@@ -5,6 +5,9 @@
 //! what the tolerance explains. Then each eye's cube is made several times, and the least time counts; printed is the mean over eyes, and
 //! the slowest eye. `--test` takes the smallest office alone, `--quick` none above a million triangles.
 //!
+//! With the feature `gpu` and an adapter: the same on a graphics processor, by name. Its ids, too, are first held against rays; counted are
+//! cubes one by one, the twenty in one batch, and what objects show added up on the device.
+//!
 //! Embree (Debian: libembree-dev) is optional: where g++ builds `benches/embree/cubes.cpp`, it is handed the same opaque triangles and eyes.
 
 use enfilade::generate::{Generated, Kind, generate};
@@ -23,10 +26,13 @@ use std::time::{Duration, Instant};
 #[path = "../tests/common/explain.rs"]
 #[allow(dead_code)]
 mod explain;
-use explain::is_explained;
+use explain::{EXACT, is_explained};
 
 const SIZE: u32 = 256;
 const REPEATS: usize = 7;
+/// A software driver takes long.
+#[cfg(feature = "gpu")]
+const GPU_REPEATS: usize = 3;
 /// Offices: 60,000, 250,000, a million and 4 million triangles.
 const ROOMS: [usize; 4] = [40, 165, 660, 2650];
 
@@ -125,6 +131,8 @@ fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {
     // The times.
     row(scene, "raster", &raster, ready_in);
     row(scene, "packets", &packets, ready_in);
+    #[cfg(feature = "gpu")]
+    on_gpu(scene, eyes, &ready, &mut truth);
     let mut bare = scene.clone();
     bare.objects.retain(|o| o.opaque);
     let (ready, ready_in) = timed(|| CubeScene::new(&bare));
@@ -144,10 +152,46 @@ fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {
     row(scene, "one by one, `f64` (3 eyes)", &cubes(&mut truth, &few, 1).1, rays_in);
 }
 
+/// Rows of the graphics processor, if there is one.
+#[cfg(feature = "gpu")]
+fn on_gpu(scene: &Scene, eyes: &[DVec3], ready: &CubeScene, truth: &mut Rays<'_, '_>) {
+    use enfilade::pvs::cube::gpu::{CORNERS, EDGE, GpuCubes, GpuScene, NEAR};
+    let allowed = explain::Allowed { edge: EDGE, corners: CORNERS, near: f64::from(NEAR) };
+    let (there, ready_in) = match timed(|| GpuScene::new(scene)) {
+        (Ok(there), time) => (std::sync::Arc::new(there), time),
+        (Err(why), _) => return println!("not run: {why}"),
+    };
+    let name = there.adapter().to_owned();
+    let mut engine = GpuCubes::new(there, ready);
+    // The answers.
+    let (mut want, mut got, mut differ) = (Cube::default(), Cube::default(), 0);
+    for &eye in eyes {
+        let view = CubeView::new(eye, 40);
+        truth.cube(&view, &mut want);
+        engine.cubes(&[view], std::slice::from_mut(&mut got)).expect("a cube");
+        differ += explain::compare(scene, &view, &got, &want, allowed);
+    }
+    let views: Vec<CubeView> = eyes.iter().map(|&eye| CubeView::new(eye, SIZE)).collect();
+    let mut out = vec![Cube::default(); views.len()];
+    let (alone, times) = cubes(&mut engine, eyes, GPU_REPEATS);
+    engine.cubes(&views, &mut out).expect("cubes");
+    assert!(out == alone, "a batch gives other cubes");
+    let shares = engine.shares(&views).expect("sums");
+    assert!(views.iter().zip(&out).zip(&shares).all(|((v, c), s)| engine.shares_of(v, c) == *s), "sums differ");
+    // The times.
+    println!("{name}: {differ} of {} ids and hits differ from rays, all explained", 40 * 40 * 6 * eyes.len());
+    row(scene, "graphics processor, one by one", &times, ready_in);
+    let least = |work: &mut dyn FnMut()| (0..GPU_REPEATS).map(|_| timed(&mut *work).1).min().expect("a time");
+    let batch = least(&mut || engine.cubes(&views, &mut out).expect("cubes")) / views.len() as u32;
+    row(scene, "graphics processor, a batch of 20", &[batch], ready_in);
+    let sums = least(&mut || drop(engine.shares(&views).expect("sums"))) / views.len() as u32;
+    row(scene, "graphics processor, sums of a batch of 20, opaque only", &[sums], ready_in);
+}
+
 /// How many ids differ, and how many of them the tolerance doesn't explain.
 fn differing(scene: &Scene, view: &CubeView, a: &[u32], b: &[u32]) -> (usize, usize) {
     let differ: Vec<usize> = (0..a.len()).filter(|&p| a[p] != b[p]).collect();
-    let unexplained = differ.iter().filter(|&&p| !is_explained(scene, view, p, a[p], b[p])).count();
+    let unexplained = differ.iter().filter(|&&p| !is_explained(scene, view, p, a[p], b[p], EXACT)).count();
     (differ.len(), unexplained)
 }
 

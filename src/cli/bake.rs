@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, Baked, bake, digest};
 use enfilade::cells::{ViewCell, read_view_cells};
 use enfilade::file::{Container, load_bytes};
+use enfilade::pvs::cube::{Choice, Engine};
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{Scene, import};
 use serde_json::{Value, json};
@@ -35,6 +36,9 @@ pub struct Args {
     /// Keep both sides and the witnesses in the file
     #[arg(long)]
     keep_bounds: bool,
+    /// What makes visibility cubes; with gpu the bytes may depend on the driver
+    #[arg(long, value_enum, default_value = "auto")]
+    cubes: Cubes,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -55,6 +59,14 @@ enum Ship {
     Sampled,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Cubes {
+    Auto,
+    Raster,
+    Packets,
+    Gpu,
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     args.scene.check()?;
@@ -68,6 +80,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     bar.set_message("import");
     let import_options = args.scene.import();
     let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
+    let cubes = choice(args.cubes, &scene)?;
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;
     let view_cells = args.view_cells.as_deref().map(|path| view_cells(path, &scene)).transpose()?.unwrap_or_default();
@@ -80,6 +93,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
             },
             seed: args.seed,
             ray_budget: args.scene.ray_budget(),
+            cubes,
             ..PvsOptions::default()
         },
         keep_bounds: args.keep_bounds,
@@ -114,6 +128,27 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         eprintln!("{}", prose(&report, &output));
     }
     Ok(Outcome::Done)
+}
+
+/// The engine that is asked for; an error where there is none.
+fn choice(cubes: Cubes, scene: &Scene) -> Result<Choice, CliError> {
+    Ok(match cubes {
+        Cubes::Auto => Choice::Auto,
+        Cubes::Raster => Choice::Only(Engine::Raster),
+        Cubes::Packets => Choice::Only(Engine::Packets),
+        Cubes::Gpu => on_gpu(scene)?,
+    })
+}
+
+#[cfg(feature = "gpu")]
+fn on_gpu(scene: &Scene) -> Result<Choice, CliError> {
+    let checked = enfilade::pvs::cube::gpu::GpuScene::check(scene);
+    checked.map(|_| Choice::Gpu).map_err(|e| CliError(format!("--cubes gpu: {e}")))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn on_gpu(_: &Scene) -> Result<Choice, CliError> {
+    Err(CliError("--cubes gpu: this binary draws no cubes on a graphics processor; build it with `--features gpu`".into()))
 }
 
 fn view_cells(path: &Path, scene: &Scene) -> Result<Vec<ViewCell>, CliError> {

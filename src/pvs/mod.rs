@@ -18,11 +18,12 @@ use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::work::{Stopped, Work};
 use crate::{BitMatrix, CellId, ObjectId};
+use cube::Choice;
 use flow::{FlowInput, FlowResult, flow};
 use glam::DVec3;
 use sample::unseen::{self, Unseen};
 use sample::witness::{Lower, PLACEMENT_MARGIN};
-use sample::{Strategy, aimed};
+use sample::{Plan, Strategy, aimed};
 use serde::{Deserialize, Serialize};
 
 /// Which side of the truth a file's rows are on.
@@ -47,11 +48,13 @@ pub struct PvsOptions {
     pub ray_budget: u64,
     /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
     pub flow_steps: u64,
+    /// Which engine makes visibility cubes.
+    pub cubes: Choice,
 }
 
 impl Default for PvsOptions {
     fn default() -> Self {
-        Self { ship: Guarantee::Conservative, seed: 0, ray_budget: 20_000_000, flow_steps: 20_000 }
+        Self { ship: Guarantee::Conservative, seed: 0, ray_budget: 20_000_000, flow_steps: 20_000, cubes: Choice::Auto }
     }
 }
 
@@ -131,7 +134,7 @@ const TESTED: f64 = 0.05;
 /// Rounds of mending, at most: a mended hole may show the next one.
 const MENDINGS: usize = 4;
 
-/// Works out what can be seen from every cell. `graph` is changed only where a witness proves that a portal is missing.
+/// Works out what can be seen from every cell. `graph` is changed only where a witness proves that a portal is missing, and in its notes.
 ///
 /// # Errors
 ///
@@ -149,7 +152,9 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &W
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
     let share = |part: f64| (options.ray_budget as f64 * part) as u64;
     let first = options.ray_budget - share(AIMED) - share(TESTED);
-    sample::sample(&rays, graph, Strategy::Scheduled, options.seed, first, &mut lower, work)?;
+    let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget: first };
+    sample::sample(&rays, graph, plan, &mut lower, work)?;
+    graph.notes.append(&mut lower.notes);
 
     let to_test = share(TESTED);
     let mut test = || unseen::test(&rays, graph, options.seed, to_test, &mut lower, work);

@@ -28,6 +28,8 @@ use std::time::Instant;
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 /// A generated office of so many rooms gets the rays of the bake; others in proportion.
 const ROOMS: f64 = 1000.0;
+/// Storeys of offices that growth is measured on.
+const STOREYS: usize = 4;
 /// Undecided pairs that are asked why.
 const ASKED: usize = 12;
 
@@ -254,7 +256,8 @@ impl Bench<'_> {
 /// What a generated office costs, with as many rays a room as any other.
 fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
     let said = |e: &dyn std::fmt::Display| CliError(format!("--growth {offices}: {e}"));
-    let kind = Kind::Office { rooms: offices as usize, storeys: None, furnished: false };
+    // In plan rather than in height, so that no cell sees more of a larger one.
+    let kind = Kind::Office { rooms: offices as usize, storeys: Some(STOREYS), furnished: false };
     let made = generate(kind, options.seed).map_err(|e| said(&e))?;
     // Importers read files.
     let path = std::env::temp_dir().join(format!("enfilade_growth_{}_{offices}.glb", std::process::id()));

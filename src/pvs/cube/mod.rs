@@ -21,7 +21,10 @@
 //! it and the [`Cube`] are warm (but for hits through glass, whose list grows to the largest seen).
 
 mod auto;
+mod choice;
 mod face;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod packets;
 mod raster;
 mod rays;
@@ -29,6 +32,8 @@ mod tiles;
 mod tree;
 
 pub use auto::Engine;
+pub use choice::Choice;
+pub(in crate::pvs) use choice::Chosen;
 pub use packets::Packets;
 pub use raster::Raster;
 pub use rays::Rays;

@@ -6,7 +6,7 @@
 use super::witness::{Found, Line, Lower};
 use super::{Random, Sampler, Site};
 use crate::PortalId;
-use crate::pvs::cube::{Cube, CubeEngine, CubeScene, CubeView, Engine, NONE};
+use crate::pvs::cube::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, NONE};
 use crate::work::{Stopped, Work};
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::TAU;
@@ -32,7 +32,7 @@ pub(super) type Seen = Vec<(u32, f32)>;
 pub(super) struct Caster<'a> {
     sampler: &'a Sampler<'a>,
     cubes: &'a CubeScene,
-    engine: Engine,
+    engine: Chosen,
     /// Object of each triangle.
     owners: Vec<u32>,
     /// Fraction of the sphere of each pixel of a face.
@@ -40,17 +40,22 @@ pub(super) struct Caster<'a> {
 }
 
 impl<'a> Caster<'a> {
-    /// `eyes`: a few of the places where cubes will stand, to choose an engine by; the choice shows in nothing but time.
-    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene, eyes: &[DVec3]) -> Self {
+    /// `eyes`: a few of the places where cubes will stand, to choose an engine by.
+    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene, choice: Choice, eyes: &[DVec3]) -> Self {
         let scene = sampler.prover.rays.scene();
         let flat = CubeView::new(DVec3::ZERO, SIZE);
         let mut owners = vec![0; scene.triangles.len()];
         for (i, object) in (0u32..).zip(&scene.objects) {
             owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
         }
-        let engine = Engine::fastest(cubes, eyes, SIZE);
+        let engine = Chosen::new(choice, scene, cubes, eyes, SIZE);
         let solid = (0..flat.pixels() / 6).map(|p| flat.solid_angle(p) as f32).collect();
         Self { sampler, cubes, engine, owners, solid }
+    }
+
+    /// What the file should say about how cubes were made.
+    pub fn note(&self, cubes: u64) -> Option<String> {
+        self.engine.note(cubes)
     }
 
     /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed. What they see, and the solid angle (fraction

@@ -16,7 +16,7 @@ mod uniform;
 pub mod unseen;
 pub(in crate::pvs) mod witness;
 
-pub(in crate::pvs) use schedule::sample;
+pub(in crate::pvs) use schedule::{Plan, sample};
 pub use schedule::{Spent, Strategy, sample_alone};
 
 use crate::cells::{CellGraph, Locator};

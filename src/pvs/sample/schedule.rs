@@ -8,7 +8,7 @@ use super::witness::Lower;
 use super::{Random, Sampler};
 use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
-use crate::pvs::cube::CubeScene;
+use crate::pvs::cube::{Choice, CubeScene};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::work::{Stopped, Work};
@@ -57,16 +57,25 @@ impl Strategy {
     }
 }
 
-/// Samples until `budget` rays are spent, or nothing finds anything.
+/// What to sample with.
+#[derive(Clone, Copy)]
+pub(in crate::pvs) struct Plan {
+    pub strategy: Strategy,
+    pub cubes: Choice,
+    pub seed: u64,
+    /// Rays, at most.
+    pub budget: u64,
+}
+
+/// Samples until the plan's rays are spent, or nothing finds anything.
 pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
-    strategy: Strategy,
-    seed: u64,
-    budget: u64,
+    plan: Plan,
     lower: &mut Lower,
     work: &Work<'_>,
 ) -> Result<(), Stopped> {
+    let Plan { strategy, cubes, seed, budget } = plan;
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
     let regions = regions(&sampler);
@@ -74,7 +83,7 @@ pub(in crate::pvs) fn sample(
     let scene = by_cubes.then(|| CubeScene::new(rays.scene()));
     let some = regions.iter().step_by(regions.len().div_ceil(4).max(1));
     let some: Vec<DVec3> = some.filter_map(|region| region.draw(&mut Random(seed))).collect();
-    let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene, &some));
+    let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene, cubes, &some));
     let mut sources: Vec<Box<dyn Source + '_>> = Vec::new();
     match (&caster, strategy) {
         (Some(caster), Strategy::UniformCubes) => sources.push(Box::new(Uniform::new(&sampler, caster, &regions))),
@@ -84,7 +93,9 @@ pub(in crate::pvs) fn sample(
     if matches!(strategy, Strategy::Guided | Strategy::Scheduled) {
         sources.push(Box::new(Guided::new(&sampler)));
     }
-    run(sources, budget, lower, work)
+    run(sources, budget, lower, work)?;
+    lower.notes.extend(caster.and_then(|caster| caster.note(lower.cubes)));
+    Ok(())
 }
 
 /// A strategy, and what it gave for the last rays that it got.
@@ -134,7 +145,8 @@ pub struct Spent {
 pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
-    let done = sample(&rays, graph, strategy, seed, budget, &mut lower, &Work::quiet());
+    let plan = Plan { strategy, cubes: Choice::Auto, seed, budget };
+    let done = sample(&rays, graph, plan, &mut lower, &Work::quiet());
     debug_assert_eq!(done, Ok(()), "nobody stops it");
     Spent { objects: lower.objects, rays: lower.rays }
 }

@@ -57,6 +57,8 @@ pub(in crate::pvs) struct Lower {
     pub rays: u64,
     /// Cubes made.
     pub cubes: u64,
+    /// What the file should say about how this was found.
+    pub notes: Vec<String>,
 }
 
 impl Lower {
@@ -75,6 +77,7 @@ impl Lower {
             failed: HashMap::new(),
             rays: 0,
             cubes: 0,
+            notes: Vec::new(),
         }
     }
 

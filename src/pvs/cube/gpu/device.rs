@@ -1,0 +1,201 @@
+//! The device that cubes are made on, and what can go wrong with it.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use thiserror::Error;
+use wgpu::{Backends, DownlevelFlags, Features};
+
+/// No answer for this long: the device hangs. A software driver takes seconds for the largest cubes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Why there are no cubes by a graphics processor.
+#[derive(Clone, PartialEq, Eq, Debug, Error)]
+pub enum GpuError {
+    /// Nothing to draw with.
+    #[error(
+        "no graphics processor can be used: {reason}; Vulkan, Metal or Direct3D 12 is needed, a software driver will do"
+    )]
+    NoAdapter {
+        /// What the drivers say.
+        reason: String,
+    },
+    /// The adapter can't do what is needed.
+    #[error("{adapter} has no {what}")]
+    Lacks {
+        /// Its name.
+        adapter: String,
+        /// What it hasn't.
+        what: &'static str,
+    },
+    /// More than a buffer of the adapter holds.
+    #[error("{what} take {bytes} bytes, more than the {limit} that a buffer of {adapter} holds")]
+    TooLarge {
+        /// Its name.
+        adapter: String,
+        /// Of what there is too much.
+        what: &'static str,
+        /// How much.
+        bytes: u64,
+        /// The most that fits.
+        limit: u64,
+    },
+    /// The device was lost, ran out of memory, refused a command, or gave no answer. All that comes after fails alike.
+    #[error("{adapter} failed: {reason}")]
+    Failed {
+        /// Its name.
+        adapter: String,
+        /// What the driver says.
+        reason: String,
+    },
+}
+
+/// A device, opened.
+pub(super) struct Gpu {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub limits: wgpu::Limits,
+    /// The adapter, its driver, and how it is spoken to.
+    pub name: String,
+    /// What went wrong first.
+    failure: Arc<Mutex<Option<String>>>,
+}
+
+impl Gpu {
+    /// The fastest adapter that there is; a software driver where there is no other.
+    pub fn open() -> Result<Self, GpuError> {
+        let none = |reason: String| GpuError::NoAdapter { reason };
+        if wgpu::Instance::enabled_backend_features().is_empty() {
+            return Err(none("this system has none of them".into()));
+        }
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
+            flags: wgpu::InstanceFlags::empty(),
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..wgpu::RequestAdapterOptions::default()
+        };
+        let adapter = pollster::block_on(instance.request_adapter(&options)).map_err(|e| none(e.to_string()))?;
+        let info = adapter.get_info();
+        let driver = [&info.driver, &info.driver_info].map(|s| s.trim()).join(" ");
+        let name = format!("{} ({}, {})", info.name, driver.trim(), info.backend);
+        let flags = adapter.get_downlevel_capabilities().flags;
+        for (flag, what) in [
+            (DownlevelFlags::VERTEX_STORAGE, "buffers that vertex shaders read"),
+            (DownlevelFlags::FRAGMENT_WRITABLE_STORAGE, "buffers that fragment shaders write"),
+            (DownlevelFlags::READ_ONLY_DEPTH_STENCIL, "depth buffers that shaders read"),
+            (DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
+        ] {
+            if !flags.contains(flag) {
+                return Err(GpuError::Lacks { adapter: name, what });
+            }
+        }
+        let limits = adapter.limits();
+        let wanted = wgpu::DeviceDescriptor {
+            required_features: Features::empty(),
+            required_limits: limits.clone(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&wanted)).map_err(|e| none(e.to_string()))?;
+        let failure = Arc::new(Mutex::new(None));
+        let to = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |error| note(&to, one_line(&error))));
+        let to = failure.clone();
+        device.set_device_lost_callback(move |_, reason| note(&to, format!("lost: {reason}")));
+        Ok(Self { device, queue, limits, name, failure })
+    }
+
+    /// The most that a buffer holds, bytes.
+    pub fn most(&self) -> u64 {
+        self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size)
+    }
+
+    /// An error where something doesn't fit into a buffer.
+    pub fn fits(&self, what: &'static str, bytes: u64) -> Result<(), GpuError> {
+        let limit = self.most();
+        let too_large = || GpuError::TooLarge { adapter: self.name.clone(), what, bytes, limit };
+        if bytes <= limit { Ok(()) } else { Err(too_large()) }
+    }
+
+    /// An empty buffer.
+    pub fn buffer(&self, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size: bytes, usage, mapped_at_creation: false })
+    }
+
+    /// A buffer that holds some words; one that holds a 0 where there are none.
+    pub fn filled(&self, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let words = if words.is_empty() { &[0; 4] } else { words };
+        let bytes: &[u8] = bytemuck::cast_slice(words);
+        let buffer = self.buffer(bytes.len() as u64, usage | wgpu::BufferUsages::COPY_DST);
+        self.queue.write_buffer(&buffer, 0, bytes);
+        buffer
+    }
+
+    /// An error where anything has gone wrong so far.
+    pub fn check(&self) -> Result<(), GpuError> {
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*failure {
+            Some(reason) => Err(GpuError::Failed { adapter: self.name.clone(), reason: reason.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives the device up.
+    pub fn close(&self) {
+        self.fail("closed");
+        self.device.destroy();
+    }
+
+    /// Fails for good.
+    fn fail(&self, reason: &str) -> GpuError {
+        note(&self.failure, reason.to_owned());
+        GpuError::Failed { adapter: self.name.clone(), reason: reason.to_owned() }
+    }
+
+    /// Runs commands to their end and hands what some buffers then hold to `read`.
+    pub fn run<T>(
+        &self,
+        commands: wgpu::CommandBuffer,
+        buffers: &[(&wgpu::Buffer, u64)],
+        read: impl FnOnce(&[wgpu::BufferView]) -> T,
+    ) -> Result<T, GpuError> {
+        self.check()?;
+        let index = self.queue.submit([commands]);
+        let (told, done) = std::sync::mpsc::channel();
+        for (buffer, bytes) in buffers {
+            let told = told.clone();
+            // Nobody listens any more after a failure.
+            buffer.map_async(wgpu::MapMode::Read, ..*bytes, move |result| drop(told.send(result)));
+        }
+        let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(PATIENCE) };
+        if let Err(error) = self.device.poll(wait) {
+            return Err(self.fail(&error.to_string()));
+        }
+        for _ in buffers {
+            // Another thread that waits may be the one that is told.
+            match done.recv_timeout(PATIENCE) {
+                Ok(Ok(())) => {}
+                Ok(Err(error)) => return Err(self.fail(&error.to_string())),
+                Err(_) => return Err(self.fail("no answer")),
+            }
+        }
+        self.check()?;
+        let views: Result<Vec<_>, _> = buffers.iter().map(|(buffer, bytes)| buffer.get_mapped_range(..*bytes)).collect();
+        let result = match views {
+            Ok(views) => read(&views),
+            Err(error) => return Err(self.fail(&error.to_string())),
+        };
+        buffers.iter().for_each(|(buffer, _)| buffer.unmap());
+        Ok(result)
+    }
+}
+
+/// The first failure is the one that tells why.
+fn note(failure: &Mutex<Option<String>>, reason: String) {
+    failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
+}
+
+fn one_line(error: &impl std::fmt::Display) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}
