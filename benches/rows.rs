@@ -140,6 +140,7 @@ fn floor(side: usize) -> PvsFile {
         bounds: None,
         repairs: Vec::new(),
         unseen: None,
+        gap: None,
         stats: PvsStats::default(),
         views: Default::default(),
     }

@@ -144,12 +144,13 @@ impl MightSee {
     }
 }
 
-/// From so many directed portals on, windows are tried: all pairs of fewer are asked in no time.
-const MANY: usize = 512;
+/// From so many directed portals on, windows are tried: all pairs of fewer are asked in seconds, and in a level of a tenth of that, where
+/// much of everything is in sight, windows would take five times as long.
+const MANY: usize = 16_384;
 /// One of so many portals is tried first.
 const TRIED: usize = 64;
-/// Looks at portals that a source may take, as a fraction of all portals: then it takes about as long as by planes.
-const LOOKS: usize = 8;
+/// A source may look at one of so many portals: with more, it would take longer than by planes.
+const LOOKS: usize = 32;
 
 /// Where there are many portals, of which most come to few: rows by windows that narrow on the way.
 fn by_windows(net: &Net) -> Option<BitMatrix> {
