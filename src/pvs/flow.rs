@@ -4,7 +4,8 @@
 //! pass and target portals of level compilers after Carmack, 1996. Stages, cheapest first; each keeps a superset of what a
 //! line can reach and hands it to the next:
 //!
-//! 1. `might_see`: pairs of directed portals that their planes allow, flooded.
+//! 1. `might_see`: pairs of directed portals that their planes allow, flooded; of very many portals, those that windows which
+//!    narrow on the way lead to (`reach`).
 //! 2. `cells`: for each undecided pair of cells, a search for a chain of portals that a line may pass, from the side where
 //!    that is cheaper: a pair hidden from one side is hidden. `search` narrows the source and the last portal of a chain, and
 //!    floods inside its planes; `stab` asks the whole chain before it is believed. A caller may take the line that `stab`
@@ -78,7 +79,7 @@ pub struct FlowInput<'a> {
     pub objects_lower: &'a BitMatrix,
     /// Most steps that the search from one directed portal may take in each of the two stages; what it has not decided then
     /// counts as visible. A step is one portal tried, 2 to 4 microseconds. Where most searches are dear they get less: about
-    /// 125 times this for a whole stage. 200,000 ends in two minutes on two cores; 0 gives the answer of might-see.
+    /// 125 times this for a whole stage, or a thousand for each portal if that is more. 200,000 ends in two minutes on two cores; 0 gives the answer of might-see.
     pub max_steps: u64,
     /// How far from a plane corners may lie that are meant to lie in it, metres: [`crate::tolerance::Tolerance::coplanar`].
     pub coplanar: f64,

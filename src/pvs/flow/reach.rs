@@ -218,7 +218,7 @@ mod tests {
             for (first, row) in rows.iter_mut().enumerate() {
                 assert!(reach.from(first, usize::MAX, row));
                 let again = &mut vec![0; row.len()];
-                assert!(!reach.from(first, 0, again) || row.iter().all(|&word| word == 0), "no look, no answer");
+                assert!(!reach.from(first, 0, again), "no look, no answer");
             }
             for _ in 0..2000 {
                 let from = DVec3::new(numbers.next() * SIDE as f64, numbers.next() * SIDE as f64, numbers.next());
