@@ -125,6 +125,9 @@ fn door_z(x: f64, y: f64, z: f64) -> Box3 {
     [v(x - 0.45, y, z - 0.01), v(x + 0.45, y + 2.1, z + WALL + 0.01)]
 }
 
+/// What is open is called so.
+const OPEN: [&str; 3] = ["outside", "west court", "east court"];
+
 /// What is known about a scene.
 #[derive(Default)]
 struct Known {
@@ -171,7 +174,7 @@ fn assert_known(scene: &Scene, known: &Known) -> (CellGraph, BTreeMap<&'static s
     assert_eq!(different.len(), of.len(), "some are one: {of:?}, {}", told(&graph, scene));
     assert_eq!(graph.cells.len(), of.len(), "cells: {of:?}, {}", told(&graph, scene));
     for (name, cell) in &of {
-        assert_eq!(graph.cells[cell.index()].open, *name == "outside", "{name}: {}", told(&graph, scene));
+        assert_eq!(graph.cells[cell.index()].open, OPEN.contains(name), "{name}: {}", told(&graph, scene));
     }
     let pair = |a: CellId, b: CellId| if a < b { [a, b] } else { [b, a] };
     let joined: BTreeSet<[CellId; 2]> = graph.portals.iter().map(|p| pair(p.cells[0], p.cells[1])).collect();
@@ -745,6 +748,50 @@ fn a_lift_shaft_is_one_cell_over_its_storeys() {
     known.cells.push(("shaft", vec![v(7.2, 0.5, 3.), v(7.2, 2.9, 3.), v(7.2, 8.7, 3.)]));
     known.cells.push(("outside", vec![FAR]));
     assert_known(&b.finish(), &known);
+}
+
+/// Wings of three rooms side by side, 6 m apart, each room with a window into what lies between two wings.
+fn wings(count: usize) -> (Building, Known) {
+    const ROOMS: [[&str; 3]; 3] = [["a1", "a2", "a3"], ["b1", "b2", "b3"], ["c1", "c2", "c3"]];
+    let (mut b, mut known) = (Building::new(), Known::default());
+    let west = |wing: usize| 11.0 * wing as f64;
+    let window = |x: f64, z: f64| [v(x - 0.01, 0.9, z - 0.7), v(x + WALL + 0.01, 2.2, z + 0.7)];
+    let court = |wing: usize| if count < 3 { "outside" } else { OPEN[1 + wing] };
+    for (wing, names) in ROOMS.iter().enumerate().take(count) {
+        let (x, mut holes) = (west(wing), Vec::new());
+        for (room, name) in names.iter().enumerate() {
+            let z = 2.0 + 4.2 * room as f64;
+            known.cells.push((name, vec![v(x + 2.5, EYE, z), v(x + 0.1, 0.1, z - 1.9), v(x + 4.9, 2.7, z + 1.9)]));
+            if wing > 0 {
+                holes.push(window(x - WALL, z));
+                known.sights.push((name, court(wing - 1), [v(x + 2., 1.5, z), v(x - 3., 1.6, z)]));
+            }
+            if wing + 1 < count {
+                holes.push(window(x + 5., z));
+                known.sights.push((name, court(wing), [v(x + 3., 1.5, z), v(x + 8., 1.6, z)]));
+            }
+        }
+        b.shell(v(x, 0., 0.), v(x + 5., HIGH, 12.4), &holes);
+        b.solid(v(x, 0., 4.), v(x + 5., HIGH, 4.2));
+        b.solid(v(x, 0., 8.2), v(x + 5., HIGH, 8.4));
+        if count == 3 && wing < 2 {
+            known.cells.push((court(wing), vec![v(x + 8., EYE, 6.), v(x + 5.5, 0.1, 1.), v(x + 10.5, 2.7, 11.)]));
+            known.sights.push((court(wing), "outside", [v(x + 8., EYE, 6.), v(x + 8., 9., 6.)]));
+        }
+    }
+    // The ground that they stand on.
+    b.solid(v(-6., -WALL - 0.4, -6.), v(west(count), -WALL, 18.));
+    known.cells.push(("outside", vec![FAR, v(3., 8., 3.)]));
+    (b, known)
+}
+
+/// Between two wings there is one court, and nothing that it is shut off from; with three there are two.
+#[test]
+fn courts_between_wings_are_cells_of_their_own() {
+    for count in [2, 3] {
+        let (building, known) = wings(count);
+        assert_known(&building.finish(), &known);
+    }
 }
 
 /// Files turn their triangles either way.

@@ -9,6 +9,7 @@ mod auto;
 mod complex;
 mod contacts;
 mod convex;
+mod courts;
 mod free;
 mod gates;
 mod given;

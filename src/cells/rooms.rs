@@ -29,6 +29,8 @@ pub(super) struct Region {
     pub room: Option<u32>,
     /// The outside.
     pub outside: bool,
+    /// A part of the outside among wings.
+    pub court: bool,
 }
 
 /// A region for every piece of free space.
@@ -267,7 +269,8 @@ pub(super) fn label(
             let id = *number.entry(r).or_insert(next);
             if id == next {
                 let name = space.name[r as usize];
-                labels.regions.push(Region { room: name.and_then(|x| u32::try_from(x).ok()), outside: name == Some(-1) });
+                let room = name.and_then(|x| u32::try_from(x).ok());
+                labels.regions.push(Region { room, outside: name == Some(-1), court: false });
             }
             labels.of_piece[p as usize] = Some(id);
         }

@@ -9,6 +9,7 @@ use super::complex::columns::columns;
 use super::complex::faces::faces;
 use super::complex::facets::{Facets, Matter, facets};
 use super::complex::{Human, lift};
+use super::courts::part_courts;
 use super::openings::name_openings;
 use super::rooms::{Labels, label};
 use super::state::find_states;
@@ -89,7 +90,8 @@ fn from_columns(scene: &Scene, human: Human, strategy: Strategy, reason: String)
     } else {
         authored::Claims::none(columns.pieces())
     };
-    let labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &claims, !scene.hints.storeys.is_empty());
+    let mut labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &claims, !scene.hints.storeys.is_empty());
+    part_courts(&plan, &columns, &faces, tolerance.seal, &mut labels);
     // 4. The graph.
     let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
     CellGraph {
@@ -102,18 +104,25 @@ fn from_columns(scene: &Scene, human: Human, strategy: Strategy, reason: String)
     }
 }
 
-/// Most lines in the plan of a band; beyond it the least wall and the least sheet are doubled until it fits.
+/// Most lines in the plan of a band: so many, or so many for each square metre of it, whichever is more, but never more than the last;
+/// beyond it the least wall and the least sheet are doubled until it fits. Offices have 2 to 3 a square metre; where walls are as dense as
+/// rubble, what they cut of each other grows with the square of their number.
 const MOST_LINES: usize = 24_000;
+const MOST_LINES_A_SQUARE_METRE: f64 = 5.0;
+const MOST_LINES_EVER: usize = 400_000;
 
 /// The planes worth a cut, the levels, and the bands between them.
 fn storeys(scene: &Scene, human: Human, with_rooms: bool, domain: Aabb) -> (Facets, Vec<f64>, Vec<Band>) {
     let tolerance = scene.tolerance();
+    let (size, square_metre) = (domain.size(), human.metre * human.metre);
+    let by_area = (MOST_LINES_A_SQUARE_METRE * size.x * size.z / square_metre) as usize;
+    let most = by_area.clamp(MOST_LINES, MOST_LINES_EVER);
     let mut scale = 1.0;
     loop {
         let found = facets(scene, tolerance.coplanar, tolerance.seal, human, with_rooms, scale);
         let levels = levels(scene, &found, human);
         let bands = bands(&found, &levels, [domain.min.y, domain.max.y], tolerance, human, scale);
-        if bands.iter().all(|b| b.segments.len() <= MOST_LINES) {
+        if bands.iter().all(|b| b.segments.len() <= most) {
             return (found, levels, bands);
         }
         scale *= 2.0;
@@ -169,9 +178,10 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
             let name = match hint {
                 Some(h) if !h.name.is_empty() => h.name.clone(),
                 _ if region.outside => "outside".to_owned(),
+                _ if region.court => format!("court {i}"),
                 _ => format!("cell {i}"),
             };
-            let open = region.outside || region.room.is_some_and(|r| open_air[r as usize]);
+            let open = region.outside || region.court || region.room.is_some_and(|r| open_air[r as usize]);
             Cell { name, source: hint.map(|h| h.id.clone()), open, pieces, portals: Vec::new() }
         })
         .collect()

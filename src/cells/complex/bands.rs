@@ -11,8 +11,10 @@ use crate::geom::{Plane, area, clip};
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 
-/// Fewer storeys than this share one plan.
+/// Fewer storeys than this share one plan, unless it would have more lines than that. Fewer lines: small houses are cut at their levels,
+/// which gives them pieces that they don't need; more: what one storey's walls cut of the others takes longer than all else.
 const LEAST_STOREYS: usize = 5;
+const MANY_LINES: usize = 6_000;
 /// Levels nearer to the last one than this share its band, metres.
 const LEAST_STOREY: f64 = 2.0;
 
@@ -55,9 +57,9 @@ pub fn bands(
         }
     }
     rims.push((heights[1], Cut::Top));
-    if rims.len() <= LEAST_STOREYS {
-        let segments = facets.walls.iter().flat_map(|w| w.spans.iter().map(|&(u0, u1)| (w.at(u0), w.at(u1))));
-        let segments = segments.chain(facets.sheets.iter().flat_map(|s| s.outline.iter().copied())).collect();
+    let segments = facets.walls.iter().flat_map(|w| w.spans.iter().map(|&(u0, u1)| (w.at(u0), w.at(u1))));
+    let segments: Vec<_> = segments.chain(facets.sheets.iter().flat_map(|s| s.outline.iter().copied())).collect();
+    if rims.len() == 2 || rims.len() <= LEAST_STOREYS && segments.len() <= MANY_LINES {
         let all = |n: usize| (0..n as u32).collect();
         let (wall_facets, sheet_facets) = (all(facets.wall_facets.len()), all(facets.sheet_facets.len()));
         return vec![Band { heights, rims: [Cut::Bottom, Cut::Top], wall_facets, sheet_facets, segments }];

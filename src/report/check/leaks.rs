@@ -107,7 +107,7 @@ struct Search<'s> {
     cells: &'s Cells,
     tracer: &'s Tracer,
     bounds: Aabb,
-    /// Cells that go on beyond the model.
+    /// Cells that go on beyond the model, and the courts that they join.
     outside: Vec<bool>,
 }
 
@@ -120,6 +120,14 @@ impl<'s> Search<'s> {
                 !(bounds.inflated(1.0).contains(piece.bounds.min) && bounds.inflated(1.0).contains(piece.bounds.max));
             outside[piece.cell.index()] |= file.cells[piece.cell.index()].open && beyond;
         }
+        // And its courts: open, joined to it, and nobody's room.
+        let joins = |a: CellId, b: CellId| {
+            let court = &file.cells[b.index()];
+            (outside[a.index()] && court.open && court.source.is_none()).then_some(b)
+        };
+        let courts = file.portals.iter().flat_map(|p| [joins(p.cells[0], p.cells[1]), joins(p.cells[1], p.cells[0])]);
+        let courts: Vec<CellId> = courts.flatten().collect();
+        courts.into_iter().for_each(|court| outside[court.index()] = true);
         Self { file, cells, tracer, bounds, outside }
     }
 
