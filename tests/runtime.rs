@@ -1,6 +1,8 @@
 //! What the culler must say about buildings whose answers are known, and about random ones by brute force.
 
 mod boxes;
+#[path = "common/maze.rs"]
+mod maze;
 
 use boxes::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
 use enfilade::cells::PortalKind;
@@ -8,10 +10,11 @@ use enfilade::file::PvsFile;
 use enfilade::report::path::{CameraPath, PathFrame};
 use enfilade::report::tour::tour;
 use enfilade::report::walk::{Summary, WalkOptions, walk};
-use enfilade::runtime::{Camera, Culler, Mode, Rect, Scratch};
+use enfilade::runtime::{Camera, Culler, Mode, Narrowing, Rect, Scratch};
 use enfilade::scene::Scene;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3};
+use maze::{Face, Grid, Random};
 
 /// What a set holds, sorted.
 #[derive(Clone, PartialEq, Debug)]
@@ -301,194 +304,16 @@ fn thin_portals_and_extreme_angles_lose_nothing() {
     }
 }
 
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() * n as f64) as usize
-    }
-
-    fn between(&mut self, a: DVec3, b: DVec3) -> DVec3 {
-        a + (b - a) * DVec3::new(self.next(), self.next(), self.next())
-    }
-}
-
-/// What is between a box and the next along an axis.
-#[derive(Clone, Copy, PartialEq)]
-enum Face {
-    Wall,
-    /// Nothing: both boxes belong to one cell.
-    Open,
-    /// A rectangle.
-    Door(DVec3, DVec3),
-}
-
-/// A grid of boxes, some joined into cells that are not convex, with doors anywhere: simple enough to walk a ray through.
-struct Grid {
-    size: [usize; 3],
-    /// Coordinates of the box faces.
-    lines: [Vec<f64>; 3],
-    /// By box and axis: what is between it and the next.
-    faces: Vec<[Face; 3]>,
-    cell_of: Vec<CellId>,
-    things: Vec<(usize, DVec3, DVec3)>,
-}
-
-impl Grid {
-    fn random(random: &mut Random) -> Self {
-        let size = [2 + random.below(4), 1 + random.below(2), 2 + random.below(4)];
-        let lines = size.map(|n| {
-            let mut at = random.next() * 50.0;
-            (0..=n)
-                .map(|_| {
-                    at += 1.0 + random.next() * 4.0;
-                    at
-                })
-                .collect::<Vec<f64>>()
-        });
-        let n = size[0] * size[1] * size[2];
-        let mut grid = Self { size, lines, faces: vec![[Face::Wall; 3]; n], cell_of: Vec::new(), things: Vec::new() };
-        let mut group: Vec<usize> = (0..n).collect();
-        for i in 0..n {
-            for axis in 0..3 {
-                let Some(next) = grid.next(i, axis, true) else { continue };
-                let ((a, b), choice) = (grid.bounds(i), random.next());
-                if choice < 0.25 {
-                    grid.faces[i][axis] = Face::Open;
-                    let (from, to) = (group[next], group[i]);
-                    group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
-                } else if choice < 0.75 {
-                    let (u, v) = (random.between(a, b), random.between(a, b));
-                    let (mut low, mut high) = (u.min(v), u.max(v));
-                    (low[axis], high[axis]) = (b[axis], b[axis]);
-                    grid.faces[i][axis] = Face::Door(low, high);
-                }
-            }
-        }
-        // A door within one cell would be a hole in its own wall: walled up.
-        for i in 0..n {
-            for axis in 0..3 {
-                if let (Face::Door(..), Some(next)) = (grid.faces[i][axis], grid.next(i, axis, true))
-                    && group[i] == group[next]
-                {
-                    grid.faces[i][axis] = Face::Wall;
-                }
-            }
-        }
-        let mut names: Vec<usize> = group.clone();
-        names.sort();
-        names.dedup();
-        grid.cell_of = group.iter().map(|g| CellId(names.binary_search(g).unwrap() as u32)).collect();
-        for _ in 0..60 {
-            let i = random.below(n);
-            let (a, b) = grid.bounds(i);
-            let (a, b) = (a.lerp(b, 0.01), a.lerp(b, 0.99));
-            let (u, v) = (random.between(a, b), random.between(a, b));
-            grid.things.push((i, u, u.lerp(v, 0.3)));
-        }
-        grid.things.iter_mut().for_each(|t| (t.1, t.2) = (t.1.min(t.2), t.1.max(t.2)));
-        grid
-    }
-
-    fn place(&self, i: usize) -> [usize; 3] {
-        [i % self.size[0], i / self.size[0] % self.size[1], i / self.size[0] / self.size[1]]
-    }
-
-    fn next(&self, i: usize, axis: usize, up: bool) -> Option<usize> {
-        let stride = [1, self.size[0], self.size[0] * self.size[1]][axis];
-        match (self.place(i)[axis], up) {
-            (at, true) => (at + 1 < self.size[axis]).then_some(i + stride),
-            (at, false) => (at > 0).then(|| i - stride),
-        }
-    }
-
-    fn bounds(&self, i: usize) -> (DVec3, DVec3) {
-        let at = self.place(i);
-        let corner = |d: usize| DVec3::new(self.lines[0][at[0] + d], self.lines[1][at[1] + d], self.lines[2][at[2] + d]);
-        (corner(0), corner(1))
-    }
-
-    fn building(&self) -> (Scene, PvsFile) {
-        let mut b = Building::default();
-        let cells = self.cell_of.iter().map(|c| c.0).max().unwrap() + 1;
-        for c in 0..cells {
-            let pieces = (0..self.cell_of.len()).filter(|&i| self.cell_of[i] == CellId(c));
-            b.cell(
-                "",
-                pieces
-                    .map(|i| {
-                        let (a, b) = self.bounds(i);
-                        block(a, b)
-                    })
-                    .collect(),
-            );
-        }
-        for i in 0..self.faces.len() {
-            for axis in 0..3 {
-                if let (Face::Door(low, high), Some(next)) = (self.faces[i][axis], self.next(i, axis, true)) {
-                    b.portal(self.cell_of[i], self.cell_of[next], low, high, PortalKind::Opening);
-                }
-            }
-        }
-        for (_, low, high) in &self.things {
-            b.thing("", *low, *high);
-        }
-        b.finish()
-    }
-
-    /// Walks a ray from box to box: the cells that it enters, and the things that it meets on its way.
-    fn walk(&self, mut i: usize, eye: DVec3, along: DVec3, cells: &mut Vec<CellId>, things: &mut Vec<ObjectId>) {
-        let mut entered = 0.0;
-        for _ in 0..100 {
-            cells.push(self.cell_of[i]);
-            let (low, high) = self.bounds(i);
-            let exit = |axis: usize| {
-                let side = if along[axis] > 0.0 { high[axis] } else { low[axis] };
-                if along[axis] == 0.0 { f64::INFINITY } else { (side - eye[axis]) / along[axis] }
-            };
-            let axis = (0..3).min_by(|&a, &b| exit(a).total_cmp(&exit(b))).unwrap();
-            let leaves = exit(axis);
-            for (t, thing) in self.things.iter().enumerate().filter(|(_, thing)| thing.0 == i) {
-                let (mut from, mut to) = (entered, leaves);
-                for a in 0..3 {
-                    let (x, y) = ((thing.1[a] - eye[a]) / along[a], (thing.2[a] - eye[a]) / along[a]);
-                    (from, to) = (x.min(y).max(from), x.max(y).min(to));
-                }
-                if from <= to {
-                    things.push(ObjectId(t as u32));
-                }
-            }
-            let up = along[axis] > 0.0;
-            let Some(next) = self.next(i, axis, up) else { return };
-            let at = eye + along * leaves;
-            let passes = match self.faces[if up { i } else { next }][axis] {
-                Face::Wall => false,
-                Face::Open => true,
-                Face::Door(low, high) => (0..3).all(|a| a == axis || (low[a] <= at[a] && at[a] <= high[a])),
-            };
-            if !passes {
-                return;
-            }
-            (i, entered) = (next, leaves);
-        }
-    }
-}
-
 /// On random buildings whose cells are not convex, with eyes anywhere, on portals and beside them: everything that a ray of
 /// the camera reaches is in the set, and the modes nest.
 #[test]
 fn everything_that_a_ray_reaches_is_in_the_set() {
     let mut random = Random(11);
-    let (mut rays, mut kept, mut all, mut found, mut through) = (0u64, 0u64, 0u64, 0u64, 0u64);
+    let (mut rays, mut kept, mut kept_by_octagons, mut all, mut found, mut through) = (0u64, 0u64, 0u64, 0u64, 0u64, 0u64);
     for round in 0..60 {
         let grid = Grid::random(&mut random);
         let (_, file) = grid.building();
-        let culler = Culler::new(&file);
+        let mut culler = Culler::new(&file);
         let mut scratch: Vec<Scratch> = Mode::ALL.iter().map(|_| Scratch::for_culler(&culler)).collect();
         for frame in 0..40 {
             let mut i = random.below(grid.faces.len());
@@ -530,7 +355,13 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
                     sorted
                 })
                 .collect();
+            culler.set_narrowing(Narrowing::Octagons);
+            let mut octagons = culler.cull(&camera, Mode::Portals, &mut scratch[0]).objects.to_vec();
+            culler.set_narrowing(Narrowing::Rectangles);
+            octagons.sort();
+            kept_by_octagons += octagons.len() as u64;
             let [none, frustum, portals, pvs, both] = &sets[..] else { unreachable!() };
+            assert!(octagons.iter().all(|o| portals.0.binary_search(o).is_ok()), "octagons lie within rectangles");
             let within = |a: &[ObjectId], b: &[ObjectId]| a.iter().all(|o| b.binary_search(o).is_ok());
             assert!(within(&both.0, &portals.0) && within(&both.0, &pvs.0) && within(&portals.0, &frustum.0));
             assert!(within(&pvs.0, &frustum.0) && within(&frustum.0, &none.0));
@@ -540,13 +371,18 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
             let (mut cells, mut things) = (Vec::new(), Vec::new());
             for _ in 0..150 {
                 let ndc = DVec2::new(random.next(), random.next()) * 2.0 - 1.0;
-                grid.walk(i, eye, camera.ray(ndc), &mut cells, &mut things);
+                grid.walk(i, eye, camera.ray(ndc), 0, &mut |_, cell, thing| {
+                    cells.push(cell);
+                    things.extend(thing);
+                });
                 rays += 1;
             }
             cells.sort();
             cells.dedup();
             things.sort();
             things.dedup();
+            let missing: Vec<_> = things.iter().filter(|t| octagons.binary_search(t).is_err()).collect();
+            assert!(missing.is_empty(), "octagons, round {round}, frame {frame}, fov {fov}: {missing:?} seen from {eye}");
             found += things.len() as u64;
             through += cells.len() as u64 - 1;
             for set in [portals, both] {
@@ -559,6 +395,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
     // The test sees something, and the culler leaves something out.
     assert!(rays > 200_000 && found > 1_500 && through > 1_000, "{rays} rays, {found} things, {through} other cells");
     assert!(kept * 2 < all, "{kept} of {all} kept");
+    assert!(kept_by_octagons < kept, "{kept_by_octagons} of {kept}");
 }
 
 /// The rectangle of a door seen face on is the door's, to within a pixel of a large screen.

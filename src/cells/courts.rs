@@ -40,7 +40,7 @@ pub(super) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Face], seal: 
     let hull = convex_hull(indoors.flat_map(corners).collect());
     let mut tops: Vec<f64> = windows.iter().map(|&(_, inner, _)| mean(columns.heights(inner).1)).collect();
     tops.sort_by(f64::total_cmp);
-    if hull.len() < 3 {
+    if hull.len() < 3 || tops.is_empty() {
         return;
     }
 
@@ -64,8 +64,9 @@ pub(super) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Face], seal: 
             rooms.entry(parts.find(outer)).or_default().insert(room);
         }
         rooms.retain(|_, rooms| rooms.len() >= ROOMS);
-        let of_piece: Vec<Option<u32>> =
-            (0..columns.pieces() as u32).map(|p| Some(parts.find(p)).filter(|part| is_low(p) && rooms.contains_key(part))).collect();
+        let of_piece: Vec<Option<u32>> = (0..columns.pieces() as u32)
+            .map(|p| Some(parts.find(p)).filter(|part| is_low(p) && rooms.contains_key(part)))
+            .collect();
         (rooms.len(), of_piece)
     };
     let at = |share: &f64| tops[((tops.len() - 1) as f64 * share) as usize];

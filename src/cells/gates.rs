@@ -13,7 +13,7 @@ use super::complex::facets::Facets;
 use super::union::Union;
 use super::voids::{LEDGE, STANDING};
 use crate::geom::Aabb;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 
@@ -38,13 +38,13 @@ struct Standing {
 impl Clearance {
     /// Walls farther than this many metres don't count.
     const FAR: i64 = 8;
-    /// Most cells of the grid along an axis.
-    const MOST: f64 = 512.0;
+    /// About as many cells of the grid at most, in plan. Fewer: in a campus a cell holds walls by the hundred; more: memory.
+    const MOST: f64 = 512.0 * 512.0;
 
     pub(super) fn new(faces: &[Face], facets: &Facets, human: Human) -> Self {
         let (none, size) = (Vec::new(), [0; 3]);
-        let across = Aabb::of(facets.wall_facets.iter().flat_map(|f| f.corners)).size().max_element();
-        let cell = human.metre.max(across / Self::MOST);
+        let across = Aabb::of(facets.wall_facets.iter().flat_map(|f| f.corners)).size().max(DVec3::ZERO);
+        let cell = human.metre.max((across.x * across.z / Self::MOST).sqrt());
         let mut all = Self { walls: Vec::new(), of_cell: none.clone(), first: none, low: size, size, cell };
         let mut places: Vec<([i64; 3], u32)> = Vec::new();
         for f in faces {

@@ -1,9 +1,10 @@
 //! The culler: a `.pvs` file laid out for a frame, and the frame itself.
 
-use super::frustum::{Boxes, Camera, Pyramid};
+use super::frustum::{Boxes, Camera, Octagon, Pyramid};
 use super::locate::{Homes, Locator};
+use super::portals::Eye;
 use super::scratch::{Scratch, VisibleSet};
-use super::{Mode, portals};
+use super::{Mode, Narrowing, portals};
 use crate::bits::BitMatrix;
 use crate::file::PvsFile;
 use crate::geom::Aabb;
@@ -39,6 +40,7 @@ impl<T> Lists<T> {
 #[derive(Clone, Debug)]
 pub struct Culler {
     pub(super) tolerance: f64,
+    pub(super) narrowing: Narrowing,
     locator: Locator,
     /// Directed portals that lead out of each cell.
     pub(super) cell_portals: Lists<DirectedPortal>,
@@ -48,12 +50,16 @@ pub struct Culler {
     pub(super) portal_planes: Vec<Vec4>,
     pub(super) portal_cells: Vec<[CellId; 2]>,
     pub(super) portal_corners: Lists<Vec3>,
+    /// Directed portals that nothing is seen through at the moment, as bits.
+    pub(super) shut: Vec<u64>,
+    /// Portals that a solid leaf shut as the model stood.
+    pub(super) found_shut: Vec<PortalId>,
     pub(super) boxes: Boxes,
     triangles: Vec<u32>,
-    object_rows: Option<BitMatrix>,
-    cell_rows: Option<BitMatrix>,
+    pub(super) object_rows: Option<BitMatrix>,
+    pub(super) cell_rows: Option<BitMatrix>,
     /// Whether a cell that isn't in the row is certainly not seen into.
-    cell_rows_prune: bool,
+    pub(super) cell_rows_prune: bool,
 }
 
 impl Culler {
@@ -75,12 +81,19 @@ impl Culler {
         }
         Self {
             tolerance,
+            narrowing: Narrowing::default(),
             locator: Locator::new(&file.cells, extent, tolerance),
             cell_portals: Lists::new(leading_out),
             cell_objects: Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32)))),
             portal_planes: file.portals.iter().map(|p| p.plane).collect(),
             portal_cells: file.portals.iter().map(|p| p.cells).collect(),
             portal_corners: Lists::new(file.portals.iter().map(|p| p.winding.iter().copied())),
+            shut: vec![0; (2 * file.portals.len()).div_ceil(64)],
+            found_shut: (0u32..)
+                .zip(&file.portals)
+                .filter(|(_, p)| p.state.shut && !p.state.see_through)
+                .map(|(i, _)| PortalId(i))
+                .collect(),
             boxes: Boxes::new(file.objects.iter().map(|o| o.bounds)),
             triangles: file.objects.iter().map(|o| o.triangles).collect(),
             object_rows: file.object_rows.clone(),
@@ -111,16 +124,24 @@ impl Culler {
             }
             Mode::Portals | Mode::Both => {
                 self.join_rows(if mode == Mode::Both { homes.as_slice() } else { &[] }, scratch);
-                portals::traverse(self, camera, homes.as_slice(), scratch);
+                let eye = Eye::new(camera, self, None);
+                portals::traverse(self, camera, &eye, homes.as_slice(), &Octagon::FULL, scratch);
             }
         }
-        let home = if lost { None } else { homes.as_slice().first().copied() };
+        scratch.homes.extend_from_slice(if lost { &[] } else { homes.as_slice() });
+        let home = scratch.homes.first().copied();
         scratch.finish(self, home)
     }
 
     fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {
         self.join_rows(&[], scratch);
         self.take(Some(&Pyramid::new(camera)), scratch);
+    }
+
+    /// Takes what the modes without portals take, of the rows that were joined.
+    pub(super) fn take_all(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
+        let pyramid = (mode != Mode::None).then(|| Pyramid::new(camera));
+        self.take(pyramid.as_ref(), scratch);
     }
 
     /// Takes the objects of the joined row that `pyramid` doesn't exclude; without one, every object.
@@ -139,7 +160,7 @@ impl Culler {
     }
 
     /// Joins the rows of some cells; where there are no rows, or no cells are given, everything.
-    fn join_rows(&self, cells: &[CellId], scratch: &mut Scratch) {
+    pub(super) fn join_rows(&self, cells: &[CellId], scratch: &mut Scratch) {
         let join = |rows: Option<&BitMatrix>, columns: usize, out: &mut [u64]| match rows {
             Some(rows) if !cells.is_empty() => {
                 out.fill(0);
@@ -160,6 +181,11 @@ impl Culler {
     #[inline]
     pub(super) fn may_enter(&self, cell: CellId, scratch: &Scratch) -> bool {
         !self.cell_rows_prune || bit(&scratch.cell_row, cell.index())
+    }
+
+    /// How portals narrow the view from now on; by rectangles unless told otherwise.
+    pub fn set_narrowing(&mut self, narrowing: Narrowing) {
+        self.narrowing = narrowing;
     }
 
     /// Number of objects.

@@ -92,6 +92,50 @@ impl Rect {
     }
 }
 
+/// A convex region of the screen with at most eight sides: across, upright and along both diagonals.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Octagon {
+    /// Between its upright and its level sides.
+    pub rect: Rect,
+    /// Between its slanted sides: in the coordinates x + y and x - y.
+    pub diagonals: Rect,
+}
+
+impl Octagon {
+    /// The slanted sides of the whole screen.
+    pub const ALL_DIAGONALS: Rect = Rect { min: Vec2::splat(-2.0), max: Vec2::splat(2.0) };
+    /// The whole screen.
+    pub const FULL: Self = Self { rect: Rect::FULL, diagonals: Self::ALL_DIAGONALS };
+    /// Nothing.
+    pub const EMPTY: Self = Self { rect: Rect::EMPTY, diagonals: Rect::EMPTY };
+
+    /// True where no point is inside, as far as two pairs of sides tell at a time.
+    pub fn is_empty(&self) -> bool {
+        let (low, high, cut) = (self.rect.min, self.rect.max, &self.diagonals);
+        self.rect.is_empty()
+            || cut.is_empty()
+            || low.x + low.y > cut.max.x
+            || high.x + high.y < cut.min.x
+            || low.x - high.y > cut.max.y
+            || high.x - low.y < cut.min.y
+    }
+
+    /// What both cover.
+    pub fn intersection(self, other: Self) -> Self {
+        Self { rect: self.rect.intersection(other.rect), diagonals: self.diagonals.intersection(other.diagonals) }
+    }
+
+    /// The smallest region with these sides that covers both.
+    pub fn union(self, other: Self) -> Self {
+        Self { rect: self.rect.union(other.rect), diagonals: self.diagonals.union(other.diagonals) }
+    }
+
+    /// True where `other` lies inside.
+    pub fn covers(&self, other: &Self) -> bool {
+        self.rect.covers(&other.rect) && self.diagonals.covers(&other.diagonals)
+    }
+}
+
 /// Relative error of the `f32` sums below: each has under eight roundings of 2^-24, so at most 5e-7 of the sum of the
 /// magnitudes of its terms. Larger: boxes just beside a rectangle pass. Smaller: boxes on its edge get lost.
 const SUM_ERROR: f32 = 1e-6;
@@ -142,28 +186,28 @@ impl Pyramid {
         self.outside(centre.to_array(), half.to_array()) > 0.0
     }
 
-    /// A rectangle that covers the box on the screen; the whole screen for a box that reaches behind the eye. It depends on
-    /// the box and the camera only, so a smaller opening never shows more.
-    pub fn rect(&self, centre: Vec3, half: Vec3) -> Rect {
+    /// What covers the box on the screen, slanted sides too where `octagons`; the whole screen for a box that reaches behind the eye. It
+    /// depends on the box and the camera only, so a smaller opening never shows more.
+    pub fn outline(&self, centre: Vec3, half: Vec3, octagons: bool) -> Octagon {
         let centre = centre - self.camera.eye;
         let reach = centre.abs() + half;
         // Eight corners at a time, in loops without branches.
-        let corners = |form: Vec3| -> ([f32; 8], f32) {
+        let corners = |form: Vec3, magnitude: Vec3| -> ([f32; 8], f32) {
             let (middle, step) = (form.dot(centre), form * half);
             let sign = |bit: usize, i: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
             let corner = |i| middle + (sign(0, i) * step.x + sign(1, i) * step.y + sign(2, i) * step.z);
-            (std::array::from_fn(corner), SUM_ERROR * form.abs().dot(reach))
+            (std::array::from_fn(corner), SUM_ERROR * magnitude.dot(reach))
         };
-        let (depth, error) = corners(self.camera.w);
+        let (depth, error) = corners(self.camera.w, self.camera.w.abs());
         let nearest = depth.iter().copied().fold(f32::INFINITY, f32::min) - error;
         // The sums may be off by as much again before the quotients lose their sign.
         if nearest <= error || nearest.is_nan() {
-            return Rect::FULL;
+            return Octagon::FULL;
         }
         let near: [f32; 8] = std::array::from_fn(|i| 1.0 / (depth[i] - error));
         let far: [f32; 8] = std::array::from_fn(|i| 1.0 / (depth[i] + error));
-        let extent = |form: Vec3| {
-            let (at, error) = corners(form);
+        let extent = |form: Vec3, magnitude: Vec3| {
+            let (at, error) = corners(form, magnitude);
             let (mut min, mut max) = (f32::INFINITY, f32::NEG_INFINITY);
             for i in 0..8 {
                 let (low, high) = (at[i] - error, at[i] + error);
@@ -173,8 +217,15 @@ impl Pyramid {
             // Quotients round by a few times 2^-24 of their size; only those within the screen matter.
             (min - 1e-6, max + 1e-6)
         };
-        let (x, y) = (extent(self.camera.x), extent(self.camera.y));
-        Rect { min: Vec2::new(x.0, y.0), max: Vec2::new(x.1, y.1) }
+        let Camera { x, y, .. } = self.camera;
+        let between = |a: Vec3, b: Vec3, magnitudes: [Vec3; 2]| {
+            let (a, b) = (extent(a, magnitudes[0]), extent(b, magnitudes[1]));
+            Rect { min: Vec2::new(a.0, b.0), max: Vec2::new(a.1, b.1) }
+        };
+        // Where the rows nearly cancel, the sum is no more exact than they are.
+        let both = [x.abs() + y.abs(); 2];
+        let rect = between(x, y, [x.abs(), y.abs()]);
+        Octagon { rect, diagonals: if octagons { between(x + y, x - y, both) } else { Octagon::ALL_DIAGONALS } }
     }
 }
 
@@ -305,7 +356,7 @@ mod tests {
         let camera = looking_along_x(90f64.to_radians());
         let rect = |min: [f32; 3], max: [f32; 3]| {
             let (centre, half) = boxed(min.into(), max.into());
-            Pyramid::new(&camera).rect(centre, half)
+            Pyramid::new(&camera).outline(centre, half, false).rect
         };
         // 90 degrees upwards, aspect 2; +Z is to the right. At x = 2: y / 2 and z / 4.
         let r = rect([2.0, -1.0, 1.0], [4.0, 1.0, 2.0]);
@@ -338,7 +389,11 @@ mod tests {
             let pyramid = Pyramid::new(&camera);
             let pixel = Rect { min: ndc.as_vec2(), max: ndc.as_vec2() };
             assert!(!pyramid.excludes(centre, half), "round {round}");
-            assert!(!pyramid.rect(centre, half).intersection(pixel).is_empty(), "round {round}");
+            let diagonals = Vec2::new(pixel.min.x + pixel.min.y, pixel.min.x - pixel.min.y);
+            let pixel = Octagon { rect: pixel, diagonals: Rect { min: diagonals, max: diagonals } };
+            for octagons in [false, true] {
+                assert!(!pyramid.outline(centre, half, octagons).intersection(pixel).is_empty(), "round {round}");
+            }
         }
     }
 }

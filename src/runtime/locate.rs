@@ -9,7 +9,7 @@ use crate::geom::{Aabb, Plane, clip};
 use glam::{DVec3, Vec3, Vec4};
 
 /// More cells than this at one point: the caller takes everything in the frustum.
-const MOST_HOMES: usize = 8;
+pub(super) const MOST_HOMES: usize = 8;
 /// Pieces in a leaf of the tree.
 const LEAF: usize = 4;
 

@@ -26,14 +26,19 @@
 //! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
 
 mod culler;
+mod doors;
 mod frustum;
 mod locate;
+mod mirrors;
 mod portals;
 mod scratch;
+mod sets;
 
 pub use culler::Culler;
 pub use frustum::{Camera, Rect};
+pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
 pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
+pub use sets::MOST_PLANES;
 
 use std::fmt;
 use std::str::FromStr;
@@ -67,6 +72,17 @@ impl Mode {
             Self::Both => "both",
         }
     }
+}
+
+/// What a portal narrows the view to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Narrowing {
+    /// The rectangle around it on the screen.
+    #[default]
+    Rectangles,
+    /// An octagon with upright, level and diagonal sides: less of what is beside a portal that stands slanted on the screen, at more
+    /// cost a portal and an object. What the difference is, is measured in docs/results.md.
+    Octagons,
 }
 
 impl fmt::Display for Mode {

@@ -23,11 +23,12 @@
 //!   can be on the screen only within [`Eye::touch`] of the eye; where a winding comes that near, the portal opens everything
 //!   ("the eye stands in it"). An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
 
+use super::Narrowing;
 use super::culler::{Culler, bit};
-use super::frustum::{Camera, Pyramid, Rect};
+use super::frustum::{Camera, Octagon, Pyramid, Rect};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
 use crate::{CellId, DirectedPortal};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::ops::Range;
 
 /// Rectangles grow by this much (normalised device coordinates) when they are rounded to `f32`, whose steps within [-2, 2]
@@ -39,69 +40,91 @@ const ROUNDING: f64 = 1e-6;
 const MOST_VISITS: u32 = 32;
 
 /// The camera in `f64`, with what is derived from it once a frame.
-struct Eye {
+pub(super) struct Eye {
     at: DVec3,
     x: DVec3,
     y: DVec3,
     w: DVec3,
-    /// Clip x, y and w of a point move by at most this when the point moves by the tolerance.
-    pen: DVec3,
+    /// How far a stored corner may be from the real opening's, metres.
+    tolerance: f64,
+    /// Clip w of a point moves by at most this when the point moves by the tolerance.
+    pen: f64,
     /// An eye this near to a plane, metres, may be on either side: twice the tolerance, and what the rounding of the plane's
     /// normal makes of the eye's distance from the origin.
     either_side: f64,
-    /// Within this distance of the eye, metres, a point may be on the screen with `w` under three times `pen.z`; infinite for
+    /// Within this distance of the eye, metres, a point may be on the screen with `w` under three times `pen`; infinite for
     /// a camera whose rows are dependent.
     touch: f64,
+    /// What isn't beyond this plane is not seen: a mirror's, looked into from behind it.
+    front: Option<(Vec3, f32)>,
+    /// Slanted sides are told, too.
+    octagons: bool,
 }
 
 impl Eye {
-    fn new(camera: &Camera, tolerance: f64) -> Self {
+    pub fn new(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>) -> Self {
+        let (tolerance, octagons) = (culler.tolerance, culler.narrowing == Narrowing::Octagons);
         let (x, y, w) = (camera.x.as_dvec3(), camera.y.as_dvec3(), camera.w.as_dvec3());
-        let pen = DVec3::new(x.length(), y.length(), w.length()) * tolerance;
+        let pen = w.length() * tolerance;
         let at = camera.eye.as_dvec3();
         let farthest = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
             .map(|(x, y)| camera.ray(DVec2::new(x, y)).length())
             .into_iter()
             .fold(0.0, |a: f64, b| if b.is_finite() { a.max(b) } else { f64::INFINITY });
-        let touch = if farthest.is_finite() { 3.0 * pen.z * farthest + tolerance } else { f64::INFINITY };
+        let touch = if farthest.is_finite() { 3.0 * pen * farthest + tolerance } else { f64::INFINITY };
         let either_side = 2.0 * tolerance + 4.0 * f64::from(f32::EPSILON) * at.length();
-        Self { at, x, y, w, pen, either_side, touch }
+        Self { at, x, y, w, tolerance, pen, either_side, touch, front, octagons }
     }
 
     /// Signed distance of the eye from a directed portal's plane, metres: negative on the side that it leads out of.
     fn side(&self, culler: &Culler, portal: DirectedPortal) -> f64 {
-        let (n, d) = directed_plane(culler, portal);
-        n.as_dvec3().dot(self.at) - f64::from(d)
+        self.distance_from(directed_plane(culler, portal))
     }
 
     /// The part of the screen that a directed portal can open, whatever leads to it.
-    fn own_rect(&self, culler: &Culler, portal: DirectedPortal) -> Rect {
+    fn own_outline(&self, culler: &Culler, portal: DirectedPortal) -> Octagon {
         let side = self.side(culler, portal);
         let corners = culler.portal_corners.get(portal.portal().index());
-        if side > self.either_side {
-            return Rect::EMPTY;
+        if side > self.either_side || self.front.is_some_and(|front| !is_beyond(culler, front, corners)) {
+            return Octagon::EMPTY;
         }
-        if side.abs() <= self.touch && self.distance(corners) <= self.touch {
-            return Rect::FULL;
-        }
-        self.project(corners)
+        self.outline(corners, side)
     }
 
-    /// The rectangle around a winding that is drawn with a pen of the tolerance's radius, cut to the screen.
-    fn project(&self, corners: &[Vec3]) -> Rect {
-        let cut = 2.0 * self.pen.z;
+    /// The part of the screen that a winding can open, whose plane is `side` metres from the eye.
+    pub fn outline(&self, corners: &[Vec3], side: f64) -> Octagon {
+        if side.abs() <= self.touch && self.distance(corners) <= self.touch {
+            return Octagon::FULL;
+        }
+        let rect = self.project(corners, [self.x, self.y], 1.0);
+        let diagonals = match self.octagons && !rect.is_empty() {
+            true => self.project(corners, [self.x + self.y, self.x - self.y], 2.0),
+            false => Octagon::ALL_DIAGONALS,
+        };
+        Octagon { rect, diagonals }
+    }
+
+    /// Signed distance of the eye from a plane, metres.
+    pub fn distance_from(&self, (n, d): (Vec3, f32)) -> f64 {
+        n.as_dvec3().dot(self.at) - f64::from(d)
+    }
+
+    /// The rectangle around a winding that is drawn with a pen of the tolerance's radius, cut to the screen, which reaches as far as
+    /// `edge`: along two directions that `rows` give, those of the camera or others.
+    fn project(&self, corners: &[Vec3], rows: [DVec3; 2], edge: f64) -> Rect {
+        let pen = DVec2::new(rows[0].length(), rows[1].length()) * self.tolerance;
+        let cut = 2.0 * self.pen;
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut draw = |clip: DVec3| {
-            let (near, far) = (clip.z - self.pen.z, clip.z + self.pen.z);
+            let (near, far) = (clip.z - self.pen, clip.z + self.pen);
             let widest = |v: f64| if v > 0.0 { v / near } else { v / far };
-            let pen = self.pen.truncate();
             let (low, high) = (clip.truncate() - pen, clip.truncate() + pen);
             max = max.max(DVec2::new(widest(high.x), widest(high.y)));
             min = min.min(-DVec2::new(widest(-low.x), widest(-low.y)));
         };
         let clip = |p: Vec3| {
             let v = p.as_dvec3() - self.at;
-            DVec3::new(self.x.dot(v), self.y.dot(v), self.w.dot(v))
+            DVec3::new(rows[0].dot(v), rows[1].dot(v), self.w.dot(v))
         };
         let mut a = corners.last().map_or(DVec3::ZERO, |&p| clip(p));
         for &corner in corners {
@@ -118,12 +141,13 @@ impl Eye {
         if min.x > max.x {
             return Rect::EMPTY;
         }
-        let limit = DVec2::splat(2.0);
+        let limit = DVec2::splat(2.0 * edge);
         let rect = Rect {
             min: (min.clamp(-limit, limit) - ROUNDING).as_vec2(),
             max: (max.clamp(-limit, limit) + ROUNDING).as_vec2(),
         };
-        rect.intersection(Rect::FULL)
+        let screen = Rect { min: Vec2::splat(-edge as f32), max: Vec2::splat(edge as f32) };
+        rect.intersection(screen)
     }
 
     /// Distance of the eye from a convex winding, metres.
@@ -144,22 +168,28 @@ impl Eye {
     }
 }
 
-fn directed_plane(culler: &Culler, portal: DirectedPortal) -> (Vec3, f32) {
+pub(super) fn directed_plane(culler: &Culler, portal: DirectedPortal) -> (Vec3, f32) {
     let plane = culler.portal_planes[portal.portal().index()];
     let plane = if portal.side() == 0 { plane } else { -plane };
     (plane.truncate(), plane.w)
 }
 
-/// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the cells that its eye is in.
-pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scratch: &mut Scratch) {
-    let eye = Eye::new(camera, culler.tolerance);
+/// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the cells that its eye is in, on `open`.
+pub(super) fn traverse(
+    culler: &Culler,
+    camera: &Camera,
+    eye: &Eye,
+    homes: &[CellId],
+    open: &Octagon,
+    scratch: &mut Scratch,
+) {
     let pyramid = Pyramid::new(camera);
 
     // 1. What the eye's own cells see, and the portals that lead out of them.
     for &home in homes {
         scratch.reach(home);
-        take_objects(culler, &pyramid, home, &Rect::FULL, None, scratch);
-        offer(culler, &eye, home, None, &Rect::FULL, scratch);
+        take_objects(culler, &pyramid, home, open, eye.front, scratch);
+        offer(culler, eye, home, None, open, scratch);
     }
 
     // 2. From portal to portal, until no rectangle grows.
@@ -172,45 +202,48 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, homes: &[CellId], scrat
             scratch.stats.capped += 1;
         }
         let open = state.open;
-        offer(culler, &eye, target(culler, portal), Some(portal), &open, scratch);
+        offer(culler, eye, target(culler, portal), Some(portal), &open, scratch);
     }
 
     // 3. What is to be seen through them.
     for i in 0..scratch.crossed.len() {
         let portal = scratch.crossed[i].portal;
         let open = scratch.portal_states[portal.0 as usize].open;
-        scratch.crossed[i].rect = open;
+        scratch.crossed[i].rect = open.rect;
         let cell = target(culler, portal);
         scratch.reach(cell);
-        take_objects(culler, &pyramid, cell, &open, Some(portal), scratch);
+        take_objects(culler, &pyramid, cell, &open, Some(directed_plane(culler, portal)), scratch);
     }
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
 }
 
-fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
+pub(super) fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
     culler.portal_cells[portal.portal().index()][1 - portal.side()]
 }
 
 /// A cell is seen on `open`, through portal `through` (or from the eye): of its portals, those of which that opens more than
 /// before are waiting in the queue afterwards.
-fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPortal>, open: &Rect, scratch: &mut Scratch) {
+fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPortal>, open: &Octagon, scratch: &mut Scratch) {
     let Range { start, mut end } = ways_out(culler, eye, cell, scratch);
     let mut at = start;
     while at < end {
         let next = scratch.ways[at];
         let state = &mut scratch.portal_states[next.0 as usize];
-        let rect = open.intersection(state.own);
+        let opened = open.intersection(state.own);
         // No straight line passes one portal twice.
-        let passes = |through: DirectedPortal| next.portal() != through.portal() && is_beyond(culler, through, next);
-        if rect.is_empty() || state.open.covers(&rect) || !through.is_none_or(passes) {
+        let passes = |through: DirectedPortal| {
+            next.portal() != through.portal()
+                && is_beyond(culler, directed_plane(culler, through), culler.portal_corners.get(next.portal().index()))
+        };
+        if opened.is_empty() || state.open.covers(&opened) || !through.is_none_or(passes) {
             at += 1;
             continue;
         }
         if state.open.is_empty() {
-            scratch.crossed.push(CrossedPortal { portal: next, rect });
+            scratch.crossed.push(CrossedPortal { portal: next, rect: opened.rect });
         }
-        state.open = state.open.union(rect);
+        state.open = state.open.union(opened);
         if !state.queued {
             state.queued = true;
             scratch.queue.push(next);
@@ -236,8 +269,8 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
     }
     let start = scratch.ways.len();
     for &portal in culler.cell_portals.get(cell.index()) {
-        if culler.may_enter(target(culler, portal), scratch) {
-            let own = eye.own_rect(culler, portal);
+        if culler.is_open(portal) && culler.may_enter(target(culler, portal), scratch) {
+            let own = eye.own_outline(culler, portal);
             if !own.is_empty() {
                 scratch.portal_states[portal.0 as usize] = PortalState { own, ..PortalState::UNSEEN };
                 scratch.ways.push(portal);
@@ -249,24 +282,23 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
     start..end
 }
 
-/// True where a corner of portal `next` is in front of the plane of portal `through`, within the tolerance.
-fn is_beyond(culler: &Culler, through: DirectedPortal, next: DirectedPortal) -> bool {
-    let (n, d) = directed_plane(culler, through);
+/// True where one of `corners` is in front of a plane, within the tolerance.
+pub(super) fn is_beyond(culler: &Culler, (n, d): (Vec3, f32), corners: &[Vec3]) -> bool {
     let (n, d) = (n.as_dvec3(), f64::from(d));
-    culler.portal_corners.get(next.portal().index()).iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)
+    corners.iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)
 }
 
-/// Takes the objects of a cell that are in the row, on the rectangle, and in part beyond the portal.
+/// Takes the objects of a cell that are in the row, where it is open, and in part beyond the plane that it is seen through.
 fn take_objects(
     culler: &Culler,
     pyramid: &Pyramid,
     cell: CellId,
-    rect: &Rect,
-    through: Option<DirectedPortal>,
+    open: &Octagon,
+    through: Option<(Vec3, f32)>,
     scratch: &mut Scratch,
 ) {
     // The eye's own cells have no plane to be beyond: 0 . p >= -1 holds for all.
-    let (n, d) = through.map_or((Vec3::ZERO, -1.0), |portal| directed_plane(culler, portal));
+    let (n, d) = through.unwrap_or((Vec3::ZERO, -1.0));
     // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
     let behind = d - 3.0 * culler.tolerance as f32;
     let Range { start, mut end } = candidates(culler, pyramid, cell, through.is_none(), scratch);
@@ -275,7 +307,7 @@ fn take_objects(
         let object = scratch.candidates[at];
         let state = &mut scratch.object_states[object.index()];
         let mut taken = state.taken == scratch.frame;
-        if !taken && !state.own.intersection(*rect).is_empty() {
+        if !taken && !state.own.intersection(*open).is_empty() {
             let (centre, half) = culler.boxes.get(object.index());
             taken = n.dot(centre) + n.abs().dot(half) >= behind;
             if taken {
@@ -312,9 +344,9 @@ fn candidates(culler: &Culler, pyramid: &Pyramid, cell: CellId, is_home: bool, s
             let (centre, half) = culler.boxes.get(object.index());
             state.frame = scratch.frame;
             state.own = match pyramid.excludes(centre, half) {
-                true => Rect::EMPTY,
-                false if is_home => Rect::FULL,
-                false => pyramid.rect(centre, half),
+                true => Octagon::EMPTY,
+                false if is_home => Octagon::FULL,
+                false => pyramid.outline(centre, half, culler.narrowing == Narrowing::Octagons),
             };
         }
         if !state.own.is_empty() {

@@ -1,7 +1,8 @@
 //! What one camera needs from frame to frame: marks, queues and results, all at their final size from the start.
 
 use super::Culler;
-use super::frustum::Rect;
+use super::frustum::{Octagon, Rect};
+use super::locate::MOST_HOMES;
 use crate::{CellId, DirectedPortal, ObjectId};
 use std::ops::{Add, AddAssign};
 
@@ -78,10 +79,10 @@ pub(super) struct Part {
 /// A directed portal in the current frame; set when its cell is first looked at.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PortalState {
-    /// Its own rectangle: the most that it can open. Empty where it can't be seen through.
-    pub own: Rect,
+    /// Its own outline: the most that it can open. Empty where it can't be seen through.
+    pub own: Octagon,
     /// What it opens as far as is known.
-    pub open: Rect,
+    pub open: Octagon,
     /// Times taken from the queue.
     pub visits: u32,
     /// Waiting in the queue.
@@ -89,7 +90,7 @@ pub(super) struct PortalState {
 }
 
 impl PortalState {
-    pub const UNSEEN: Self = Self { own: Rect::EMPTY, open: Rect::EMPTY, visits: 0, queued: false };
+    pub const UNSEEN: Self = Self { own: Octagon::EMPTY, open: Octagon::EMPTY, visits: 0, queued: false };
 }
 
 /// An object in the current frame.
@@ -100,11 +101,11 @@ pub(super) struct ObjectState {
     /// The last frame that took it.
     pub taken: u32,
     /// Covers it on the screen; empty where it is outside the frustum.
-    pub own: Rect,
+    pub own: Octagon,
 }
 
 impl ObjectState {
-    pub const UNSEEN: Self = Self { frame: 0, taken: 0, own: Rect::EMPTY };
+    pub const UNSEEN: Self = Self { frame: 0, taken: 0, own: Octagon::EMPTY };
 }
 
 /// A first-in-first-out queue of directed portals, each at most once, in a ring that never grows.
@@ -154,6 +155,10 @@ pub struct Scratch {
     pub(super) last_piece: u32,
     pub(super) objects: Vec<ObjectId>,
     pub(super) cells: Vec<CellId>,
+    /// The cells that the eye is in; none where it is in none, or where the mode doesn't ask.
+    pub(super) homes: Vec<CellId>,
+    /// Cells and how many portals lead to them.
+    pub(super) hops: Vec<(CellId, u32)>,
     pub(super) crossed: Vec<CrossedPortal>,
     pub(super) stats: FrameStats,
 }
@@ -177,6 +182,8 @@ impl Scratch {
             last_piece: 0,
             objects: Vec::with_capacity(objects),
             cells: Vec::with_capacity(cells),
+            homes: Vec::with_capacity(MOST_HOMES),
+            hops: Vec::with_capacity(cells),
             crossed: Vec::with_capacity(portals),
             stats: FrameStats::default(),
         }
@@ -200,6 +207,7 @@ impl Scratch {
         self.frame += 1;
         self.objects.clear();
         self.cells.clear();
+        self.homes.clear();
         self.crossed.clear();
         self.ways.clear();
         self.candidates.clear();

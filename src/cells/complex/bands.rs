@@ -11,10 +11,10 @@ use crate::geom::{Plane, area, clip};
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 
-/// Fewer storeys than this share one plan, unless it would have more lines than that. Fewer lines: small houses are cut at their levels,
+/// Fewer storeys than this share one plan, unless it would have more lines than that. Fewer lines: buildings are cut at their levels,
 /// which gives them pieces that they don't need; more: what one storey's walls cut of the others takes longer than all else.
 const LEAST_STOREYS: usize = 5;
-const MANY_LINES: usize = 6_000;
+const MANY_LINES: usize = 24_000;
 /// Levels nearer to the last one than this share its band, metres.
 const LEAST_STOREY: f64 = 2.0;
 

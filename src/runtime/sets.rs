@@ -1,0 +1,82 @@
+//! Sets that depend on no camera, or on a volume that is none: for lights, sounds, and what to load next.
+
+use super::Culler;
+use super::scratch::Scratch;
+use crate::bits;
+use crate::{CellId, ObjectId};
+use glam::{Vec3, Vec4};
+
+/// Most planes of a volume.
+pub const MOST_PLANES: usize = 64;
+
+impl Culler {
+    /// The cells that may be seen from a cell, itself included, ascending: its row. All, where the file has no rows or they are only
+    /// sampled. Doors count as open.
+    pub fn visible_from(&self, cell: CellId) -> impl Iterator<Item = CellId> + '_ {
+        let row = self.cell_rows.as_ref().filter(|_| self.cell_rows_prune).map(|rows| rows.row(cell.index()));
+        (0..self.cell_count()).filter(move |&c| row.is_none_or(|row| super::culler::bit(row, c))).map(|c| CellId(c as u32))
+    }
+
+    /// The objects of a cell's row, ascending; all, where the file has no rows.
+    pub fn objects_from(&self, cell: CellId) -> impl Iterator<Item = ObjectId> + '_ {
+        let row = self.object_rows.as_ref().map(|rows| rows.row(cell.index()));
+        let all = row.is_none().then(|| 0..self.object_count()).into_iter().flatten();
+        row.into_iter().flat_map(|row| bits::ones(row)).chain(all).map(|o| ObjectId(o as u32))
+    }
+
+    /// The cells that can be come to from `from` through at most `hops` portals that are open, whatever can be seen: where a sound
+    /// is heard, what may be needed soon. Fewest portals first, `from` itself at the start; each with how many it takes.
+    pub fn within_hops<'s>(&self, from: CellId, hops: u32, scratch: &'s mut Scratch) -> &'s [(CellId, u32)] {
+        scratch.begin(self);
+        scratch.hops.clear();
+        scratch.cell_marks[from.index()] = scratch.frame;
+        scratch.hops.push((from, 0));
+        let mut next = 0;
+        while let Some(&(cell, count)) = scratch.hops.get(next) {
+            next += 1;
+            if count == hops {
+                break;
+            }
+            for &portal in self.cell_portals.get(cell.index()) {
+                let target = super::portals::target(self, portal);
+                let mark = &mut scratch.cell_marks[target.index()];
+                if self.is_open(portal) && *mark != scratch.frame {
+                    *mark = scratch.frame;
+                    scratch.hops.push((target, count + 1));
+                }
+            }
+        }
+        &scratch.hops
+    }
+
+    /// Objects whose box meets a convex volume: `planes` are `(n, d)` with `n . p <= d` inside, metres relative to the file's origin,
+    /// of any length but zero. With `from`, only objects of those cells' rows: a light's frustum stretched to what the camera sees
+    /// holds all that can throw a shadow there, and nothing throws one that the lit cells can't see. Ascending.
+    ///
+    /// # Panics
+    ///
+    /// With more than [`MOST_PLANES`] planes.
+    pub fn in_volume<'s>(&self, planes: &[Vec4], from: Option<&[CellId]>, scratch: &'s mut Scratch) -> &'s [ObjectId] {
+        assert!(planes.len() <= MOST_PLANES, "{} planes", planes.len());
+        scratch.begin(self);
+        self.join_rows(from.unwrap_or(&[]), scratch);
+        for word in 0..scratch.object_row.len() {
+            for bit in bits::ones(&[scratch.object_row[word]]) {
+                let object = word * 64 + bit;
+                let (centre, half) = self.boxes.get(object);
+                if !planes.iter().any(|plane| is_outside(*plane, centre, half)) {
+                    scratch.objects.push(ObjectId(object as u32));
+                }
+            }
+        }
+        &scratch.objects
+    }
+}
+
+/// True where a box is certainly in front of a plane: by more than what rounding may make of the sum.
+fn is_outside(plane: Vec4, centre: Vec3, half: Vec3) -> bool {
+    let n = plane.truncate().as_dvec3();
+    let (centre, half) = (centre.as_dvec3(), half.as_dvec3());
+    let size = n.abs().dot(centre.abs() + half) + f64::from(plane.w.abs());
+    n.dot(centre) - n.abs().dot(half) - f64::from(plane.w) > 8.0 * f64::EPSILON * size
+}

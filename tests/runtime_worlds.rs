@@ -1,0 +1,305 @@
+//! Doors, one-way windows, mirrors and sets without a camera, by brute force on random buildings: rays are walked from box to box.
+
+mod boxes;
+#[path = "common/maze.rs"]
+mod maze;
+
+use boxes::{A, B, CORRIDOR, flat, p};
+use enfilade::file::PvsFile;
+use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
+use enfilade::{CellId, ObjectId, PortalId};
+use glam::{DVec2, DVec3, Vec3, Vec4};
+use maze::{Grid, Random};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A camera somewhere in the building, and the box that its eye is in.
+fn camera(grid: &Grid, file: &PvsFile, random: &mut Random) -> (Camera, DVec3, usize) {
+    let i = random.below(grid.faces.len());
+    let (low, high) = grid.bounds(i);
+    let eye = random.between(low.lerp(high, 0.01), high.lerp(low, 0.01));
+    let eye = (eye - file.origin).as_vec3().as_dvec3() + file.origin;
+    let target = eye + random.between(DVec3::NEG_ONE, DVec3::ONE);
+    let fov = [20.0, 75.0, 120.0][random.below(3)];
+    (Camera::look_at(eye - file.origin, target - file.origin, f64::to_radians(fov), 1.6), eye, i)
+}
+
+fn sorted(objects: &[ObjectId]) -> Vec<ObjectId> {
+    let mut objects = objects.to_vec();
+    objects.sort();
+    objects
+}
+
+#[test]
+fn a_shut_door_hides_what_is_behind_until_it_opens() {
+    let (building, things) = flat();
+    let (_, file) = building.finish();
+    let mut culler = Culler::new(&file);
+    let mut scratch = Scratch::for_culler(&culler);
+    let door = |c: CellId| file.portals.iter().position(|q| q.cells.contains(&c) && q.cells.contains(&CORRIDOR)).unwrap();
+    let door = PortalId(door(A) as u32);
+    let camera = |eye: DVec3, target: DVec3| Camera::look_at(eye - file.origin, target - file.origin, 1.3, 1.6);
+    let out = camera(p(1.5, 1.6, 2.0), p(1.5, 1.6, 9.0));
+    let into = camera(p(1.5, 1.6, 5.0), p(1.5, 1.6, 0.0));
+    for mode in [Mode::Portals, Mode::Both] {
+        let mut sees =
+            |culler: &Culler, camera: &Camera, object| culler.cull(camera, mode, &mut scratch).objects.contains(&object);
+        assert!(sees(&culler, &out, things.in_corridor) && sees(&culler, &into, things.in_a));
+        culler.set_open(door, false);
+        assert!(!sees(&culler, &out, things.in_corridor) && !sees(&culler, &into, things.in_a));
+        assert!(sees(&culler, &out, things.in_a));
+        // Seen through from the room only.
+        let leads_out = (0..2).map(|side| door.directed(side)).find(|d| file.portals[door.index()].cells[d.side()] == A);
+        culler.set_see_through(leads_out.unwrap(), true);
+        assert!(sees(&culler, &out, things.in_corridor) && !sees(&culler, &into, things.in_a));
+        culler.set_open(door, true);
+        assert!(sees(&culler, &out, things.in_corridor) && sees(&culler, &into, things.in_a));
+    }
+}
+
+#[test]
+fn doors_as_found_are_shut_where_the_file_says_so() {
+    let (building, _) = flat();
+    let (_, mut file) = building.finish();
+    let solid = (0..file.portals.len()).find(|&i| file.portals[i].cells.contains(&A)).unwrap();
+    let glass = (0..file.portals.len()).find(|&i| file.portals[i].cells.contains(&B)).unwrap();
+    file.portals.iter_mut().for_each(|q| (q.state.shut, q.state.see_through) = (false, false));
+    file.portals[solid].state.shut = true;
+    (file.portals[glass].state.shut, file.portals[glass].state.see_through) = (true, true);
+    let mut culler = Culler::new(&file);
+    let all = |culler: &Culler| (0..2 * file.portals.len() as u32).all(|d| culler.is_open(enfilade::DirectedPortal(d)));
+    assert!(all(&culler), "everything is open at first");
+    assert_eq!(culler.shut_as_found(), 1);
+    let is_open = |i: usize| (0..2).map(|side| culler.is_open(PortalId(i as u32).directed(side))).collect::<Vec<_>>();
+    assert_eq!((is_open(solid), is_open(glass)), (vec![false; 2], vec![true; 2]));
+}
+
+/// With doors shut at random, both ways or one: everything that a ray reaches is in the set, and much that it doesn't isn't.
+#[test]
+fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
+    let mut random = Random(5);
+    let (mut found, mut kept, mut kept_open) = (0, 0, 0);
+    for round in 0..60 {
+        let mut grid = Grid::random(&mut random);
+        let (_, file) = grid.building();
+        let (open, mut culler) = (Culler::new(&file), Culler::new(&file));
+        for (portal, (i, axis)) in grid.doors().into_iter().enumerate() {
+            for side in 0..2 {
+                if random.next() < 0.4 {
+                    grid.blocked.insert((i, axis, side == 0));
+                    culler.set_see_through(PortalId(portal as u32).directed(side), false);
+                }
+            }
+        }
+        let mut scratch = Scratch::for_culler(&culler);
+        for frame in 0..30 {
+            let (camera, eye, i) = camera(&grid, &file, &mut random);
+            let mut things = BTreeSet::new();
+            for _ in 0..150 {
+                let ndc = DVec2::new(random.next(), random.next()) * 2.0 - 1.0;
+                grid.walk(i, eye, camera.ray(ndc), 0, &mut |_, _, thing| things.extend(thing));
+            }
+            found += things.len();
+            for mode in [Mode::Portals, Mode::Both] {
+                let set = sorted(culler.cull(&camera, mode, &mut scratch).objects);
+                let missing: Vec<_> = things.iter().filter(|t| set.binary_search(t).is_err()).collect();
+                assert!(missing.is_empty(), "round {round}, frame {frame}, {mode}: {missing:?} seen from {eye}");
+                kept += set.len();
+                kept_open += open.cull(&camera, mode, &mut scratch).objects.len();
+            }
+        }
+    }
+    assert!(found > 1000 && kept * 5 < kept_open * 4, "{found} found, {kept} of {kept_open} kept");
+}
+
+/// The mirrors of a grid, for its file.
+fn mirrors(grid: &Grid, file: &PvsFile) -> Vec<Mirror> {
+    let mirror = |&(i, axis, up, low, high): &(usize, usize, bool, DVec3, DVec3)| {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let corner = |a: DVec3, b: DVec3| {
+            let mut q = low;
+            (q[u], q[v]) = (a[u], b[v]);
+            (q - file.origin).as_vec3()
+        };
+        // Counter-clockwise seen from the tip of +axis; the room lies below an upper face.
+        let mut corners = vec![corner(low, low), corner(high, low), corner(high, high), corner(low, high)];
+        if up {
+            corners.reverse();
+        }
+        Mirror::new(grid.cell_of[i], &corners).unwrap()
+    };
+    grid.mirrors.iter().map(mirror).collect()
+}
+
+/// With mirrors on the walls: everything that a ray reaches after some mirrors have turned it is in the set of the reflection in just
+/// these mirrors, and the reflections leave something out.
+#[test]
+fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
+    const DEPTH: usize = 3;
+    let mut random = Random(23);
+    let (mut found, mut deep, mut kept, mut all) = (0, 0, 0, 0);
+    for round in 0..60 {
+        let mut grid = Grid::random(&mut random);
+        grid.hang_mirrors(&mut random, 0.03);
+        let (_, file) = grid.building();
+        let (culler, mirrors) = (Culler::new(&file), mirrors(&grid, &file));
+        let (mut scratch, mut out) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler));
+        for frame in 0..30 {
+            let (camera, eye, i) = camera(&grid, &file, &mut random);
+            let mut things: BTreeMap<Vec<usize>, BTreeSet<ObjectId>> = BTreeMap::new();
+            for _ in 0..200 {
+                let ndc = DVec2::new(random.next(), random.next()) * 2.0 - 1.0;
+                let mut visit = |turned: &[usize], _, thing| {
+                    if !turned.is_empty() {
+                        things.entry(turned.to_vec()).or_default().extend(thing);
+                    }
+                };
+                grid.walk(i, eye, camera.ray(ndc), DEPTH, &mut visit);
+            }
+            for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::Both] {
+                culler.cull(&camera, mode, &mut scratch);
+                culler.reflect(&camera, mode, &mirrors, DEPTH as u32, &scratch, &mut out);
+                let capped = out.stats().capped > 0;
+                let way = |mut view: usize| {
+                    let mut turned = vec![out.views()[view].mirror];
+                    while let Some(parent) = out.views()[view].parent {
+                        turned.insert(0, out.views()[parent].mirror);
+                        view = parent;
+                    }
+                    turned
+                };
+                let sets: BTreeMap<Vec<usize>, Vec<ObjectId>> =
+                    (0..out.views().len()).map(|v| (way(v), sorted(out.objects(v)))).collect();
+                for (turned, things) in things.iter().filter(|_| !capped) {
+                    let Some(set) = sets.get(turned) else {
+                        panic!("round {round}, frame {frame}, {mode}: no view by {turned:?}")
+                    };
+                    let missing: Vec<_> = things.iter().filter(|t| set.binary_search(t).is_err()).collect();
+                    assert!(missing.is_empty(), "round {round}, frame {frame}, {mode}, {turned:?}: {missing:?} from {eye}");
+                    found += things.len();
+                    deep += if turned.len() > 1 { things.len() } else { 0 };
+                }
+                if mode == Mode::Both {
+                    kept += sets.values().map(Vec::len).sum::<usize>();
+                    all += sets.len() * file.objects.len();
+                }
+            }
+        }
+    }
+    assert!(found > 2000 && deep > 200, "{found} things in mirrors, {deep} of them in more than one");
+    assert!(kept * 4 < all, "{kept} of {all} kept");
+}
+
+#[test]
+fn a_mirror_shows_the_room_on_the_pixels_of_a_camera_behind_it() {
+    let corners = [(0.0, 0.0), (0.0, 2.0), (2.0, 2.0), (2.0, 0.0)].map(|(x, y)| Vec3::new(x, y, 0.0));
+    assert!(Mirror::new(A, &corners[..2]).is_none() && Mirror::new(A, &[Vec3::NAN; 3]).is_none());
+    // Clockwise in x and y: the room lies at negative z.
+    let mirror = Mirror::new(A, &corners).unwrap();
+    let camera = Camera::look_at(DVec3::new(1.0, 1.0, -3.0), DVec3::new(1.0, 1.5, 0.0), 1.0, 1.5);
+    let behind = mirror.reflect(&camera);
+    assert_eq!(behind.eye, Vec3::new(1.0, 1.0, 3.0));
+    let project = |camera: &Camera, q: Vec3| {
+        let v = q - camera.eye;
+        glam::Vec2::new(camera.x.dot(v), camera.y.dot(v)) / camera.w.dot(v)
+    };
+    // A point in the room, by its image behind the mirror, and by the other camera.
+    let (point, image) = (Vec3::new(0.3, 1.7, -1.0), Vec3::new(0.3, 1.7, 1.0));
+    assert!(project(&camera, image).distance(project(&behind, point)) < 1e-6);
+    assert!(project(&camera, Vec3::new(1.0, 1.0, 0.0)).distance(project(&behind, Vec3::new(1.0, 1.0, 0.0))) < 1e-6);
+}
+
+#[test]
+fn two_facing_mirrors_are_bounded_and_say_so() {
+    let (building, things) = flat();
+    let (_, file) = building.finish();
+    let culler = Culler::new(&file);
+    let quad = |z: f64, turned: bool| {
+        let mut c =
+            [(0.5, 0.5), (2.5, 0.5), (2.5, 2.0), (0.5, 2.0)].map(|(x, y)| (p(x, y, z) - file.origin).as_vec3()).to_vec();
+        if turned {
+            c.reverse();
+        }
+        Mirror::new(A, &c).unwrap()
+    };
+    let facing = [quad(0.5, false), quad(3.5, true)];
+    let eye = p(1.5, 1.3, 2.0) - file.origin;
+    let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.0);
+    let (mut scratch, mut out) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler));
+    culler.cull(&camera, Mode::Both, &mut scratch);
+    for depth in [0, 1, 5] {
+        culler.reflect(&camera, Mode::Both, &facing, depth, &scratch, &mut out);
+        // One wall is behind the eye: there is one way to each depth, the mirrors in turn.
+        let seen: Vec<(usize, u32)> = out.views().iter().map(|v| (v.mirror, v.depth)).collect();
+        assert_eq!(seen, (1..=depth).map(|d| ((d as usize + 1) % 2, d)).collect::<Vec<_>>());
+        assert!(
+            (0..depth as usize).all(|v| out.objects(v).contains(&things.in_a) && !out.objects(v).contains(&things.in_b))
+        );
+    }
+    culler.reflect(&camera, Mode::Both, &facing, 1000, &scratch, &mut out);
+    assert!(out.views().len() <= enfilade::runtime::MOST_REFLECTIONS);
+    assert!(out.views().len() < enfilade::runtime::MOST_REFLECTIONS || out.stats().capped > 0);
+}
+
+/// Hops by a search of its own, rows as the file has them, and volumes against every box.
+#[test]
+fn sets_without_a_camera_are_what_they_are_called() {
+    let mut random = Random(77);
+    for _ in 0..40 {
+        let grid = Grid::random(&mut random);
+        let (_, file) = grid.building();
+        let mut culler = Culler::new(&file);
+        let mut scratch = Scratch::for_culler(&culler);
+        let shut: Vec<PortalId> = (0..file.portals.len() as u32).map(PortalId).filter(|_| random.next() < 0.2).collect();
+        shut.iter().for_each(|&portal| culler.set_open(portal, false));
+        for c in (0..file.cells.len() as u32).map(CellId) {
+            // How many portals away each cell is: relaxed until nothing changes.
+            let mut away: Vec<u32> = vec![u32::MAX; file.cells.len()];
+            away[c.index()] = 0;
+            for _ in 0..file.cells.len() {
+                for (_, portal) in file.portals.iter().enumerate().filter(|(i, _)| !shut.contains(&PortalId(*i as u32))) {
+                    let [a, b] = portal.cells.map(CellId::index);
+                    away[a] = away[a].min(away[b].saturating_add(1));
+                    away[b] = away[b].min(away[a].saturating_add(1));
+                }
+            }
+            for hops in [0, 1, 2, u32::MAX - 1] {
+                let mut found = culler.within_hops(c, hops, &mut scratch).to_vec();
+                assert!(found.is_sorted_by_key(|f| f.1) && found[0] == (c, 0));
+                found.sort();
+                let near = (0..file.cells.len() as u32).map(|k| (CellId(k), away[k as usize]));
+                let expected: Vec<(CellId, u32)> = near.filter(|f| f.1 <= hops).collect();
+                assert_eq!(found, expected);
+            }
+            let rows = file.object_rows.as_ref().unwrap();
+            assert!(culler.objects_from(c).map(|o| o.index()).eq(rows.ones(c.index())));
+            assert!(culler.visible_from(c).map(|o| o.index()).eq(file.cell_rows.as_ref().unwrap().ones(c.index())));
+        }
+        let bounds = |o: &enfilade::file::FileObject| o.bounds.map(|q| q.as_dvec3());
+        for _ in 0..20 {
+            let planes: Vec<Vec4> = (0..1 + random.below(6))
+                .map(|_| {
+                    let n = random.between(DVec3::NEG_ONE, DVec3::ONE) * 10f64.powf(random.next() * 6.0 - 3.0);
+                    let through = random.between(DVec3::splat(-10.0), DVec3::splat(10.0));
+                    n.extend(n.dot(through)).as_vec4()
+                })
+                .collect();
+            let meets = |o: &enfilade::file::FileObject| {
+                let [min, max] = bounds(o);
+                planes.iter().all(|q| {
+                    let n = q.truncate().as_dvec3();
+                    let lowest = DVec3::select(n.cmpgt(DVec3::ZERO), min, max);
+                    n.dot(lowest) <= f64::from(q.w)
+                })
+            };
+            let inside: Vec<ObjectId> =
+                (0u32..).zip(&file.objects).filter(|(_, o)| meets(o)).map(|(i, _)| ObjectId(i)).collect();
+            let found = culler.in_volume(&planes, None, &mut scratch).to_vec();
+            assert!(inside.iter().all(|o| found.binary_search(o).is_ok()), "nothing that meets it is left out");
+            assert!(found.len() <= inside.len() + 1, "{} of {}", found.len(), inside.len());
+            let from = [CellId(random.below(file.cells.len()) as u32)];
+            let lit = culler.in_volume(&planes, Some(&from), &mut scratch).to_vec();
+            let row = file.object_rows.as_ref().unwrap();
+            assert!(lit.iter().eq(found.iter().filter(|o| row.get(from[0].index(), o.index()))));
+        }
+    }
+}
