@@ -1,8 +1,9 @@
 //! Two cities of one size, dense and sparse: buildings and trees at random on a plane, in a scene graph of four levels.
 //!
-//! Based on: V. Cunha, M. Leitão, *Exploração da Remoção Hierárquica por Oclusão em Simulações em Tempo Real*, ISEP. From there
-//! come the levels (root, groups, areas, objects; 1,024 square areas, 4 x 4 of them to a group), the numbers of objects
-//! (table 1) and the share of the plane (2 % and 22 %). Buildings have random places, sizes and turns.
+//! Based on: V. Cunha, M. Leitão, *Exploração da Remoção Hierárquica por Oclusão em Simulações em Tempo Real*, ISEP, undated
+//! (its latest reference is of 2008). From there come the levels (root, groups, areas, objects; 1,024 square areas, 4 x 4 of
+//! them to a group), the numbers of objects (table 1), the share of the plane (2 % and 22 %), and that places, sizes and turns
+//! of buildings are random.
 //!
 //! Other than there:
 //! * Objects don't overlap, and a street runs along every area's border, so that a camera can walk.
