@@ -1,11 +1,13 @@
-//! Generated scenes against their own plans: closed solids, sealed rooms, walks that go through doors, the committed files.
+//! Generated scenes against their own plans: closed solids, sealed rooms, walks that go through doors, the committed files;
+//! teapots and cities against the studies that they are made after.
 
-use enfilade::generate::{Generated, Kind, MAX_ROOMS, generate, pretty};
+use enfilade::generate::{Generated, Kind, MAX_ROOMS, MAX_TEAPOTS, generate, pretty};
 use enfilade::scene::{ImportOptions, Role, Scene, gltf::from_slice};
-use glam::{DVec2, DVec3};
+use glam::{DMat4, DVec2, DVec3};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::process::Command;
 
 /// The committed buildings: file name, options, seed.
 const COMMITTED: [(&str, Kind, u64); 3] = [
@@ -333,6 +335,8 @@ fn the_seed_decides_and_nothing_else() {
         Kind::Gallery { rooms: 9 },
         Kind::Maze { rooms: 9 },
         Kind::Hall,
+        Kind::Teapots { count: 20, scale: 3 },
+        Kind::City { dense: false },
     ] {
         assert!(make(kind, 3) == make(kind, 3));
         assert!(make(kind, 3).glb != make(kind, 4).glb, "{kind:?}");
@@ -350,5 +354,265 @@ fn what_cannot_be_made_is_refused() {
     for storeys in [0, 11] {
         let error = generate(Kind::Office { rooms: 10, storeys: Some(storeys), furnished: false }, 0).unwrap_err();
         assert!(error.to_string().starts_with(&format!("{storeys} storeys asked for 10 offices")));
+    }
+    for count in [0, MAX_TEAPOTS + 1] {
+        let error = generate(Kind::Teapots { count, scale: 10 }, 0).unwrap_err();
+        assert_eq!(error.to_string(), format!("{count} teapots asked for; give 1 to 18000"));
+    }
+    for scale in [0, 101] {
+        let error = generate(Kind::Teapots { count: 1, scale }, 0).unwrap_err();
+        assert_eq!(error.to_string(), format!("teapots at a scale of {scale} asked for; give 1 to 100"));
+    }
+}
+
+/// A node of a file that shows a mesh.
+struct Placed {
+    name: String,
+    world: DMat4,
+    mesh: usize,
+    /// Names of the nodes above, from the root.
+    above: Vec<String>,
+}
+
+/// A file as another reader sees it.
+struct Shown {
+    nodes: Vec<Placed>,
+    /// Positions and number of triangles by mesh.
+    meshes: Vec<(Vec<DVec3>, usize)>,
+}
+
+impl Shown {
+    fn of(made: &Generated) -> Self {
+        let file = gltf::Gltf::from_slice(&made.glb).unwrap();
+        let meshes = file
+            .meshes()
+            .map(|mesh| {
+                let part = mesh.primitives().next().unwrap();
+                let positions = part.reader(|_| file.blob.as_deref()).read_positions().unwrap();
+                (positions.map(|p| DVec3::from(p.map(f64::from))).collect(), part.indices().unwrap().count() / 3)
+            })
+            .collect();
+        let mut nodes = Vec::new();
+        let mut left: Vec<_> = (file.default_scene().unwrap().nodes()).map(|n| (n, DMat4::IDENTITY, Vec::new())).collect();
+        while let Some((node, mut world, mut above)) = left.pop() {
+            world *= DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
+            let name = node.name().unwrap().to_owned();
+            if let Some(mesh) = node.mesh() {
+                nodes.push(Placed { name: name.clone(), world, mesh: mesh.index(), above: above.clone() });
+            }
+            above.push(name);
+            left.extend(node.children().map(|child| (child, world, above.clone())));
+        }
+        Self { nodes, meshes }
+    }
+
+    fn triangles(&self) -> usize {
+        self.nodes.iter().map(|n| self.meshes[n.mesh].1).sum()
+    }
+
+    fn corners<'s>(&'s self, node: &'s Placed) -> impl Iterator<Item = DVec3> + 's {
+        self.meshes[node.mesh].0.iter().map(|&p| node.world.transform_point3(p))
+    }
+}
+
+/// Surface of the upright box around points.
+fn box_area(points: impl Iterator<Item = DVec3>) -> f64 {
+    let (low, high) = points.fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    let size = high - low;
+    2.0 * (size.x * size.y + size.y * size.z + size.z * size.x)
+}
+
+/// P. Ivson's figures (2006): vertices of a teapot (section 6.1); boxes around one teapot and around 500 and 5,000 of scale 10
+/// (table 6.2.1).
+#[test]
+fn teapots_have_the_vertices_and_the_boxes_of_the_study() {
+    for (count, area) in [(1, None), (500, Some(10_623.51)), (5_000, Some(10_835.0))] {
+        let made = make(Kind::Teapots { count, scale: 10 }, 7);
+        let shown = Shown::of(&made);
+        let [(positions, triangles)] = &shown.meshes[..] else { panic!("{} meshes", shown.meshes.len()) };
+        // Four closed surfaces of genus 0 have 2 V - 4 * 4 triangles (Euler).
+        assert_eq!((shown.nodes.len(), positions.len(), *triangles), (count, 1_364, 2 * 1_364 - 16));
+        assert_eq!(made.expected["triangles"], count * triangles);
+        assert_eq!((&made.expected["teapots"], &made.expected["nodes"]), (&count.into(), &count.into()));
+        assert!((box_area(positions.iter().map(|&p| p * 10.0)) - 22.70).abs() < 0.005);
+        let mut middles = BTreeSet::new();
+        for node in &shown.nodes {
+            let [x, y, z] = [0, 1, 2].map(|i| node.world.col(i).truncate());
+            let apart = [x.dot(y), y.dot(z), z.dot(x), x.length_squared() - 100.0, y.cross(z).dot(x) - 1000.0];
+            assert!(apart.iter().all(|d| d.abs() < 1e-3), "{}: turned and scaled by 10, no more", node.name);
+            let middle = node.world.col(3).truncate();
+            assert!(middle.abs().max_element() <= 20.0, "{} at {middle}", node.name);
+            middles.insert(middle.to_array().map(f64::to_bits));
+        }
+        assert_eq!(middles.len(), count);
+        if let Some(published) = area {
+            let area = box_area(shown.nodes.iter().flat_map(|n| shown.corners(n)));
+            assert!((area / published - 1.0).abs() < 0.02, "{count}: {area} where {published} is published");
+        }
+    }
+}
+
+#[test]
+fn teapots_are_closed_and_their_camera_comes_from_outside() {
+    let made = make(Kind::Teapots { count: 3, scale: 2 }, 1);
+    let scene = scene(&made);
+    assert_eq!((scene.objects.len(), scene.triangles.len()), (3, 3 * 2_712));
+    for object in &scene.objects {
+        // A closed surface shows each direction as much of its outside as of its inside.
+        let area: DVec3 =
+            (object.triangles.clone()).map(|t| scene.corners(t as usize)).map(|[a, b, c]| (b - a).cross(c - a)).sum();
+        assert!(area.length() < 1e-6 && object.role == Role::Furnishing, "{}", object.node);
+    }
+    let eyes: Vec<DVec3> = list(&made.path["frames"]).iter().map(|f| point(&f["eye"])).collect();
+    // The box's corners are 34.6 m from its middle.
+    assert!(eyes.len() == 600 && eyes[0].length() > 35.0);
+    assert!(eyes.windows(2).all(|e| e[1].length() < e[0].length()) && eyes[599].length() < 20.0);
+}
+
+/// An object's outline from above, in order: its outermost corners in (x, z), of a building those of its foot.
+fn outline(shown: &Shown, node: &Placed) -> Vec<DVec2> {
+    let flat = |p: DVec3| DVec2::new(p.x, p.z);
+    let middle = flat(node.world.col(3).truncate());
+    let reach = shown.corners(node).map(|p| flat(p).distance(middle)).fold(0.0, f64::max);
+    let mut ring: Vec<DVec2> = shown.corners(node).map(flat).filter(|p| p.distance(middle) > 0.999 * reach).collect();
+    ring.sort_by(|a, b| (*a - middle).to_angle().total_cmp(&(*b - middle).to_angle()));
+    ring.dedup();
+    ring
+}
+
+fn ring_area(ring: &[DVec2]) -> f64 {
+    (0..ring.len()).map(|i| ring[i].perp_dot(ring[(i + 1) % ring.len()])).sum::<f64>() / 2.0
+}
+
+/// Distance from a point to a convex ring; 0 inside.
+fn distance(ring: &[DVec2], p: DVec2) -> f64 {
+    let edges = || (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]));
+    if edges().all(|(a, b)| (b - a).perp_dot(p - a) >= 0.0) {
+        return 0.0;
+    }
+    let to_edge = |(a, b): (DVec2, DVec2)| {
+        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        p.distance(a.lerp(b, t))
+    };
+    edges().map(to_edge).fold(f64::MAX, f64::min)
+}
+
+/// True where a line along an edge of one convex ring has the other on its far side.
+fn parted(a: &[DVec2], b: &[DVec2]) -> bool {
+    let beside = |a: &[DVec2], b: &[DVec2]| {
+        (0..a.len()).any(|i| b.iter().all(|p| (a[(i + 1) % a.len()] - a[i]).perp_dot(*p - a[i]) < 0.0))
+    };
+    beside(a, b) || beside(b, a)
+}
+
+/// V. Cunha's and M. Leitão's figures: numbers of objects (table 1), levels of the scene graph, shares of the plane.
+#[test]
+fn cities_have_the_buildings_the_levels_and_the_density_of_the_study() {
+    for (dense, buildings, trees, share) in [(true, 25_426, 10_862, 0.22), (false, 2_028, 4_056, 0.02)] {
+        let made = make(Kind::City { dense }, 5);
+        let shown = Shown::of(&made);
+        assert_eq!(made.expected["triangles"], shown.triangles());
+        assert_eq!(made.expected["nodes"], shown.nodes.len());
+        for (key, count) in [("buildings", buildings), ("trees", trees), ("areas", 1_024), ("groups", 64)] {
+            assert_eq!(made.expected[key], count, "{key}");
+        }
+        let ground = shown.nodes.iter().find(|n| n.name == "ground").unwrap();
+        let (low, high) = shown.corners(ground).fold((DVec3::MAX, DVec3::MIN), |(a, b), p| (a.min(p), b.max(p)));
+        let edge = high.x - low.x;
+        let area = edge / 32.0;
+        assert_eq!((ground.above.as_slice(), high.y, high.z - low.z), (&["city".to_owned()][..], 0.0, edge));
+
+        // Root, group, area, object: by the file's own tree, and by name.
+        let mut by_area: BTreeMap<[String; 2], Vec<(Vec<DVec2>, bool)>> = BTreeMap::new();
+        let mut counts = [0, 0];
+        for node in shown.nodes.iter().filter(|n| n.name != "ground") {
+            let [root, group, in_area] = &node.above[..] else { panic!("{} hangs from {:?}", node.name, node.above) };
+            let object = node.name.strip_prefix(&format!("{in_area}/")).unwrap();
+            assert!(root == "city" && in_area.starts_with(&format!("{group}/a")), "{}", node.name);
+            let building = object.starts_with('b');
+            counts[usize::from(!building)] += 1;
+            by_area.entry([group.clone(), in_area.clone()]).or_default().push((outline(&shown, node), building));
+            let ends = shown.corners(node).fold([f64::MAX, 0.0], |[low, high], p| [p.y.min(low), p.y.max(high)]);
+            let heights = if building { 6.0..90.1 } else { 5.0..9.1 };
+            assert!(ends[0] == 0.0 && heights.contains(&ends[1]), "{}: from {} to {} m", node.name, ends[0], ends[1]);
+        }
+        assert_eq!((counts, by_area.len()), ([buildings, trees], 1_024));
+
+        let mut squares: BTreeMap<&str, BTreeSet<[i64; 2]>> = BTreeMap::new();
+        let mut covered = 0.0;
+        for ([group, name], feet) in &by_area {
+            let ahead = feet.iter().flat_map(|(ring, _)| ring).copied();
+            let (least, most) = ahead.fold((DVec2::MAX, DVec2::MIN), |(a, b), p| (a.min(p), b.max(p)));
+            let square = (least / area).floor();
+            let (corner, end) = (square * area, (square + 1.0) * area);
+            assert!(least.cmpge(corner + 3.99).all() && most.cmple(end - 3.99).all(), "{name} leaves its streets free");
+            squares.entry(group).or_default().insert([square.x as i64, square.y as i64]);
+            covered += feet.iter().filter(|(_, building)| *building).map(|(ring, _)| ring_area(ring)).sum::<f64>();
+            for (i, (a, _)) in feet.iter().enumerate() {
+                for (b, _) in &feet[..i] {
+                    assert!(parted(a, b), "{name}: two objects overlap");
+                    // Of two nearest points of convex rings that are parted, one is a corner.
+                    let apart = (a.iter().map(|p| distance(b, *p))).chain(b.iter().map(|p| distance(a, *p)));
+                    assert!(apart.fold(f64::MAX, f64::min) > 1.99, "{name}: nobody walks between two objects");
+                }
+            }
+        }
+        assert!((covered / (edge * edge) - share).abs() < 1e-4 * share, "{covered} square metres are covered");
+        assert_eq!(squares.len(), 64);
+        for (group, squares) in &squares {
+            let least = squares.iter().fold([i64::MAX; 2], |a, s| [a[0].min(s[0]), a[1].min(s[1])]);
+            let block: BTreeSet<[i64; 2]> = (0..16).map(|i| [least[0] + i % 4, least[1] + i / 4]).collect();
+            assert!(*squares == block && least.iter().all(|k| k % 4 == 0), "{group} is 4 x 4 areas");
+        }
+
+        // The walk: at a steady speed, in the streets, from the thick of it to the rim.
+        let eyes: Vec<DVec3> = list(&made.path["frames"]).iter().map(|f| point(&f["eye"])).collect();
+        assert!(eyes.windows(2).all(|e| (e[0].distance(e[1]) - 1.0).abs() < 1e-3));
+        let feet = || by_area.values().flatten().map(|(ring, _)| ring);
+        for eye in eyes.iter().step_by(20) {
+            let p = DVec2::new(eye.x, eye.z);
+            assert!(eye.y == 1.6 && feet().all(|ring| distance(ring, p) > 3.9), "{eye} is in a building's way");
+        }
+        let near = |eye: &DVec3| {
+            let p = DVec2::new(eye.x, eye.z);
+            feet().filter(|ring| ring[0].distance(p) < 3.0 * area).count() as f64
+        };
+        let (first, last) = (near(&eyes[0]), near(&eyes[eyes.len() - 1]));
+        assert!((0.4..0.6).contains(&(last / first)), "{first} objects around the first frame, {last} around the last");
+    }
+}
+
+#[test]
+fn the_command_line_makes_a_dense_city_unless_told_and_says_what_is_out_of_range() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let run = |arguments: &[&str], output: &Path| {
+        let out = Command::new(env!("CARGO_BIN_EXE_enfilade"))
+            .arg("generate")
+            .args(arguments)
+            .arg("-o")
+            .arg(output)
+            .output()
+            .unwrap();
+        (out.status.code(), String::from_utf8(out.stderr).unwrap())
+    };
+    for (flags, dense) in [(&[][..], true), (&["--dense"], true), (&["--sparse"], false)] {
+        let output = folder.join("city.glb");
+        let (code, said) = run(&[&["city", "--seed", "2"], flags].concat(), &output);
+        assert!(code == Some(0) && std::fs::read(&output).unwrap() == make(Kind::City { dense }, 2).glb, "{said}");
+    }
+    let output = folder.join("teapots.glb");
+    let (code, said) = run(&["teapots", "--count", "4"], &output);
+    let made = make(Kind::Teapots { count: 4, scale: 10 }, 0);
+    assert!(code == Some(0) && std::fs::read(&output).unwrap() == made.glb, "{said}");
+
+    let output = folder.join("not-made.glb");
+    for (arguments, words) in [
+        (&["teapots", "--count", "0"][..], "0 teapots asked for"),
+        (&["teapots", "--count", "5", "--scale", "101"], "a scale of 101 asked for"),
+        (&["city", "--dense", "--sparse"], "cannot be used with"),
+    ] {
+        let (code, said) = run(arguments, &output);
+        assert!(code == Some(2) && said.contains(words) && !output.exists(), "{said}");
+        assert!(arguments[0] == "city" || said.lines().count() == 1, "{said}");
     }
 }

@@ -2,11 +2,11 @@
 //!
 //! One buffer with two views (positions, indices); positions are `f32`, indices `u16` where they fit. Normals are left out:
 //! surfaces are flat, and a reader derives flat normals where there are none (section 3.7.2.1). Every node carries
-//! `extras.enfilade.role`, which tells the importer walls from furniture.
+//! `extras.enfilade.role`, which tells the importer walls from furniture. Groups are nodes, too, after all others.
 
 use super::model::{Material, Model};
-use super::solid::turn;
 use crate::scene::Role;
+use glam::DMat3;
 use serde_json::{Value, json};
 
 const FLOAT: u32 = 5126;
@@ -64,7 +64,7 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
         }] }));
     }
 
-    let nodes: Vec<Value> = model
+    let mut nodes: Vec<Value> = model
         .nodes
         .iter()
         .map(|node| {
@@ -72,17 +72,27 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
                 "name": node.name, "mesh": node.mesh, "extras": { "enfilade": { "role": role_name(node.role) } },
             });
             if let Some(p) = node.placement {
-                if p.turns == 0.0 {
-                    value["translation"] = json!(p.at.to_array());
+                let (m, at) = (p.matrix3, p.translation);
+                if m == DMat3::IDENTITY {
+                    value["translation"] = json!(at.to_array());
                 } else {
-                    let (c, s) = turn(p.turns);
+                    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
                     value["matrix"] =
-                        json!([c, 0.0, -s, 0.0, 0.0, 1.0, 0.0, 0.0, s, 0.0, c, 0.0, p.at.x, p.at.y, p.at.z, 1.0]);
+                        json!([x.x, x.y, x.z, 0.0, y.x, y.y, y.z, 0.0, z.x, z.y, z.z, 0.0, at.x, at.y, at.z, 1.0]);
                 }
             }
             value
         })
         .collect();
+    let mut roots = Vec::new();
+    let mut children = vec![Vec::new(); model.groups.len()];
+    let parents = model.nodes.iter().map(|node| node.group).chain(model.groups.iter().map(|group| group.parent));
+    for (node, parent) in parents.enumerate() {
+        parent.map_or(&mut roots, |group| &mut children[group]).push(node);
+    }
+    nodes.extend(
+        model.groups.iter().zip(children).map(|(group, children)| json!({ "name": group.name, "children": children })),
+    );
     let materials: Vec<Value> = used
         .iter()
         .map(|material| {
@@ -100,7 +110,7 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
     let header = json!({
         "asset": { "version": "2.0", "generator": "enfilade generate" },
         "scene": 0,
-        "scenes": [{ "name": name, "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+        "scenes": [{ "name": name, "nodes": roots }],
         "nodes": nodes,
         "meshes": meshes,
         "materials": materials,

@@ -154,7 +154,7 @@ pub(super) fn gallery(count: usize, seed: u64) -> Building {
     }
 
     let path = wander(&facts, entry, 20);
-    Building { name: format!("gallery{count}"), seed, counted: ("exhibition_rooms", count), model, facts, path }
+    Building { name: format!("gallery{count}"), seed, counted: vec![("exhibition_rooms", count)], model, facts, path }
 }
 
 /// A maze: rooms of 2.6 to 3.4 m, 2.6 m high, doorways 0.9 x 2.1 m, one entrance, long ways.
@@ -168,7 +168,7 @@ pub(super) fn maze(count: usize, seed: u64) -> Building {
     grid.entrance(entry, [900, 2100]);
     let (model, facts) = grid.build();
     let path = wander(&facts, entry, 40);
-    Building { name: format!("maze{count}"), seed, counted: ("maze_rooms", count), model, facts, path }
+    Building { name: format!("maze{count}"), seed, counted: vec![("maze_rooms", count)], model, facts, path }
 }
 
 /// A hall: one closed room of 24 x 16 x 8 m with works of art in it, no door and no window.
@@ -181,7 +181,7 @@ pub(super) fn hall(seed: u64) -> Building {
     let ring = [(3., 3.), (21., 3.), (21., 13.), (3., 13.), (3., 3.)];
     exhibits(&mut model, &grid.plan, 0, &ring.map(|(x, z)| DVec2::new(x, z)), rng);
     let path = CameraPath::along(&ring.map(|(x, z)| DVec3::new(x, 0.0, z)), 0.5);
-    Building { name: "hall".into(), seed, counted: ("halls", 1), model, facts, path }
+    Building { name: "hall".into(), seed, counted: vec![("halls", 1)], model, facts, path }
 }
 
 /// A walk from outside to the far end of the grid and on, as long as it enters at most `limit` rooms.

@@ -199,7 +199,7 @@ pub(super) fn house() -> Building {
     house.solid("basement", Material::Stone, cuboid(block.min, block.max));
     house.solid("ground", Material::Ground, cuboid(DVec3::new(-40.0, -0.5, -40.0), DVec3::new(40.0, 0.0, 40.0)));
     let House { model, facts } = house;
-    Building { name: "villa_rotonda".into(), seed: 0, counted: ("houses", 1), model, facts, path: walk() }
+    Building { name: "villa_rotonda".into(), seed: 0, counted: vec![("houses", 1)], model, facts, path: walk() }
 }
 
 /// The round hall: floor, masonry with four ways through it, dome, four statues.

@@ -1,8 +1,8 @@
-//! What a generator fills: meshes, and nodes that place them.
+//! What a generator fills: meshes, nodes that place them, groups that nodes hang from.
 
-use super::solid::Solid;
+use super::solid::{Solid, turn};
 use crate::scene::Role;
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeMap;
 
 /// What a surface looks like.
@@ -53,6 +53,13 @@ pub(super) struct Placement {
     pub(super) turns: f64,
 }
 
+impl From<Placement> for DAffine3 {
+    fn from(Placement { at, turns }: Placement) -> Self {
+        let (c, s) = turn(turns);
+        Self::from_mat3_translation(DMat3::from_cols_array(&[c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c]), at)
+    }
+}
+
 /// A placed mesh.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Node {
@@ -61,14 +68,27 @@ pub(super) struct Node {
     /// Index into [`Model::meshes`].
     pub(super) mesh: usize,
     /// `None`: the mesh is in the model's own coordinates.
-    pub(super) placement: Option<Placement>,
+    pub(super) placement: Option<DAffine3>,
+    /// Index into [`Model::groups`]; `None`: a root.
+    pub(super) group: Option<usize>,
 }
 
-/// Meshes and nodes.
+/// A node without a mesh, in the model's own coordinates.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Group {
+    pub(super) name: String,
+    /// The group that it is part of; `None`: a root.
+    pub(super) parent: Option<usize>,
+}
+
+/// Meshes, nodes and groups.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Model {
     pub(super) meshes: Vec<(Solid, Material)>,
     pub(super) nodes: Vec<Node>,
+    pub(super) groups: Vec<Group>,
+    /// The group that new nodes and groups go to.
+    open: Option<usize>,
     shared: BTreeMap<String, usize>,
 }
 
@@ -76,7 +96,7 @@ impl Model {
     /// Adds a mesh in the model's own coordinates, with its node.
     pub(super) fn add(&mut self, name: impl Into<String>, role: Role, material: Material, solid: Solid) {
         self.meshes.push((solid, material));
-        self.nodes.push(Node { name: name.into(), role, mesh: self.meshes.len() - 1, placement: None });
+        self.nodes.push(Node { name: name.into(), role, mesh: self.meshes.len() - 1, placement: None, group: self.open });
     }
 
     /// Places a mesh that several nodes share under `key`; `make` builds it for the first of them.
@@ -84,7 +104,7 @@ impl Model {
         &mut self,
         name: impl Into<String>,
         role: Role,
-        placement: Placement,
+        placement: impl Into<DAffine3>,
         key: &str,
         material: Material,
         make: impl FnOnce() -> Solid,
@@ -97,7 +117,18 @@ impl Model {
                 self.meshes.len() - 1
             }
         };
-        self.nodes.push(Node { name: name.into(), role, mesh, placement: Some(placement) });
+        self.nodes.push(Node { name: name.into(), role, mesh, placement: Some(placement.into()), group: self.open });
+    }
+
+    /// Opens a group, a part of the one that is open: what is added from now on goes there.
+    pub(super) fn enter(&mut self, name: impl Into<String>) {
+        self.groups.push(Group { name: name.into(), parent: self.open });
+        self.open = Some(self.groups.len() - 1);
+    }
+
+    /// Closes the open group.
+    pub(super) fn leave(&mut self) {
+        self.open = self.open.and_then(|group| self.groups[group].parent);
     }
 
     /// Number of triangles drawn: a mesh counts once for each node that places it.

@@ -275,7 +275,7 @@ pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, se
             furnish(&mut model, level, s, rng);
         }
     }
-    Building { name: "office".into(), seed, counted: ("offices", offices), model, facts, path }
+    Building { name: "office".into(), seed, counted: vec![("offices", offices)], model, facts, path }
 }
 
 /// True where the storey above has a floor over a room.

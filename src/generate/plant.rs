@@ -50,7 +50,7 @@ pub(super) fn plant(size: usize, seed: u64) -> Building {
     let (from, to) = (v(road, 0.0, edge - margin - 4.0), v(road, 0.0, gates[0].z));
     let way = [&[from, to], &gates[..], &[gates[2] + v(3.0, 0.0, 0.0)]].concat();
     let path = CameraPath::along(&way, 0.5);
-    Building { name: "plant".into(), seed, counted: ("size_metres", size), model, facts, path }
+    Building { name: "plant".into(), seed, counted: vec![("size_metres", size)], model, facts, path }
 }
 
 struct Block<'p> {
@@ -268,10 +268,9 @@ mod tests {
         }
         // Nothing leaves the site, or sinks below its ground's slab.
         for node in &plant.model.nodes {
-            let (c, s) = turn(node.placement.map_or(0.0, |p| p.turns));
+            let placement = node.placement.unwrap_or_default();
             for p in &plant.model.meshes[node.mesh].0.positions {
-                let at = node.placement.map_or(DVec3::ZERO, |p| p.at);
-                let q = at + v(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+                let q = placement.transform_point3(*p);
                 assert!(
                     (0.0..=160.0).contains(&q.x) && (0.0..=160.0).contains(&q.z) && (-0.5..30.0).contains(&q.y),
                     "{} {q}",
