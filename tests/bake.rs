@@ -7,7 +7,7 @@ use enfilade::pvs::PvsOptions;
 use enfilade::report::check::{CheckOptions, check};
 use enfilade::report::path::CameraPath;
 use enfilade::report::walk::{WalkOptions, walk};
-use enfilade::runtime::Mode;
+use enfilade::runtime::{Mode, Narrowing};
 use enfilade::scene::{ImportOptions, Scene, gltf::from_slice, import};
 use enfilade::work::Work;
 use std::path::{Path, PathBuf};
@@ -60,7 +60,16 @@ fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
     let (scene, file) = check_bake("gallery100");
     let path = CameraPath::load(&building("gallery100.path.json")).unwrap();
     let modes = vec![Mode::Frustum, Mode::Both];
-    let options = WalkOptions { modes, width: 160, height: 90, verify_pixels: true, pictures: None, every: 1 };
+    let options = WalkOptions {
+        modes,
+        width: 160,
+        height: 90,
+        verify_pixels: true,
+        pictures: None,
+        every: 1,
+        doors_as_found: false,
+        narrowing: Narrowing::Rectangles,
+    };
     let summaries = walk(&scene, &file, &path, &options, &mut |_| ()).unwrap();
     for summary in &summaries {
         assert_eq!((summary.frames, summary.missed_pixels), (path.frames.len(), Some(0)), "{}", summary.mode);

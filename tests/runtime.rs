@@ -414,7 +414,16 @@ fn a_portal_opens_its_rectangle() {
 }
 
 fn options(modes: &[Mode]) -> WalkOptions {
-    WalkOptions { modes: modes.to_vec(), width: 160, height: 90, verify_pixels: true, pictures: None, every: 1 }
+    WalkOptions {
+        modes: modes.to_vec(),
+        width: 160,
+        height: 90,
+        verify_pixels: true,
+        pictures: None,
+        every: 1,
+        doors_as_found: false,
+        narrowing: Narrowing::Rectangles,
+    }
 }
 
 fn summaries(scene: &Scene, file: &PvsFile, path: &CameraPath, modes: &[Mode]) -> Vec<Summary> {

@@ -6,7 +6,7 @@ use enfilade::pvs::Guarantee;
 use enfilade::report::path::CameraPath;
 use enfilade::report::tour::tour;
 use enfilade::report::walk::{FrameLine, Summary, WalkOptions, walk};
-use enfilade::runtime::Mode;
+use enfilade::runtime::{Mode, Narrowing};
 use enfilade::scene::import;
 use serde_json::json;
 use std::io::Write;
@@ -38,12 +38,38 @@ pub struct Args {
     /// Take every n-th frame of the path.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "N")]
     every: u32,
+    /// Doors: all open, or shut where the model has a solid leaf in them that is shut.
+    #[arg(long, value_enum, default_value_t)]
+    doors: Doors,
+    /// What portals narrow the view to.
+    #[arg(long, value_enum, default_value_t)]
+    narrowing: Shape,
     /// Seed of the path through every cell.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// JSON on stdout: a line a frame, then a summary a mode.
     #[arg(long)]
     json: bool,
+}
+
+/// What doors do.
+#[derive(Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+enum Doors {
+    /// All stand open.
+    #[default]
+    Open,
+    /// As the model has them.
+    AsFound,
+}
+
+/// What portals narrow the view to.
+#[derive(Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+enum Shape {
+    /// The rectangle around each.
+    #[default]
+    Rectangles,
+    /// An octagon around each.
+    Octagons,
 }
 
 /// Runs the command.
@@ -69,7 +95,13 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     }
 
     let every = args.every as usize;
-    let options = WalkOptions { modes, width, height, verify_pixels: args.verify_pixels, pictures: args.frames, every };
+    let (verify_pixels, pictures) = (args.verify_pixels, args.frames);
+    let narrowing = match args.narrowing {
+        Shape::Rectangles => Narrowing::Rectangles,
+        Shape::Octagons => Narrowing::Octagons,
+    };
+    let doors_as_found = args.doors == Doors::AsFound;
+    let options = WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, narrowing };
     let mut printed = Ok(());
     let mut print = |line: &FrameLine| {
         if printed.is_ok() && args.json {

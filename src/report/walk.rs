@@ -6,7 +6,7 @@ use super::path::CameraPath;
 use super::raster::{IdBuffer, View, draw};
 use crate::ObjectId;
 use crate::file::PvsFile;
-use crate::runtime::{Culler, FrameStats, Mode, Scratch};
+use crate::runtime::{Culler, FrameStats, Mode, Narrowing, Scratch};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use serde::Serialize;
@@ -29,6 +29,10 @@ pub struct WalkOptions {
     pub pictures: Option<PathBuf>,
     /// Take every n-th frame of the path, 1 or more.
     pub every: usize,
+    /// Shut the doors that the model has shut; all are open otherwise.
+    pub doors_as_found: bool,
+    /// How portals narrow the view.
+    pub narrowing: Narrowing,
 }
 
 /// One frame in one mode.
@@ -95,7 +99,11 @@ pub fn walk(
     options: &WalkOptions,
     line: &mut dyn FnMut(&FrameLine),
 ) -> io::Result<Vec<Summary>> {
-    let culler = Culler::new(file);
+    let mut culler = Culler::new(file);
+    culler.set_narrowing(options.narrowing);
+    if options.doors_as_found {
+        culler.shut_as_found();
+    }
     let views: Vec<(usize, View)> = (0..path.frames.len())
         .step_by(options.every.max(1))
         .map(|frame| (frame, view(file, path, frame, options)))
