@@ -33,6 +33,7 @@ pub mod cells;
 pub mod file;
 pub mod generate;
 pub mod geom;
+pub mod online;
 pub mod pvs;
 pub mod report;
 pub mod runtime;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 ///
 /// Two kinds of plain words are named by the file and so by everybody after it: what the rows promise (`pvs::Guarantee`) and
 /// what a portal is (`cells::PortalKind`).
-const MAY_USE: [(&str, &[&str]); 10] = [
+const MAY_USE: [(&str, &[&str]); 11] = [
     ("scene", &[]),
     ("cells", &["scene"]),
     ("pvs", &["scene", "cells"]),
@@ -15,6 +15,7 @@ const MAY_USE: [(&str, &[&str]); 10] = [
     ("file", &["scene", "cells", "pvs"]),
     ("bake", &["scene", "cells", "pvs", "file"]),
     ("why", &["scene", "cells", "pvs", "file"]),
+    ("online", &["scene", "generate::prng"]),
     ("runtime", &["file", "pvs::Guarantee"]),
     ("report", &["scene", "file", "runtime", "cells::PortalKind", "vis::Level", "pvs::Guarantee", "generate::prng"]),
     ("generate", &["scene::Role"]),

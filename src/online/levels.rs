@@ -1,0 +1,114 @@
+//! Fixed levels of queries: the nodes of some levels of a scene graph are asked about, the others never.
+//!
+//! Based on: Cunha, Leitão, a study of hierarchical occlusion queries in a scene graph of four levels and the seven choices of levels that
+//! it compares; after OpenSceneGraph's query nodes. Deviations: nodes that were hidden are asked about in every frame, and wait for
+//! the answer (their own proposal goes as far as the first half), so that nothing shows late; nodes that showed are asked about
+//! at intervals, but not all in the same frame: whose turn it is goes around by their numbers.
+
+use super::hierarchy::Hierarchy;
+use super::oracle::{OcclusionOracle, QueryId};
+use super::stats::OnlineStats;
+use super::view::Frustum;
+use super::walk::{Open, Walk};
+use crate::ObjectId;
+use std::collections::VecDeque;
+
+/// The choices C1 to C7 of a graph whose root is at level 0, groups of areas at 1, areas at 2 and objects at 3, as sets of levels (bit `k`
+/// for level `k`). C1, none, is frustum culling alone. The study shows them in a figure; these are what its text says of them.
+pub const C1_TO_C7: [u32; 7] = [0b0000, 0b1000, 0b1100, 0b0100, 0b0110, 0b1010, 0b1110];
+
+/// What to ask about.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LevelOptions {
+    /// Bit `k` for level `k`; nodes at levels from 32 on are never asked about.
+    pub levels: u32,
+    /// A node that showed is asked about in one of so many frames; 0 and 1 are all. Higher: fewer questions, more is drawn for nothing.
+    pub interval: u32,
+    /// Nodes of fewer triangles aren't asked about: the study leaves out small objects. More than the box's own 12 is reasonable.
+    pub least_triangles: u64,
+}
+
+impl LevelOptions {
+    /// With OpenSceneGraph's interval.
+    pub const fn new(levels: u32) -> Self {
+        Self { levels, interval: 5, least_triangles: 0 }
+    }
+}
+
+/// What is known of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct State {
+    /// Whether the last answer was that it shows.
+    visible: bool,
+    /// The last frame that came to it.
+    visited: u64,
+}
+
+/// Culls a tree; keeps what one camera needs from frame to frame.
+#[derive(Clone, Debug)]
+pub struct LevelCuller {
+    options: LevelOptions,
+    states: Vec<State>,
+    walk: Walk,
+    /// Questions without an answer, the oldest first; whether the walk has gone on below the node already.
+    queries: VecDeque<(QueryId, Open, bool)>,
+}
+
+impl LevelCuller {
+    /// With empty memory: the first frame asks about everything that it may.
+    pub fn new(options: LevelOptions) -> Self {
+        Self { options, states: Vec::new(), walk: Walk::default(), queries: VecDeque::new() }
+    }
+
+    /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
+    /// nothing after the first frame of a tree; to be used for one tree only.
+    pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        self.states.resize(tree.nodes().len(), State::default());
+        self.queries.reserve(tree.nodes().len());
+        self.walk.begin(tree, frustum);
+        loop {
+            while let Some(&(query, open, gone_on)) = self.queries.front() {
+                match oracle.poll(query) {
+                    Some(shows) => {
+                        self.queries.pop_front();
+                        self.states[open.node as usize].visible = shows;
+                        if shows && !gone_on {
+                            self.walk.go_on(tree, frustum, open, oracle);
+                        }
+                    }
+                    None if self.walk.is_done() => self.walk.stats.waits += 1,
+                    None => break,
+                }
+            }
+            match self.walk.next() {
+                Some(open) => self.visit(tree, frustum, open, oracle),
+                None if self.queries.is_empty() => return &self.walk.objects,
+                None => {}
+            }
+        }
+    }
+
+    fn visit(&mut self, tree: &Hierarchy, frustum: &Frustum, open: Open, oracle: &mut impl OcclusionOracle) {
+        let node = &tree.nodes()[open.node as usize];
+        let state = &mut self.states[open.node as usize];
+        let was_visible = state.visible && state.visited + 1 == self.walk.frame;
+        state.visited = self.walk.frame;
+        let has_level = node.level < 32 && self.options.levels >> node.level & 1 != 0;
+        let mut is_in_sight = was_visible;
+        if !has_level || node.triangles < self.options.least_triangles || frustum.meets_near(&node.bounds) {
+            state.visible = true;
+            is_in_sight = true;
+        } else if !was_visible || (self.walk.frame + u64::from(open.node)) % u64::from(self.options.interval.max(1)) == 0 {
+            let query = self.walk.ask(oracle, &[node.bounds]);
+            self.queries.push_back((query, open, was_visible));
+        }
+        if is_in_sight {
+            self.walk.go_on(tree, frustum, open, oracle);
+        }
+    }
+
+    /// Of the last frame.
+    pub fn stats(&self) -> OnlineStats {
+        self.walk.stats
+    }
+}

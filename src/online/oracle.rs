@@ -1,0 +1,27 @@
+//! The question that occlusion culling asks: would this box show, drawn now?
+//!
+//! Based on: the occlusion queries of graphics processors as Bittner et al. (2004) use them: issued in one place, answered later. Answers
+//! are yes or no.
+
+use super::bounds::Bounds;
+use crate::ObjectId;
+
+/// Names a question from its issue to its answer.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct QueryId(pub u32);
+
+/// Draws a frame, and says on the way what would be hidden.
+///
+/// The caller starts each frame (clears depth, sets the camera) and then hands the oracle to a culler; every question is answered within
+/// the frame.
+pub trait OcclusionOracle {
+    /// Asks whether a part of any of the boxes could show before what has been drawn so far.
+    fn issue(&mut self, boxes: &[Bounds]) -> QueryId;
+
+    /// The answer: `Some(false)` only where no part of any of the boxes has a pixel; `None` while it isn't known. To be asked again then,
+    /// until it is; not to be asked after that.
+    fn poll(&mut self, query: QueryId) -> Option<bool>;
+
+    /// Draws an object: what is issued after this may be hidden by it.
+    fn draw(&mut self, object: ObjectId);
+}
