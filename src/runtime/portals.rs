@@ -91,6 +91,13 @@ impl Eye {
         self.outline(corners, side)
     }
 
+    /// Whether the eye is where a leaf of a directed portal may hang, on either side of it: then the leaf may be behind it.
+    fn is_in_doorway(&self, culler: &Culler, portal: DirectedPortal) -> bool {
+        let depth = f64::from(culler.doorway(portal));
+        self.side(culler, portal).abs() <= depth
+            && self.distance(culler.portal_corners.get(portal.portal().index())) <= depth
+    }
+
     /// The part of the screen that a winding can open, whose plane is `side` metres from the eye.
     pub fn outline(&self, corners: &[Vec3], side: f64) -> Octagon {
         if side.abs() <= self.touch && self.distance(corners) <= self.touch {
@@ -188,7 +195,7 @@ pub(super) fn traverse(
     // 1. What the eye's own cells see, and the portals that lead out of them.
     for &home in homes {
         scratch.reach(home);
-        take_objects(culler, &pyramid, home, open, eye.front, scratch);
+        take_objects(culler, &pyramid, home, open, eye.front.map(|(n, d)| (n, d, f32::INFINITY)), scratch);
         offer(culler, eye, home, None, open, scratch);
     }
 
@@ -208,11 +215,15 @@ pub(super) fn traverse(
     // 3. What is to be seen through them.
     for i in 0..scratch.crossed.len() {
         let portal = scratch.crossed[i].portal;
-        let open = scratch.portal_states[portal.0 as usize].open;
+        let PortalState { open, shut, .. } = scratch.portal_states[portal.0 as usize];
         scratch.crossed[i].rect = open.rect;
         let cell = target(culler, portal);
-        scratch.reach(cell);
-        take_objects(culler, &pyramid, cell, &open, Some(directed_plane(culler, portal)), scratch);
+        let depth = if shut { culler.doorway(portal) } else { f32::INFINITY };
+        if !shut {
+            scratch.reach(cell);
+        }
+        let (n, d) = directed_plane(culler, portal);
+        take_objects(culler, &pyramid, cell, &open, Some((n, d, depth)), scratch);
     }
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
@@ -244,7 +255,7 @@ fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPorta
             scratch.crossed.push(CrossedPortal { portal: next, rect: opened.rect });
         }
         state.open = state.open.union(opened);
-        if !state.queued {
+        if !state.queued && !state.shut {
             state.queued = true;
             scratch.queue.push(next);
         }
@@ -269,10 +280,11 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
     }
     let start = scratch.ways.len();
     for &portal in culler.cell_portals.get(cell.index()) {
-        if culler.is_open(portal) && culler.may_enter(target(culler, portal), scratch) {
+        if culler.may_enter(target(culler, portal), scratch) {
             let own = eye.own_outline(culler, portal);
             if !own.is_empty() {
-                scratch.portal_states[portal.0 as usize] = PortalState { own, ..PortalState::UNSEEN };
+                let shut = !culler.is_open(portal) && !eye.is_in_doorway(culler, portal);
+                scratch.portal_states[portal.0 as usize] = PortalState { own, shut, ..PortalState::UNSEEN };
                 scratch.ways.push(portal);
             }
         }
@@ -288,17 +300,18 @@ pub(super) fn is_beyond(culler: &Culler, (n, d): (Vec3, f32), corners: &[Vec3]) 
     corners.iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)
 }
 
-/// Takes the objects of a cell that are in the row, where it is open, and in part beyond the plane that it is seen through.
+/// Takes the objects of a cell that are in the row, where it is open, and in part beyond the plane that it is seen through, at most so many
+/// metres.
 fn take_objects(
     culler: &Culler,
     pyramid: &Pyramid,
     cell: CellId,
     open: &Octagon,
-    through: Option<(Vec3, f32)>,
+    through: Option<(Vec3, f32, f32)>,
     scratch: &mut Scratch,
 ) {
     // The eye's own cells have no plane to be beyond: 0 . p >= -1 holds for all.
-    let (n, d) = through.unwrap_or((Vec3::ZERO, -1.0));
+    let (n, d, depth) = through.unwrap_or((Vec3::ZERO, -1.0, f32::INFINITY));
     // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
     let behind = d - 3.0 * culler.tolerance as f32;
     let Range { start, mut end } = candidates(culler, pyramid, cell, through.is_none(), scratch);
@@ -309,7 +322,8 @@ fn take_objects(
         let mut taken = state.taken == scratch.frame;
         if !taken && !state.own.intersection(*open).is_empty() {
             let (centre, half) = culler.boxes.get(object.index());
-            taken = n.dot(centre) + n.abs().dot(half) >= behind;
+            let (at, reach) = (n.dot(centre), n.abs().dot(half));
+            taken = at + reach >= behind && at - reach <= d + depth;
             if taken {
                 state.taken = scratch.frame;
                 scratch.objects.push(object);

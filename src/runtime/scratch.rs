@@ -87,10 +87,12 @@ pub(super) struct PortalState {
     pub visits: u32,
     /// Waiting in the queue.
     pub queued: bool,
+    /// Something stands in it: what is in the doorway is seen, and nothing beyond.
+    pub shut: bool,
 }
 
 impl PortalState {
-    pub const UNSEEN: Self = Self { own: Octagon::EMPTY, open: Octagon::EMPTY, visits: 0, queued: false };
+    pub const UNSEEN: Self = Self { own: Octagon::EMPTY, open: Octagon::EMPTY, visits: 0, queued: false, shut: false };
 }
 
 /// An object in the current frame.
