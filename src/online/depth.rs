@@ -111,7 +111,7 @@ impl Rays {
     #[inline(always)]
     fn project(&self, v: DVec3) -> [f64; 2] {
         let w = 1.0 / self.view.w.dot(v);
-        let [width, height] = self.size.map(|s| s as f64 * 0.5);
+        let [width, height] = [self.size[0] as f64 * 0.5, self.size[1] as f64 * 0.5];
         [self.view.x.dot(v) * w * width + (width - 0.5), self.view.y.dot(v) * -w * height + (height - 0.5)]
     }
 

@@ -98,7 +98,9 @@ impl LevelCuller {
         if !has_level || node.triangles < self.options.least_triangles || frustum.meets_near(&node.bounds) {
             state.visible = true;
             is_in_sight = true;
-        } else if !was_visible || (self.walk.frame + u64::from(open.node)) % u64::from(self.options.interval.max(1)) == 0 {
+        } else if !was_visible
+            || (self.walk.frame + u64::from(open.node)).is_multiple_of(u64::from(self.options.interval.max(1)))
+        {
             let query = self.walk.ask(oracle, &[node.bounds]);
             self.queries.push_back((query, open, was_visible));
         }

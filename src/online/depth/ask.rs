@@ -41,7 +41,8 @@ fn shows<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> boo
     }
     // 2. Where it is in the picture.
     let corners = |n: DVec3| {
-        let (mut values, steps) = ([n.dot(at); 8], [0, 1, 2].map(|k| n.dot(bounds.axes[k]) * bounds.half[k]));
+        let step = |k: usize| n.dot(bounds.axes[k]) * bounds.half[k];
+        let (mut values, steps) = ([n.dot(at); 8], [step(0), step(1), step(2)]);
         for (i, value) in values.iter_mut().enumerate() {
             for (k, step) in steps.iter().enumerate() {
                 *value += if i >> k & 1 == 0 { -step } else { *step };
@@ -174,8 +175,10 @@ impl Slabs {
             }
         }
         for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
-            let starts: [_; 6] =
-                std::array::from_fn(|i| simd.splat_f32s(outwards[i] as f32 + self.y[i] as f32 * COUNT[row]));
+            let mut starts = [simd.splat_f32s(0.0); 6];
+            for (i, start) in starts.iter_mut().enumerate() {
+                *start = simd.splat_f32s(outwards[i] as f32 + self.y[i] as f32 * row as f32);
+            }
             let depths = S::as_simd_f32s(&buffer.tiles[index].0[row * SIDE..][..SIDE]).0;
             for (v, best) in S::as_mut_simd_f32s(&mut best).0.iter_mut().enumerate() {
                 let value = |i: usize| simd.add_f32s(starts[i], S::as_simd_f32s(&steps[i]).0[v]);

@@ -25,8 +25,8 @@ impl WithSimd for Draw<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let eye = self.buffer.rays.view.eye;
         for t in self.triangles {
-            let corners = self.buffer.scene.corners(t as usize).map(|p| p - eye);
-            triangle(simd, self.buffer, corners);
+            let [a, b, c] = self.buffer.scene.corners(t as usize);
+            triangle(simd, self.buffer, [a - eye, b - eye, c - eye]);
         }
     }
 }
@@ -49,17 +49,17 @@ fn triangle<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3])
     let Some(pixels) = extent(rays, corners) else { return };
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
-    let planes = [a.cross(b), b.cross(c), c.cross(a)];
     // Six times the volume of the tetrahedron with the eye: of either sign, since both sides are drawn.
     let volume = normal.dot(a);
     if volume == 0.0 {
         return;
     }
-    let edges = planes.map(|n| {
+    let edge = |n: DVec3| {
         let form = rays.form(n);
         form.scaled(volume.signum() / (form.x.abs() + form.y.abs()).max(f64::MIN_POSITIVE))
-    });
-    let w = corners.map(|v| rays.view.w.dot(v));
+    };
+    let edges = [edge(a.cross(b)), edge(b.cross(c)), edge(c.cross(a))];
+    let w = [rays.view.w.dot(a), rays.view.w.dot(b), rays.view.w.dot(c)];
     let least = w[0].min(w[1]).min(w[2]);
     let near = 1.0 / rays.view.near;
     let nearest = if least > rays.view.near { 1.0 / least } else { near };
@@ -115,7 +115,7 @@ fn extent(rays: &Rays, corners: [DVec3; 3]) -> Option<[[usize; 2]; 2]> {
     };
     // What is nearer than the near plane isn't drawn; half of that is a safe place to cut.
     let near = rays.view.near * 0.5;
-    let w = corners.map(|v| rays.view.w.dot(v));
+    let w = [rays.view.w.dot(corners[0]), rays.view.w.dot(corners[1]), rays.view.w.dot(corners[2])];
     for i in 0..3 {
         let j = (i + 1) % 3;
         if w[i] >= near {
@@ -152,7 +152,7 @@ impl Drawn {
     /// Draws the part in the tile at pixel `x`, `y`, whose farthest depth is given. Returns the new one, `None` where nothing changed.
     #[inline(always)]
     fn tile<S: Simd>(&self, simd: S, tile: &mut Tile, farthest: f32, x: usize, y: usize) -> Option<f32> {
-        let at = self.edges.map(|e| e.value(x, y));
+        let at = [self.edges[0].value(x, y), self.edges[1].value(x, y), self.edges[2].value(x, y)];
         let (mut outside, mut whole) = (false, true);
         for (at, edge) in at.iter().zip(&self.edges) {
             // Where rounding might turn a sign, pixels decide.
