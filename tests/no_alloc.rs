@@ -4,6 +4,13 @@
 mod boxes;
 
 use allocation_counter::measure;
+use enfilade::online::chc::{Chc, Reduction};
+use enfilade::online::chc_plus::{ChcPlus, ChcPlusOptions};
+use enfilade::online::depth::DepthBuffer;
+use enfilade::online::frustum::FrustumCuller;
+use enfilade::online::hierarchy::{Hierarchy, HierarchyOptions};
+use enfilade::online::levels::{LevelCuller, LevelOptions};
+use enfilade::online::view::{Frustum, View};
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
 use glam::DVec3;
 
@@ -26,4 +33,32 @@ fn culling_allocates_nothing() {
     }
     // The alarm works.
     assert_eq!(measure(|| drop(std::hint::black_box(vec![0u8; 100]))).bytes_max, 100);
+}
+
+#[test]
+fn online_culling_allocates_nothing_after_its_first_frame() {
+    let (scene, file) = boxes::flat().0.finish();
+    let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
+    let mut buffer = DepthBuffer::new(&scene, 160, 90);
+    let (mut frustum_culler, mut chc) = (FrustumCuller::default(), Chc::new(Reduction::AtRandom(0.5), 0));
+    let (mut plus, mut levels) = (ChcPlus::new(ChcPlusOptions::default()), LevelCuller::new(LevelOptions::new(!0)));
+    let mut frame = |turn: u32| {
+        // Back and forth, in and out of the building: what is asked about differs from frame to frame.
+        let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
+        let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 9.0) - file.origin;
+        let view = View::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6, 0.05);
+        let frustum = Frustum::new(&view);
+        let mut drawn = frustum_culler.cull(&tree, &frustum).len();
+        buffer.begin(&view);
+        drawn += chc.cull(&tree, &frustum, &mut buffer).len();
+        buffer.begin(&view);
+        drawn += plus.cull(&tree, &frustum, &mut buffer).len();
+        buffer.begin(&view);
+        drawn + levels.cull(&tree, &frustum, &mut buffer).len()
+    };
+    frame(0);
+    let mut drawn = 0;
+    let taken = measure(|| drawn = (1..200).map(&mut frame).sum());
+    assert_eq!(taken.count_total, 0);
+    assert!(drawn > 200, "{drawn} objects: a test of nothing");
 }

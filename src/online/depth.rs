@@ -25,6 +25,7 @@ use glam::{DMat3, DVec3};
 /// Pixels along the side of a tile, and tiles along that of a block.
 const SIDE: usize = 8;
 const PIXELS: usize = SIDE * SIDE;
+const COUNT: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// Depth is 1/w, so nothing, infinitely far away, is at 0; a tile that nothing was drawn into has this farthest depth, and its pixels are
 /// of an earlier frame.
 const UNTOUCHED: f32 = -1.0;
@@ -33,6 +34,9 @@ const UNTOUCHED: f32 = -1.0;
 const FORM_ERROR: f64 = 4e-7;
 /// Pixels by which projected corners may be off, and more. Larger: pixels are looked at for nothing.
 const MARGIN: f64 = 1e-3;
+/// Questions a frame by object that there is room for from the start: a binary tree has two nodes an object, and CHC++ may ask about each
+/// twice. More take memory when they come.
+const QUESTIONS: usize = 4;
 
 /// A function that is linear over the picture; pixel (0, 0), whose middle has `at`, is at the top left.
 #[derive(Clone, Copy, Debug)]
@@ -73,13 +77,6 @@ impl Form {
     }
 }
 
-/// A row of a form within a tile.
-#[inline(always)]
-fn lanes([at, x, y]: [f32; 3], row: usize) -> [f32; SIDE] {
-    let start = at + y * row as f32;
-    std::array::from_fn(|i| start + x * i as f32)
-}
-
 /// The camera over the pixels: the direction through pixel (x, y), 1 m along the view direction, is `origin + x * across + y * down`.
 #[derive(Clone, Copy, Debug)]
 struct Rays {
@@ -114,7 +111,7 @@ impl Rays {
     #[inline(always)]
     fn project(&self, v: DVec3) -> [f64; 2] {
         let w = 1.0 / self.view.w.dot(v);
-        let [width, height] = self.size.map(|s| s as f64 * 0.5);
+        let [width, height] = [self.size[0] as f64 * 0.5, self.size[1] as f64 * 0.5];
         [self.view.x.dot(v) * w * width + (width - 0.5), self.view.y.dot(v) * -w * height + (height - 0.5)]
     }
 
@@ -162,7 +159,7 @@ impl<'s> DepthBuffer<'s> {
             tiles: vec![Tile([0.0; PIXELS]); tiles[0] * tiles[1]],
             farthest: vec![UNTOUCHED; tiles[0] * tiles[1]],
             blocks: vec![Some(UNTOUCHED); blocks[0] * blocks[1]],
-            answers: Vec::new(),
+            answers: Vec::with_capacity(QUESTIONS * scene.objects.len()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Trees of boxes over a scene's objects: binary ones built from the top down, and those that a scene graph gives.
 //!
 //! Based on: Ivson 2006, chapter 4.2: six places for the plane that divides a node's objects by their boxes' middles, across the longest
-//! axis of the node's box; depth at most 1.2 log2 n + 2 (Havran, Bittner 2002); SAH (MacDonald, Booth 1990) weighted by triangles,
+//! axis of the node's box; depth at most 1.2 log2 n + 2 (Havran 2001); SAH (MacDonald, Booth 1990) weighted by triangles,
 //! with a stop factor of 0.85. Deviations: medians of objects and of triangles divide the sorted list and not space, so that objects with
 //! one middle are parted, too; SAH takes the areas of boxes along the node's own axes, swept once along each of the three, where
 //! Ivson fits every candidate's box anew (quadratic).
@@ -30,8 +30,9 @@ pub struct HierarchyOptions {
 }
 
 impl Default for HierarchyOptions {
+    /// Not SAH: one large object, such as the ground, makes a side as large as the whole, and the tree ends at its root.
     fn default() -> Self {
-        Self { fit: Fit::Aligned, split: Split::Sah, least_triangles: 1 }
+        Self { fit: Fit::Aligned, split: Split::ObjectMedian, least_triangles: 1 }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Fixed levels of queries: the nodes of some levels of a scene graph are asked about, the others never.
 //!
-//! Based on: Cunha, Leitão, a study of hierarchical occlusion queries in a scene graph of four levels and the seven choices of levels that
-//! it compares; after OpenSceneGraph's query nodes. Deviations: nodes that were hidden are asked about in every frame, and wait for
+//! Based on: Cunha, Leitão, *Exploração da remoção hierárquica por oclusão em simulações em tempo real*, who compare seven choices of levels
+//! in a scene graph of four, with OpenSceneGraph's query nodes. Deviations: nodes that were hidden are asked about in every frame, and wait for
 //! the answer (their own proposal goes as far as the first half), so that nothing shows late; nodes that showed are asked about
 //! at intervals, but not all in the same frame: whose turn it is goes around by their numbers.
 
@@ -98,7 +98,9 @@ impl LevelCuller {
         if !has_level || node.triangles < self.options.least_triangles || frustum.meets_near(&node.bounds) {
             state.visible = true;
             is_in_sight = true;
-        } else if !was_visible || (self.walk.frame + u64::from(open.node)) % u64::from(self.options.interval.max(1)) == 0 {
+        } else if !was_visible
+            || (self.walk.frame + u64::from(open.node)).is_multiple_of(u64::from(self.options.interval.max(1)))
+        {
             let query = self.walk.ask(oracle, &[node.bounds]);
             self.queries.push_back((query, open, was_visible));
         }

@@ -4,8 +4,10 @@
 //! the picture: so the nearest of the box is the least of at most three linear functions, its farthest the greatest of the others, and a
 //! pixel shows the box where the farthest isn't nearer than the nearest. Blocks, tiles and pixels are all asked the same way.
 
-use super::{DepthBuffer, Form, SIDE, lanes};
+use super::{COUNT, DepthBuffer, FORM_ERROR, Form, SIDE};
 use crate::online::bounds::Bounds;
+use glam::DVec3;
+use pulp::{Simd, WithSimd};
 
 /// Boxes are grown by this fraction of their distance and size, and an eye this near to the plane of a face is inside of it: what
 /// roundings in `f64` may add up to, and much more. Larger: boxes just behind a wall show.
@@ -17,17 +19,17 @@ pub(super) struct Ask<'a, 's, 'b> {
     pub bounds: &'b Bounds,
 }
 
-impl pulp::WithSimd for Ask<'_, '_, '_> {
+impl WithSimd for Ask<'_, '_, '_> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
-        shows(self.buffer, self.bounds)
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        shows(simd, self.buffer, self.bounds)
     }
 }
 
 #[inline(always)]
-fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
+fn shows<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
     let rays = &buffer.rays;
     let at = bounds.centre - rays.view.eye;
     // 1. What reaches nearer than the near plane can't be asked about.
@@ -38,26 +40,41 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
         return true;
     }
     // 2. Where it is in the picture.
-    let steps: [_; 3] = std::array::from_fn(|k| bounds.axes[k] * bounds.half[k]);
-    let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    let corners = |n: DVec3| {
+        let step = |k: usize| n.dot(bounds.axes[k]) * bounds.half[k];
+        let (mut values, steps) = ([n.dot(at); 8], [step(0), step(1), step(2)]);
+        for (i, value) in values.iter_mut().enumerate() {
+            for (k, step) in steps.iter().enumerate() {
+                *value += if i >> k & 1 == 0 { -step } else { *step };
+            }
+        }
+        values
+    };
+    let (x, y, w) = (corners(rays.view.x), corners(rays.view.y), corners(rays.view.w));
+    let (mut min, mut max) = ([[f64::INFINITY; 4]; 2], [[f64::NEG_INFINITY; 4]; 2]);
     for i in 0..8 {
-        let step = |k: usize| if i >> k & 1 == 0 { -steps[k] } else { steps[k] };
-        let p = rays.project(at + step(0) + step(1) + step(2));
-        for k in 0..2 {
-            min[k] = min[k].min(p[k]);
-            max[k] = max[k].max(p[k]);
+        let reciprocal = 1.0 / w[i];
+        for (k, p) in [x[i] * reciprocal, y[i] * -reciprocal].into_iter().enumerate() {
+            // Four at a time.
+            min[k][i % 4] = if p < min[k][i % 4] { p } else { min[k][i % 4] };
+            max[k][i % 4] = if p > max[k][i % 4] { p } else { max[k][i % 4] };
         }
     }
-    let Some(pixels) = rays.pixels(min, max) else { return false };
+    let pixel = |k: usize, of: f64| (of + 1.0) * (rays.size[k] as f64 * 0.5) - 0.5;
+    let least_of = |k: usize| pixel(k, min[k].into_iter().fold(f64::INFINITY, |a, b| if a < b { a } else { b }));
+    let most_of = |k: usize| pixel(k, max[k].into_iter().fold(f64::NEG_INFINITY, |a, b| if a > b { a } else { b }));
+    let Some(pixels) = rays.pixels([least_of(0), least_of(1)], [most_of(0), most_of(1)]) else { return false };
     let nearest = (1.0 / least * (1.0 + 1e-6)) as f32;
-    let slabs = Slabs::new(buffer, bounds, size);
     // 3. First the tile in the middle: most boxes that show do so there.
-    let [columns, rows] = pixels;
-    let middle = [columns, rows].map(|[first, last]| first.midpoint(last) / SIDE);
-    if slabs.tile(buffer, middle, pixels, nearest) {
-        return true;
+    let mut slabs = None;
+    let middle = pixels.map(|[first, last]| first.midpoint(last) / SIDE);
+    if buffer.farthest[middle[1] * buffer.across[0] + middle[0]] <= nearest {
+        let slabs = slabs.insert(Slabs::new(buffer, bounds, size));
+        if slabs.tile(simd, buffer, middle, pixels) {
+            return true;
+        }
     }
-    // 4. All of it.
+    // 4. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
     let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
     for block_y in rows[0] / SIDE..=rows[1] / SIDE {
         for block_x in columns[0] / SIDE..=columns[1] / SIDE {
@@ -68,7 +85,11 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
                 |[first, last]: [usize; 2], block: usize| first.max(block * SIDE)..=last.min(block * SIDE + SIDE - 1);
             for y in within(rows, block_y) {
                 for x in within(columns, block_x) {
-                    if slabs.tile(buffer, [x, y], pixels, nearest) {
+                    if buffer.farthest[y * buffer.across[0] + x] > nearest {
+                        continue;
+                    }
+                    let slabs = slabs.get_or_insert_with(|| Slabs::new(buffer, bounds, size));
+                    if slabs.tile(simd, buffer, [x, y], pixels) {
                         return true;
                     }
                 }
@@ -78,9 +99,12 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
     false
 }
 
-/// The planes of a box: the first `nearer` face the eye.
+/// The planes of a box: functions of the picture, as arrays, the first `nearer` of those that face the eye. There are six; two more are
+/// zero, to fill registers.
 struct Slabs {
-    forms: [Form; 6],
+    at: [f64; 8],
+    x: [f64; 8],
+    y: [f64; 8],
     nearer: usize,
 }
 
@@ -88,7 +112,7 @@ impl Slabs {
     #[inline(always)]
     fn new(buffer: &DepthBuffer<'_>, bounds: &Bounds, size: f64) -> Self {
         let at = bounds.centre - buffer.rays.view.eye;
-        let mut forms = [Form { at: 0.0, x: 0.0, y: 0.0 }; 6];
+        let mut forms = [Form { at: 0.0, x: 0.0, y: 0.0 }; 8];
         let (mut nearer, mut farther) = (0, 6);
         let least = GROWN * size;
         for k in 0..3 {
@@ -116,58 +140,60 @@ impl Slabs {
                 }
             }
         }
-        Self { forms, nearer }
+        Self { at: forms.map(|f| f.at), x: forms.map(|f| f.x), y: forms.map(|f| f.y), nearer }
     }
 
     /// Whether a pixel of the box shows in a tile, of those within `pixels`.
     #[inline(always)]
-    fn tile(&self, buffer: &DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2], nearest: f32) -> bool {
+    fn tile<S: Simd>(&self, simd: S, buffer: &DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {
         let index = y * buffer.across[0] + x;
         let drawn = buffer.farthest[index];
-        if drawn > nearest {
-            return false;
-        }
         let (x, y) = (x * SIDE, y * SIDE);
-        let (near, far) = self.forms.split_at(self.nearer);
         // The nearest and the farthest that the box may be anywhere in the tile; then by pixel, with its rounding outwards.
-        let (mut most, mut least) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut forms = [[0.0f32; 3]; 6];
-        for (i, form) in self.forms.iter().enumerate() {
-            let ([_, dx, dy], error) = form.in_tile(x, y);
-            let at = form.value(x, y);
-            if i < near.len() {
-                most = most.min(at + form.rise(SIDE) + error);
-                forms[i] = [(at + error) as f32, dx, dy];
-            } else {
-                least = least.max(at + form.fall(SIDE) - error);
-                forms[i] = [(at - error) as f32, dx, dy];
-            }
+        let (mut outwards, mut extreme) = ([0.0; 8], [0.0; 8]);
+        for i in 0..8 {
+            let sign = if i < self.nearer { 1.0 } else { -1.0 };
+            let at = (self.at[i] + self.x[i] * x as f64) + self.y[i] * y as f64;
+            let spread = self.x[i].abs() + self.y[i].abs();
+            outwards[i] = at + sign * FORM_ERROR * (at.abs() + spread * SIDE as f64);
+            // Of the corners' values the greatest or the least: half of the sum of both, and half of the difference.
+            let steps = (SIDE - 1) as f64 * 0.5;
+            extreme[i] = outwards[i] + ((self.x[i] + self.y[i]) + sign * spread) * steps;
         }
+        let most = extreme[..self.nearer].iter().fold(f64::INFINITY, |a, &b| if a < b { a } else { b });
+        let least = extreme[self.nearer..6].iter().fold(f64::NEG_INFINITY, |a, &b| if a > b { a } else { b });
         if most < f64::from(drawn) || least > most {
             return false;
         }
-        let untouched = drawn < 0.0;
-        let (near, far) = (near.len(), far.len());
-        let mut shows = [false; SIDE];
-        for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
-            let (mut enter, mut leave) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
-            for form in &forms[..near] {
-                let values = lanes(*form, row);
-                for i in 0..SIDE {
-                    enter[i] = enter[i].min(values[i]);
-                }
-            }
-            for form in &forms[near..near + far] {
-                let values = lanes(*form, row);
-                for i in 0..SIDE {
-                    leave[i] = leave[i].max(values[i]);
-                }
-            }
-            let depths = &buffer.tiles[index].0[row * SIDE..][..SIDE];
-            for i in 0..SIDE {
-                shows[i] |= (enter[i] >= leave[i]) & (untouched | (enter[i] >= depths[i]));
+        // By how much the nearest of the box is nearer than its farthest and than what is drawn, at most in each column.
+        let mut best = [f32::NEG_INFINITY; SIDE];
+        let mut steps = [[0.0f32; SIDE]; 6];
+        for (i, steps) in steps.iter_mut().enumerate() {
+            let x = simd.splat_f32s(self.x[i] as f32);
+            for (step, &count) in S::as_mut_simd_f32s(steps).0.iter_mut().zip(S::as_simd_f32s(&COUNT).0) {
+                *step = simd.mul_f32s(x, count);
             }
         }
-        shows[pixels[0][0].max(x) - x..=pixels[0][1].min(x + SIDE - 1) - x].contains(&true)
+        for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
+            let mut starts = [simd.splat_f32s(0.0); 6];
+            for (i, start) in starts.iter_mut().enumerate() {
+                *start = simd.splat_f32s(outwards[i] as f32 + self.y[i] as f32 * row as f32);
+            }
+            let depths = S::as_simd_f32s(&buffer.tiles[index].0[row * SIDE..][..SIDE]).0;
+            for (v, best) in S::as_mut_simd_f32s(&mut best).0.iter_mut().enumerate() {
+                let value = |i: usize| simd.add_f32s(starts[i], S::as_simd_f32s(&steps[i]).0[v]);
+                let (mut enter, mut leave) = (simd.splat_f32s(f32::INFINITY), simd.splat_f32s(f32::NEG_INFINITY));
+                for i in 0..self.nearer {
+                    enter = simd.min_f32s(enter, value(i));
+                }
+                for i in self.nearer..6 {
+                    leave = simd.max_f32s(leave, value(i));
+                }
+                // Of an untouched tile, depths are of an earlier frame.
+                let behind = if drawn < 0.0 { leave } else { simd.max_f32s(leave, depths[v]) };
+                *best = simd.max_f32s(*best, simd.sub_f32s(enter, behind));
+            }
+        }
+        best[pixels[0][0].max(x) - x..=pixels[0][1].min(x + SIDE - 1) - x].iter().any(|&b| b >= 0.0)
     }
 }

@@ -3,8 +3,9 @@
 //! Each edge is a plane through the eye. Two triangles that share it have planes of opposite sign and equal size, to the last bit, so
 //! no pixel falls through between them; a pixel too near to an edge for `f32` is decided in `f64`.
 
-use super::{DepthBuffer, Form, PIXELS, Rays, SIDE, Tile, UNTOUCHED, lanes};
+use super::{COUNT, DepthBuffer, Form, PIXELS, Rays, SIDE, Tile, UNTOUCHED};
 use glam::DVec3;
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most. Larger: more
@@ -17,15 +18,15 @@ pub(super) struct Draw<'a, 's> {
     pub triangles: Range<u32>,
 }
 
-impl pulp::WithSimd for Draw<'_, '_> {
+impl WithSimd for Draw<'_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let eye = self.buffer.rays.view.eye;
         for t in self.triangles {
-            let corners = self.buffer.scene.corners(t as usize).map(|p| p - eye);
-            triangle(self.buffer, corners);
+            let [a, b, c] = self.buffer.scene.corners(t as usize);
+            triangle(simd, self.buffer, [a - eye, b - eye, c - eye]);
         }
     }
 }
@@ -43,22 +44,22 @@ struct Drawn {
 
 /// Draws a triangle, its corners relative to the eye.
 #[inline(always)]
-fn triangle(buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3]) {
+fn triangle<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3]) {
     let rays = &buffer.rays;
     let Some(pixels) = extent(rays, corners) else { return };
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
-    let planes = [a.cross(b), b.cross(c), c.cross(a)];
     // Six times the volume of the tetrahedron with the eye: of either sign, since both sides are drawn.
     let volume = normal.dot(a);
     if volume == 0.0 {
         return;
     }
-    let edges = planes.map(|n| {
+    let edge = |n: DVec3| {
         let form = rays.form(n);
         form.scaled(volume.signum() / (form.x.abs() + form.y.abs()).max(f64::MIN_POSITIVE))
-    });
-    let w = corners.map(|v| rays.view.w.dot(v));
+    };
+    let edges = [edge(a.cross(b)), edge(b.cross(c)), edge(c.cross(a))];
+    let w = [rays.view.w.dot(a), rays.view.w.dot(b), rays.view.w.dot(c)];
     let least = w[0].min(w[1]).min(w[2]);
     let near = 1.0 / rays.view.near;
     let nearest = if least > rays.view.near { 1.0 / least } else { near };
@@ -82,7 +83,7 @@ fn triangle(buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3]) {
             if *farthest == UNTOUCHED {
                 clear(tile, [x * SIDE, y * SIDE], buffer.rays.size);
             }
-            if let Some(new) = drawn.tile(tile, x * SIDE, y * SIDE) {
+            if let Some(new) = drawn.tile(simd, tile, *farthest, x * SIDE, y * SIDE) {
                 *farthest = new;
                 buffer.blocks[y / SIDE * buffer.across[1] + x / SIDE] = None;
             }
@@ -114,7 +115,7 @@ fn extent(rays: &Rays, corners: [DVec3; 3]) -> Option<[[usize; 2]; 2]> {
     };
     // What is nearer than the near plane isn't drawn; half of that is a safe place to cut.
     let near = rays.view.near * 0.5;
-    let w = corners.map(|v| rays.view.w.dot(v));
+    let w = [rays.view.w.dot(corners[0]), rays.view.w.dot(corners[1]), rays.view.w.dot(corners[2])];
     for i in 0..3 {
         let j = (i + 1) % 3;
         if w[i] >= near {
@@ -148,10 +149,10 @@ impl Drawn {
         if first <= last { [first as usize, last as usize] } else { [1, 0] }
     }
 
-    /// Draws the part in the tile at pixel `x`, `y`. Returns the tile's farthest depth, `None` where nothing was drawn.
+    /// Draws the part in the tile at pixel `x`, `y`, whose farthest depth is given. Returns the new one, `None` where nothing changed.
     #[inline(always)]
-    fn tile(&self, tile: &mut Tile, x: usize, y: usize) -> Option<f32> {
-        let at = self.edges.map(|e| e.value(x, y));
+    fn tile<S: Simd>(&self, simd: S, tile: &mut Tile, farthest: f32, x: usize, y: usize) -> Option<f32> {
+        let at = [self.edges[0].value(x, y), self.edges[1].value(x, y), self.edges[2].value(x, y)];
         let (mut outside, mut whole) = (false, true);
         for (at, edge) in at.iter().zip(&self.edges) {
             // Where rounding might turn a sign, pixels decide.
@@ -162,56 +163,71 @@ impl Drawn {
             return None;
         }
         let ([base, dx, dy], error) = self.depth.in_tile(x, y);
-        let depth = [(f64::from(base) - error) as f32, dx, dy];
+        let most = f64::from(base) + self.depth.rise(SIDE) + error;
+        if most < f64::from(farthest) {
+            return None;
+        }
         // The true depth is at most twice the error above; the rest is for this number's own rounding.
         let near = (self.near * (1.0 - 1e-6) - 3.0 * error) as f32;
-        let depths = |row: usize| lanes(depth, row).map(|d| d.max(self.range[1]));
-        if whole {
-            for row in 0..SIDE {
-                let new = depths(row);
-                for (pixel, new) in tile.0[row * SIDE..][..SIDE].iter_mut().zip(new) {
-                    *pixel = pixel.max(if new <= near { new } else { 0.0 });
-                }
-            }
-        } else {
-            let edges: [[f32; 3]; 3] =
-                std::array::from_fn(|e| [at[e] as f32, self.edges[e].x as f32, self.edges[e].y as f32]);
-            let mut unsure = [false; SIDE];
-            for row in 0..SIDE {
-                let new = depths(row);
-                let [a, b, c] = edges.map(|e| lanes(e, row));
-                for (i, pixel) in tile.0[row * SIDE..][..SIDE].iter_mut().enumerate() {
-                    let inside = a[i].min(b[i]).min(c[i]);
-                    unsure[i] |= inside.abs() <= NEAR_EDGE;
-                    *pixel = pixel.max(if (inside > NEAR_EDGE) & (new[i] <= near) { new[i] } else { 0.0 });
-                }
-            }
-            if unsure.contains(&true) {
-                self.settle(tile, x, y, edges, near, depths);
-            }
+        let mut forms = [[(f64::from(base) - error) as f32, dx, dy]; 4];
+        for ((form, edge), at) in forms[1..].iter_mut().zip(&self.edges).zip(at) {
+            *form = [at as f32, edge.x as f32, edge.y as f32];
         }
-        Some(tile.0.iter().copied().fold(f32::INFINITY, f32::min))
+        if whole {
+            return Some(self.fill::<S, false>(simd, tile, &forms, near).0);
+        }
+        let (least, nearest_edge) = self.fill::<S, true>(simd, tile, &forms, near);
+        Some(if nearest_edge > NEAR_EDGE { least } else { self.settle(tile, x, y, &forms, near) })
     }
 
-    /// Draws the pixels of a tile that `f32` couldn't decide.
-    #[cold]
-    fn settle(
-        &self,
-        tile: &mut Tile,
-        x: usize,
-        y: usize,
-        edges: [[f32; 3]; 3],
-        near: f32,
-        depths: impl Fn(usize) -> [f32; SIDE],
-    ) {
-        for p in 0..PIXELS {
-            let (row, column) = (p / SIDE, p % SIDE);
-            let [a, b, c] = edges.map(|e| lanes(e, row)[column]);
-            let new = depths(row)[column];
-            let inside = || self.edges.iter().all(|e| e.value(x + column, y + row) >= 0.0);
-            if a.min(b).min(c).abs() <= NEAR_EDGE && new <= near && inside() {
-                tile.0[p] = tile.0[p].max(new);
+    /// Draws the pixels of a tile that are inside for certain, given the depth and the edges there. Returns the tile's farthest depth, and
+    /// how near the middle of a pixel came to an edge.
+    #[inline(always)]
+    fn fill<S: Simd, const EDGES: bool>(&self, simd: S, tile: &mut Tile, forms: &[[f32; 3]; 4], near: f32) -> (f32, f32) {
+        let (mut starts, mut steps) = ([[0.0f32; SIDE]; 4], [[0.0f32; SIDE]; 4]);
+        for (i, &[at, x, y]) in forms.iter().enumerate() {
+            let (at, x, y) = (simd.splat_f32s(at), simd.splat_f32s(x), simd.splat_f32s(y));
+            let (starts, steps) = (S::as_mut_simd_f32s(&mut starts[i]).0, S::as_mut_simd_f32s(&mut steps[i]).0);
+            for ((start, step), &count) in starts.iter_mut().zip(steps).zip(S::as_simd_f32s(&COUNT).0) {
+                *start = simd.add_f32s(at, simd.mul_f32s(y, count));
+                *step = simd.mul_f32s(x, count);
             }
         }
+        let of = |i: usize| S::as_simd_f32s(&steps[i]).0;
+        let steps = [of(0), of(1), of(2), of(3)];
+        let (zero, farthest, near) = (simd.splat_f32s(0.0), simd.splat_f32s(self.range[1]), simd.splat_f32s(near));
+        let edge = simd.splat_f32s(NEAR_EDGE);
+        let (mut least, mut nearest_edge) = (simd.splat_f32s(f32::INFINITY), simd.splat_f32s(f32::INFINITY));
+        for (row, pixels) in tile.0.chunks_exact_mut(SIDE).enumerate() {
+            let of = |i: usize| simd.splat_f32s(starts[i][row]);
+            let start = [of(0), of(1), of(2), of(3)];
+            for (v, depth) in S::as_mut_simd_f32s(pixels).0.iter_mut().enumerate() {
+                let value = |i: usize| simd.add_f32s(start[i], steps[i][v]);
+                let mut wins = simd.greater_than_or_equal_f32s(near, value(0));
+                if EDGES {
+                    let inside = simd.min_f32s(simd.min_f32s(value(1), value(2)), value(3));
+                    wins = simd.and_m32s(wins, simd.greater_than_f32s(inside, edge));
+                    nearest_edge = simd.min_f32s(nearest_edge, simd.abs_f32s(inside));
+                }
+                let new = simd.select_f32s(wins, simd.max_f32s(value(0), farthest), zero);
+                *depth = simd.max_f32s(new, *depth);
+                least = simd.min_f32s(least, *depth);
+            }
+        }
+        (simd.reduce_min_f32s(least), simd.reduce_min_f32s(nearest_edge))
+    }
+
+    /// Draws the pixels of a tile that `f32` couldn't decide; returns the tile's farthest depth.
+    #[cold]
+    fn settle(&self, tile: &mut Tile, x: usize, y: usize, forms: &[[f32; 3]; 4], near: f32) -> f32 {
+        for p in 0..PIXELS {
+            let (row, column) = (p / SIDE, p % SIDE);
+            let [depth, a, b, c] = forms.map(|[at, x, y]| (at + y * COUNT[row]) + x * COUNT[column]);
+            let inside = || self.edges.iter().all(|e| e.value(x + column, y + row) >= 0.0);
+            if a.min(b).min(c).abs() <= NEAR_EDGE && depth <= near && inside() {
+                tile.0[p] = tile.0[p].max(depth.max(self.range[1]));
+            }
+        }
+        tile.0.iter().copied().fold(f32::INFINITY, f32::min)
     }
 }

@@ -6,7 +6,7 @@ use crate::geom::Aabb;
 use glam::DVec3;
 
 /// Of the area of the whole, that of the larger side above which SAH had better not divide. Higher: deeper trees, whose upper boxes tell
-/// little. Lower (ray tracing has 0.75): nodes that could be divided stay whole (Ivson 2006).
+/// little. Lower (Havran 2001 has 0.75, for rays): nodes that could be divided stay whole (Ivson 2006).
 const STOP: f64 = 0.85;
 
 /// What decides where the plane goes that parts objects by their boxes' middles.

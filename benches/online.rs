@@ -1,0 +1,207 @@
+//! Online culling with the software depth buffer on one thread, in generated furnished offices of 60,000 to a million triangles: ten eyes in
+//! rooms and corridors, a picture of 1920 x 1080 each.
+//!
+//! First the answers are checked: in the six faces of a cube around each eye, whatever a visibility cube of the same size shows is drawn by
+//! CHC and by CHC++. Then the times, each the least of several, mean over the eyes: 1,000 boxes of objects asked about when all of the
+//! frame's visible objects are drawn; drawing those; and whole frames of a camera that turns, beside frustum culling and drawing
+//! everything in it. `--test` takes the smallest office alone.
+
+use enfilade::ObjectId;
+use enfilade::generate::{Kind, generate};
+use enfilade::online::bounds::{Bounds, Fit};
+use enfilade::online::chc::{Chc, Reduction};
+use enfilade::online::chc_plus::{ChcPlus, ChcPlusOptions};
+use enfilade::online::depth::DepthBuffer;
+use enfilade::online::frustum::FrustumCuller;
+use enfilade::online::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade::online::oracle::OcclusionOracle;
+use enfilade::online::stats::OnlineStats;
+use enfilade::online::view::{Frustum, View};
+use enfilade::pvs::cube::{Cube, CubeScene, CubeView, Engine, NONE};
+use enfilade::scene::{ImportOptions, Scene, import};
+use glam::DVec3;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+const SIZE: [usize; 2] = [1920, 1080];
+const NEAR: f64 = 0.05;
+const BOXES: usize = 1000;
+const REPEATS: usize = 7;
+const FRAMES: usize = 60;
+/// Offices: 60,000, 250,000 and a million triangles.
+const ROOMS: [usize; 3] = [40, 165, 660];
+
+fn main() {
+    let rooms = if std::env::args().any(|a| a == "--test") { &ROOMS[..1] } else { &ROOMS[..] };
+    for &rooms in rooms {
+        let office = generate(Kind::Office { rooms, storeys: None, furnished: true }, 0).expect("an office");
+        let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("online-{rooms}.glb"));
+        std::fs::write(&path, &office.glb).expect("a folder to write to");
+        let scene = import(&path, &ImportOptions::default()).expect("what was generated");
+        measure(&scene, &eyes(&office.rooms, &scene));
+    }
+}
+
+/// In the middle of ten rooms and corridors, 1.5 m above the floor.
+fn eyes(rooms: &serde_json::Value, scene: &Scene) -> Vec<DVec3> {
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    let rooms = rooms["rooms"].as_array().expect("a list");
+    let middle = |room: &serde_json::Value| {
+        let ring = room["footprint"][0][0].as_array().expect("a ring");
+        let mean = |k: usize| ring.iter().map(|p| number(&p[k])).sum::<f64>() / ring.len() as f64;
+        DVec3::new(mean(0) + 0.0137, number(&room["floor_y"]) + 1.5, mean(1) + 0.0213)
+    };
+    (0..10).map(|i| middle(&rooms[i * rooms.len() / 10]) - scene.origin).collect()
+}
+
+fn measure(scene: &Scene, eyes: &[DVec3]) {
+    let (tree, built) = timed(|| Hierarchy::build(scene, &HierarchyOptions::default()));
+    check(scene, &tree, eyes);
+    println!("\n{} triangles, {} objects, tree in {:.2} s", scene.triangles.len(), scene.objects.len(), built.as_secs_f64());
+    boxes(scene, &tree, eyes);
+    frames(scene, &tree, eyes);
+    for split in Split::ALL {
+        let tree = Hierarchy::build(scene, &HierarchyOptions { fit: Fit::Aligned, split, least_triangles: 1 });
+        let mut chc = Chc::new(Reduction::None, 0);
+        let name = format!("chc, {split:?}");
+        row(&name, scene, eyes, |_, frustum, buffer| (chc.cull(&tree, frustum, buffer).to_vec(), chc.stats()));
+    }
+}
+
+/// Whatever a visibility cube shows is drawn.
+fn check(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
+    const SIDE: u32 = 200;
+    let mut opaque = scene.clone();
+    opaque.objects.iter_mut().for_each(|o| o.opaque = true);
+    let ready = CubeScene::new(&opaque);
+    let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
+    let mut buffer = DepthBuffer::new(&opaque, SIDE as usize, SIDE as usize);
+    let mut cube = Cube::default();
+    for &eye in eyes {
+        let cube_view = CubeView::new(eye, SIDE);
+        Engine::Raster.start(&ready).cube(&cube_view, &mut cube);
+        let pixels = (SIDE * SIDE) as usize;
+        for face in 0..6 {
+            let at = |x: u32, y: u32| cube_view.direction(face * pixels + (y * SIDE + x) as usize);
+            let last = SIDE - 1;
+            let (across, down) = (at(last, 0) - at(0, 0), at(0, last) - at(0, 0));
+            let w = (at(0, 0) + at(last, last)).normalize();
+            let view = View { eye, x: across.normalize(), y: -down.normalize(), w, near: 1e-3, far: f64::INFINITY };
+            let ids = &cube.triangles[face * pixels..][..pixels];
+            let mut seen: Vec<ObjectId> = ids.iter().filter(|&&t| t != NONE).map(|&t| scene.object_of(t as usize)).collect();
+            seen.sort_unstable();
+            seen.dedup();
+            let frustum = Frustum::new(&view);
+            buffer.begin(&view);
+            let mut drawn = vec![chc.cull(tree, &frustum, &mut buffer).to_vec()];
+            buffer.begin(&view);
+            drawn.push(plus.cull(tree, &frustum, &mut buffer).to_vec());
+            for drawn in &mut drawn {
+                drawn.sort_unstable();
+                assert!(seen.iter().all(|o| drawn.binary_search(o).is_ok()), "an object that shows isn't drawn");
+            }
+        }
+    }
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let out = work();
+    (out, start.elapsed())
+}
+
+fn least(mut work: impl FnMut()) -> f64 {
+    (0..REPEATS).map(|_| timed(&mut work).1).min().expect("a time").as_secs_f64()
+}
+
+/// The camera of a frame: it turns about the eye once.
+fn view(eye: DVec3, frame: usize) -> View {
+    let (sin, cos) = (frame as f64 / FRAMES as f64 * std::f64::consts::TAU).sin_cos();
+    View::look_at(eye, eye + DVec3::new(cos, -0.1, sin), 60f64.to_radians(), 16.0 / 9.0, NEAR)
+}
+
+/// Questions about the nearest objects that are in the frustum, once everything visible is drawn.
+fn boxes(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
+    let mut buffer = DepthBuffer::new(scene, SIZE[0], SIZE[1]);
+    let (mut all, mut drawing, mut count, mut shown, mut triangles) = (0.0, 0.0, 0, 0, 0);
+    for &eye in eyes {
+        let view = view(eye, 7);
+        let frustum = Frustum::new(&view);
+        let mut inside = FrustumCuller::default().cull(tree, &frustum).to_vec();
+        let bounds = |o: &ObjectId| Bounds::from(scene.objects[o.index()].bounds);
+        inside.sort_by(|a, b| bounds(a).distance(eye).total_cmp(&bounds(b).distance(eye)));
+        inside.truncate(BOXES);
+        let asked: Vec<Bounds> = inside.iter().map(bounds).filter(|b| !frustum.meets_near(b)).collect();
+        buffer.begin(&view);
+        let visible = Chc::new(Reduction::None, 0).cull(tree, &frustum, &mut buffer).to_vec();
+        drawing += least(|| {
+            buffer.begin(&view);
+            visible.iter().for_each(|&o| buffer.draw(o));
+        });
+        triangles += visible.iter().map(|o| scene.objects[o.index()].triangles.len()).sum::<usize>();
+        shown += asked.iter().filter(|b| buffer.shows(b)).count();
+        all += least(|| {
+            std::hint::black_box(asked.iter().filter(|b| buffer.shows(b)).count());
+        });
+        count += asked.len();
+    }
+    let a_thousand = all / count as f64 * 1e6;
+    println!("1,000 boxes: {a_thousand:.4} ms ({count} asked, {shown} show)");
+    let eyes = eyes.len() as f64;
+    println!("drawing what is visible: {:.3} ms, {:.0} triangles", drawing / eyes * 1e3, triangles as f64 / eyes);
+}
+
+fn frames(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
+    println!("| culler | us a frame, median | slowest | objects | triangles | queries | nodes |");
+    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    let mut frustum_culler = FrustumCuller::default();
+    row("frustum, nothing drawn", scene, eyes, |_, frustum, _| {
+        (frustum_culler.cull(tree, frustum).to_vec(), frustum_culler.stats())
+    });
+    row("frustum", scene, eyes, |_, frustum, buffer| {
+        let objects = frustum_culler.cull(tree, frustum).to_vec();
+        objects.iter().for_each(|&o| buffer.draw(o));
+        (objects, frustum_culler.stats())
+    });
+    for reduction in [Reduction::None, Reduction::EveryNth(4), Reduction::AtRandom(0.25), Reduction::NotNearest(50)] {
+        let mut chc = Chc::new(reduction, 0);
+        let name = format!("chc, {reduction:?}");
+        row(&name, scene, eyes, |_, frustum, buffer| (chc.cull(tree, frustum, buffer).to_vec(), chc.stats()));
+    }
+    let mut plus = ChcPlus::new(ChcPlusOptions::default());
+    row("chc++", scene, eyes, |_, frustum, buffer| (plus.cull(tree, frustum, buffer).to_vec(), plus.stats()));
+}
+
+/// One row of the table; the objects are copied in the time that is taken, which is little beside the rest.
+fn row(
+    name: &str,
+    scene: &Scene,
+    eyes: &[DVec3],
+    mut cull: impl FnMut(&View, &Frustum, &mut DepthBuffer<'_>) -> (Vec<ObjectId>, OnlineStats),
+) {
+    let mut buffer = DepthBuffer::new(scene, SIZE[0], SIZE[1]);
+    let (mut times, mut sum, mut triangles) = (Vec::new(), OnlineStats::default(), 0);
+    for &eye in eyes {
+        for frame in 0..FRAMES {
+            let view = view(eye, frame);
+            let ((objects, stats), time) = timed(|| {
+                buffer.begin(&view);
+                cull(&view, &Frustum::new(&view), &mut buffer)
+            });
+            times.push(time);
+            sum += stats;
+            triangles += objects.iter().map(|o| scene.objects[o.index()].triangles.len()).sum::<usize>();
+        }
+    }
+    times.sort_unstable();
+    let (median, slowest) = (times[times.len() / 2].as_secs_f64() * 1e6, times[times.len() - 1].as_secs_f64() * 1e6);
+    let mean = |n: u64| n / times.len() as u64;
+    let OnlineStats { objects, queries, nodes, .. } = sum;
+    println!(
+        "| {name} | {median:.0} | {slowest:.0} | {} | {} | {} | {} |",
+        mean(objects),
+        mean(triangles as u64),
+        mean(queries),
+        mean(nodes)
+    );
+}
