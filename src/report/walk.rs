@@ -7,8 +7,8 @@ use super::raster::{IdBuffer, View, draw};
 use crate::ObjectId;
 use crate::file::PvsFile;
 use crate::runtime::{Culler, FrameStats, Mode, Narrowing, Scratch};
-use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::scene::{Role, Scene};
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -101,9 +101,14 @@ pub fn walk(
 ) -> io::Result<Vec<Summary>> {
     let mut culler = Culler::new(file);
     culler.set_narrowing(options.narrowing);
-    if options.doors_as_found {
+    let solid;
+    let scene = if options.doors_as_found {
         culler.shut_as_found();
-    }
+        solid = with_solid_doors(scene);
+        &solid
+    } else {
+        scene
+    };
     let views: Vec<(usize, View)> = (0..path.frames.len())
         .step_by(options.every.max(1))
         .map(|frame| (frame, view(file, path, frame, options)))
@@ -137,6 +142,13 @@ pub fn walk(
     }
     let exact_mean = compare.then(|| exact_triangles as f64 / views.len().max(1) as f64);
     Ok((0..options.modes.len()).map(|m| summary(options.modes[m], &lines[m], exact_mean, capped[m])).collect())
+}
+
+/// The scene with its doors as they stand: what isn't of glass hides what is behind. Elsewhere doors hide nothing, since they may open.
+fn with_solid_doors(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.objects.iter_mut().filter(|o| o.role == Role::Door && !o.glass).for_each(|o| o.opaque = true);
+    scene
 }
 
 /// Where the picture of a frame goes.
