@@ -21,7 +21,7 @@ impl Culler {
     pub fn objects_from(&self, cell: CellId) -> impl Iterator<Item = ObjectId> + '_ {
         let row = self.object_rows.as_ref().map(|rows| rows.row(cell.index()));
         let all = row.is_none().then(|| 0..self.object_count()).into_iter().flatten();
-        row.into_iter().flat_map(|row| bits::ones(row)).chain(all).map(|o| ObjectId(o as u32))
+        row.into_iter().flat_map(bits::ones).chain(all).map(|o| ObjectId(o as u32))
     }
 
     /// The cells that can be come to from `from` through at most `hops` portals that are open, whatever can be seen: where a sound

@@ -26,6 +26,9 @@ impl Random {
     }
 }
 
+/// Is told the mirrors that turned a ray so far, the cell that it is in, and what it meets there.
+pub type Visit<'v> = dyn FnMut(&[usize], CellId, Option<ObjectId>) + 'v;
+
 /// What is between a box and the next along an axis.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Face {
@@ -189,14 +192,7 @@ impl Grid {
 
     /// Walks a ray from box to box, and off at most `depth` mirrors: `visit` is told the mirrors that turned it so far, each cell that it
     /// enters, and each thing that it meets on its way.
-    pub fn walk(
-        &self,
-        mut i: usize,
-        mut eye: DVec3,
-        mut along: DVec3,
-        depth: usize,
-        visit: &mut dyn FnMut(&[usize], CellId, Option<ObjectId>),
-    ) {
+    pub fn walk(&self, mut i: usize, mut eye: DVec3, mut along: DVec3, depth: usize, visit: &mut Visit<'_>) {
         let (mut entered, mut turned) = (0.0, Vec::new());
         for _ in 0..100 {
             visit(&turned, self.cell_of[i], None);
