@@ -33,16 +33,23 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     let (summaries, frames): (Vec<&Value>, Vec<&Value>) = lines.iter().partition(|l| l.get("summary").is_some());
     let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
     for frame in &frames {
-        assert_eq!(keys(frame), "frame mode cells portals objects triangles queries us missed_pixels crack_pixels");
+        let method = if frame["mode"] == "auto" { "method " } else { "" };
+        let expected =
+            format!("frame mode cells portals objects triangles queries us frame_us {method}missed_pixels crack_pixels");
+        assert_eq!(keys(frame), expected);
         assert_eq!(frame["frame"].as_u64().unwrap() % 10, 0);
     }
-    assert_eq!(summaries.len(), 5);
-    for (summary, mode) in summaries.iter().zip(["none", "frustum", "portals", "pvs", "both"]) {
+    for (mode, asks) in [("both", false), ("chc", true), ("chc++", true)] {
+        let queries: u64 = frames.iter().filter(|f| f["mode"] == mode).map(|f| f["queries"].as_u64().unwrap()).sum();
+        assert_eq!(queries > 0, asks, "{mode}");
+    }
+    assert_eq!(summaries.len(), 8);
+    for (summary, mode) in summaries.iter().zip(["none", "frustum", "portals", "pvs", "both", "chc", "chc++", "auto"]) {
         let summary = &summary["summary"];
-        let expected = "frames mode triangles_mean objects_mean us_median us_p99 missed_pixels crack_pixels \
+        let expected = "frames mode triangles_mean objects_mean us_median us_p99 frame_us_median queries_mean missed_pixels crack_pixels \
                         exact_triangles_mean capped_frames";
         assert_eq!((keys(summary).as_str(), summary["mode"].as_str()), (expected, Some(mode)));
-        assert_eq!(summary["frames"].as_u64(), Some(frames.len() as u64 / 5));
+        assert_eq!(summary["frames"].as_u64(), Some(frames.len() as u64 / 8));
         assert_eq!(summary["missed_pixels"].as_u64(), Some(0), "{mode}");
     }
 
@@ -51,7 +58,7 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     let _ = std::fs::remove_dir_all(&pictures);
     let out = enfilade(&[&common[..], &["--frames", text(&pictures)]].concat());
     assert!(out.status.success() && out.stdout.is_empty());
-    assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), frames.len() / 5);
+    assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), frames.len() / 8);
     assert!(std::fs::read(pictures.join("frame_00000_both.png")).unwrap().starts_with(b"\x89PNG"));
 }
 
@@ -68,7 +75,7 @@ fn bad_input_is_one_line_and_exit_2() {
     let cases: [(&[&str], &str); 6] = [
         (&["walk", f, "--model", text(&other)], "is not the model that"),
         (&["walk", f, "--model", m, "--path", text(&path)], "path.json: frame 0: eye and target are the same point"),
-        (&["walk", f, "--model", m, "--mode", "chc"], "occlusion queries"),
+        (&["walk", f, "--model", m, "--mode", "CHC"], "no mode \"CHC\""),
         (&["walk", f, "--model", m, "--size", "0x10"], "--size"),
         (&["walk", m, "--model", m], "maze.glb: not a .pvs file"),
         (&["walk", f, "--model", f], "maze.pvs: no importer"),

@@ -16,8 +16,11 @@ const MAY_USE: [(&str, &[&str]); 11] = [
     ("bake", &["scene", "cells", "pvs", "file"]),
     ("why", &["scene", "cells", "pvs", "file"]),
     ("online", &["scene", "generate::prng"]),
-    ("runtime", &["file", "pvs::Guarantee"]),
-    ("report", &["scene", "file", "runtime", "cells::PortalKind", "vis::Level", "pvs::Guarantee", "generate::prng"]),
+    ("runtime", &["file", "pvs::Guarantee", "online"]),
+    (
+        "report",
+        &["scene", "file", "online", "runtime", "cells::PortalKind", "vis::Level", "pvs::Guarantee", "generate::prng"],
+    ),
     ("generate", &["scene::Role"]),
 ];
 

@@ -3,10 +3,12 @@
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
+use enfilade::report::check::random_path;
 use enfilade::report::path::CameraPath;
 use enfilade::report::tour::tour;
 use enfilade::report::walk::{FrameLine, Summary, WalkOptions, walk};
-use enfilade::runtime::{Mode, Narrowing};
+use enfilade::report::walkers::WalkMode;
+use enfilade::runtime::Narrowing;
 use enfilade::scene::import;
 use serde_json::json;
 use std::io::Write;
@@ -23,7 +25,10 @@ pub struct Args {
     /// Camera path (JSON); without it, a path through every cell.
     #[arg(long)]
     path: Option<PathBuf>,
-    /// How to cull: none, frustum, portals, pvs, both, or all of them; may be given several times.
+    /// Instead of a path, so many random views.
+    #[arg(long, conflicts_with = "path", value_parser = clap::value_parser!(u32).range(1..=100_000), value_name = "N")]
+    random: Option<u32>,
+    /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto, or all of them; may be given several times.
     #[arg(long = "mode", default_value = "both")]
     modes: Vec<String>,
     /// Put a picture of every frame into this folder; frames are compared as with --verify-pixels.
@@ -44,7 +49,7 @@ pub struct Args {
     /// What portals narrow the view to.
     #[arg(long, value_enum, default_value_t)]
     narrowing: Shape,
-    /// Seed of the path through every cell.
+    /// Seed of the path through every cell, or of the random views.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// JSON on stdout: a line a frame, then a summary a mode.
@@ -77,18 +82,19 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let (width, height) = size(&args.size)?;
     let modes = modes(&args.modes)?;
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    let path = match &args.path {
-        Some(path) => CameraPath::load(path).map_err(|e| at(path, e))?,
-        None => tour(&file, args.seed),
-    };
-    if path.frames.is_empty() {
-        return Err(at(&args.file, "has no cell to walk through; give a path with --path"));
-    }
     let scene = import(&args.model, &file.import.options()).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
         let what =
             format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
         return Err(at(&args.model, what));
+    }
+    let path = match (&args.path, args.random) {
+        (Some(path), _) => CameraPath::load(path).map_err(|e| at(path, e))?,
+        (None, Some(count)) => random_path(&scene, &file, count, args.seed),
+        (None, None) => tour(&file, args.seed),
+    };
+    if path.frames.is_empty() {
+        return Err(at(&args.file, "has no cell to walk through; give a path with --path"));
     }
     if let Some(folder) = &args.frames {
         std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
@@ -133,6 +139,9 @@ fn prose(s: &Summary, all_triangles: usize) -> String {
         "{:8} {} frames, {:.0} of {all_triangles} triangles, {:.0} objects, {:.1} us (p99 {:.1})",
         s.mode, s.frames, s.triangles_mean, s.objects_mean, s.us_median, s.us_p99
     );
+    if let Some(frame) = s.frame_us_median {
+        line += &format!(", {frame:.0} us with drawing, {:.0} queries", s.queries_mean);
+    }
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
         line += &format!(", {missed} missed pixels, {cracks} at cracks, {exact:.0} triangles really visible");
     }
@@ -140,11 +149,11 @@ fn prose(s: &Summary, all_triangles: usize) -> String {
 }
 
 /// Modes by name, each once, in the order given; `all` stands for all.
-fn modes(names: &[String]) -> Result<Vec<Mode>, CliError> {
+fn modes(names: &[String]) -> Result<Vec<WalkMode>, CliError> {
     let mut modes = Vec::new();
     for name in names {
         let named = match name.as_str() {
-            "all" => Mode::ALL.to_vec(),
+            "all" => WalkMode::all(),
             name => vec![name.parse().map_err(|e| CliError(format!("--mode: {e}")))?],
         };
         for mode in named {
@@ -174,10 +183,8 @@ mod tests {
             assert!(size(bad).is_err(), "{bad}");
         }
         let names = |names: &[&str]| modes(&names.iter().map(|s| s.to_string()).collect::<Vec<_>>());
-        assert_eq!(
-            names(&["both", "all", "pvs"]).unwrap(),
-            [Mode::Both, Mode::None, Mode::Frustum, Mode::Portals, Mode::Pvs]
-        );
-        assert!(names(&["chc"]).unwrap_err().to_string().contains("occlusion queries"));
+        let read: Vec<&str> = names(&["both", "all", "pvs"]).unwrap().into_iter().map(WalkMode::name).collect();
+        assert_eq!(read, ["both", "none", "frustum", "portals", "pvs", "chc", "chc++", "auto"]);
+        assert!(names(&["CHC"]).unwrap_err().to_string().contains("no mode"));
     }
 }

@@ -7,10 +7,11 @@
 //! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
 
 use super::hierarchy::Hierarchy;
+use super::mask::Mask;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::stats::OnlineStats;
 use super::view::Frustum;
-use super::walk::{Open, Walk};
+use super::walk::{Open, Scope, Walk};
 use crate::ObjectId;
 use crate::generate::prng::Prng;
 use std::collections::VecDeque;
@@ -69,10 +70,26 @@ impl Chc {
     /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
     /// nothing after the first frame of a tree; to be used for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        self.run(&Scope { tree, frustum, mask: None }, oracle)
+    }
+
+    /// The same, of what a mask of the tree has; what isn't in it isn't drawn, and hides nothing.
+    pub fn cull_of(
+        &mut self,
+        tree: &Hierarchy,
+        mask: &Mask,
+        frustum: &Frustum,
+        oracle: &mut impl OcclusionOracle,
+    ) -> &[ObjectId] {
+        self.run(&Scope { tree, frustum, mask: Some(mask) }, oracle)
+    }
+
+    fn run(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        let tree = scope.tree;
         self.states.resize(tree.nodes().len(), State::default());
         self.queries.reserve(tree.nodes().len());
         self.nearest = 0;
-        self.walk.begin(tree, frustum);
+        self.walk.begin(scope);
         loop {
             // 1. Answers, as far as they are there; with nothing else to do, all of them.
             while let Some(&(query, open, drawn)) = self.queries.front() {
@@ -82,7 +99,7 @@ impl Chc {
                         if shows {
                             self.pull_up(tree, open.node);
                             if !drawn {
-                                self.walk.go_on(tree, frustum, open, oracle);
+                                self.walk.go_on(scope, open, oracle);
                             }
                         }
                     }
@@ -92,14 +109,15 @@ impl Chc {
             }
             // 2. The next node.
             match self.walk.next() {
-                Some(open) => self.visit(tree, frustum, open, oracle),
+                Some(open) => self.visit(scope, open, oracle),
                 None if self.queries.is_empty() => return &self.walk.objects,
                 None => {}
             }
         }
     }
 
-    fn visit(&mut self, tree: &Hierarchy, frustum: &Frustum, open: Open, oracle: &mut impl OcclusionOracle) {
+    fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
+        let Scope { tree, frustum, .. } = *scope;
         let node = &tree.nodes()[open.node as usize];
         let state = &mut self.states[open.node as usize];
         let was_visible = state.visible && state.visited + 1 == self.walk.frame;
@@ -107,7 +125,7 @@ impl Chc {
         state.visited = self.walk.frame;
         if frustum.meets_near(&node.bounds) {
             self.pull_up(tree, open.node);
-            self.walk.go_on(tree, frustum, open, oracle);
+            self.walk.go_on(scope, open, oracle);
         } else if !was_visible {
             // It ended the walk before: hidden, or out of the frustum.
             self.ask(tree, open, false, oracle);
@@ -120,7 +138,7 @@ impl Chc {
                 }
             }
             // Other nodes are opened: their leaves say whether they show.
-            self.walk.go_on(tree, frustum, open, oracle);
+            self.walk.go_on(scope, open, oracle);
         }
     }
 
@@ -150,6 +168,11 @@ impl Chc {
             self.states[n as usize].visible = true;
             next = tree.nodes()[n as usize].parent;
         }
+    }
+
+    /// What the last frame drew.
+    pub fn objects(&self) -> &[ObjectId] {
+        &self.walk.objects
     }
 
     /// Of the last frame.

@@ -14,10 +14,11 @@
 
 use super::bounds::Bounds;
 use super::hierarchy::Hierarchy;
+use super::mask::Mask;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::stats::OnlineStats;
 use super::view::Frustum;
-use super::walk::{Open, Walk};
+use super::walk::{Open, Scope, Walk};
 use crate::ObjectId;
 use crate::generate::prng::Prng;
 use std::collections::VecDeque;
@@ -108,15 +109,31 @@ impl ChcPlus {
     /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
     /// nothing after the first frame of a tree; to be used for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        self.run(&Scope { tree, frustum, mask: None }, oracle)
+    }
+
+    /// The same, of what a mask of the tree has; what isn't in it isn't drawn, and hides nothing.
+    pub fn cull_of(
+        &mut self,
+        tree: &Hierarchy,
+        mask: &Mask,
+        frustum: &Frustum,
+        oracle: &mut impl OcclusionOracle,
+    ) -> &[ObjectId] {
+        self.run(&Scope { tree, frustum, mask: Some(mask) }, oracle)
+    }
+
+    fn run(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        let tree = scope.tree;
         self.begin(tree);
-        self.walk.begin(tree, frustum);
+        self.walk.begin(scope);
         loop {
             // 1. Answers; while the oldest isn't there, questions that can wait for theirs.
             while let Some(&query) = self.queries.front() {
                 match oracle.poll(query.id) {
                     Some(shows) => {
                         self.queries.pop_front();
-                        self.answered(tree, frustum, query, shows, oracle);
+                        self.answered(scope, query, shows, oracle);
                     }
                     None if !self.walk.is_done() => break,
                     None => match self.shown.pop_front() {
@@ -127,7 +144,7 @@ impl ChcPlus {
             }
             // 2. The next node.
             if let Some(open) = self.walk.next() {
-                self.visit(tree, frustum, open, oracle);
+                self.visit(scope, open, oracle);
             }
             // 3. A batch, or what there is of it when nothing else can go on.
             if self.hidden.len() >= self.options.batch || self.walk.is_done() {
@@ -158,7 +175,8 @@ impl ChcPlus {
         self.boxes.reserve(nodes.max(MOST_BOXES));
     }
 
-    fn visit(&mut self, tree: &Hierarchy, frustum: &Frustum, open: Open, oracle: &mut impl OcclusionOracle) {
+    fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
+        let Scope { tree, frustum, .. } = *scope;
         let node = &tree.nodes()[open.node as usize];
         let state = &mut self.states[open.node as usize];
         let was_visited = state.visited + 1 == self.walk.frame;
@@ -170,7 +188,7 @@ impl ChcPlus {
         }
         if frustum.meets_near(&node.bounds) {
             self.pull_up(tree, open.node);
-            self.walk.go_on(tree, frustum, open, oracle);
+            self.walk.go_on(scope, open, oracle);
         } else if !was_visible {
             self.hidden.push(open);
         } else {
@@ -181,7 +199,7 @@ impl ChcPlus {
                     self.pull_up(tree, open.node);
                 }
             }
-            self.walk.go_on(tree, frustum, open, oracle);
+            self.walk.go_on(scope, open, oracle);
         }
     }
 
@@ -212,14 +230,8 @@ impl ChcPlus {
         self.queries.push_back(Query { id, start, end: self.asked.len() as u32, drawn });
     }
 
-    fn answered(
-        &mut self,
-        tree: &Hierarchy,
-        frustum: &Frustum,
-        query: Query,
-        shows: bool,
-        oracle: &mut impl OcclusionOracle,
-    ) {
+    fn answered(&mut self, scope: &Scope<'_>, query: Query, shows: bool, oracle: &mut impl OcclusionOracle) {
+        let tree = scope.tree;
         let several = query.end - query.start > 1;
         for i in query.start..query.end {
             let open = self.asked[i as usize];
@@ -234,7 +246,7 @@ impl ChcPlus {
                 state.next = self.walk.frame + frames as u64;
                 self.pull_up(tree, open.node);
                 if !query.drawn {
-                    self.walk.go_on(tree, frustum, open, oracle);
+                    self.walk.go_on(scope, open, oracle);
                 }
             }
         }
@@ -249,6 +261,11 @@ impl ChcPlus {
             state.hidden = 0;
             next = tree.nodes()[n as usize].parent;
         }
+    }
+
+    /// What the last frame drew.
+    pub fn objects(&self) -> &[ObjectId] {
+        &self.walk.objects
     }
 
     /// Of the last frame.

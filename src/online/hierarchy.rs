@@ -75,14 +75,23 @@ pub struct Hierarchy {
 impl Hierarchy {
     /// A binary tree. The same scene and options give the same tree.
     pub fn build(scene: &Scene, options: &HierarchyOptions) -> Self {
-        let shapes = Shapes::new(scene, options.fit);
-        let objects = (0..scene.objects.len() as u32).map(ObjectId).collect();
-        let most = most_levels(scene.objects.len());
-        Self::grow(&shapes, objects, |node, objects| {
+        Self::binary(&Shapes::new(scene, options.fit), options)
+    }
+
+    /// A binary tree of boxes along the axes, over objects of which nothing is known but their boxes (metres) and how many triangles they
+    /// have: object `i` is the `i`th of both. `options.fit` isn't looked at.
+    pub fn of_boxes(boxes: &[Aabb], triangles: &[u32], options: &HierarchyOptions) -> Self {
+        Self::binary(&Shapes::of_boxes(boxes, triangles), options)
+    }
+
+    fn binary(shapes: &Shapes, options: &HierarchyOptions) -> Self {
+        let count = shapes.triangles.len();
+        let most = most_levels(count);
+        Self::grow(shapes, (0..count as u32).map(ObjectId).collect(), |node, objects| {
             if node.level >= most || objects.len() < 2 {
                 return Vec::new();
             }
-            let Some(left) = split::split(options.split, node, objects, &shapes) else { return Vec::new() };
+            let Some(left) = split::split(options.split, node, objects, shapes) else { return Vec::new() };
             let [a, b] = [&objects[..left], &objects[left..]].map(|o| shapes.triangles(o));
             if a.min(b) < options.least_triangles { Vec::new() } else { vec![left, objects.len() - left] }
         })
@@ -194,6 +203,15 @@ impl Shapes {
             middles: points.iter().map(middle).collect(),
             points,
             triangles: scene.objects.iter().map(|o| u64::from(o.triangles.end - o.triangles.start)).collect(),
+        }
+    }
+
+    fn of_boxes(boxes: &[Aabb], triangles: &[u32]) -> Self {
+        Self {
+            fit: Fit::Aligned,
+            points: boxes.iter().map(|b| vec![b.min, b.max]).collect(),
+            middles: boxes.iter().map(Aabb::centre).collect(),
+            triangles: triangles.iter().map(|&t| u64::from(t)).collect(),
         }
     }
 

@@ -9,7 +9,7 @@ use super::hierarchy::Hierarchy;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::stats::OnlineStats;
 use super::view::Frustum;
-use super::walk::{Open, Walk};
+use super::walk::{Open, Scope, Walk};
 use crate::ObjectId;
 use std::collections::VecDeque;
 
@@ -63,9 +63,10 @@ impl LevelCuller {
     /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
     /// nothing after the first frame of a tree; to be used for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        let scope = &Scope { tree, frustum, mask: None };
         self.states.resize(tree.nodes().len(), State::default());
         self.queries.reserve(tree.nodes().len());
-        self.walk.begin(tree, frustum);
+        self.walk.begin(scope);
         loop {
             while let Some(&(query, open, gone_on)) = self.queries.front() {
                 match oracle.poll(query) {
@@ -73,7 +74,7 @@ impl LevelCuller {
                         self.queries.pop_front();
                         self.states[open.node as usize].visible = shows;
                         if shows && !gone_on {
-                            self.walk.go_on(tree, frustum, open, oracle);
+                            self.walk.go_on(scope, open, oracle);
                         }
                     }
                     None if self.walk.is_done() => self.walk.stats.waits += 1,
@@ -81,14 +82,15 @@ impl LevelCuller {
                 }
             }
             match self.walk.next() {
-                Some(open) => self.visit(tree, frustum, open, oracle),
+                Some(open) => self.visit(scope, open, oracle),
                 None if self.queries.is_empty() => return &self.walk.objects,
                 None => {}
             }
         }
     }
 
-    fn visit(&mut self, tree: &Hierarchy, frustum: &Frustum, open: Open, oracle: &mut impl OcclusionOracle) {
+    fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
+        let Scope { tree, frustum, .. } = *scope;
         let node = &tree.nodes()[open.node as usize];
         let state = &mut self.states[open.node as usize];
         let was_visible = state.visible && state.visited + 1 == self.walk.frame;
@@ -105,7 +107,7 @@ impl LevelCuller {
             self.queries.push_back((query, open, was_visible));
         }
         if is_in_sight {
-            self.walk.go_on(tree, frustum, open, oracle);
+            self.walk.go_on(scope, open, oracle);
         }
     }
 

@@ -40,6 +40,7 @@ pub mod depth;
 pub mod frustum;
 pub mod hierarchy;
 pub mod levels;
+pub mod mask;
 pub mod oracle;
 pub mod stats;
 pub mod view;

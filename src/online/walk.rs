@@ -5,6 +5,7 @@
 
 use super::bounds::Bounds;
 use super::hierarchy::Hierarchy;
+use super::mask::Mask;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::stats::OnlineStats;
 use super::view::{ALL_PLANES, Frustum, PlaneMask, Side};
@@ -43,6 +44,14 @@ impl PartialEq for Open {
 
 impl Eq for Open {}
 
+/// What is walked: of a tree, what is in a frustum and in a mask, if there is one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scope<'t> {
+    pub tree: &'t Hierarchy,
+    pub frustum: &'t Frustum,
+    pub mask: Option<&'t Mask>,
+}
+
 /// The walk of a frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Walk {
@@ -58,7 +67,8 @@ pub(super) struct Walk {
 
 impl Walk {
     /// Starts a frame at the root.
-    pub fn begin(&mut self, tree: &Hierarchy, frustum: &Frustum) {
+    pub fn begin(&mut self, scope: &Scope<'_>) {
+        let tree = scope.tree;
         self.frame += 1;
         self.stats = OnlineStats::default();
         self.objects.clear();
@@ -66,7 +76,7 @@ impl Walk {
         self.waiting.reserve(tree.nodes().len());
         self.last.resize(tree.nodes().len(), 0);
         if !tree.nodes().is_empty() {
-            self.put(tree, frustum, 0, ALL_PLANES);
+            self.put(scope, 0, ALL_PLANES);
         }
     }
 
@@ -81,13 +91,13 @@ impl Walk {
     }
 
     /// Draws a leaf's objects; of another node, puts the children into the queue.
-    pub fn go_on(&mut self, tree: &Hierarchy, frustum: &Frustum, open: Open, oracle: &mut impl OcclusionOracle) {
-        let node = &tree.nodes()[open.node as usize];
+    pub fn go_on(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
+        let node = &scope.tree.nodes()[open.node as usize];
         if !node.is_leaf() {
-            node.children().for_each(|child| self.put(tree, frustum, child, open.mask));
+            node.children().for_each(|child| self.put(scope, child, open.mask));
             return;
         }
-        for &object in tree.objects(open.node) {
+        for &object in scope.tree.objects(open.node).iter().filter(|&&o| scope.mask.is_none_or(|m| m.has(o))) {
             oracle.draw(object);
             self.objects.push(object);
         }
@@ -101,13 +111,16 @@ impl Walk {
         oracle.issue(boxes)
     }
 
-    fn put(&mut self, tree: &Hierarchy, frustum: &Frustum, node: u32, mask: PlaneMask) {
-        let bounds = &tree.nodes()[node as usize].bounds;
+    fn put(&mut self, scope: &Scope<'_>, node: u32, mask: PlaneMask) {
+        if !scope.mask.is_none_or(|m| m.has_below(node)) {
+            return;
+        }
+        let bounds = &scope.tree.nodes()[node as usize].bounds;
         let last = &mut self.last[node as usize];
         self.stats.nodes += 1;
-        match frustum.side(bounds, mask, *last, &mut self.stats.plane_tests) {
+        match scope.frustum.side(bounds, mask, *last, &mut self.stats.plane_tests) {
             Side::Outside(plane) => *last = plane,
-            Side::Crosses(mask) => self.waiting.push(Open { distance: bounds.distance(frustum.eye()), node, mask }),
+            Side::Crosses(mask) => self.waiting.push(Open { distance: bounds.distance(scope.frustum.eye()), node, mask }),
         }
     }
 }

@@ -29,6 +29,7 @@
 //! is not a proof: it says that so many random rays found nothing.
 
 mod cells;
+mod frames;
 mod leaks;
 pub mod rooms;
 mod sample;
@@ -38,6 +39,7 @@ mod trace;
 mod views;
 mod walks;
 
+pub use frames::random_path;
 pub use leaks::{Leak, LeakKind, Leaks, MOST_LEAKS};
 pub use structure::{Fault, FaultKind, Structure};
 pub use views::{Views, held_out};

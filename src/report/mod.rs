@@ -19,3 +19,4 @@ pub mod shade;
 pub mod storeys;
 pub mod tour;
 pub mod walk;
+pub mod walkers;

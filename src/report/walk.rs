@@ -4,21 +4,22 @@ use super::missed::{Missed, missed_pixels, objects_shown};
 use super::overlay::Overlay;
 use super::path::CameraPath;
 use super::raster::{IdBuffer, View, draw};
+use super::walkers::{Times, WalkMode, Walker, nearer};
 use crate::ObjectId;
 use crate::file::PvsFile;
-use crate::runtime::{Culler, FrameStats, Mode, Narrowing, Scratch};
+use crate::online::depth::DepthBuffer;
+use crate::runtime::{Culler, FrameStats, Narrowing};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// What to do along the way.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WalkOptions {
     /// Modes, in the order of their lines.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<WalkMode>,
     /// Width of the pictures, pixels, 1 to 16384.
     pub width: usize,
     /// Height of the pictures, pixels, 1 to 16384.
@@ -50,10 +51,17 @@ pub struct FrameLine {
     pub objects: u64,
     /// [`FrameStats::triangles`].
     pub triangles: u64,
-    /// Occlusion queries; no mode asks any yet.
+    /// Occlusion queries.
     pub queries: u64,
-    /// Microseconds of one cull, as it came, after the frame before it.
+    /// Microseconds of one cull, as it came, after the frame before it; in a mode that asks an oracle, with what that draws.
     pub us: f64,
+    /// Microseconds of that and of drawing all that is left into the software oracle, at the pictures' size; absent where no mode of the
+    /// walk asks one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_us: Option<f64>,
+    /// How `auto` culled it; absent in other modes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<&'static str>,
     /// Pixels that show something that the set leaves out; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed_pixels: Option<u64>,
@@ -77,6 +85,11 @@ pub struct Summary {
     pub us_median: f64,
     /// 99th percentile of the times, microseconds.
     pub us_p99: f64,
+    /// Median of [`FrameLine::frame_us`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_us_median: Option<f64>,
+    /// Mean of the occlusion queries.
+    pub queries_mean: f64,
     /// Sum over frames; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed_pixels: Option<u64>,
@@ -114,26 +127,48 @@ pub fn walk(
         .map(|frame| (frame, view(file, path, frame, options)))
         .collect();
 
-    // 1. Times, undisturbed by drawing.
-    let times: Vec<Vec<f64>> = options.modes.iter().map(|&mode| time(&culler, mode, &views)).collect();
+    // 1. Times, undisturbed by comparing.
+    let asks = options.modes.iter().any(|mode| mode.asks());
+    let mut oracle = asks.then(|| DepthBuffer::new(scene, options.width, options.height));
+    let mut times: Vec<Vec<Times>> = Vec::new();
+    for &mode in &options.modes {
+        let mut of_mode = vec![Times::default(); views.len()];
+        // Drawing would push the culler out of the caches, so modes without queries are timed without it first.
+        if !mode.asks() {
+            let mut walker = Walker::new(mode, &culler);
+            for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
+                *times = walker.cull(&culler, view, None).2;
+            }
+        }
+        if let Some(oracle) = &mut oracle {
+            let mut walker = Walker::new(mode, &culler);
+            for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
+                let with = walker.cull(&culler, view, Some(oracle)).2;
+                *times = Times { cull: if mode.asks() { with.cull } else { times.cull }, ..with };
+            }
+        }
+        times.push(of_mode);
+    }
 
     // 2. The same frames again: counters, and pixels where they are asked for.
     let compare = options.verify_pixels || options.pictures.is_some();
     let rays = compare.then(|| RayScene::new(scene));
-    let mut scratches: Vec<Scratch> = options.modes.iter().map(|_| Scratch::for_culler(&culler)).collect();
+    let mut walkers: Vec<Walker> = options.modes.iter().map(|&mode| Walker::new(mode, &culler)).collect();
     let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); options.modes.len()];
     let (mut exact_triangles, mut capped) = (0u64, vec![0u64; options.modes.len()]);
     for (i, (frame, view)) in views.iter().enumerate() {
         let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
         exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
         for (m, &mode) in options.modes.iter().enumerate() {
-            let visible = culler.cull(&view.camera, mode, &mut scratches[m]);
+            let (visible, method, _) = walkers[m].cull(&culler, view, oracle.as_mut().filter(|_| mode.asks()));
             capped[m] += u64::from(visible.stats.capped > 0);
             let missed = truth.as_ref().map(|truth| truth.missed(visible.objects));
-            let frame_line = frame_line(*frame, mode, &visible.stats, times[m][i], missed.as_ref());
+            let times = times[m][i];
+            let mut frame_line = frame_line(*frame, mode, &visible.stats, times, missed.as_ref());
+            frame_line.method = (mode == WalkMode::Auto).then(|| method.name());
             if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
                 let text = caption(&frame_line, scene.triangles.len());
-                let overlay = Overlay { scene, file, view: *view, mode, visible, missed, text };
+                let overlay = Overlay { scene, file, view: *view, method, visible, missed, text };
                 overlay.picture().save(&picture_path(folder, *frame, mode))?;
             }
             line(&frame_line);
@@ -152,7 +187,7 @@ fn with_solid_doors(scene: &Scene) -> Scene {
 }
 
 /// Where the picture of a frame goes.
-pub fn picture_path(folder: &Path, frame: usize, mode: Mode) -> PathBuf {
+pub fn picture_path(folder: &Path, frame: usize, mode: WalkMode) -> PathBuf {
     folder.join(format!("frame_{frame:05}_{mode}.png"))
 }
 
@@ -162,24 +197,10 @@ fn view(file: &PvsFile, path: &CameraPath, frame: usize, options: &WalkOptions) 
     View { camera, near: path.near, width, height }
 }
 
-/// Microseconds of each frame, culled once in the path's order.
-fn time(culler: &Culler, mode: Mode, views: &[(usize, View)]) -> Vec<f64> {
-    let mut scratch = Scratch::for_culler(culler);
-    views
-        .iter()
-        .map(|(_, view)| {
-            let start = Instant::now();
-            std::hint::black_box(culler.cull(&view.camera, mode, &mut scratch));
-            (start.elapsed().as_nanos() as f64 / 100.0).round() / 10.0
-        })
-        .collect()
-}
-
 /// A picture of everything, and what it shows.
 struct Truth<'r> {
     rays: &'r RayScene<'r>,
-    /// From the eye itself: a camera that stands nearer to a wall than its near plane looks through the wall, which no
-    /// culler by visibility foresees.
+    /// See [`nearer`].
     view: View,
     full: IdBuffer,
     shown: Vec<ObjectId>,
@@ -187,7 +208,7 @@ struct Truth<'r> {
 
 impl<'r> Truth<'r> {
     fn new(rays: &'r RayScene<'r>, view: &View) -> Self {
-        let view = View { near: view.near * 1e-3, ..*view };
+        let view = nearer(view);
         let full = draw(rays.scene(), &view, &|_| true);
         Self { rays, view, shown: objects_shown(rays.scene(), &full), full }
     }
@@ -204,7 +225,8 @@ impl<'r> Truth<'r> {
     }
 }
 
-fn frame_line(frame: usize, mode: Mode, stats: &FrameStats, us: f64, missed: Option<&Missed>) -> FrameLine {
+fn frame_line(frame: usize, mode: WalkMode, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
+    let tenths = |us: f64| (us * 10.0).round() / 10.0;
     FrameLine {
         frame,
         mode: mode.name(),
@@ -212,8 +234,10 @@ fn frame_line(frame: usize, mode: Mode, stats: &FrameStats, us: f64, missed: Opt
         portals: stats.portals,
         objects: stats.objects,
         triangles: stats.triangles,
-        queries: 0,
-        us,
+        queries: stats.queries,
+        us: tenths(times.cull),
+        frame_us: times.frame.map(tenths),
+        method: None,
         missed_pixels: missed.map(|m| m.pixels.len() as u64),
         crack_pixels: missed.map(|m| m.cracks),
     }
@@ -226,20 +250,27 @@ fn caption(line: &FrameLine, all_triangles: usize) -> String {
     )
 }
 
-fn summary(mode: Mode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
+fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
     let mean = |f: fn(&FrameLine) -> u64| lines.iter().map(f).sum::<u64>() as f64 / lines.len().max(1) as f64;
     let total = |f: fn(&FrameLine) -> Option<u64>| lines.iter().map(f).sum::<Option<u64>>();
-    let mut times: Vec<f64> = lines.iter().map(|l| l.us).collect();
-    times.sort_by(f64::total_cmp);
+    let sorted = |f: fn(&FrameLine) -> Option<f64>| {
+        let mut times = lines.iter().map(f).collect::<Option<Vec<f64>>>()?;
+        times.sort_by(f64::total_cmp);
+        Some(times)
+    };
     // The smallest time that this share of the frames doesn't exceed.
-    let percentile = |p: usize| times.get((times.len() * p).div_ceil(100).saturating_sub(1)).copied().unwrap_or(0.0);
+    let percentile =
+        |times: &[f64], p: usize| times.get((times.len() * p).div_ceil(100).saturating_sub(1)).copied().unwrap_or(0.0);
+    let times = sorted(|l| Some(l.us)).unwrap_or_default();
     Summary {
         frames: lines.len(),
         mode: mode.name(),
         triangles_mean: mean(|l| l.triangles),
         objects_mean: mean(|l| l.objects),
-        us_median: percentile(50),
-        us_p99: percentile(99),
+        us_median: percentile(&times, 50),
+        us_p99: percentile(&times, 99),
+        frame_us_median: sorted(|l| l.frame_us).map(|times| percentile(&times, 50)),
+        queries_mean: mean(|l| l.queries),
         missed_pixels: total(|l| l.missed_pixels),
         crack_pixels: total(|l| l.crack_pixels),
         exact_triangles_mean,
@@ -250,6 +281,9 @@ fn summary(mode: Mode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, c
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runtime::{Method, Mode};
+
+    const BOTH: WalkMode = WalkMode::Fixed(Method::Plain(Mode::Both));
 
     #[test]
     fn a_summary_is_of_its_lines() {
@@ -257,13 +291,14 @@ mod tests {
             .map(|i| {
                 let stats = FrameStats { objects: i, triangles: 2 * i, ..FrameStats::default() };
                 let missed = Missed { pixels: vec![0; usize::from(i == 7)], cracks: 1 };
-                frame_line(i as usize, Mode::Both, &stats, i as f64, Some(&missed))
+                frame_line(i as usize, BOTH, &stats, Times { cull: i as f64, frame: None }, Some(&missed))
             })
             .collect();
-        let s = summary(Mode::Both, &lines, Some(3.0), 0);
+        let s = summary(BOTH, &lines, Some(3.0), 0);
         assert_eq!((s.frames, s.objects_mean, s.triangles_mean), (200, 100.5, 201.0));
         assert_eq!((s.us_median, s.us_p99, s.missed_pixels, s.crack_pixels), (100.0, 198.0, Some(1), Some(200)));
-        let none = summary(Mode::Both, &[frame_line(0, Mode::Both, &FrameStats::default(), 1.0, None)], None, 0);
-        assert!(!serde_json::to_string(&none).unwrap().contains("missed_pixels"));
+        let line = frame_line(0, BOTH, &FrameStats::default(), Times { cull: 1.0, frame: None }, None);
+        let none = serde_json::to_string(&summary(BOTH, &[line], None, 0)).unwrap();
+        assert!(!none.contains("missed_pixels") && !none.contains("frame_us"));
     }
 }

@@ -4,6 +4,7 @@
 //! cancels, whatever the distance of the eye from the origin. The near and far planes are not used: culling by the eye's own
 //! plane (`w = 0`) keeps more, and holds for reversed and infinite depth as well.
 
+use crate::online::view::View;
 use glam::{DMat3, DVec3, Mat4, Vec2, Vec3};
 
 /// A perspective camera.
@@ -48,6 +49,12 @@ impl Camera {
     /// where the three rows are dependent.
     pub fn ray(&self, ndc: glam::DVec2) -> DVec3 {
         self.unproject() * DVec3::new(ndc.x, ndc.y, 1.0)
+    }
+
+    /// The same for online culling, with a near plane at `near` metres, above 0.
+    pub fn view(&self, near: f64) -> View {
+        let Self { eye, x, y, w } = *self;
+        View { eye: eye.as_dvec3(), x: x.as_dvec3(), y: y.as_dvec3(), w: w.as_dvec3(), near, far: f64::INFINITY }
     }
 
     /// From clip-space (x, y, w) to directions.

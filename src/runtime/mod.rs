@@ -25,23 +25,26 @@
 //! * The set depends on the camera and the mode, not on earlier frames.
 //! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
 
+mod auto;
 mod culler;
 mod doors;
 mod frustum;
 mod locate;
 mod mirrors;
+mod online;
 mod portals;
 mod scratch;
 mod sets;
 
+pub use auto::Auto;
 pub use culler::Culler;
 pub use frustum::{Camera, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
+pub use online::{Method, OnlineCuller};
 pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
 pub use sets::MOST_PLANES;
 
 use std::fmt;
-use std::str::FromStr;
 
 /// How to cull.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -91,31 +94,16 @@ impl fmt::Display for Mode {
     }
 }
 
-impl FromStr for Mode {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        match Self::ALL.into_iter().find(|mode| mode.name() == name) {
-            Some(mode) => Ok(mode),
-            None if matches!(name, "chc" | "auto") => {
-                Err(format!("mode \"{name}\" needs occlusion queries, which this version has not; use \"both\""))
-            }
-            None => Err(format!("no mode \"{name}\"; give none, frustum, portals, pvs or both")),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn modes_are_known_by_name_and_those_to_come_are_refused() {
-        for mode in Mode::ALL {
-            assert_eq!(mode.to_string().parse(), Ok(mode));
+    fn methods_are_known_by_name() {
+        for method in Method::ALL {
+            assert_eq!(method.to_string().parse(), Ok(method));
         }
-        assert!("chc".parse::<Mode>().unwrap_err().contains("occlusion queries"));
-        assert!("auto".parse::<Mode>().unwrap_err().contains("occlusion queries"));
-        assert!("Both".parse::<Mode>().unwrap_err().contains("no mode"));
+        assert_eq!("both".parse(), Ok(Method::Plain(Mode::Both)));
+        assert!("Both".parse::<Method>().unwrap_err().contains("no mode"));
     }
 }

@@ -17,6 +17,8 @@ pub struct FrameStats {
     pub objects: u64,
     /// Their triangles.
     pub triangles: u64,
+    /// Questions to an occlusion oracle.
+    pub queries: u64,
     /// Times that a bound on work was met and more was kept instead.
     pub capped: u64,
 }
@@ -30,6 +32,7 @@ impl Add for FrameStats {
             portals: self.portals + other.portals,
             objects: self.objects + other.objects,
             triangles: self.triangles + other.triangles,
+            queries: self.queries + other.queries,
             capped: self.capped + other.capped,
         }
     }

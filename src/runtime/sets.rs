@@ -10,6 +10,11 @@ use glam::{Vec3, Vec4};
 pub const MOST_PLANES: usize = 64;
 
 impl Culler {
+    /// The cell that a point is in (metres, relative to the file's origin), or the deepest of those that it is on the border of.
+    pub fn cell_of(&self, p: Vec3, scratch: &mut Scratch) -> Option<CellId> {
+        self.locate(p, scratch).as_slice().first().copied()
+    }
+
     /// The cells that may be seen from a cell, itself included, ascending: its row. All, where the file has no rows or they are only
     /// sampled. Doors count as open.
     pub fn visible_from(&self, cell: CellId) -> impl Iterator<Item = CellId> + '_ {

@@ -1,0 +1,296 @@
+//! The tables of two studies again, with the software oracle on one thread, 1024 x 768 pixels: frustum culling and occlusion culling in
+//! Teapots(500, 30), (5000, 3) and (5000, 20) by six trees and three boxes (P. Ivson, *Técnicas de Otimização para Visualização de Modelos
+//! Massivos*, PUC-Rio, 2006, section 6.4), and seven choices of levels in a dense and a sparse city (V. Cunha, M. Leitão, *Exploração da
+//! Remoção Hierárquica por Oclusão em Simulações em Tempo Real*, ISEP, table 2).
+//!
+//! The camera goes six stretches of its path, 30 frames each; between them it jumps. First the answers are checked: in the middle frame of each
+//! stretch, no culler leaves out an object that a picture of everything shows. Times are of whole frames, culling and all drawing,
+//! added up; *plain* (everything is drawn) and *known* (the exactly visible objects are drawn, and nobody is asked) are measured in
+//! the middle frames and compared there. `--test` takes one small scene, `--cities` the cities alone.
+
+use enfilade::generate::{Kind, generate};
+use enfilade::online::bounds::Fit;
+use enfilade::online::chc::{Chc, Reduction};
+use enfilade::online::chc_plus::{ChcPlus, ChcPlusOptions};
+use enfilade::online::depth::DepthBuffer;
+use enfilade::online::frustum::FrustumCuller;
+use enfilade::online::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade::online::levels::{C1_TO_C7, LevelCuller, LevelOptions};
+use enfilade::online::oracle::OcclusionOracle;
+use enfilade::online::view::Frustum;
+use enfilade::report::missed::objects_shown;
+use enfilade::report::path::CameraPath;
+use enfilade::report::raster::{View, draw};
+use enfilade::runtime::{Auto, Method, Mode};
+use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::{CellId, ObjectId};
+use glam::DVec3;
+use std::path::PathBuf;
+use std::time::Instant;
+
+const SIZE: [usize; 2] = [1024, 768];
+const STRETCHES: usize = 6;
+const FRAMES: usize = 30;
+/// A teapot is one object.
+const TEAPOT: u32 = 2712;
+
+fn main() {
+    let has = |flag: &str| std::env::args().any(|a| a == flag);
+    if has("--test") {
+        teapots(50, 20, &[Split::ObjectMedian]);
+        return;
+    }
+    let teapot_scenes = if has("--cities") { &[][..] } else { &[(500, 30), (5000, 3), (5000, 20)] };
+    for &(count, scale) in teapot_scenes {
+        teapots(count, scale, &Split::ALL);
+    }
+    for dense in [true, false] {
+        city(dense);
+    }
+}
+
+/// A scene, its camera's frames, and the objects that show in the middle frame of each stretch.
+struct Study {
+    scene: Scene,
+    frames: Vec<View>,
+    shown: Vec<Vec<ObjectId>>,
+}
+
+/// What frames cost, all and the middle ones, in seconds; triangles and queries a frame.
+#[derive(Clone, Copy, Default)]
+struct Cost {
+    all: f64,
+    middle: f64,
+    slowest: f64,
+    triangles: f64,
+    queries: f64,
+}
+
+impl Study {
+    fn new(kind: Kind, name: &str) -> Self {
+        let made = generate(kind, 0).expect("a scene");
+        let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.glb"));
+        std::fs::write(&file, &made.glb).expect("a folder to write to");
+        let options = ImportOptions { object_triangles: TEAPOT, ..ImportOptions::default() };
+        let scene = import(&file, &options).expect("what was generated");
+        let path = CameraPath::from_json(&made.path.to_string()).expect("a path");
+        let frames: Vec<View> = (0..STRETCHES * FRAMES)
+            .map(|i| {
+                let start = (path.frames.len() - FRAMES) * (i / FRAMES) / (STRETCHES - 1);
+                let camera = path.camera(start + i % FRAMES, scene.origin, SIZE[0] as f64 / SIZE[1] as f64);
+                View { camera, near: path.near, width: SIZE[0], height: SIZE[1] }
+            })
+            .collect();
+        let shown = (0..STRETCHES).map(|s| objects_shown(&scene, &draw(&scene, &frames[middle(s)], &|_| true))).collect();
+        println!("\n{name}: {} objects, {} triangles", scene.objects.len(), scene.triangles.len());
+        Self { scene, frames, shown }
+    }
+
+    fn triangles(&self, objects: &[ObjectId]) -> f64 {
+        objects.iter().map(|o| self.scene.objects[o.index()].triangles.len() as f64).sum()
+    }
+
+    /// Runs all frames; `cull` draws one and says what and how many queries it took.
+    fn run(&self, mut cull: impl FnMut(&Frustum, &mut DepthBuffer<'_>) -> (Vec<ObjectId>, u64)) -> Cost {
+        let mut buffer = DepthBuffer::new(&self.scene, SIZE[0], SIZE[1]);
+        let mut cost = Cost::default();
+        for (i, view) in self.frames.iter().enumerate() {
+            let view = view.camera.view(view.near);
+            let start = Instant::now();
+            buffer.begin(&view);
+            let (mut drawn, queries) = cull(&Frustum::new(&view), &mut buffer);
+            let seconds = start.elapsed().as_secs_f64();
+            cost.all += seconds;
+            cost.slowest = cost.slowest.max(seconds);
+            cost.triangles += self.triangles(&drawn) / self.frames.len() as f64;
+            cost.queries += queries as f64 / self.frames.len() as f64;
+            if i == middle(i / FRAMES) {
+                cost.middle += seconds;
+                drawn.sort_unstable();
+                let shown = &self.shown[i / FRAMES];
+                assert!(shown.iter().all(|o| drawn.binary_search(o).is_ok()), "frame {i}: an object that shows isn't drawn");
+            }
+        }
+        cost
+    }
+
+    /// Draws the middle frames alone, for who keeps nothing from frame to frame.
+    fn middles(&self, mut objects: impl FnMut(usize, &Frustum) -> Vec<ObjectId>) -> Cost {
+        let mut buffer = DepthBuffer::new(&self.scene, SIZE[0], SIZE[1]);
+        let mut cost = Cost::default();
+        for stretch in 0..STRETCHES {
+            let view = self.frames[middle(stretch)];
+            let view = view.camera.view(view.near);
+            let start = Instant::now();
+            buffer.begin(&view);
+            let objects = objects(stretch, &Frustum::new(&view));
+            objects.iter().for_each(|&o| buffer.draw(o));
+            cost.middle += start.elapsed().as_secs_f64();
+            cost.triangles += self.triangles(&objects) / STRETCHES as f64;
+        }
+        cost
+    }
+
+    fn everything(&self) -> Vec<ObjectId> {
+        (0..self.scene.objects.len() as u32).map(ObjectId).collect()
+    }
+
+    /// The visible objects, the nearest first.
+    fn known(&self, stretch: usize) -> Vec<ObjectId> {
+        let eye: DVec3 = self.frames[middle(stretch)].camera.eye.as_dvec3();
+        let mut shown = self.shown[stretch].clone();
+        shown.sort_by(|a, b| {
+            let at = |o: &ObjectId| self.scene.objects[o.index()].bounds.centre().distance_squared(eye);
+            at(a).total_cmp(&at(b))
+        });
+        shown
+    }
+
+    /// Of whoever knows what shows.
+    fn known_cost(&self) -> Cost {
+        let known: Vec<_> = (0..STRETCHES).map(|s| self.known(s)).collect();
+        self.middles(|stretch, _| known[stretch].clone())
+    }
+
+    /// Of all frames.
+    fn frustum(&self, tree: &Hierarchy) -> Cost {
+        let mut culler = FrustumCuller::default();
+        self.run(|frustum, buffer| {
+            let objects = culler.cull(tree, frustum).to_vec();
+            objects.iter().for_each(|&o| buffer.draw(o));
+            (objects, 0)
+        })
+    }
+
+    fn chc(&self, tree: &Hierarchy) -> Cost {
+        let mut culler = Chc::new(Reduction::None, 0);
+        self.run(|frustum, buffer| (culler.cull(tree, frustum, buffer).to_vec(), culler.stats().queries))
+    }
+
+    fn chc_plus(&self, tree: &Hierarchy) -> Cost {
+        let mut culler = ChcPlus::new(ChcPlusOptions::default());
+        self.run(|frustum, buffer| (culler.cull(tree, frustum, buffer).to_vec(), culler.stats().queries))
+    }
+}
+
+fn middle(stretch: usize) -> usize {
+    stretch * FRAMES + FRAMES / 2
+}
+
+fn row(name: &str, cost: &Cost, frustum: &Cost) {
+    let frames = (STRETCHES * FRAMES) as f64;
+    println!(
+        "| {name} | {:.2} | {:.2} | {:.0} | {:.0} | {:.3} | {:.3} |",
+        cost.all / frames * 1e3,
+        cost.slowest * 1e3,
+        cost.triangles,
+        cost.queries,
+        frustum.triangles / cost.triangles,
+        frustum.all / cost.all
+    );
+}
+
+const HEAD: &str =
+    "| culler | ms a frame | slowest | triangles | queries | frustum's triangles over its | frustum's time over its |
+| --- | --- | --- | --- | --- | --- | --- |";
+
+fn teapots(count: usize, scale: usize, splits: &[Split]) {
+    let study = Study::new(Kind::Teapots { count, scale }, &format!("teapots{count}x{scale}"));
+    // The first has the page faults.
+    study.known_cost();
+    let (plain, known) = (study.middles(|_, _| study.everything()).middle, study.known_cost());
+    let each = 1e3 / STRETCHES as f64;
+    println!(
+        "plain: {:.2} ms a frame; known: {:.2} ms, {:.0} triangles\n",
+        plain * each,
+        known.middle * each,
+        known.triangles
+    );
+    println!(
+        "| tree | box | tree, s | frustum, ms | chc, ms | triangles: plain over frustum | plain over chc | time: plain over frustum | plain over chc |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    let all = study.scene.triangles.len() as f64;
+    for &split in splits {
+        for fit in [Fit::Aligned, Fit::Covariance, Fit::Minimum] {
+            let start = Instant::now();
+            let tree = Hierarchy::build(&study.scene, &HierarchyOptions { fit, split, least_triangles: 1 });
+            let built = start.elapsed().as_secs_f64();
+            let mut culler = FrustumCuller::default();
+            let frustum = study.middles(|_, frustum| culler.cull(&tree, frustum).to_vec());
+            let chc = study.chc(&tree);
+            println!(
+                "| {split:?} | {fit:?} | {built:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+                frustum.middle * each,
+                chc.middle * each,
+                all / frustum.triangles,
+                all / chc.triangles,
+                plain / frustum.middle,
+                plain / chc.middle
+            );
+        }
+    }
+    let tree = Hierarchy::build(&study.scene, &HierarchyOptions::default());
+    let plus = study.chc_plus(&tree);
+    println!(
+        "\nchc++: {:.2} ms, {:.0} triangles, {:.3} of known's time",
+        plus.middle * each,
+        plus.triangles,
+        plus.middle / known.middle
+    );
+}
+
+fn city(dense: bool) {
+    let study = Study::new(Kind::City { dense }, if dense { "city-dense" } else { "city-sparse" });
+    // Objects are named after where they stand: `g00/a0000/b00`; the ground is in no group.
+    let part = |object: &enfilade::scene::Object, at: usize| {
+        let number = object.node.split('/').nth(at).and_then(|p| p[1..].parse().ok());
+        number.unwrap_or(u32::MAX)
+    };
+    let levels: Vec<Vec<u32>> = (0..2).map(|at| study.scene.objects.iter().map(|o| part(o, at)).collect()).collect();
+    let graph = Hierarchy::from_levels(&study.scene, Fit::Aligned, &levels);
+    let tree = Hierarchy::build(&study.scene, &HierarchyOptions::default());
+    study.known_cost();
+    let known = study.known_cost();
+    let frustum = study.frustum(&graph);
+    println!("{HEAD}");
+    for (i, &levels) in C1_TO_C7.iter().enumerate() {
+        let mut culler = LevelCuller::new(LevelOptions::new(levels));
+        let cost = study.run(|frustum, buffer| (culler.cull(&graph, frustum, buffer).to_vec(), culler.stats().queries));
+        row(&format!("C{}", i + 1), &cost, &frustum);
+    }
+    row("frustum, binary tree", &study.frustum(&tree), &frustum);
+    row("chc", &study.chc(&tree), &frustum);
+    let plus = study.chc_plus(&tree);
+    row("chc++", &plus, &frustum);
+    row("auto", &auto(&study, &tree), &frustum);
+    println!(
+        "in the middle frames: known {:.2} ms, {:.0} triangles; chc++ takes {:.3} of its time",
+        known.middle * 1e3 / STRETCHES as f64,
+        known.triangles,
+        plus.middle / known.middle
+    );
+}
+
+/// By what frames cost: the frustum, CHC or CHC++.
+fn auto(study: &Study, tree: &Hierarchy) -> Cost {
+    let methods = [Method::Plain(Mode::Frustum), Method::Chc, Method::ChcPlus];
+    let mut auto = Auto::new(1, &methods);
+    let mut frustum_culler = FrustumCuller::default();
+    let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
+    study.run(|frustum, buffer| {
+        let start = Instant::now();
+        let count = |_: Mode| study.triangles(frustum_culler.cull(tree, frustum)) as u64;
+        let done = match auto.choose(Some(CellId(0)), count) {
+            Method::Chc => (chc.cull(tree, frustum, buffer).to_vec(), chc.stats().queries),
+            Method::ChcPlus => (plus.cull(tree, frustum, buffer).to_vec(), plus.stats().queries),
+            Method::Plain(_) => {
+                let objects = frustum_culler.cull(tree, frustum).to_vec();
+                objects.iter().for_each(|&o| buffer.draw(o));
+                (objects, 0)
+            }
+        };
+        auto.learn(start.elapsed().as_secs_f64(), study.triangles(&done.0) as u64);
+        done
+    })
+}

@@ -1,0 +1,277 @@
+//! The method that costs the least, cell by cell, as frames turn out.
+//!
+//! What culling saves depends on the scene, on the place in it and on the machine, so nothing is taken for granted here: the caller says what
+//! each frame cost, and the least dear method that is known in the eye's cell is taken. Now and then another is tried, if it may be worth
+//! it. Of the methods that ask nothing it is known beforehand what they would draw: one that would draw much more isn't tried, so no
+//! frame is much dearer than the others for the sake of finding out. What trials cost beyond the best stays within [`SHARE`] of all that
+//! was spent, plus one trial.
+//!
+//! Every method's picture is the same. Which one is taken depends on the clock, so the sets may differ from run to run.
+
+use super::{Method, Mode};
+use crate::CellId;
+
+/// Of what frames cost, what trials may cost beyond it. Higher: changes are found sooner. Lower: they cost less.
+pub const SHARE: f64 = 0.01;
+/// What is expected to be so many times as dear as the best isn't tried. Higher: single frames take long. Lower: a wrong guess keeps the
+/// better method out.
+const DEAREST: f64 = 2.0;
+/// Frames of a trial of a method that asks: in the first it knows nothing, in the second what it learned from that; the next counts.
+const WARM_UP: u32 = 2;
+/// Frames in a cell until a method that lost is thought of again there, at first and at most; doubled each time.
+const WAITS: [u32; 2] = [16, 256];
+/// Of a new cost, what moves the estimate. Higher: one slow frame changes the method. Lower: changes of the scene are seen late.
+const WEIGHT: f64 = 0.25;
+/// A method is left for one that is known to cost this share of it. Higher: back and forth between equals. Lower: gains are left.
+const BETTER: f64 = 0.98;
+/// All methods.
+const METHODS: [Method; 7] = [
+    Method::Plain(Mode::Both),
+    Method::Plain(Mode::Frustum),
+    Method::Plain(Mode::Portals),
+    Method::Plain(Mode::Pvs),
+    Method::Plain(Mode::None),
+    Method::Chc,
+    Method::ChcPlus,
+];
+/// What a method that asks is expected to cost before it was tried anywhere, in times of the best.
+const UNTRIED: f64 = 1.2;
+
+/// What is known of a method in a cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    cost: Option<f64>,
+    /// Of the cell's frames, the one from which on it may be tried.
+    due: u32,
+    wait: u32,
+}
+
+impl Known {
+    /// It lost, or would: not again soon.
+    fn put_off(&mut self, frame: u32) {
+        self.wait = (self.wait * 2).clamp(WAITS[0], WAITS[1]);
+        self.due = frame.saturating_add(self.wait);
+    }
+}
+
+/// What is known of a cell.
+#[derive(Clone, Debug, Default)]
+struct Place {
+    known: [Known; METHODS.len()],
+    frames: u32,
+    current: usize,
+}
+
+/// Chooses methods; one for each camera.
+#[derive(Clone, Debug)]
+pub struct Auto {
+    /// By cell; the last is outside of all.
+    places: Vec<Place>,
+    /// What a method costs in the mean over cells, the last ones most.
+    means: [Option<f64>; METHODS.len()],
+    /// Those that may be chosen.
+    among: [bool; METHODS.len()],
+    /// What trials may still cost.
+    credit: f64,
+    per_triangle: Option<f64>,
+    /// The frame under way, or the last one: where and how; for how many frames it has been that method.
+    at: usize,
+    method: usize,
+    run: u32,
+}
+
+impl Auto {
+    /// Chooses among these methods (one or more), of which nothing is known yet, in so many cells.
+    pub fn new(cells: usize, methods: &[Method]) -> Self {
+        let among = METHODS.map(|m| methods.contains(&m));
+        let current = among.iter().position(|&a| a).expect("a method to choose");
+        let place = Place { current, ..Place::default() };
+        let (means, places) = ([None; METHODS.len()], vec![place; cells + 1]);
+        Self { places, means, among, credit: 0.0, per_triangle: None, at: 0, method: current, run: 0 }
+    }
+
+    /// The method for the next frame, with the eye in `home`, or in no cell. `triangles` says how many a method that asks nothing would draw
+    /// in it; it is called for few frames.
+    pub fn choose(&mut self, home: Option<CellId>, triangles: impl FnMut(Mode) -> u64) -> Method {
+        let at = home.map_or(self.places.len() - 1, CellId::index);
+        let in_trial = at == self.at && self.run > 0 && self.method != self.places[at].current && !self.is_warm();
+        if !in_trial {
+            let next = self.next(at, triangles);
+            self.run = if next == self.method { self.run } else { 0 };
+            self.method = next;
+        }
+        self.at = at;
+        METHODS[self.method]
+    }
+
+    /// What the frame cost that the last [`Self::choose`] was for, and the triangles that it drew. Costs are seconds, or in any unit that
+    /// all frames have; 0 or more.
+    pub fn learn(&mut self, cost: f64, triangles: u64) {
+        self.credit += SHARE * cost;
+        self.run = self.run.saturating_add(1);
+        if triangles > 0 {
+            average(&mut self.per_triangle, cost / triangles as f64);
+        }
+        let warm = self.is_warm();
+        if warm {
+            average(&mut self.means[self.method], cost);
+        }
+        let place = &mut self.places[self.at];
+        place.frames = place.frames.saturating_add(1);
+        let best = place.known[place.current].cost;
+        let known = &mut place.known[self.method];
+        if self.method == place.current {
+            if warm {
+                average(&mut known.cost, cost);
+            }
+            return;
+        }
+        // 1. A trial is paid for.
+        let Some(best) = best.filter(|&b| b > 0.0) else { return };
+        self.credit -= (cost - best).max(0.0);
+        if !warm {
+            return;
+        }
+        // 2. It is judged by its last frame alone.
+        known.cost = Some(cost);
+        if cost < BETTER * best {
+            // What was the best may be so again.
+            place.known[place.current].put_off(place.frames);
+            place.current = self.method;
+            place.known[self.method].wait = 0;
+        } else {
+            known.put_off(place.frames);
+        }
+    }
+
+    /// Whether the last frame says what the method costs.
+    fn is_warm(&self) -> bool {
+        self.run > WARM_UP || !METHODS[self.method].asks()
+    }
+
+    fn next(&mut self, at: usize, mut triangles: impl FnMut(Mode) -> u64) -> usize {
+        let place = &mut self.places[at];
+        let best = place.known[place.current].cost;
+        if place.frames > 0 && (best.is_none() || self.credit <= 0.0) {
+            return place.current;
+        }
+        // In a cell that is new, whatever is expected to be the best; later, a trial of what might be as good.
+        let most = best.map_or(f64::INFINITY, |best| DEAREST * best);
+        let mut least = None::<(f64, usize)>;
+        for m in (0..METHODS.len()).filter(|&m| self.among[m]) {
+            if m == place.current && best.is_some() || place.known[m].due > place.frames {
+                continue;
+            }
+            let expected = match METHODS[m] {
+                Method::Plain(mode) => self.per_triangle.map(|each| each * triangles(mode) as f64),
+                _ => place.known[m].cost.or(self.means[m]).or(best.map(|best| UNTRIED * best)),
+            };
+            match expected {
+                Some(cost) if cost > most => place.known[m].put_off(place.frames),
+                Some(cost) if least.is_none_or(|l| cost < l.0) => least = Some((cost, m)),
+                _ => {}
+            }
+        }
+        let next = least.map_or(place.current, |l| l.1);
+        if best.is_none() {
+            place.current = next;
+        }
+        next
+    }
+}
+
+/// Moves an estimate towards a new value.
+fn average(estimate: &mut Option<f64>, new: f64) {
+    *estimate = Some(estimate.map_or(new, |old| old + WEIGHT * (new - old)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs frames of known costs, of 100 triangles each unit for the methods that ask nothing, of 80 for the others; returns what they
+    /// cost in all, and the dearest.
+    fn run(auto: &mut Auto, frames: usize, cost: impl Fn(usize, Method) -> (Option<CellId>, f64)) -> (f64, f64) {
+        let (mut sum, mut most) = (0.0, 0.0f64);
+        for frame in 0..frames {
+            let home = cost(frame, Method::Chc).0;
+            let method = auto.choose(home, |mode| (cost(frame, Method::Plain(mode)).1 * 100.0) as u64);
+            let spent = cost(frame, method).1;
+            auto.learn(spent, (spent * if method.asks() { 80.0 } else { 100.0 }) as u64);
+            sum += spent;
+            most = most.max(spent);
+        }
+        (sum, most)
+    }
+
+    fn sparse(method: Method) -> f64 {
+        match method {
+            Method::Plain(Mode::None) => 10.4,
+            Method::Plain(Mode::Frustum) => 10.0,
+            Method::Plain(_) => 10.1,
+            Method::Chc => 11.7,
+            Method::ChcPlus => 11.2,
+        }
+    }
+
+    fn dense(method: Method) -> f64 {
+        match method {
+            Method::Plain(Mode::None) => 300.0,
+            Method::Plain(_) => 140.0,
+            Method::Chc => 10.0,
+            Method::ChcPlus => 10.5,
+        }
+    }
+
+    #[test]
+    fn a_sparse_scene_hardly_pays_and_a_dense_one_gains_nearly_all() {
+        let frames = 3000;
+        let (spent, most) = run(&mut Auto::new(0, &Method::ALL), frames, |_, method| (None, sparse(method)));
+        assert!(spent <= 1.015 * 10.0 * frames as f64 && most < 12.0, "{spent}");
+        let (spent, most) = run(&mut Auto::new(0, &Method::ALL), frames, |_, method| (None, dense(method)));
+        // The first frame is by the first method, whatever that costs.
+        assert!(spent <= 1.015 * 10.0 * frames as f64 + 140.0 && most == 140.0, "{spent}");
+    }
+
+    #[test]
+    fn each_cell_has_its_own_method_and_learns_from_the_others() {
+        let mut auto = Auto::new(100, &Method::ALL);
+        // Thirty frames in each of a hundred cells, the even ones dense.
+        let cell = |frame: usize| CellId((frame / 30 % 100) as u32);
+        let cost = |frame: usize, m: Method| (Some(cell(frame)), if cell(frame).0 % 2 == 0 { dense(m) } else { sparse(m) });
+        let (first, second) = (run(&mut auto, 3000, cost).0, run(&mut auto, 3000, cost).0);
+        assert!(first <= 1.15 * 30000.0 && second <= 1.03 * 30000.0, "{first}, then {second}");
+    }
+
+    #[test]
+    fn a_change_of_the_scene_is_followed() {
+        let mut auto = Auto::new(0, &Method::ALL);
+        run(&mut auto, 1000, |_, method| (None, dense(method)));
+        assert_eq!(METHODS[auto.places[0].current], Method::Chc);
+        // Out of the city: what draws everything in sight is seen to draw little, and tried.
+        let (spent, _) = run(&mut auto, 1000, |_, method| (None, sparse(method)));
+        assert!(!METHODS[auto.places[0].current].asks());
+        assert!(spent <= 1.05 * 10.0 * 1000.0, "{spent}");
+        // And back: the method that asks nothing gets dear, and is left as soon as another is thought of.
+        let (spent, _) = run(&mut auto, 1000, |_, method| (None, dense(method)));
+        assert_eq!(METHODS[auto.places[0].current], Method::Chc);
+        assert!(spent <= 10.0 * 1000.0 + 140.0 * f64::from(WAITS[1]), "{spent}");
+    }
+
+    #[test]
+    fn what_is_not_offered_is_not_chosen() {
+        let offered = [Method::Plain(Mode::Frustum), Method::ChcPlus];
+        let mut auto = Auto::new(3, &offered);
+        for frame in 0..500u32 {
+            let method = auto.choose(Some(CellId(frame / 7 % 3)), |_| 1000);
+            assert!(offered.contains(&method));
+            auto.learn(dense(method), 500);
+        }
+    }
+
+    #[test]
+    fn costs_of_nothing_are_survived() {
+        let mut auto = Auto::new(1, &Method::ALL);
+        assert_eq!(run(&mut auto, 100, |frame, _| (Some(CellId(0)).filter(|_| frame % 2 == 0), 0.0)).0, 0.0);
+    }
+}
