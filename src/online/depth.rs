@@ -2,7 +2,7 @@
 //!
 //! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993 (here with three levels: pixels, tiles of 8 by 8, blocks of
 //! 8 by 8 tiles); Hasselgren, Andersson, Akenine-Möller, *Masked software occlusion culling*, 2016 (tiles as lanes; here with a depth for
-//! every pixel, so that nothing has to be merged); Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997 (edge
+//! every pixel, or one plane for all of a tile that one triangle covers, so that nothing has to be merged); Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997 (edge
 //! functions and 1/w are linear over the picture even behind the eye, so nothing is clipped).
 //!
 //! # What is hidden
@@ -132,6 +132,33 @@ impl Rays {
 #[repr(align(32))]
 struct Tile([f32; PIXELS]);
 
+/// The depths of a tile that one triangle covers, a linear function of the pixel that is not below `floor`; not a number where the
+/// tile's pixels have depths of their own.
+#[derive(Clone, Copy)]
+struct Plane {
+    at: f32,
+    x: f32,
+    y: f32,
+    floor: f32,
+}
+
+impl Plane {
+    /// See the tile's pixels.
+    const NONE: Self = Self { at: f32::NAN, x: 0.0, y: 0.0, floor: 0.0 };
+
+    #[inline(always)]
+    fn depth(&self, column: usize, row: usize) -> f32 {
+        ((self.at + self.y * COUNT[row]) + self.x * COUNT[column]).max(self.floor)
+    }
+
+    /// At the pixels in the tile's corners: between these are all others, rounded as they are.
+    #[inline(always)]
+    fn corners(&self) -> [f32; 4] {
+        let last = SIDE - 1;
+        [self.depth(0, 0), self.depth(last, 0), self.depth(0, last), self.depth(last, last)]
+    }
+}
+
 /// The software oracle.
 pub struct DepthBuffer<'s> {
     scene: &'s Scene,
@@ -139,6 +166,7 @@ pub struct DepthBuffer<'s> {
     /// Tiles and blocks along a row.
     across: [usize; 2],
     tiles: Vec<Tile>,
+    planes: Vec<Plane>,
     /// The farthest depth of each tile.
     farthest: Vec<f32>,
     /// That of each block; `None` where a tile of it was drawn into since.
@@ -157,6 +185,7 @@ impl<'s> DepthBuffer<'s> {
             rays: Rays::new(&view, [width, height]),
             across: [tiles[0], blocks[0]],
             tiles: vec![Tile([0.0; PIXELS]); tiles[0] * tiles[1]],
+            planes: vec![Plane::NONE; tiles[0] * tiles[1]],
             farthest: vec![UNTOUCHED; tiles[0] * tiles[1]],
             blocks: vec![Some(UNTOUCHED); blocks[0] * blocks[1]],
             answers: Vec::with_capacity(QUESTIONS * scene.objects.len()),
@@ -174,6 +203,29 @@ impl<'s> DepthBuffer<'s> {
     /// Whether a part of a box could show before what has been drawn so far.
     pub fn shows(&mut self, bounds: &Bounds) -> bool {
         vectorized(ask::Ask { buffer: self, bounds })
+    }
+
+    /// Gives the pixels of a tile that was drawn into their depths.
+    #[inline(always)]
+    fn unfold(&mut self, tile: usize) {
+        let plane = &mut self.planes[tile];
+        if !plane.at.is_nan() {
+            for (p, depth) in self.tiles[tile].0.iter_mut().enumerate() {
+                *depth = plane.depth(p % SIDE, p / SIDE);
+            }
+            *plane = Plane::NONE;
+        }
+    }
+
+    /// A tile was drawn into.
+    #[inline(always)]
+    fn set_farthest(&mut self, [x, y]: [usize; 2], depth: f32) {
+        let [tiles, blocks] = self.across;
+        let farthest = &mut self.farthest[y * tiles + x];
+        if *farthest != depth {
+            *farthest = depth;
+            self.blocks[y / SIDE * blocks + x / SIDE] = None;
+        }
     }
 
     /// The farthest depth in a block.
@@ -231,7 +283,11 @@ mod tests {
     /// What was drawn, by pixel: 0 where nothing was.
     fn depth(buffer: &DepthBuffer<'_>, x: usize, y: usize) -> f32 {
         let tile = y / SIDE * buffer.across[0] + x / SIDE;
-        if buffer.farthest[tile] < 0.0 { 0.0 } else { buffer.tiles[tile].0[y % SIDE * SIDE + x % SIDE] }
+        match buffer.planes[tile] {
+            _ if buffer.farthest[tile] < 0.0 => 0.0,
+            plane if plane.at.is_nan() => buffer.tiles[tile].0[y % SIDE * SIDE + x % SIDE],
+            plane => plane.depth(x % SIDE, y % SIDE),
+        }
     }
 
     /// Every pixel is drawn that the picture has, none else; never nearer, and hardly farther.
@@ -253,6 +309,7 @@ mod tests {
             }
             for tile in 0..buffer.farthest.len() {
                 if buffer.farthest[tile] >= 0.0 {
+                    buffer.unfold(tile);
                     let least = buffer.tiles[tile].0.iter().copied().fold(f32::INFINITY, f32::min);
                     assert_eq!(buffer.farthest[tile], least);
                 }

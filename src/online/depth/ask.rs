@@ -145,7 +145,7 @@ impl Slabs {
 
     /// Whether a pixel of the box shows in a tile, of those within `pixels`.
     #[inline(always)]
-    fn tile<S: Simd>(&self, simd: S, buffer: &DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {
+    fn tile<S: Simd>(&self, simd: S, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {
         let index = y * buffer.across[0] + x;
         let drawn = buffer.farthest[index];
         let (x, y) = (x * SIDE, y * SIDE);
@@ -165,6 +165,7 @@ impl Slabs {
         if most < f64::from(drawn) || least > most {
             return false;
         }
+        buffer.unfold(index);
         // By how much the nearest of the box is nearer than its farthest and than what is drawn, at most in each column.
         let mut best = [f32::NEG_INFINITY; SIDE];
         let mut steps = [[0.0f32; SIDE]; 6];

@@ -3,7 +3,7 @@
 //! Each edge is a plane through the eye. Two triangles that share it have planes of opposite sign and equal size, to the last bit, so
 //! no pixel falls through between them; a pixel too near to an edge for `f32` is decided in `f64`.
 
-use super::{COUNT, DepthBuffer, Form, PIXELS, Rays, SIDE, Tile, UNTOUCHED};
+use super::{COUNT, DepthBuffer, Form, PIXELS, Plane, Rays, SIDE, Tile, UNTOUCHED};
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
@@ -11,6 +11,9 @@ use std::ops::Range;
 /// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most. Larger: more
 /// pixels are looked at twice.
 const NEAR_EDGE: f32 = 2e-5;
+
+/// Tiles in a row up to which the edges aren't asked where they cross it.
+const FEW: usize = 3;
 
 /// Triangles yet to be drawn.
 pub(super) struct Draw<'a, 's> {
@@ -72,20 +75,12 @@ fn triangle<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3])
     };
     let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
     for y in rows[0]..=rows[1] {
-        let [first, last] = drawn.span(columns, y);
+        // Of few tiles each is asked by itself.
+        let [first, last] = if columns[1] - columns[0] < FEW { columns } else { drawn.span(columns, y) };
         for x in first..=last {
             let index = y * buffer.across[0] + x;
-            // A tile's depth isn't read before it is touched: it may be of an earlier frame.
-            let (tile, farthest) = (&mut buffer.tiles[index], &mut buffer.farthest[index]);
-            if drawn.range[0] <= *farthest {
-                continue;
-            }
-            if *farthest == UNTOUCHED {
-                clear(tile, [x * SIDE, y * SIDE], buffer.rays.size);
-            }
-            if let Some(new) = drawn.tile(simd, tile, *farthest, x * SIDE, y * SIDE) {
-                *farthest = new;
-                buffer.blocks[y / SIDE * buffer.across[1] + x / SIDE] = None;
+            if drawn.range[0] > buffer.farthest[index] {
+                drawn.tile(simd, buffer, [x, y], pixels[1]);
             }
         }
     }
@@ -149,9 +144,10 @@ impl Drawn {
         if first <= last { [first as usize, last as usize] } else { [1, 0] }
     }
 
-    /// Draws the part in the tile at pixel `x`, `y`, whose farthest depth is given. Returns the new one, `None` where nothing changed.
+    /// Draws the part in a tile, in the rows of pixels given.
     #[inline(always)]
-    fn tile<S: Simd>(&self, simd: S, tile: &mut Tile, farthest: f32, x: usize, y: usize) -> Option<f32> {
+    fn tile<S: Simd>(&self, simd: S, buffer: &mut DepthBuffer<'_>, [tile_x, tile_y]: [usize; 2], rows: [usize; 2]) {
+        let [x, y] = [tile_x * SIDE, tile_y * SIDE];
         let at = [self.edges[0].value(x, y), self.edges[1].value(x, y), self.edges[2].value(x, y)];
         let (mut outside, mut whole) = (false, true);
         for (at, edge) in at.iter().zip(&self.edges) {
@@ -160,74 +156,103 @@ impl Drawn {
             whole &= at + edge.fall(SIDE) > f64::from(NEAR_EDGE);
         }
         if outside {
-            return None;
+            return;
         }
+        let index = tile_y * buffer.across[0] + tile_x;
+        let farthest = buffer.farthest[index];
         let ([base, dx, dy], error) = self.depth.in_tile(x, y);
         let most = f64::from(base) + self.depth.rise(SIDE) + error;
         if most < f64::from(farthest) {
-            return None;
+            return;
         }
         // The true depth is at most twice the error above; the rest is for this number's own rounding.
         let near = (self.near * (1.0 - 1e-6) - 3.0 * error) as f32;
-        let mut forms = [[(f64::from(base) - error) as f32, dx, dy]; 4];
-        for ((form, edge), at) in forms[1..].iter_mut().zip(&self.edges).zip(at) {
-            *form = [at as f32, edge.x as f32, edge.y as f32];
-        }
-        if whole {
-            return Some(self.fill::<S, false>(simd, tile, &forms, near).0);
-        }
-        let (least, nearest_edge) = self.fill::<S, true>(simd, tile, &forms, near);
-        Some(if nearest_edge > NEAR_EDGE { least } else { self.settle(tile, x, y, &forms, near) })
-    }
-
-    /// Draws the pixels of a tile that are inside for certain, given the depth and the edges there. Returns the tile's farthest depth, and
-    /// how near the middle of a pixel came to an edge.
-    #[inline(always)]
-    fn fill<S: Simd, const EDGES: bool>(&self, simd: S, tile: &mut Tile, forms: &[[f32; 3]; 4], near: f32) -> (f32, f32) {
-        let (mut starts, mut steps) = ([[0.0f32; SIDE]; 4], [[0.0f32; SIDE]; 4]);
-        for (i, &[at, x, y]) in forms.iter().enumerate() {
-            let (at, x, y) = (simd.splat_f32s(at), simd.splat_f32s(x), simd.splat_f32s(y));
-            let (starts, steps) = (S::as_mut_simd_f32s(&mut starts[i]).0, S::as_mut_simd_f32s(&mut steps[i]).0);
-            for ((start, step), &count) in starts.iter_mut().zip(steps).zip(S::as_simd_f32s(&COUNT).0) {
-                *start = simd.add_f32s(at, simd.mul_f32s(y, count));
-                *step = simd.mul_f32s(x, count);
-            }
-        }
-        let of = |i: usize| S::as_simd_f32s(&steps[i]).0;
-        let steps = [of(0), of(1), of(2), of(3)];
-        let (zero, farthest, near) = (simd.splat_f32s(0.0), simd.splat_f32s(self.range[1]), simd.splat_f32s(near));
-        let edge = simd.splat_f32s(NEAR_EDGE);
-        let (mut least, mut nearest_edge) = (simd.splat_f32s(f32::INFINITY), simd.splat_f32s(f32::INFINITY));
-        for (row, pixels) in tile.0.chunks_exact_mut(SIDE).enumerate() {
-            let of = |i: usize| simd.splat_f32s(starts[i][row]);
-            let start = [of(0), of(1), of(2), of(3)];
-            for (v, depth) in S::as_mut_simd_f32s(pixels).0.iter_mut().enumerate() {
-                let value = |i: usize| simd.add_f32s(start[i], steps[i][v]);
-                let mut wins = simd.greater_than_or_equal_f32s(near, value(0));
-                if EDGES {
-                    let inside = simd.min_f32s(simd.min_f32s(value(1), value(2)), value(3));
-                    wins = simd.and_m32s(wins, simd.greater_than_f32s(inside, edge));
-                    nearest_edge = simd.min_f32s(nearest_edge, simd.abs_f32s(inside));
+        let plane = Plane { at: (f64::from(base) - error) as f32, x: dx, y: dy, floor: self.range[1] };
+        let [width, height] = buffer.rays.size;
+        if whole && most < f64::from(near) && x + SIDE <= width && y + SIDE <= height {
+            // 1. All of it: often no pixel need be looked at.
+            let new = plane.corners();
+            let old = buffer.planes[index];
+            let nothing_there = farthest == UNTOUCHED;
+            if nothing_there || !old.at.is_nan() {
+                let old = old.corners();
+                // Linear functions: what is nearer in all corners is so everywhere, and where rounding says otherwise, farther by that.
+                if nothing_there || (0..4).all(|k| new[k] >= old[k]) {
+                    buffer.planes[index] = plane;
+                    buffer.set_farthest([tile_x, tile_y], new[0].min(new[1]).min(new[2].min(new[3])));
+                    return;
                 }
-                let new = simd.select_f32s(wins, simd.max_f32s(value(0), farthest), zero);
-                *depth = simd.max_f32s(new, *depth);
-                least = simd.min_f32s(least, *depth);
+                if (0..4).all(|k| new[k] <= old[k]) {
+                    return;
+                }
             }
         }
-        (simd.reduce_min_f32s(least), simd.reduce_min_f32s(nearest_edge))
+        // 2. Pixels.
+        if farthest == UNTOUCHED {
+            buffer.planes[index] = Plane::NONE;
+            clear(&mut buffer.tiles[index], [x, y], [width, height]);
+        }
+        buffer.unfold(index);
+        let tile = &mut buffer.tiles[index];
+        let rows = [rows[0].max(y) - y, rows[1].min(y + SIDE - 1) - y];
+        let edges = [0, 1, 2].map(|k| [at[k] as f32, self.edges[k].x as f32, self.edges[k].y as f32]);
+        if whole {
+            fill::<S, false>(simd, tile, rows, &plane, &edges, near);
+        } else if fill::<S, true>(simd, tile, rows, &plane, &edges, near) <= NEAR_EDGE {
+            self.settle(tile, [x, y], &plane, &edges, near);
+        }
+        let least = tile.0.chunks_exact(SIDE).fold([f32::INFINITY; SIDE], |least, row| {
+            std::array::from_fn(|k| if row[k] < least[k] { row[k] } else { least[k] })
+        });
+        buffer.set_farthest([tile_x, tile_y], least.into_iter().fold(f32::INFINITY, f32::min));
     }
 
-    /// Draws the pixels of a tile that `f32` couldn't decide; returns the tile's farthest depth.
+    /// Draws the pixels of a tile that `f32` couldn't decide.
     #[cold]
-    fn settle(&self, tile: &mut Tile, x: usize, y: usize, forms: &[[f32; 3]; 4], near: f32) -> f32 {
+    fn settle(&self, tile: &mut Tile, [x, y]: [usize; 2], plane: &Plane, edges: &[[f32; 3]; 3], near: f32) {
         for p in 0..PIXELS {
             let (row, column) = (p / SIDE, p % SIDE);
-            let [depth, a, b, c] = forms.map(|[at, x, y]| (at + y * COUNT[row]) + x * COUNT[column]);
+            let [a, b, c] = edges.map(|[at, x, y]| (at + y * COUNT[row]) + x * COUNT[column]);
             let inside = || self.edges.iter().all(|e| e.value(x + column, y + row) >= 0.0);
+            let depth = (plane.at + plane.y * COUNT[row]) + plane.x * COUNT[column];
             if a.min(b).min(c).abs() <= NEAR_EDGE && depth <= near && inside() {
-                tile.0[p] = tile.0[p].max(depth.max(self.range[1]));
+                tile.0[p] = tile.0[p].max(depth.max(plane.floor));
             }
         }
-        tile.0.iter().copied().fold(f32::INFINITY, f32::min)
     }
+}
+
+/// Draws the pixels of some rows of a tile that are inside for certain. Returns how near the middle of one came to an edge.
+#[inline(always)]
+fn fill<S: Simd, const EDGES: bool>(
+    simd: S,
+    tile: &mut Tile,
+    [first, last]: [usize; 2],
+    plane: &Plane,
+    edges: &[[f32; 3]; 3],
+    near: f32,
+) -> f32 {
+    let counts = S::as_simd_f32s(&COUNT).0;
+    let (zero, floor, near) = (simd.splat_f32s(0.0), simd.splat_f32s(plane.floor), simd.splat_f32s(near));
+    let (edge, mut nearest_edge) = (simd.splat_f32s(NEAR_EDGE), simd.splat_f32s(f32::INFINITY));
+    let forms = [[plane.at, plane.x, plane.y], edges[0], edges[1], edges[2]];
+    let of = |i: usize| simd.splat_f32s(forms[i][1]);
+    let steps = [of(0), of(1), of(2), of(3)];
+    for row in first..=last {
+        let of = |i: usize| simd.splat_f32s(forms[i][0] + forms[i][2] * COUNT[row]);
+        let starts = [of(0), of(1), of(2), of(3)];
+        let pixels = S::as_mut_simd_f32s(&mut tile.0[row * SIDE..][..SIDE]).0;
+        for (depth, &count) in pixels.iter_mut().zip(counts) {
+            let value = |i: usize| simd.add_f32s(starts[i], simd.mul_f32s(steps[i], count));
+            let mut wins = simd.greater_than_or_equal_f32s(near, value(0));
+            if EDGES {
+                let inside = simd.min_f32s(simd.min_f32s(value(1), value(2)), value(3));
+                wins = simd.and_m32s(wins, simd.greater_than_f32s(inside, edge));
+                nearest_edge = simd.min_f32s(nearest_edge, simd.abs_f32s(inside));
+            }
+            let new = simd.select_f32s(wins, simd.max_f32s(value(0), floor), zero);
+            *depth = simd.max_f32s(new, *depth);
+        }
+    }
+    if EDGES { simd.reduce_min_f32s(nearest_edge) } else { f32::INFINITY }
 }
