@@ -13,14 +13,17 @@
 //! larger picture may show more: ask at the size that is drawn.
 
 mod ask;
+mod closed;
 mod draw;
 
 use super::bounds::Bounds;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::view::View;
 use crate::ObjectId;
-use crate::scene::Scene;
+use crate::scene::{Object, Scene};
+use closed::Outside;
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 /// Pixels along the side of a tile, and tiles along that of a block.
 const SIDE: usize = 8;
@@ -34,6 +37,9 @@ const UNTOUCHED: f32 = -1.0;
 const FORM_ERROR: f64 = 4e-7;
 /// Pixels by which projected corners may be off, and more. Larger: pixels are looked at for nothing.
 const MARGIN: f64 = 1e-3;
+/// Boxes are grown by this fraction of their distance and size, and an eye this near to the plane of a face is inside of it: what
+/// roundings in `f64` may add up to, and much more. Larger: boxes just behind a wall show.
+const GROWN: f64 = 1e-9;
 /// Questions a frame by object that there is room for from the start: a binary tree has two nodes an object, and CHC++ may ask about each
 /// twice. More take memory when they come.
 const QUESTIONS: usize = 4;
@@ -169,6 +175,8 @@ pub struct DepthBuffer<'s> {
     planes: Vec<Plane>,
     /// The farthest depth of each tile.
     farthest: Vec<f32>,
+    /// By object: which side of its triangles is outside, if it is closed.
+    outsides: Vec<Option<Outside>>,
     /// That of each block; `None` where a tile of it was drawn into since.
     blocks: Vec<Option<f32>>,
     answers: Vec<bool>,
@@ -185,6 +193,7 @@ impl<'s> DepthBuffer<'s> {
             rays: Rays::new(&view, [width, height]),
             across: [tiles[0], blocks[0]],
             tiles: vec![Tile([0.0; PIXELS]); tiles[0] * tiles[1]],
+            outsides: scene.objects.par_iter().map(|object| Outside::of(scene, object)).collect(),
             planes: vec![Plane::NONE; tiles[0] * tiles[1]],
             farthest: vec![UNTOUCHED; tiles[0] * tiles[1]],
             blocks: vec![Some(UNTOUCHED); blocks[0] * blocks[1]],
@@ -252,10 +261,17 @@ impl OcclusionOracle for DepthBuffer<'_> {
     }
 
     fn draw(&mut self, object: ObjectId) {
-        let object = &self.scene.objects[object.index()];
-        if object.opaque {
-            vectorized(draw::Draw { buffer: self, triangles: object.triangles.clone() });
+        let Object { opaque, triangles, bounds, .. } = &self.scene.objects[object.index()];
+        if !opaque {
+            return;
         }
+        // Of what is closed, and nowhere cut by the near plane, the back is behind the front.
+        let front = self.outsides[object.index()].filter(|_| {
+            let View { eye, w, near, .. } = self.rays.view;
+            let at = bounds.centre() - eye;
+            w.dot(at) - w.abs().dot(bounds.size() * 0.5) > near + GROWN * (at.abs() + bounds.size()).element_sum()
+        });
+        vectorized(draw::Draw { buffer: self, triangles: triangles.clone(), front });
     }
 }
 

@@ -11,8 +11,9 @@ mod split;
 use super::bounds::{Bounds, Fit, Hull};
 use crate::ObjectId;
 use crate::geom::Aabb;
-use crate::scene::Scene;
+use crate::scene::{Object, Scene};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::ops::Range;
 
 pub use split::Split;
@@ -179,29 +180,39 @@ struct Shapes {
     fit: Fit,
     /// All corners of triangles (covariance), those of the convex hull (hull, minimum), or of the box (aligned).
     points: Vec<Vec<DVec3>>,
+    /// The objects' own boxes.
+    bounds: Vec<Bounds>,
     middles: Vec<DVec3>,
     triangles: Vec<u64>,
 }
 
 impl Shapes {
     fn new(scene: &Scene, fit: Fit) -> Self {
-        let points = scene.objects.iter().map(|object| {
+        let shape = |object: &Object| {
             let corners: Vec<DVec3> = object.triangles.clone().flat_map(|t| scene.corners(t as usize)).collect();
             match fit {
                 Fit::Aligned => {
-                    let Aabb { min, max } = Aabb::of(corners);
-                    vec![min, max]
+                    let aabb = Aabb::of(corners);
+                    (vec![aabb.min, aabb.max], Bounds::from(aabb))
                 }
-                Fit::Covariance => corners,
-                Fit::Hull | Fit::Minimum => Hull::new(&corners).points,
+                Fit::Covariance => {
+                    let bounds = Bounds::fit(&corners, fit).expect("an object has triangles");
+                    (corners, bounds)
+                }
+                Fit::Hull | Fit::Minimum => {
+                    let points = Hull::new(&corners).points;
+                    let bounds = Bounds::fit(&points, fit).expect("an object has triangles");
+                    (points, bounds)
+                }
             }
-        });
-        let points: Vec<Vec<DVec3>> = points.collect();
-        let middle = |points: &Vec<DVec3>| Bounds::fit(points, fit).map_or(DVec3::ZERO, |b| b.centre);
+        };
+        let shapes: Vec<(Vec<DVec3>, Bounds)> = scene.objects.par_iter().map(shape).collect();
+        let (points, bounds): (Vec<_>, Vec<_>) = shapes.into_iter().unzip();
         Self {
             fit,
-            middles: points.iter().map(middle).collect(),
+            middles: bounds.iter().map(|b| b.centre).collect(),
             points,
+            bounds,
             triangles: scene.objects.iter().map(|o| u64::from(o.triangles.end - o.triangles.start)).collect(),
         }
     }
@@ -210,6 +221,7 @@ impl Shapes {
         Self {
             fit: Fit::Aligned,
             points: boxes.iter().map(|b| vec![b.min, b.max]).collect(),
+            bounds: boxes.iter().map(|&b| Bounds::from(b)).collect(),
             middles: boxes.iter().map(Aabb::centre).collect(),
             triangles: triangles.iter().map(|&t| u64::from(t)).collect(),
         }
@@ -217,6 +229,9 @@ impl Shapes {
 
     /// Box around some objects.
     fn bounds(&self, objects: &[ObjectId]) -> Bounds {
+        if let [object] = objects {
+            return self.bounds[object.index()];
+        }
         let points: Vec<DVec3> = objects.iter().flat_map(|o| &self.points[o.index()]).copied().collect();
         Bounds::fit(&points, self.fit).expect("an object has triangles")
     }

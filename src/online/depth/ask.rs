@@ -4,14 +4,10 @@
 //! the picture: so the nearest of the box is the least of at most three linear functions, its farthest the greatest of the others, and a
 //! pixel shows the box where the farthest isn't nearer than the nearest. Blocks, tiles and pixels are all asked the same way.
 
-use super::{COUNT, DepthBuffer, FORM_ERROR, Form, SIDE};
+use super::{COUNT, DepthBuffer, FORM_ERROR, Form, GROWN, SIDE};
 use crate::online::bounds::Bounds;
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
-
-/// Boxes are grown by this fraction of their distance and size, and an eye this near to the plane of a face is inside of it: what
-/// roundings in `f64` may add up to, and much more. Larger: boxes just behind a wall show.
-const GROWN: f64 = 1e-9;
 
 /// A box yet to be asked about.
 pub(super) struct Ask<'a, 's, 'b> {

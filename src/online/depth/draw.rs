@@ -3,6 +3,7 @@
 //! Each edge is a plane through the eye. Two triangles that share it have planes of opposite sign and equal size, to the last bit, so
 //! no pixel falls through between them; a pixel too near to an edge for `f32` is decided in `f64`.
 
+use super::closed::Outside;
 use super::{COUNT, DepthBuffer, Form, PIXELS, Plane, Rays, SIDE, Tile, UNTOUCHED};
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
@@ -19,6 +20,8 @@ const FEW: usize = 3;
 pub(super) struct Draw<'a, 's> {
     pub buffer: &'a mut DepthBuffer<'s>,
     pub triangles: Range<u32>,
+    /// Only those that show this side.
+    pub front: Option<Outside>,
 }
 
 impl WithSimd for Draw<'_, '_> {
@@ -29,7 +32,7 @@ impl WithSimd for Draw<'_, '_> {
         let eye = self.buffer.rays.view.eye;
         for t in self.triangles {
             let [a, b, c] = self.buffer.scene.corners(t as usize);
-            triangle(simd, self.buffer, [a - eye, b - eye, c - eye]);
+            triangle(simd, self.buffer, [a - eye, b - eye, c - eye], self.front);
         }
     }
 }
@@ -47,16 +50,16 @@ struct Drawn {
 
 /// Draws a triangle, its corners relative to the eye.
 #[inline(always)]
-fn triangle<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3]) {
+fn triangle<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3], front: Option<Outside>) {
     let rays = &buffer.rays;
-    let Some(pixels) = extent(rays, corners) else { return };
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
-    // Six times the volume of the tetrahedron with the eye: of either sign, since both sides are drawn.
+    // Six times the volume of the tetrahedron with the eye: of either sign where both sides are drawn.
     let volume = normal.dot(a);
-    if volume == 0.0 {
+    if volume == 0.0 || front.is_some_and(|front| !front.faces_eye(volume)) {
         return;
     }
+    let Some(pixels) = extent(rays, corners) else { return };
     let edge = |n: DVec3| {
         let form = rays.form(n);
         form.scaled(volume.signum() / (form.x.abs() + form.y.abs()).max(f64::MIN_POSITIVE))
