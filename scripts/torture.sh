@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # The long figures of docs/results.md, on the real buildings and levels of $ENFILADE_DATA: bake, ten million rays, every pixel of
-# a walk through every cell in each mode. Prints one line of JSON a model and leaves everything in out/torture.
+# a walk through every cell and of ten thousand random views in each mode. Prints one line of JSON a model and leaves everything in out/torture.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 data=${ENFILADE_DATA:-../shared/data}
 rays=${RAYS:-10000000}
 every=${EVERY:-1}
+random=${RANDOM_VIEWS:-10000}
 cargo build --release --features full
 mkdir -p out/torture
 models=("$@")
@@ -19,6 +20,8 @@ for model in "${models[@]}"; do
   ./target/release/enfilade bake "$model" -o "$out.pvs" --json >"$out.bake.json"
   ./target/release/enfilade check "$out.pvs" --model "$model" --rays "$rays" --json >"$out.check.json" || failed=1
   ./target/release/enfilade walk "$out.pvs" --model "$model" --mode all --verify-pixels --every "$every" --json >"$out.walk.jsonl" || failed=1
+  ./target/release/enfilade walk "$out.pvs" --model "$model" --mode all --verify-pixels --random "$random" --size 160x90 --json \
+    >"$out.random.jsonl" || failed=1
   path=${model%.*}.path.json
   if [ -e "$path" ]; then
     ./target/release/enfilade walk "$out.pvs" --model "$model" --path "$path" --mode all --verify-pixels --json >"$out.path.jsonl" || failed=1

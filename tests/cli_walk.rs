@@ -87,3 +87,36 @@ fn bad_input_is_one_line_and_exit_2() {
         assert!(message.contains(expected) && out.stdout.is_empty(), "{arguments:?}: {message}");
     }
 }
+
+/// No mode leaves out a pixel of a furnished office, wherever the eye jumps to from one frame to the next; and the more is asked, the less is
+/// drawn.
+#[test]
+fn random_views_miss_no_pixel_in_any_mode() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_walk_random");
+    std::fs::create_dir_all(&folder).unwrap();
+    let (model, file) = (folder.join("office.glb"), folder.join("office.pvs"));
+    assert!(enfilade(&["generate", "office", "--rooms", "6", "--furnished", "-o", text(&model)]).status.success());
+    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "0.2"]).status.success());
+    let common = ["walk", text(&file), "--model", text(&model), "--size", "64x36", "--random", "60", "--seed", "3"];
+    let walk = |more: &[&str]| {
+        let out = enfilade(&[&common[..], more, &["--mode", "all", "--verify-pixels", "--json"]].concat());
+        assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+        let lines = String::from_utf8(out.stdout).unwrap();
+        let summaries =
+            lines.lines().map(|l| serde_json::from_str::<Value>(l).unwrap()).filter(|l| l.get("summary").is_some());
+        summaries.map(|s| s["summary"].clone()).collect::<Vec<_>>()
+    };
+    let summaries = walk(&[]);
+    assert!(summaries.iter().all(|s| s["missed_pixels"] == 0 && s["frames"] == 60), "{summaries:?}");
+    let triangles = |mode: &str| summaries.iter().find(|s| s["mode"] == mode).unwrap()["triangles_mean"].as_f64().unwrap();
+    let exact = summaries[0]["exact_triangles_mean"].as_f64().unwrap();
+    for (more, less) in
+        [("none", "frustum"), ("frustum", "pvs"), ("pvs", "both"), ("portals", "both"), ("both", "chc"), ("both", "chc++")]
+    {
+        assert!(triangles(less) <= triangles(more), "{less} and {more}");
+    }
+    assert!(triangles("chc") < 0.9 * triangles("both") && triangles("chc") >= exact);
+
+    let out = enfilade(&[&common[..], &["--path", "x.json"]].concat());
+    assert_eq!(out.status.code(), Some(2));
+}
