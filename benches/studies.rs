@@ -5,7 +5,7 @@
 //!
 //! The camera goes six stretches of its path, 10 frames each among teapots, 30 in cities; between them it jumps. First the answers are checked: in the middle frame of each
 //! stretch, no culler leaves out an object that a picture of everything shows. Times are of whole frames, culling and all drawing,
-//! added up, and of several runs the fastest counts; *plain* (everything is drawn) and *known* (the exactly visible objects are drawn, and nobody is asked) are measured in
+//! added up, each city's also with as many triangles as the study's has, and of several runs the fastest counts; *plain* (everything is drawn) and *known* (the exactly visible objects are drawn, and nobody is asked) are measured in
 //! the middle frames and compared there. `--test` takes one small scene, `--cities` the cities alone.
 
 use enfilade::generate::{Kind, generate};
@@ -22,9 +22,10 @@ use enfilade::report::missed::objects_shown;
 use enfilade::report::path::CameraPath;
 use enfilade::report::raster::{View, draw};
 use enfilade::runtime::{Auto, Method, Mode};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Object, Scene, import};
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
+use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -32,6 +33,8 @@ const SIZE: [usize; 2] = [1024, 768];
 const STRETCHES: usize = 6;
 /// Runs of which the fastest counts.
 const RUNS: usize = 3;
+/// How often a building's triangles are divided in four, so that they are as many as in the study: 45 million in the dense city.
+const DETAIL: u32 = 3;
 /// A teapot is one object.
 const TEAPOT: u32 = 2712;
 
@@ -45,14 +48,16 @@ fn main() {
     for &(count, scale) in teapot_scenes {
         teapots(count, scale, &Split::ALL);
     }
-    for dense in [true, false] {
-        city(dense);
+    for detail in [0, DETAIL] {
+        city(true, detail);
+        city(false, detail);
     }
 }
 
 /// A scene, its camera's frames, and the objects that show in the middle frame of each stretch.
 struct Study {
-    scene: Scene,
+    scene: &'static Scene,
+    buffer: RefCell<DepthBuffer<'static>>,
     frames: Vec<View>,
     /// Frames of a stretch.
     stretch: usize,
@@ -70,12 +75,14 @@ struct Cost {
 }
 
 impl Study {
-    fn new(kind: Kind, name: &str, stretch: usize) -> Self {
+    fn new(kind: Kind, name: &str, stretch: usize, detail: u32) -> Self {
         let made = generate(kind, 0).expect("a scene");
         let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.glb"));
         std::fs::write(&file, &made.glb).expect("a folder to write to");
         let options = ImportOptions { object_triangles: TEAPOT, ..ImportOptions::default() };
-        let scene = import(&file, &options).expect("what was generated");
+        // For as long as the program runs: a handful.
+        let scene: &'static Scene =
+            Box::leak(Box::new(detailed(import(&file, &options).expect("what was generated"), detail)));
         let path = CameraPath::from_json(&made.path.to_string()).expect("a path");
         let frames: Vec<View> = (0..STRETCHES * stretch)
             .map(|i| {
@@ -85,10 +92,11 @@ impl Study {
             })
             .collect();
         let shown = (0..STRETCHES)
-            .map(|s| objects_shown(&scene, &draw(&scene, &frames[s * stretch + stretch / 2], &|_| true)))
+            .map(|s| objects_shown(scene, &draw(scene, &frames[s * stretch + stretch / 2], &|_| true)))
             .collect();
         println!("\n{name}: {} objects, {} triangles", scene.objects.len(), scene.triangles.len());
-        Self { scene, frames, stretch, shown }
+        let buffer = RefCell::new(DepthBuffer::new(scene, SIZE[0], SIZE[1]));
+        Self { scene, buffer, frames, stretch, shown }
     }
 
     fn triangles(&self, objects: &[ObjectId]) -> f64 {
@@ -104,7 +112,7 @@ impl Study {
     where
         C: FnMut(&Frustum, &mut DepthBuffer<'_>) -> (Vec<ObjectId>, u64),
     {
-        let mut buffer = DepthBuffer::new(&self.scene, SIZE[0], SIZE[1]);
+        let mut buffer = self.buffer.borrow_mut();
         let runs = (0..RUNS).map(|_| self.run_once(&mut culler(), &mut buffer));
         runs.min_by(|a, b| a.all.total_cmp(&b.all)).expect("a run")
     }
@@ -137,7 +145,7 @@ impl Study {
 
     /// Draws the middle frames alone, for who keeps nothing from frame to frame.
     fn middles(&self, mut objects: impl FnMut(usize, &Frustum) -> Vec<ObjectId>) -> Cost {
-        let mut buffer = DepthBuffer::new(&self.scene, SIZE[0], SIZE[1]);
+        let mut buffer = self.buffer.borrow_mut();
         let mut cost = Cost::default();
         for stretch in 0..STRETCHES {
             let view = self.frames[self.middle(stretch)];
@@ -207,6 +215,37 @@ impl Study {
     }
 }
 
+/// The same scene with the triangles of its buildings divided in four, so many times.
+fn detailed(scene: Scene, times: u32) -> Scene {
+    if times == 0 {
+        return scene;
+    }
+    let mut new = Scene { positions: Vec::new(), triangles: Vec::new(), objects: Vec::new(), ..scene.clone() };
+    for object in &scene.objects {
+        let start = new.triangles.len() as u32;
+        let is_building = object.node.split('/').nth(2).is_some_and(|name| name.starts_with('b'));
+        for t in object.triangles.clone() {
+            divide(scene.corners(t as usize), if is_building { times } else { 0 }, &mut new);
+        }
+        new.objects.push(Object { triangles: start..new.triangles.len() as u32, ..object.clone() });
+    }
+    new
+}
+
+fn divide([a, b, c]: [DVec3; 3], times: u32, scene: &mut Scene) {
+    if times == 0 {
+        let first = scene.positions.len() as u32;
+        scene.positions.extend([a, b, c]);
+        scene.triangles.push([first, first + 1, first + 2]);
+        return;
+    }
+    // The same point from either end, so that neighbours meet.
+    let [ab, bc, ca] = [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5];
+    for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        divide(part, times - 1, scene);
+    }
+}
+
 fn row(name: &str, frames: usize, cost: &Cost, frustum: &Cost) {
     let frames = frames as f64;
     println!(
@@ -225,7 +264,7 @@ const HEAD: &str =
 | --- | --- | --- | --- | --- | --- | --- |";
 
 fn teapots(count: usize, scale: usize, splits: &[Split]) {
-    let study = Study::new(Kind::Teapots { count, scale }, &format!("teapots{count}x{scale}"), 10);
+    let study = Study::new(Kind::Teapots { count, scale }, &format!("teapots{count}x{scale}"), 10, 0);
     // The first has the page faults.
     study.known_cost();
     let (plain, known) = (study.middles(|_, _| study.everything()).middle, study.known_cost());
@@ -247,7 +286,7 @@ fn teapots(count: usize, scale: usize, splits: &[Split]) {
         let slow = count > 500 && !matches!(split, Split::ObjectMedian | Split::Sah);
         for &fit in &fits[..if slow { 2 } else { 3 }] {
             let start = Instant::now();
-            let tree = Hierarchy::build(&study.scene, &HierarchyOptions { fit, split, least_triangles: 1 });
+            let tree = Hierarchy::build(study.scene, &HierarchyOptions { fit, split, least_triangles: 1 });
             let built = start.elapsed().as_secs_f64();
             let mut culler = FrustumCuller::default();
             let frustum = study.middles(|_, frustum| culler.cull(&tree, frustum).to_vec());
@@ -263,7 +302,7 @@ fn teapots(count: usize, scale: usize, splits: &[Split]) {
             );
         }
     }
-    let tree = Hierarchy::build(&study.scene, &HierarchyOptions::default());
+    let tree = Hierarchy::build(study.scene, &HierarchyOptions::default());
     let plus = study.chc_plus(&tree);
     println!(
         "\nchc++: {:.2} ms, {:.0} triangles, {:.3} of known's time",
@@ -273,16 +312,16 @@ fn teapots(count: usize, scale: usize, splits: &[Split]) {
     );
 }
 
-fn city(dense: bool) {
-    let study = Study::new(Kind::City { dense }, if dense { "city-dense" } else { "city-sparse" }, 30);
+fn city(dense: bool, detail: u32) {
+    let study = Study::new(Kind::City { dense }, if dense { "city-dense" } else { "city-sparse" }, 30, detail);
     // Objects are named after where they stand: `g00/a0000/b00`; the ground is in no group.
     let part = |object: &enfilade::scene::Object, at: usize| {
         let number = object.node.split('/').nth(at).and_then(|p| p[1..].parse().ok());
         number.unwrap_or(u32::MAX)
     };
     let levels: Vec<Vec<u32>> = (0..2).map(|at| study.scene.objects.iter().map(|o| part(o, at)).collect()).collect();
-    let graph = Hierarchy::from_levels(&study.scene, Fit::Aligned, &levels);
-    let tree = Hierarchy::build(&study.scene, &HierarchyOptions::default());
+    let graph = Hierarchy::from_levels(study.scene, Fit::Aligned, &levels);
+    let tree = Hierarchy::build(study.scene, &HierarchyOptions::default());
     study.known_cost();
     let known = study.known_cost();
     let (frames, frustum) = (study.frames.len(), study.frustum(&graph));

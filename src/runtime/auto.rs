@@ -34,8 +34,8 @@ const METHODS: [Method; 7] = [
     Method::Chc,
     Method::ChcPlus,
 ];
-/// What a method that asks is expected to cost before it was tried anywhere, in times of the best.
-const UNTRIED: f64 = 1.2;
+/// What a method that asks is expected to cost before it was tried anywhere, in times of the best: worth a trial before others are.
+const UNTRIED: f64 = 0.9;
 
 /// What is known of a method in a cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -94,7 +94,8 @@ impl Auto {
     /// in it; it is called for few frames.
     pub fn choose(&mut self, home: Option<CellId>, triangles: impl FnMut(Mode) -> u64) -> Method {
         let at = home.map_or(self.places.len() - 1, CellId::index);
-        let in_trial = at == self.at && self.run > 0 && self.method != self.places[at].current && !self.is_warm();
+        // A trial goes on wherever the eye goes.
+        let in_trial = self.run > 0 && self.method != self.places[self.at].current && !self.is_warm();
         if !in_trial {
             let next = self.next(at, triangles);
             self.run = if next == self.method { self.run } else { 0 };
@@ -127,14 +128,13 @@ impl Auto {
             return;
         }
         // 1. A trial is paid for.
-        let Some(best) = best.filter(|&b| b > 0.0) else { return };
-        self.credit -= (cost - best).max(0.0);
+        self.credit -= best.map_or(0.0, |best| (cost - best).max(0.0));
         if !warm {
             return;
         }
         // 2. It is judged by its last frame alone.
         known.cost = Some(cost);
-        if cost < BETTER * best {
+        if best.is_some_and(|best| cost < BETTER * best) {
             // What was the best may be so again.
             place.known[place.current].put_off(place.frames);
             place.current = self.method;
@@ -150,12 +150,14 @@ impl Auto {
     }
 
     fn next(&mut self, at: usize, mut triangles: impl FnMut(Mode) -> u64) -> usize {
+        let warming_up = self.run > 0 && !self.is_warm();
         let place = &mut self.places[at];
         let best = place.known[place.current].cost;
-        if place.frames > 0 && (best.is_none() || self.credit <= 0.0) {
+        let is_settled = if best.is_some() { self.credit <= 0.0 } else { warming_up && self.method == place.current };
+        if is_settled {
             return place.current;
         }
-        // In a cell that is new, whatever is expected to be the best; later, a trial of what might be as good.
+        // Where nothing is known yet, whatever is expected to be the best; later, a trial of what might be as good.
         let most = best.map_or(f64::INFINITY, |best| DEAREST * best);
         let mut least = None::<(f64, usize)>;
         for m in (0..METHODS.len()).filter(|&m| self.among[m]) {
