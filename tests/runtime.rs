@@ -415,7 +415,7 @@ fn a_portal_opens_its_rectangle() {
 
 fn options(modes: &[Mode]) -> WalkOptions {
     WalkOptions {
-        modes: modes.to_vec(),
+        modes: modes.iter().map(|&m| m.into()).collect(),
         width: 160,
         height: 90,
         verify_pixels: true,

@@ -3,7 +3,7 @@
 use super::raster::View;
 use crate::online::depth::DepthBuffer;
 use crate::online::oracle::OcclusionOracle;
-use crate::runtime::{Auto, Culler, Method, OnlineCuller, Scratch, VisibleSet};
+use crate::runtime::{Auto, Culler, Method, Mode, OnlineCuller, Scratch, VisibleSet};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Instant;
@@ -37,6 +37,12 @@ impl WalkMode {
             Self::Fixed(method) => method.asks(),
             Self::Auto => true,
         }
+    }
+}
+
+impl From<Mode> for WalkMode {
+    fn from(mode: Mode) -> Self {
+        Self::Fixed(mode.into())
     }
 }
 

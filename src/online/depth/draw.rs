@@ -241,10 +241,10 @@ fn fill<S: Simd, const EDGES: bool>(
     let forms = [[plane.at, plane.x, plane.y], edges[0], edges[1], edges[2]];
     let of = |i: usize| simd.splat_f32s(forms[i][1]);
     let steps = [of(0), of(1), of(2), of(3)];
-    for row in first..=last {
-        let of = |i: usize| simd.splat_f32s(forms[i][0] + forms[i][2] * COUNT[row]);
+    for (pixels, y) in tile.0.chunks_exact_mut(SIDE).zip(COUNT).take(last + 1).skip(first) {
+        let of = |i: usize| simd.splat_f32s(forms[i][0] + forms[i][2] * y);
         let starts = [of(0), of(1), of(2), of(3)];
-        let pixels = S::as_mut_simd_f32s(&mut tile.0[row * SIDE..][..SIDE]).0;
+        let pixels = S::as_mut_simd_f32s(pixels).0;
         for (depth, &count) in pixels.iter_mut().zip(counts) {
             let value = |i: usize| simd.add_f32s(starts[i], simd.mul_f32s(steps[i], count));
             let mut wins = simd.greater_than_or_equal_f32s(near, value(0));
