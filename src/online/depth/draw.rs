@@ -3,7 +3,8 @@
 //! Each edge is a plane through the eye. Two triangles that share it have planes of opposite sign and equal size, to the last bit, so
 //! no pixel falls through between them; a pixel too near to an edge for `f32` is decided in `f64`.
 
-use super::{COUNT, DepthBuffer, Form, PIXELS, Rays, SIDE, Tile, UNTOUCHED};
+use super::{COUNT, DepthBuffer, PIXELS, SIDE, Tile, UNTOUCHED};
+use crate::online::pixels::{Form, Rays};
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
@@ -162,7 +163,7 @@ impl Drawn {
         if outside {
             return None;
         }
-        let ([base, dx, dy], error) = self.depth.in_tile(x, y);
+        let ([base, dx, dy], error) = self.depth.in_square(x, y, SIDE);
         let most = f64::from(base) + self.depth.rise(SIDE) + error;
         if most < f64::from(farthest) {
             return None;
