@@ -18,6 +18,7 @@ pub(super) struct Form {
 }
 
 impl Form {
+    #[inline(always)]
     pub fn scaled(self, by: f64) -> Self {
         Self { at: self.at * by, x: self.x * by, y: self.y * by }
     }

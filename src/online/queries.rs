@@ -14,10 +14,11 @@
 //!   inside of all three edges by more than `ROUNDING` (of `hide.wgsl`; 2^-19 of the lengths that are multiplied, some thousandths of a
 //!   pixel), or beyond one edge, but inside of the triangle that goes on there. Depth is taken from the triangle's plane, not interpolated
 //!   between corners, and as far off as it may be by rounding. So neither the rasteriser's grid of 1/256 of a pixel nor what it cuts
-//!   off at the screen's sides matters: where it leaves out a pixel, less is hidden. A smaller `ROUNDING` would hide what shows; a larger
-//!   one leaves cracks between objects that touch, since the triangle beyond is of the same object always.
-//! * **Boxes** are six functions of the picture, worked out in `f64`, rounded outwards, and drawn as the rectangle of pixels that they are
-//!   within.
+//!   off at the screen's sides matters: where it leaves out a pixel, less is hidden. A smaller `ROUNDING` would hide what shows. It
+//!   leaves cracks of that width between objects that touch, since the triangle beyond is of the same object always, and pinholes where more
+//!   than two triangles meet; a larger one, wider ones.
+//! * **Boxes** are six functions of the picture, worked out in `f64` and rounded outwards, by what a device may be off and a corner moved by
+//!   1/256 of a pixel; they are drawn as the rectangle of pixels that they are within, at the depth of each plane towards the eye.
 //! * What reaches nearer than the near plane shows.
 //!
 //! # When answers come
@@ -155,7 +156,7 @@ impl GpuQueries {
                     return Some(true);
                 }
                 Place::Beside => {}
-                Place::Within { pixels, .. } => self.recorded.add(&self.rays, bounds, pixels),
+                Place::Within { pixels, most } => self.recorded.add(&self.rays, bounds, pixels, most),
             }
         }
         if self.recorded.box_count() == first {

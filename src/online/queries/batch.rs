@@ -16,6 +16,9 @@ pub(super) const BOXES: usize = 4096;
 /// Words and bytes of a box.
 const WORDS: usize = 28;
 pub(super) const BOX: u64 = 4 * WORDS as u64;
+/// Pixels by which rasterisers move corners that they cut off, at most: they round to a grid of 1/256 of a pixel or finer. Larger: boxes
+/// that are seen at a grazing angle are nearer than they are. Smaller: their depth isn't certain.
+const GRID: f64 = 1.0 / 256.0;
 /// Bytes of an answer.
 const ANSWER: u64 = 8;
 
@@ -72,19 +75,27 @@ impl Recorded {
         self.boxes.truncate(first as usize * WORDS);
     }
 
-    /// Adds a box that may be seen at some pixels, first and last by axis.
-    pub fn add(&mut self, rays: &Rays, bounds: &Bounds, [columns, rows]: [[usize; 2]; 2]) {
+    /// Adds a box that may be seen at some pixels, first and last by axis, where 1/w is at most `most`.
+    pub fn add(&mut self, rays: &Rays, bounds: &Bounds, [columns, rows]: [[usize; 2]; 2], most: f64) {
         let slabs = Slabs::new(rays, bounds);
         // As the device knows it.
         let near = f64::from(rays.view.near as f32);
         self.boxes.extend([columns[0], rows[0], columns[1] + 1, rows[1] + 1].map(|p| p as f32));
+        let most = near * most * (1.0 + FORM_ERROR);
         for i in 0..6 {
             let outwards = if i < slabs.nearer { 1.0 } else { -1.0 };
             let [at, x, y] = [slabs.at[i], slabs.x[i], slabs.y[i]].map(|v| v * near);
             let at = at + x * columns[0] as f64 + y * rows[0] as f64;
-            let spread = x.abs() * (columns[1] - columns[0]) as f64 + y.abs() * (rows[1] - rows[0]) as f64;
-            let at = at + outwards * FORM_ERROR * (at.abs() + spread);
-            self.boxes.extend([at, x, y, outwards].map(|v| v as f32));
+            // Rasterisers may work out depth from the picture's corner on.
+            let spread = x.abs() * rays.size[0] as f64 + y.abs() * rays.size[1] as f64;
+            let error = FORM_ERROR * (at.abs() + spread) + GRID * (x.abs() + y.abs());
+            let plane = if outwards > 0.0 && most + 2.0 * error > 1.0 {
+                // Seen so much edge-on that it would reach before the near plane, and be cut off there.
+                [most.min(1.0), 0.0, 0.0, outwards]
+            } else {
+                [at + outwards * error, x, y, outwards]
+            };
+            self.boxes.extend(plane.map(|v| v as f32));
         }
     }
 }
@@ -146,7 +157,7 @@ impl Batch {
                 Step::Draw(triangles) => pass.draw(3 * triangles.start..3 * triangles.end, 0..1),
                 Step::Ask(boxes) => {
                     pass.begin_occlusion_query(question);
-                    pass.draw(6 * boxes.start..6 * boxes.end, 0..1);
+                    pass.draw(18 * boxes.start..18 * boxes.end, 0..1);
                     pass.end_occlusion_query();
                     question += 1;
                 }

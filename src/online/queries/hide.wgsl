@@ -38,7 +38,7 @@ struct Asked {
     first: vec2f,
     end: vec2f,
     // Where rays enter and leave it: near/w at the first pixel and what it changes by from one to the next, along rows and columns; above 0
-    // where it is one of the planes towards the eye.
+    // where it is one of the planes towards the eye, which are the first.
     planes: array<vec4f, 6>,
 }
 
@@ -217,35 +217,52 @@ fn beyond(triangle: u32, side: f32, inside: vec3<bool>, towards: vec3f) -> f32 {
 struct Rectangle {
     @builtin(position) at: vec4f,
     @location(0) @interpolate(flat) asked: u32,
+    @location(1) @interpolate(flat) own: u32,
 }
 
+// A box is as many rectangles as it has planes towards the eye, each with the depth of its plane: so devices pass over what is hidden
+// without a look at it.
 @vertex
 fn rectangle(@builtin(vertex_index) index: u32) -> Rectangle {
-    let asked = index / 6u;
+    let asked = index / 18u;
+    let own = index % 18u / 6u;
     let k = index % 6u;
     let right = k == 1u || k == 2u || k == 4u;
     let below = k == 2u || k == 4u || k == 5u;
-    let pixel = select(boxes[asked].first, boxes[asked].end, vec2<bool>(right, below));
+    let first = boxes[asked].first;
+    let plane = boxes[asked].planes[own];
+    if plane.w < 0.0 {
+        return Rectangle(vec4f(0.0, 0.0, 2.0, 1.0), asked, own);
+    }
+    let pixel = select(first, boxes[asked].end, vec2<bool>(right, below));
     let at = 2.0 * pixel / vec2f(camera.width, camera.height) - 1.0;
-    return Rectangle(vec4f(at.x, -at.y, 0.5, 1.0), asked);
+    return Rectangle(vec4f(at.x, -at.y, depth_at(plane, pixel - 0.5 - first), 1.0), asked, own);
+}
+
+fn depth_at(plane: vec4f, steps: vec2f) -> f32 {
+    return plane.x + plane.y * steps.x + plane.z * steps.y;
 }
 
 @fragment
-fn asks(seen: Rectangle) -> @builtin(frag_depth) f32 {
+fn asks(seen: Rectangle) {
     let steps = seen.at.xy - 0.5 - boxes[seen.asked].first;
-    var enter = 1.0;
+    var own = 0.0;
+    var enter = 2.0;
     var leave = 0.0;
-    for (var i = 0; i < 6; i++) {
+    for (var i = 0u; i < 6u; i++) {
         let plane = boxes[seen.asked].planes[i];
-        let depth = plane.x + plane.y * steps.x + plane.z * steps.y;
+        let depth = depth_at(plane, steps);
+        if i == seen.own {
+            own = depth;
+        }
         if plane.w > 0.0 {
             enter = min(enter, depth);
         } else {
             leave = max(leave, depth);
         }
     }
-    if leave > enter {
+    // Where another plane is met first, its rectangle asks.
+    if leave > enter || own > enter {
         discard;
     }
-    return enter;
 }
