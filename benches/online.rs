@@ -4,7 +4,7 @@
 //! First the answers are checked: in the six faces of a cube around each eye, whatever a visibility cube of the same size shows is drawn by
 //! CHC and by CHC++. Then the times, each the least of several, mean over the eyes: 1,000 boxes of objects asked about when all of the
 //! frame's visible objects are drawn; drawing those; and whole frames of a camera that turns, beside frustum culling and drawing
-//! everything in it. `--test` takes the smallest office alone.
+//! everything in it; with the feature `gpu`, whole frames by occlusion queries, too. `--test` takes the smallest office alone.
 
 use enfilade::ObjectId;
 use enfilade::generate::{Kind, generate};
@@ -60,6 +60,8 @@ fn measure(scene: &Scene, eyes: &[DVec3]) {
     println!("\n{} triangles, {} objects, tree in {:.2} s", scene.triangles.len(), scene.objects.len(), built.as_secs_f64());
     boxes(scene, &tree, eyes);
     frames(scene, &tree, eyes);
+    #[cfg(feature = "gpu")]
+    queries(scene, &tree, eyes);
     for split in Split::ALL {
         let tree = Hierarchy::build(scene, &HierarchyOptions { fit: Fit::Aligned, split, least_triangles: 1 });
         let mut chc = Chc::new(Reduction::None, 0);
@@ -170,6 +172,56 @@ fn frames(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
     }
     let mut plus = ChcPlus::new(ChcPlusOptions::default());
     row("chc++", scene, eyes, |_, frustum, buffer| (plus.cull(tree, frustum, buffer).to_vec(), plus.stats()));
+}
+
+/// Some whole frames (software drivers take long) by a graphics processor's occlusion queries: beside what other rows show, how often the
+/// device is given work, how often an answer isn't there when there is nothing else to do, and how many objects the software depth buffer,
+/// which answers at once, has drawn in the same frames.
+#[cfg(feature = "gpu")]
+fn queries(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
+    use enfilade::online::queries::GpuQueries;
+    let mut gpu = match GpuQueries::new(scene, SIZE[0], SIZE[1]) {
+        Ok(gpu) => gpu,
+        Err(e) => return println!("not run: occlusion queries: {e}"),
+    };
+    println!("\n{}", gpu.adapter());
+    println!("| culler | us a frame, median | slowest | objects | by software | queries | batches | waits |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    let mut buffer = DepthBuffer::new(scene, SIZE[0], SIZE[1]);
+    let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
+    let (mut other_chc, mut other_plus) = (chc.clone(), plus.clone());
+    for name in ["chc", "chc++"] {
+        let (mut times, mut sum, mut batches, mut by_software) = (Vec::new(), OnlineStats::default(), 0, 0);
+        for (eye, frame) in eyes.iter().flat_map(|eye| (0..FRAMES / 10).map(move |frame| (*eye, frame))) {
+            let view = view(eye, frame);
+            let frustum = Frustum::new(&view);
+            let (stats, time) = timed(|| {
+                gpu.begin(&view);
+                if name == "chc" {
+                    chc.cull(tree, &frustum, &mut gpu);
+                    chc.stats()
+                } else {
+                    plus.cull(tree, &frustum, &mut gpu);
+                    plus.stats()
+                }
+            });
+            times.push(time);
+            sum += stats;
+            batches += gpu.batches();
+            buffer.begin(&view);
+            by_software += match name {
+                "chc" => other_chc.cull(tree, &frustum, &mut buffer).len() as u64,
+                _ => other_plus.cull(tree, &frustum, &mut buffer).len() as u64,
+            };
+        }
+        times.sort_unstable();
+        let (median, slowest) = (times[times.len() / 2].as_secs_f64() * 1e6, times[times.len() - 1].as_secs_f64() * 1e6);
+        let mean = |n: u64| n as f64 / times.len() as f64;
+        let [objects, by_software, queries, batches] = [sum.objects, by_software, sum.queries, batches].map(mean);
+        print!("| {name} | {median:.0} | {slowest:.0} | {objects:.0} | {by_software:.0} ");
+        println!("| {queries:.0} | {batches:.1} | {:.0} |", mean(sum.waits));
+    }
+    assert_eq!(gpu.failure(), None);
 }
 
 /// One row of the table; the objects are copied in the time that is taken, which is little beside the rest.

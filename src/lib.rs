@@ -33,6 +33,8 @@ pub mod cells;
 pub mod file;
 pub mod generate;
 pub mod geom;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod online;
 pub mod pvs;
 pub mod report;

@@ -18,11 +18,13 @@ mod draw;
 
 use super::bounds::Bounds;
 use super::oracle::{OcclusionOracle, QueryId};
+use super::pixels::Rays;
+use super::slabs::Place;
 use super::view::View;
 use crate::ObjectId;
 use crate::scene::{Object, Scene};
 use closed::Outside;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Pixels along the side of a tile, and tiles along that of a block.
@@ -32,106 +34,9 @@ const COUNT: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// Depth is 1/w, so nothing, infinitely far away, is at 0; a tile that nothing was drawn into has this farthest depth, and its pixels are
 /// of an earlier frame.
 const UNTOUCHED: f32 = -1.0;
-/// Of the sum of a linear form's terms within a tile, more than `f32` may be off by: under five roundings of 2^-24. Larger: less is
-/// hidden by surfaces at a grazing angle. Smaller: not certain any more.
-const FORM_ERROR: f64 = 4e-7;
-/// Pixels by which projected corners may be off, and more. Larger: pixels are looked at for nothing.
-const MARGIN: f64 = 1e-3;
-/// Boxes are grown by this fraction of their distance and size, and an eye this near to the plane of a face is inside of it: what
-/// roundings in `f64` may add up to, and much more. Larger: boxes just behind a wall show.
-const GROWN: f64 = 1e-9;
 /// Questions a frame by object that there is room for from the start: a binary tree has two nodes an object, and CHC++ may ask about each
 /// twice. More take memory when they come.
 const QUESTIONS: usize = 4;
-
-/// A function that is linear over the picture; pixel (0, 0), whose middle has `at`, is at the top left.
-#[derive(Clone, Copy, Debug)]
-struct Form {
-    at: f64,
-    x: f64,
-    y: f64,
-}
-
-impl Form {
-    fn scaled(self, by: f64) -> Self {
-        Self { at: self.at * by, x: self.x * by, y: self.y * by }
-    }
-
-    #[inline(always)]
-    fn value(&self, x: usize, y: usize) -> f64 {
-        (self.at + self.x * x as f64) + self.y * y as f64
-    }
-
-    /// What is added to its value at the first pixel of a square to get the most within the square, of so many pixels along the side.
-    #[inline(always)]
-    fn rise(&self, side: usize) -> f64 {
-        (self.x.max(0.0) + self.y.max(0.0)) * (side - 1) as f64
-    }
-
-    /// The same for the least.
-    #[inline(always)]
-    fn fall(&self, side: usize) -> f64 {
-        (self.x.min(0.0) + self.y.min(0.0)) * (side - 1) as f64
-    }
-
-    /// As `f32`, from the corner of the tile at pixel `x`, `y`, and how far values within the tile may be off.
-    #[inline(always)]
-    fn in_tile(&self, x: usize, y: usize) -> ([f32; 3], f64) {
-        let at = self.value(x, y);
-        let error = FORM_ERROR * (at.abs() + (self.x.abs() + self.y.abs()) * SIDE as f64);
-        ([at as f32, self.x as f32, self.y as f32], error)
-    }
-}
-
-/// The camera over the pixels: the direction through pixel (x, y), 1 m along the view direction, is `origin + x * across + y * down`.
-#[derive(Clone, Copy, Debug)]
-struct Rays {
-    view: View,
-    origin: DVec3,
-    across: DVec3,
-    down: DVec3,
-    size: [usize; 2],
-}
-
-impl Rays {
-    fn new(view: &View, size: [usize; 2]) -> Self {
-        let unproject = DMat3::from_cols(view.x, view.y, view.w).transpose().inverse();
-        let [width, height] = size.map(|s| s as f64);
-        let origin = unproject * DVec3::new(1.0 / width - 1.0, 1.0 - 1.0 / height, 1.0);
-        Self {
-            view: *view,
-            origin,
-            across: unproject.x_axis * (2.0 / width),
-            down: unproject.y_axis * (-2.0 / height),
-            size,
-        }
-    }
-
-    /// The dot product of `n` and each pixel's direction.
-    #[inline(always)]
-    fn form(&self, n: DVec3) -> Form {
-        Form { at: n.dot(self.origin), x: n.dot(self.across), y: n.dot(self.down) }
-    }
-
-    /// Where a point, given relative to the eye and not behind it, is in the picture, in pixels from the middle of the first.
-    #[inline(always)]
-    fn project(&self, v: DVec3) -> [f64; 2] {
-        let w = 1.0 / self.view.w.dot(v);
-        let [width, height] = [self.size[0] as f64 * 0.5, self.size[1] as f64 * 0.5];
-        [self.view.x.dot(v) * w * width + (width - 0.5), self.view.y.dot(v) * -w * height + (height - 0.5)]
-    }
-
-    /// The pixels whose middles are between two points of the picture, first and last by axis; `None` where there are none.
-    #[inline(always)]
-    fn pixels(&self, min: [f64; 2], max: [f64; 2]) -> Option<[[usize; 2]; 2]> {
-        let range = |k: usize| {
-            let first = (min[k] - MARGIN).ceil().max(0.0);
-            let last = (max[k] + MARGIN).floor().min((self.size[k] - 1) as f64);
-            (first <= last).then_some([first as usize, last as usize])
-        };
-        Some([range(0)?, range(1)?])
-    }
-}
 
 /// Pixels of a tile, row by row.
 #[derive(Clone, Copy)]
@@ -266,11 +171,8 @@ impl OcclusionOracle for DepthBuffer<'_> {
             return;
         }
         // Of what is closed, and nowhere cut by the near plane, the back is behind the front.
-        let front = self.outsides[object.index()].filter(|_| {
-            let View { eye, w, near, .. } = self.rays.view;
-            let at = bounds.centre() - eye;
-            w.dot(at) - w.abs().dot(bounds.size() * 0.5) > near + GROWN * (at.abs() + bounds.size()).element_sum()
-        });
+        let front =
+            self.outsides[object.index()].filter(|_| !matches!(Place::of(&self.rays, &Bounds::from(*bounds)), Place::Near));
         vectorized(draw::Draw { buffer: self, triangles: triangles.clone(), front });
     }
 }

@@ -21,8 +21,8 @@
 //! ```
 //!
 //! A tree of boxes over the objects ([`bounds`], [`hierarchy`]) is walked from near to far within the frustum ([`view`], [`frustum`]); what
-//! might be hidden is asked of an [`oracle`], which also draws. [`depth`] is one without a graphics processor. Whom to ask about, and
-//! when, is where [`chc`], [`chc_plus`] and [`levels`] differ.
+//! might be hidden is asked of an [`oracle`], which also draws. [`depth`] is one without a graphics processor, `queries`
+//! (with the feature `gpu`) one by its occlusion queries. Whom to ask about, and when, is where [`chc`], [`chc_plus`] and [`levels`] differ.
 //!
 //! # What holds, whatever the camera did before
 //!
@@ -42,9 +42,13 @@ pub mod hierarchy;
 pub mod levels;
 pub mod mask;
 pub mod oracle;
+#[cfg(feature = "gpu")]
+pub mod queries;
 pub mod stats;
 pub mod view;
 
+mod pixels;
+mod slabs;
 mod walk;
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! Boxes held against the depth buffer.
 //!
-//! A box is what is between three pairs of planes. Along the ray through a pixel each plane is met at one 1/w, and that is linear over
-//! the picture: so the nearest of the box is the least of at most three linear functions, its farthest the greatest of the others, and a
-//! pixel shows the box where the farthest isn't nearer than the nearest. Blocks, tiles and pixels are all asked the same way.
+//! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
 
-use super::{COUNT, DepthBuffer, FORM_ERROR, Form, GROWN, SIDE};
+use super::{COUNT, DepthBuffer, SIDE};
 use crate::online::bounds::Bounds;
-use glam::DVec3;
+use crate::online::pixels::FORM_ERROR;
+use crate::online::slabs::{Place, Slabs};
 use pulp::{Simd, WithSimd};
 
 /// A box yet to be asked about.
@@ -26,51 +25,23 @@ impl WithSimd for Ask<'_, '_, '_> {
 
 #[inline(always)]
 fn shows<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
-    let rays = &buffer.rays;
-    let at = bounds.centre - rays.view.eye;
-    // 1. What reaches nearer than the near plane can't be asked about.
-    let w = rays.view.w.dot(at);
-    let size = at.abs().element_sum() + bounds.half.element_sum();
-    let least = w - bounds.reach(rays.view.w) - GROWN * size;
-    if least <= rays.view.near {
-        return true;
-    }
-    // 2. Where it is in the picture.
-    let corners = |n: DVec3| {
-        let step = |k: usize| n.dot(bounds.axes[k]) * bounds.half[k];
-        let (mut values, steps) = ([n.dot(at); 8], [step(0), step(1), step(2)]);
-        for (i, value) in values.iter_mut().enumerate() {
-            for (k, step) in steps.iter().enumerate() {
-                *value += if i >> k & 1 == 0 { -step } else { *step };
-            }
-        }
-        values
+    // 1. Where it is in the picture.
+    let (pixels, most) = match Place::of(&buffer.rays, bounds) {
+        Place::Near => return true,
+        Place::Beside => return false,
+        Place::Within { pixels, most } => (pixels, most),
     };
-    let (x, y, w) = (corners(rays.view.x), corners(rays.view.y), corners(rays.view.w));
-    let (mut min, mut max) = ([[f64::INFINITY; 4]; 2], [[f64::NEG_INFINITY; 4]; 2]);
-    for i in 0..8 {
-        let reciprocal = 1.0 / w[i];
-        for (k, p) in [x[i] * reciprocal, y[i] * -reciprocal].into_iter().enumerate() {
-            // Four at a time.
-            min[k][i % 4] = if p < min[k][i % 4] { p } else { min[k][i % 4] };
-            max[k][i % 4] = if p > max[k][i % 4] { p } else { max[k][i % 4] };
-        }
-    }
-    let pixel = |k: usize, of: f64| (of + 1.0) * (rays.size[k] as f64 * 0.5) - 0.5;
-    let least_of = |k: usize| pixel(k, min[k].into_iter().fold(f64::INFINITY, |a, b| if a < b { a } else { b }));
-    let most_of = |k: usize| pixel(k, max[k].into_iter().fold(f64::NEG_INFINITY, |a, b| if a > b { a } else { b }));
-    let Some(pixels) = rays.pixels([least_of(0), least_of(1)], [most_of(0), most_of(1)]) else { return false };
-    let nearest = (1.0 / least * (1.0 + 1e-6)) as f32;
-    // 3. First the tile in the middle: most boxes that show do so there.
+    let nearest = (most * (1.0 + 1e-6)) as f32;
+    // 2. First the tile in the middle: most boxes that show do so there.
     let mut slabs = None;
     let middle = pixels.map(|[first, last]| first.midpoint(last) / SIDE);
     if buffer.farthest[middle[1] * buffer.across[0] + middle[0]] <= nearest {
-        let slabs = slabs.insert(Slabs::new(buffer, bounds, size));
+        let slabs = slabs.insert(Slabs::new(&buffer.rays, bounds));
         if slabs.tile(simd, buffer, middle, pixels) {
             return true;
         }
     }
-    // 4. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
+    // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
     let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
     for block_y in rows[0] / SIDE..=rows[1] / SIDE {
         for block_x in columns[0] / SIDE..=columns[1] / SIDE {
@@ -84,7 +55,7 @@ fn shows<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> boo
                     if buffer.farthest[y * buffer.across[0] + x] > nearest {
                         continue;
                     }
-                    let slabs = slabs.get_or_insert_with(|| Slabs::new(buffer, bounds, size));
+                    let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
                     if slabs.tile(simd, buffer, [x, y], pixels) {
                         return true;
                     }
@@ -95,50 +66,7 @@ fn shows<S: Simd>(simd: S, buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> boo
     false
 }
 
-/// The planes of a box: functions of the picture, as arrays, the first `nearer` of those that face the eye. There are six; two more are
-/// zero, to fill registers.
-struct Slabs {
-    at: [f64; 8],
-    x: [f64; 8],
-    y: [f64; 8],
-    nearer: usize,
-}
-
 impl Slabs {
-    #[inline(always)]
-    fn new(buffer: &DepthBuffer<'_>, bounds: &Bounds, size: f64) -> Self {
-        let at = bounds.centre - buffer.rays.view.eye;
-        let mut forms = [Form { at: 0.0, x: 0.0, y: 0.0 }; 8];
-        let (mut nearer, mut farther) = (0, 6);
-        let least = GROWN * size;
-        for k in 0..3 {
-            let form = buffer.rays.form(bounds.axes[k]);
-            let (middle, half) = (bounds.axes[k].dot(at), bounds.half[k] + least);
-            let (low, high) = (middle - half, middle + half);
-            let (near, far) = if low > least {
-                (Some(low), [high, high])
-            } else if high < -least {
-                (Some(high), [low, low])
-            } else {
-                // Between the planes, or so near to one that it counts as between: the box only grows by that.
-                (None, [low.min(-least), high.max(least)])
-            };
-            farther -= 1;
-            forms[farther] = form.scaled(1.0 / far[0]);
-            match near {
-                Some(near) => {
-                    forms[nearer] = form.scaled(1.0 / near);
-                    nearer += 1;
-                }
-                None => {
-                    farther -= 1;
-                    forms[farther] = form.scaled(1.0 / far[1]);
-                }
-            }
-        }
-        Self { at: forms.map(|f| f.at), x: forms.map(|f| f.x), y: forms.map(|f| f.y), nearer }
-    }
-
     /// Whether a pixel of the box shows in a tile, of those within `pixels`.
     #[inline(always)]
     fn tile<S: Simd>(&self, simd: S, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {

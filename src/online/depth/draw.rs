@@ -4,7 +4,8 @@
 //! no pixel falls through between them; a pixel too near to an edge for `f32` is decided in `f64`.
 
 use super::closed::Outside;
-use super::{COUNT, DepthBuffer, Form, PIXELS, Plane, Rays, SIDE, Tile, UNTOUCHED};
+use super::{COUNT, DepthBuffer, PIXELS, Plane, SIDE, Tile, UNTOUCHED};
+use crate::online::pixels::{Form, Rays};
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
@@ -163,7 +164,7 @@ impl Drawn {
         }
         let index = tile_y * buffer.across[0] + tile_x;
         let farthest = buffer.farthest[index];
-        let ([base, dx, dy], error) = self.depth.in_tile(x, y);
+        let ([base, dx, dy], error) = self.depth.in_square(x, y, SIDE);
         let most = f64::from(base) + self.depth.rise(SIDE) + error;
         if most < f64::from(farthest) {
             return;

@@ -6,10 +6,7 @@
 //! for a floor that passes under the eye as for a chair; see-through triangles that are no farther than the opaque one are appended to
 //! a list, of which the nearest of each object stays.
 //!
-//! **Positions** are pairs of `f32`, 48 bits of a coordinate, and so is the eye; shaders subtract the great parts first. Compilers may
-//! reorder sums of floats, so the first difference passes through whole numbers, where it is combined with a word that holds 0, which
-//! the compiler can't know: whatever order the rest is taken in, only differences and small parts are left in it.
-//! `far_from_the_origin_is_as_good_as_near` of `tests/cubes_gpu.rs` fails on a driver where this doesn't hold.
+//! **Positions** are relative to the eye before anything is rounded: see [`crate::gpu`].
 //!
 //! **Tolerance.** A cube may differ from [`Rays`](super::Rays) at a pixel only where
 //!
@@ -23,10 +20,9 @@
 //! on them.
 
 mod batch;
-mod device;
 mod scene;
 
-pub use device::GpuError;
+pub use crate::gpu::GpuError;
 pub use scene::GpuScene;
 
 use super::{Cube, CubeEngine, CubeScene, CubeView, MAX_SIZE, NONE, Raster, SeeThrough};

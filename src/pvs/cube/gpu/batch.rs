@@ -1,8 +1,8 @@
 //! Faces drawn together: their textures, the commands that fill them, and what is read back.
 
 use super::NEAR;
-use super::device::GpuError;
-use super::scene::{FACE, GpuScene, two};
+use super::scene::{FACE, GpuScene};
+use crate::gpu::{GpuError, two};
 use crate::pvs::cube::CubeView;
 use std::ops::Range;
 use wgpu::{BufferUsages, TextureUsages, TextureViewDimension};

@@ -1,4 +1,4 @@
-// Item buffers. `corner` and `nearest` draw what is opaque; `corner` and `before` list what is see-through and no farther.
+// Item buffers, after `points.wgsl`. `corner` and `nearest` draw what is opaque; `corner` and `before` list what is see-through and no farther.
 
 struct Face {
     // The eye in two parts, metres.
@@ -20,8 +20,6 @@ struct Face {
     near: f32,
 }
 
-// Each coordinate in two parts, three a corner.
-@group(0) @binding(0) var<storage, read> positions: array<vec2f>;
 // Three corners and the triangle's own index.
 @group(0) @binding(1) var<storage, read> triangles: array<vec4u>;
 @group(0) @binding(2) var<uniform> face: Face;
@@ -35,23 +33,9 @@ struct Corner {
     @location(2) @interpolate(flat) range: vec2f,
 }
 
-struct Point {
-    high: vec3f,
-    low: vec3f,
-}
-
-fn point(index: u32) -> Point {
-    let x = positions[3u * index];
-    let y = positions[3u * index + 1u];
-    let z = positions[3u * index + 2u];
-    return Point(vec3f(x.x, y.x, z.x), vec3f(x.y, y.y, z.y));
-}
-
-// The difference of two points on the face's axes. Great parts cancel before small ones are added; going through whole numbers with
-// an unknown 0 keeps compilers from taking the sums in another order.
+// The difference of two points on the face's axes.
 fn apart(end: Point, start: Point) -> vec3f {
-    let great = bitcast<vec3u>(end.high - start.high) ^ vec3u(face.zero);
-    let v = bitcast<vec3f>(great) + (end.low - start.low);
+    let v = difference(end, start, face.zero);
     return vec3f(dot(face.x, v), dot(face.y, v), dot(face.into, v));
 }
 

@@ -1,13 +1,13 @@
 //! A scene on the device, and which of its objects a face may see.
 
-use super::device::{Gpu, GpuError};
 use crate::geom::Aabb;
+use crate::gpu::{Gpu, GpuError, words};
 use crate::pvs::cube::CubeView;
 use crate::scene::Scene;
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-use wgpu::{BufferUsages, ShaderStages};
+use wgpu::{BufferUsages, DownlevelFlags, ShaderStages};
 
 /// Boxes grow by this fraction of their distance: more than rounding takes on the device, and than edges may be off.
 const PAD: f64 = 1e-6;
@@ -16,8 +16,17 @@ const GAP: u32 = 64;
 /// Bytes of a corner and of a triangle.
 const CORNER: u64 = 24;
 const TRIANGLE: u64 = 16;
+/// What the adapter must have.
+const NEEDS: [(DownlevelFlags, &str); 4] = [
+    (DownlevelFlags::VERTEX_STORAGE, "buffers that vertex shaders read"),
+    (DownlevelFlags::FRAGMENT_WRITABLE_STORAGE, "buffers that fragment shaders write"),
+    (DownlevelFlags::READ_ONLY_DEPTH_STENCIL, "depth buffers that shaders read"),
+    (DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
+];
 /// Bytes of what the shaders know of a face.
 pub(super) const FACE: u64 = 80;
+
+const IDS: &str = concat!(include_str!("../../../gpu/points.wgsl"), include_str!("ids.wgsl"));
 
 /// A scene made ready for cubes by a graphics processor; threads share it.
 pub struct GpuScene {
@@ -56,7 +65,7 @@ pub(super) struct Pipelines {
 impl GpuScene {
     /// Opens the device that there is and puts the scene there.
     pub fn new(scene: &Scene) -> Result<Self, GpuError> {
-        let gpu = Gpu::open()?;
+        let gpu = Gpu::open(&NEEDS)?;
         fits(&gpu, scene)?;
         let (mut opaque, mut see_through) = (Vec::new(), Vec::new());
         let mut owners = vec![0; scene.triangles.len()];
@@ -72,14 +81,12 @@ impl GpuScene {
                 parts.push(Part { bounds: object.bounds, triangles: start..(triangles.len() / 4) as u32 });
             }
         }
-        let positions: Vec<u32> =
-            scene.positions.iter().flat_map(|p| p.to_array()).flat_map(|x| two(x).map(f32::to_bits)).collect();
         let pipelines = Pipelines::new(&gpu.device);
         let scene = Self {
             opaque,
             see_through,
             objects: scene.objects.len(),
-            positions: gpu.filled(&positions, BufferUsages::STORAGE),
+            positions: gpu.filled(&words(&scene.positions), BufferUsages::STORAGE),
             triangles: gpu.filled(&triangles, BufferUsages::STORAGE),
             owners_there: gpu.filled(&owners, BufferUsages::STORAGE),
             owners,
@@ -94,7 +101,7 @@ impl GpuScene {
 
     /// Whether there is a device that the scene fits on; its name.
     pub fn check(scene: &Scene) -> Result<String, GpuError> {
-        let gpu = Gpu::open()?;
+        let gpu = Gpu::open(&NEEDS)?;
         fits(&gpu, scene).map(|()| gpu.name)
     }
 
@@ -141,12 +148,6 @@ impl GpuScene {
 fn fits(gpu: &Gpu, scene: &Scene) -> Result<(), GpuError> {
     gpu.fits("corners", scene.positions.len() as u64 * CORNER)?;
     gpu.fits("triangles", scene.triangles.len() as u64 * TRIANGLE)
-}
-
-/// A number in two parts, of which the second is what the first lacks.
-pub(super) fn two(x: f64) -> [f32; 2] {
-    let high = x as f32;
-    [high, (x - f64::from(high)) as f32]
 }
 
 /// The faces that a box may be seen on, as bits.
@@ -211,7 +212,7 @@ impl Pipelines {
             let source = wgpu::ShaderSource::Wgsl(source.into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
         };
-        let (ids, counts) = (module(include_str!("ids.wgsl")), module(include_str!("count.wgsl")));
+        let (ids, counts) = (module(IDS), module(include_str!("count.wgsl")));
         let layout = |groups: &[Option<&wgpu::BindGroupLayout>]| {
             device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: None,

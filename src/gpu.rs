@@ -1,5 +1,11 @@
-//! The device that cubes are made on, and what can go wrong with it.
+//! A graphics processor: how it is opened, what can go wrong with it, and points to 48 bits. Behind the cargo feature `gpu`.
+//!
+//! **Points** are pairs of `f32`, 48 bits of a coordinate, and so is the eye; shaders (`points.wgsl`) subtract the great parts first.
+//! Compilers may reorder sums of floats, so the first difference passes through whole numbers, where it is combined with a word that
+//! holds 0, which the compiler can't know: whatever order the rest is taken in, only differences and small parts are left in it.
+//! `far_from_the_origin_is_as_good_as_near` of `tests/cubes_gpu.rs` and `tests/queries_gpu.rs` fail on a driver where this doesn't hold.
 
+use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use thiserror::Error;
@@ -8,7 +14,7 @@ use wgpu::{Backends, DownlevelFlags, Features};
 /// No answer for this long: the device hangs. A software driver takes seconds for the largest cubes.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Why there are no cubes by a graphics processor.
+/// Why a graphics processor can't be used.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum GpuError {
     /// Nothing to draw with.
@@ -50,7 +56,7 @@ pub enum GpuError {
 }
 
 /// A device, opened.
-pub(super) struct Gpu {
+pub(crate) struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     pub limits: wgpu::Limits,
@@ -61,8 +67,9 @@ pub(super) struct Gpu {
 }
 
 impl Gpu {
-    /// The fastest adapter that there is; a software driver where there is no other.
-    pub fn open() -> Result<Self, GpuError> {
+    /// The fastest adapter that there is; a software driver where there is no other. An error where it lacks any of `needs`, each with a
+    /// name.
+    pub fn open(needs: &[(DownlevelFlags, &'static str)]) -> Result<Self, GpuError> {
         let none = |reason: String| GpuError::NoAdapter { reason };
         if wgpu::Instance::enabled_backend_features().is_empty() {
             return Err(none("this system has none of them".into()));
@@ -81,15 +88,8 @@ impl Gpu {
         let driver = [&info.driver, &info.driver_info].map(|s| s.trim()).join(" ");
         let name = format!("{} ({}, {})", info.name, driver.trim(), info.backend);
         let flags = adapter.get_downlevel_capabilities().flags;
-        for (flag, what) in [
-            (DownlevelFlags::VERTEX_STORAGE, "buffers that vertex shaders read"),
-            (DownlevelFlags::FRAGMENT_WRITABLE_STORAGE, "buffers that fragment shaders write"),
-            (DownlevelFlags::READ_ONLY_DEPTH_STENCIL, "depth buffers that shaders read"),
-            (DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
-        ] {
-            if !flags.contains(flag) {
-                return Err(GpuError::Lacks { adapter: name, what });
-            }
+        if let Some(&(_, what)) = needs.iter().find(|(flag, _)| !flags.contains(*flag)) {
+            return Err(GpuError::Lacks { adapter: name, what });
         }
         let limits = adapter.limits();
         let wanted = wgpu::DeviceDescriptor {
@@ -148,9 +148,15 @@ impl Gpu {
     }
 
     /// Fails for good.
-    fn fail(&self, reason: &str) -> GpuError {
+    pub fn fail(&self, reason: &str) -> GpuError {
         note(&self.failure, reason.to_owned());
         GpuError::Failed { adapter: self.name.clone(), reason: reason.to_owned() }
+    }
+
+    /// Waits for the end of some commands, with all that came before them.
+    pub fn wait(&self, commands: wgpu::SubmissionIndex) -> Result<(), GpuError> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(commands), timeout: Some(PATIENCE) };
+        self.device.poll(wait).map(drop).map_err(|error| self.fail(&error.to_string()))
     }
 
     /// Runs commands to their end and hands what some buffers then hold to `read`.
@@ -168,10 +174,7 @@ impl Gpu {
             // Nobody listens any more after a failure.
             buffer.map_async(wgpu::MapMode::Read, ..*bytes, move |result| drop(told.send(result)));
         }
-        let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(PATIENCE) };
-        if let Err(error) = self.device.poll(wait) {
-            return Err(self.fail(&error.to_string()));
-        }
+        self.wait(index)?;
         for _ in buffers {
             // Another thread that waits may be the one that is told.
             match done.recv_timeout(PATIENCE) {
@@ -194,6 +197,17 @@ impl Gpu {
 /// The first failure is the one that tells why.
 fn note(failure: &Mutex<Option<String>>, reason: String) {
     failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
+}
+
+/// A number in two parts, of which the second is what the first lacks.
+pub(crate) fn two(x: f64) -> [f32; 2] {
+    let high = x as f32;
+    [high, (x - f64::from(high)) as f32]
+}
+
+/// Coordinates of points as words, for `points.wgsl`.
+pub(crate) fn words(points: &[DVec3]) -> Vec<u32> {
+    points.iter().flat_map(|p| p.to_array()).flat_map(|x| two(x).map(f32::to_bits)).collect()
 }
 
 fn one_line(error: &impl std::fmt::Display) -> String {

@@ -1,0 +1,108 @@
+//! The camera over the pixels of a picture, in `f64`: what oracles that hold boxes against depths share.
+
+use super::view::View;
+use glam::{DMat3, DVec3};
+
+/// Of the sum of a linear form's terms within a square, more than `f32` may be off by: under five roundings of 2^-24. Larger: less is
+/// hidden by surfaces at a grazing angle. Smaller: not certain any more.
+pub(super) const FORM_ERROR: f64 = 4e-7;
+/// Pixels by which projected corners may be off, and more. Larger: pixels are looked at for nothing.
+const MARGIN: f64 = 1e-3;
+
+/// A function that is linear over the picture; pixel (0, 0), whose middle has `at`, is at the top left.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Form {
+    pub at: f64,
+    pub x: f64,
+    pub y: f64,
+}
+
+impl Form {
+    #[inline(always)]
+    pub fn scaled(self, by: f64) -> Self {
+        Self { at: self.at * by, x: self.x * by, y: self.y * by }
+    }
+
+    #[inline(always)]
+    pub fn value(&self, x: usize, y: usize) -> f64 {
+        (self.at + self.x * x as f64) + self.y * y as f64
+    }
+
+    /// What is added to its value at the first pixel of a square to get the most within the square, of so many pixels along the side.
+    #[inline(always)]
+    pub fn rise(&self, side: usize) -> f64 {
+        (self.x.max(0.0) + self.y.max(0.0)) * (side - 1) as f64
+    }
+
+    /// The same for the least.
+    #[inline(always)]
+    pub fn fall(&self, side: usize) -> f64 {
+        (self.x.min(0.0) + self.y.min(0.0)) * (side - 1) as f64
+    }
+
+    /// As `f32`, from the corner of the square at pixel `x`, `y`, of so many pixels along the side, and how far values within it may be off.
+    #[inline(always)]
+    pub fn in_square(&self, x: usize, y: usize, side: usize) -> ([f32; 3], f64) {
+        let at = self.value(x, y);
+        let error = FORM_ERROR * (at.abs() + (self.x.abs() + self.y.abs()) * side as f64);
+        ([at as f32, self.x as f32, self.y as f32], error)
+    }
+}
+
+/// The camera over the pixels: the direction through pixel (x, y), 1 m along the view direction, is `origin + x * across + y * down`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rays {
+    pub view: View,
+    origin: DVec3,
+    across: DVec3,
+    down: DVec3,
+    pub size: [usize; 2],
+}
+
+impl Rays {
+    pub fn new(view: &View, size: [usize; 2]) -> Self {
+        let unproject = DMat3::from_cols(view.x, view.y, view.w).transpose().inverse();
+        let [width, height] = size.map(|s| s as f64);
+        let origin = unproject * DVec3::new(1.0 / width - 1.0, 1.0 - 1.0 / height, 1.0);
+        Self {
+            view: *view,
+            origin,
+            across: unproject.x_axis * (2.0 / width),
+            down: unproject.y_axis * (-2.0 / height),
+            size,
+        }
+    }
+
+    /// The direction through the picture's middle, 1 m along the view direction, and what is added to it at the right edge and at the top.
+    #[cfg(feature = "gpu")]
+    pub fn frame(&self) -> [DVec3; 3] {
+        let [width, height] = self.size.map(|s| s as f64);
+        let (right, up) = (self.across * (width * 0.5), self.down * (height * -0.5));
+        [self.origin + right * (1.0 - 1.0 / width) - up * (1.0 - 1.0 / height), right, up]
+    }
+
+    /// The dot product of `n` and each pixel's direction.
+    #[inline(always)]
+    pub fn form(&self, n: DVec3) -> Form {
+        Form { at: n.dot(self.origin), x: n.dot(self.across), y: n.dot(self.down) }
+    }
+
+    /// Where a point, given relative to the eye and not behind it, is in the picture, in pixels from the middle of the first.
+    #[inline(always)]
+    pub fn project(&self, v: DVec3) -> [f64; 2] {
+        let w = 1.0 / self.view.w.dot(v);
+        let [width, height] = [self.size[0] as f64 * 0.5, self.size[1] as f64 * 0.5];
+        [self.view.x.dot(v) * w * width + (width - 0.5), self.view.y.dot(v) * -w * height + (height - 0.5)]
+    }
+
+    /// The pixels whose middles are between two points of the picture, first and last by axis; `None` where there are none.
+    #[inline(always)]
+    pub fn pixels(&self, min: [f64; 2], max: [f64; 2]) -> Option<[[usize; 2]; 2]> {
+        let range = |k: usize| {
+            let first = (min[k] - MARGIN).ceil().max(0.0);
+            let last = (max[k] + MARGIN).floor().min((self.size[k] - 1) as f64);
+            (first <= last).then_some([first as usize, last as usize])
+        };
+        Some([range(0)?, range(1)?])
+    }
+}
