@@ -107,9 +107,7 @@ impl Culler {
         scratch.begin(self);
         let homes = match mode {
             Mode::None | Mode::Frustum => Homes::NONE,
-            Mode::Portals | Mode::Pvs | Mode::Both => {
-                self.locator.locate(camera.eye, self.tolerance, &mut scratch.last_piece)
-            }
+            Mode::Portals | Mode::Pvs | Mode::Both => self.locate(camera.eye, scratch),
         };
         scratch.stats.capped += u64::from(homes.overflow);
         let lost = homes.overflow || homes.as_slice().is_empty();
@@ -131,6 +129,11 @@ impl Culler {
         scratch.homes.extend_from_slice(if lost { &[] } else { homes.as_slice() });
         let home = scratch.homes.first().copied();
         scratch.finish(self, home)
+    }
+
+    /// The cells that an eye is in.
+    pub(super) fn locate(&self, eye: Vec3, scratch: &mut Scratch) -> Homes {
+        self.locator.locate(eye, self.tolerance, &mut scratch.last_piece)
     }
 
     fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {

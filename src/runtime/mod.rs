@@ -25,6 +25,7 @@
 //! * The set depends on the camera and the mode, not on earlier frames.
 //! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
 
+mod around;
 mod culler;
 mod doors;
 mod frustum;
@@ -34,6 +35,7 @@ mod portals;
 mod scratch;
 mod sets;
 
+pub use around::Place;
 pub use culler::Culler;
 pub use frustum::{Camera, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
