@@ -28,7 +28,7 @@ test-full:
 
 # The plugin for Bevy, without a window.
 bevy:
-    cargo test -p bevy_enfilade
+    cargo test --profile plain -p bevy_enfilade
 
 # The README's commands, as written there.
 readme:

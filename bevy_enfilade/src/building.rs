@@ -9,7 +9,8 @@ use std::collections::HashMap;
 use std::fmt;
 
 /// What can be seen from where, and which doors are open. Its model stands in the world where its own coordinates put it: metres, +Y up,
-/// as in Bevy.
+/// as in Bevy. Bevy's positions are `f32`: beyond some kilometres from the world's origin they are coarser than [`Culler::tolerance`], and an
+/// eye beside a wall may be taken to be behind it.
 ///
 /// Inserting another one replaces it. Without one, everything is visible.
 #[derive(Resource)]

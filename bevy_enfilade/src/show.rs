@@ -15,6 +15,8 @@ use enfilade::runtime::{self, Mode, Place, Scratch};
 /// What decides.
 type Cameras<'w, 's> =
     Query<'w, 's, (&'static PortalCamera, &'static Camera, &'static Projection, &'static GlobalTransform)>;
+/// What may ask for something to be written, beside the cameras: new objects, and others above or below them.
+type Moved = Or<(Changed<EnfiladeObject>, Changed<ChildOf>)>;
 /// What is written to.
 type Entities<'w, 's> = Query<'w, 's, (Entity, &'static EnfiladeObject, &'static mut Visibility)>;
 
@@ -22,7 +24,7 @@ type Entities<'w, 's> = Query<'w, 's, (Entity, &'static EnfiladeObject, &'static
 pub(crate) fn show(
     building: Option<Res<'_, Building>>,
     cameras: Cameras<'_, '_>,
-    moved: Query<'_, '_, (), Or<(Changed<EnfiladeObject>, Changed<ChildOf>)>>,
+    moved: Query<'_, '_, (), Moved>,
     mut entities: Entities<'_, '_>,
     parents: Query<'_, '_, &ChildOf>,
     mut known: Local<'_, Known>,
