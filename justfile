@@ -3,7 +3,7 @@
 export ENFILADE_DATA := env("ENFILADE_DATA", justfile_directory() / "../shared/data")
 
 # Everything, in CI's order.
-ci: fmt clippy doc test no-default test-full readme
+ci: fmt clippy doc test no-default test-full bevy readme
 
 fmt:
     cargo fmt --all -- --check
@@ -25,6 +25,10 @@ no-default:
 # Every format, on the real buildings of $ENFILADE_DATA.
 test-full:
     cargo test --release --features full
+
+# The plugin for Bevy, without a window.
+bevy:
+    cargo test --profile plain -p bevy_enfilade
 
 # The README's commands, as written there.
 readme:

@@ -4,6 +4,7 @@
 mod boxes;
 
 use allocation_counter::measure;
+use enfilade::PortalId;
 use enfilade::online::chc::{Chc, Reduction};
 use enfilade::online::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::online::depth::DepthBuffer;
@@ -11,7 +12,7 @@ use enfilade::online::frustum::FrustumCuller;
 use enfilade::online::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::online::levels::{LevelCuller, LevelOptions};
 use enfilade::online::view::{Frustum, View};
-use enfilade::runtime::{Auto, Camera, Culler, Method, Mode, OnlineCuller, Scratch};
+use enfilade::runtime::{Auto, Camera, Culler, Method, Mode, OnlineCuller, Place, Scratch};
 use glam::DVec3;
 
 #[test]
@@ -31,6 +32,15 @@ fn culling_allocates_nothing() {
         });
         assert_eq!(taken.count_total, 0, "{mode}");
     }
+    // What is seen around an eye: the place takes memory once.
+    let (mut culler, mut scratch, mut place) = (culler, Scratch::for_culler(&Culler::new(&file)), Place::default());
+    culler.set_open(PortalId(0), false);
+    let mut around = |x: f64| {
+        culler.find_place((boxes::p(x, 1.6, 4.0) - file.origin).as_vec3(), &mut scratch, &mut place);
+        std::hint::black_box(culler.seen_around(&place, &mut scratch));
+    };
+    around(1.5);
+    assert_eq!(measure(|| (0..100).for_each(|i| around(f64::from(i) * 0.1))).count_total, 0);
     // The alarm works.
     assert_eq!(measure(|| drop(std::hint::black_box(vec![0u8; 100]))).bytes_max, 100);
 }

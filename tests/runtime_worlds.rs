@@ -6,8 +6,8 @@ mod maze;
 
 use boxes::{A, B, CORRIDOR, flat, p};
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
-use enfilade::{CellId, ObjectId, PortalId};
+use enfilade::runtime::{Camera, Culler, Mirror, Mode, Place, Reflections, Scratch};
+use enfilade::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use maze::{Grid, Random};
 use std::collections::{BTreeMap, BTreeSet};
@@ -69,7 +69,7 @@ fn doors_as_found_are_shut_where_the_file_says_so() {
     file.portals[solid].state.shut = true;
     (file.portals[glass].state.shut, file.portals[glass].state.see_through) = (true, true);
     let mut culler = Culler::new(&file);
-    let all = |culler: &Culler| (0..2 * file.portals.len() as u32).all(|d| culler.is_open(enfilade::DirectedPortal(d)));
+    let all = |culler: &Culler| (0..2 * file.portals.len() as u32).all(|d| culler.is_open(DirectedPortal(d)));
     assert!(all(&culler), "everything is open at first");
     assert_eq!(culler.shut_as_found(), 1);
     let is_open = |i: usize| (0..2).map(|side| culler.is_open(PortalId(i as u32).directed(side))).collect::<Vec<_>>();
@@ -113,6 +113,57 @@ fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
         }
     }
     assert!(found > 1000 && kept * 20 < kept_open * 19, "{found} things found, {kept} of {kept_open} cells");
+}
+
+/// With doors shut at random: what is seen around an eye holds everything that the portals show it in any direction, is the same from
+/// every eye that stands in an equal place, and leaves out much that open doors would show.
+#[test]
+fn what_is_seen_around_an_eye_is_what_it_sees_in_all_directions() {
+    let mut random = Random(11);
+    let (mut kept, mut kept_open, mut again) = (0, 0, 0);
+    for round in 0..60 {
+        let grid = Grid::random(&mut random);
+        let (_, file) = grid.building();
+        let (open, mut culler) = (Culler::new(&file), Culler::new(&file));
+        for side in (0..2 * file.portals.len() as u32).map(DirectedPortal) {
+            culler.set_see_through(side, random.next() < 0.4);
+        }
+        let (mut scratch, mut place, mut known) = (Scratch::for_culler(&culler), Place::default(), Vec::new());
+        for _ in 0..30 {
+            let (camera, eye, i) = camera(&grid, &file, &mut random);
+            culler.find_place(camera.eye, &mut scratch, &mut place);
+            assert!(place.cells().contains(&grid.cell_of[i]));
+            let around = sorted(culler.seen_around(&place, &mut scratch));
+            for _ in 0..6 {
+                let target = eye + random.between(DVec3::NEG_ONE, DVec3::ONE);
+                let camera = Camera::look_at(eye - file.origin, target - file.origin, 2.0, 1.6);
+                for object in culler.cull(&camera, Mode::Both, &mut scratch).objects {
+                    assert!(around.binary_search(object).is_ok(), "round {round}: object {object} is seen from {eye}");
+                }
+            }
+            kept += around.len();
+            match known.iter().find(|(p, _)| *p == place) {
+                Some((_, before)) => {
+                    assert_eq!(before, &around, "round {round}");
+                    again += 1;
+                }
+                None => known.push((place.clone(), around)),
+            }
+            open.find_place(camera.eye, &mut scratch, &mut place);
+            let row: BTreeSet<ObjectId> = place.cells().iter().flat_map(|&cell| open.objects_from(cell)).collect();
+            assert_eq!(sorted(open.seen_around(&place, &mut scratch)), Vec::from_iter(row), "with all doors open, the rows");
+            kept_open += open.seen_around(&place, &mut scratch).len();
+        }
+    }
+    assert!(again > 100 && kept * 10 < kept_open * 9, "{again} places again, {kept} of {kept_open} objects");
+    // In no cell: everything.
+    let (_, file) = flat().0.finish();
+    let culler = Culler::new(&file);
+    let (mut scratch, mut place) = (Scratch::for_culler(&culler), Place::default());
+    for eye in [(p(5.0, 1.0, 2.0) - file.origin).as_vec3(), Vec3::NAN] {
+        culler.find_place(eye, &mut scratch, &mut place);
+        assert_eq!((place.cells().len(), culler.seen_around(&place, &mut scratch).len()), (0, file.objects.len()));
+    }
 }
 
 /// The mirrors of a grid, for its file.

@@ -131,8 +131,9 @@ impl Culler {
         scratch.finish(self, home)
     }
 
-    pub(super) fn locate(&self, p: Vec3, scratch: &mut Scratch) -> Homes {
-        self.locator.locate(p, self.tolerance, &mut scratch.last_piece)
+    /// The cells that an eye is in.
+    pub(super) fn locate(&self, eye: Vec3, scratch: &mut Scratch) -> Homes {
+        self.locator.locate(eye, self.tolerance, &mut scratch.last_piece)
     }
 
     fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {

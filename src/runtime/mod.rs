@@ -25,6 +25,7 @@
 //! * The set depends on the camera and the mode, not on earlier frames.
 //! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
 
+mod around;
 mod auto;
 mod culler;
 mod doors;
@@ -36,6 +37,7 @@ mod portals;
 mod scratch;
 mod sets;
 
+pub use around::Place;
 pub use auto::Auto;
 pub use culler::Culler;
 pub use frustum::{Camera, Rect};

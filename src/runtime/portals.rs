@@ -27,7 +27,7 @@ use super::Narrowing;
 use super::culler::{Culler, bit};
 use super::frustum::{Camera, Octagon, Pyramid, Rect};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
-use crate::{CellId, DirectedPortal};
+use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::ops::Range;
 
@@ -91,16 +91,9 @@ impl Eye {
         self.outline(corners, side)
     }
 
-    /// Whether the eye is where a leaf of a directed portal may hang, on either side of it: then the leaf may be behind it.
-    fn is_in_doorway(&self, culler: &Culler, portal: DirectedPortal) -> bool {
-        let depth = f64::from(culler.doorway(portal));
-        self.side(culler, portal).abs() <= depth
-            && self.distance(culler.portal_corners.get(portal.portal().index())) <= depth
-    }
-
     /// The part of the screen that a winding can open, whose plane is `side` metres from the eye.
     pub fn outline(&self, corners: &[Vec3], side: f64) -> Octagon {
-        if side.abs() <= self.touch && self.distance(corners) <= self.touch {
+        if side.abs() <= self.touch && distance(self.at, corners) <= self.touch {
             return Octagon::FULL;
         }
         let rect = self.project(corners, [self.x, self.y], 1.0);
@@ -156,23 +149,30 @@ impl Eye {
         let screen = Rect { min: Vec2::splat(-edge as f32), max: Vec2::splat(edge as f32) };
         rect.intersection(screen)
     }
+}
 
-    /// Distance of the eye from a convex winding, metres.
-    fn distance(&self, corners: &[Vec3]) -> f64 {
-        let corner = |i: usize| corners[i % corners.len()].as_dvec3() - self.at;
-        let n = (1..corners.len().saturating_sub(1))
-            .map(|i| (corner(i) - corner(0)).cross(corner(i + 1) - corner(0)))
-            .sum::<DVec3>()
-            .normalize_or_zero();
-        let (mut inside, mut nearest) = (true, f64::INFINITY);
-        for i in 0..corners.len() {
-            let (a, edge) = (corner(i), corner(i + 1) - corner(i));
-            inside &= n.cross(edge).dot(a) <= 0.0;
-            let t = (-a.dot(edge) / edge.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            nearest = nearest.min((a + edge * t).length());
-        }
-        if inside && !corners.is_empty() { n.dot(corner(0)).abs() } else { nearest }
+/// Distance of a point from a convex winding, metres.
+fn distance(at: DVec3, corners: &[Vec3]) -> f64 {
+    let corner = |i: usize| corners[i % corners.len()].as_dvec3() - at;
+    let n = (1..corners.len().saturating_sub(1))
+        .map(|i| (corner(i) - corner(0)).cross(corner(i + 1) - corner(0)))
+        .sum::<DVec3>()
+        .normalize_or_zero();
+    let (mut inside, mut nearest) = (true, f64::INFINITY);
+    for i in 0..corners.len() {
+        let (a, edge) = (corner(i), corner(i + 1) - corner(i));
+        inside &= n.cross(edge).dot(a) <= 0.0;
+        let t = (-a.dot(edge) / edge.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        nearest = nearest.min((a + edge * t).length());
     }
+    if inside && !corners.is_empty() { n.dot(corner(0)).abs() } else { nearest }
+}
+
+/// Whether an eye is where a portal's leaf may hang, on either side of it: then the leaf may be behind it.
+pub(super) fn is_in_doorway(culler: &Culler, at: DVec3, portal: PortalId) -> bool {
+    let (depth, plane) = (f64::from(culler.doorway(portal.directed(0))), culler.portal_planes[portal.index()]);
+    let side = plane.truncate().as_dvec3().dot(at) - f64::from(plane.w);
+    side.abs() <= depth && distance(at, culler.portal_corners.get(portal.index())) <= depth
 }
 
 pub(super) fn directed_plane(culler: &Culler, portal: DirectedPortal) -> (Vec3, f32) {
@@ -283,7 +283,7 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
         if culler.may_enter(target(culler, portal), scratch) {
             let own = eye.own_outline(culler, portal);
             if !own.is_empty() {
-                let shut = !culler.is_open(portal) && !eye.is_in_doorway(culler, portal);
+                let shut = !culler.is_open(portal) && !is_in_doorway(culler, eye.at, portal.portal());
                 scratch.portal_states[portal.0 as usize] = PortalState { own, shut, ..PortalState::UNSEEN };
                 scratch.ways.push(portal);
             }
@@ -300,6 +300,15 @@ pub(super) fn is_beyond(culler: &Culler, (n, d): (Vec3, f32), corners: &[Vec3]) 
     corners.iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)
 }
 
+/// True where an object's box is in part beyond a plane, at most `depth` metres, within the tolerance.
+pub(super) fn is_beyond_by(culler: &Culler, (n, d, depth): (Vec3, f32, f32), object: ObjectId) -> bool {
+    // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
+    let behind = d - 3.0 * culler.tolerance as f32;
+    let (centre, half) = culler.boxes.get(object.index());
+    let (at, reach) = (n.dot(centre), n.abs().dot(half));
+    at + reach >= behind && at - reach <= d + depth
+}
+
 /// Takes the objects of a cell that are in the row, where it is open, and in part beyond the plane that it is seen through, at most so many
 /// metres.
 fn take_objects(
@@ -312,8 +321,6 @@ fn take_objects(
 ) {
     // The eye's own cells have no plane to be beyond: 0 . p >= -1 holds for all.
     let (n, d, depth) = through.unwrap_or((Vec3::ZERO, -1.0, f32::INFINITY));
-    // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
-    let behind = d - 3.0 * culler.tolerance as f32;
     let Range { start, mut end } = candidates(culler, pyramid, cell, through.is_none(), scratch);
     let mut at = start;
     while at < end {
@@ -321,9 +328,7 @@ fn take_objects(
         let state = &mut scratch.object_states[object.index()];
         let mut taken = state.taken == scratch.frame;
         if !taken && !state.own.intersection(*open).is_empty() {
-            let (centre, half) = culler.boxes.get(object.index());
-            let (at, reach) = (n.dot(centre), n.abs().dot(half));
-            taken = at + reach >= behind && at - reach <= d + depth;
+            taken = is_beyond_by(culler, (n, d, depth), object);
             if taken {
                 state.taken = scratch.frame;
                 scratch.objects.push(object);

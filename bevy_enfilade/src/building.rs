@@ -1,0 +1,98 @@
+//! The building that is walked through.
+
+use crate::EnfiladeObject;
+use bevy_ecs::resource::Resource;
+use enfilade::file::PvsFile;
+use enfilade::runtime::Culler;
+use enfilade::{DirectedPortal, ObjectId, PortalId};
+use std::collections::HashMap;
+use std::fmt;
+
+/// What can be seen from where, and which doors are open. Its model stands in the world where its own coordinates put it: metres, +Y up,
+/// as in Bevy. Bevy's positions are `f32`: beyond some kilometres from the world's origin they are coarser than [`Culler::tolerance`], and an
+/// eye beside a wall may be taken to be behind it.
+///
+/// Inserting another one replaces it. Without one, everything is visible.
+#[derive(Resource)]
+pub struct Building {
+    culler: Culler,
+    /// Of the file's coordinates in the model's own, metres.
+    pub(crate) origin: [f64; 3],
+    /// The first and the last object by node.
+    nodes: HashMap<String, [ObjectId; 2]>,
+}
+
+/// The building has no such portal.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct NoSuchPortal {
+    /// Which.
+    pub portal: PortalId,
+    /// How many there are, from 0.
+    pub portals: usize,
+}
+
+impl fmt::Display for NoSuchPortal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "no portal {}: the building has {}", self.portal, self.portals)
+    }
+}
+
+impl std::error::Error for NoSuchPortal {}
+
+impl Building {
+    /// Lays out a file; every door is open.
+    ///
+    /// # Panics
+    ///
+    /// Where the file isn't consistent, which one that was loaded is.
+    pub fn new(file: &PvsFile) -> Self {
+        let mut nodes = HashMap::new();
+        for (id, object) in (0u32..).map(ObjectId).zip(&file.objects) {
+            nodes.entry(object.node.clone()).or_insert([id; 2])[1] = id;
+        }
+        Self { culler: Culler::new(file), origin: file.origin.to_array(), nodes }
+    }
+
+    /// The component for the mesh, or the meshes, of a node of the model, by its name; for IFC, its GlobalId. `None` where there is no such
+    /// node. Where several nodes have the name, each shows when one of them, or an object between them, does.
+    pub fn object(&self, node: &str) -> Option<EnfiladeObject> {
+        self.nodes.get(node).map(|&[first, last]| EnfiladeObject { first, last, ..EnfiladeObject::new(first) })
+    }
+
+    /// What answers the questions of the plugin, for questions of one's own.
+    pub fn culler(&self) -> &Culler {
+        &self.culler
+    }
+
+    /// Opens or shuts a portal, both ways.
+    ///
+    /// # Errors
+    ///
+    /// Where there is no such portal; nothing is changed then.
+    pub fn set_open(&mut self, portal: PortalId, open: bool) -> Result<(), NoSuchPortal> {
+        self.check(portal)?;
+        self.culler.set_open(portal, open);
+        Ok(())
+    }
+
+    /// Lets a portal be seen through in one direction, or not.
+    ///
+    /// # Errors
+    ///
+    /// Where there is no such portal; nothing is changed then.
+    pub fn set_see_through(&mut self, portal: DirectedPortal, see_through: bool) -> Result<(), NoSuchPortal> {
+        self.check(portal.portal())?;
+        self.culler.set_see_through(portal, see_through);
+        Ok(())
+    }
+
+    /// Shuts the portals in which the model has a solid leaf that is shut, and opens all others. Returns how many it shut.
+    pub fn shut_as_found(&mut self) -> usize {
+        self.culler.shut_as_found()
+    }
+
+    fn check(&self, portal: PortalId) -> Result<(), NoSuchPortal> {
+        let portals = self.culler.portal_count();
+        if portal.index() < portals { Ok(()) } else { Err(NoSuchPortal { portal, portals }) }
+    }
+}

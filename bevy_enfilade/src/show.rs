@@ -1,0 +1,172 @@
+//! Asks what the cameras see, and writes it where it changes.
+
+use crate::{Building, EnfiladeObject, PortalCamera};
+use bevy_camera::visibility::Visibility;
+use bevy_camera::{Camera, Projection};
+use bevy_ecs::change_detection::{DetectChanges, DetectChangesMut};
+use bevy_ecs::entity::{Entity, EntityHashSet};
+use bevy_ecs::hierarchy::ChildOf;
+use bevy_ecs::query::{Changed, Or};
+use bevy_ecs::system::{Local, Query, Res};
+use bevy_math::Mat4;
+use bevy_transform::components::GlobalTransform;
+use enfilade::runtime::{self, Mode, Place, Scratch};
+
+/// What decides.
+type Cameras<'w, 's> =
+    Query<'w, 's, (&'static PortalCamera, &'static Camera, &'static Projection, &'static GlobalTransform)>;
+/// What may ask for something to be written, beside the cameras: new objects, and others above or below them.
+type Moved = Or<(Changed<EnfiladeObject>, Changed<ChildOf>)>;
+/// What is written to.
+type Entities<'w, 's> = Query<'w, 's, (Entity, &'static EnfiladeObject, &'static mut Visibility)>;
+
+/// The plugin's system.
+pub(crate) fn show(
+    building: Option<Res<'_, Building>>,
+    cameras: Cameras<'_, '_>,
+    moved: Query<'_, '_, (), Moved>,
+    mut entities: Entities<'_, '_>,
+    parents: Query<'_, '_, &ChildOf>,
+    mut known: Local<'_, Known>,
+) {
+    let is_new = match &building {
+        Some(building) => known.ask(building, building.is_changed(), &cameras),
+        None => known.answers.take().is_some(),
+    };
+    if is_new || !moved.is_empty() {
+        known.write(&mut entities, &parents);
+    }
+}
+
+/// What a camera asks.
+#[derive(PartialEq)]
+enum Question {
+    /// Nothing that can be answered.
+    Everything,
+    /// What is there to be seen around here?
+    Around(Place),
+    /// What does this view see?
+    View(runtime::Camera, Mode),
+}
+
+/// What is known from the updates before.
+#[derive(Default)]
+pub(crate) struct Known {
+    /// `None` without a building.
+    answers: Option<Answers>,
+    /// How many entities name objects that the building doesn't have.
+    strangers: usize,
+}
+
+struct Answers {
+    questions: Vec<Question>,
+    /// How many objects the building has.
+    objects: usize,
+    /// A bit for each of them that is seen.
+    seen: Vec<u64>,
+    scratch: Scratch,
+}
+
+impl Known {
+    /// Asks what the cameras see; says whether the answer is a new one. The same questions, as long as no door moves, have the same answer.
+    fn ask(&mut self, building: &Building, is_changed: bool, cameras: &Cameras<'_, '_>) -> bool {
+        let culler = building.culler();
+        let answers = self.answers.get_or_insert_with(|| Answers {
+            questions: Vec::new(),
+            objects: 0,
+            seen: Vec::new(),
+            scratch: Scratch::for_culler(culler),
+        });
+        let questions = questions(building, cameras, &mut answers.scratch);
+        if !is_changed && questions == answers.questions {
+            return false;
+        }
+        let mut seen = vec![0; culler.object_count().div_ceil(64)];
+        for question in &questions {
+            let objects = match question {
+                Question::Everything => {
+                    seen.fill(u64::MAX);
+                    break;
+                }
+                Question::Around(place) => culler.seen_around(place, &mut answers.scratch),
+                Question::View(camera, mode) => culler.cull(camera, *mode, &mut answers.scratch).objects,
+            };
+            objects.iter().for_each(|object| seen[object.index() / 64] |= 1 << (object.index() % 64));
+        }
+        let is_new = is_changed || seen != answers.seen;
+        (answers.questions, answers.seen, answers.objects) = (questions, seen, culler.object_count());
+        is_new
+    }
+
+    /// Whether an entity's object is seen; `None` where the building has no such object.
+    fn is_seen(&self, object: &EnfiladeObject) -> Option<bool> {
+        let Some(answers) = &self.answers else { return Some(true) };
+        let (first, last) = (object.first.index(), object.last.index());
+        let is_known = first <= last && last < answers.objects;
+        is_known.then(|| (first..=last).any(|i| answers.seen[i / 64] >> (i % 64) & 1 != 0))
+    }
+
+    /// Writes what is seen, where it differs.
+    fn write(&mut self, entities: &mut Entities<'_, '_>, parents: &Query<'_, '_, &ChildOf>) {
+        // 1. What is above something that shows can't be hidden, or that would be hidden with it.
+        let (mut above, mut strangers, mut first) = (EntityHashSet::default(), 0, None);
+        for (entity, object, _) in entities.iter() {
+            let is_seen = self.is_seen(object);
+            if is_seen.is_none() {
+                strangers += 1;
+                first.get_or_insert((entity, object.last));
+            }
+            if is_seen != Some(false) {
+                // What is above what is known to be above something is known, too.
+                let _ = parents.iter_ancestors(entity).try_for_each(|parent| above.insert(parent).then_some(()));
+            }
+        }
+
+        // 2. Each entity; those that stay as they are don't count as changed.
+        for (entity, object, mut visibility) in entities.iter_mut() {
+            let is_hidden = self.is_seen(object) == Some(false) && !above.contains(&entity);
+            visibility.set_if_neq(if is_hidden { Visibility::Hidden } else { object.shown });
+        }
+
+        // 3. One line for all entities that nothing is known of.
+        if let (Some((entity, object)), Some(answers)) = (first, &self.answers)
+            && strangers != self.strangers
+        {
+            let objects = answers.objects;
+            log::warn!(
+                "{strangers} entities are always shown: {entity} has object {object}, and the building has {objects}"
+            );
+        }
+        self.strangers = strangers;
+    }
+}
+
+/// What the active cameras ask; never empty.
+fn questions(building: &Building, cameras: &Cameras<'_, '_>, scratch: &mut Scratch) -> Vec<Question> {
+    let mut questions = Vec::new();
+    for (rule, _, projection, transform) in cameras.iter().filter(|(_, camera, ..)| camera.is_active) {
+        questions.push(match (rule, view(building, projection, transform)) {
+            (_, None) => Question::Everything,
+            (PortalCamera::PerFrame(mode), Some(camera)) => Question::View(camera, *mode),
+            (PortalCamera::PerCell, Some(camera)) => {
+                let mut place = Place::default();
+                building.culler().find_place(camera.eye, scratch, &mut place);
+                Question::Around(place)
+            }
+        });
+    }
+    if questions.is_empty() {
+        questions.push(Question::Everything);
+    }
+    questions
+}
+
+/// A camera as the building has it; `None` where its lines of sight don't meet in an eye.
+fn view(building: &Building, projection: &Projection, transform: &GlobalTransform) -> Option<runtime::Camera> {
+    let clip_from_view = projection.get_clip_from_view();
+    let clip = clip_from_view * Mat4::from(transform.affine()).inverse();
+    let row = |i| clip.row(i).truncate().to_array().into();
+    let (at, origin) = (transform.translation().to_array(), building.origin);
+    let eye = [0, 1, 2].map(|i| (f64::from(at[i]) - origin[i]) as f32);
+    (clip_from_view.w_axis.w == 0.0).then(|| runtime::Camera { eye: eye.into(), x: row(0), y: row(1), w: row(3) })
+}

@@ -1,0 +1,64 @@
+//! The frame loop of an engine that culls with a `.pvs` file: once a frame it asks what can be seen, and draws that and nothing else.
+//!
+//! ```text
+//! cargo run --example wgpu_loop --features gpu -- FILE.pvs MODEL [PICTURE.png]
+//! ```
+//!
+//! It walks through every cell and draws into a texture, so that each frame can be held against one of everything: no pixel may differ. The
+//! picture is of the frame that draws the most. What any engine has (a device, a pipeline, the model in one vertex and one index buffer) is
+//! in `wgpu_loop/renderer.rs`.
+
+#[path = "wgpu_loop/command.rs"]
+mod command;
+#[path = "wgpu_loop/renderer.rs"]
+mod renderer;
+
+use enfilade::file::PvsFile;
+use enfilade::report::tour::tour;
+use enfilade::runtime::{Culler, Mode, Scratch};
+use enfilade::scene::import;
+use renderer::{ASPECT, Renderer};
+use std::path::Path;
+
+/// Walks, and says how much was drawn of all; an error is one line.
+pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, String> {
+    let file = PvsFile::load(pvs).map_err(|e| format!("{}: {e}", pvs.display()))?;
+    let scene = import(model, &file.import.options()).map_err(|e| format!("{}: {e}", model.display()))?;
+    if scene.hash() != file.model_hash {
+        return Err(format!("{}: not the model that {} was baked for", model.display(), pvs.display()));
+    }
+    let culler = Culler::new(&file);
+    let mut scratch = Scratch::for_culler(&culler);
+    let mut renderer = Renderer::new(&scene)?;
+    let (path, all, mut ids) = (tour(&file, 0), scene.triangles.len() as u32, Vec::new());
+    let (mut drawn, mut most) = (0, 0);
+    for frame in 0..path.frames.len() {
+        // Positions are relative to the file's origin. An engine with a matrix: `Camera::from_view_proj`.
+        let camera = path.camera(frame, file.origin, ASPECT);
+        ids.clear();
+        ids.extend_from_slice(culler.cull(&camera, Mode::Both, &mut scratch).objects);
+        // Objects lie in the index buffer in the order of their ids, so neighbours are one draw.
+        ids.sort_unstable();
+        let mut count = 0;
+        let culled = renderer.frame(&camera, |pass| {
+            for run in ids.chunk_by(|a, b| a.0 + 1 == b.0) {
+                let [first, last] = [run[0], run[run.len() - 1]].map(|id| &scene.objects[id.index()].triangles);
+                pass.draw_indexed(3 * first.start..3 * last.end, 0, 0..1);
+                count += u64::from(last.end - first.start);
+            }
+        })?;
+        if culled != renderer.frame(&camera, |pass| pass.draw_indexed(0..3 * all, 0, 0..1))? {
+            return Err(format!("frame {frame}: the picture differs from one of everything"));
+        }
+        if let Some(to) = picture.filter(|_| count > most) {
+            culled.save(to).map_err(|e| format!("{}: {e}", to.display()))?;
+        }
+        (drawn, most) = (drawn + count, most.max(count));
+    }
+    let (frames, mean) = (path.frames.len(), drawn / path.frames.len().max(1) as u64);
+    Ok(format!("{frames} frames, each as one of everything: {mean} of {all} triangles drawn a frame ({})", renderer.adapter))
+}
+
+fn main() {
+    command::main(run);
+}
