@@ -23,6 +23,7 @@ use super::slabs::Place;
 use super::view::View;
 use crate::ObjectId;
 use crate::scene::{Object, Scene};
+use crate::vectorized::vectorized;
 use closed::Outside;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -175,15 +176,6 @@ impl OcclusionOracle for DepthBuffer<'_> {
             self.outsides[object.index()].filter(|_| !matches!(Place::of(&self.rays, &Bounds::from(*bounds)), Place::Near));
         vectorized(draw::Draw { buffer: self, triangles: triangles.clone(), front });
     }
-}
-
-/// Runs it with the widest registers that the processor has, of those that pay: 32 bytes.
-fn vectorized<W: pulp::WithSimd>(work: W) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return pulp::Simd::vectorize(simd, work);
-    }
-    pulp::Arch::new().dispatch(work)
 }
 
 #[cfg(test)]

@@ -73,7 +73,7 @@ impl Culler {
                 } else {
                     let (n, d) = portals::directed_plane(self, portal);
                     let doorway = (n, d, self.doorway(portal));
-                    self.take_in_cell(target, |object| portals::is_beyond_by(self, doorway, object), scratch);
+                    self.take_in_cell(target, |object| self.is_in(doorway, object), scratch);
                 }
             }
         }
@@ -83,11 +83,18 @@ impl Culler {
     /// Takes the objects of a cell that are in the joined rows and that `is_seen` holds of.
     fn take_in_cell(&self, cell: CellId, is_seen: impl Fn(ObjectId) -> bool, scratch: &mut Scratch) {
         for &object in self.cell_objects.get(cell.index()) {
-            let taken = &mut scratch.object_states[object.index()].taken;
+            let taken = &mut scratch.taken[object.index()];
             if *taken != scratch.frame && super::culler::bit(&scratch.object_row, object.index()) && is_seen(object) {
                 *taken = scratch.frame;
                 scratch.objects.push(object);
             }
         }
+    }
+    /// True where an object's box is in part beyond a plane, at most `depth` metres, within twice the tolerance that a frame allows.
+    fn is_in(&self, (n, d, depth): (Vec3, f32, f32), object: ObjectId) -> bool {
+        let behind = d - 6.0 * self.tolerance as f32;
+        let (centre, half) = self.boxes.get(object.index());
+        let (at, reach) = (n.dot(centre), n.abs().dot(half) + 3.0 * self.tolerance as f32);
+        at + reach >= behind && at - reach <= d + depth
     }
 }

@@ -1,17 +1,20 @@
 //! The culler: a `.pvs` file laid out for a frame, and the frame itself.
 
-use super::frustum::{Boxes, Camera, Octagon, Pyramid};
+use super::boxes::{Boxes, HalfSpaces, LANES};
+use super::frustum::{Camera, Octagon};
 use super::locate::{Homes, Locator};
 use super::portals::Eye;
 use super::scratch::{Scratch, VisibleSet};
 use super::{Mode, Narrowing, portals};
-use crate::bits::BitMatrix;
+use crate::bits::{BitMatrix, ones};
 use crate::file::PvsFile;
 use crate::geom::Aabb;
 use crate::pvs::Guarantee;
 use crate::tolerance::Tolerance;
+use crate::vectorized::vectorized;
 use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};
+use std::ops::Range;
 
 /// Lists of different lengths, one after the other in one array.
 #[derive(Clone, Debug)]
@@ -32,7 +35,19 @@ impl<T> Lists<T> {
 
     #[inline]
     pub fn get(&self, i: usize) -> &[T] {
-        &self.items[self.starts[i] as usize..self.starts[i + 1] as usize]
+        &self.items[self.range(i)]
+    }
+
+    /// Where a list is in [`Self::items`].
+    #[inline]
+    pub fn range(&self, i: usize) -> Range<usize> {
+        self.starts[i] as usize..self.starts[i + 1] as usize
+    }
+
+    /// All of them.
+    #[inline]
+    pub fn items(&self) -> &[T] {
+        &self.items
     }
 }
 
@@ -55,6 +70,8 @@ pub struct Culler {
     /// Portals that a solid leaf shut as the model stood.
     pub(super) found_shut: Vec<PortalId>,
     pub(super) boxes: Boxes,
+    /// Those of `cell_objects`, in that order.
+    pub(super) placed: Boxes,
     triangles: Vec<u32>,
     pub(super) object_rows: Option<BitMatrix>,
     pub(super) cell_rows: Option<BitMatrix>,
@@ -79,12 +96,14 @@ impl Culler {
                 leading_out[portal.cells[side].index()].push(PortalId(p as u32).directed(side as u32));
             }
         }
+        let cell_objects = Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32))));
         Self {
             tolerance,
             narrowing: Narrowing::default(),
             locator: Locator::new(&file.cells, extent, tolerance),
             cell_portals: Lists::new(leading_out),
-            cell_objects: Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32)))),
+            placed: Boxes::new(cell_objects.items().iter().map(|o| file.objects[o.index()].bounds)),
+            cell_objects,
             portal_planes: file.portals.iter().map(|p| p.plane).collect(),
             portal_cells: file.portals.iter().map(|p| p.cells).collect(),
             portal_corners: Lists::new(file.portals.iter().map(|p| p.winding.iter().copied())),
@@ -117,7 +136,7 @@ impl Culler {
             Mode::Portals | Mode::Pvs | Mode::Both if lost => self.take_frustum(camera, scratch),
             Mode::Pvs => {
                 self.join_rows(homes.as_slice(), scratch);
-                self.take(Some(&Pyramid::new(camera)), scratch);
+                self.take(Some(camera), scratch);
                 scratch.stats.cells = scratch.cell_row.iter().map(|w| u64::from(w.count_ones())).sum();
             }
             Mode::Portals | Mode::Both => {
@@ -138,26 +157,21 @@ impl Culler {
 
     fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {
         self.join_rows(&[], scratch);
-        self.take(Some(&Pyramid::new(camera)), scratch);
+        self.take(Some(camera), scratch);
     }
 
     /// Takes what the modes without portals take, of the rows that were joined.
     pub(super) fn take_all(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
-        let pyramid = (mode != Mode::None).then(|| Pyramid::new(camera));
-        self.take(pyramid.as_ref(), scratch);
+        self.take((mode != Mode::None).then_some(camera), scratch);
     }
 
-    /// Takes the objects of the joined row that `pyramid` doesn't exclude; without one, every object.
-    fn take(&self, pyramid: Option<&Pyramid>, scratch: &mut Scratch) {
-        for word in 0..scratch.object_row.len() {
-            let mut bits = match pyramid {
-                None => all_ones(self.object_count(), word),
-                Some(_) if scratch.object_row[word] == 0 => 0,
-                Some(pyramid) => scratch.object_row[word] & self.boxes.word(word, pyramid),
-            };
-            while bits != 0 {
-                scratch.objects.push(ObjectId(word as u32 * 64 + bits.trailing_zeros()));
-                bits &= bits - 1;
+    /// Takes the objects of the joined row that are not certainly off a camera's screen; without one, every object.
+    fn take(&self, camera: Option<&Camera>, scratch: &mut Scratch) {
+        match camera {
+            None => scratch.objects.extend((0..self.object_count() as u32).map(ObjectId)),
+            Some(camera) => {
+                let (boxes, screen) = (&self.boxes, HalfSpaces::of(camera, &Octagon::FULL));
+                vectorized(InRow { boxes, screen, row: &scratch.object_row, objects: &mut scratch.objects });
             }
         }
     }
@@ -206,11 +220,6 @@ impl Culler {
         self.portal_cells.len()
     }
 
-    /// Number of pairs of a cell and an object in it.
-    pub(super) fn placed_count(&self) -> usize {
-        self.cell_objects.items.len()
-    }
-
     /// Number of triangles of an object.
     pub fn triangles(&self, object: ObjectId) -> u32 {
         self.triangles[object.index()]
@@ -220,6 +229,33 @@ impl Culler {
     /// this near to a cell is in it.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
+    }
+}
+
+/// Takes the objects of a row that meet the screen.
+struct InRow<'a> {
+    boxes: &'a Boxes,
+    screen: HalfSpaces,
+    row: &'a [u64],
+    objects: &'a mut Vec<ObjectId>,
+}
+
+impl pulp::WithSimd for InRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        for (word, &row) in self.row.iter().enumerate() {
+            for first in (0..64).step_by(LANES) {
+                let row = (row >> first) as u32 & ((1 << LANES) - 1);
+                if row != 0 {
+                    let start = word * 64 + first;
+                    for i in ones(&[u64::from(row & self.screen.meet(self.boxes, start))]) {
+                        self.objects.push(ObjectId((start + i) as u32));
+                    }
+                }
+            }
+        }
     }
 }
 

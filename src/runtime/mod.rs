@@ -27,11 +27,13 @@
 
 mod around;
 mod auto;
+mod boxes;
 mod culler;
 mod doors;
 mod frustum;
 mod locate;
 mod mirrors;
+mod objects;
 mod online;
 mod portals;
 mod scratch;

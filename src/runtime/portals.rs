@@ -24,10 +24,12 @@
 //!   ("the eye stands in it"). An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
 
 use super::Narrowing;
-use super::culler::{Culler, bit};
-use super::frustum::{Camera, Octagon, Pyramid, Rect};
+use super::culler::Culler;
+use super::frustum::{Camera, Octagon, Rect};
+use super::objects::{Take, group};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
-use crate::{CellId, DirectedPortal, ObjectId, PortalId};
+use crate::vectorized::vectorized;
+use crate::{CellId, DirectedPortal, PortalId};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::ops::Range;
 
@@ -190,12 +192,9 @@ pub(super) fn traverse(
     open: &Octagon,
     scratch: &mut Scratch,
 ) {
-    let pyramid = Pyramid::new(camera);
-
-    // 1. What the eye's own cells see, and the portals that lead out of them.
+    // 1. The portals that lead out of the eye's own cells.
     for &home in homes {
         scratch.reach(home);
-        take_objects(culler, &pyramid, home, open, eye.front.map(|(n, d)| (n, d, f32::INFINITY)), scratch);
         offer(culler, eye, home, None, open, scratch);
     }
 
@@ -212,19 +211,17 @@ pub(super) fn traverse(
         offer(culler, eye, target(culler, portal), Some(portal), &open, scratch);
     }
 
-    // 3. What is to be seen through them.
+    // 3. What is to be seen there, and through them.
     for i in 0..scratch.crossed.len() {
         let portal = scratch.crossed[i].portal;
         let PortalState { open, shut, .. } = scratch.portal_states[portal.0 as usize];
         scratch.crossed[i].rect = open.rect;
-        let cell = target(culler, portal);
-        let depth = if shut { culler.doorway(portal) } else { f32::INFINITY };
         if !shut {
-            scratch.reach(cell);
+            scratch.reach(target(culler, portal));
         }
-        let (n, d) = directed_plane(culler, portal);
-        take_objects(culler, &pyramid, cell, &open, Some((n, d, depth)), scratch);
     }
+    group(culler, scratch);
+    vectorized(Take { culler, camera, front: eye.front, homes, open, scratch: &mut *scratch });
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
 }
@@ -298,81 +295,4 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
 pub(super) fn is_beyond(culler: &Culler, (n, d): (Vec3, f32), corners: &[Vec3]) -> bool {
     let (n, d) = (n.as_dvec3(), f64::from(d));
     corners.iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)
-}
-
-/// True where an object's box is in part beyond a plane, at most `depth` metres, within the tolerance.
-pub(super) fn is_beyond_by(culler: &Culler, (n, d, depth): (Vec3, f32, f32), object: ObjectId) -> bool {
-    // Twice for the tolerance, as everywhere; the rest covers the `f32` sum, whose terms are within the model's extent.
-    let behind = d - 3.0 * culler.tolerance as f32;
-    let (centre, half) = culler.boxes.get(object.index());
-    let (at, reach) = (n.dot(centre), n.abs().dot(half));
-    at + reach >= behind && at - reach <= d + depth
-}
-
-/// Takes the objects of a cell that are in the row, where it is open, and in part beyond the plane that it is seen through, at most so many
-/// metres.
-fn take_objects(
-    culler: &Culler,
-    pyramid: &Pyramid,
-    cell: CellId,
-    open: &Octagon,
-    through: Option<(Vec3, f32, f32)>,
-    scratch: &mut Scratch,
-) {
-    // The eye's own cells have no plane to be beyond: 0 . p >= -1 holds for all.
-    let (n, d, depth) = through.unwrap_or((Vec3::ZERO, -1.0, f32::INFINITY));
-    let Range { start, mut end } = candidates(culler, pyramid, cell, through.is_none(), scratch);
-    let mut at = start;
-    while at < end {
-        let object = scratch.candidates[at];
-        let state = &mut scratch.object_states[object.index()];
-        let mut taken = state.taken == scratch.frame;
-        if !taken && !state.own.intersection(*open).is_empty() {
-            taken = is_beyond_by(culler, (n, d, depth), object);
-            if taken {
-                state.taken = scratch.frame;
-                scratch.objects.push(object);
-            }
-        }
-        if taken {
-            // Nobody need look at it again.
-            end -= 1;
-            scratch.candidates.swap(at, end);
-        } else {
-            at += 1;
-        }
-    }
-    scratch.cell_candidates[cell.index()].end = end as u32;
-}
-
-/// The objects of a cell that are in the row and in the frustum, less those taken since, as a range of
-/// [`Scratch::candidates`]: found once a frame, however many portals lead into the cell. In the eye's own cell all of them are
-/// about to be taken, wherever they are on the screen.
-fn candidates(culler: &Culler, pyramid: &Pyramid, cell: CellId, is_home: bool, scratch: &mut Scratch) -> Range<usize> {
-    let Part { frame, start, end } = scratch.cell_candidates[cell.index()];
-    if frame == scratch.frame {
-        return start as usize..end as usize;
-    }
-    let start = scratch.candidates.len();
-    for &object in culler.cell_objects.get(cell.index()) {
-        let state = &mut scratch.object_states[object.index()];
-        if state.taken == scratch.frame || !bit(&scratch.object_row, object.index()) {
-            continue;
-        }
-        if state.frame != scratch.frame {
-            let (centre, half) = culler.boxes.get(object.index());
-            state.frame = scratch.frame;
-            state.own = match pyramid.excludes(centre, half) {
-                true => Octagon::EMPTY,
-                false if is_home => Octagon::FULL,
-                false => pyramid.outline(centre, half, culler.narrowing == Narrowing::Octagons),
-            };
-        }
-        if !state.own.is_empty() {
-            scratch.candidates.push(object);
-        }
-    }
-    let end = scratch.candidates.len();
-    scratch.cell_candidates[cell.index()] = Part { frame: scratch.frame, start: start as u32, end: end as u32 };
-    start..end
 }

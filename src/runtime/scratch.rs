@@ -1,6 +1,7 @@
 //! What one camera needs from frame to frame: marks, queues and results, all at their final size from the start.
 
 use super::Culler;
+use super::boxes::HalfSpaces;
 use super::frustum::{Octagon, Rect};
 use super::locate::MOST_HOMES;
 use crate::{CellId, DirectedPortal, ObjectId};
@@ -98,19 +99,14 @@ impl PortalState {
     pub const UNSEEN: Self = Self { own: Octagon::EMPTY, open: Octagon::EMPTY, visits: 0, queued: false, shut: false };
 }
 
-/// An object in the current frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ObjectState {
-    /// The frame that `own` is of.
+/// The portals that a frame crossed into a cell, as a list linked by [`Scratch::next_in`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WaysIn {
+    /// The frame that the rest is of.
     pub frame: u32,
-    /// The last frame that took it.
-    pub taken: u32,
-    /// Covers it on the screen; empty where it is outside the frustum.
-    pub own: Octagon,
-}
-
-impl ObjectState {
-    pub const UNSEEN: Self = Self { frame: 0, taken: 0, own: Octagon::EMPTY };
+    /// Indices into [`Scratch::crossed`].
+    pub first: u32,
+    pub last: u32,
 }
 
 /// A first-in-first-out queue of directed portals, each at most once, in a ring that never grows.
@@ -141,16 +137,20 @@ impl Queue {
 pub struct Scratch {
     /// Counts frames; a mark is set where it equals this.
     pub(super) frame: u32,
-    pub(super) object_states: Vec<ObjectState>,
+    /// By object: the last frame that took it.
+    pub(super) taken: Vec<u32>,
     pub(super) cell_marks: Vec<u32>,
     /// By cell: its part of `ways`.
     pub(super) cell_ways: Vec<Part>,
     /// Portals that the eye might see through.
     pub(super) ways: Vec<DirectedPortal>,
-    /// By cell: its part of `candidates`.
-    pub(super) cell_candidates: Vec<Part>,
-    /// Objects that are in the row and the frustum, but not taken yet.
-    pub(super) candidates: Vec<ObjectId>,
+    /// Cells that a crossed portal leads into, and by cell which do.
+    pub(super) lit: Vec<CellId>,
+    pub(super) ways_in: Vec<WaysIn>,
+    /// By crossed portal: the next into the same cell; none there is at the last.
+    pub(super) next_in: Vec<u32>,
+    /// What each portal shows of one cell.
+    pub(super) spaces: Vec<HalfSpaces>,
     pub(super) portal_states: Vec<PortalState>,
     pub(super) queue: Queue,
     /// The rows of the eye's cells, joined.
@@ -174,12 +174,14 @@ impl Scratch {
         let (objects, cells, portals) = (culler.object_count(), culler.cell_count(), culler.portal_count() * 2);
         Self {
             frame: 0,
-            object_states: vec![ObjectState::UNSEEN; objects],
+            taken: vec![0; objects],
             cell_marks: vec![0; cells],
             cell_ways: vec![Part::default(); cells],
             ways: Vec::with_capacity(portals),
-            cell_candidates: vec![Part::default(); cells],
-            candidates: Vec::with_capacity(culler.placed_count()),
+            lit: Vec::with_capacity(cells),
+            ways_in: vec![WaysIn::default(); cells],
+            next_in: Vec::with_capacity(portals),
+            spaces: Vec::with_capacity((0..cells).map(|c| culler.cell_portals.get(c).len()).max().unwrap_or(0).max(1)),
             portal_states: vec![PortalState::UNSEEN; portals],
             queue: Queue { ring: vec![DirectedPortal(0); portals], head: 0, len: 0 },
             object_row: vec![0; objects.div_ceil(64)],
@@ -196,7 +198,7 @@ impl Scratch {
 
     /// Starts a frame. A scratch that was made for another culler is made anew.
     pub(super) fn begin(&mut self, culler: &Culler) {
-        let fits = self.object_states.len() == culler.object_count()
+        let fits = self.taken.len() == culler.object_count()
             && self.cell_marks.len() == culler.cell_count()
             && self.portal_states.len() == culler.portal_count() * 2;
         if !fits {
@@ -204,10 +206,10 @@ impl Scratch {
         }
         if self.frame == u32::MAX {
             self.frame = 0;
-            self.object_states.fill(ObjectState::UNSEEN);
+            self.taken.fill(0);
             self.cell_marks.fill(0);
             self.cell_ways.fill(Part::default());
-            self.cell_candidates.fill(Part::default());
+            self.ways_in.fill(WaysIn::default());
         }
         self.frame += 1;
         self.objects.clear();
@@ -215,7 +217,6 @@ impl Scratch {
         self.homes.clear();
         self.crossed.clear();
         self.ways.clear();
-        self.candidates.clear();
         self.stats = FrameStats::default();
     }
 

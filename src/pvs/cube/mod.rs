@@ -179,16 +179,6 @@ impl CubeScene {
     }
 }
 
-/// Runs what is to be compiled for the vector units that the machine turns out to have, of at most eight lanes: the same operations in
-/// the same order, so the same bits on every machine.
-fn vectorized<W: pulp::WithSimd>(work: W) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return pulp::Simd::vectorize(simd, work);
-    }
-    pulp::Arch::new().dispatch(work)
-}
-
 /// Whether the ray through a pixel's middle meets a triangle, in `f64`, and where: what an engine says of a pixel, made exact as far
 /// as that triangle goes. Of [`Hit::t`], 1 is the length of [`CubeView::direction`]. That nothing is before it is another question,
 /// which [`RayScene::is_clear`] answers.

@@ -9,7 +9,8 @@ use super::face::{Face, Rect, Triangles};
 use super::raster::gather;
 use super::tiles::Tile;
 use super::tree::{Block, LANES, LEAF, Node, Tree};
-use super::{Cube, CubeEngine, CubeScene, CubeView, NONE, SeeThrough, vectorized};
+use super::{Cube, CubeEngine, CubeScene, CubeView, NONE, SeeThrough};
+use crate::vectorized::vectorized;
 use glam::DVec3;
 use pulp::Simd;
 

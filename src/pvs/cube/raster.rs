@@ -7,7 +7,8 @@
 use super::face::{Boxes, Drawn, Face, Rect, Triangles};
 use super::tiles::{Tile, Tiles};
 use super::tree::{Block, LANES, LEAF, Tree};
-use super::{Cube, CubeEngine, CubeScene, CubeView, SeeThrough, vectorized};
+use super::{Cube, CubeEngine, CubeScene, CubeView, SeeThrough};
+use crate::vectorized::vectorized;
 use pulp::Simd;
 
 /// Something to draw: a node or, marked by [`LEAF`], a leaf.

@@ -1,0 +1,242 @@
+//! Boxes against half-spaces, many at a time: the frustum's, those of the part of the screen that a portal opens, the portal's own.
+//!
+//! A box is outside of a part of the screen where all of it is to one side of it, which a plane through the eye says without a quotient: its
+//! outline on the screen lies to the right of `x = r` just where all corners have `x - r w > 0`. That holds for boxes that reach behind the
+//! eye as well.
+
+use super::frustum::{Camera, Octagon};
+use glam::Vec3;
+
+/// Boxes that are tested at a time: a multiple of what fits in a register, so that loops over them need no remainder.
+pub(super) const LANES: usize = 16;
+
+/// Relative error of the `f32` sums below: each has under twelve roundings of 2^-24, those of its plane included, so at most 8e-7 of the sum of
+/// the magnitudes of its terms. Larger: boxes just beside a rectangle pass. Smaller: boxes on its edge get lost.
+const SUM_ERROR: f32 = 1e-6;
+
+/// Most half-spaces: four sides, not behind the eye, four slanted sides, beyond a portal, and within its doorway.
+const MOST: usize = 11;
+
+/// `normal . (p - eye) + offset <= 0` inside.
+#[derive(Clone, Copy, Debug, Default)]
+struct HalfSpace {
+    normal: [f32; 3],
+    offset: f32,
+    /// By which a box's half-size lessens the distance of its middle: the normal's magnitude, and what rounding may add.
+    reach: [f32; 3],
+    /// What rounding may add for each metre (in the 1-norm) that the middle is from the eye.
+    error: f32,
+}
+
+/// What is on a part of the screen, and beyond what it is seen through.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HalfSpaces {
+    eye: [f32; 3],
+    planes: [HalfSpace; MOST],
+    count: usize,
+}
+
+impl HalfSpaces {
+    /// Of a part of a camera's screen.
+    pub fn of(camera: &Camera, open: &Octagon) -> Self {
+        let Camera { eye, x, y, w } = *camera;
+        let mut all = Self { eye: eye.to_array(), planes: [HalfSpace::default(); MOST], count: 0 };
+        all.between(x, w, [open.rect.min.x, open.rect.max.x], x.abs() + w.abs());
+        all.between(y, w, [open.rect.min.y, open.rect.max.y], y.abs() + w.abs());
+        all.add(-w, 0.0, w.abs());
+        if open.diagonals != Octagon::ALL_DIAGONALS {
+            let (cut, both) = (&open.diagonals, x.abs() + y.abs() + 2.0 * w.abs());
+            all.between(x + y, w, [cut.min.x, cut.max.x], both);
+            all.between(x - y, w, [cut.min.y, cut.max.y], both);
+        }
+        all
+    }
+
+    /// Where a form of the camera is within some times its `w`.
+    fn between(&mut self, form: Vec3, w: Vec3, [low, high]: [f32; 2], magnitude: Vec3) {
+        self.add(form - w * high, 0.0, magnitude);
+        self.add(w * low - form, 0.0, magnitude);
+    }
+
+    /// Only what is in part where `n . p >= d`.
+    pub fn beyond(mut self, n: Vec3, d: f32) -> Self {
+        self.add(-n, d - n.dot(Vec3::from(self.eye)), n.abs());
+        self
+    }
+
+    fn add(&mut self, normal: Vec3, offset: f32, magnitude: Vec3) {
+        let reach = (normal.abs() + magnitude * SUM_ERROR).to_array();
+        self.planes[self.count] =
+            HalfSpace { normal: normal.to_array(), offset, reach, error: magnitude.max_element() * SUM_ERROR };
+        self.count += 1;
+    }
+
+    /// A bit for each of [`LANES`] boxes from `start`: set where no half-space certainly excludes it. Always set for a box or a camera that
+    /// isn't a number, and as it comes for what is beyond the last box.
+    #[inline(always)]
+    pub fn meet(&self, boxes: &Boxes, start: usize) -> u32 {
+        let block = |column: &[Vec<f32>; 3], axis: usize| -> [f32; LANES] {
+            column[axis][start..start + LANES].try_into().expect("padded to whole blocks")
+        };
+        let (mut at, half) = ([[0.0; LANES]; 3], [block(&boxes.half, 0), block(&boxes.half, 1), block(&boxes.half, 2)]);
+        let mut length = [0.0; LANES];
+        for axis in 0..3 {
+            let centre = block(&boxes.centre, axis);
+            for i in 0..LANES {
+                at[axis][i] = centre[i] - self.eye[axis];
+                length[i] += at[axis][i].abs();
+            }
+        }
+        let mut outside = [0u32; LANES];
+        for plane in &self.planes[..self.count] {
+            for i in 0..LANES {
+                let middle = plane.normal[0] * at[0][i] + plane.normal[1] * at[1][i] + plane.normal[2] * at[2][i];
+                let reach = plane.reach[0] * half[0][i] + plane.reach[1] * half[1][i] + plane.reach[2] * half[2][i];
+                outside[i] |= u32::from((middle + plane.offset) - (reach + plane.error * length[i]) > 0.0);
+            }
+        }
+        (0..LANES).fold(0, |bits, i| bits | (outside[i] ^ 1) << i)
+    }
+}
+
+/// Boxes as centre and half-size, one array a component.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Boxes {
+    centre: [Vec<f32>; 3],
+    half: [Vec<f32>; 3],
+}
+
+impl Boxes {
+    /// From corners; rounded outwards.
+    pub fn new(corners: impl Iterator<Item = [Vec3; 2]>) -> Self {
+        let mut boxes = Self::default();
+        for [min, max] in corners {
+            let centre = (min + max) * 0.5;
+            // Above the roundings of the middle, of this difference and of the product.
+            let half = (max - centre).max(centre - min) + (centre.abs() + min.abs().max(max.abs())) * (2.0 * f32::EPSILON);
+            for axis in 0..3 {
+                boxes.centre[axis].push(centre[axis]);
+                boxes.half[axis].push(half[axis]);
+            }
+        }
+        // A block may start at any box.
+        let padded = boxes.centre[0].len() + LANES;
+        for column in boxes.centre.iter_mut().chain(&mut boxes.half) {
+            column.resize(padded, 0.0);
+        }
+        boxes
+    }
+
+    /// Centre and half-size.
+    #[inline]
+    pub fn get(&self, i: usize) -> (Vec3, Vec3) {
+        let at = |columns: &[Vec<f32>; 3]| Vec3::new(columns[0][i], columns[1][i], columns[2][i]);
+        (at(&self.centre), at(&self.half))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frustum::Rect;
+    use super::*;
+    use glam::{DVec2, DVec3, Vec2};
+
+    fn looking_along_x(fov_y: f64) -> Camera {
+        Camera::look_at(DVec3::ZERO, DVec3::X, fov_y, 2.0)
+    }
+
+    fn meets(spaces: &HalfSpaces, min: Vec3, max: Vec3) -> bool {
+        spaces.meet(&Boxes::new([[min, max]].into_iter()), 0) & 1 == 1
+    }
+
+    fn at(x: [f32; 2], y: [f32; 2]) -> Octagon {
+        Octagon { rect: Rect { min: Vec2::new(x[0], y[0]), max: Vec2::new(x[1], y[1]) }, ..Octagon::FULL }
+    }
+
+    #[test]
+    fn boxes_beside_behind_and_around_the_eye() {
+        let screen = HalfSpaces::of(&looking_along_x(1.0), &Octagon::FULL);
+        let meets = |min: [f32; 3], max: [f32; 3]| meets(&screen, min.into(), max.into());
+        assert!(meets([5.0, -1.0, -1.0], [6.0, 1.0, 1.0]));
+        assert!(!meets([-6.0, -1.0, -1.0], [-5.0, 1.0, 1.0]));
+        assert!(!meets([5.0, 9.0, -1.0], [6.0, 10.0, 1.0]));
+        assert!(meets([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]));
+        // A huge floor that the eye stands on: its near edge is far outside, yet it is seen.
+        assert!(meets([-1e4, -1.7, -1e4], [1e4, -1.6, 1e4]));
+        assert!(meets([f32::NAN; 3], [1.0; 3]));
+    }
+
+    #[test]
+    fn a_box_meets_the_parts_of_the_screen_that_its_corners_reach() {
+        let camera = looking_along_x(90f64.to_radians());
+        // 90 degrees upwards, aspect 2; +Z is to the right. At x = 2: y / 2 and z / 4.
+        let meets =
+            |open: Octagon| meets(&HalfSpaces::of(&camera, &open), Vec3::new(2.0, -1.0, 1.0), Vec3::new(4.0, 1.0, 2.0));
+        let (left, right, bottom, top) = (0.125, 0.5, -0.5, 0.5);
+        let sides = [
+            ([-1.0, left], [-1.0, 1.0]),
+            ([right, 1.0], [-1.0, 1.0]),
+            ([-1.0, 1.0], [-1.0, bottom]),
+            ([-1.0, 1.0], [top, 1.0]),
+        ];
+        for (side, (x, y)) in sides.into_iter().enumerate() {
+            for by in [-1e-4f32, 1e-4] {
+                let mut open = at(x, y);
+                match side {
+                    0 => open.rect.max.x += by,
+                    1 => open.rect.min.x -= by,
+                    2 => open.rect.max.y += by,
+                    _ => open.rect.min.y -= by,
+                }
+                assert_eq!(meets(open), by > 0.0, "side {side}");
+            }
+        }
+        // Its lower right corner is at (0.5, -0.5), its upper left at (0.0625, 0.5) or (0.125, 0.5): x - y goes from there to 1.
+        for (low, seen) in [(0.999, true), (1.001, false)] {
+            let cut = Rect { min: Vec2::new(-2.0, low), max: Vec2::new(2.0, 2.0) };
+            assert_eq!(meets(Octagon { diagonals: cut, ..Octagon::FULL }), seen, "{low}");
+        }
+    }
+
+    #[test]
+    fn what_is_before_a_portal_is_not_seen_through_it() {
+        let screen = HalfSpaces::of(&looking_along_x(1.0), &Octagon::FULL);
+        for (from, seen) in [(2.5, false), (3.5, true), (9.0, true)] {
+            let beyond = screen.beyond(Vec3::X, 4.0);
+            assert_eq!(meets(&beyond, Vec3::new(from, -1.0, -1.0), Vec3::new(from + 1.0, 1.0, 1.0)), seen);
+            // In the doorway: from 4 to 4.6.
+            let doorway = beyond.beyond(Vec3::NEG_X, -4.6);
+            assert_eq!(meets(&doorway, Vec3::new(from, -1.0, -1.0), Vec3::new(from + 1.0, 1.0, 1.0)), from == 3.5);
+        }
+    }
+
+    /// A point on the edge of the screen, at every scale and opening angle, is not excluded, by the screen or by that point of it.
+    #[test]
+    fn rounding_never_loses_a_point_of_the_screen() {
+        let mut state = 1u64;
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 40) as f64 / (1u64 << 24) as f64
+        };
+        for round in 0..20_000 {
+            let fov = [1e-3f64, 5.0, 60.0, 175.0][round % 4].to_radians();
+            let eye = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5) * 10f64.powf(next() * 4.0);
+            let camera = Camera::look_at(eye, eye + DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5), fov, 1.0 + next());
+            let on_edge = [-1.0, 1.0][round / 4 % 2];
+            let ndc = if round % 3 == 0 {
+                DVec2::new(on_edge, next() * 2.0 - 1.0)
+            } else {
+                DVec2::new(next() * 2.0 - 1.0, on_edge)
+            };
+            let exact = camera.eye.as_dvec3() + camera.ray(ndc) * 10f64.powf(next() * 6.0 - 3.0);
+            // The box that a file would hold around it: rounded outwards.
+            let (min, max) = (exact.as_vec3().map(f32::next_down), exact.as_vec3().map(f32::next_up));
+            assert!(meets(&HalfSpaces::of(&camera, &Octagon::FULL), min, max), "round {round}");
+            let pixel = Rect { min: ndc.as_vec2(), max: ndc.as_vec2() };
+            let diagonals = Vec2::new(pixel.min.x + pixel.min.y, pixel.min.x - pixel.min.y);
+            for diagonals in [Octagon::ALL_DIAGONALS, Rect { min: diagonals, max: diagonals }] {
+                assert!(meets(&HalfSpaces::of(&camera, &Octagon { rect: pixel, diagonals }), min, max), "round {round}");
+            }
+        }
+    }
+}

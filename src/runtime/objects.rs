@@ -1,0 +1,126 @@
+//! What is to be seen in the cells that a frame came to: the objects of a cell where portals open it, in blocks of boxes.
+
+use super::boxes::{HalfSpaces, LANES};
+use super::culler::{Culler, bit};
+use super::frustum::{Camera, Octagon};
+use super::portals::{directed_plane, target};
+use super::scratch::{PortalState, Scratch};
+use crate::CellId;
+use crate::bits::ones;
+use glam::Vec3;
+
+/// Takes them into the scratch: what the eye's own cells show, then what portals show of others.
+pub(super) struct Take<'a> {
+    pub culler: &'a Culler,
+    pub camera: &'a Camera,
+    /// What isn't beyond this plane is not seen by the eye.
+    pub front: Option<(Vec3, f32)>,
+    /// The cells that the eye is in, which it sees on `open`.
+    pub homes: &'a [CellId],
+    pub open: &'a Octagon,
+    pub scratch: &'a mut Scratch,
+}
+
+impl pulp::WithSimd for Take<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+        let mut around = HalfSpaces::of(self.camera, self.open);
+        if let Some((n, d)) = self.front {
+            around = around.beyond(n, self.behind(d));
+        }
+        for &home in self.homes {
+            self.scratch.spaces.clear();
+            self.scratch.spaces.push(around);
+            self.take(home, around);
+        }
+        for i in 0..self.scratch.lit.len() {
+            let cell = self.scratch.lit[i];
+            // Of the eye's own cell, all that is on the screen is taken.
+            if self.front.is_some() || !self.homes.contains(&cell) {
+                let around = self.open(cell);
+                self.take(cell, around);
+            }
+        }
+    }
+}
+
+impl Take<'_> {
+    /// Sets `spaces` to what each portal shows of a cell. Returns what holds all of that.
+    fn open(&mut self, cell: CellId) -> HalfSpaces {
+        let Self { culler, camera, .. } = *self;
+        self.scratch.spaces.clear();
+        let (mut all, mut next) = (Octagon::EMPTY, self.scratch.ways_in[cell.index()].first);
+        while let Some(crossed) = self.scratch.crossed.get(next as usize) {
+            let PortalState { open, shut, .. } = self.scratch.portal_states[crossed.portal.0 as usize];
+            let (n, d) = directed_plane(culler, crossed.portal);
+            let mut space = HalfSpaces::of(camera, &open).beyond(n, self.behind(d));
+            if shut {
+                space = space.beyond(-n, -(d + culler.doorway(crossed.portal)));
+            }
+            all = all.union(open);
+            self.scratch.spaces.push(space);
+            next = self.scratch.next_in[next as usize];
+        }
+        if let [one] = self.scratch.spaces[..] { one } else { HalfSpaces::of(camera, &all) }
+    }
+
+    /// A plane's distance from the origin, with the tolerance: twice as everywhere, once more for rounding, whose terms are within the
+    /// model's extent.
+    fn behind(&self, d: f32) -> f32 {
+        d - 3.0 * self.culler.tolerance as f32
+    }
+
+    /// Takes the objects of a cell that are in the row and in one of `spaces`, which `around` holds.
+    #[inline(always)]
+    fn take(&mut self, cell: CellId, around: HalfSpaces) {
+        let Self { culler, scratch, .. } = self;
+        let range = culler.cell_objects.range(cell.index());
+        for start in range.clone().step_by(LANES) {
+            let mut wanted = around.meet(&culler.placed, start);
+            if range.end - start < LANES {
+                wanted &= (1 << (range.end - start)) - 1;
+            }
+            for i in ones(&[u64::from(wanted)]) {
+                let object = culler.cell_objects.items()[start + i];
+                if scratch.taken[object.index()] == scratch.frame || !bit(&scratch.object_row, object.index()) {
+                    wanted &= !(1 << i);
+                }
+            }
+            let mut next = 0;
+            while wanted != 0 && next < scratch.spaces.len() {
+                let seen = if scratch.spaces.len() == 1 {
+                    wanted
+                } else {
+                    wanted & scratch.spaces[next].meet(&culler.placed, start)
+                };
+                for i in ones(&[u64::from(seen)]) {
+                    let object = culler.cell_objects.items()[start + i];
+                    scratch.taken[object.index()] = scratch.frame;
+                    scratch.objects.push(object);
+                }
+                wanted &= !seen;
+                next += 1;
+            }
+        }
+    }
+}
+
+/// Marks which portals lead into which cell, of those that the frame crossed; fills [`Scratch::lit`].
+pub(super) fn group(culler: &Culler, scratch: &mut Scratch) {
+    scratch.lit.clear();
+    scratch.next_in.clear();
+    for (i, crossed) in scratch.crossed.iter().enumerate() {
+        let cell = target(culler, crossed.portal);
+        let ways = &mut scratch.ways_in[cell.index()];
+        scratch.next_in.push(u32::MAX);
+        if ways.frame == scratch.frame {
+            scratch.next_in[ways.last as usize] = i as u32;
+            ways.last = i as u32;
+        } else {
+            *ways = super::scratch::WaysIn { frame: scratch.frame, first: i as u32, last: i as u32 };
+            scratch.lit.push(cell);
+        }
+    }
+}
