@@ -106,14 +106,15 @@ fn pictures_with_mirrors_miss_nothing_in_any_mode() {
         scene.objects.iter_mut().for_each(|o| o.opaque = true);
         let counts = pictures(&scene, &file, views);
         println!("| {name} | {MIRRORS} | {views} | {} | {} | {} | 0 |", counts.iter().sum::<u64>(), counts[1], counts[2]);
-        assert!(counts[1] * 100 > counts[0] && counts[2] > 0, "{name}: {counts:?}");
+        assert!(counts[1] > 500 && counts[2] > 0, "{name}: {counts:?}");
     }
 }
 
 /// Checks every pixel; returns how many there were by the number of mirrors.
 fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
     let (rays, culler) = (RayScene::new(scene), Culler::new(file));
-    let path = random_path(scene, file, 20_000, 5);
+    // Enough that there are as many in the mirrors' cells.
+    let path = random_path(scene, file, (20 * views).max(20_000), 5);
     let cameras: Vec<Camera> = (0..path.frames.len()).map(|i| path.camera(i, file.origin, 16.0 / 9.0)).collect();
     let mut hung: Vec<Hung> = Vec::new();
     for camera in &cameras {
