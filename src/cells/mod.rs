@@ -6,6 +6,7 @@
 mod audit;
 mod authored;
 mod auto;
+mod coarsen;
 mod complex;
 mod contacts;
 mod convex;
@@ -30,6 +31,7 @@ mod voids;
 mod volume;
 
 pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
+pub use coarsen::{coarsen, matrix_bytes};
 pub use given::{GivenError, read_cells};
 pub use indoorgml::read_indoorgml;
 pub use locate::{Locator, Stretch};

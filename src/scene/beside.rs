@@ -6,13 +6,19 @@ use std::path::{Component, Path, PathBuf};
 /// Reads the file `name` (as the model spells it, `/` or `\` between folders) beside the model.
 ///
 /// Fails with one clear line where `folder` is `None` (the model came from memory), where `name` is a URL, an absolute path or
-/// climbs out of the folder, and where it isn't a regular file.
+/// climbs out of the folder, be it by a link, and where it isn't a regular file.
 pub(super) fn read_beside(folder: Option<&Path>, name: &str) -> Result<Vec<u8>, String> {
     let Some(folder) = folder else {
         return Err(format!("`{name}` is another file, and this model was not read from a folder"));
     };
-    let path = folder.join(relative(name)?);
+    // A model in the working folder has no folder in its name.
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let refuse = |e: io::Error| format!("`{name}`: {e}");
+    // An archive may bring links: where they lead counts.
+    let path = folder.join(relative(name)?).canonicalize().map_err(refuse)?;
+    if !path.starts_with(folder.canonicalize().map_err(refuse)?) {
+        return Err(outside(name));
+    }
     if !path.metadata().map_err(refuse)?.is_file() {
         return Err(format!("`{name}` is not a regular file"));
     }
@@ -28,10 +34,14 @@ fn relative(name: &str) -> Result<PathBuf, String> {
     if name.contains("://") {
         Err(format!("`{name}` is a URL; put the file beside the model"))
     } else if climbs || is_drive || path.as_os_str().is_empty() {
-        Err(format!("`{name}` leads out of the model's folder; put the file beside the model"))
+        Err(outside(name))
     } else {
         Ok(path)
     }
+}
+
+fn outside(name: &str) -> String {
+    format!("`{name}` leads out of the model's folder; put the file beside the model")
 }
 
 #[cfg(test)]

@@ -1,0 +1,196 @@
+//! Fewer, larger cells, where a bake over all of them would take more memory than it may.
+//!
+//! A cell is any union of convex pieces, so any two may become one: portals between them vanish, and what either saw the one cell
+//! sees. Rows get coarser, and nothing visible is lost. Cells that share a large portal are joined first, and none grows to twice the
+//! size of others before they have been joined, too. Open cells and closed ones stay apart.
+
+use super::{Cell, CellGraph};
+use crate::CellId;
+use crate::geom::area;
+
+/// What matrices over a graph take at most while it is baked, bytes: both bounds over cells and over objects, and what flow knows of
+/// pairs of directed portals. What the scene itself takes comes on top.
+pub fn matrix_bytes(cells: usize, objects: usize, portals: usize) -> u64 {
+    let [cells, objects, directed] = [cells, objects, 2 * portals].map(|n| n as u128);
+    let bits = 5 * cells * cells + 7 * cells * objects + 4 * directed * directed + 2 * cells * directed;
+    u64::try_from(bits / 8).unwrap_or(u64::MAX)
+}
+
+/// Joins cells until matrices over them, and over this many objects, take at most `limit` bytes. Returns the number of cells that
+/// there were, where that changed, and says so in the graph's notes.
+pub fn coarsen(graph: &mut CellGraph, objects: usize, limit: u64) -> Option<usize> {
+    let before = graph.cells.len();
+    let needed = matrix_bytes(before, objects, graph.portals.len());
+    if needed <= limit {
+        return None;
+    }
+    let mut order: Vec<(f64, usize)> = graph.portals.iter().enumerate().map(|(i, p)| (area(&p.winding), i)).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut groups = Groups::new(before);
+    let mut most = 1;
+    while most < before && !groups.fits(graph, objects, limit) {
+        most *= 2;
+        for &(_, portal) in &order {
+            let [a, b] = graph.portals[portal].cells.map(CellId::index);
+            groups.join(a, b, most, graph);
+        }
+        // Cells that no portal joins, too: rooms that nobody found a way into.
+        for pair in groups.roots().chunks(2) {
+            if let &[a, b] = pair {
+                groups.join(a, b, most / 2, graph);
+            }
+        }
+    }
+    groups.apply(graph);
+    let after = graph.cells.len();
+    graph.notes.push(format!(
+        "memory: {before} cells joined to {after}, as matrices over all of them would take {} MiB; rows are coarser for it",
+        needed >> 20
+    ));
+    Some(before)
+}
+
+/// Sets of cells: a forest of parents, and how many cells each root stands for.
+struct Groups {
+    parent: Vec<usize>,
+    size: Vec<usize>,
+}
+
+impl Groups {
+    fn new(n: usize) -> Self {
+        Self { parent: (0..n).collect(), size: vec![1; n] }
+    }
+
+    fn root(&mut self, mut cell: usize) -> usize {
+        while self.parent[cell] != cell {
+            self.parent[cell] = self.parent[self.parent[cell]];
+            cell = self.parent[cell];
+        }
+        cell
+    }
+
+    /// Joins two cells' groups, unless they would be more than `most` cells; the lower root stays.
+    fn join(&mut self, a: usize, b: usize, most: usize, graph: &CellGraph) {
+        let (a, b) = (self.root(a), self.root(b));
+        if a != b && self.size[a] + self.size[b] <= most && graph.cells[a].open == graph.cells[b].open {
+            let (a, b) = (a.min(b), a.max(b));
+            self.parent[b] = a;
+            self.size[a] += self.size[b];
+        }
+    }
+
+    fn roots(&mut self) -> Vec<usize> {
+        (0..self.parent.len()).filter(|&c| self.parent[c] == c).collect()
+    }
+
+    fn fits(&mut self, graph: &CellGraph, objects: usize, limit: u64) -> bool {
+        let mut apart = |c: [CellId; 2]| self.root(c[0].index()) != self.root(c[1].index());
+        let portals = graph.portals.iter().map(|p| p.cells).filter(|&c| apart(c)).count();
+        matrix_bytes(self.roots().len(), objects, portals) <= limit
+    }
+
+    /// Makes each group a cell, in the order of their first cells.
+    fn apply(mut self, graph: &mut CellGraph) {
+        let mut id = vec![CellId(0); graph.cells.len()];
+        let mut cells: Vec<Cell> = Vec::new();
+        for (c, mut cell) in std::mem::take(&mut graph.cells).into_iter().enumerate() {
+            let root = self.root(c);
+            if root == c {
+                id[c] = CellId(cells.len() as u32);
+                let others = self.size[c] - 1;
+                if others > 0 {
+                    cell.name = format!("{} and {others} more", cell.name);
+                    cell.source = None;
+                }
+                cells.push(cell);
+            } else {
+                id[c] = id[root];
+                cells[id[c].index()].pieces.append(&mut cell.pieces);
+            }
+        }
+        graph.cells = cells;
+        for portal in &mut graph.portals {
+            portal.cells = portal.cells.map(|c| id[c.index()]);
+        }
+        graph.portals.retain(|p| p.cells[0] != p.cells[1]);
+        graph.link();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{Piece, Portal, PortalKind, PortalState, Strategy};
+    use crate::geom::{Aabb, Plane};
+    use glam::DVec3;
+
+    /// Rooms of 1 m in a row along x; every door is larger than the one before it.
+    fn row(n: usize) -> CellGraph {
+        let cell = |i: usize| {
+            let (min, max) = (DVec3::new(i as f64, 0.0, 0.0), DVec3::new(i as f64 + 1.0, 1.0, 1.0));
+            let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(max, n), Plane::through(min, -n)]).collect();
+            let pieces = vec![Piece { planes, bounds: Aabb { min, max } }];
+            Cell { name: format!("cell {i}"), pieces, ..Cell::default() }
+        };
+        let portal = |i: usize| {
+            let (x, side) = (i as f64 + 1.0, 0.5 + 0.4 * i as f64 / n as f64);
+            let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
+            Portal {
+                cells: [CellId(i as u32), CellId(i as u32 + 1)],
+                plane: Plane { n: DVec3::X, d: x },
+                winding: corners.map(|(y, z)| DVec3::new(x, y, z)).to_vec(),
+                kind: PortalKind::Door,
+                state: PortalState::default(),
+                source: None,
+            }
+        };
+        let mut graph = CellGraph {
+            strategy: Strategy::Given,
+            reason: String::new(),
+            cells: (0..n).map(cell).collect(),
+            portals: (0..n - 1).map(portal).collect(),
+            smallest_hole: 0.0,
+            notes: Vec::new(),
+        };
+        graph.link();
+        graph
+    }
+
+    #[test]
+    fn what_fits_stays_as_it_is() {
+        let mut graph = row(10);
+        let before = graph.clone();
+        assert_eq!(coarsen(&mut graph, 5, matrix_bytes(10, 5, 9)), None);
+        assert_eq!(graph, before);
+    }
+
+    #[test]
+    fn a_row_becomes_neighbours_of_equal_size_joined_by_the_doors_between_them() {
+        let mut graph = row(1000);
+        let limit = matrix_bytes(1000, 50, 999) / 10;
+        assert_eq!(coarsen(&mut graph, 50, limit), Some(1000));
+        assert!(matrix_bytes(graph.cells.len(), 50, graph.portals.len()) <= limit);
+        assert_eq!(graph.portals.len(), graph.cells.len() - 1);
+        assert_eq!(graph.cells.iter().map(|c| c.pieces.len()).sum::<usize>(), 1000);
+        let sizes: Vec<usize> = graph.cells.iter().map(|c| c.pieces.len()).collect();
+        assert!(sizes.iter().max().unwrap() <= &4 && graph.cells.len() >= 250, "{sizes:?}");
+        for portal in &graph.portals {
+            let x = portal.winding[0].x;
+            let touches =
+                |c: CellId| graph.cells[c.index()].pieces.iter().any(|p| (p.bounds.min.x..=p.bounds.max.x).contains(&x));
+            assert!(portal.cells.iter().all(|&c| touches(c)), "at {x}");
+        }
+        assert!(graph.notes[0].starts_with("memory: 1000 cells joined to "), "{:?}", graph.notes);
+    }
+
+    #[test]
+    fn open_cells_stay_apart_and_cells_without_portals_are_joined_too() {
+        let mut graph = row(64);
+        graph.cells[20].open = true;
+        graph.portals.retain(|p| p.cells[0].index() < 30);
+        graph.link();
+        assert_eq!(coarsen(&mut graph, 0, 0), Some(64));
+        assert_eq!(graph.cells.iter().filter(|c| c.open).map(|c| c.pieces.len()).collect::<Vec<_>>(), [1]);
+        assert!(graph.cells.len() <= 4, "{}", graph.cells.len());
+    }
+}

@@ -1,0 +1,105 @@
+//! Stiff and extreme scenes, each with a known answer: the bounds hold it, no pixel is missed, the bytes don't depend on threads, and
+//! neither moving, turning nor scaling changes what is known. `ENFILADE_EXTREMES=long` (`just torture`) adds the large ones.
+
+mod judge;
+mod scenes;
+mod windings;
+mod world;
+
+use glam::{DQuat, DVec3};
+use judge::{Effort, Row, flowed, judge, settle, table};
+use scenes::*;
+use world::{Known, Motion, World};
+
+const SHORT: Effort = Effort { rays: 60_000, checked: 20_000, frames: 6, pixels: true, threads: true };
+
+/// Turned by odd angles, a thousand times larger, 10,000 km away; and a hundred thousandth of the size.
+fn motions() -> [Motion; 3] {
+    let turn = DQuat::from_axis_angle(DVec3::new(0.36, 0.48, 0.8).normalize(), 0.7345);
+    [
+        Motion { name: "turned and moved", turn, scale: 1.0, shift: DVec3::new(123.4, -77.7, 987.6) },
+        Motion { name: "1e7 m away", turn: DQuat::IDENTITY, scale: 1.0, shift: DVec3::new(1e7, 0.0, -1e7) },
+        Motion { name: "a hundred thousandth, turned", turn, scale: 1e-5, shift: DVec3::ZERO },
+    ]
+}
+
+fn is_long() -> bool {
+    std::env::var("ENFILADE_EXTREMES").is_ok_and(|v| v == "long")
+}
+
+fn short() -> Vec<World> {
+    let cracked = World { crack: 1e-7, name: "cracks of 1e-7 m", auto: true, ..cycle("") };
+    let doubled = World { doubled: true, name: "doubled walls", auto: true, ..cycle("") };
+    let junctions = World { junctions: true, name: "T-junctions", auto: true, ..cycle("") };
+    let thin = World { fov: 1e-5, name: "a field of view of 1e-5 degrees", auto: false, ..on_the_threshold() };
+    let wide = World { fov: 179.9, name: "a field of view of 179.9 degrees", auto: false, ..on_the_threshold() };
+    let near = World { near: 50.0, name: "a near plane beyond the walls", auto: false, ..on_the_threshold() };
+    vec![
+        keyhole(1000.0, 0.005),
+        row("40 doors in line", 40, 0.8, true),
+        row("40 doors out of line", 40, 0.8, false),
+        slits("slits that pass a line by 0.1 mm", 1.0199, Known::Visible),
+        slits("slits that pass none by 0.1 mm", 1.0201, Known::Hidden),
+        turned_slits(),
+        hole_and_gate(),
+        on_the_threshold(),
+        thin,
+        wide,
+        near,
+        cycle("a cycle of walls without thickness"),
+        cracked,
+        doubled,
+        junctions,
+        spiral(3),
+        cell_in_a_cell(),
+        doors(40),
+    ]
+}
+
+#[test]
+fn every_extreme_scene_keeps_its_answers() {
+    let mut rows: Vec<Row> = Vec::new();
+    for world in short() {
+        rows.push(judge(&world, &Motion::NONE, true, SHORT));
+        for motion in motions() {
+            rows.push(judge(&world, &motion, true, Effort { threads: false, ..SHORT }));
+        }
+        if world.auto {
+            rows.push(judge(&world, &Motion::NONE, false, SHORT));
+        }
+    }
+    table(&rows);
+    settle(&rows);
+    assert!(rows.iter().map(|r| r.known).sum::<usize>() > 100 && rows.iter().all(|r| r.frames > 0));
+}
+
+#[test]
+fn what_portals_leave_is_the_same_wherever_a_scene_stands() {
+    for world in short() {
+        let rows = flowed(&world, &Motion::NONE);
+        for motion in motions() {
+            let moved = flowed(&world, &motion);
+            let pairs = (0..rows.rows()).flat_map(|r| (0..rows.columns()).map(move |c| (r, c)));
+            let differ: Vec<_> = pairs.filter(|&(r, c)| rows.get(r, c) != moved.get(r, c)).collect();
+            assert!(differ.is_empty(), "{}, {}: room and object {differ:?}", world.name, motion.name);
+        }
+    }
+}
+
+#[test]
+fn long_rows_and_many_doors_stay_bounded() {
+    if !is_long() {
+        eprintln!("not run: long_rows_and_many_doors_stay_bounded: ENFILADE_EXTREMES=long (`just torture`) runs it");
+        return;
+    }
+    let long = Effort { rays: 2_000_000, checked: 200_000, frames: 4, pixels: true, threads: true };
+    let huge = Effort { pixels: false, threads: false, ..long };
+    let rows = [
+        judge(&row("a mile of 2,000 doors", 2001, 0.8, true), &Motion::NONE, true, long),
+        judge(&row("a mile of 2,000 doors out of line", 2001, 0.8, false), &Motion::NONE, true, long),
+        judge(&doors(5000), &Motion::NONE, true, Effort { threads: false, ..long }),
+        judge(&row("100,000 cells in a row", 100_000, 4.0, false), &Motion::NONE, true, huge),
+    ];
+    table(&rows);
+    settle(&rows);
+}
