@@ -13,26 +13,18 @@ mod targets;
 use mutants::{Report, Run, run};
 use targets::{TARGETS, Target};
 
-/// Mutants a reader, where nothing is said.
-const MUTANTS: u64 = 2_000;
-
-/// How many mutants a reader.
-fn wanted(usual: u64) -> u64 {
+/// How many mutants of `.pvs` files, of two kinds each; of others there are fewer.
+fn wanted() -> u64 {
     match std::env::var("ENFILADE_MUTANTS") {
         Ok(n) => n.parse().expect("ENFILADE_MUTANTS is a number"),
-        Err(_) => usual,
+        Err(_) => 20_000,
     }
 }
 
-/// Mutants of a reader's seeds. Of the slow ones (a bake's flow, a library of others) there are fewer.
+/// Mutants of a reader's seeds.
 fn mutants_of(target: &'static Target) -> Report {
     let seeds = (target.seeds)();
-    let share = match target.name {
-        "ifc" => 20,
-        "rooms" | "flow" | "graph" | "cells" => 4,
-        _ => 1,
-    };
-    let count = (wanted(MUTANTS) / share).max(50);
+    let count = (wanted() / target.share).max(50);
     let one = |number: u64| {
         let bytes = mutants::mutant(&seeds, number);
         let accepted = (target.run)(&bytes);

@@ -29,7 +29,9 @@ impl Random {
 /// Numbers that lengths and ids go wrong with.
 const NASTY: [u32; 10] = [0, 1, 2, 0x7f, 0x80, 0xff, 0xffff, 0x7fff_ffff, 0x8000_0000, u32::MAX];
 /// Numbers that texts go wrong with.
-const TEXTS: [&str; 16] = [
+const TEXTS: [&str; 18] = [
+    "2",
+    "-0.5",
     "0",
     "-1",
     "1",
@@ -94,7 +96,15 @@ fn number(bytes: &mut Vec<u8>, at: usize, r: &mut Random) {
 pub fn mutant(seeds: &[Vec<u8>], number: u64) -> Vec<u8> {
     let r = &mut Random(number);
     let mut bytes = seeds[r.below(seeds.len())].clone();
-    change(&mut bytes, seeds, r);
+    if r.below(2) == 0 && !bytes.is_empty() {
+        // Numbers alone: what is around them stays whole.
+        for _ in 0..1 + r.below(4) {
+            let at = r.below(bytes.len());
+            self::number(&mut bytes, at, r);
+        }
+    } else {
+        change(&mut bytes, seeds, r);
+    }
     if bytes.starts_with(b"glTF") && bytes.len() >= 12 && r.below(8) > 0 {
         let length = bytes.len() as u32;
         bytes[8..12].copy_from_slice(&length.to_le_bytes());

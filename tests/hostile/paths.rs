@@ -101,6 +101,24 @@ fn materials_outside_of_the_models_folder_are_not_read() {
     }
 }
 
+/// What is allowed is read, and nothing beside it.
+#[test]
+fn a_folder_that_is_allowed_is_read_from() {
+    let world = World::new("allowed");
+    let path = world.root.join("model/x.gltf");
+    let read = |uri: &str, under: &Path| {
+        std::fs::write(&path, document(uri)).unwrap();
+        import(&path, &ImportOptions { files_under: Some(under.to_owned()), ..ImportOptions::default() })
+    };
+    for uri in ["../secret.bin", "sub/a.bin", "..%2Fsecret.bin", world.root.join("secret.bin").to_str().unwrap()] {
+        assert_eq!(read(uri, &world.root).unwrap().triangles.len(), 1, "{uri}");
+    }
+    for uri in ["../secret.bin", "../../../secret.bin", "/dev/zero", "https://example.org/a.bin"] {
+        let error = read(uri, &world.root.join("model")).expect_err(uri).to_string();
+        assert!(error.starts_with("buffer 0: "), "{uri}: {error}");
+    }
+}
+
 /// An archive may hold links.
 #[cfg(unix)]
 #[test]

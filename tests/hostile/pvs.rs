@@ -6,8 +6,6 @@ use super::targets::forge::{Forged, Shape, ZSTD, random_file, sample};
 use super::wanted;
 use enfilade::file::PvsFile;
 
-const MUTANTS: u64 = 20_000;
-
 /// Numbers that a table's lengths go wrong with.
 const NASTY: [u64; 8] = [0, 1, 0x7f, 0xff, 0xffff, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff];
 
@@ -97,7 +95,7 @@ fn no_file_panics_lies_or_takes_memory_beyond_what_is_promised() {
         assert!(!accepted, "a changed file passes its checksums");
         Run { accepted, promised: target.promised(bytes.len()), length: bytes.len() }
     };
-    let count = wanted(MUTANTS);
+    let count = wanted();
     let reports: [Report; 2] =
         [run("pvs, checksums repaired", count, &forged_one), run("pvs, as damaged", count, &blind_one)];
     table(&reports);
