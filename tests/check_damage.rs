@@ -3,12 +3,12 @@
 use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
+use enfilade::generate::{Kind, generate};
 use enfilade::pvs::PvsOptions;
 use enfilade::report::check::{CheckOptions, FaultKind, Violation, check};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene, gltf};
 use enfilade::work::Work;
 use glam::Vec3;
-use std::path::Path;
 
 /// What shows that a file is damaged.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -159,8 +159,8 @@ const DAMAGES: [Damage; 16] = [
 ];
 
 fn baked() -> (Scene, PvsFile) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings/villa_rotonda.glb");
-    let scene = import(&path, &ImportOptions::default()).unwrap();
+    let glb = generate(Kind::Gallery { rooms: 9 }, 1).unwrap().glb;
+    let scene = gltf::from_slice(&glb, "gallery", None, &ImportOptions::default()).unwrap();
     let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
     let options = BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() };
     let file = bake(&scene, options, &Work::quiet()).unwrap().file;

@@ -4,6 +4,7 @@
 //! sees. Rows get coarser, and nothing visible is lost. Cells that share a large portal are joined first, and none grows to twice the
 //! size of others before they have been joined, too. Open cells and closed ones stay apart.
 
+use super::union::Union;
 use super::{Cell, CellGraph};
 use crate::CellId;
 use crate::geom::area;
@@ -50,37 +51,33 @@ pub fn coarsen(graph: &mut CellGraph, objects: usize, limit: u64) -> Option<usiz
     Some(before)
 }
 
-/// Sets of cells: a forest of parents, and how many cells each root stands for.
+/// Sets of cells, and how many cells each has, by the cell that stands for it.
 struct Groups {
-    parent: Vec<usize>,
+    union: Union,
     size: Vec<usize>,
 }
 
 impl Groups {
     fn new(n: usize) -> Self {
-        Self { parent: (0..n).collect(), size: vec![1; n] }
+        Self { union: Union::new(n), size: vec![1; n] }
     }
 
-    fn root(&mut self, mut cell: usize) -> usize {
-        while self.parent[cell] != cell {
-            self.parent[cell] = self.parent[self.parent[cell]];
-            cell = self.parent[cell];
-        }
-        cell
+    fn root(&mut self, cell: usize) -> usize {
+        self.union.find(cell as u32) as usize
     }
 
-    /// Joins two cells' groups, unless they would be more than `most` cells; the lower root stays.
+    /// Joins two cells' groups, unless they would be more than `most` cells, or one is open and the other closed.
     fn join(&mut self, a: usize, b: usize, most: usize, graph: &CellGraph) {
         let (a, b) = (self.root(a), self.root(b));
         if a != b && self.size[a] + self.size[b] <= most && graph.cells[a].open == graph.cells[b].open {
-            let (a, b) = (a.min(b), a.max(b));
-            self.parent[b] = a;
-            self.size[a] += self.size[b];
+            let joined = self.size[a] + self.size[b];
+            let root = self.union.join(a as u32, b as u32) as usize;
+            self.size[root] = joined;
         }
     }
 
     fn roots(&mut self) -> Vec<usize> {
-        (0..self.parent.len()).filter(|&c| self.parent[c] == c).collect()
+        (0..self.size.len()).filter(|&c| self.root(c) == c).collect()
     }
 
     fn fits(&mut self, graph: &CellGraph, objects: usize, limit: u64) -> bool {

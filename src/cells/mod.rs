@@ -24,7 +24,7 @@ mod rooms;
 mod smooth;
 mod split;
 mod state;
-mod union;
+pub(crate) mod union;
 pub mod validate;
 mod view_cells;
 mod voids;

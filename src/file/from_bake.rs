@@ -2,7 +2,7 @@
 
 use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
-use crate::geom::{Aabb, Plane};
+use crate::geom::{self, Aabb, Plane};
 use crate::pvs::view_cells::ViewRows;
 use crate::pvs::{Guarantee, Pvs, Witness};
 use crate::scene::{ImportOptions, Scene};
@@ -93,20 +93,10 @@ fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<String> {
     let corners = graph.portals.iter().flat_map(|p| p.winding.iter().copied());
     let bounds = scene.bounds().union(Aabb::of(corners));
     let rounding = single_precision(bounds.min.abs().max(bounds.max.abs()).max_element());
-    let count = graph.portals.iter().filter(|p| width(&p.winding) < rounding).count();
+    let count = graph.portals.iter().filter(|p| geom::width(&p.winding) < rounding).count();
     (count > 0).then(|| {
         format!("{count} portals are narrower than {rounding:.1e} m, as near as f32 holds a model of this size: the run time takes them for wider")
     })
-}
-
-/// Width of a convex winding, metres: the least, over its edges, of how far it reaches from an edge.
-fn width(winding: &[DVec3]) -> f64 {
-    let edges = (0..winding.len()).map(|i| (winding[i], winding[(i + 1) % winding.len()] - winding[i]));
-    let reach = |(from, along): (DVec3, DVec3)| {
-        let along = along.normalize_or_zero();
-        winding.iter().map(|&p| (p - from).reject_from_normalized(along).length()).fold(0.0, f64::max)
-    };
-    edges.filter(|(_, along)| *along != DVec3::ZERO).map(reach).reduce(f64::min).unwrap_or(0.0)
 }
 
 /// What is undecided, by kind.

@@ -3,7 +3,7 @@
 use crate::world::{Known, Motion, World};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, Locator};
-use enfilade::file::PvsFile;
+use enfilade::file::{Bounds, PvsFile};
 use enfilade::pvs::PvsOptions;
 use enfilade::report::check::{CheckOptions, check};
 use enfilade::report::path::{CameraPath, PathFrame};
@@ -140,6 +140,7 @@ fn answers(world: &World, scene: &Scene, own: &CellGraph, given: bool, [lower, u
             Known::Hidden if sees(lower) => {
                 row.faults.push(format!("room {room} doesn't see thing {thing}, which is witnessed"))
             }
+            Known::Narrow => (),
             Known::Visible => row.open[0] += usize::from(!sees(lower)),
             Known::Hidden => row.open[1] += usize::from(sees(upper)),
         }
@@ -190,12 +191,12 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
 }
 
 /// What portals alone leave of a world, room by room: no random choice has a part in that.
-pub fn flowed(world: &World, motion: &Motion) -> BitMatrix {
+pub fn flowed(world: &World, motion: &Motion) -> Bounds {
     let scene = world.scene(motion);
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let given = Some(world.graph(&scene, motion));
     let options = BakeOptions { pvs, keep_bounds: true, given, ..BakeOptions::default() };
-    bake(&scene, options, &Work::quiet()).unwrap().file.bounds.expect("kept").objects_upper
+    bake(&scene, options, &Work::quiet()).unwrap().file.bounds.expect("kept")
 }
 
 /// Most memory that this process has held, MiB; 0 where the system doesn't say.

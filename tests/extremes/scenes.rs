@@ -33,8 +33,8 @@ pub fn keyhole(size: f64, hole: f64) -> World {
 pub fn row(name: &'static str, n: usize, long: f64, in_line: bool) -> World {
     let mut w = World::new(name);
     for k in 0..n {
-        let x = long * k as f64;
-        w.room(p(x, 0.0, 0.0), p(x + long, 3.0, 4.0));
+        let [x, next] = [k, k + 1].map(|k| long * k as f64);
+        w.room(p(x, 0.0, 0.0), p(next, 3.0, 4.0));
         if k > 0 {
             let z = if in_line || k % 2 == 0 { 0.5 } else { 3.0 };
             w.door(k - 1, k, p(x, 0.0, z), p(x, 2.0, z + 0.5));
@@ -54,7 +54,7 @@ pub fn row(name: &'static str, n: usize, long: f64, in_line: bool) -> World {
     w
 }
 
-/// Three slits of a centimetre: from the first two the third is met at z from 0.99 to 1.02.
+/// Three slits of a centimetre: from the first two the third is met at z from 0.99 to 1.02. Here the third begins at `low`.
 pub fn slits(name: &'static str, low: f64, known: crate::world::Known) -> World {
     let mut w = World::new(name);
     for (k, z) in [0.0, 0.0, 0.5, low].into_iter().enumerate() {
@@ -132,7 +132,7 @@ pub fn on_the_threshold() -> World {
         p(8.0, 3.0, 6.0),
         p(3.0, 1.0, 4.0),
     ];
-    let looks = [DVec3::X, -DVec3::X, DVec3::Z, -DVec3::Z, p(1.0, 0.3, 1.0), p(-1.0, -0.2, 0.7), p(0.01, 1.0, 0.0)];
+    let looks = [DVec3::X, -DVec3::X, p(1.0, 0.3, 1.0), p(-1.0, -0.2, -0.7), p(0.01, 1.0, 0.0)];
     w.views = eyes.iter().flat_map(|&eye| looks.map(|look| [eye, eye + look])).collect();
     w.auto = true;
     w

@@ -21,6 +21,8 @@ pub enum Known {
     Visible,
     /// No point of the room does.
     Hidden,
+    /// Some does, past triangles that are nearer than the file's promise: either answer may be given.
+    Narrow,
 }
 
 /// Where a world stands: turned, then scaled, then moved.

@@ -57,19 +57,19 @@ const MIB: u64 = 1 << 20;
 pub const TARGETS: &[Target] = &[
     // What docs/format.md promises, and what zstd needs for itself.
     Target { name: "pvs", run: pvs, seeds: seeds::pvs, memory: [17 * MIB, 1024], share: 1 },
-    Target { name: "gltf", run: gltf_bytes, seeds: seeds::gltf, memory: [MIB, 256], share: 2 },
-    Target { name: "obj", run: obj_bytes, seeds: seeds::obj, memory: [MIB, 256], share: 2 },
-    Target { name: "indoorgml", run: indoorgml_text, seeds: seeds::indoorgml, memory: [MIB, 256], share: 4 },
-    Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB, 256], share: 4 },
-    Target { name: "rows", run: rows, seeds: seeds::rows, memory: [MIB, 256], share: 4 },
-    Target { name: "path", run: path, seeds: seeds::path, memory: [MIB, 256], share: 4 },
-    Target { name: "cells", run: cells, seeds: seeds::cells, memory: [4 * MIB, 4096], share: 10 },
-    Target { name: "view_cells", run: view_cells, seeds: seeds::view_cells, memory: [MIB, 256], share: 4 },
-    Target { name: "rooms", run: rooms, seeds: seeds::rooms, memory: [4 * MIB, 1024], share: 10 },
-    Target { name: "graph", run: graph::level, seeds: seeds::graph, memory: [16 * MIB, 65_536], share: 10 },
-    Target { name: "flow", run: graph::cells, seeds: seeds::graph, memory: [16 * MIB, 65_536], share: 10 },
+    Target { name: "gltf", run: gltf_bytes, seeds: seeds::gltf, memory: [MIB / 4, 64], share: 2 },
+    Target { name: "obj", run: obj_bytes, seeds: seeds::obj, memory: [MIB / 4, 64], share: 2 },
+    Target { name: "indoorgml", run: indoorgml_text, seeds: seeds::indoorgml, memory: [MIB / 4, 64], share: 4 },
+    Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB / 4, 64], share: 4 },
+    Target { name: "rows", run: rows, seeds: seeds::rows, memory: [MIB / 4, 64], share: 4 },
+    Target { name: "path", run: path, seeds: seeds::path, memory: [MIB / 4, 64], share: 4 },
+    Target { name: "cells", run: cells, seeds: seeds::cells, memory: [MIB, 256], share: 10 },
+    Target { name: "view_cells", run: view_cells, seeds: seeds::view_cells, memory: [MIB / 4, 64], share: 4 },
+    Target { name: "rooms", run: rooms, seeds: seeds::rooms, memory: [MIB, 256], share: 10 },
+    Target { name: "graph", run: graph::level, seeds: seeds::graph, memory: [MIB, 4096], share: 10 },
+    Target { name: "flow", run: graph::cells, seeds: seeds::graph, memory: [MIB, 4096], share: 10 },
     #[cfg(feature = "quake")]
-    Target { name: "bsp", run: bsp, seeds: seeds::bsp, memory: [MIB, 256], share: 4 },
+    Target { name: "bsp", run: bsp, seeds: seeds::bsp, memory: [MIB / 4, 64], share: 4 },
     #[cfg(feature = "ifc")]
     Target { name: "ifc", run: ifc, seeds: seeds::ifc, memory: [64 * MIB, 4096], share: 100 },
 ];
