@@ -167,7 +167,7 @@ fn baked() -> (Scene, PvsFile) {
     (scene, file)
 }
 
-const OPTIONS: CheckOptions = CheckOptions { rays: 300_000, views: 0, seed: 5, leaks: false };
+const OPTIONS: CheckOptions = CheckOptions { rays: 80_000, views: 0, seed: 5, leaks: false };
 
 #[test]
 fn every_kind_of_damage_is_seen_and_named() {
