@@ -37,3 +37,7 @@ readme:
 # The long part: ten million rays on every real building, every frame's pixels. Writes out/torture.
 torture:
     bash scripts/torture.sh
+
+# One reader under libFuzzer (nightly, cargo-fuzz): `just fuzz pvs -max_total_time=600`.
+fuzz TARGET *FLAGS:
+    cargo +nightly fuzz run {{TARGET}} -- {{FLAGS}}

@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # The long figures of docs/results.md, on the real buildings and levels of $ENFILADE_DATA: bake, ten million rays, every pixel of
 # a walk through every cell and of ten thousand random views in each mode. Prints one line of JSON a model and leaves everything in out/torture.
+# Then what is hostile: a million mutants of `.pvs` files and many of every other format, fifty kills, extreme scenes of up to 100,000 cells. With
+# ONLY=extremes nothing but that.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 data=${ENFILADE_DATA:-../shared/data}
@@ -14,6 +16,7 @@ models=("$@")
   "$data"/godot-demos/zdm2.glb "$data"/game-maps-obj/pandora.obj data/buildings/villa_rotonda.glb data/buildings/office.glb
   data/buildings/gallery100.glb)
 failed=0
+[ "${ONLY:-}" != extremes ] || models=()
 for model in "${models[@]}"; do
   name=$(basename "${model%.*}")
   out=out/torture/$name
@@ -28,5 +31,8 @@ for model in "${models[@]}"; do
   fi
   echo "$name baked, checked, walked: $([ $failed = 0 ] && echo passed || echo FAILED)"
 done
-cargo test --release --features full --test unseen -- --ignored || failed=1
+[ "${ONLY:-}" = extremes ] || cargo test --release --features full --test unseen -- --ignored || failed=1
+ENFILADE_MUTANTS=${MUTANTS:-1000000} cargo test --release --features full --test hostile 2>&1 | tee out/torture/hostile.txt || failed=1
+ENFILADE_KILLS=${KILLS:-50} cargo test --release --features full --test resume -- a_killed_bake 2>&1 | tee out/torture/kills.txt || failed=1
+cargo test --release --features full --test extremes -- --include-ignored --test-threads 1 2>&1 | tee out/torture/extremes.txt || failed=1
 exit $failed

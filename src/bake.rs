@@ -1,7 +1,7 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
 use crate::cells::validate::stage;
-use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, split};
+use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen, split};
 use crate::file::PvsFile;
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, PvsOptions};
@@ -11,7 +11,7 @@ use std::time::Instant;
 use xxhash_rust::xxh3::Xxh3;
 
 /// How to bake.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct BakeOptions {
     /// How to split the scene into cells.
     pub split: SplitOptions,
@@ -25,6 +25,27 @@ pub struct BakeOptions {
     pub given: Option<CellGraph>,
     /// Regions to work out rows for on top of the cells.
     pub view_cells: Vec<ViewCell>,
+    /// What rows and proofs may take while they are worked out, bytes: where matrices over all cells would take more than half of it,
+    /// neighbouring cells become one; proofs beyond a quarter of it are left out, and their pairs are undecided. What the scene and its
+    /// hierarchies take isn't in it.
+    pub memory: u64,
+}
+
+/// [`BakeOptions::memory`] where nobody says: 8 GiB.
+pub const MEMORY: u64 = 8 << 30;
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self {
+            split: SplitOptions::default(),
+            pvs: PvsOptions::default(),
+            keep_bounds: false,
+            import: ImportOptions::default(),
+            given: None,
+            view_cells: Vec::new(),
+            memory: MEMORY,
+        }
+    }
 }
 
 /// Wall-clock seconds of each stage.
@@ -45,6 +66,8 @@ pub struct Baked {
     pub audit: Option<Audit>,
     /// Both sides of what is seen from view cells, where there are any.
     pub views: Option<ViewRows>,
+    /// Cells that were found, where they were joined to fewer for lack of memory.
+    pub cells_found: Option<usize>,
     /// Stages' times; never part of the file.
     pub seconds: Seconds,
 }
@@ -92,19 +115,22 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Work<'_>) -> Result<Bake
     if found {
         stage("the split", &graph, scene, 0);
     }
+    let cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2);
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();
-    let pvs = pvs::bake(scene, &mut graph, &options.pvs, work)?;
+    let room = (options.memory / 4 / pvs::WITNESS_BYTES) as usize;
+    let pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };
+    let pvs = pvs::bake(scene, &mut graph, &pvs_options, work)?;
     if found {
         stage("mending", &graph, scene, SEGMENTS);
     }
-    let look = || view_cells::bake(scene, &graph, &pvs, &options.view_cells, &options.pvs, work);
+    let look = || view_cells::bake(scene, &graph, &pvs, &options.view_cells, &pvs_options, work);
     let views = (!options.view_cells.is_empty()).then(look).transpose()?;
     // 3. The file.
     let mut file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
     if let Some(views) = &views {
         file.add_views(&options.view_cells, views, options.keep_bounds);
     }
-    Ok(Baked { file, audit, views, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
+    Ok(Baked { file, audit, views, cells_found, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
 }

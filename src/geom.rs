@@ -112,6 +112,16 @@ pub fn area(winding: &[DVec3]) -> f64 {
     }
 }
 
+/// Width of a convex winding, metres: the least, over its edges, of how far it reaches from an edge.
+pub fn width(winding: &[DVec3]) -> f64 {
+    let edges = (0..winding.len()).map(|i| (winding[i], winding[(i + 1) % winding.len()] - winding[i]));
+    let reach = |(from, along): (DVec3, DVec3)| {
+        let along = along.normalize_or_zero();
+        winding.iter().map(|&p| (p - from).reject_from_normalized(along).length()).fold(0.0, f64::max)
+    };
+    edges.filter(|(_, along)| *along != DVec3::ZERO).map(reach).reduce(f64::min).unwrap_or(0.0)
+}
+
 /// The mean of the corners: a point of a convex winding. Zero for none.
 pub fn middle(winding: &[DVec3]) -> DVec3 {
     winding.iter().sum::<DVec3>() / (winding.len().max(1)) as f64

@@ -32,6 +32,12 @@ impl Tolerance {
     }
 }
 
+/// How far off `f32` may put what lies at most `extent` metres from the origin, with what sums of such numbers lose: metres.
+/// Larger: narrow doors are seen through beside themselves. Smaller: what is seen past a door's very edge gets lost.
+pub fn single_precision(extent: f64) -> f64 {
+    extent * 16.0 * f64::from(f32::EPSILON)
+}
+
 /// Of the area of a portal, or of a strip one tolerance wide along its rim where that is less: what its two cells must share of it
 /// to lie on its two sides. Larger: openings of slivers are blamed, of which a portal, grown by the width that coverage takes, is a
 /// multiple. Smaller: pieces that meet a portal along an edge, to rounding, count as lying on it.

@@ -6,6 +6,7 @@
 mod audit;
 mod authored;
 mod auto;
+mod coarsen;
 mod complex;
 mod contacts;
 mod convex;
@@ -23,13 +24,14 @@ mod rooms;
 mod smooth;
 mod split;
 mod state;
-mod union;
+pub(crate) mod union;
 pub mod validate;
 mod view_cells;
 mod voids;
 mod volume;
 
 pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
+pub use coarsen::{coarsen, matrix_bytes};
 pub use given::{GivenError, read_cells};
 pub use indoorgml::read_indoorgml;
 pub use locate::{Locator, Stretch};

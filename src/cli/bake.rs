@@ -39,6 +39,9 @@ pub struct Args {
     /// What makes visibility cubes; with gpu the bytes may depend on the driver
     #[arg(long, value_enum, default_value = "auto")]
     cubes: Cubes,
+    /// What rows and proofs may take while they are worked out: bytes, or with K, M or G; with less, cells are joined and rows coarser
+    #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G")]
+    memory: u64,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -100,6 +103,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         given,
         view_cells,
         import: import_options,
+        memory: args.memory,
     };
     let progress = |stage: &str, done: f64| {
         bar.set_message(stage.to_owned());
@@ -128,6 +132,18 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         eprintln!("{}", prose(&report, &output));
     }
     Ok(Outcome::Done)
+}
+
+/// Bytes, as `512M`; powers of 1024.
+fn size(text: &str) -> Result<u64, String> {
+    let (digits, power) = match text.char_indices().next_back() {
+        Some((at, 'K' | 'k')) => (&text[..at], 10),
+        Some((at, 'M' | 'm')) => (&text[..at], 20),
+        Some((at, 'G' | 'g')) => (&text[..at], 30),
+        _ => (text, 0),
+    };
+    let bytes = digits.parse::<u64>().ok().and_then(|n| n.checked_mul(1 << power)).filter(|&n| n > 0);
+    bytes.ok_or_else(|| "takes bytes, above 0, as in 512M".into())
 }
 
 /// The engine that is asked for; an error where there is none.
@@ -209,6 +225,7 @@ pub(super) fn report(
         "pvs": pvs,
         "smallest_hole": file.smallest_hole,
         "repairs": file.repairs,
+        "cells_found": baked.cells_found.unwrap_or(cells),
         "seconds": {
             "import": import,
             "cells": baked.seconds.cells,

@@ -22,6 +22,8 @@ pub struct Args {
     /// The model that it was baked for; not for levels.
     #[arg(long, value_name = "INPUT", conflicts_with = "rows")]
     model: Option<PathBuf>,
+    #[command(flatten)]
+    files: super::FilesFlag,
     /// For a level: the rows that `vis --rows` wrote [default: those in LEVEL.bsp].
     #[arg(long, value_name = "FILE", conflicts_with = "views")]
     rows: Option<PathBuf>,
@@ -61,7 +63,7 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     }
     let Some(model) = &args.model else { return Err(at(&args.file, "is tested against its model: --model INPUT")) };
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    let scene = import(model, &file.import.options()).map_err(|e| at(model, e))?;
+    let scene = import(model, &args.files.again(&file.import)).map_err(|e| at(model, e))?;
     let options = CheckOptions { rays: args.rays, views: args.views, seed: args.seed, leaks: args.leak.is_some() };
     let report = check(&file, &scene, &options).map_err(|e| match e {
         CheckError::OtherModel { .. } => at(model, e),
@@ -177,6 +179,9 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         r.rays, r.missed_rays, r.missed_pairs, r.missed_cell_pairs
     );
     eprintln!("{} segments: {} left a cell other than through a portal", r.segments, r.missed_segments);
+    if r.missed_placements > 0 {
+        eprintln!("{} objects are met in a cell that they aren't placed in", r.missed_placements);
+    }
     eprintln!(
         "{} violations through cracks narrower than {:.4} m, which are promised nothing",
         r.crack_rays, file.smallest_hole
@@ -231,6 +236,9 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         match e.violation {
             Violation::Object => eprintln!("  {a} doesn't list {object}, seen from {:.3} at {:.3}", e.from, e.at),
             Violation::Cell => eprintln!("  {a} doesn't list {b}, seen from {:.3} at {:.3}", e.from, e.at),
+            Violation::Placement => {
+                eprintln!("  {b} doesn't hold {object}, met in it at {:.3}, seen from {:.3}", e.at, e.from)
+            }
             Violation::Segment => eprintln!("  from {a} into {b} without a portal at {:.3}, seen from {:.3}", e.at, e.from),
         }
     }

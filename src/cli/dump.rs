@@ -27,6 +27,8 @@ pub struct Args {
     /// The model that the file was baked for.
     #[arg(long, value_name = "INPUT", requires = "obj")]
     model: Option<PathBuf>,
+    #[command(flatten)]
+    files: super::FilesFlag,
 }
 
 /// Which rows.
@@ -44,7 +46,7 @@ enum Rows {
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
     if let (Some(obj), Some(model)) = (&args.obj, &args.model) {
-        write_obj(&args.file, &file, obj, model)?;
+        write_obj(&args.file, &file, obj, (model, &args.files))?;
         if !args.json && args.rows.is_none() {
             return Ok(Outcome::Done);
         }
@@ -59,8 +61,8 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
 }
 
 /// The model, imported as it was for the bake, as an OBJ file in its own coordinates.
-fn write_obj(path: &Path, file: &PvsFile, obj: &Path, model: &Path) -> Result<(), CliError> {
-    let scene = import(model, &file.import.options()).map_err(|e| at(model, e))?;
+fn write_obj(path: &Path, file: &PvsFile, obj: &Path, (model, files): (&Path, &super::FilesFlag)) -> Result<(), CliError> {
+    let scene = import(model, &files.again(&file.import)).map_err(|e| at(model, e))?;
     let hash = scene.hash();
     if hash != file.model_hash {
         let what = format!(

@@ -15,8 +15,10 @@ pub mod vis;
 pub mod walk;
 pub mod why;
 
+use enfilade::file::Import;
+use enfilade::scene::ImportOptions;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How a command ended when nothing was wrong with its input.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -35,6 +37,21 @@ impl fmt::Display for CliError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // One line, whatever a library put into its message.
         f.write_str(&self.0.split_whitespace().collect::<Vec<_>>().join(" "))
+    }
+}
+
+/// Where files that a model names may lie.
+#[derive(clap::Args)]
+pub struct FilesFlag {
+    /// Files that the model names (buffers, materials) may lie in this folder, and below it [default: in the model's own]
+    #[arg(long, value_name = "DIR")]
+    files_under: Option<PathBuf>,
+}
+
+impl FilesFlag {
+    /// What imports a file's model as it was imported for the bake.
+    pub fn again(&self, import: &Import) -> ImportOptions {
+        ImportOptions { files_under: self.files_under.clone(), ..import.options() }
     }
 }
 

@@ -27,6 +27,8 @@ pub struct SceneFlags {
     /// Metres per unit of the input [default: the format's own]
     #[arg(long, value_name = "METRES")]
     pub unit: Option<f64>,
+    #[command(flatten)]
+    pub files: super::FilesFlag,
 }
 
 /// How to find cells.
@@ -59,7 +61,8 @@ impl SceneFlags {
     /// How to import.
     pub fn import(&self) -> ImportOptions {
         let Self { object_triangles, unit: metres_per_unit, .. } = *self;
-        ImportOptions { object_triangles, metres_per_unit, ..ImportOptions::default() }
+        let files_under = self.files.files_under.clone();
+        ImportOptions { object_triangles, metres_per_unit, files_under, ..ImportOptions::default() }
     }
 
     /// How to split.
@@ -96,6 +99,7 @@ impl SceneFlags {
         let usual = ImportOptions::default().object_triangles;
         flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));
         flags.extend(self.unit.map(|v| ("--unit", v.to_string())));
+        flags.extend(self.files.files_under.as_deref().map(|path| ("--files-under", name(path))));
         flags
     }
 }

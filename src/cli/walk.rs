@@ -22,6 +22,8 @@ pub struct Args {
     /// The model that it was baked for.
     #[arg(long)]
     model: PathBuf,
+    #[command(flatten)]
+    files: super::FilesFlag,
     /// Camera path (JSON); without it, a path through every cell.
     #[arg(long)]
     path: Option<PathBuf>,
@@ -82,7 +84,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let (width, height) = size(&args.size)?;
     let modes = modes(&args.modes)?;
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    let scene = import(&args.model, &file.import.options()).map_err(|e| at(&args.model, e))?;
+    let scene = import(&args.model, &args.files.again(&file.import)).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
         let what =
             format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());

@@ -29,6 +29,8 @@ pub struct Args {
     /// The model that the file was baked for: witnesses and shields are tested against its triangles
     #[arg(long, value_name = "INPUT")]
     model: Option<PathBuf>,
+    #[command(flatten)]
+    files: super::FilesFlag,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
@@ -51,7 +53,8 @@ fn goal(text: &str) -> Result<Goal, String> {
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
     let model = args.model.as_ref();
-    let scene = model.map(|path| import(path, &file.import.options()).map_err(|e| at(path, e))).transpose()?;
+    let options = args.files.again(&file.import);
+    let scene = model.map(|path| import(path, &options).map_err(|e| at(path, e))).transpose()?;
     let asker = Asker::new(&file, scene.as_ref()).map_err(|e| at(model.unwrap_or(&args.file), e))?;
     let why = asker.why(args.from, args.to).map_err(|e| at(&args.file, e))?;
     let teller = Teller { file: &file, from: args.from, to: args.to };

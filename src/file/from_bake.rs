@@ -2,10 +2,11 @@
 
 use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
-use crate::geom::{Aabb, Plane};
+use crate::geom::{self, Aabb, Plane};
 use crate::pvs::view_cells::ViewRows;
 use crate::pvs::{Guarantee, Pvs, Witness};
 use crate::scene::{ImportOptions, Scene};
+use crate::tolerance::single_precision;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -33,7 +34,7 @@ impl PvsFile {
             reason: graph.reason.clone(),
             smallest_hole: graph.smallest_hole,
             left_out: Vec::new(),
-            notes: scene.source.notes.iter().chain(&graph.notes).cloned().collect(),
+            notes: scene.source.notes.iter().chain(&graph.notes).cloned().chain(too_fine(scene, graph)).collect(),
             cells: graph.cells.iter().map(cell).collect(),
             portals: graph.portals.iter().map(portal).collect(),
             objects: scene.objects.iter().map(|o| object(&o.node, o.triangles.len() as u32, &o.bounds)).collect(),
@@ -84,6 +85,18 @@ impl PvsFile {
         self.notes
             .extend(in_no_cell.map(|id| format!("view cell {id:?} lies in no cell: nothing beyond it is seen from there")));
     }
+}
+
+/// Says where the file's single precision can't tell a portal from a line or a point. The run time draws every portal by that much
+/// wider, so nothing is missed; but it can't keep such a portal from being seen through.
+fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<String> {
+    let corners = graph.portals.iter().flat_map(|p| p.winding.iter().copied());
+    let bounds = scene.bounds().union(Aabb::of(corners));
+    let rounding = single_precision(bounds.min.abs().max(bounds.max.abs()).max_element());
+    let count = graph.portals.iter().filter(|p| geom::width(&p.winding) < rounding).count();
+    (count > 0).then(|| {
+        format!("{count} portals are narrower than {rounding:.1e} m, as near as f32 holds a model of this size: the run time takes them for wider")
+    })
 }
 
 /// What is undecided, by kind.

@@ -1,9 +1,11 @@
 //! Files on disk: a file is there whole or not at all.
 
 use super::{FileError, MAGIC, PvsFile};
+use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
+use std::time::Duration;
 
 impl PvsFile {
     /// Writes the file whole or not at all (see [`replace_file`]).
@@ -47,6 +49,9 @@ pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result
     temporary.push(format!(".{}.pvs.tmp", std::process::id()));
     let temporary = target.with_file_name(temporary);
     let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+    // Locked, so that nobody takes it for what a killed run has left. Where files can't be locked, its age must do.
+    let _ = file.try_lock();
+    sweep(&target, name);
     let written = fill_and_sync(file, before, fill).and_then(|()| fs::rename(&temporary, &target));
     if written.is_err() {
         // What went wrong first is what the caller wants to know.
@@ -58,6 +63,28 @@ pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result
         let _ = directory.sync_all();
     }
     Ok(())
+}
+
+/// Temporary files of killed runs are older than this.
+const STALE: Duration = Duration::from_secs(60);
+
+/// Removes what runs that were killed while they wrote the same file have left beside it.
+fn sweep(target: &Path, name: &OsStr) {
+    let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = name.to_string_lossy();
+    let process =
+        |file: &str| -> Option<u32> { file.strip_prefix(&*name)?.strip_prefix('.')?.strip_suffix(".pvs.tmp")?.parse().ok() };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let Some(of) = entry.file_name().to_str().and_then(process) else { continue };
+        let is_old = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
+        if of == std::process::id() || is_old().is_none_or(|age| age < STALE) {
+            continue;
+        }
+        // Its writer is gone where nobody holds its lock.
+        if File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 fn fill_and_sync(

@@ -50,11 +50,20 @@ pub struct PvsOptions {
     pub flow_steps: u64,
     /// Which engine makes visibility cubes.
     pub cubes: Choice,
+    /// Most witnesses that are kept; pairs beyond them stay undecided.
+    pub most_witnesses: usize,
 }
 
 impl Default for PvsOptions {
     fn default() -> Self {
-        Self { ship: Guarantee::Conservative, seed: 0, ray_budget: 20_000_000, flow_steps: 20_000, cubes: Choice::Auto }
+        Self {
+            ship: Guarantee::Conservative,
+            seed: 0,
+            ray_budget: 20_000_000,
+            flow_steps: 20_000,
+            cubes: Choice::Auto,
+            most_witnesses: usize::MAX,
+        }
     }
 }
 
@@ -134,6 +143,9 @@ const TESTED: f64 = 0.05;
 /// Rounds of mending, at most: a mended hole may show the next one.
 const MENDINGS: usize = 4;
 
+/// What a witness takes while it is worked with, bytes.
+pub const WITNESS_BYTES: u64 = (size_of::<Witness>() + size_of::<DVec3>()) as u64;
+
 /// Works out what can be seen from every cell. `graph` is changed only where a witness proves that a portal is missing, and in its notes.
 ///
 /// # Errors
@@ -149,7 +161,7 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &W
     // 2. The lower bound: what rays and cubes show, with proofs; and how much that misses.
     work.tell("sampling", 0.0);
     let rays = RayScene::new(scene);
-    let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
+    let mut lower = Lower { most_witnesses: options.most_witnesses, ..Lower::new(graph.cells.len(), scene.objects.len()) };
     let share = |part: f64| (options.ray_budget as f64 * part) as u64;
     let first = options.ray_budget - share(AIMED) - share(TESTED);
     let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget: first };
@@ -213,6 +225,9 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &W
     stats.contradictions = pairs(&cells_upper, &objects_upper) - before;
     debug_assert_eq!((lower.objects.first_outside(&objects_upper), lower.cells.first_outside(&cells_upper)), (None, None));
 
+    if lower.left_out > 0 {
+        graph.notes.push(format!("memory: {} proofs left out; their pairs count as undecided", lower.left_out));
+    }
     let Lower { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = lower;
     witnesses.sort_by_key(|w| (w.cell, w.object));
     let guarantee = options.ship;

@@ -6,7 +6,8 @@
 //! portals, near its walls, outside), in random directions and towards portals and objects:
 //!
 //! 1. **Pairs**: the first opaque object that a ray meets, and every see-through object before it, must be in the row of the
-//!    eye's cell; every cell that the ray reaches must be in that cell's row of cells.
+//!    eye's cell; every cell that the ray reaches must be in that cell's row of cells. The object must be placed in the cell where it is
+//!    met.
 //! 2. **Segments**: the ray's unobstructed segment must get from the eye to where it ends inside cells, and from cell to
 //!    cell only through windings of portals between the two. This is what *sealed* means.
 //! 3. **Views**: in pictures from random eyes, the share of pixels that show an object which isn't in the row of the eye's
@@ -135,6 +136,8 @@ pub enum Violation {
     Cell,
     /// A segment left a cell other than through a portal.
     Segment,
+    /// An object is met in a cell that it isn't placed in.
+    Placement,
 }
 
 /// One violation, for people to look at; positions in the model's own coordinates, metres.
@@ -170,6 +173,8 @@ pub struct CheckReport {
     pub missed_cell_pairs: u64,
     /// Segments that left a cell other than through a portal.
     pub missed_segments: u64,
+    /// Different cell-object pairs that a ray meets and that the file's placement hasn't.
+    pub missed_placements: u64,
     /// Violations whose segment doesn't keep clear of opaque triangles: cracks and grazing rays; nothing is promised for them.
     pub crack_rays: u64,
     /// Views.
@@ -244,6 +249,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         missed_pairs: tally.pairs.len() as u64,
         missed_cell_pairs: tally.cell_pairs.len() as u64,
         missed_segments: tally.missed_segments,
+        missed_placements: tally.placements.len() as u64,
         crack_rays: tally.crack_rays,
         views: fractions.len() as u32,
         false_pixels: Fractions::of(fractions),
@@ -253,7 +259,9 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         leaks,
         examples: tally.examples,
         seconds: start.elapsed().as_secs_f64(),
-        passed: tally.missed_segments == 0 && (rows_kept || file.guarantee == Guarantee::Sampled),
+        passed: tally.missed_segments == 0
+            && tally.placements.is_empty()
+            && (rows_kept || file.guarantee == Guarantee::Sampled),
     })
 }
 
@@ -289,6 +297,23 @@ fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
     if !shape(&file.cell_rows, cells) || !shape(&file.object_rows, scene.objects.len()) {
         return bad("the rows have the wrong shape".into());
     }
+    if (file.placement.rows(), file.placement.columns()) != (cells, scene.objects.len()) {
+        return bad("the placement of objects has the wrong shape".into());
+    }
+    if file.origin != scene.origin {
+        return bad(format!("the origin is {}, the model's is {}", file.origin, scene.origin));
+    }
+    let damaged = file.objects.iter().zip(&scene.objects).position(|(kept, object)| {
+        let [min, max] = kept.bounds.map(|p| p.as_dvec3());
+        let holds = |p: DVec3| p.cmpge(min).all() && p.cmple(max).all();
+        kept.triangles as usize != object.triangles.len()
+            || !object.triangles.clone().flat_map(|t| scene.corners(t as usize)).all(holds)
+    });
+    if let Some(object) = damaged {
+        return bad(format!(
+            "object {object} has another number of triangles than the model's, or a box that doesn't hold them"
+        ));
+    }
     match file.portals.iter().position(|p| p.winding.len() < 3 || p.cells.iter().any(|c| c.index() >= cells)) {
         Some(portal) => bad(format!("portal {portal} joins cells that don't exist, or has fewer than three corners")),
         None => Ok(()),
@@ -305,6 +330,7 @@ struct Tally {
     crack_rays: u64,
     pairs: Vec<(CellId, ObjectId)>,
     cell_pairs: Vec<(CellId, CellId)>,
+    placements: Vec<(CellId, ObjectId)>,
     examples: Vec<Example>,
 }
 
@@ -317,6 +343,7 @@ impl Tally {
         self.crack_rays += other.crack_rays;
         self.pairs.extend(other.pairs);
         self.cell_pairs.extend(other.cell_pairs);
+        self.placements.extend(other.placements);
         for example in other.examples {
             self.example(example);
         }
@@ -329,6 +356,8 @@ impl Tally {
         self.pairs.dedup();
         self.cell_pairs.sort_unstable();
         self.cell_pairs.dedup();
+        self.placements.sort_unstable();
+        self.placements.dedup();
     }
 
     /// Keeps the first few of each kind.
@@ -372,6 +401,7 @@ impl Test<'_> {
     /// Casts a ray from a point in a cell. True where it meets an object which isn't in the row.
     fn ray(&self, cell: CellId, eye: DVec3, direction: DVec3, follow: bool, tally: &mut Tally) -> bool {
         let Met { objects, length, opaque } = Met::new(self.tracer, self.cells, eye, direction);
+        objects.iter().for_each(|&(t, object)| self.placed(eye, direction, t, object, tally));
         let mut missed = objects.into_iter().filter(|&(_, object)| !self.sees_object(cell, object)).peekable();
         let is_missed = missed.peek().is_some();
         let (mut counted, mut crack) = (false, false);
@@ -391,6 +421,17 @@ impl Test<'_> {
             self.segment(cell, eye, direction, length, opaque, tally);
         }
         is_missed
+    }
+
+    /// An object must be placed in the cell that holds the point just before it. How near that point is to the object is less than the
+    /// margin with which objects are placed.
+    fn placed(&self, eye: DVec3, direction: DVec3, t: f64, object: ObjectId, tally: &mut Tally) {
+        let at = eye + direction * (t - 0.25 * self.file.smallest_hole).max(0.0);
+        let Some(cell) = self.cells.locate(at) else { return };
+        if !self.file.placement.get(cell.index(), object.index()) && self.tracer.is_clear(eye, at, Some(object)) {
+            tally.placements.push((cell, object));
+            tally.example(self.example(Violation::Placement, eye, at, [None, Some(cell)], Some(object)));
+        }
     }
 
     /// Follows an unobstructed segment through cells and portals.

@@ -1,22 +1,44 @@
-//! Files that a model names: read only from the folder that the model lies in, or below it.
+//! Files that a model names: read only from the folder that the model lies in, or below it, unless another is allowed.
 
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// Reads the file `name` (as the model spells it, `/` or `\` between folders) beside the model.
-///
-/// Fails with one clear line where `folder` is `None` (the model came from memory), where `name` is a URL, an absolute path or
-/// climbs out of the folder, and where it isn't a regular file.
-pub(super) fn read_beside(folder: Option<&Path>, name: &str) -> Result<Vec<u8>, String> {
-    let Some(folder) = folder else {
-        return Err(format!("`{name}` is another file, and this model was not read from a folder"));
-    };
-    let path = folder.join(relative(name)?);
-    let refuse = |e: io::Error| format!("`{name}`: {e}");
-    if !path.metadata().map_err(refuse)?.is_file() {
-        return Err(format!("`{name}` is not a regular file"));
+/// Where files that a model names are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Beside<'a> {
+    /// The model's own folder; `None` where it came from memory.
+    pub folder: Option<&'a Path>,
+    /// Where they may lie instead of the model's folder ([`super::ImportOptions::files_under`]).
+    pub under: Option<&'a Path>,
+}
+
+impl Beside<'_> {
+    /// Reads the file `name` (as the model spells it, `/` or `\` between folders, from the model's folder on).
+    ///
+    /// Fails with one clear line where the model came from memory, where `name` is a URL, where it leads out of the folder that files may
+    /// lie in, be it by a link, and where it isn't a regular file.
+    pub fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        let Some(folder) = self.folder else {
+            return Err(format!("`{name}` is another file, and this model was not read from a folder"));
+        };
+        // A model in the working folder has no folder in its name.
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let refuse = |e: io::Error| format!("`{name}`: {e}");
+        let spelt = match self.under {
+            None => relative(name)?,
+            Some(_) if name.contains("://") => return Err(url(name)),
+            Some(_) => PathBuf::from(name.replace('\\', "/")),
+        };
+        // An archive may bring links: where they lead counts.
+        let path = folder.join(spelt).canonicalize().map_err(refuse)?;
+        if !path.starts_with(self.under.unwrap_or(folder).canonicalize().map_err(refuse)?) {
+            return Err(outside(name));
+        }
+        if !path.metadata().map_err(refuse)?.is_file() {
+            return Err(format!("`{name}` is not a regular file"));
+        }
+        std::fs::read(&path).map_err(refuse)
     }
-    std::fs::read(&path).map_err(refuse)
 }
 
 /// The relative path that `name` spells, if it stays inside the folder.
@@ -26,12 +48,22 @@ fn relative(name: &str) -> Result<PathBuf, String> {
     let is_drive = bytes.len() > 1 && bytes[0].is_ascii_alphabetic() && bytes[1] == b':';
     let climbs = name.starts_with(['/', '\\']) || path.components().any(|c| !matches!(c, Component::Normal(_)));
     if name.contains("://") {
-        Err(format!("`{name}` is a URL; put the file beside the model"))
+        Err(url(name))
     } else if climbs || is_drive || path.as_os_str().is_empty() {
-        Err(format!("`{name}` leads out of the model's folder; put the file beside the model"))
+        Err(outside(name))
     } else {
         Ok(path)
     }
+}
+
+fn url(name: &str) -> String {
+    format!("`{name}` is a URL; put the file beside the model")
+}
+
+fn outside(name: &str) -> String {
+    format!(
+        "`{name}` leads out of the model's folder; put the file beside the model, or allow its folder with --files-under"
+    )
 }
 
 #[cfg(test)]

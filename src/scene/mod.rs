@@ -24,7 +24,7 @@ use crate::{ObjectId, geom};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What an object is to the split into cells.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -142,11 +142,13 @@ pub struct ImportOptions {
     pub metres_per_unit: Option<f64>,
     /// Most triangles a scene may have: a file's word is never taken for more than this.
     pub max_triangles: usize,
+    /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
+    pub files_under: Option<PathBuf>,
 }
 
 impl Default for ImportOptions {
     fn default() -> Self {
-        Self { object_triangles: 256, metres_per_unit: None, max_triangles: 50_000_000 }
+        Self { object_triangles: 256, metres_per_unit: None, max_triangles: 50_000_000, files_under: None }
     }
 }
 

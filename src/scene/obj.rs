@@ -12,7 +12,7 @@
 mod materials;
 mod polygon;
 
-use super::beside::read_beside;
+use super::beside::Beside;
 use super::builder::short_name;
 use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
 use glam::DVec3;
@@ -36,7 +36,7 @@ pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &Imp
     for (number, line) in lines(bytes) {
         reader.line(number, &line).map_err(|what| ImportError::malformed(Place::Line(number), what))?;
     }
-    reader.finish(folder, &mut builder)?;
+    reader.finish(Beside { folder, under: options.files_under.as_deref() }, &mut builder)?;
     builder.finish(name)
 }
 
@@ -168,8 +168,8 @@ impl Reader {
     }
 
     /// Hands all meshes to the builder.
-    fn finish(self, folder: Option<&Path>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
-        let see_through = self.see_through(folder, &mut builder.source.notes);
+    fn finish(self, beside: Beside<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
+        let see_through = self.see_through(beside, &mut builder.source.notes);
         let mut meshes: Vec<Vec<[u32; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
         let (mut concave, mut fanned) = (0usize, 0usize);
         for face in &self.faces {
@@ -237,15 +237,15 @@ impl Reader {
     }
 
     /// The names of see-through materials in all libraries that can be read.
-    fn see_through(&self, folder: Option<&Path>, notes: &mut Vec<String>) -> HashSet<String> {
+    fn see_through(&self, beside: Beside<'_>, notes: &mut Vec<String>) -> HashSet<String> {
         let mut out = HashSet::new();
         let mut read: HashSet<&str> = HashSet::new();
         for line in &self.libraries {
             // One file name with spaces in it, or several.
-            let whole = read_beside(folder, line).map(|bytes| vec![(line.as_str(), Ok(bytes))]);
+            let whole = beside.read(line).map(|bytes| vec![(line.as_str(), Ok(bytes))]);
             let files = whole.unwrap_or_else(|_| {
                 let names = line.split_ascii_whitespace();
-                names.filter(|name| !read.contains(name)).map(|name| (name, read_beside(folder, name))).collect()
+                names.filter(|name| !read.contains(name)).map(|name| (name, beside.read(name))).collect()
             });
             for (name, file) in files {
                 if read.insert(name) {

@@ -69,7 +69,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         keep_bounds: true,
         import: import_options,
         given: Some(graph.clone()),
-        view_cells: Vec::new(),
+        ..BakeOptions::default()
     };
     let clock = Clock::start();
     let mut baked = bake(&scene, options, &Work::new(&progress)).map_err(|e| at(&args.input, e))?;

@@ -59,6 +59,10 @@ pub(in crate::pvs) struct Lower {
     pub cubes: u64,
     /// What the file should say about how this was found.
     pub notes: Vec<String>,
+    /// Most witnesses that are kept.
+    pub most_witnesses: usize,
+    /// Proofs that were left out for that.
+    pub left_out: u64,
 }
 
 impl Lower {
@@ -78,6 +82,8 @@ impl Lower {
             rays: 0,
             cubes: 0,
             notes: Vec::new(),
+            most_witnesses: usize::MAX,
+            left_out: 0,
         }
     }
 
@@ -85,7 +91,9 @@ impl Lower {
     pub fn merge(&mut self, found: Found) -> usize {
         let before = self.witnesses.len();
         for (witness, end) in found.witnesses {
-            if self.objects.set(witness.cell.index(), witness.object.index()) {
+            if self.witnesses.len() >= self.most_witnesses {
+                self.left_out += u64::from(!self.objects.get(witness.cell.index(), witness.object.index()));
+            } else if self.objects.set(witness.cell.index(), witness.object.index()) {
                 self.failed.remove(&(witness.cell.0, witness.object.0));
                 self.witnesses.push(witness);
                 self.ends.push(end);

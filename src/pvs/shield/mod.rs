@@ -4,6 +4,9 @@
 //! is put into segments from a window of the cell to a part of the object, and both ends are halved until a surface
 //! hides the one from the other (`flood`), or a segment is a witness, or what is left is too small or has cost too much.
 //! Groups of objects are asked together first: one wall hides a whole wing.
+//!
+//! Surfaces are followed across gaps of less than the clearance, so portals narrower than openings that may be sealed aren't seen here:
+//! what only such portals lead to stays as flow has it.
 
 mod flood;
 mod mesh;
@@ -12,6 +15,7 @@ mod shaft;
 use super::PvsOptions;
 use super::sample::witness::{Found, Lower, Prover};
 use super::sample::{Random, mix};
+use crate::cells::union::Union;
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::Scene;
@@ -63,12 +67,14 @@ pub(super) fn decide(
     let mesh = Mesh::new(scene, clearance);
     let locator = Locator::new(graph);
     let prover = Prover { rays, locator: &locator, clearance };
+    let wide = Wide::new(graph, placement, 2.0 * clearance);
     let mut left = options.ray_budget as f64 / RAYS_A_SHAFT;
     for (round, &budget) in ROUNDS.iter().enumerate() {
         let todo: Vec<(usize, Vec<u32>)> = (0..graph.cells.len())
             .filter(|&c| !graph.cells[c].open)
             .map(|c| {
                 let open = objects_upper.ones(c).filter(|&o| !lower.objects.get(c, o) && !placement.get(c, o));
+                let open = open.filter(|&o| wide.joins(c, o));
                 (c, open.map(|o| o as u32).collect::<Vec<_>>())
             })
             .filter(|(_, objects)| !objects.is_empty())
@@ -126,6 +132,35 @@ pub(super) fn decide(
         }
     }
     Ok(())
+}
+
+/// Sets of cells that portals join of which none is a narrow gap.
+struct Wide {
+    /// By cell.
+    set: Vec<usize>,
+    /// Sets x objects: what is in a cell of theirs.
+    objects: BitMatrix,
+}
+
+impl Wide {
+    /// Leaves out portals of less than `least` metres across.
+    fn new(graph: &CellGraph, placement: &BitMatrix, least: f64) -> Self {
+        let mut union = Union::new(graph.cells.len());
+        for portal in graph.portals.iter().filter(|p| geom::width(&p.winding) >= least) {
+            union.join(portal.cells[0].0, portal.cells[1].0);
+        }
+        let set: Vec<usize> = (0..graph.cells.len() as u32).map(|c| union.find(c) as usize).collect();
+        let mut objects = BitMatrix::new(set.len(), placement.columns());
+        for (cell, &set) in set.iter().enumerate() {
+            placement.ones(cell).for_each(|object| _ = objects.set(set, object));
+        }
+        Self { set, objects }
+    }
+
+    /// True where an object is in a cell of the set that `cell` is in.
+    fn joins(&self, cell: usize, object: usize) -> bool {
+        self.objects.get(self.set[cell], object)
+    }
 }
 
 /// What segments lead to.

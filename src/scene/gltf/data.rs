@@ -1,11 +1,10 @@
 //! Buffers and accessors: every index, count, stride and offset is checked against the bytes that are there before anything is
 //! read, and elements are read where they lie, so that nothing is allocated on a file's word.
 
-use super::super::beside::read_beside;
+use super::super::beside::Beside;
 use super::super::{ImportError, Place};
 use super::document::{AccessorEntry, Document, SparsePart};
 use std::cell::OnceCell;
-use std::path::Path;
 
 /// Shorthand: an error somewhere in the document.
 pub(super) fn broken(what: impl Into<String>) -> ImportError {
@@ -21,13 +20,13 @@ pub(super) fn entry<'d, T>(table: &'d [T], index: usize, name: &str) -> Result<&
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     bin: Option<&'a [u8]>,
-    folder: Option<&'a Path>,
+    beside: Beside<'a>,
     loaded: Vec<OnceCell<Vec<u8>>>,
 }
 
 impl<'a> Buffers<'a> {
-    pub fn new(document: &'a Document, bin: Option<&'a [u8]>, folder: Option<&'a Path>) -> Self {
-        Self { document, bin, folder, loaded: document.buffers.iter().map(|_| OnceCell::new()).collect() }
+    pub fn new(document: &'a Document, bin: Option<&'a [u8]>, beside: Beside<'a>) -> Self {
+        Self { document, bin, beside, loaded: document.buffers.iter().map(|_| OnceCell::new()).collect() }
     }
 
     fn buffer(&self, index: usize) -> Result<&[u8], ImportError> {
@@ -38,7 +37,7 @@ impl<'a> Buffers<'a> {
                 let first = self.document.buffers.iter().position(|b| b.uri.as_ref() == Some(uri)).unwrap_or(index);
                 let cell = &self.loaded[first];
                 if cell.get().is_none() {
-                    let bytes = load(uri, self.folder).map_err(|e| broken(format!("buffer {index}: {e}")))?;
+                    let bytes = load(uri, self.beside).map_err(|e| broken(format!("buffer {index}: {e}")))?;
                     cell.get_or_init(|| bytes);
                 }
                 cell.get().map_or(&[], |b| b)
@@ -271,13 +270,13 @@ impl Component {
 }
 
 /// The bytes behind a uri: a `data:` uri in base64, or a file beside the model.
-fn load(uri: &str, folder: Option<&Path>) -> Result<Vec<u8>, String> {
+fn load(uri: &str, beside: Beside<'_>) -> Result<Vec<u8>, String> {
     match uri.strip_prefix("data:") {
         Some(data) => match data.split_once(',') {
             Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()).ok_or("broken base64 text".into()),
             _ => Err("a data: uri that is not in base64".into()),
         },
-        None => read_beside(folder, &percent_decoded(uri)),
+        None => beside.read(&percent_decoded(uri)),
     }
 }
 

@@ -1,0 +1,115 @@
+//! Fewer, larger cells, where a bake over all of them would take more memory than it may.
+//!
+//! A cell is any union of convex pieces, so any two may become one: portals between them vanish, and what either saw the one cell
+//! sees. Rows get coarser, and nothing visible is lost. Cells that share a large portal are joined first, and none grows to twice the
+//! size of others before they have been joined, too. Open cells and closed ones stay apart.
+
+use super::union::Union;
+use super::{Cell, CellGraph};
+use crate::CellId;
+use crate::geom::area;
+
+/// What matrices over a graph take at most while it is baked, bytes: both bounds over cells and over objects, and what flow knows of
+/// pairs of directed portals. What the scene itself takes comes on top.
+pub fn matrix_bytes(cells: usize, objects: usize, portals: usize) -> u64 {
+    let [cells, objects, directed] = [cells, objects, 2 * portals].map(|n| n as u128);
+    let bits = 5 * cells * cells + 7 * cells * objects + 4 * directed * directed + 2 * cells * directed;
+    u64::try_from(bits / 8).unwrap_or(u64::MAX)
+}
+
+/// Joins cells until matrices over them, and over this many objects, take at most `limit` bytes. Returns the number of cells that
+/// there were, where that changed, and says so in the graph's notes.
+pub fn coarsen(graph: &mut CellGraph, objects: usize, limit: u64) -> Option<usize> {
+    let before = graph.cells.len();
+    let needed = matrix_bytes(before, objects, graph.portals.len());
+    if needed <= limit {
+        return None;
+    }
+    let mut order: Vec<(f64, usize)> = graph.portals.iter().enumerate().map(|(i, p)| (area(&p.winding), i)).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut groups = Groups::new(before);
+    let mut most = 1;
+    while most < before && !groups.fits(graph, objects, limit) {
+        most *= 2;
+        for &(_, portal) in &order {
+            let [a, b] = graph.portals[portal].cells.map(CellId::index);
+            groups.join(a, b, most, graph);
+        }
+        // Cells that no portal joins, too: rooms that nobody found a way into.
+        for pair in groups.roots().chunks(2) {
+            if let &[a, b] = pair {
+                groups.join(a, b, most / 2, graph);
+            }
+        }
+    }
+    groups.apply(graph);
+    let after = graph.cells.len();
+    graph.notes.push(format!(
+        "memory: {before} cells joined to {after}, as matrices over all of them would take {} MiB; rows are coarser for it",
+        needed >> 20
+    ));
+    Some(before)
+}
+
+/// Sets of cells, and how many cells each has, by the cell that stands for it.
+struct Groups {
+    union: Union,
+    size: Vec<usize>,
+}
+
+impl Groups {
+    fn new(n: usize) -> Self {
+        Self { union: Union::new(n), size: vec![1; n] }
+    }
+
+    fn root(&mut self, cell: usize) -> usize {
+        self.union.find(cell as u32) as usize
+    }
+
+    /// Joins two cells' groups, unless they would be more than `most` cells, or one is open and the other closed.
+    fn join(&mut self, a: usize, b: usize, most: usize, graph: &CellGraph) {
+        let (a, b) = (self.root(a), self.root(b));
+        if a != b && self.size[a] + self.size[b] <= most && graph.cells[a].open == graph.cells[b].open {
+            let joined = self.size[a] + self.size[b];
+            let root = self.union.join(a as u32, b as u32) as usize;
+            self.size[root] = joined;
+        }
+    }
+
+    fn roots(&mut self) -> Vec<usize> {
+        (0..self.size.len()).filter(|&c| self.root(c) == c).collect()
+    }
+
+    fn fits(&mut self, graph: &CellGraph, objects: usize, limit: u64) -> bool {
+        let mut apart = |c: [CellId; 2]| self.root(c[0].index()) != self.root(c[1].index());
+        let portals = graph.portals.iter().map(|p| p.cells).filter(|&c| apart(c)).count();
+        matrix_bytes(self.roots().len(), objects, portals) <= limit
+    }
+
+    /// Makes each group a cell, in the order of their first cells.
+    fn apply(mut self, graph: &mut CellGraph) {
+        let mut id = vec![CellId(0); graph.cells.len()];
+        let mut cells: Vec<Cell> = Vec::new();
+        for (c, mut cell) in std::mem::take(&mut graph.cells).into_iter().enumerate() {
+            let root = self.root(c);
+            if root == c {
+                id[c] = CellId(cells.len() as u32);
+                let others = self.size[c] - 1;
+                if others > 0 {
+                    cell.name = format!("{} and {others} more", cell.name);
+                    cell.source = None;
+                }
+                cells.push(cell);
+            } else {
+                id[c] = id[root];
+                cells[id[c].index()].pieces.append(&mut cell.pieces);
+            }
+        }
+        graph.cells = cells;
+        for portal in &mut graph.portals {
+            portal.cells = portal.cells.map(|c| id[c.index()]);
+        }
+        graph.portals.retain(|p| p.cells[0] != p.cells[1]);
+        graph.link();
+    }
+}

@@ -1,0 +1,76 @@
+//! Cells joined for lack of memory.
+
+use enfilade::CellId;
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, coarsen, matrix_bytes};
+use enfilade::geom::{Aabb, Plane};
+use glam::DVec3;
+
+/// Rooms of 1 m in a row along x; every door is larger than the one before it.
+fn row(n: usize) -> CellGraph {
+    let cell = |i: usize| {
+        let (min, max) = (DVec3::new(i as f64, 0.0, 0.0), DVec3::new(i as f64 + 1.0, 1.0, 1.0));
+        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(max, n), Plane::through(min, -n)]).collect();
+        let pieces = vec![Piece { planes, bounds: Aabb { min, max } }];
+        Cell { name: format!("cell {i}"), pieces, ..Cell::default() }
+    };
+    let portal = |i: usize| {
+        let (x, side) = (i as f64 + 1.0, 0.5 + 0.4 * i as f64 / n as f64);
+        let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
+        Portal {
+            cells: [CellId(i as u32), CellId(i as u32 + 1)],
+            plane: Plane { n: DVec3::X, d: x },
+            winding: corners.map(|(y, z)| DVec3::new(x, y, z)).to_vec(),
+            kind: PortalKind::Door,
+            state: PortalState::default(),
+            source: None,
+        }
+    };
+    let mut graph = CellGraph {
+        strategy: Strategy::Given,
+        reason: String::new(),
+        cells: (0..n).map(cell).collect(),
+        portals: (0..n - 1).map(portal).collect(),
+        smallest_hole: 0.0,
+        notes: Vec::new(),
+    };
+    graph.link();
+    graph
+}
+
+#[test]
+fn what_fits_stays_as_it_is() {
+    let mut graph = row(10);
+    let before = graph.clone();
+    assert_eq!(coarsen(&mut graph, 5, matrix_bytes(10, 5, 9)), None);
+    assert_eq!(graph, before);
+}
+
+#[test]
+fn a_row_becomes_neighbours_of_equal_size_joined_by_the_doors_between_them() {
+    let mut graph = row(1000);
+    let limit = matrix_bytes(1000, 50, 999) / 10;
+    assert_eq!(coarsen(&mut graph, 50, limit), Some(1000));
+    assert!(matrix_bytes(graph.cells.len(), 50, graph.portals.len()) <= limit);
+    assert_eq!(graph.portals.len(), graph.cells.len() - 1);
+    assert_eq!(graph.cells.iter().map(|c| c.pieces.len()).sum::<usize>(), 1000);
+    let sizes: Vec<usize> = graph.cells.iter().map(|c| c.pieces.len()).collect();
+    assert!(sizes.iter().max().unwrap() <= &4 && graph.cells.len() >= 250, "{sizes:?}");
+    for portal in &graph.portals {
+        let x = portal.winding[0].x;
+        let touches =
+            |c: CellId| graph.cells[c.index()].pieces.iter().any(|p| (p.bounds.min.x..=p.bounds.max.x).contains(&x));
+        assert!(portal.cells.iter().all(|&c| touches(c)), "at {x}");
+    }
+    assert!(graph.notes[0].starts_with("memory: 1000 cells joined to "), "{:?}", graph.notes);
+}
+
+#[test]
+fn open_cells_stay_apart_and_cells_without_portals_are_joined_too() {
+    let mut graph = row(64);
+    graph.cells[20].open = true;
+    graph.portals.retain(|p| p.cells[0].index() < 30);
+    graph.link();
+    assert_eq!(coarsen(&mut graph, 0, 0), Some(64));
+    assert_eq!(graph.cells.iter().filter(|c| c.open).map(|c| c.pieces.len()).collect::<Vec<_>>(), [1]);
+    assert!(graph.cells.len() <= 4, "{}", graph.cells.len());
+}

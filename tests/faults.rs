@@ -1,0 +1,242 @@
+//! What goes wrong around a bake: no space, no right to write, an input that vanishes, two bakes at one output, too little memory. Each
+//! ends with one line and exit 2 or with the right file, leaves what stood there before, and no litter. (Kills: `resume.rs`.)
+
+#[path = "common/cli.rs"]
+#[allow(dead_code)]
+mod cli;
+
+use cli::{command, folder, refused, run};
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::cells::matrix_bytes;
+use enfilade::file::PvsFile;
+use enfilade::generate::{Kind, generate};
+use enfilade::pvs::PvsOptions;
+use enfilade::report::check::{CheckOptions, check};
+use enfilade::scene::{ImportOptions, Scene, gltf};
+use enfilade::work::Work;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, SystemTime};
+
+/// A gallery of 36 rooms.
+fn scene() -> Scene {
+    let glb = generate(Kind::Gallery { rooms: 36 }, 1).unwrap().glb;
+    gltf::from_slice(&glb, "gallery", None, &ImportOptions::default()).unwrap()
+}
+
+/// A gallery of nine rooms, quick to bake.
+fn gallery() -> PathBuf {
+    static MADE: OnceLock<PathBuf> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let path = folder("model").join("gallery.glb");
+        std::fs::write(&path, generate(Kind::Gallery { rooms: 9 }, 1).unwrap().glb).unwrap();
+        path
+    })
+    .clone()
+}
+
+/// `bake MODEL -o OUT --rays 0.1` and more.
+fn bake_command(model: &Path, out: &Path, more: &[&str]) -> Command {
+    let rays = ["--rays", "0.1"].map(Path::new);
+    let mut command = command(&[Path::new("bake"), model, Path::new("-o"), out, rays[0], rays[1]]);
+    command.args(more);
+    command
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// As it is with a limit of so many KiB on any file: a disk that is full.
+#[cfg(target_os = "linux")]
+fn limited(folder: &Path, out: &Path, kib: u32) -> Output {
+    let bake = bake_command(&gallery(), out, &["--state", folder.join("state").to_str().unwrap()]);
+    // The shell's blocks are of 512 bytes or of 1024. Ignored, the signal becomes an error of the write.
+    let script = format!("trap '' XFSZ; ulimit -f {kib}; exec \"$@\"");
+    Command::new("bash").args(["-c", &script, "bash"]).arg(bake.get_program()).args(bake.get_args()).output().unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_the_old_file_and_nothing_else() {
+    let folder = folder("full");
+    let out = folder.join("gallery.pvs");
+    // Room for the head of a state, and for nothing more.
+    std::fs::write(&out, "the old file").unwrap();
+    let error = limited(&folder, &out, 1);
+    refused(&error, &["gallery.pvs: File too large"]);
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), "the old file");
+    // The state is what the next bake goes on from, once there is room.
+    assert_eq!(names(&folder), ["gallery.pvs", "state"]);
+    let state = folder.join("state");
+    assert!(bake_command(&gallery(), &out, &["--state", state.to_str().unwrap()]).output().unwrap().status.success());
+    let whole = folder.join("whole.pvs");
+    assert!(bake_command(&gallery(), &whole, &[]).output().unwrap().status.success());
+    assert!(std::fs::read(&out).unwrap() == std::fs::read(&whole).unwrap());
+    assert_eq!(names(&folder), ["gallery.pvs", "whole.pvs"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_device_without_room_is_an_error() {
+    let folder = folder("device");
+    let error = bake_command(&gallery(), Path::new("/dev/full"), &[]).output().unwrap();
+    refused(&error, &["/dev/full: No space left on device"]);
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_where_nobody_may_write_is_an_error() {
+    let folder = folder("readonly");
+    // Nobody, root included, makes files here. First the state, which is told before the work; then the file.
+    let out = Path::new("/proc/self/gallery.pvs");
+    refused(&bake_command(&gallery(), out, &[]).output().unwrap(), &["/proc/self/gallery.bake-state: "]);
+    let state = folder.join("state");
+    let error = bake_command(&gallery(), out, &["--state", state.to_str().unwrap()]).output().unwrap();
+    refused(&error, &["/proc/self/gallery.pvs: "]);
+    // What was worked out is kept for a better place.
+    assert_eq!(names(&folder), ["state"]);
+}
+
+#[test]
+fn an_input_that_is_gone_is_an_error_and_one_that_vanishes_is_not_missed() {
+    let folder = folder("vanished");
+    let (model, out) = (folder.join("gallery.glb"), folder.join("gallery.pvs"));
+    refused(&run(&[Path::new("bake"), &model]), &["gallery.glb: "]);
+    assert_eq!(names(&folder), [""; 0]);
+    // Once its state is there the model has been read.
+    std::fs::copy(gallery(), &model).unwrap();
+    let mut child = bake_command(&model, &out, &[]).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    while !folder.join("gallery.bake-state").exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    std::fs::remove_file(&model).unwrap();
+    let said = child.wait_with_output().unwrap();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    assert_eq!(names(&folder), ["gallery.pvs"]);
+    // What a vanished model's file was baked for can't be checked, and says so; the file stays.
+    let before = std::fs::read(&out).unwrap();
+    refused(&run(&[Path::new("check"), &out, Path::new("--model"), &model]), &["gallery.glb: "]);
+    refused(&run(&[Path::new("bake"), &model, Path::new("-o"), &out]), &["gallery.glb: "]);
+    assert!(std::fs::read(&out).unwrap() == before);
+    assert_eq!(names(&folder), ["gallery.pvs"]);
+}
+
+/// Two that don't know of each other: states in different places, other seeds. One of both files is there, whole.
+#[test]
+fn of_two_bakes_to_one_output_the_file_is_one_of_both() {
+    let folder = folder("two");
+    let out = folder.join("gallery.pvs");
+    let alone = |seed: &str| {
+        let path = folder.join(format!("alone{seed}.pvs"));
+        assert!(bake_command(&gallery(), &path, &["--seed", seed]).output().unwrap().status.success());
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(path).unwrap();
+        bytes
+    };
+    let both = ["1", "2"].map(alone);
+    let children = ["1", "2"].map(|seed| {
+        let state = folder.join(format!("state{seed}"));
+        let more = ["--seed", seed, "--state", state.to_str().unwrap()];
+        bake_command(&gallery(), &out, &more).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+    });
+    for child in children {
+        let said = child.wait_with_output().unwrap();
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    }
+    assert!(both.contains(&std::fs::read(&out).unwrap()));
+    assert_eq!(names(&folder), ["gallery.pvs"]);
+}
+
+/// A run that is killed while it writes its file leaves a temporary one; the next takes it away, and nobody else's.
+#[test]
+fn what_a_killed_write_left_behind_is_taken_away() {
+    let folder = folder("litter");
+    let out = folder.join("gallery.pvs");
+    let old = |name: &str| {
+        let file = std::fs::File::create(folder.join(name)).unwrap();
+        file.set_modified(SystemTime::now() - Duration::from_secs(3600)).unwrap();
+        file
+    };
+    drop(old("gallery.pvs.999999.pvs.tmp"));
+    // One that somebody is at work on, one of another output, and ones that only look alike.
+    let held = old("gallery.pvs.999998.pvs.tmp");
+    held.lock().unwrap();
+    drop(old("other.pvs.999999.pvs.tmp"));
+    drop(old("gallery.pvs.mine.pvs.tmp"));
+    drop(std::fs::File::create(folder.join("gallery.pvs.999997.pvs.tmp")).unwrap());
+    assert!(bake_command(&gallery(), &out, &[]).output().unwrap().status.success());
+    let left = [
+        "gallery.pvs",
+        "gallery.pvs.999997.pvs.tmp",
+        "gallery.pvs.999998.pvs.tmp",
+        "gallery.pvs.mine.pvs.tmp",
+        "other.pvs.999999.pvs.tmp",
+    ];
+    assert_eq!(names(&folder), left);
+}
+
+/// With less memory cells are joined: every cell's row holds what the cells in it saw, and nothing visible is missed.
+#[test]
+fn too_little_memory_gives_coarser_rows_that_miss_nothing() {
+    let scene = scene();
+    let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
+    let baked = |memory: u64| {
+        let options = BakeOptions { pvs: pvs.clone(), keep_bounds: true, memory, ..BakeOptions::default() };
+        bake(&scene, options, &Work::quiet()).unwrap()
+    };
+    let whole = baked(8 << 30);
+    assert_eq!(whole.cells_found, None);
+    let cells = whole.file.cells.len();
+    // A third of what matrices over all cells take.
+    let room = matrix_bytes(cells, scene.objects.len(), whole.file.portals.len());
+    let coarse = baked(2 * room / 3);
+    assert_eq!(coarse.cells_found, Some(cells));
+    let after = coarse.file.cells.len();
+    assert!(after < cells && matrix_bytes(after, scene.objects.len(), coarse.file.portals.len()) <= room / 3);
+    assert!(coarse.file.notes.iter().any(|n| n.starts_with(&format!("memory: {cells} cells joined to {after}"))));
+    let share = |b: &PvsFile| b.pairs.upper as f64 / (b.cells.len() * b.objects.len()) as f64;
+    assert!(share(&coarse.file) > share(&whole.file), "rows are coarser");
+    let report = check(&coarse.file, &scene, &CheckOptions { rays: 100_000, views: 20, seed: 3, leaks: false }).unwrap();
+    assert!(report.passed && report.missed_pairs == 0, "{:?}", report.examples);
+    let bounds = coarse.file.bounds.as_ref().unwrap();
+    assert_eq!(bounds.objects_lower.first_outside(&bounds.objects_upper), None);
+}
+
+/// Proofs that there is no room for are left out: their pairs are undecided, never hidden.
+#[test]
+fn proofs_beyond_their_share_leave_pairs_undecided() {
+    let scene = scene();
+    let baked = |most_witnesses: usize| {
+        let pvs = PvsOptions { ray_budget: 100_000, most_witnesses, ..PvsOptions::default() };
+        let options = BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() };
+        bake(&scene, options, &Work::quiet()).unwrap().file
+    };
+    let (whole, few) = (baked(usize::MAX), baked(100));
+    assert!(whole.pairs.lower > 500 && few.pairs.lower == 100, "{} {}", whole.pairs.lower, few.pairs.lower);
+    assert!(few.notes.iter().any(|n| n.contains("proofs left out")), "{:?}", few.notes);
+    let upper = |f: &PvsFile| f.bounds.as_ref().unwrap().objects_upper.clone();
+    let lower = whole.bounds.as_ref().unwrap().objects_lower.clone();
+    assert_eq!(lower.first_outside(&upper(&few)), None, "what is visible is not hidden for it");
+}
+
+#[test]
+fn memory_is_an_option_and_counted() {
+    let folder = folder("memory");
+    let out = folder.join("gallery.pvs");
+    let said = bake_command(&gallery(), &out, &["--memory", "1K", "--json"]).output().unwrap();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+    let [found, kept] = ["cells_found", "cells"].map(|k| json[k].as_u64().unwrap());
+    assert!(found > kept, "{found} cells found, {kept} kept");
+    for bad in ["", "0", "1.5G", "12T", "M", "99999999999999G"] {
+        let error = bake_command(&gallery(), &out, &["--memory", bad]).output().unwrap();
+        let text = String::from_utf8(error.stderr).unwrap();
+        assert!(error.status.code() == Some(2) && text.contains("--memory"), "{bad}: {text}");
+    }
+}

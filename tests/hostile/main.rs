@@ -1,0 +1,46 @@
+//! Bytes that anyone may have written, bounded numbers of them: refused or read, never a panic, never an id out of range, never much
+//! memory, never without end. `ENFILADE_MUTANTS` says how many a reader (`just torture`: a million); each is known by its number.
+//!
+//! A binary of its own, because its allocator counts. Memory is counted for one thread, so each mutant is worked on by one.
+
+mod mutants;
+mod paths;
+mod pvs;
+mod seeds;
+#[path = "../targets/mod.rs"]
+mod targets;
+
+use mutants::{Report, Run, run};
+use targets::{TARGETS, Target};
+
+/// How many mutants of `.pvs` files, of two kinds each; of others there are fewer.
+fn wanted() -> u64 {
+    match std::env::var("ENFILADE_MUTANTS") {
+        Ok(n) => n.parse().expect("ENFILADE_MUTANTS is a number"),
+        Err(_) => 20_000,
+    }
+}
+
+/// Mutants of a reader's seeds.
+fn mutants_of(target: &'static Target) -> Report {
+    let seeds = (target.seeds)();
+    let count = (wanted() / target.share).max(50);
+    let one = |number: u64| {
+        let bytes = mutants::mutant(&seeds, number);
+        let accepted = (target.run)(&bytes);
+        Run { accepted, promised: target.promised(bytes.len()), length: bytes.len() }
+    };
+    run(target.name, count, &one)
+}
+
+#[test]
+fn no_reader_panics_or_takes_memory_beyond_what_is_promised() {
+    // The file's own mutants are in `pvs`: blind ones end at its checksums.
+    let reports: Vec<Report> = TARGETS.iter().filter(|t| t.name != "pvs").map(mutants_of).collect();
+    mutants::table(&reports);
+    mutants::settle(&reports);
+    for report in &reports {
+        // Mutants must get past the first checks, or this tests nothing.
+        assert!(report.accepted * 200 > report.mutants, "{}: {} of {}", report.name, report.accepted, report.mutants);
+    }
+}

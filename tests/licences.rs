@@ -1,0 +1,157 @@
+//! What the project is built of, without a network: every crate's licence is on the list of `deny.toml`, none is banned there, all come
+//! from one registry, and every crate of the workspace forbids unsafe code. Advisories take a network: `cargo deny check advisories`.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every package of the workspace's graph for this machine, all features on; from the lock file and what cargo has here.
+fn packages() -> Vec<Value> {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let host = Command::new(&cargo).args(["-vV"]).output().unwrap();
+    let host = String::from_utf8(host.stdout).unwrap();
+    let host = host.lines().find_map(|l| l.strip_prefix("host: ")).expect("cargo says what it runs on").to_owned();
+    let metadata = |more: &[&str]| {
+        let mut command = Command::new(&cargo);
+        command.current_dir(root()).args([
+            "metadata",
+            "--offline",
+            "--locked",
+            "--format-version",
+            "1",
+            "--filter-platform",
+            &host,
+        ]);
+        command.args(more).output().unwrap()
+    };
+    // A machine that never built the features has not fetched what they need.
+    let mut out = metadata(&["--all-features"]);
+    if !out.status.success() {
+        assert!(std::env::var_os("CI").is_none(), "{}", String::from_utf8_lossy(&out.stderr));
+        eprintln!(
+            "not run: licences of all features: {}",
+            String::from_utf8_lossy(&out.stderr).lines().next().unwrap_or_default()
+        );
+        out = metadata(&[]);
+    }
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let graph: Value = serde_json::from_slice(&out.stdout).unwrap();
+    graph["packages"].as_array().unwrap().clone()
+}
+
+/// The strings between `key = [` and the next `]` in `deny.toml`.
+fn listed(key: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(root().join("deny.toml")).unwrap();
+    let (_, rest) = text.split_once(&format!("\n{key} = [")).expect("the list is there");
+    let (list, _) = rest.split_once(']').expect("it ends");
+    list.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+/// True where an SPDX expression can be met by the licences of the list; `/` is an old way of saying OR.
+fn allowed(expression: &str, list: &[String]) -> bool {
+    let spaced = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ");
+    let words: Vec<&str> = spaced.split_whitespace().collect();
+    let mut at = 0;
+    let all = any(&words, &mut at, list);
+    assert_eq!(at, words.len(), "an expression that this test can't read: {expression}");
+    all
+}
+
+fn any(words: &[&str], at: &mut usize, list: &[String]) -> bool {
+    let mut met = both(words, at, list);
+    while words.get(*at) == Some(&"OR") {
+        *at += 1;
+        met |= both(words, at, list);
+    }
+    met
+}
+
+fn both(words: &[&str], at: &mut usize, list: &[String]) -> bool {
+    let mut met = one(words, at, list);
+    while words.get(*at) == Some(&"AND") {
+        *at += 1;
+        met &= one(words, at, list);
+    }
+    met
+}
+
+fn one(words: &[&str], at: &mut usize, list: &[String]) -> bool {
+    let word = words.get(*at).copied().unwrap_or_default();
+    *at += 1;
+    if word == "(" {
+        let met = any(words, at, list);
+        assert_eq!(words.get(*at), Some(&")"), "a bracket is open");
+        *at += 1;
+        return met;
+    }
+    let mut licence = word.to_owned();
+    if words.get(*at) == Some(&"WITH") {
+        licence = format!("{word} WITH {}", words[*at + 1]);
+        *at += 2;
+    }
+    list.contains(&licence)
+}
+
+#[test]
+fn every_crate_has_a_licence_that_is_allowed() {
+    let list = listed("allow");
+    let packages = packages();
+    assert!(packages.len() > 100, "only {} packages: this test reads nothing", packages.len());
+    let fault = |p: &Value| {
+        let licence = p["license"].as_str().unwrap_or_default();
+        (licence.is_empty() || !allowed(licence, &list)).then(|| format!("{} {}: {licence:?}", p["name"], p["version"]))
+    };
+    let faults: Vec<String> = packages.iter().filter_map(fault).collect();
+    assert!(faults.is_empty(), "not allowed by deny.toml:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn nothing_is_banned_and_all_comes_from_one_registry() {
+    let banned = listed("deny");
+    assert_eq!(banned, ["bincode"]);
+    for package in packages() {
+        let name = package["name"].as_str().unwrap();
+        assert!(!banned.iter().any(|b| b == name), "{name} is banned by deny.toml");
+        let source = package["source"].as_str();
+        assert!(source.is_none_or(|s| s == "registry+https://github.com/rust-lang/crates.io-index"), "{name}: {source:?}");
+    }
+}
+
+#[test]
+fn expressions_are_read() {
+    let list = ["MIT".to_owned(), "Apache-2.0 WITH LLVM-exception".to_owned()];
+    for (expression, met) in [
+        ("MIT", true),
+        ("GPL-3.0", false),
+        ("GPL-3.0 OR MIT", true),
+        ("GPL-3.0/MIT", true),
+        ("GPL-3.0 AND MIT", false),
+        ("(GPL-3.0 OR MIT) AND Apache-2.0 WITH LLVM-exception", true),
+        ("(MIT OR GPL-3.0) AND Unicode-3.0", false),
+        ("Apache-2.0", false),
+    ] {
+        assert_eq!(allowed(expression, &list), met, "{expression}");
+    }
+}
+
+#[test]
+fn every_crate_of_the_workspace_forbids_unsafe_code() {
+    for manifest in ["Cargo.toml", "viewer/Cargo.toml", "bevy_enfilade/Cargo.toml"] {
+        let text = std::fs::read_to_string(root().join(manifest)).unwrap();
+        let own = text.contains("[lints.rust]\nunsafe_code = \"forbid\"");
+        assert!(own || forbids_in_source(manifest), "{manifest} doesn't forbid unsafe code");
+    }
+    let members = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    assert!(members.contains("members = [\".\", \"bevy_enfilade\", \"viewer\"]"), "a new member: add it above");
+}
+
+fn forbids_in_source(manifest: &str) -> bool {
+    let folder = root().join(manifest).parent().unwrap().join("src");
+    ["lib.rs", "main.rs"]
+        .iter()
+        .any(|file| std::fs::read_to_string(folder.join(file)).is_ok_and(|text| text.contains("#![forbid(unsafe_code)]")))
+}
