@@ -27,6 +27,10 @@ pub struct Line {
     pub ms_median: f64,
     /// 99th percentile.
     pub ms_p99: f64,
+    /// Mean of the milliseconds of processors that the program took a frame, on all threads, software drivers' included: what hardly changes
+    /// where the machine has other work. Absent where the system doesn't say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu_ms: Option<f64>,
     /// Mean of the processor's milliseconds for deciding.
     pub cull_ms: f64,
     /// Mean of the triangles drawn.
@@ -63,7 +67,9 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -
     let (mut times, mut cull, mut triangles, mut queries, mut missed) = (Vec::new(), 0.0, 0, 0, 0);
     walk.stage.restart();
     // Drivers compile when they first draw.
+    let mut cpu = None;
     for timed in [false, true] {
+        cpu = if timed { cpu_ms() } else { cpu };
         for frame in 0..if timed { frames } else { frames.min(3) } {
             let camera = walk.camera(frame);
             let wish = |alarm| Wish {
@@ -91,6 +97,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -
             queries += decision.map_or(0, |d| d.stats.queries);
         }
     }
+    let cpu = cpu_ms().zip(cpu).map(|(end, begin)| (end - begin) / frames.max(1) as f64);
     if alarm {
         walk.stage.restart();
         for frame in 0..frames {
@@ -101,7 +108,8 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -
     let all = times.len().max(1) as f64;
     let fps = times.len() as f64 * 1e3 / times.iter().sum::<f64>();
     times.sort_by(f64::total_cmp);
-    let at = |share: f64| times.get(((times.len() as f64 * share) as usize).min(times.len().max(1) - 1)).copied().unwrap_or(0.0);
+    let at =
+        |share: f64| times.get(((times.len() as f64 * share) as usize).min(times.len().max(1) - 1)).copied().unwrap_or(0.0);
     Ok(Line {
         mode: mode.name(),
         oracle: if !mode.asks() { "none" } else { walk.stage.culling.oracle.name() },
@@ -109,9 +117,19 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -
         fps,
         ms_median: at(0.5),
         ms_p99: at(0.99),
+        cpu_ms: cpu,
         cull_ms: cull / all,
         triangles_mean: triangles as f64 / all,
         queries_mean: queries as f64 / all,
         missed_pixels: alarm.then_some(missed),
     })
+}
+
+/// Milliseconds of processors that this program has taken so far.
+fn cpu_ms() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name in brackets, which may hold anything: the 12th and 13th, in hundredths of a second.
+    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let mut next = || fields.next()?.parse::<f64>().ok();
+    Some((next()? + next()?) * 10.0)
 }

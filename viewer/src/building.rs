@@ -53,10 +53,11 @@ impl Building {
     fn bake(model: &Path, to: &Path, progress: Progress<'_>, stop: &AtomicBool) -> Result<Self, String> {
         let scene = import(model, &ImportOptions::default()).map_err(|e| at(model, e))?;
         let work = Work::new(progress).until(stop);
-        let baked = bake(&scene, BakeOptions { keep_bounds: true, ..BakeOptions::default() }, &work).map_err(|e| match e {
-            BakeError::Stopped(_) => "stopped".to_owned(),
-            e => at(model, e),
-        })?;
+        let baked =
+            bake(&scene, BakeOptions { keep_bounds: true, ..BakeOptions::default() }, &work).map_err(|e| match e {
+                BakeError::Stopped(_) => "stopped".to_owned(),
+                e => at(model, e),
+            })?;
         // A file that isn't this model's isn't replaced.
         if to.exists() {
             eprintln!("{}: of another model, and left as it is", to.display());

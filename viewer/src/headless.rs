@@ -1,6 +1,6 @@
 //! Frames without a window: the same stage, drawn on a picture.
 
-use crate::args::{Args, Shown};
+use crate::args::Args;
 use crate::building::Building;
 use crate::culling::Oracle;
 use crate::draw::alarm::Missed;
@@ -86,7 +86,12 @@ pub fn device() -> Result<Gpu, String> {
 
 impl<'w, 'b> Walk<'w, 'b> {
     /// Along a path, on pictures of `size` pixels.
-    pub fn new(building: &'b Building, path: &'w CameraPath, oracle: Option<Oracle>, size: [u32; 2]) -> Result<Self, String> {
+    pub fn new(
+        building: &'b Building,
+        path: &'w CameraPath,
+        oracle: Option<Oracle>,
+        size: [u32; 2],
+    ) -> Result<Self, String> {
         let gpu = device()?;
         let oracle = oracle.unwrap_or(Oracle::best(&gpu));
         let canvas = Canvas::new(&gpu, size);
@@ -168,4 +173,3 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     eprintln!("{}", session.say_missed(missed));
     Ok(missed.pixels == 0)
 }
-

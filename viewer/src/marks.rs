@@ -46,7 +46,8 @@ pub fn frusta(overlay: &mut Overlay, file: &PvsFile, camera: &Camera, last: &Dec
 
 /// The edges of what is seen within a rectangle of the screen, from one depth to another.
 fn pyramid(overlay: &mut Overlay, camera: &Camera, rect: &Rect, from: f32, to: f32, tint: Tint) {
-    let ndc = [rect.min, Vec3::new(rect.max.x, rect.min.y, 0.0).truncate(), rect.max, glam::Vec2::new(rect.min.x, rect.max.y)];
+    let ndc =
+        [rect.min, Vec3::new(rect.max.x, rect.min.y, 0.0).truncate(), rect.max, glam::Vec2::new(rect.min.x, rect.max.y)];
     let rays = ndc.map(|p| camera.ray(DVec2::new(f64::from(p.x), f64::from(p.y))).as_vec3());
     let at = |depth: f32| rays.map(|ray| camera.eye + ray * depth);
     let (near, far) = (at(from), at(to));
@@ -78,7 +79,8 @@ pub fn rectangles(ui: &egui::Ui, last: Option<&Decision>) {
         screen.min + part * screen.size()
     };
     for crossed in last.into_iter().flat_map(|d| &d.portals) {
-        let rect = egui::Rect::from_two_pos(at(crossed.rect.min.max(-glam::Vec2::ONE)), at(crossed.rect.max.min(glam::Vec2::ONE)));
+        let rect =
+            egui::Rect::from_two_pos(at(crossed.rect.min.max(-glam::Vec2::ONE)), at(crossed.rect.max.min(glam::Vec2::ONE)));
         let stroke = egui::Stroke::new(1.5, egui::Color32::from_rgb(255, 150, 30));
         painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
     }

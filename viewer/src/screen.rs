@@ -29,7 +29,8 @@ impl Screen {
     /// One line: there is none.
     pub fn open(window: &Arc<Window>) -> Result<Self, String> {
         let instance = Gpu::instance().map_err(|e| e.to_string())?;
-        let surface = instance.create_surface(window.clone()).map_err(|e| format!("nothing can be drawn in the window: {e}"))?;
+        let surface =
+            instance.create_surface(window.clone()).map_err(|e| format!("nothing can be drawn in the window: {e}"))?;
         let gpu = Gpu::open_on(&instance, Some(&surface), &NEEDS, WISHES).map_err(|e| e.to_string())?;
         let size = window.inner_size();
         let formats = gpu.formats(&surface);

@@ -259,7 +259,12 @@ impl<'b> Session<'b> {
     }
 
     /// Draws a frame on `picture`. Returns what the interface wants of a window.
-    pub fn draw(&mut self, picture: &TextureView, input: egui::RawInput, seconds: f64) -> Result<egui::PlatformOutput, String> {
+    pub fn draw(
+        &mut self,
+        picture: &TextureView,
+        input: egui::RawInput,
+        seconds: f64,
+    ) -> Result<egui::PlatformOutput, String> {
         let start = Instant::now();
         let camera = self.camera();
         if self.frozen.is_none() && self.way.last().is_none_or(|last| last.distance(self.walker.eye) > WAY.0) {
@@ -471,7 +476,7 @@ impl<'b> Session<'b> {
         let frozen = if self.frozen.is_some() { ", frozen" } else { "" };
         let home = match last.home {
             Some(cell) => match &self.building.file.cells[cell.index()] {
-                named if !named.name.is_empty() => format!("cell {cell} ({})", named.name),
+                named if named.source.is_some() => format!("cell {cell} ({})", named.name),
                 _ => format!("cell {cell}"),
             },
             None => "no cell asked".to_owned(),

@@ -68,7 +68,8 @@ impl Settings {
     pub fn load() -> Self {
         let text = Self::path().and_then(|path| std::fs::read_to_string(path).ok());
         let mut settings: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
-        settings.fov_y_degrees = if settings.fov_y_degrees.is_finite() { settings.fov_y_degrees.clamp(20.0, 120.0) } else { 65.0 };
+        settings.fov_y_degrees =
+            if settings.fov_y_degrees.is_finite() { settings.fov_y_degrees.clamp(20.0, 120.0) } else { 65.0 };
         settings.size = settings.size.map(|side| side.clamp(160, 8192));
         settings
     }

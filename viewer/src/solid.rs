@@ -36,7 +36,8 @@ impl<'s> Solid<'s> {
         let (min, size) = (flat(bounds.min), flat(bounds.max) - flat(bounds.min));
         let square = (size.max_element() / MOST).max(SQUARE);
         let across = size.to_array().map(|s| (s / square).floor().max(0.0) as usize + 1);
-        let mut solid = Self { scene, min, square, across, starts: vec![0; across[0] * across[1] + 1], triangles: Vec::new() };
+        let mut solid =
+            Self { scene, min, square, across, starts: vec![0; across[0] * across[1] + 1], triangles: Vec::new() };
         // Counted first, then put in their places.
         for triangle in 0..scene.triangles.len() {
             solid.each_square(solid.range(triangle), |squares, s| squares[s + 1] += 1);

@@ -143,7 +143,8 @@ impl Walker {
                     let depth = RADIUS - away.length();
                     let side = away.xz();
                     // What is straight above or below pushes nobody sideways.
-                    if depth > deepest && side.length() > 0.3 * away.length() && side.length() > 1e-9 && !passes(face.object) {
+                    if depth > deepest && side.length() > 0.3 * away.length() && side.length() > 1e-9 && !passes(face.object)
+                    {
                         (deepest, push) = (depth, side.normalize() * depth);
                     }
                 }
@@ -191,8 +192,9 @@ mod tests {
     fn scene() -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let mut boxed = |min: DVec3, max: DVec3| {
-            let corners: Vec<DVec3> =
-                (0..8).map(|i| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }))).collect();
+            let corners: Vec<DVec3> = (0..8)
+                .map(|i| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { min[k] } else { max[k] })))
+                .collect();
             let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
             let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
             let mesh = Mesh { node: "box".into(), role: Role::Structure, opaque: true, positions: corners, triangles };

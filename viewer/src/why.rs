@@ -15,9 +15,9 @@ pub struct Told {
 
 /// Asks, and says it in a sentence.
 pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told {
-    let name = |cell: CellId| match &file.cells[cell.index()].name {
-        name if name.is_empty() => format!("cell {cell}"),
-        name => format!("cell {cell} ({name})"),
+    let name = |cell: CellId| match &file.cells[cell.index()] {
+        named if named.source.is_some() => format!("cell {cell} ({})", named.name),
+        _ => format!("cell {cell}"),
     };
     let what = match goal {
         Goal::Cell(other) if other.index() < file.cells.len() => name(other),
@@ -43,16 +43,26 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told
             };
             format!("{who} sees {what}: an unobstructed line of {metres:.2} m, {through}. It is drawn in green.")
         }
-        Why::Known(chain) => format!("{who} sees {what}, by {} portals; the file keeps no line between the two.", chain.len()),
+        Why::Known(chain) => {
+            format!("{who} sees {what}, by {} portals; the file keeps no line between the two.", chain.len())
+        }
         Why::Apart => format!("{who} can't see {what}: no way through portals leads there."),
-        Why::Separated(ends) => format!("{who} can't see {what}: no line passes any chain of portals ({} were followed to their end).", ends.len()),
+        Why::Separated(ends) => format!(
+            "{who} can't see {what}: no line passes any chain of portals ({} were followed to their end).",
+            ends.len()
+        ),
         Why::Shielded(shield) => {
-            format!("{who} can't see {what}: a line may pass {} portals, but the model's triangles shut every way.", shield.chain.len())
+            format!(
+                "{who} can't see {what}: a line may pass {} portals, but the model's triangles shut every way.",
+                shield.chain.len()
+            )
         }
         Why::Undecided(doubt) => {
             let reason = match doubt {
                 Doubt::Inside => "it is in the cell, and no ray has met it".to_owned(),
-                Doubt::Open(chain) => format!("a line may pass {} portals, and none was found that nothing obstructs", chain.len()),
+                Doubt::Open(chain) => {
+                    format!("a line may pass {} portals, and none was found that nothing obstructs", chain.len())
+                }
                 Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
                 Doubt::Separated(_) => "asked for alone, no line passes".to_owned(),
             };

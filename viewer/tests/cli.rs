@@ -32,7 +32,9 @@ fn bad_input_is_one_line_that_names_it() {
         assert!(line.starts_with("enfilade-viewer: ") && line.contains(expected), "{args:?}: {told}");
     }
     // What clap refuses, too.
-    for args in [&["x.pvs", "--shot", out, "--size", "0x9"][..], &["x.pvs", "--mode", "fast"], &["x.pvs", "--frame", "3"], &[]] {
+    for args in
+        [&["x.pvs", "--shot", out, "--size", "0x9"][..], &["x.pvs", "--mode", "fast"], &["x.pvs", "--frame", "3"], &[]]
+    {
         assert_eq!(viewer(args).status.code(), Some(2), "{args:?}");
     }
 }

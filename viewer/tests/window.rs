@@ -94,10 +94,8 @@ impl Pixels {
 
 /// Whether everything is there; says by name what isn't.
 fn can_run(test: &str) -> bool {
-    let missing: Vec<&str> = ["Xvfb", "xdotool", "xwd"]
-        .into_iter()
-        .filter(|tool| Command::new(tool).arg("-version").output().is_err())
-        .collect();
+    let missing: Vec<&str> =
+        ["Xvfb", "xdotool", "xwd"].into_iter().filter(|tool| Command::new(tool).arg("-version").output().is_err()).collect();
     if !missing.is_empty() {
         assert!(std::env::var_os("CI").is_none(), "{test}: no {missing:?}");
         eprintln!("not run: {test}: no {missing:?}");

@@ -43,7 +43,8 @@ const SLOTS: usize = 4;
 impl Alarm {
     /// For so many objects; pictures are of `format`.
     pub fn new(gpu: &Gpu, objects: usize, format: TextureFormat) -> Self {
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::FRAGMENT, ty, count: None };
+        let entry =
+            |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::FRAGMENT, ty, count: None };
         let texture = |sample_type| wgpu::BindingType::Texture {
             sample_type,
             view_dimension: wgpu::TextureViewDimension::D2,
@@ -174,7 +175,7 @@ impl Alarm {
         let told = self.told.clone();
         self.read[slot].buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             if result.is_ok() {
-                drop(told.send(slot));
+                let _ = told.send(slot);
             }
         });
     }

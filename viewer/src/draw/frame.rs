@@ -148,7 +148,7 @@ impl<'b> Stage<'b> {
 
     /// [`Self::is_ghost`] has changed.
     pub fn doors_moved(&mut self) {
-        self.everything.set(&self.mesh, &self.all, &self.is_ghost);
+        self.everything.set(&self.mesh, &self.all, &self.is_ghost, None);
     }
 
     /// Draws a frame on `picture`, which has the size and format of the stage.
@@ -156,7 +156,12 @@ impl<'b> Stage<'b> {
     /// # Errors
     ///
     /// The device has failed.
-    pub fn frame(&mut self, mut wish: Wish<'_>, picture: &TextureView, painter: Option<&mut dyn Painter>) -> Result<(), GpuError> {
+    pub fn frame(
+        &mut self,
+        mut wish: Wish<'_>,
+        picture: &TextureView,
+        painter: Option<&mut dyn Painter>,
+    ) -> Result<(), GpuError> {
         let start = Instant::now();
         self.frame += 1;
         let gpu = &self.gpu;
@@ -173,7 +178,12 @@ impl<'b> Stage<'b> {
             self.culling.decide(self.frame, camera, f64::from(NEAR), wish.mode);
         }
         let Some(decision) = &self.culling.last else { return Ok(()) };
-        self.runs.set(&self.mesh, &decision.objects, &self.is_ghost);
+        let is_all = decision.objects.len() == self.all.len();
+        if !is_all {
+            self.runs.set(&self.mesh, &decision.objects, &self.is_ghost, Some(wish.camera.eye));
+        }
+        // What is all is in order already.
+        let runs = if is_all { &self.everything } else { &self.runs };
         let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
 
         // 3. What needs no pass: cameras, uploads, pictures in mirrors.
@@ -206,7 +216,7 @@ impl<'b> Stage<'b> {
         // 4. What is certain.
         let mut pass = begin(&mut commands, picture, &self.targets.depth, Some(SKY), stamps(0));
         self.pipelines.bind(&mut pass, &self.eye);
-        self.pipelines.colours.draw(&mut pass, &self.runs.solid, &self.runs.ghosts);
+        self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
         drop(pass);
 
         // 5. What the device decides: questions about the rest, and what the answers say.

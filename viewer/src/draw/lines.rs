@@ -58,7 +58,8 @@ impl Overlay {
 
     /// The edges of a box.
     pub fn boxed(&mut self, [least, most]: [Vec3; 2], tint: Tint) {
-        let at = |i: usize| Vec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { least[axis] } else { most[axis] }));
+        let at =
+            |i: usize| Vec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { least[axis] } else { most[axis] }));
         for a in 0..8usize {
             for axis in (0..3).filter(|axis| a >> axis & 1 == 0) {
                 self.line(at(a), at(a | 1 << axis), tint);
@@ -130,13 +131,15 @@ impl Lines {
 
     /// Draws one, in a pass with depth.
     pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, overlay: &Overlay) {
-        let all: Vec<[u32; 4]> = [&overlay.faces, &overlay.lines, &overlay.seen_through].into_iter().flatten().copied().collect();
+        let all: Vec<[u32; 4]> =
+            [&overlay.faces, &overlay.lines, &overlay.seen_through].into_iter().flatten().copied().collect();
         let bytes = 16 * all.len() as u64;
         if all.is_empty() || bytes > gpu.limits.max_buffer_size {
             return;
         }
         if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < bytes) {
-            self.buffer = Some(gpu.buffer(bytes.next_power_of_two().max(1 << 16), BufferUsages::VERTEX | BufferUsages::COPY_DST));
+            self.buffer =
+                Some(gpu.buffer(bytes.next_power_of_two().max(1 << 16), BufferUsages::VERTEX | BufferUsages::COPY_DST));
         }
         let Some(buffer) = &self.buffer else { return };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&all));

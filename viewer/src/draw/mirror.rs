@@ -147,17 +147,14 @@ impl Mirrors {
                 let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: None,
                     layout: &self.layout,
-                    entries: &[wgpu::BindGroupEntry {
-                        binding: 0,
-                        resource: wgpu::BindingResource::TextureView(&seen),
-                    }],
+                    entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&seen) }],
                 });
                 place.picture = Some((size, seen, depth, group));
             }
             let Some((_, seen, depth, _)) = &place.picture else { continue };
             place.shows = true;
             place.eye.set(gpu, &view.camera, Some(plane(&self.corners[view.mirror])));
-            runs.set(mesh, self.reflections.objects(i), is_ghost);
+            runs.set(mesh, self.reflections.objects(i), is_ghost, Some(view.camera.eye));
             let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
                 color_attachments: &[colour(seen, Some(DARK))],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {

@@ -149,10 +149,8 @@ pub fn clip(camera: &Camera) -> Mat4 {
 
 /// Compiles a shader.
 pub fn shader(gpu: &Gpu, source: &'static str) -> wgpu::ShaderModule {
-    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    })
+    gpu.device
+        .create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(source.into()) })
 }
 
 /// Depth as everything here uses it.

@@ -108,8 +108,7 @@ impl Queries {
         let entries = [&answers, &slots, &draws].map(wgpu::Buffer::as_entire_binding);
         let entries: Vec<_> =
             (0..).zip(entries).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-        let group =
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
         let slot = |_| Slot {
             buffer: gpu.buffer(8 * MOST as u64, BufferUsages::COPY_DST | BufferUsages::MAP_READ),
             busy: false,
@@ -167,8 +166,7 @@ impl Queries {
         self.count = slots.len();
         self.solid = slots.partition_point(|slot| !slot.0);
         let words: Vec<u32> = slots.iter().flat_map(|slot| slot.1).collect();
-        let corners: Vec<f32> =
-            late.questions.iter().flat_map(|q| [q.least, q.most]).flat_map(|p| p.to_array()).collect();
+        let corners: Vec<f32> = late.questions.iter().flat_map(|q| [q.least, q.most]).flat_map(|p| p.to_array()).collect();
         gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(&words));
         gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(&corners));
         // 2. Questions: boxes drawn into nothing.
@@ -214,7 +212,7 @@ impl Queries {
         let told = self.told.clone();
         self.read[slot].buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             if result.is_ok() {
-                drop(told.send(slot));
+                let _ = told.send(slot);
             }
         });
     }
@@ -236,4 +234,3 @@ impl Queries {
         drawn
     }
 }
-

@@ -84,7 +84,7 @@ impl Timer {
         // Nobody listens any more after a failure.
         self.slots[slot].read.map_async(wgpu::MapMode::Read, .., move |result| {
             if result.is_ok() {
-                drop(told.send(slot));
+                let _ = told.send(slot);
             }
         });
     }
@@ -95,7 +95,8 @@ impl Timer {
             let slot = &mut self.slots[slot];
             let frame = slot.frame.take();
             if let (Some(frame), Ok(view)) = (frame, slot.read.get_mapped_range(..)) {
-                let times: Vec<u64> = view.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default())).collect();
+                let times: Vec<u64> =
+                    view.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default())).collect();
                 tell(frame, times[1].saturating_sub(times[0]) as f64 * self.period * 1e-6);
             }
             slot.read.unmap();

@@ -22,9 +22,14 @@ impl Matrix {
     }
 
     /// Draws it; returns the pair that was clicked. `home` and `pair` are marked.
-    pub fn show(&mut self, ui: &mut egui::Ui, home: Option<CellId>, pair: Option<(CellId, CellId)>) -> Option<(CellId, CellId)> {
+    pub fn show(
+        &mut self,
+        ui: &mut egui::Ui,
+        home: Option<CellId>,
+        pair: Option<(CellId, CellId)>,
+    ) -> Option<(CellId, CellId)> {
         let mut clicked = None;
-        let window = egui::Window::new("Which cell (down) sees which (across)").id(egui::Id::new("matrix"));
+        let window = egui::Window::new("Which cell (down) sees which (across)").id(egui::Id::unique("matrix"));
         window.anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]).resizable(false).show(ui.ctx(), |ui| {
             let Some(picture) = &self.picture else {
                 ui.label("Every cell sees every cell, or there is only one: the file keeps no rows.");
@@ -48,7 +53,8 @@ impl Matrix {
             mark(home, home, egui::Color32::from_rgba_unmultiplied(200, 40, 40, 120));
             mark(pair.map(|p| p.0), pair.map(|p| p.1), egui::Color32::BLACK);
             if let Some(at) = shown.interact_pointer_pos().filter(|_| shown.clicked()) {
-                let [row, column] = [at.y - shown.rect.top(), at.x - shown.rect.left()].map(|p| CellId((p / cell).max(0.0) as u32));
+                let [row, column] =
+                    [at.y - shown.rect.top(), at.x - shown.rect.left()].map(|p| CellId((p / cell).max(0.0) as u32));
                 clicked = Some((row, column));
             }
         });

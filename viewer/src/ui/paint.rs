@@ -20,6 +20,8 @@ impl Egui {
     pub fn new(gpu: &Gpu, format: TextureFormat) -> Self {
         let context = egui::Context::default();
         context.set_visuals(egui::Visuals::dark());
+        // Panels are there at once, in pictures as in the window.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
         Self {
             context,
             renderer: Renderer::new(&gpu.device, format, RendererOptions { dithering: false, ..Default::default() }),
@@ -30,12 +32,7 @@ impl Egui {
     }
 
     /// Runs the interface for a picture of `size` pixels. What is left goes to who made the input.
-    pub fn run(
-        &mut self,
-        input: egui::RawInput,
-        size: [u32; 2],
-        panels: impl FnMut(&mut egui::Ui),
-    ) -> egui::PlatformOutput {
+    pub fn run(&mut self, input: egui::RawInput, size: [u32; 2], panels: impl FnMut(&mut egui::Ui)) -> egui::PlatformOutput {
         let output = self.context.run_ui(input, panels);
         self.jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
         self.changes.push(output.textures_delta);

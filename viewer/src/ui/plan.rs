@@ -27,10 +27,19 @@ impl Plan {
     }
 
     /// Draws it: `cells` are in colours, `way` is a line, the eye sees between `sides` (x, z).
-    pub fn show(&mut self, ui: &mut egui::Ui, file: &PvsFile, cells: &[CellId], eye: DVec3, sides: [DVec2; 2], way: &[DVec3]) {
+    pub fn show(
+        &mut self,
+        ui: &mut egui::Ui,
+        file: &PvsFile,
+        cells: &[CellId],
+        eye: DVec3,
+        sides: [DVec2; 2],
+        way: &[DVec3],
+    ) {
         let feet = eye.y - crate::walker::EYE;
         let nearest = |s: &Storey| (s.floor - feet).abs();
-        let storey = (0..self.storeys.len()).min_by(|&a, &b| nearest(&self.storeys[a]).total_cmp(&nearest(&self.storeys[b])));
+        let storey =
+            (0..self.storeys.len()).min_by(|&a, &b| nearest(&self.storeys[a]).total_cmp(&nearest(&self.storeys[b])));
         let (y, title) = match storey.map(|s| &self.storeys[s]) {
             Some(s) => (s.floor + s.cut, format!("Plan at {:.1} m", s.floor + file.origin.y)),
             None => (eye.y, "Plan".to_owned()),
@@ -50,7 +59,7 @@ impl Plan {
             (self.shown, self.view) = (Some(what), Some(view));
         }
         let (Some(view), Some(texture)) = (&self.view, &self.texture) else { return };
-        let window = egui::Window::new(title).id(egui::Id::new("plan")).anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]);
+        let window = egui::Window::new(title).id(egui::Id::unique("plan")).anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]);
         window.resizable(false).show(ui.ctx(), |ui| {
             let rect = ui.image(texture).rect;
             let painter = ui.painter_at(rect);
