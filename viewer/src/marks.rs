@@ -11,7 +11,7 @@ use glam::{DVec2, Vec3};
 /// Of a line of sight.
 pub const SIGHT: Tint = [40, 230, 80, 255];
 const PICKED: Tint = [255, 220, 40, 255];
-const FRUSTUM: Tint = [255, 250, 240, 255];
+const FRUSTUM: Tint = [255, 255, 255, 255];
 const NARROWED: Tint = [255, 160, 40, 200];
 const SHUT: Tint = [220, 40, 40, 110];
 /// How far frusta reach beyond their portal, metres.
@@ -52,10 +52,11 @@ fn pyramid(overlay: &mut Overlay, camera: &Camera, rect: &Rect, from: f32, to: f
     let at = |depth: f32| rays.map(|ray| camera.eye + ray * depth);
     let (near, far) = (at(from), at(to));
     for i in 0..4 {
-        overlay.line(near[i], far[i], tint);
-    }
-    if from > 0.0 {
-        overlay.outline(&near, tint);
+        // Through walls: what hides the frusta is what they were narrowed by.
+        overlay.line_through(near[i], far[i], tint);
+        if from > 0.0 {
+            overlay.line_through(near[i], near[(i + 1) % 4], tint);
+        }
     }
 }
 

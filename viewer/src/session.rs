@@ -83,7 +83,8 @@ pub struct Session<'b> {
     matrix: Matrix,
     graphs: Graphs,
     way: Vec<DVec3>,
-    frozen: Option<Camera>,
+    /// The camera that culls, and who walks on from there.
+    frozen: Option<(Camera, Walker)>,
     /// Portals that are shut, in order.
     shut: Vec<PortalId>,
     /// Made when they are first needed.
@@ -165,7 +166,7 @@ impl<'b> Session<'b> {
     /// Keeps that for the next time.
     pub fn remember(&self, settings: &mut Settings) {
         let Show { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, fov_y, .. } = self.show;
-        let (flies, size, fov_y_degrees) = (self.walker.flies && !self.is_frozen(), self.size, fov_y.to_degrees());
+        let (flies, size, fov_y_degrees) = (self.frozen.map_or(self.walker.flies, |frozen| frozen.1.flies), self.size, fov_y.to_degrees());
         let mode = mode.name().to_owned();
         *settings = Settings { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, flies, size, fov_y_degrees };
     }
@@ -197,8 +198,10 @@ impl<'b> Session<'b> {
         let show = &mut self.show;
         match action {
             Action::Mode(mode) => show.mode = MODES[mode],
-            Action::Freeze if self.frozen.is_some() => self.frozen = None,
-            Action::Freeze => self.freeze(),
+            Action::Freeze => match self.frozen.take() {
+                Some((_, walker)) => self.walker = walker,
+                None => self.freeze(),
+            },
             Action::Cells => {
                 show.tints = if show.tints == Tints::Roles { Tints::Cells } else { Tints::Roles };
                 self.paint();
@@ -249,7 +252,7 @@ impl<'b> Session<'b> {
 
     /// Leaves the culling as it is, and flies.
     pub fn freeze(&mut self) {
-        self.frozen = Some(self.camera());
+        self.frozen = Some((self.camera(), self.walker));
         self.walker.flies = true;
     }
 
@@ -400,7 +403,7 @@ impl<'b> Session<'b> {
         if self.show.portals {
             marks::portals(&mut self.overlay, file, last, &self.shut);
         }
-        if let (Some(camera), Some(last)) = (&self.frozen, last) {
+        if let (Some((camera, _)), Some(last)) = (&self.frozen, last) {
             marks::frusta(&mut self.overlay, file, camera, last);
         }
         for (_, hit) in &self.picked {
@@ -425,7 +428,7 @@ impl<'b> Session<'b> {
             Some(home) if cells.is_empty() => self.building.file.cells_seen(home).collect(),
             _ => cells.to_vec(),
         };
-        let camera = self.frozen.unwrap_or(walked(&self.walker, &self.show, self.size));
+        let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
         let (mut clicked, size) = (None, self.size);
         let Self { show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
@@ -498,10 +501,6 @@ impl<'b> Session<'b> {
         }
         lines
     }
-}
-
-fn walked(walker: &Walker, show: &Show, size: [u32; 2]) -> Camera {
-    walker.camera(show.fov_y, f64::from(size[0]) / f64::from(size[1]))
 }
 
 /// The middle of some corners.

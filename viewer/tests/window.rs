@@ -3,6 +3,7 @@
 
 #![cfg(target_os = "linux")]
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
 use common::{building, has_device};
@@ -137,6 +138,13 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
         colours.sort_unstable();
         colours.dedup();
         (colours.len() > 30 && pixels.count(|[r, g, b]| r > 150 && g > 150 && b > 130) > 20_000).then_some(pixels)
+    });
+    // Nobody falls any more: two pictures are the same.
+    let first = until("rest", || {
+        std::thread::sleep(Duration::from_millis(400));
+        let next = display.pixels(&window);
+        let rests = next.differ(&display.pixels(&window)) < 0.05 && next.differ(&first) < 0.3;
+        rests.then_some(next)
     });
     // 2. A key that changes colours, and back.
     let press = |key: &str| drop(display.run("xdotool", &["key", "--window", "0", key]));

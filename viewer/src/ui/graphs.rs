@@ -37,7 +37,7 @@ impl Graphs {
 
     /// Draws them, the newest at the right.
     pub fn show(&self, ui: &mut egui::Ui) {
-        let window = egui::Window::new("Graphs").anchor(egui::Align2::RIGHT_BOTTOM, [-8.0, -8.0]).resizable(false);
+        let window = egui::Window::new("Graphs").anchor(egui::Align2::RIGHT_BOTTOM, [-8.0, -8.0]).auto_sized();
         window.show(ui.ctx(), |ui| {
             for (i, name) in NAMES.into_iter().enumerate() {
                 self.graph(ui, i, name);

@@ -30,7 +30,7 @@ impl Matrix {
     ) -> Option<(CellId, CellId)> {
         let mut clicked = None;
         let window = egui::Window::new("Which cell (down) sees which (across)").id(egui::Id::unique("matrix"));
-        window.anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]).resizable(false).show(ui.ctx(), |ui| {
+        window.anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]).auto_sized().show(ui.ctx(), |ui| {
             let Some(picture) = &self.picture else {
                 ui.label("Every cell sees every cell, or there is only one: the file keeps no rows.");
                 return;

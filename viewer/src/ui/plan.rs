@@ -60,7 +60,7 @@ impl Plan {
         }
         let (Some(view), Some(texture)) = (&self.view, &self.texture) else { return };
         let window = egui::Window::new(title).id(egui::Id::unique("plan")).anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]);
-        window.resizable(false).show(ui.ctx(), |ui| {
+        window.auto_sized().show(ui.ctx(), |ui| {
             let rect = ui.image(texture).rect;
             let painter = ui.painter_at(rect);
             let at = |p: DVec2| {
