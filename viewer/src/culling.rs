@@ -9,6 +9,13 @@ use enfilade::runtime::{Auto, Camera, CrossedPortal, Culler, FrameStats, Method,
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
 
+/// So many pixels cost about as much as a triangle, as far as `auto` looks ahead: on a software driver, where pixels are what frames
+/// cost, and there only roughly. Fewer: what draws more triangles is tried more often. More: it isn't, where it would be as good.
+const PIXELS: u64 = 10;
+
+/// Frames that drivers compile in, which say nothing about what frames cost.
+const WARM_UP: u64 = 3;
+
 /// Who answers occlusion queries.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Oracle {
@@ -174,7 +181,7 @@ impl<'b> Culling<'b> {
     /// What a frame cost, milliseconds, and how many triangles it drew: for `auto`, which learns from the frames that it waits for.
     pub fn learn(&mut self, frame: u64, ms: f64, triangles: u64) {
         if self.judged == Some(frame) {
-            self.auto.learn(ms, triangles);
+            self.auto.learn(ms, triangles + self.pixels());
             self.judged = None;
         }
     }
@@ -184,10 +191,19 @@ impl<'b> Culling<'b> {
         if let (Some(_), Some(last)) = (self.judged, &self.last) {
             return last.method;
         }
+        if frame <= WARM_UP {
+            return Method::Plain(Mode::Both);
+        }
         let home = self.culler.cell_of(camera.eye, &mut self.scratch);
+        let pixels = self.pixels();
         let (culler, scratch) = (&self.culler, &mut self.scratch);
         self.judged = Some(frame);
-        self.auto.choose(home, |mode| culler.cull(camera, mode, scratch).stats.triangles)
+        self.auto.choose(home, |mode| culler.cull(camera, mode, scratch).stats.triangles + pixels)
+    }
+
+    /// What the pixels of a frame cost, in triangles.
+    fn pixels(&self) -> u64 {
+        u64::from(self.size[0]) * u64::from(self.size[1]) / PIXELS
     }
 
     /// As if no frame had been drawn yet.
