@@ -152,10 +152,10 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     // The walk up to here, so that graphs and the walked path are those of a walk.
     let first = if args.show.is_empty() { args.frame } else { 0 };
     for frame in (first..=args.frame).filter(|&f| args.freeze.is_none_or(|freeze| f <= freeze || f == args.frame)) {
-        session.stand(&held.path, frame);
         if args.freeze.is_some_and(|freeze| frame > freeze) && !session.is_frozen() {
             session.freeze();
         }
+        session.stand(&held.path, frame);
         if frame == args.frame {
             args.show.iter().for_each(|&shown| session.show_this(shown));
         }

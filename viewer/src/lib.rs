@@ -18,6 +18,7 @@ pub mod screen;
 pub mod session;
 pub mod settings;
 pub mod solid;
+pub mod start;
 pub mod ui;
 pub mod walker;
 pub mod why;

@@ -10,6 +10,7 @@ use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::settings::Settings;
 use crate::solid::Solid;
+use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
@@ -19,7 +20,6 @@ use crate::ui::{hud, keys};
 use crate::walker::{Walker, Wants};
 use crate::{marks, pick, why};
 use enfilade::report::path::CameraPath;
-use enfilade::report::tour::tour;
 use enfilade::report::walkers::WalkMode;
 use enfilade::runtime::{Camera, Mirror, Scratch};
 use enfilade::scene::rays::{Hit, RayScene};
@@ -97,11 +97,9 @@ pub struct Session<'b> {
 }
 
 impl<'b> Session<'b> {
-    /// Where the tour of a building begins; pictures are of `size` pixels and `format`.
+    /// Where a visit begins; pictures are of `size` pixels and `format`.
     pub fn new(building: &'b Building, stage: Stage<'b>, format: TextureFormat, size: [u32; 2]) -> Result<Self, String> {
-        let start = tour(&building.file, 0).frames.first().copied();
-        let origin = building.file.origin;
-        let (eye, along) = start.map_or((DVec3::ZERO, DVec3::NEG_Z), |f| (f.eye - origin, f.target - f.eye));
+        let (eye, along) = start(&building.file);
         let show = Show {
             mode: WalkMode::Auto,
             tints: Tints::default(),
@@ -166,7 +164,8 @@ impl<'b> Session<'b> {
     /// Keeps that for the next time.
     pub fn remember(&self, settings: &mut Settings) {
         let Show { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, fov_y, .. } = self.show;
-        let (flies, size, fov_y_degrees) = (self.frozen.map_or(self.walker.flies, |frozen| frozen.1.flies), self.size, fov_y.to_degrees());
+        let (flies, size, fov_y_degrees) =
+            (self.frozen.map_or(self.walker.flies, |frozen| frozen.1.flies), self.size, fov_y.to_degrees());
         let mode = mode.name().to_owned();
         *settings = Settings { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, flies, size, fov_y_degrees };
     }
