@@ -132,19 +132,19 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     let window = until("window", find);
     display.run("xdotool", &["windowfocus", &window]);
     // 1. A picture of the villa: many colours, not one.
-    let first = until("picture", || {
+    until("picture", || {
         let pixels = display.pixels(&window);
         let mut colours: Vec<[u8; 3]> = pixels.colours.clone();
         colours.sort_unstable();
         colours.dedup();
-        (colours.len() > 30 && pixels.count(|[r, g, b]| r > 150 && g > 150 && b > 130) > 20_000).then_some(pixels)
+        (colours.len() > 30 && pixels.count(|[r, g, b]| r > 150 && g > 150 && b > 130) > 20_000).then_some(())
     });
     // Nobody falls any more: two pictures are the same.
     let first = until("rest", || {
         std::thread::sleep(Duration::from_millis(400));
         let next = display.pixels(&window);
-        let rests = next.differ(&display.pixels(&window)) < 0.05 && next.differ(&first) < 0.3;
-        rests.then_some(next)
+        std::thread::sleep(Duration::from_millis(400));
+        (next.differ(&display.pixels(&window)) < 0.05).then_some(next)
     });
     // 2. A key that changes colours, and back.
     let press = |key: &str| drop(display.run("xdotool", &["key", "--window", "0", key]));
