@@ -116,7 +116,8 @@ impl<'b> Culling<'b> {
             size,
             scratch: Scratch::for_culler(&culler),
             online: OnlineCuller::new(&culler),
-            depth: None,
+            // Made before it is asked: it looks at every triangle of the scene.
+            depth: (oracle == Oracle::Software).then(|| depth(building, size)),
             auto: Auto::new(culler.cell_count(), &AUTO),
             judged: None,
             culler,
@@ -148,9 +149,7 @@ impl<'b> Culling<'b> {
             Method::Plain(mode) => self.culler.cull(camera, mode, &mut self.scratch),
             _ if asks_device => self.culler.cull(camera, Mode::Both, &mut self.scratch),
             method => {
-                let [width, height] = self.size.map(|s| s as usize);
-                let scene = &self.building.scene;
-                let depth = self.depth.get_or_insert_with(|| DepthBuffer::new(scene, width, height));
+                let depth = self.depth.get_or_insert_with(|| depth(self.building, self.size));
                 depth.begin(&camera.view(near));
                 self.online.cull(&self.culler, camera, near, method, depth)
             }
@@ -214,4 +213,8 @@ impl<'b> Culling<'b> {
         self.late = Late::new(&self.building.file);
         self.auto = Auto::new(self.culler.cell_count(), &AUTO);
     }
+}
+
+fn depth(building: &Building, [width, height]: [u32; 2]) -> DepthBuffer<'_> {
+    DepthBuffer::new(&building.scene, width as usize, height as usize)
 }
