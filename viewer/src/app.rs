@@ -310,10 +310,10 @@ impl ApplicationHandler for App<'_> {
                 }
             }
             WindowEvent::CursorMoved { position, .. } => self.moved(DVec2::new(position.x, position.y)),
-            WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. } => {
-                if !taken || state == ElementState::Released {
-                    self.button(state == ElementState::Pressed);
-                }
+            WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. }
+                if !taken || state == ElementState::Released =>
+            {
+                self.button(state == ElementState::Pressed);
             }
             _ => {}
         }

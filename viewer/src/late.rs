@@ -118,7 +118,7 @@ impl Late {
         if was_shown || reaches_eye || is_large || !room {
             if is_leaf {
                 state.shows = true;
-                let again = (self.frame + u64::from(node)) % AGAIN == 0 && !reaches_eye && room;
+                let again = (self.frame + u64::from(node)).is_multiple_of(AGAIN) && !reaches_eye && room;
                 let objects = self.tree.objects(node).iter().copied().filter(|o| self.mask.has(*o));
                 self.sure.extend(objects);
                 if again {

@@ -165,7 +165,7 @@ fn height_at([a, b, c]: [DVec3; 3], p: DVec2) -> Option<f64> {
         return None;
     }
     let (s, t) = (w.perp_dot(v) / area, u.perp_dot(w) / area);
-    (s >= -1e-9 && t >= -1e-9 && s + t <= 1.0 + 1e-9).then(|| a.y + s * (b.y - a.y) + t * (c.y - a.y))
+    (s >= -1e-9 && t >= -1e-9 && s + t <= 1.0 + 1e-9).then_some(a.y + s * (b.y - a.y) + t * (c.y - a.y))
 }
 
 /// The point of a triangle that is nearest to `p`.

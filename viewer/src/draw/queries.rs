@@ -139,6 +139,7 @@ impl Queries {
 
     /// Records the questions of a plan, [`MOST`] at most, to be asked of the depth in `targets`, and what the device makes of the answers.
     /// Returns where they will be, for [`Self::ask`].
+    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn record(
         &mut self,
         gpu: &Gpu,
