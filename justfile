@@ -3,7 +3,7 @@
 export ENFILADE_DATA := env("ENFILADE_DATA", justfile_directory() / "../shared/data")
 
 # Everything, in CI's order.
-ci: fmt clippy doc test no-default test-full bevy readme
+ci: fmt clippy doc test no-default test-full viewer bevy readme
 
 fmt:
     cargo fmt --all -- --check
@@ -25,6 +25,10 @@ no-default:
 # Every format, on the real buildings of $ENFILADE_DATA.
 test-full:
     cargo test --release --features full
+
+# The viewer: frames on a software driver, and a window on a display of its own. Optimised, since the library is slow otherwise.
+viewer:
+    cargo test --release -p enfilade-viewer --features enfilade/full
 
 # The plugin for Bevy, without a window.
 bevy:

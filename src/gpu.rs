@@ -56,31 +56,65 @@ pub enum GpuError {
 }
 
 /// A device, opened.
-pub(crate) struct Gpu {
+pub struct Gpu {
+    /// The device.
     pub device: wgpu::Device,
+    /// What it is given work by.
     pub queue: wgpu::Queue,
+    /// What it can do at most.
     pub limits: wgpu::Limits,
+    /// Of what was wished for, what it can do.
+    pub features: Features,
     /// The adapter, its driver, and how it is spoken to.
     pub name: String,
+    /// Whether it is a driver that draws on the processor.
+    pub is_software: bool,
+    adapter: wgpu::Adapter,
     /// What went wrong first.
     failure: Arc<Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// The fastest adapter that there is; a software driver where there is no other. An error where it lacks any of `needs`, each with a
-    /// name.
+    /// The fastest adapter that there is; a software driver where there is no other. `needs` are what it must have, each with a name.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError`]: there is none, or it lacks something.
     pub fn open(needs: &[(DownlevelFlags, &'static str)]) -> Result<Self, GpuError> {
-        let none = |reason: String| GpuError::NoAdapter { reason };
+        Self::open_on(&Self::instance()?, None, needs, Features::empty())
+    }
+
+    /// Where adapters and surfaces come from.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::NoAdapter`] where the system has no interface that can be used.
+    pub fn instance() -> Result<wgpu::Instance, GpuError> {
         if wgpu::Instance::enabled_backend_features().is_empty() {
-            return Err(none("this system has none of them".into()));
+            return Err(GpuError::NoAdapter { reason: "this system has none of them".into() });
         }
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        Ok(wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
             flags: wgpu::InstanceFlags::empty(),
             ..wgpu::InstanceDescriptor::new_without_display_handle()
-        });
+        }))
+    }
+
+    /// The same for an adapter that draws on a surface, if one is given, with those of the features `wishes` that it has.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn open_on(
+        instance: &wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+        needs: &[(DownlevelFlags, &'static str)],
+        wishes: Features,
+    ) -> Result<Self, GpuError> {
+        let none = |reason: String| GpuError::NoAdapter { reason };
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: surface,
             ..wgpu::RequestAdapterOptions::default()
         };
         let adapter = pollster::block_on(instance.request_adapter(&options)).map_err(|e| none(e.to_string()))?;
@@ -92,8 +126,9 @@ impl Gpu {
             return Err(GpuError::Lacks { adapter: name, what });
         }
         let limits = adapter.limits();
+        let features = adapter.features() & wishes;
         let wanted = wgpu::DeviceDescriptor {
-            required_features: Features::empty(),
+            required_features: features,
             required_limits: limits.clone(),
             ..wgpu::DeviceDescriptor::default()
         };
@@ -103,7 +138,13 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error| note(&to, one_line(&error))));
         let to = failure.clone();
         device.set_device_lost_callback(move |_, reason| note(&to, format!("lost: {reason}")));
-        Ok(Self { device, queue, limits, name, failure })
+        let is_software = info.device_type == wgpu::DeviceType::Cpu;
+        Ok(Self { device, queue, limits, features, name, is_software, adapter, failure })
+    }
+
+    /// How the pixels of a surface may be laid out, the preferred way first; none where the adapter can't draw on it.
+    pub fn formats(&self, surface: &wgpu::Surface<'_>) -> Vec<wgpu::TextureFormat> {
+        surface.get_capabilities(&self.adapter).formats
     }
 
     /// The most that a buffer holds, bytes.

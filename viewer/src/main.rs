@@ -1,6 +1,16 @@
-//! The viewer's place in the workspace. Until it is written it says what to use instead.
+//! The viewer's command line: parse, run, exit.
 
-fn main() {
-    eprintln!("enfilade-viewer: not written yet; `enfilade walk FILE.pvs --model MODEL --frames DIR` makes pictures");
-    std::process::exit(2);
+use clap::Parser;
+use enfilade_viewer::args::Args;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match enfilade_viewer::run(&Args::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(line) => {
+            eprintln!("enfilade-viewer: {line}");
+            ExitCode::from(2)
+        }
+    }
 }

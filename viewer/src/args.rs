@@ -1,0 +1,98 @@
+//! The command line.
+
+use crate::culling::Oracle;
+use clap::{Parser, ValueEnum};
+use enfilade::report::walkers::WalkMode;
+use std::path::PathBuf;
+
+/// Walk through a building, and see what is not drawn
+#[derive(Parser, Debug)]
+#[command(name = "enfilade-viewer", version, about)]
+pub struct Args {
+    /// A .pvs file, or a model, which is baked where no .pvs file lies beside it
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The model of a .pvs file [default: of the same name, beside it]
+    #[arg(long, value_name = "INPUT")]
+    pub model: Option<PathBuf>,
+    /// Draw one frame into a picture, without a window
+    #[arg(long, value_name = "OUT.png")]
+    pub shot: Option<PathBuf>,
+    /// Time the frames of a path in every mode, or in that of --mode, without a window: a JSON line each
+    #[arg(long, conflicts_with = "shot")]
+    pub bench: bool,
+    /// A camera path, as `enfilade walk` takes it [default: a path through every cell]
+    #[arg(long, value_name = "P.json")]
+    pub path: Option<PathBuf>,
+    /// Which frame of the path, from 0
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "shot")]
+    pub frame: usize,
+    /// Width and height of the picture or the window, pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<[u32; 2]>,
+    /// How to cull: none, frustum, portals, pvs, both, chc, chc++ or auto
+    #[arg(long, value_name = "M", value_parser = |m: &str| m.parse::<WalkMode>())]
+    pub mode: Option<WalkMode>,
+    /// Who answers occlusion queries [default: the device, but software where the device is software itself]
+    #[arg(long, value_enum)]
+    pub oracle: Option<Asked>,
+    /// Compare every frame with a picture of everything; with --shot or --bench, exit with 1 where pixels are missed
+    #[arg(long)]
+    pub alarm: bool,
+    /// What to show over the picture of --shot, with commas between
+    #[arg(long, value_enum, value_delimiter = ',', requires = "shot")]
+    pub show: Vec<Shown>,
+    /// Cull with the camera of this frame of the path, and draw with that of --frame
+    #[arg(long, value_name = "N", requires = "shot")]
+    pub freeze: Option<usize>,
+}
+
+/// See [`Oracle`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Asked {
+    /// Queries of the device that draws.
+    Device,
+    /// A depth buffer on the processor.
+    Software,
+}
+
+impl From<Asked> for Oracle {
+    fn from(asked: Asked) -> Self {
+        match asked {
+            Asked::Device => Self::Device,
+            Asked::Software => Self::Software,
+        }
+    }
+}
+
+/// Something over the picture.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Shown {
+    /// Objects in the colours of their cells.
+    Cells,
+    /// Outlines of portals.
+    Portals,
+    /// Rectangles on the screen that portals narrow the view to.
+    Rectangles,
+    /// The plan of the storey.
+    Plan,
+    /// The visibility matrix.
+    Matrix,
+    /// Graphs of what frames cost.
+    Graphs,
+    /// The keys.
+    Keys,
+    /// A mirror on the wall that the camera looks at.
+    Mirror,
+    /// Why the camera's cell sees what is in the middle of the picture.
+    Why,
+}
+
+/// Largest side of a picture, pixels.
+const LARGEST: u32 = 8192;
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=LARGEST).contains(n));
+    let sides = text.split_once('x').and_then(|(w, h)| Some([side(w)?, side(h)?]));
+    sides.ok_or_else(|| format!("give WIDTHxHEIGHT, each 1 to {LARGEST}"))
+}

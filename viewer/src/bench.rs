@@ -1,0 +1,135 @@
+//! Frames a second by mode: each frame is drawn to its end, without a window, before the next begins.
+
+use crate::args::Args;
+use crate::culling::MODES;
+use crate::draw::frame::Wish;
+use crate::draw::lines::Overlay;
+use crate::headless::Headless;
+use enfilade::report::walkers::WalkMode;
+use serde::Serialize;
+use std::time::Instant;
+
+/// Size of frames, where none is given.
+const SIZE: [u32; 2] = [960, 540];
+
+/// A mode on a path.
+#[derive(Serialize, Debug)]
+pub struct Line {
+    /// The mode's name.
+    pub mode: &'static str,
+    /// Who answered occlusion queries, if any were asked.
+    pub oracle: &'static str,
+    /// Frames of the path.
+    pub frames: usize,
+    /// Frames over the sum of their times.
+    pub fps: f64,
+    /// Median of the times of whole frames, milliseconds.
+    pub ms_median: f64,
+    /// 99th percentile.
+    pub ms_p99: f64,
+    /// Mean of the milliseconds of processors that the program took a frame, on all threads, software drivers' included: what hardly changes
+    /// where the machine has other work. Absent where the system doesn't say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu_ms: Option<f64>,
+    /// Mean of the processor's milliseconds for deciding.
+    pub cull_ms: f64,
+    /// Mean of the triangles drawn.
+    pub triangles_mean: f64,
+    /// Mean of the occlusion queries.
+    pub queries_mean: f64,
+    /// Pixels that were missed; absent without the alarm, which isn't part of the times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missed_pixels: Option<u64>,
+}
+
+/// Prints a line a mode; false where pixels were missed.
+///
+/// # Errors
+///
+/// One line.
+pub fn bench(args: &Args) -> Result<bool, String> {
+    let mut held = Headless::open(args)?;
+    let modes: Vec<WalkMode> = args.mode.map_or(MODES.to_vec(), |mode| vec![mode]);
+    let mut is_whole = true;
+    let lines = held.with_stage(args, args.size.unwrap_or(SIZE), |walk| {
+        modes.iter().map(|&mode| line(walk, mode, args.alarm)).collect::<Result<Vec<Line>, String>>()
+    })??;
+    for line in lines {
+        is_whole &= line.missed_pixels.unwrap_or(0) == 0;
+        println!("{}", serde_json::to_string(&line).map_err(|e| e.to_string())?);
+    }
+    Ok(is_whole)
+}
+
+fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -> Result<Line, String> {
+    let overlay = Overlay::default();
+    let frames = walk.path.frames.len();
+    let (mut times, mut cull, mut triangles, mut queries, mut missed) = (Vec::new(), 0.0, 0, 0, 0);
+    walk.stage.restart();
+    // Drivers compile when they first draw.
+    let mut cpu = None;
+    for timed in [false, true] {
+        cpu = if timed { cpu_ms() } else { cpu };
+        for frame in 0..if timed { frames } else { frames.min(3) } {
+            let camera = walk.camera(frame);
+            let wish = |alarm| Wish {
+                camera,
+                culled_by: Some(camera),
+                mode,
+                alarm,
+                timed: false,
+                overlay: &overlay,
+                mirrors: None,
+            };
+            let start = Instant::now();
+            walk.draw(wish(false))?;
+            walk.stage.settle().map_err(|e| e.to_string())?;
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            let (drawn, number) = (walk.stage.triangles(), walk.stage.frame);
+            walk.stage.culling.learn(number, ms, drawn);
+            if !timed {
+                continue;
+            }
+            times.push(ms);
+            triangles += drawn;
+            let decision = walk.stage.culling.last.as_ref();
+            cull += decision.map_or(0.0, |d| d.ms);
+            queries += decision.map_or(0, |d| d.stats.queries);
+        }
+    }
+    let cpu = cpu_ms().zip(cpu).map(|(end, begin)| (end - begin) / frames.max(1) as f64);
+    if alarm {
+        walk.stage.restart();
+        for frame in 0..frames {
+            let camera = walk.camera(frame);
+            missed += walk.missed(camera, mode)?.map_or(0, |m| u64::from(m.pixels));
+        }
+    }
+    let all = times.len().max(1) as f64;
+    let fps = times.len() as f64 * 1e3 / times.iter().sum::<f64>();
+    times.sort_by(f64::total_cmp);
+    let at =
+        |share: f64| times.get(((times.len() as f64 * share) as usize).min(times.len().max(1) - 1)).copied().unwrap_or(0.0);
+    Ok(Line {
+        mode: mode.name(),
+        oracle: if !mode.asks() { "none" } else { walk.stage.culling.oracle.name() },
+        frames,
+        fps,
+        ms_median: at(0.5),
+        ms_p99: at(0.99),
+        cpu_ms: cpu,
+        cull_ms: cull / all,
+        triangles_mean: triangles as f64 / all,
+        queries_mean: queries as f64 / all,
+        missed_pixels: alarm.then_some(missed),
+    })
+}
+
+/// Milliseconds of processors that this program has taken so far.
+fn cpu_ms() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name in brackets, which may hold anything: the 12th and 13th, in hundredths of a second.
+    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let mut next = || fields.next()?.parse::<f64>().ok();
+    Some((next()? + next()?) * 10.0)
+}

@@ -1,0 +1,42 @@
+//! The colours of objects.
+
+use enfilade::file::PvsFile;
+use enfilade::report::picture::{hsv, hue};
+use enfilade::scene::{Role, Scene};
+
+/// How objects are coloured.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tints {
+    /// By what they are.
+    #[default]
+    Roles,
+    /// By the first cell that they are in.
+    Cells,
+}
+
+/// Red, green and blue, by object.
+pub fn colours(scene: &Scene, file: &PvsFile, tints: Tints) -> Vec<[u8; 3]> {
+    match tints {
+        Tints::Roles => (0..scene.objects.len()).map(|o| by_role(scene, o)).collect(),
+        Tints::Cells => {
+            let mut colours = vec![[150; 3]; scene.objects.len()];
+            // Cells with lesser numbers have the last word.
+            for cell in (0..file.cells.len()).rev() {
+                let colour = if file.cells[cell].open { [176, 200, 170] } else { hsv(hue(cell), 0.45, 0.98) };
+                file.placement.ones(cell).for_each(|object| colours[object] = colour);
+            }
+            colours
+        }
+    }
+}
+
+fn by_role(scene: &Scene, id: usize) -> [u8; 3] {
+    match scene.objects[id].role {
+        Role::Structure | Role::Stair => hsv(0.09 + 0.05 * hue(id), 0.06 + 0.07 * hue(id + 7), 0.96),
+        Role::Furnishing => hsv(hue(id), 0.45, 0.92),
+        Role::Door => hsv(0.075, 0.55, 0.76),
+        Role::Window => hsv(0.56, 0.30, 0.86),
+        Role::Unknown => hsv(hue(id), 0.22, 0.96),
+    }
+}

@@ -1,0 +1,197 @@
+//! The missed-pixel alarm: all of the scene is drawn once more, as items, and where that is nearer than what was drawn, something that
+//! shows was left out. It is held against the depth of the very frame that is shown, so whatever decided what to draw is tested, on the
+//! processor or on the device. Glass and open doors are screens of pixels, so that they are tested and so is what is behind them.
+
+use super::pipelines::{Eye, Pipelines, shader};
+use super::targets::Targets;
+use enfilade::ObjectId;
+use enfilade::gpu::Gpu;
+use std::ops::Range;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use wgpu::{BufferBindingType, BufferUsages, ShaderStages, TextureFormat};
+
+/// What a frame missed.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Missed {
+    /// Which frame.
+    pub frame: u64,
+    /// Pixels that show something that wasn't drawn.
+    pub pixels: u32,
+    /// Of which objects, most pixels first.
+    pub objects: Vec<(ObjectId, u32)>,
+}
+
+/// Compares.
+pub struct Alarm {
+    pipeline: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
+    counts: wgpu::Buffer,
+    zeros: wgpu::Buffer,
+    read: Vec<Slot>,
+    told: Sender<usize>,
+    heard: Receiver<usize>,
+}
+
+struct Slot {
+    buffer: wgpu::Buffer,
+    frame: Option<u64>,
+}
+
+/// Frames that may be under way at once; where all are, one is shown and not counted.
+const SLOTS: usize = 4;
+
+impl Alarm {
+    /// For so many objects; pictures are of `format`.
+    pub fn new(gpu: &Gpu, objects: usize, format: TextureFormat) -> Self {
+        let entry =
+            |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::FRAGMENT, ty, count: None };
+        let texture = |sample_type| wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let storage = wgpu::BindingType::Buffer {
+            ty: BufferBindingType::Storage { read_only: false },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[
+                entry(0, texture(wgpu::TextureSampleType::Depth)),
+                entry(1, texture(wgpu::TextureSampleType::Depth)),
+                entry(2, texture(wgpu::TextureSampleType::Uint)),
+                entry(3, storage),
+            ],
+        });
+        let module = shader(gpu, include_str!("alarm.wgsl"));
+        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&layout)],
+            ..Default::default()
+        });
+        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("corner"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("pixel"),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let bytes = 4 * (objects as u64 + 1);
+        let slot = |_| Slot { buffer: gpu.buffer(bytes, BufferUsages::COPY_DST | BufferUsages::MAP_READ), frame: None };
+        let (told, heard) = channel();
+        Self {
+            pipeline,
+            layout,
+            counts: gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST),
+            zeros: gpu.filled(&vec![0; objects + 1], BufferUsages::COPY_SRC),
+            read: (0..SLOTS).map(slot).collect(),
+            told,
+            heard,
+        }
+    }
+
+    /// Records a comparison of what was drawn into `targets`, in magenta on `picture`. `everything`: runs of solid things and of ghosts.
+    /// Returns where the counts will be, for [`Self::ask`].
+    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
+    pub fn record(
+        &mut self,
+        gpu: &Gpu,
+        pipelines: &Pipelines,
+        eye: &Eye,
+        targets: &Targets,
+        picture: &wgpu::TextureView,
+        everything: [&[Range<u32>]; 2],
+        frame: u64,
+        commands: &mut wgpu::CommandEncoder,
+    ) -> Option<usize> {
+        // 1. Everything, as items.
+        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &targets.items,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.whole,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        pipelines.bind(&mut pass, eye);
+        pipelines.items.draw(&mut pass, everything[0], everything[1]);
+        drop(pass);
+        // 2. Held against what was drawn.
+        commands.copy_buffer_to_buffer(&self.zeros, 0, &self.counts, 0, self.counts.size());
+        let view = wgpu::BindingResource::TextureView;
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layout,
+            entries: &[
+                entry(0, view(&targets.depth)),
+                entry(1, view(&targets.whole)),
+                entry(2, view(&targets.items)),
+                entry(3, self.counts.as_entire_binding()),
+            ],
+        });
+        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: picture,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+        drop(pass);
+        let slot = self.read.iter().position(|slot| slot.frame.is_none())?;
+        self.read[slot].frame = Some(frame);
+        commands.copy_buffer_to_buffer(&self.counts, 0, &self.read[slot].buffer, 0, self.counts.size());
+        Some(slot)
+    }
+
+    /// Asks for the counts, once the commands are submitted.
+    pub fn ask(&self, slot: usize) {
+        let told = self.told.clone();
+        self.read[slot].buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+            if result.is_ok() {
+                let _ = told.send(slot);
+            }
+        });
+    }
+
+    /// What has come, one frame after the other.
+    pub fn heard(&mut self) -> Option<Missed> {
+        let slot = &mut self.read[self.heard.try_recv().ok()?];
+        let frame = slot.frame.take()?;
+        let missed = slot.buffer.get_mapped_range(..).ok().map(|view| {
+            let counts: &[u32] = bytemuck::cast_slice(&view);
+            let of_objects = (0u32..).map(ObjectId).zip(counts[1..].iter().copied()).filter(|(_, n)| *n > 0);
+            let mut objects: Vec<(ObjectId, u32)> = of_objects.collect();
+            objects.sort_by_key(|&(o, n)| (std::cmp::Reverse(n), o));
+            Missed { frame, pixels: counts[0], objects }
+        });
+        slot.buffer.unmap();
+        missed
+    }
+}

@@ -1,0 +1,22 @@
+// Holds what was drawn against what there is: where the one is farther off than the other, something is missing.
+
+@group(0) @binding(0) var drawn: texture_depth_2d;
+@group(0) @binding(1) var whole: texture_depth_2d;
+@group(0) @binding(2) var items: texture_2d<u32>;
+// Missed pixels of all objects, then of each.
+@group(0) @binding(3) var<storage, read_write> missed: array<atomic<u32>>;
+
+@vertex
+fn corner(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
+    return vec4f(vec2f(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn pixel(@builtin(position) at: vec4f) -> @location(0) vec4f {
+    let p = vec2u(at.xy);
+    // Depth is 1 at the near plane and 0 far away.
+    if textureLoad(drawn, p, 0) >= textureLoad(whole, p, 0) { discard; }
+    atomicAdd(&missed[0], 1u);
+    atomicAdd(&missed[textureLoad(items, p, 0).r], 1u);
+    return vec4f(1.0, 0.0, 1.0, 1.0);
+}

@@ -1,0 +1,340 @@
+//! A frame, from top to bottom: [`Stage::frame`].
+
+use super::alarm::{Alarm, Missed};
+use super::lines::{Lines, Overlay};
+use super::mesh::{Mesh, Runs};
+use super::mirror::Mirrors;
+use super::pipelines::{Eye, NEAR, Pipelines};
+use super::queries::Queries;
+use super::targets::Targets;
+use super::timer::Timer;
+use crate::building::Building;
+use crate::culling::{Culling, Oracle};
+use enfilade::ObjectId;
+use enfilade::gpu::{Gpu, GpuError};
+use enfilade::report::walkers::WalkMode;
+use enfilade::runtime::Camera;
+use std::time::Instant;
+use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
+
+/// Where nothing is.
+const SKY: wgpu::Color = wgpu::Color { r: 0.80, g: 0.87, b: 0.94, a: 1.0 };
+
+/// What a frame is asked to be.
+pub struct Wish<'w> {
+    /// Draws.
+    pub camera: Camera,
+    /// Culls; `None` leaves what was decided last as it is.
+    pub culled_by: Option<Camera>,
+    /// How to cull.
+    pub mode: WalkMode,
+    /// Compare with a picture of everything.
+    pub alarm: bool,
+    /// Time the device; the times come later.
+    pub timed: bool,
+    /// What is drawn over the scene.
+    pub overlay: &'w Overlay,
+    /// What it shows in mirrors, if there are any.
+    pub mirrors: Option<&'w mut Mirrors>,
+}
+
+/// What paints the interface, last of all.
+pub trait Painter {
+    /// Uploads; before any pass.
+    fn prepare(&mut self, gpu: &Gpu, commands: &mut wgpu::CommandEncoder);
+    /// Draws, in a pass without depth.
+    fn paint(&mut self, pass: wgpu::RenderPass<'static>);
+}
+
+/// What is heard of frames, the last one or those before it.
+#[derive(Clone, Debug, Default)]
+pub struct Heard {
+    /// The device's milliseconds.
+    pub device_ms: Option<f64>,
+    /// Triangles that the device drew by answers to questions.
+    pub conditional: u64,
+    /// What was missed, while the alarm is on.
+    pub missed: Option<Missed>,
+}
+
+/// A device with a building on it.
+pub struct Stage<'b> {
+    /// The device.
+    pub gpu: Gpu,
+    /// Who decides what is drawn.
+    pub culling: Culling<'b>,
+    /// By object: whether it is drawn as a screen that is seen through: glass, and doors that are open.
+    pub is_ghost: Vec<bool>,
+    /// News of frames.
+    pub heard: Heard,
+    /// Counts frames, from 1.
+    pub frame: u64,
+    /// Ways to draw.
+    pub pipelines: Pipelines,
+    /// Corners.
+    pub mesh: Mesh,
+    /// What is drawn of a frame.
+    pub targets: Targets,
+    eye: Eye,
+    alarm: Alarm,
+    lines: Lines,
+    queries: Queries,
+    timer: Option<Timer>,
+    runs: Runs,
+    everything: Runs,
+    all: Vec<ObjectId>,
+    /// The processor's milliseconds of the frame that the device is timed for, and its triangles.
+    timing: Option<(u64, f64, u64)>,
+}
+
+impl<'b> Stage<'b> {
+    /// Puts a building on a device; pictures are of `size` pixels and `format`.
+    ///
+    /// # Errors
+    ///
+    /// One line: it doesn't fit.
+    pub fn new(
+        gpu: Gpu,
+        building: &'b Building,
+        oracle: Oracle,
+        size: [u32; 2],
+        format: TextureFormat,
+    ) -> Result<Self, String> {
+        let scene = &building.scene;
+        let mesh = Mesh::new(scene)?;
+        let pipelines = Pipelines::new(&gpu, &mesh, scene, format).map_err(|e| e.to_string())?;
+        let is_ghost: Vec<bool> = scene.objects.iter().map(|o| o.glass || o.role == enfilade::scene::Role::Door).collect();
+        let mut stage = Self {
+            culling: Culling::new(building, oracle, size),
+            is_ghost,
+            heard: Heard::default(),
+            frame: 0,
+            targets: Targets::new(&gpu, size),
+            eye: pipelines.eye(&gpu),
+            alarm: Alarm::new(&gpu, scene.objects.len(), format),
+            lines: Lines::new(&gpu, &pipelines, format),
+            queries: Queries::new(&gpu, &pipelines, scene.objects.len()),
+            timer: Timer::new(&gpu),
+            runs: Runs::default(),
+            everything: Runs::default(),
+            all: (0..scene.objects.len() as u32).map(ObjectId).collect(),
+            timing: None,
+            mesh,
+            pipelines,
+            gpu,
+        };
+        stage.doors_moved();
+        stage.gpu.check().map_err(|e| e.to_string())?;
+        Ok(stage)
+    }
+
+    /// Pictures are of another size from now on.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.targets = Targets::new(&self.gpu, size);
+        self.culling.resize(size);
+    }
+
+    /// As if no frame had been drawn yet.
+    pub fn restart(&mut self) {
+        self.culling.restart();
+        self.heard = Heard::default();
+        self.timing = None;
+    }
+
+    /// Gives objects their colours.
+    pub fn paint(&self, colours: Vec<[u8; 3]>) {
+        self.pipelines.paint(&self.gpu, &colours);
+    }
+
+    /// [`Self::is_ghost`] has changed.
+    pub fn doors_moved(&mut self) {
+        self.everything.set(&self.mesh, &self.all, &self.is_ghost, None);
+    }
+
+    /// Draws a frame on `picture`, which has the size and format of the stage.
+    ///
+    /// # Errors
+    ///
+    /// The device has failed.
+    pub fn frame(
+        &mut self,
+        mut wish: Wish<'_>,
+        picture: &TextureView,
+        painter: Option<&mut dyn Painter>,
+    ) -> Result<(), GpuError> {
+        let start = Instant::now();
+        self.frame += 1;
+        let gpu = &self.gpu;
+        gpu.check()?;
+
+        // 1. What has come of earlier frames: answers, times, counts. Nothing is waited for.
+        gpu.device.poll(wgpu::PollType::Poll).map_err(|e| gpu.fail(&e.to_string()))?;
+        self.hear();
+        let gpu = &self.gpu;
+
+        // 2. What is worth drawing.
+        let is_new = wish.culled_by.is_some();
+        if let Some(camera) = &wish.culled_by {
+            self.culling.decide(self.frame, camera, f64::from(NEAR), wish.mode);
+        }
+        let Some(decision) = &self.culling.last else { return Ok(()) };
+        let is_all = decision.objects.len() == self.all.len();
+        if !is_all {
+            self.runs.set(&self.mesh, &decision.objects, &self.is_ghost, Some(wish.camera.eye));
+        }
+        // What is all is in order already.
+        let runs = if is_all { &self.everything } else { &self.runs };
+        let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
+
+        // 3. What needs no pass: cameras, uploads, pictures in mirrors.
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        self.eye.set(gpu, &wish.camera, None);
+        let mut painter = painter;
+        if let Some(painter) = &mut painter {
+            painter.prepare(gpu, &mut commands);
+        }
+        if let Some(mirrors) = &mut wish.mirrors {
+            mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, self.targets.size, &mut commands);
+        }
+        let timing = if wish.timed && self.timing.is_none() {
+            self.timer.as_mut().and_then(|timer| timer.start(self.frame))
+        } else {
+            None
+        };
+        let has_overlay = !wish.overlay.is_empty() || wish.mirrors.as_ref().is_some_and(|m| !m.is_empty());
+        let last = if has_overlay { 2 } else { usize::from(asks) };
+        let stamps = |pass: usize| {
+            let (timer, slot) = (self.timer.as_ref()?, timing?);
+            match (pass == 0, pass == last) {
+                (true, true) => Some(timer.both(slot)),
+                (true, false) => Some(timer.writes(slot, false)),
+                (false, true) => Some(timer.writes(slot, true)),
+                (false, false) => None,
+            }
+        };
+
+        // 4. What is certain.
+        let mut pass = begin(&mut commands, picture, &self.targets.depth, Some(SKY), stamps(0));
+        self.pipelines.bind(&mut pass, &self.eye);
+        self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
+        drop(pass);
+
+        // 5. What the device decides: questions about the rest, and what the answers say.
+        let mut answers = None;
+        if asks {
+            let (late, mesh, targets) = (&self.culling.late, &self.mesh, &self.targets);
+            answers = self.queries.record(gpu, late, mesh, &self.is_ghost, &self.eye, targets, &mut commands);
+            let mut pass = begin(&mut commands, picture, &self.targets.depth, None, stamps(1));
+            self.pipelines.bind(&mut pass, &self.eye);
+            let Queries { draws, solid, count, .. } = &self.queries;
+            self.pipelines.colours.draw_indirect(&mut pass, draws, *solid, *count);
+        }
+
+        // 6. What there is, held against it.
+        let mut counts = None;
+        if wish.alarm {
+            let everything = [&self.everything.solid[..], &self.everything.ghosts];
+            let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
+            counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, self.frame, &mut commands);
+        }
+
+        // 7. Over it: mirrors, portals, frusta; then the interface.
+        if has_overlay {
+            let mut pass = begin(&mut commands, picture, &self.targets.depth, None, stamps(2));
+            if let Some(mirrors) = &wish.mirrors {
+                mirrors.draw(&mut pass, &self.eye);
+            }
+            self.lines.draw(gpu, &mut pass, &self.eye, wish.overlay);
+        }
+        if let Some(painter) = painter {
+            let pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+                color_attachments: &[colour(picture, None)],
+                ..Default::default()
+            });
+            painter.paint(pass.forget_lifetime());
+        }
+
+        // 8. Off it goes; what is read back is asked for, to be heard some frames later.
+        if let (Some(timer), Some(slot)) = (&self.timer, timing) {
+            timer.resolve(slot, &mut commands);
+        }
+        gpu.queue.submit([commands.finish()]);
+        answers.into_iter().for_each(|slot| self.queries.ask(slot));
+        counts.into_iter().for_each(|slot| self.alarm.ask(slot));
+        if let (Some(timer), Some(slot)) = (&self.timer, timing) {
+            timer.ask(slot);
+            self.timing = Some((self.frame, start.elapsed().as_secs_f64() * 1e3, self.triangles()));
+        }
+        if !wish.alarm {
+            self.heard.missed = None;
+        }
+        Ok(())
+    }
+
+    /// Waits for the device, and hears of everything.
+    ///
+    /// # Errors
+    ///
+    /// The device has failed.
+    pub fn settle(&mut self) -> Result<(), GpuError> {
+        let idle = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        idle.map_err(|e| self.gpu.fail(&e.to_string()))?;
+        self.hear();
+        self.gpu.check()
+    }
+
+    /// Whether the device times its work.
+    pub fn has_clock(&self) -> bool {
+        self.timer.is_some()
+    }
+
+    /// Triangles of the last frame, as far as is known.
+    pub fn triangles(&self) -> u64 {
+        let asked = |asks: bool| if asks { self.heard.conditional } else { 0 };
+        self.culling.last.as_ref().map_or(0, |d| d.stats.triangles + asked(d.asks_device))
+    }
+
+    fn hear(&mut self) {
+        if let Some(triangles) = self.queries.heard(&mut self.culling.late) {
+            self.heard.conditional = triangles;
+        }
+        while let Some(missed) = self.alarm.heard() {
+            self.heard.missed = Some(missed);
+        }
+        let Some(timer) = &mut self.timer else { return };
+        timer.heard(|frame, ms| {
+            self.heard.device_ms = Some(ms);
+            if let Some((_, cpu, triangles)) = self.timing.take_if(|timing| timing.0 == frame) {
+                self.culling.learn(frame, cpu + ms, triangles);
+            }
+        });
+    }
+}
+
+/// A pass over the scene; `clear`: it is the first.
+fn begin<'e>(
+    commands: &'e mut wgpu::CommandEncoder,
+    picture: &TextureView,
+    depth: &TextureView,
+    clear: Option<wgpu::Color>,
+    stamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'e> {
+    let load = if clear.is_some() { LoadOp::Clear(0.0) } else { LoadOp::Load };
+    commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments: &[colour(picture, clear)],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: depth,
+            depth_ops: Some(Operations { load, store: StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes: stamps,
+        ..Default::default()
+    })
+}
+
+/// What is drawn on; `clear`: for the first time.
+pub fn colour(view: &TextureView, clear: Option<wgpu::Color>) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    let load = clear.map_or(LoadOp::Load, LoadOp::Clear);
+    let ops = Operations { load, store: StoreOp::Store };
+    Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
+}

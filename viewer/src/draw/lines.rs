@@ -1,0 +1,161 @@
+//! Lines and faces over the scene: portals, frusta, boxes, what was picked.
+
+use super::pipelines::{Eye, Pipelines, depth_state, shader};
+use enfilade::gpu::Gpu;
+use glam::Vec3;
+use wgpu::{BufferUsages, CompareFunction, PrimitiveTopology, TextureFormat};
+
+/// Red, green, blue and how much of what is behind is covered.
+pub type Tint = [u8; 4];
+
+/// What is to be drawn over the scene.
+#[derive(Default)]
+pub struct Overlay {
+    /// Two corners a line.
+    lines: Vec<[u32; 4]>,
+    /// Three corners a triangle.
+    faces: Vec<[u32; 4]>,
+    /// Lines that show through everything.
+    seen_through: Vec<[u32; 4]>,
+}
+
+fn corner(p: Vec3, tint: Tint) -> [u32; 4] {
+    let [x, y, z] = p.to_array().map(f32::to_bits);
+    [x, y, z, u32::from_le_bytes(tint)]
+}
+
+impl Overlay {
+    /// Nothing.
+    pub fn clear(&mut self) {
+        self.lines.clear();
+        self.faces.clear();
+        self.seen_through.clear();
+    }
+
+    /// A line, metres relative to the origin.
+    pub fn line(&mut self, a: Vec3, b: Vec3, tint: Tint) {
+        self.lines.extend([corner(a, tint), corner(b, tint)]);
+    }
+
+    /// A line that shows through walls.
+    pub fn line_through(&mut self, a: Vec3, b: Vec3, tint: Tint) {
+        self.seen_through.extend([corner(a, tint), corner(b, tint)]);
+    }
+
+    /// The outline of a polygon.
+    pub fn outline(&mut self, corners: &[Vec3], tint: Tint) {
+        for (i, &a) in corners.iter().enumerate() {
+            self.line(a, corners[(i + 1) % corners.len()], tint);
+        }
+    }
+
+    /// A convex polygon.
+    pub fn face(&mut self, corners: &[Vec3], tint: Tint) {
+        for pair in corners.get(1..).unwrap_or_default().windows(2) {
+            self.faces.extend([corners[0], pair[0], pair[1]].map(|p| corner(p, tint)));
+        }
+    }
+
+    /// The edges of a box.
+    pub fn boxed(&mut self, [least, most]: [Vec3; 2], tint: Tint) {
+        let at =
+            |i: usize| Vec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { least[axis] } else { most[axis] }));
+        for a in 0..8usize {
+            for axis in (0..3).filter(|axis| a >> axis & 1 == 0) {
+                self.line(at(a), at(a | 1 << axis), tint);
+            }
+        }
+    }
+
+    /// Whether there is nothing to draw.
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty() && self.faces.is_empty() && self.seen_through.is_empty()
+    }
+}
+
+/// Draws overlays.
+pub struct Lines {
+    faces: wgpu::RenderPipeline,
+    lines: wgpu::RenderPipeline,
+    seen_through: wgpu::RenderPipeline,
+    buffer: Option<wgpu::Buffer>,
+}
+
+impl Lines {
+    /// On pictures of `format`.
+    pub fn new(gpu: &Gpu, pipelines: &Pipelines, format: TextureFormat) -> Self {
+        let module = shader(gpu, include_str!("overlay.wgsl"));
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&pipelines.layout)],
+            ..Default::default()
+        });
+        let pipeline = |topology, compare| {
+            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: None,
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("corner"),
+                    compilation_options: Default::default(),
+                    buffers: &[Some(wgpu::VertexBufferLayout {
+                        array_stride: 16,
+                        step_mode: wgpu::VertexStepMode::Vertex,
+                        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
+                    })],
+                },
+                primitive: wgpu::PrimitiveState { topology, ..Default::default() },
+                depth_stencil: Some(depth_state(false, compare)),
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("pixel"),
+                    compilation_options: Default::default(),
+                    targets: &[Some(wgpu::ColorTargetState {
+                        format,
+                        blend: Some(wgpu::BlendState::ALPHA_BLENDING),
+                        write_mask: wgpu::ColorWrites::ALL,
+                    })],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        Self {
+            faces: pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual),
+            lines: pipeline(PrimitiveTopology::LineList, CompareFunction::GreaterEqual),
+            seen_through: pipeline(PrimitiveTopology::LineList, CompareFunction::Always),
+            buffer: None,
+        }
+    }
+
+    /// Draws one, in a pass with depth.
+    pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, overlay: &Overlay) {
+        let all: Vec<[u32; 4]> =
+            [&overlay.faces, &overlay.lines, &overlay.seen_through].into_iter().flatten().copied().collect();
+        let bytes = 16 * all.len() as u64;
+        if all.is_empty() || bytes > gpu.limits.max_buffer_size {
+            return;
+        }
+        if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < bytes) {
+            self.buffer =
+                Some(gpu.buffer(bytes.next_power_of_two().max(1 << 16), BufferUsages::VERTEX | BufferUsages::COPY_DST));
+        }
+        let Some(buffer) = &self.buffer else { return };
+        gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&all));
+        pass.set_bind_group(0, &eye.group, &[]);
+        pass.set_vertex_buffer(0, buffer.slice(..));
+        let (faces, lines) = (overlay.faces.len() as u32, overlay.lines.len() as u32);
+        let parts = [
+            (&self.faces, 0..faces),
+            (&self.lines, faces..faces + lines),
+            (&self.seen_through, faces + lines..all.len() as u32),
+        ];
+        for (pipeline, corners) in parts {
+            if !corners.is_empty() {
+                pass.set_pipeline(pipeline);
+                pass.draw(corners, 0..1);
+            }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! A scene as corners for the graphics processor: three a triangle, objects one after the other, those that may be seen through last.
+//!
+//! Nothing is shared between triangles, so that a corner knows how light falls on its face, and fragments have nothing to work out: on a
+//! software driver they are what costs the most.
+
+use enfilade::ObjectId;
+use enfilade::gpu::GpuError;
+use enfilade::scene::{Role, Scene};
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+
+/// Most objects: their number shares a word with the light. More would take another word a corner.
+pub const MOST_OBJECTS: usize = 1 << 24;
+/// Where light comes from, about a unit vector; surfaces are lit from both sides.
+const LIGHT: DVec3 = DVec3::new(0.36, 0.80, 0.48);
+
+/// Corners, and where objects are among them.
+pub struct Mesh {
+    /// x, y and z as `f32`, metres relative to the scene's origin; then the object, and in the highest byte the light.
+    pub corners: Vec<[u32; 4]>,
+    /// By object.
+    pub ranges: Vec<Range<u32>>,
+    /// Boxes of objects.
+    bounds: Vec<[Vec3; 2]>,
+}
+
+impl Mesh {
+    /// Lays a scene out.
+    ///
+    /// # Errors
+    ///
+    /// Where it has more than [`MOST_OBJECTS`] objects.
+    pub fn new(scene: &Scene) -> Result<Self, String> {
+        if scene.objects.len() > MOST_OBJECTS {
+            return Err(format!("{} objects: the viewer draws {MOST_OBJECTS} at most", scene.objects.len()));
+        }
+        let mut order: Vec<usize> = (0..scene.objects.len()).collect();
+        order.sort_by_key(|&o| (seen_through_rank(scene, o), o));
+        let mut mesh = Self {
+            corners: Vec::with_capacity(3 * scene.triangles.len()),
+            ranges: vec![0..0; order.len()],
+            bounds: scene.objects.iter().map(|o| [o.bounds.min.as_vec3(), o.bounds.max.as_vec3()]).collect(),
+        };
+        for object in order {
+            let start = mesh.corners.len() as u32;
+            for triangle in scene.objects[object].triangles.clone() {
+                let corners = scene.corners(triangle as usize);
+                let word = object as u32 | u32::from(light(corners)) << 24;
+                mesh.corners
+                    .extend(corners.map(|p| p.as_vec3().to_array().map(f32::to_bits)).map(|[x, y, z]| [x, y, z, word]));
+            }
+            mesh.ranges[object] = start..mesh.corners.len() as u32;
+        }
+        Ok(mesh)
+    }
+
+    /// Which shell around an eye an object begins in.
+    fn shell(&self, object: ObjectId, eye: Vec3) -> i32 {
+        let [least, most] = self.bounds[object.index()];
+        let away = (eye.clamp(least, most) - eye).length_squared();
+        // Squared, so half of the logarithm's shells.
+        (away.max(1e-4).log2() * 0.5 * SHELLS) as i32
+    }
+
+    /// The bytes of its corners have to fit into a buffer.
+    pub fn check(&self, gpu: &enfilade::gpu::Gpu) -> Result<(), GpuError> {
+        let bytes = 16 * self.corners.len() as u64;
+        let limit = gpu.limits.max_buffer_size;
+        let too_large = || GpuError::TooLarge { adapter: gpu.name.clone(), what: "triangles", bytes, limit };
+        if bytes <= limit { Ok(()) } else { Err(too_large()) }
+    }
+}
+
+/// Solid things, then doors, which may open, then glass.
+fn seen_through_rank(scene: &Scene, object: usize) -> u8 {
+    match &scene.objects[object] {
+        o if o.glass => 2,
+        o if o.role == Role::Door => 1,
+        _ => 0,
+    }
+}
+
+/// How light a face is, 255 at most.
+fn light([a, b, c]: [DVec3; 3]) -> u8 {
+    let n = (b - a).cross(c - a).normalize_or(DVec3::Y);
+    // Turned up and down differ, so that ceilings aren't floors.
+    let lit = 0.55 + 0.30 * n.dot(LIGHT).abs() + 0.08 * n.y.abs() + 0.07 * n.x.abs();
+    (lit.min(1.0) * 255.0) as u8
+}
+
+/// Shells around the eye to twice its distance: what is nearer is drawn first, so that what it hides costs little. More: less is shaded
+/// twice. Fewer: longer runs.
+const SHELLS: f32 = 2.0;
+
+/// Runs of corners to draw: of neighbours one.
+#[derive(Default)]
+pub struct Runs {
+    /// What nothing is seen through.
+    pub solid: Vec<Range<u32>>,
+    /// What is drawn as a screen door.
+    pub ghosts: Vec<Range<u32>>,
+    keys: Vec<(i32, u32, u32)>,
+}
+
+impl Runs {
+    /// Of some objects, near ones first where there is an `eye`. `is_ghost`, by object.
+    pub fn set(&mut self, mesh: &Mesh, objects: &[ObjectId], is_ghost: &[bool], eye: Option<Vec3>) {
+        self.keys.clear();
+        self.keys.extend(objects.iter().map(|o| {
+            let shell = eye.map_or(0, |eye| mesh.shell(*o, eye));
+            (shell, mesh.ranges[o.index()].start, o.0)
+        }));
+        self.keys.sort_unstable();
+        self.solid.clear();
+        self.ghosts.clear();
+        for &(_, _, object) in &self.keys {
+            let runs = if is_ghost[object as usize] { &mut self.ghosts } else { &mut self.solid };
+            let range = mesh.ranges[object as usize].clone();
+            match runs.last_mut() {
+                Some(last) if last.end == range.start => last.end = range.end,
+                _ => runs.push(range),
+            }
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Everything that speaks to the graphics processor. [`frame`] is a frame from top to bottom; the other files hold what it uses.
+
+pub mod alarm;
+pub mod frame;
+pub mod lines;
+pub mod mesh;
+pub mod mirror;
+pub mod pipelines;
+pub mod queries;
+pub mod targets;
+pub mod timer;

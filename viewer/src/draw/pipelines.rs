@@ -1,0 +1,213 @@
+//! The scene on the graphics processor, and the pipelines that draw it.
+
+use super::mesh::Mesh;
+use enfilade::gpu::{Gpu, GpuError};
+use enfilade::runtime::Camera;
+use enfilade::scene::Scene;
+use glam::{Mat4, Vec3, Vec4};
+use std::ops::Range;
+use wgpu::{BufferUsages, ShaderStages, TextureFormat};
+
+/// Distance of the near plane, metres. What is seen is seen from the eye: a wall that is nearer than this would be looked through.
+pub const NEAR: f32 = 1e-3;
+/// Of depth: 1 at the near plane, 0 far away.
+pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
+/// Of items.
+pub const ITEMS: TextureFormat = TextureFormat::R32Uint;
+
+/// How the scene is drawn: what is solid, and what is a screen door.
+pub struct Pair {
+    solid: wgpu::RenderPipeline,
+    ghost: wgpu::RenderPipeline,
+}
+
+/// A camera on the graphics processor, with the colours of objects.
+pub struct Eye {
+    camera: wgpu::Buffer,
+    /// Bound for every pipeline here.
+    pub group: wgpu::BindGroup,
+}
+
+/// The scene, and ways to draw it.
+pub struct Pipelines {
+    /// Colours of objects.
+    pub colours: Pair,
+    /// The same in a mirror: what is behind the mirror is cut off.
+    pub mirrored: wgpu::RenderPipeline,
+    /// Numbers of objects.
+    pub items: Pair,
+    /// What binds a camera.
+    pub layout: wgpu::BindGroupLayout,
+    corners: wgpu::Buffer,
+    palette: wgpu::Buffer,
+}
+
+impl Pipelines {
+    /// Puts the scene there; pictures are of `format`.
+    ///
+    /// # Errors
+    ///
+    /// Where it doesn't fit.
+    pub fn new(gpu: &Gpu, mesh: &Mesh, scene: &Scene, format: TextureFormat) -> Result<Self, GpuError> {
+        mesh.check(gpu)?;
+        gpu.fits("colours", 4 * scene.objects.len() as u64)?;
+        let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::VERTEX_FRAGMENT,
+            ty: buffer(ty),
+            count: None,
+        };
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[
+                entry(0, wgpu::BufferBindingType::Uniform),
+                entry(1, wgpu::BufferBindingType::Storage { read_only: true }),
+            ],
+        });
+        let make = Maker { gpu, layout: &layout, module: shader(gpu, include_str!("scene.wgsl")) };
+        Ok(Self {
+            colours: make.pair("seen", ["colour", "colour_of_screen"], format),
+            mirrored: make.pipeline("seen_in_mirror", "colour_in_mirror", format),
+            items: make.pair("item", ["object", "object_of_screen"], ITEMS),
+            corners: gpu.filled(bytemuck::cast_slice(&mesh.corners), BufferUsages::VERTEX),
+            palette: gpu.filled(&vec![u32::MAX; scene.objects.len()], BufferUsages::STORAGE),
+            layout,
+        })
+    }
+
+    /// A camera of its own.
+    pub fn eye(&self, gpu: &Gpu) -> Eye {
+        let camera = gpu.buffer(80, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: camera.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: self.palette.as_entire_binding() },
+            ],
+        });
+        Eye { camera, group }
+    }
+
+    /// Gives objects their colours: red, green and blue, by object.
+    pub fn paint(&self, gpu: &Gpu, colours: &[[u8; 3]]) {
+        let words: Vec<u32> = colours.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255])).collect();
+        gpu.queue.write_buffer(&self.palette, 0, bytemuck::cast_slice(&words));
+    }
+
+    /// Binds the scene's corners.
+    pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
+        pass.set_bind_group(0, &eye.group, &[]);
+        pass.set_vertex_buffer(0, self.corners.slice(..));
+    }
+}
+
+impl Pair {
+    /// Draws runs of corners, after [`Pipelines::bind`].
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, solid: &[Range<u32>], ghosts: &[Range<u32>]) {
+        for (pipeline, runs) in [(&self.solid, solid), (&self.ghost, ghosts)] {
+            self.draw_with(pass, pipeline, runs.len(), |pass, i| pass.draw(runs[i].clone(), 0..1));
+        }
+    }
+
+    /// Draws what a buffer says: so many indirect draws of solid things, then of others.
+    pub fn draw_indirect(&self, pass: &mut wgpu::RenderPass<'_>, draws: &wgpu::Buffer, solid: usize, all: usize) {
+        self.draw_with(pass, &self.solid, solid, |pass, i| pass.draw_indirect(draws, 16 * i as u64));
+        self.draw_with(pass, &self.ghost, all - solid, |pass, i| pass.draw_indirect(draws, 16 * (solid + i) as u64));
+    }
+
+    fn draw_with(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        count: usize,
+        draw: impl Fn(&mut wgpu::RenderPass<'_>, usize),
+    ) {
+        if count > 0 {
+            pass.set_pipeline(pipeline);
+            (0..count).for_each(|i| draw(pass, i));
+        }
+    }
+}
+
+impl Eye {
+    /// Sets where it looks; `cut`: what isn't before this plane (n, d) isn't drawn in mirrors.
+    pub fn set(&self, gpu: &Gpu, camera: &Camera, cut: Option<(Vec3, f32)>) {
+        let (n, d) = cut.unwrap_or((Vec3::ZERO, -1.0));
+        let mut words = clip(camera).to_cols_array().to_vec();
+        words.extend(n.extend(d).to_array());
+        gpu.queue.write_buffer(&self.camera, 0, bytemuck::cast_slice(&words));
+    }
+}
+
+/// From metres relative to the origin to clip space: no far plane, depth 1 at the near plane and 0 far away.
+pub fn clip(camera: &Camera) -> Mat4 {
+    let row = |v: Vec3| v.extend(-v.dot(camera.eye));
+    Mat4::from_cols(row(camera.x), row(camera.y), Vec4::W * NEAR, row(camera.w)).transpose()
+}
+
+/// Compiles a shader.
+pub fn shader(gpu: &Gpu, source: &'static str) -> wgpu::ShaderModule {
+    gpu.device
+        .create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(source.into()) })
+}
+
+/// Depth as everything here uses it.
+pub fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH,
+        depth_write_enabled: Some(write),
+        depth_compare: Some(compare),
+        stencil: Default::default(),
+        bias: Default::default(),
+    }
+}
+
+/// What pipelines of the scene share.
+struct Maker<'m> {
+    gpu: &'m Gpu,
+    layout: &'m wgpu::BindGroupLayout,
+    module: wgpu::ShaderModule,
+}
+
+impl Maker<'_> {
+    fn pair(&self, vertex: &str, [solid, ghost]: [&str; 2], format: TextureFormat) -> Pair {
+        Pair { solid: self.pipeline(vertex, solid, format), ghost: self.pipeline(vertex, ghost, format) }
+    }
+
+    fn pipeline(&self, vertex: &str, fragment: &str, format: TextureFormat) -> wgpu::RenderPipeline {
+        let device = &self.gpu.device;
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(self.layout)],
+            ..Default::default()
+        });
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &self.module,
+                entry_point: Some(vertex),
+                compilation_options: Default::default(),
+                buffers: &[Some(wgpu::VertexBufferLayout {
+                    array_stride: 16,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
+                })],
+            },
+            // Models are wound both ways: nothing is culled by winding.
+            primitive: Default::default(),
+            depth_stencil: Some(depth_state(true, wgpu::CompareFunction::Greater)),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.module,
+                entry_point: Some(fragment),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}

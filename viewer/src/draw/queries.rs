@@ -1,0 +1,237 @@
+//! Occlusion queries that nobody waits for: boxes are drawn against the depth of what is certain to show, answers are turned into
+//! indirect draws on the device, in the same frame, and copied to where the processor reads them later.
+
+use super::mesh::Mesh;
+use super::pipelines::{Eye, Pipelines, depth_state, shader};
+use super::targets::Targets;
+use crate::late::Late;
+use enfilade::gpu::Gpu;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use wgpu::{BufferBindingType, BufferUsages, QueryType, ShaderStages};
+
+/// Most questions of a frame: what a set of queries holds.
+pub const MOST: usize = 4096;
+/// Frames that may be under way at once; where all are, answers of one aren't learned from.
+const SLOTS: usize = 4;
+
+/// Queries, and what is drawn by their answers.
+pub struct Queries {
+    boxes: wgpu::RenderPipeline,
+    decide: wgpu::ComputePipeline,
+    queries: wgpu::QuerySet,
+    corners: wgpu::Buffer,
+    answers: wgpu::Buffer,
+    slots: wgpu::Buffer,
+    /// The indirect draws: those of solid things first.
+    pub draws: wgpu::Buffer,
+    /// How many of them there are in this frame, and how many of those are of solid things.
+    pub count: usize,
+    /// See [`Self::count`].
+    pub solid: usize,
+    group: wgpu::BindGroup,
+    read: Vec<Slot>,
+    told: Sender<usize>,
+    heard: Receiver<usize>,
+}
+
+struct Slot {
+    buffer: wgpu::Buffer,
+    busy: bool,
+    /// Nodes that were asked about.
+    nodes: Vec<u32>,
+    /// Triangles that hang on each question.
+    triangles: Vec<u32>,
+}
+
+impl Queries {
+    /// For so many objects.
+    pub fn new(gpu: &Gpu, pipelines: &Pipelines, objects: usize) -> Self {
+        let device = &gpu.device;
+        let module = shader(gpu, include_str!("boxes.wgsl"));
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&pipelines.layout)],
+            ..Default::default()
+        });
+        let boxes = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("corner"),
+                compilation_options: Default::default(),
+                buffers: &[Some(wgpu::VertexBufferLayout {
+                    array_stride: 24,
+                    step_mode: wgpu::VertexStepMode::Instance,
+                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+                })],
+            },
+            primitive: Default::default(),
+            depth_stencil: Some(depth_state(false, wgpu::CompareFunction::GreaterEqual)),
+            multisample: Default::default(),
+            fragment: None,
+            multiview_mask: None,
+            cache: None,
+        });
+        let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: BufferBindingType::Storage { read_only },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[storage(0, true), storage(1, true), storage(2, false)],
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&layout)],
+            ..Default::default()
+        });
+        let decide = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: None,
+            layout: Some(&pipeline_layout),
+            module: &shader(gpu, include_str!("decide.wgsl")),
+            entry_point: Some("decide"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let most = objects.max(1) as u64;
+        let resolve = BufferUsages::QUERY_RESOLVE | BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let answers = gpu.buffer(8 * MOST as u64, resolve);
+        let slots = gpu.buffer(12 * most, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let draws = gpu.buffer(16 * most, BufferUsages::STORAGE | BufferUsages::INDIRECT);
+        let entries = [&answers, &slots, &draws].map(wgpu::Buffer::as_entire_binding);
+        let entries: Vec<_> =
+            (0..).zip(entries).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
+        let slot = |_| Slot {
+            buffer: gpu.buffer(8 * MOST as u64, BufferUsages::COPY_DST | BufferUsages::MAP_READ),
+            busy: false,
+            nodes: Vec::new(),
+            triangles: Vec::new(),
+        };
+        let (told, heard) = channel();
+        Self {
+            boxes,
+            decide,
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: None,
+                ty: QueryType::Occlusion,
+                count: MOST as u32,
+            }),
+            corners: gpu.buffer(24 * MOST as u64, BufferUsages::VERTEX | BufferUsages::COPY_DST),
+            answers,
+            slots,
+            draws,
+            count: 0,
+            solid: 0,
+            group,
+            read: (0..SLOTS).map(slot).collect(),
+            told,
+            heard,
+        }
+    }
+
+    /// Records the questions of a plan, [`MOST`] at most, to be asked of the depth in `targets`, and what the device makes of the answers.
+    /// Returns where they will be, for [`Self::ask`].
+    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
+    pub fn record(
+        &mut self,
+        gpu: &Gpu,
+        late: &Late,
+        mesh: &Mesh,
+        is_ghost: &[bool],
+        eye: &Eye,
+        targets: &Targets,
+        commands: &mut wgpu::CommandEncoder,
+    ) -> Option<usize> {
+        // 1. What hangs on each question.
+        let mut slots: Vec<(bool, [u32; 3])> = Vec::with_capacity(late.conditional.len());
+        let mut triangles = vec![0; late.questions.len()];
+        for &(question, object) in &late.conditional {
+            let range = &mesh.ranges[object.index()];
+            slots.push((is_ghost[object.index()], [question, range.start, range.end - range.start]));
+            triangles[question as usize] += (range.end - range.start) / 3;
+        }
+        slots.sort_unstable();
+        slots.dedup_by(|next, last| {
+            let goes_on = next.0 == last.0 && next.1[0] == last.1[0] && next.1[1] == last.1[1] + last.1[2];
+            last.1[2] += if goes_on { next.1[2] } else { 0 };
+            goes_on
+        });
+        self.count = slots.len();
+        self.solid = slots.partition_point(|slot| !slot.0);
+        let words: Vec<u32> = slots.iter().flat_map(|slot| slot.1).collect();
+        let corners: Vec<f32> = late.questions.iter().flat_map(|q| [q.least, q.most]).flat_map(|p| p.to_array()).collect();
+        gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(&words));
+        gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(&corners));
+        // 2. Questions: boxes drawn into nothing.
+        let asked = late.questions.len() as u32;
+        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            occlusion_query_set: Some(&self.queries),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.boxes);
+        pass.set_bind_group(0, &eye.group, &[]);
+        pass.set_vertex_buffer(0, self.corners.slice(..));
+        for question in 0..asked {
+            pass.begin_occlusion_query(question);
+            pass.draw(0..36, question..question + 1);
+            pass.end_occlusion_query();
+        }
+        drop(pass);
+        commands.resolve_query_set(&self.queries, 0..asked, &self.answers, 0);
+        // 3. Answers become draws.
+        let mut pass = commands.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&self.decide);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.dispatch_workgroups((self.count as u32).div_ceil(64), 1, 1);
+        drop(pass);
+        // 4. And go to where they can be read.
+        let free = self.read.iter().position(|slot| !slot.busy)?;
+        let slot = &mut self.read[free];
+        slot.busy = true;
+        slot.nodes.clear();
+        slot.nodes.extend(late.questions.iter().map(|q| q.node));
+        slot.triangles = triangles;
+        commands.copy_buffer_to_buffer(&self.answers, 0, &slot.buffer, 0, 8 * u64::from(asked));
+        Some(free)
+    }
+
+    /// Asks for the answers, once the commands are submitted.
+    pub fn ask(&self, slot: usize) {
+        let told = self.told.clone();
+        self.read[slot].buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+            if result.is_ok() {
+                let _ = told.send(slot);
+            }
+        });
+    }
+
+    /// Teaches what has come. Returns the triangles that the device drew by the answers, of each frame that is heard of.
+    pub fn heard(&mut self, late: &mut Late) -> Option<u64> {
+        let mut drawn = None;
+        while let Ok(slot) = self.heard.try_recv() {
+            let slot = &mut self.read[slot];
+            if let Ok(view) = slot.buffer.get_mapped_range(..) {
+                let shows = |i: usize| view[8 * i..8 * i + 8].iter().any(|b| *b != 0);
+                late.learn(slot.nodes.iter().enumerate().map(|(i, &node)| (node, shows(i))));
+                let triangles = slot.triangles.iter().enumerate().filter(|(i, _)| shows(*i)).map(|(_, n)| u64::from(*n));
+                drawn = Some(triangles.sum());
+            }
+            slot.buffer.unmap();
+            slot.busy = false;
+        }
+        drawn
+    }
+}

@@ -1,0 +1,79 @@
+// The scene: flat colours, which come with the corners; or items, the numbers of objects.
+
+struct Camera {
+    clip: mat4x4f,
+    // What isn't on its front isn't drawn: n . p >= d. All zero but d = -1 where nothing is cut off.
+    cut: vec4f,
+}
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<storage, read> colours: array<u32>;
+
+struct Seen {
+    @invariant @builtin(position) at: vec4f,
+    @location(0) @interpolate(flat) colour: vec3f,
+}
+
+@vertex
+fn seen(@location(0) place: vec3f, @location(1) word: u32) -> Seen {
+    let colour = unpack4x8unorm(colours[word & 0xffffffu]).rgb;
+    return Seen(camera.clip * vec4f(place, 1.0), colour * (f32(word >> 24u) / 255.0));
+}
+
+@fragment
+fn colour(in: Seen) -> @location(0) vec4f {
+    return vec4f(in.colour, 1.0);
+}
+
+// Of each square of four pixels one shows it: what is behind shows, too, in any order of drawing.
+fn is_screen(at: vec4f) -> bool {
+    let p = vec2u(at.xy);
+    return ((p.x | p.y) & 1u) == 0u;
+}
+
+@fragment
+fn colour_of_screen(in: Seen) -> @location(0) vec4f {
+    if !is_screen(in.at) { discard; }
+    return vec4f(in.colour, 1.0);
+}
+
+struct Cut {
+    @builtin(position) at: vec4f,
+    @location(0) @interpolate(flat) colour: vec3f,
+    @location(1) before: f32,
+}
+
+@vertex
+fn seen_in_mirror(@location(0) place: vec3f, @location(1) word: u32) -> Cut {
+    let colour = unpack4x8unorm(colours[word & 0xffffffu]).rgb;
+    let before = dot(camera.cut.xyz, place) - camera.cut.w;
+    return Cut(camera.clip * vec4f(place, 1.0), colour * (f32(word >> 24u) / 255.0), before);
+}
+
+@fragment
+fn colour_in_mirror(in: Cut) -> @location(0) vec4f {
+    if in.before < 0.0 { discard; }
+    // Silvering is a little green.
+    return vec4f(in.colour * vec3f(0.90, 0.95, 0.93), 1.0);
+}
+
+struct Item {
+    @invariant @builtin(position) at: vec4f,
+    @location(0) @interpolate(flat) object: u32,
+}
+
+@vertex
+fn item(@location(0) place: vec3f, @location(1) word: u32) -> Item {
+    return Item(camera.clip * vec4f(place, 1.0), (word & 0xffffffu) + 1u);
+}
+
+@fragment
+fn object(in: Item) -> @location(0) u32 {
+    return in.object;
+}
+
+@fragment
+fn object_of_screen(in: Item) -> @location(0) u32 {
+    if !is_screen(in.at) { discard; }
+    return in.object;
+}

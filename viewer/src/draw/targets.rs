@@ -1,0 +1,88 @@
+//! What is drawn into: depth, items, and a picture that can be read where there is no window.
+
+use super::pipelines::{DEPTH, ITEMS};
+use enfilade::gpu::{Gpu, GpuError};
+use enfilade::report::picture::Picture;
+use wgpu::{BufferUsages, TextureFormat, TextureUsages, TextureView};
+
+/// Of pictures without a window.
+pub const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
+
+/// Textures of one size.
+pub struct Targets {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Depth of what is drawn.
+    pub depth: TextureView,
+    /// Depth of everything, for the alarm.
+    pub whole: TextureView,
+    /// Items of everything, for the alarm.
+    pub items: TextureView,
+}
+
+impl Targets {
+    /// Of `size` pixels, each above 0.
+    pub fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+        let texture = |format| {
+            let texture = texture(gpu, size, format, TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING);
+            texture.create_view(&Default::default())
+        };
+        Self { size, depth: texture(DEPTH), whole: texture(DEPTH), items: texture(ITEMS) }
+    }
+}
+
+/// A texture of one level.
+pub fn texture(gpu: &Gpu, [width, height]: [u32; 2], format: TextureFormat, usage: TextureUsages) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// A picture that stands for a window.
+pub struct Canvas {
+    size: [u32; 2],
+    texture: wgpu::Texture,
+    /// To draw into.
+    pub view: TextureView,
+    pixels: wgpu::Buffer,
+}
+
+impl Canvas {
+    /// Of `size` pixels, each above 0.
+    pub fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+        let texture = texture(gpu, size, PICTURE, TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC);
+        let bytes = u64::from(row(size) * size[1]);
+        let pixels = gpu.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        Self { size, view: texture.create_view(&Default::default()), texture, pixels }
+    }
+
+    /// Waits for what was drawn, and takes it.
+    pub fn read(&self, gpu: &Gpu) -> Result<Picture, GpuError> {
+        let [width, height] = self.size;
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row(self.size)), rows_per_image: None };
+        let to = wgpu::TexelCopyBufferInfo { buffer: &self.pixels, layout };
+        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        commands.copy_texture_to_buffer(self.texture.as_image_copy(), to, extent);
+        let mut picture = Picture::new(width as usize, height as usize, [0; 3]);
+        gpu.run(commands.finish(), &[(&self.pixels, self.pixels.size())], |views| {
+            let rows = views[0].chunks_exact(row(self.size) as usize);
+            for (to, from) in picture.pixels_mut().chunks_exact_mut(width as usize).zip(rows) {
+                to.iter_mut().zip(from.chunks_exact(4)).for_each(|(to, from)| to.copy_from_slice(&from[..3]));
+            }
+        })?;
+        Ok(picture)
+    }
+}
+
+/// Bytes of a row, of which copies want multiples of 256.
+fn row([width, _]: [u32; 2]) -> u32 {
+    (4 * width).next_multiple_of(256)
+}

@@ -1,0 +1,175 @@
+//! Frames without a window: the same stage, drawn on a picture.
+
+use crate::args::Args;
+use crate::building::Building;
+use crate::culling::Oracle;
+use crate::draw::alarm::Missed;
+use crate::draw::frame::{Stage, Wish};
+use crate::draw::lines::Overlay;
+use crate::draw::targets::{Canvas, PICTURE};
+use crate::session::Session;
+use enfilade::gpu::Gpu;
+use enfilade::report::path::CameraPath;
+use enfilade::report::picture::Picture;
+use enfilade::report::tour::tour;
+use enfilade::report::walkers::WalkMode;
+use enfilade::runtime::Camera;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use wgpu::{DownlevelFlags, Features};
+
+/// Size of pictures, where none is given.
+const SIZE: [u32; 2] = [1280, 720];
+/// What an adapter must have, and what it is called.
+pub const NEEDS: [(DownlevelFlags, &str); 3] = [
+    (DownlevelFlags::INDIRECT_EXECUTION, "indirect draws"),
+    (DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
+    (DownlevelFlags::FRAGMENT_WRITABLE_STORAGE, "storage that fragments write"),
+];
+/// What is used where an adapter has it.
+pub const WISHES: Features = Features::TIMESTAMP_QUERY;
+
+/// A building, opened without a window.
+pub struct Headless {
+    /// It.
+    pub building: Building,
+    path: CameraPath,
+}
+
+/// A walk along a path, on pictures.
+pub struct Walk<'w, 'b> {
+    /// The frames.
+    pub path: &'w CameraPath,
+    /// What draws them.
+    pub stage: Stage<'b>,
+    canvas: Canvas,
+    aspect: f64,
+    building: &'b Building,
+}
+
+impl Headless {
+    /// Opens what the command line names; bakes where needed.
+    pub fn open(args: &Args) -> Result<Self, String> {
+        let told = std::sync::Mutex::new(String::new());
+        let progress = |stage: &str, _: f64| {
+            let mut told = told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            if *told != stage {
+                eprintln!("{stage}");
+                stage.clone_into(&mut told);
+            }
+        };
+        let building = Building::open(&args.file, args.model.as_deref(), &progress, &AtomicBool::new(false))?;
+        let path = match &args.path {
+            Some(path) => CameraPath::load(path).map_err(|e| format!("{}: {e}", path.display()))?,
+            None => tour(&building.file, 0),
+        };
+        Ok(Self { building, path })
+    }
+
+    /// Runs something with a stage of `size` pixels.
+    pub fn with_stage<T>(
+        &mut self,
+        args: &Args,
+        size: [u32; 2],
+        run: impl FnOnce(&mut Walk<'_, '_>) -> T,
+    ) -> Result<T, String> {
+        let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
+        Ok(run(&mut walk))
+    }
+}
+
+/// Opens a device for pictures.
+pub fn device() -> Result<Gpu, String> {
+    let instance = Gpu::instance().map_err(|e| e.to_string())?;
+    Gpu::open_on(&instance, None, &NEEDS, WISHES).map_err(|e| e.to_string())
+}
+
+impl<'w, 'b> Walk<'w, 'b> {
+    /// Along a path, on pictures of `size` pixels.
+    pub fn new(
+        building: &'b Building,
+        path: &'w CameraPath,
+        oracle: Option<Oracle>,
+        size: [u32; 2],
+    ) -> Result<Self, String> {
+        let gpu = device()?;
+        let oracle = oracle.unwrap_or(Oracle::best(&gpu));
+        let canvas = Canvas::new(&gpu, size);
+        let stage = Stage::new(gpu, building, oracle, size, PICTURE)?;
+        stage.paint(crate::colours::colours(&building.scene, &building.file, Default::default()));
+        Ok(Self { path, stage, canvas, aspect: f64::from(size[0]) / f64::from(size[1]), building })
+    }
+
+    /// That of a frame of the path.
+    pub fn camera(&self, frame: usize) -> Camera {
+        self.path.camera(frame, self.building.file.origin, self.aspect)
+    }
+
+    /// Draws a frame; nobody waits for it.
+    pub fn draw(&mut self, wish: Wish<'_>) -> Result<(), String> {
+        self.stage.frame(wish, &self.canvas.view, None).map_err(|e| e.to_string())
+    }
+
+    /// What a frame misses.
+    pub fn missed(&mut self, camera: Camera, mode: WalkMode) -> Result<Option<Missed>, String> {
+        let overlay = Overlay::default();
+        let (culled_by, mirrors) = (Some(camera), None);
+        self.draw(Wish { camera, culled_by, mode, alarm: true, timed: false, overlay: &overlay, mirrors })?;
+        self.stage.settle().map_err(|e| e.to_string())?;
+        let number = self.stage.frame;
+        self.stage.culling.learn(number, 1.0, self.stage.triangles());
+        Ok(self.stage.heard.missed.clone().filter(|missed| missed.frame == number))
+    }
+
+    /// The picture as it is.
+    pub fn picture(&self) -> Result<Picture, String> {
+        self.canvas.read(&self.stage.gpu).map_err(|e| e.to_string())
+    }
+}
+
+/// Draws one frame as the window would; false where pixels were missed.
+///
+/// # Errors
+///
+/// One line.
+pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
+    let held = Headless::open(args)?;
+    let frames = held.path.frames.len();
+    for frame in [Some(args.frame), args.freeze].into_iter().flatten() {
+        if frame >= frames {
+            return Err(format!("no frame {frame}: the path has 0 to {}", frames - 1));
+        }
+    }
+    let size = args.size.unwrap_or(SIZE);
+    let gpu = device()?;
+    let canvas = Canvas::new(&gpu, size);
+    let oracle = args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
+    let stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
+    let mut session = Session::new(&held.building, stage, PICTURE, size)?;
+    session.show.mode = args.mode.unwrap_or(session.show.mode);
+    session.show.alarm = args.alarm;
+    session.show.hud = !args.show.is_empty();
+    // The walk up to here, so that graphs and the walked path are those of a walk.
+    let first = if args.show.is_empty() { args.frame } else { 0 };
+    for frame in (first..=args.frame).filter(|&f| args.freeze.is_none_or(|freeze| f <= freeze || f == args.frame)) {
+        if args.freeze.is_some_and(|freeze| frame > freeze) && !session.is_frozen() {
+            session.freeze();
+        }
+        session.stand(&held.path, frame);
+        if frame == args.frame {
+            args.show.iter().for_each(|&shown| session.show_this(shown));
+        }
+        session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
+        session.stage.settle().map_err(|e| e.to_string())?;
+    }
+    // Once more, with what was heard of the last frame, and panels at their size.
+    if !args.show.is_empty() || args.alarm {
+        session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
+        session.stage.settle().map_err(|e| e.to_string())?;
+    }
+    let picture = canvas.read(&session.stage.gpu).map_err(|e| e.to_string())?;
+    picture.save(to).map_err(|e| format!("{}: {e}", to.display()))?;
+    let Some(missed) = session.stage.heard.missed.as_ref().filter(|_| args.alarm) else { return Ok(true) };
+    eprintln!("{}", session.say_missed(missed));
+    Ok(missed.pixels == 0)
+}

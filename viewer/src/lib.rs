@@ -1,0 +1,39 @@
+//! The window onto Enfilade: walk through a building, and see what is not drawn.
+//!
+//! [`draw::frame`] is a frame from top to bottom. [`session`] is what a person does in a building, without a window, so that pictures and
+//! tests run the same code; [`app`] is the window. [`late`] chooses occlusion queries whose answers nobody waits for.
+
+pub mod app;
+pub mod args;
+pub mod bench;
+pub mod building;
+pub mod colours;
+pub mod culling;
+pub mod draw;
+pub mod headless;
+pub mod late;
+pub mod marks;
+pub mod pick;
+pub mod screen;
+pub mod session;
+pub mod settings;
+pub mod solid;
+pub mod start;
+pub mod ui;
+pub mod walker;
+pub mod why;
+
+use args::Args;
+
+/// Runs the viewer; false where pixels were missed. The error is one line.
+///
+/// # Errors
+///
+/// Bad input, or no device.
+pub fn run(args: &Args) -> Result<bool, String> {
+    match (&args.shot, args.bench) {
+        (Some(to), _) => headless::shot(args, to),
+        (None, true) => bench::bench(args),
+        (None, false) => app::run(args).map(|()| true),
+    }
+}

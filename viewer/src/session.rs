@@ -1,0 +1,508 @@
+//! What a person does in a building: walks, opens doors, freezes the culling, asks why. No window is needed for it.
+
+use crate::args::Shown;
+use crate::building::Building;
+use crate::colours::{Tints, colours};
+use crate::culling::MODES;
+use crate::draw::alarm::Missed;
+use crate::draw::frame::{Stage, Wish};
+use crate::draw::lines::Overlay;
+use crate::draw::mirror::Mirrors;
+use crate::settings::Settings;
+use crate::solid::Solid;
+use crate::start::start;
+use crate::ui::graphs::{Graphs, Sample, number};
+use crate::ui::keys::Action;
+use crate::ui::matrix::Matrix;
+use crate::ui::paint::Egui;
+use crate::ui::plan::Plan;
+use crate::ui::{hud, keys};
+use crate::walker::{Walker, Wants};
+use crate::{marks, pick, why};
+use enfilade::report::path::CameraPath;
+use enfilade::report::walkers::WalkMode;
+use enfilade::runtime::{Camera, Mirror, Scratch};
+use enfilade::scene::rays::{Hit, RayScene};
+use enfilade::why::{Asker, Goal};
+use enfilade::{CellId, PortalId};
+use glam::{DVec2, DVec3, Vec3};
+use std::time::Instant;
+use wgpu::{TextureFormat, TextureView};
+
+/// How far doors are opened from, metres.
+const REACH: f64 = 4.0;
+/// Width and height of a mirror, metres.
+const MIRROR: [f32; 2] = [1.2, 1.8];
+/// Steps of the walked way are this long, metres, and so many are kept.
+const WAY: (f64, usize) = (0.25, 4000);
+
+/// What is shown.
+#[derive(Clone, Debug)]
+pub struct Show {
+    /// How frames are culled.
+    pub mode: WalkMode,
+    /// Colours.
+    pub tints: Tints,
+    /// Each of these: shown or not.
+    pub portals: bool,
+    /// See [`Shown::Rectangles`].
+    pub rectangles: bool,
+    /// See [`Shown::Plan`].
+    pub plan: bool,
+    /// See [`Shown::Matrix`].
+    pub matrix: bool,
+    /// See [`Shown::Graphs`].
+    pub graphs: bool,
+    /// Compare with a picture of everything.
+    pub alarm: bool,
+    /// Counters.
+    pub hud: bool,
+    /// The list of keys.
+    pub keys: bool,
+    /// Vertical opening angle, radians.
+    pub fov_y: f64,
+}
+
+/// A person in a building.
+pub struct Session<'b> {
+    /// What draws.
+    pub stage: Stage<'b>,
+    /// What is shown.
+    pub show: Show,
+    /// Who walks.
+    pub walker: Walker,
+    /// The interface.
+    pub egui: Egui,
+    building: &'b Building,
+    size: [u32; 2],
+    solid: Solid<'b>,
+    overlay: Overlay,
+    mirrors: Mirrors,
+    scratch: Scratch,
+    plan: Plan,
+    matrix: Matrix,
+    graphs: Graphs,
+    way: Vec<DVec3>,
+    /// The camera that culls, and who walks on from there.
+    frozen: Option<(Camera, Walker)>,
+    /// Portals that are shut, in order.
+    shut: Vec<PortalId>,
+    /// Made when they are first needed.
+    rays: Option<RayScene<'b>>,
+    asker: Option<Asker<'b>>,
+    picked: Vec<(CellId, Hit)>,
+    pair: Option<(CellId, CellId)>,
+    told: Option<why::Told>,
+    frame_ms: f64,
+}
+
+impl<'b> Session<'b> {
+    /// Where a visit begins; pictures are of `size` pixels and `format`.
+    pub fn new(building: &'b Building, stage: Stage<'b>, format: TextureFormat, size: [u32; 2]) -> Result<Self, String> {
+        let (eye, along) = start(&building.file);
+        let show = Show {
+            mode: WalkMode::Auto,
+            tints: Tints::default(),
+            portals: false,
+            rectangles: false,
+            plan: false,
+            matrix: false,
+            graphs: false,
+            alarm: false,
+            hud: true,
+            keys: false,
+            fov_y: 65f64.to_radians(),
+        };
+        let session = Self {
+            egui: Egui::new(&stage.gpu, format),
+            mirrors: Mirrors::new(&stage.gpu, &stage.pipelines, &stage.culling.culler, format),
+            scratch: Scratch::for_culler(&stage.culling.culler),
+            solid: Solid::new(&building.scene),
+            plan: Plan::new(&building.file),
+            matrix: Matrix::new(&building.file),
+            walker: Walker::new(eye, along, false),
+            overlay: Overlay::default(),
+            graphs: Graphs::default(),
+            way: Vec::new(),
+            frozen: None,
+            shut: Vec::new(),
+            rays: None,
+            asker: None,
+            picked: Vec::new(),
+            pair: None,
+            told: None,
+            frame_ms: 0.0,
+            building,
+            size,
+            show,
+            stage,
+        };
+        session.paint();
+        Ok(session)
+    }
+
+    /// Pictures are of another size from now on.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.size = size;
+        self.stage.resize(size);
+    }
+
+    /// Of pictures, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Shows what was shown when somebody was here last.
+    pub fn apply(&mut self, settings: &Settings) {
+        let Settings { tints, portals, rectangles, plan, matrix, graphs, alarm, fov_y_degrees, flies, .. } = *settings;
+        let (hud, keys, mode, fov_y) = (true, false, self.show.mode, fov_y_degrees.to_radians());
+        self.show = Show { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, hud, keys, fov_y };
+        self.walker.flies = flies;
+        self.paint();
+    }
+
+    /// Keeps that for the next time.
+    pub fn remember(&self, settings: &mut Settings) {
+        let Show { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, fov_y, .. } = self.show;
+        let (flies, size, fov_y_degrees) =
+            (self.frozen.map_or(self.walker.flies, |frozen| frozen.1.flies), self.size, fov_y.to_degrees());
+        let mode = mode.name().to_owned();
+        *settings = Settings { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, flies, size, fov_y_degrees };
+    }
+
+    /// Stands where a frame of a path does, without weight.
+    pub fn stand(&mut self, path: &CameraPath, frame: usize) {
+        let at = path.frames[frame];
+        self.walker = Walker::new(at.eye - self.building.file.origin, at.target - at.eye, true);
+        self.show.fov_y = path.fov_y_degrees.to_radians();
+    }
+
+    /// Walks on for `seconds`.
+    pub fn go(&mut self, seconds: f64, wants: &Wants) {
+        let scene = &self.building.scene;
+        let is_ghost = &self.stage.is_ghost;
+        // Doors that are open are gone through; glass isn't.
+        let passes = |o: enfilade::ObjectId| is_ghost[o.index()] && !scene.objects[o.index()].glass;
+        // Who stands still and holds on isn't moved by a long frame.
+        self.walker.go(seconds.min(0.1), wants, &self.solid, &passes);
+    }
+
+    /// What the walker sees.
+    pub fn camera(&self) -> Camera {
+        self.walker.camera(self.show.fov_y, f64::from(self.size[0]) / f64::from(self.size[1]))
+    }
+
+    /// Does what a key does.
+    pub fn act(&mut self, action: Action) {
+        let show = &mut self.show;
+        match action {
+            Action::Mode(mode) => show.mode = MODES[mode],
+            Action::Freeze => match self.frozen.take() {
+                Some((_, walker)) => self.walker = walker,
+                None => self.freeze(),
+            },
+            Action::Cells => {
+                show.tints = if show.tints == Tints::Roles { Tints::Cells } else { Tints::Roles };
+                self.paint();
+            }
+            Action::Portals => show.portals ^= true,
+            Action::Rectangles => show.rectangles ^= true,
+            Action::Plan => show.plan ^= true,
+            Action::Matrix => show.matrix ^= true,
+            Action::Graphs => show.graphs ^= true,
+            Action::Alarm => show.alarm ^= true,
+            Action::Hud => show.hud ^= true,
+            Action::Keys => show.keys ^= true,
+            Action::Fly => self.walker.flies ^= true,
+            Action::Door => drop(self.use_door(DVec2::ZERO)),
+            Action::Mirror => self.hang_mirror(),
+            Action::Pick => self.pick(DVec2::ZERO),
+        }
+    }
+
+    /// Shows something that the command line names.
+    pub fn show_this(&mut self, shown: Shown) {
+        let show = &mut self.show;
+        match shown {
+            Shown::Cells => self.act(Action::Cells),
+            Shown::Portals => show.portals = true,
+            Shown::Rectangles => show.rectangles = true,
+            Shown::Plan => show.plan = true,
+            Shown::Matrix => show.matrix = true,
+            Shown::Graphs => show.graphs = true,
+            Shown::Keys => show.keys = true,
+            Shown::Mirror => self.hang_mirror(),
+            Shown::Why => {
+                let home = self.stage.culling.cell_of(self.walker.eye.as_vec3());
+                if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
+                    self.picked = vec![(home, hit)];
+                    self.ask(home, Goal::Object(hit.object));
+                }
+            }
+        }
+    }
+
+    /// A click on a point of the screen (normalised device coordinates): a door, or something to pick.
+    pub fn click(&mut self, at: DVec2) {
+        if !self.use_door(at) {
+            self.pick(at);
+        }
+    }
+
+    /// Leaves the culling as it is, and flies.
+    pub fn freeze(&mut self) {
+        self.frozen = Some((self.camera(), self.walker));
+        self.walker.flies = true;
+    }
+
+    /// Whether the culling stands still.
+    pub fn is_frozen(&self) -> bool {
+        self.frozen.is_some()
+    }
+
+    /// Draws a frame on `picture`. Returns what the interface wants of a window.
+    pub fn draw(
+        &mut self,
+        picture: &TextureView,
+        input: egui::RawInput,
+        seconds: f64,
+    ) -> Result<egui::PlatformOutput, String> {
+        let start = Instant::now();
+        let camera = self.camera();
+        if self.frozen.is_none() && self.way.last().is_none_or(|last| last.distance(self.walker.eye) > WAY.0) {
+            self.way.push(self.walker.eye);
+            let more = self.way.len().saturating_sub(WAY.1);
+            self.way.drain(..more);
+        }
+        self.lay_over();
+        let output = self.panels(input);
+        if !self.mirrors.is_empty() {
+            self.mirrors.look(&self.stage.culling.culler, &camera, &mut self.scratch);
+        }
+        // The culling of the last frame is there from the first on.
+        let culled_by = if self.frozen.is_some() && self.stage.culling.last.is_some() { None } else { Some(camera) };
+        let wish = Wish {
+            camera,
+            culled_by,
+            mode: self.show.mode,
+            alarm: self.show.alarm,
+            timed: true,
+            overlay: &self.overlay,
+            mirrors: Some(&mut self.mirrors),
+        };
+        self.stage.frame(wish, picture, Some(&mut self.egui)).map_err(|e| e.to_string())?;
+        // 2. Where the device has no clock, whole frames are what is known.
+        if !self.stage.has_clock() {
+            let (frame, triangles) = (self.stage.frame, self.stage.triangles());
+            self.stage.culling.learn(frame, seconds * 1e3, triangles);
+        }
+        self.frame_ms = seconds * 1e3;
+        if let Some(last) = &self.stage.culling.last {
+            let (objects, queries) = (last.stats.objects as f64, last.stats.queries as f64);
+            let device = self.stage.heard.device_ms.unwrap_or(0.0);
+            let cpu = start.elapsed().as_secs_f64() * 1e3;
+            self.graphs.add(Sample { values: [self.stage.triangles() as f64, objects, cpu, device, queries] });
+        }
+        Ok(output)
+    }
+
+    /// What was missed, in a line.
+    pub fn say_missed(&self, missed: &Missed) -> String {
+        let first = missed.objects.first().map(|&(object, pixels)| {
+            let node = &self.building.scene.objects[object.index()].node;
+            format!(": object {object} ({node}), {pixels} pixels, and {} more", missed.objects.len() - 1)
+        });
+        format!("missed pixels: {}{}", missed.pixels, first.unwrap_or_default())
+    }
+
+    /// Opens or shuts the door that a ray meets, if it is near. Returns whether it did.
+    fn use_door(&mut self, at: DVec2) -> bool {
+        let direction = self.camera().ray(at).normalize();
+        let wall = self.ahead(at).map_or(REACH, |hit| hit.t.min(REACH));
+        let Some(portal) = pick::door(self.building, self.walker.eye, direction, wall) else { return false };
+        let is_open = match self.shut.binary_search(&portal) {
+            Ok(place) => {
+                self.shut.remove(place);
+                true
+            }
+            Err(place) => {
+                self.shut.insert(place, portal);
+                false
+            }
+        };
+        // A doorway may be cut into several portals: what the leaves hang in shuts together.
+        self.stage.culling.culler.set_open(portal, is_open);
+        for leaf in pick::leaves(self.building, portal) {
+            self.stage.is_ghost[leaf.index()] = is_open;
+        }
+        self.stage.doors_moved();
+        true
+    }
+
+    /// Picks what a ray meets; the second picked thing is asked about from where the first is.
+    fn pick(&mut self, at: DVec2) {
+        let Some(hit) = self.ahead(at) else { return };
+        // A little before the surface is in the cell that it is seen from.
+        let place = self.walker.eye + self.camera().ray(at).normalize() * (hit.t - 0.02).max(0.0);
+        let Some(cell) = self.stage.culling.cell_of(place.as_vec3()) else { return };
+        if self.picked.len() == 2 {
+            self.picked.clear();
+            self.told = None;
+        }
+        self.picked.push((cell, hit));
+        if let [(cell, _), (_, hit)] = self.picked[..] {
+            self.ask(cell, Goal::Object(hit.object));
+        }
+    }
+
+    fn ask(&mut self, cell: CellId, goal: Goal) {
+        let building = self.building;
+        if self.asker.is_none() {
+            self.asker = Asker::new(&building.file, Some(&building.scene)).ok();
+        }
+        self.told = self.asker.as_ref().map(|asker| why::tell(asker, &building.file, cell, goal));
+    }
+
+    /// What a ray meets; open doors aren't met.
+    fn ahead(&mut self, at: DVec2) -> Option<Hit> {
+        let direction = self.camera().ray(at).normalize();
+        let rays = self.rays.get_or_insert_with(|| RayScene::new(&self.building.scene));
+        let is_ghost = &self.stage.is_ghost;
+        pick::pick(rays, self.walker.eye, direction, &|o| is_ghost[o.index()])
+    }
+
+    fn hang_mirror(&mut self) {
+        let Some(hit) = self.ahead(DVec2::ZERO) else { return };
+        let at = self.walker.eye + self.camera().ray(DVec2::ZERO).normalize() * hit.t;
+        let [a, b, c] = self.building.scene.corners(hit.triangle as usize);
+        let n = (b - a).cross(c - a).normalize_or(DVec3::Z);
+        let n = if n.dot(self.walker.forward()) > 0.0 { -n } else { n };
+        let up = if n.y.abs() > 0.9 { DVec3::Z } else { DVec3::Y };
+        let right = up.cross(n).normalize();
+        let (n, up, right) = (n.as_vec3(), n.cross(right).as_vec3(), right.as_vec3());
+        let middle = at.as_vec3() + n * 0.02;
+        let [w, h] = MIRROR.map(|s| s * 0.5);
+        let corners = [-right * w - up * h, right * w - up * h, right * w + up * h, -right * w + up * h].map(|p| middle + p);
+        let Some(cell) = self.stage.culling.cell_of(middle + n * 0.05) else { return };
+        let Some(mirror) = Mirror::new(cell, &corners) else { return };
+        if !self.mirrors.hang(&self.stage.gpu, &self.stage.pipelines, mirror, &corners) {
+            self.mirrors.clear();
+        }
+    }
+
+    fn paint(&self) {
+        self.stage.paint(colours(&self.building.scene, &self.building.file, self.show.tints));
+    }
+
+    /// Lines and faces of this frame, from what the last one decided.
+    fn lay_over(&mut self) {
+        self.overlay.clear();
+        let file = &self.building.file;
+        let last = self.stage.culling.last.as_ref();
+        if self.show.portals {
+            marks::portals(&mut self.overlay, file, last, &self.shut);
+        }
+        if let (Some((camera, _)), Some(last)) = (&self.frozen, last) {
+            marks::frusta(&mut self.overlay, file, camera, last);
+        }
+        for (_, hit) in &self.picked {
+            marks::object(&mut self.overlay, file, hit.object);
+        }
+        if let Some([a, b]) = self.told.as_ref().and_then(|told| told.sight) {
+            self.overlay.line_through(a.as_vec3(), b.as_vec3(), marks::SIGHT);
+        }
+    }
+
+    fn panels(&mut self, mut input: egui::RawInput) -> egui::PlatformOutput {
+        if input.screen_rect.is_none() {
+            let [width, height] = self.size.map(|s| s as f32);
+            input.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height)));
+        }
+        let lines = self.lines();
+        let last = self.stage.culling.last.as_ref();
+        let (home, cells) = last.map_or((None, &[][..]), |d| (d.home, &d.cells[..]));
+        let home = home.or(self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch));
+        // A row is what modes without portals see.
+        let row: Vec<CellId> = match home {
+            Some(home) if cells.is_empty() => self.building.file.cells_seen(home).collect(),
+            _ => cells.to_vec(),
+        };
+        let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
+        let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
+        let (mut clicked, size) = (None, self.size);
+        let Self { show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
+        let is_frozen = self.frozen.is_some();
+        let output = self.egui.run(input, size, |ui| {
+            if show.rectangles && !is_frozen {
+                marks::rectangles(ui, stage.culling.last.as_ref());
+            }
+            if show.hud {
+                hud::show(ui, &lines);
+            }
+            if show.plan {
+                plan.show(ui, &building.file, &row, walker.eye, sides, way);
+            }
+            if show.matrix {
+                clicked = clicked.or(matrix.show(ui, home, *pair));
+            }
+            if show.graphs {
+                graphs.show(ui);
+            }
+            if show.keys {
+                keys::show(ui);
+            }
+            if let Some(told) = told {
+                let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
+                window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
+                    ui.set_max_width(460.0);
+                    ui.label(&told.text);
+                });
+            }
+        });
+        let cells = self.building.file.cells.len();
+        if let Some((row, column)) = clicked.filter(|(a, b)| a.index() < cells && b.index() < cells) {
+            self.pair = Some((row, column));
+            self.picked.clear();
+            self.ask(row, Goal::Cell(column));
+        }
+        output
+    }
+
+    /// The counters.
+    fn lines(&self) -> Vec<String> {
+        let Some(last) = &self.stage.culling.last else { return vec!["...".to_owned()] };
+        let mode = match self.show.mode {
+            WalkMode::Auto => format!("auto: {}", last.method),
+            mode => mode.to_string(),
+        };
+        let frozen = if self.frozen.is_some() { ", frozen" } else { "" };
+        let home = match last.home {
+            Some(cell) => match &self.building.file.cells[cell.index()] {
+                named if named.source.is_some() => format!("cell {cell} ({})", named.name),
+                _ => format!("cell {cell}"),
+            },
+            None => "no cell asked".to_owned(),
+        };
+        let (objects, all) = (self.building.scene.objects.len(), self.building.scene.triangles.len());
+        let device = self.stage.heard.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
+        let mut lines = vec![
+            format!("{mode}{frozen}"),
+            home,
+            format!("{} of {} triangles", number(self.stage.triangles() as f64), number(all as f64)),
+            format!("{} of {} objects", last.stats.objects, objects),
+            format!("{} cells, {} portals, {} queries", last.stats.cells, last.stats.portals, last.stats.queries),
+            format!("cull {:.2} ms{device}", last.ms),
+            format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
+            "F1: keys".to_owned(),
+        ];
+        if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.alarm) {
+            lines.push(self.say_missed(missed));
+        }
+        lines
+    }
+}
+
+/// The middle of some corners.
+pub fn middle(corners: &[Vec3]) -> Vec3 {
+    corners.iter().sum::<Vec3>() / corners.len().max(1) as f32
+}

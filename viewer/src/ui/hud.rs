@@ -1,0 +1,33 @@
+//! Counters in a corner, and what went wrong.
+
+/// Draws lines of text in the upper left corner; the first is a heading.
+pub fn show(ui: &mut egui::Ui, lines: &[String]) {
+    let area = egui::Area::new(egui::Id::unique("hud")).fixed_pos([8.0, 8.0]).interactable(false);
+    area.show(ui.ctx(), |ui| {
+        egui::Frame::new().fill(egui::Color32::from_black_alpha(150)).inner_margin(6.0).corner_radius(3.0).show(ui, |ui| {
+            ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
+            for (i, line) in lines.iter().enumerate() {
+                let text = egui::RichText::new(line).color(egui::Color32::WHITE);
+                ui.label(if i == 0 { text.strong() } else { text.size(12.0) });
+            }
+        });
+    });
+}
+
+/// Draws a message in the middle.
+pub fn message(ui: &mut egui::Ui, title: &str, text: &str) {
+    let window = egui::Window::new(title).id(egui::Id::unique("message")).collapsible(false).resizable(false);
+    window.anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).show(ui.ctx(), |ui| {
+        ui.set_max_width(520.0);
+        ui.label(text);
+    });
+}
+
+/// Draws how far a bake is, in the middle.
+pub fn progress(ui: &mut egui::Ui, name: &str, stage: &str, done: f32) {
+    let window = egui::Window::new(name).id(egui::Id::unique("progress")).collapsible(false).resizable(false);
+    window.anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).show(ui.ctx(), |ui| {
+        ui.label(stage);
+        ui.add(egui::ProgressBar::new(done).desired_width(360.0).show_percentage());
+    });
+}

@@ -1,0 +1,8 @@
+//! The interface: panels over the picture, by egui. Nothing here knows of a window, so pictures without one have panels, too.
+
+pub mod graphs;
+pub mod hud;
+pub mod keys;
+pub mod matrix;
+pub mod paint;
+pub mod plan;

@@ -1,0 +1,261 @@
+//! A person: walks, climbs stairs, falls, and doesn't go through walls; or flies.
+//!
+//! A person is spheres one above the other, from the height of a step up, that are pushed out of triangles sideways; what is lower than a
+//! step is stepped on. So stairs need no names, and furniture is in the way.
+
+use crate::solid::Solid;
+use enfilade::ObjectId;
+use enfilade::runtime::Camera;
+use glam::{DVec2, DVec3, Vec3Swizzles};
+
+/// Height of the eye above the floor, metres.
+pub const EYE: f64 = 1.6;
+/// Half of how broad a person is, metres: a door of 0.6 m is wide enough.
+const RADIUS: f64 = 0.24;
+/// What is stepped on, metres: two steps of stairs. Higher: chairs are climbed. Lower: steep stairs stop people.
+const STEP: f64 = 0.45;
+/// Heights of the spheres' middles above the floor, metres.
+const SPHERES: [f64; 3] = [STEP + RADIUS, 1.05, 1.45];
+/// Metres a second, walking and flying; a second squared, falling.
+const WALK: f64 = 2.4;
+const FLY: f64 = 6.0;
+const GRAVITY: f64 = 9.81;
+/// How fast a step is climbed, metres a second.
+const CLIMB: f64 = 3.0;
+/// A floor deeper down than this is none: where nothing is below, nobody falls. Some models have no slabs at all.
+const DEEPEST: f64 = 30.0;
+/// Longest way between two looks for walls, metres: less than [`RADIUS`].
+const STRIDE: f64 = 0.1;
+/// Up and down, no farther than this, radians.
+const STEEPEST: f64 = 1.55;
+
+/// What a person wants to do.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Wants {
+    /// To the right, up and forward, -1 to 1 each.
+    pub to: DVec3,
+    /// Faster.
+    pub hurry: bool,
+}
+
+/// Where a person is, and looks.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Walker {
+    /// The eye, metres relative to the origin.
+    pub eye: DVec3,
+    /// Radians from -Z to the right.
+    pub yaw: f64,
+    /// Radians up.
+    pub pitch: f64,
+    /// Through walls, without weight.
+    pub flies: bool,
+    falling: f64,
+}
+
+impl Walker {
+    /// At `eye`, looking along a direction.
+    pub fn new(eye: DVec3, along: DVec3, flies: bool) -> Self {
+        let along = along.normalize_or(DVec3::NEG_Z);
+        let (yaw, pitch) = (along.x.atan2(-along.z), along.y.asin());
+        Self { eye, yaw, pitch: pitch.clamp(-STEEPEST, STEEPEST), flies, falling: 0.0 }
+    }
+
+    /// Turns by radians: to the right, and up.
+    pub fn turn(&mut self, right: f64, up: f64) {
+        self.yaw = (self.yaw + right).rem_euclid(std::f64::consts::TAU);
+        self.pitch = (self.pitch + up).clamp(-STEEPEST, STEEPEST);
+    }
+
+    /// Where it looks.
+    pub fn forward(&self) -> DVec3 {
+        let (sin, cos) = self.yaw.sin_cos();
+        DVec3::new(sin * self.pitch.cos(), self.pitch.sin(), -cos * self.pitch.cos())
+    }
+
+    /// What it sees; `fov_y` in radians, `aspect` is width over height.
+    pub fn camera(&self, fov_y: f64, aspect: f64) -> Camera {
+        Camera::look_at(self.eye, self.eye + self.forward(), fov_y, aspect)
+    }
+
+    /// Goes on for `seconds`. `passes`: whether an object is gone through.
+    pub fn go(&mut self, seconds: f64, wants: &Wants, solid: &Solid<'_>, passes: &dyn Fn(ObjectId) -> bool) {
+        let hurry = if wants.hurry { 3.0 } else { 1.0 };
+        let (sin, cos) = self.yaw.sin_cos();
+        let (right, level) = (DVec3::new(cos, 0.0, sin), DVec3::new(sin, 0.0, -cos));
+        if self.flies {
+            let way = right * wants.to.x + DVec3::Y * wants.to.y + self.forward() * wants.to.z;
+            self.eye += way.clamp_length_max(1.0) * (FLY * hurry * seconds);
+            self.falling = 0.0;
+            return;
+        }
+        // 1. Sideways, and out of walls, in strides.
+        let way = (right * wants.to.x + level * wants.to.z).clamp_length_max(1.0) * (WALK * hurry * seconds);
+        let strides = (way.length() / STRIDE).ceil().max(1.0);
+        for _ in 0..strides as usize {
+            self.eye += way / strides;
+            self.push_out(solid, passes);
+        }
+        // 2. Up and down.
+        let feet = self.eye.y - EYE;
+        let floor = self.floor(solid, passes);
+        match floor {
+            Some(floor) if floor >= feet => {
+                self.eye.y += (floor - feet).min(CLIMB * seconds);
+                self.falling = 0.0;
+            }
+            // Down a step without a jump.
+            Some(floor) if self.falling == 0.0 && feet - floor <= STEP => self.eye.y -= (feet - floor).min(CLIMB * seconds),
+            Some(floor) => {
+                self.falling += GRAVITY * seconds;
+                let fall = self.falling * seconds;
+                if feet - floor <= fall {
+                    self.falling = 0.0;
+                }
+                self.eye.y -= fall.min(feet - floor);
+            }
+            None => self.falling = 0.0,
+        }
+    }
+
+    /// The highest surface below that is no higher than a step.
+    fn floor(&self, solid: &Solid<'_>, passes: &dyn Fn(ObjectId) -> bool) -> Option<f64> {
+        let feet = self.eye.y - EYE;
+        let mut best: Option<f64> = None;
+        solid.near(self.eye, 0.0, |face| {
+            let y = height_at(face.corners, self.eye.xz());
+            let Some(y) = y.filter(|y| *y <= feet + STEP && *y >= feet - DEEPEST) else { return };
+            if best.is_none_or(|best| y > best) && !passes(face.object) {
+                best = Some(y);
+            }
+        });
+        best
+    }
+
+    /// Out of what the spheres are in, sideways.
+    fn push_out(&mut self, solid: &Solid<'_>, passes: &dyn Fn(ObjectId) -> bool) {
+        // A corner of walls takes a push from each.
+        for _ in 0..3 {
+            let (feet, mut push, mut deepest) = (self.eye.y - EYE, DVec2::ZERO, 0.0);
+            solid.near(self.eye, RADIUS, |face| {
+                for height in SPHERES {
+                    let middle = self.eye.with_y(feet + height);
+                    let away = middle - closest(face.corners, middle);
+                    let depth = RADIUS - away.length();
+                    let side = away.xz();
+                    // What is straight above or below pushes nobody sideways.
+                    if depth > deepest && side.length() > 0.3 * away.length() && side.length() > 1e-9 && !passes(face.object)
+                    {
+                        (deepest, push) = (depth, side.normalize() * depth);
+                    }
+                }
+            });
+            if deepest <= 1e-6 {
+                return;
+            }
+            self.eye += DVec3::new(push.x, 0.0, push.y);
+        }
+    }
+}
+
+/// The height of a triangle over a point of the plan (x, z); `None` beside it, and where it is upright.
+fn height_at([a, b, c]: [DVec3; 3], p: DVec2) -> Option<f64> {
+    let (u, v, w) = (b.xz() - a.xz(), c.xz() - a.xz(), p - a.xz());
+    let area = u.perp_dot(v);
+    if area.abs() < 1e-9 {
+        return None;
+    }
+    let (s, t) = (w.perp_dot(v) / area, u.perp_dot(w) / area);
+    (s >= -1e-9 && t >= -1e-9 && s + t <= 1.0 + 1e-9).then_some(a.y + s * (b.y - a.y) + t * (c.y - a.y))
+}
+
+/// The point of a triangle that is nearest to `p`.
+fn closest([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
+    let n = (b - a).cross(c - a);
+    let inside = [[a, b], [b, c], [c, a]].iter().all(|[from, to]| (*to - *from).cross(p - *from).dot(n) >= 0.0);
+    if inside && n.length_squared() > 0.0 {
+        return p - n * (n.dot(p - a) / n.length_squared());
+    }
+    let on_edge = |from: DVec3, to: DVec3| {
+        let along = to - from;
+        from + along * ((p - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    };
+    let edges = [on_edge(a, b), on_edge(b, c), on_edge(c, a)];
+    edges.into_iter().min_by(|x, y| x.distance_squared(p).total_cmp(&y.distance_squared(p))).unwrap_or(a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+
+    /// A floor of 10 by 10 m, a wall at x = 2, stairs of five steps of 0.18 m from z = -2 on, up to a landing.
+    fn scene() -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let mut boxed = |min: DVec3, max: DVec3| {
+            let corners: Vec<DVec3> = (0..8)
+                .map(|i| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { min[k] } else { max[k] })))
+                .collect();
+            let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+            let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+            let mesh = Mesh { node: "box".into(), role: Role::Structure, opaque: true, positions: corners, triangles };
+            builder.add(mesh).expect("a box is a mesh");
+        };
+        boxed(DVec3::new(-5.0, -0.1, -5.0), DVec3::new(5.0, 0.0, 5.0));
+        boxed(DVec3::new(2.0, 0.0, -5.0), DVec3::new(2.2, 3.0, 5.0));
+        for step in 0..5 {
+            let near = -2.0 - 0.3 * f64::from(step);
+            boxed(DVec3::new(-4.0, 0.0, -5.0), DVec3::new(-2.0, 0.18 * f64::from(step + 1), near));
+        }
+        builder.finish("room").expect("a scene")
+    }
+
+    fn walk(from: DVec3, to: DVec3, seconds: f64) -> (Walker, DVec3) {
+        let scene = scene();
+        let solid = Solid::new(&scene);
+        let mut walker = Walker::new(from - scene.origin, DVec3::NEG_Z, false);
+        for _ in 0..(seconds * 60.0) as usize {
+            walker.go(1.0 / 60.0, &Wants { to, hurry: false }, &solid, &|_| false);
+        }
+        (walker, walker.eye + scene.origin)
+    }
+
+    #[test]
+    fn a_wall_stops_a_person_one_radius_before_it() {
+        let (_, at) = walk(DVec3::new(0.0, EYE, 1.0), DVec3::X, 3.0);
+        assert!((at.x - (2.0 - RADIUS)).abs() < 0.01 && (at.y - EYE).abs() < 1e-6, "{at}");
+        // Along it, nothing does.
+        let (_, at) = walk(DVec3::new(1.5, EYE, 1.0), DVec3::new(1.0, 0.0, 1.0), 1.0);
+        assert!((at.x - (2.0 - RADIUS)).abs() < 0.01 && at.z < -0.4, "{at}");
+    }
+
+    #[test]
+    fn stairs_lead_up_and_down() {
+        let (walker, at) = walk(DVec3::new(-3.0, EYE, 0.0), DVec3::Z, 1.8);
+        assert!((at.y - EYE - 0.9).abs() < 0.02, "five steps of 0.18 m: {at}");
+        let scene = scene();
+        let (solid, mut walker) = (Solid::new(&scene), walker);
+        for _ in 0..150 {
+            walker.go(1.0 / 60.0, &Wants { to: DVec3::NEG_Z, hurry: false }, &solid, &|_| false);
+        }
+        assert!((walker.eye.y + scene.origin.y - EYE).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_person_falls_to_the_floor_and_not_out_of_the_world() {
+        let (_, at) = walk(DVec3::new(0.0, EYE + 2.0, 1.0), DVec3::ZERO, 2.0);
+        assert!((at.y - EYE).abs() < 1e-6, "{at}");
+        let (_, at) = walk(DVec3::new(20.0, EYE, 1.0), DVec3::ZERO, 2.0);
+        assert_eq!(at.y, EYE, "nothing is below");
+    }
+
+    #[test]
+    fn who_flies_goes_through_walls() {
+        let scene = scene();
+        let solid = Solid::new(&scene);
+        let mut walker = Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, true);
+        for _ in 0..60 {
+            walker.go(1.0 / 60.0, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false);
+        }
+        assert!(walker.eye.x + scene.origin.x > 5.0);
+    }
+}

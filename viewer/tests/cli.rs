@@ -1,0 +1,100 @@
+//! The viewer's command line, as far as it needs no window: one line and exit 2 for bad input; pictures; what the alarm exits with.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{building, has_device, shipped};
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn viewer(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_enfilade-viewer")).args(args).output().unwrap()
+}
+
+#[test]
+fn bad_input_is_one_line_that_names_it() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let broken = folder.join("viewer_broken.pvs");
+    std::fs::write(&broken, "no pvs file").unwrap();
+    let glb = shipped("office", "glb");
+    let (broken, glb, out) = (broken.to_str().unwrap(), glb.to_str().unwrap(), folder.join("no.png"));
+    let out = out.to_str().unwrap();
+    let cases: [(&[&str], &str); 4] = [
+        (&["missing.pvs", "--shot", out], "missing.pvs: "),
+        (&["missing.glb", "--shot", out], "missing.glb: "),
+        (&[broken, "--shot", out], "viewer_broken.pvs: "),
+        (&[glb, "--model", glb, "--shot", out], "--model goes with a .pvs file"),
+    ];
+    for (args, expected) in cases {
+        let output = viewer(args);
+        let told = String::from_utf8(output.stderr).unwrap();
+        let line = told.lines().last().unwrap_or_default();
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {told}");
+        assert!(line.starts_with("enfilade-viewer: ") && line.contains(expected), "{args:?}: {told}");
+    }
+    // What clap refuses, too.
+    for args in
+        [&["x.pvs", "--shot", out, "--size", "0x9"][..], &["x.pvs", "--mode", "fast"], &["x.pvs", "--frame", "3"], &[]]
+    {
+        assert_eq!(viewer(args).status.code(), Some(2), "{args:?}");
+    }
+}
+
+#[test]
+fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
+    if !has_device("a_shot_is_a_picture_and_the_alarm_is_an_exit_code") {
+        return;
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_shot");
+    std::fs::create_dir_all(&folder).unwrap();
+    let (pvs, lying, png) = (folder.join("villa.pvs"), folder.join("lying.pvs"), folder.join("shot.png"));
+    let mut villa = building("villa_rotonda");
+    villa.file.save(&pvs).unwrap();
+    let rows = villa.file.object_rows.as_mut().unwrap();
+    (0..rows.rows()).for_each(|cell| (0..rows.columns()).for_each(|object| rows.clear(cell, object)));
+    (villa.file.pairs.lower, villa.file.pairs.upper) = (0, 0);
+    (villa.file.bounds, villa.file.gap) = (None, None);
+    villa.file.save(&lying).unwrap();
+    let (model, path) = (shipped("villa_rotonda", "glb"), shipped("villa_rotonda", "path.json"));
+    let shot = |file: &Path, more: &[&str]| {
+        let mut args = vec![file.to_str().unwrap(), "--model", model.to_str().unwrap(), "--path", path.to_str().unwrap()];
+        args.extend(["--shot", png.to_str().unwrap(), "--size", "320x180", "--mode", "pvs"]);
+        args.extend(more);
+        viewer(&args)
+    };
+    let output = shot(&pvs, &["--frame", "9", "--alarm"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("missed pixels: 0"), "{output:?}");
+    let picture = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&png).unwrap())).read_info().unwrap();
+    assert_eq!((picture.info().width, picture.info().height), (320, 180));
+    // Rows that leave everything out.
+    let output = shot(&lying, &["--frame", "9", "--alarm"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let output = shot(&pvs, &["--frame", "100000"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no frame 100000"), "{output:?}");
+}
+
+#[test]
+fn a_bench_is_a_line_a_mode() {
+    if !has_device("a_bench_is_a_line_a_mode") {
+        return;
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_bench");
+    std::fs::create_dir_all(&folder).unwrap();
+    let pvs = folder.join("villa.pvs");
+    building("villa_rotonda").file.save(&pvs).unwrap();
+    let (model, path) = (shipped("villa_rotonda", "glb"), shipped("villa_rotonda", "path.json"));
+    let args = [pvs.to_str().unwrap(), "--model", model.to_str().unwrap(), "--path", path.to_str().unwrap()];
+    let output = viewer(&[&args[..], &["--bench", "--size", "160x90", "--alarm"]].concat());
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let names: Vec<&str> = lines.iter().map(|line| line["mode"].as_str().unwrap()).collect();
+    assert_eq!(names, ["none", "frustum", "portals", "pvs", "both", "chc", "auto"]);
+    for line in &lines {
+        assert!(line["fps"].as_f64().unwrap() > 0.0 && line["missed_pixels"] == 0, "{line}");
+    }
+    let triangles = |i: usize| lines[i]["triangles_mean"].as_f64().unwrap();
+    assert!(triangles(0) > triangles(1) && triangles(1) > triangles(4), "{text}");
+}

@@ -1,0 +1,40 @@
+//! What the viewer's tests share: buildings that are baked quickly, and devices that may not be there.
+
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::pvs::PvsOptions;
+use enfilade::report::path::CameraPath;
+use enfilade::scene::{ImportOptions, import};
+use enfilade::work::Work;
+use enfilade_viewer::building::Building;
+use enfilade_viewer::headless::device;
+use std::path::{Path, PathBuf};
+
+/// A building of this repository, with flow's rows only: what is undecided is drawn, so that pictures are whole all the same.
+pub fn building(name: &str) -> Building {
+    let scene = import(&shipped(name, "glb"), &ImportOptions::default()).unwrap();
+    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
+    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Work::quiet()).unwrap().file;
+    Building { scene, file }
+}
+
+/// The walk that comes with a building.
+pub fn path(name: &str) -> CameraPath {
+    CameraPath::load(&shipped(name, "path.json")).unwrap()
+}
+
+/// A file of `data/buildings`.
+pub fn shipped(name: &str, end: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/buildings").join(name).with_extension(end)
+}
+
+/// Whether there is a device. Says by name that a test wasn't run where there is none; fails where `CI` is set.
+pub fn has_device(test: &str) -> bool {
+    match device() {
+        Ok(_) => true,
+        Err(line) => {
+            assert!(std::env::var_os("CI").is_none(), "{test}: {line}");
+            eprintln!("not run: {test}: {line}");
+            false
+        }
+    }
+}

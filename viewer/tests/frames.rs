@@ -1,0 +1,220 @@
+//! Frames on a device: no mode misses a pixel, the alarm sees what is broken on purpose, pictures are as they were.
+
+mod common;
+
+use common::{building, has_device, path};
+use enfilade::report::walkers::WalkMode;
+use enfilade::runtime::{Method, Mode};
+use enfilade_viewer::building::Building;
+use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::frame::{Stage, Wish};
+use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::targets::PICTURE;
+use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::session::Session;
+use enfilade_viewer::ui::keys::Action;
+use std::path::Path;
+use std::sync::OnceLock;
+
+const SIZE: [u32; 2] = [320, 180];
+
+/// Baked once for all tests here.
+fn villa() -> &'static Building {
+    static VILLA: OnceLock<Building> = OnceLock::new();
+    VILLA.get_or_init(|| building("villa_rotonda"))
+}
+
+/// Modes and oracles, every sensible pair.
+fn ways() -> Vec<(WalkMode, Oracle)> {
+    let software = WalkMode::all().into_iter().map(|mode| (mode, Oracle::Software));
+    software.chain([(WalkMode::Fixed(Method::Chc), Oracle::Device), (WalkMode::Auto, Oracle::Device)]).collect()
+}
+
+#[test]
+fn no_mode_misses_a_pixel_on_the_recorded_walk() {
+    if !has_device("no_mode_misses_a_pixel_on_the_recorded_walk") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    for (mode, oracle) in ways() {
+        let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
+        let (mut least, mut seen) = (u64::MAX, 0);
+        for frame in 0..path.frames.len() {
+            let missed = walk.missed(walk.camera(frame), mode).unwrap().expect("counted");
+            assert_eq!(missed.pixels, 0, "{mode} by {oracle:?}, frame {frame}: {missed:?}");
+            least = least.min(walk.stage.triangles());
+            seen += 1;
+        }
+        assert!(seen > 30);
+        // That something was culled at all is what makes it a test.
+        let all = villa.scene.triangles.len() as u64;
+        assert!(mode.name() == "none" || least < all / 2, "{mode} by {oracle:?} drew {least} of {all} at least");
+    }
+}
+
+#[test]
+fn the_alarm_sees_a_row_that_was_broken_on_purpose() {
+    if !has_device("the_alarm_sees_a_row_that_was_broken_on_purpose") {
+        return;
+    }
+    let (sound, path) = (villa(), path("villa_rotonda"));
+    let mode = WalkMode::Fixed(Method::Plain(Mode::Pvs));
+    // What fills the most pixels of a frame is taken out of the row of the frame's cell.
+    let frame = path.frames.len() / 2;
+    let mut walk = Walk::new(sound, &path, None, SIZE).unwrap();
+    let camera = walk.camera(frame);
+    assert_eq!(walk.missed(camera, mode).unwrap().expect("counted").pixels, 0);
+    let home = walk.stage.culling.last.as_ref().and_then(|d| d.home).expect("in a cell");
+    let mut worst = (0, enfilade::ObjectId(0));
+    for object in sound.file.objects_seen(home).collect::<Vec<_>>() {
+        let mut broken = Building { scene: sound.scene.clone(), file: sound.file.clone() };
+        broken.file.object_rows.as_mut().expect("rows").clear(home.index(), object.index());
+        let area = sound.scene.objects[object.index()].bounds.diagonal();
+        if area > sound.scene.objects[worst.1.index()].bounds.diagonal() || worst.0 == 0 {
+            let mut walk = Walk::new(&broken, &path, None, SIZE).unwrap();
+            let missed = walk.missed(camera, mode).unwrap().expect("counted");
+            if missed.pixels > worst.0 {
+                worst = (missed.pixels, object);
+                assert_eq!(missed.objects[0].0, object, "the alarm names another object: {missed:?}");
+                let magenta = walk.picture().unwrap().pixels().iter().filter(|p| **p == [255, 0, 255]).count();
+                assert_eq!(magenta, missed.pixels as usize, "as many pixels are magenta as are counted");
+            }
+        }
+        if worst.0 > 200 {
+            break;
+        }
+    }
+    assert!(worst.0 > 200, "no object was missed: {worst:?}");
+}
+
+#[test]
+fn golden_pictures() {
+    if !has_device("golden_pictures") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let frame = path.frames.len() / 3;
+    let shows: [(&str, &[Action]); 4] =
+        [("plain", &[]), ("cells", &[Action::Cells]), ("portals", &[Action::Portals]), ("frozen", &[Action::Freeze])];
+    for (name, actions) in shows {
+        let gpu = device().unwrap();
+        let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
+        let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
+        let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
+        session.stand(&path, frame);
+        session.show.mode = WalkMode::Fixed(Method::Plain(Mode::Both));
+        session.show.hud = false;
+        session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
+        actions.iter().for_each(|&action| session.act(action));
+        if session.is_frozen() {
+            // Out and up, looking back.
+            let along = session.walker.forward();
+            session.walker.eye -= along * 14.0 - glam::DVec3::Y * 9.0;
+            session.walker.turn(0.0, -0.45);
+        }
+        session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
+        let picture = canvas.read(&session.stage.gpu).unwrap();
+        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("png");
+        if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
+            picture.save(&golden).unwrap();
+        }
+        let wanted = read(&golden);
+        assert_eq!(wanted.len(), picture.pixels().len(), "{name}: size");
+        // Drivers differ at edges: few pixels may, by any amount.
+        let differs = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 12);
+        let different = picture.pixels().iter().zip(&wanted).filter(|&(a, b)| differs((a, b))).count();
+        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.png"));
+        picture.save(&out).unwrap();
+        assert!(different * 100 <= wanted.len(), "{name}: {different} pixels differ; see {}", out.display());
+        // A picture of nothing would be of one colour.
+        let first = wanted[0];
+        assert!(wanted.iter().filter(|p| **p != first).count() * 4 > wanted.len(), "{name} shows nothing");
+    }
+}
+
+fn read(path: &Path) -> Vec<[u8; 3]> {
+    let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!(info.color_type, png::ColorType::Rgb);
+    bytes[..info.buffer_size()].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect()
+}
+
+#[test]
+fn doors_shut_and_open_again() {
+    if !has_device("doors_shut_and_open_again") {
+        return;
+    }
+    let villa = villa();
+    let gpu = device().unwrap();
+    let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
+    let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
+    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
+    session.show.mode = WalkMode::Fixed(Method::Plain(Mode::Both));
+    session.walker.flies = true;
+    // Before a door, looking at it.
+    let doors = villa.file.portals.iter().filter(|p| p.state.closable && p.plane.y.abs() < 0.1);
+    let mut done = 0;
+    for door in doors {
+        let middle = enfilade_viewer::session::middle(&door.winding).as_dvec3();
+        let n = door.plane.truncate().as_dvec3();
+        session.walker = enfilade_viewer::walker::Walker::new(middle - n * 1.5, n, true);
+        let mut drawn = || {
+            session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
+            let objects = session.stage.culling.last.as_ref().unwrap().objects.len();
+            session.act(Action::Door);
+            objects
+        };
+        let [open, shut, again] = [drawn(), drawn(), drawn()];
+        session.act(Action::Door);
+        assert_eq!(open, again, "a door that is opened again shows what it showed");
+        assert!(shut <= open);
+        done += usize::from(shut < open);
+    }
+    assert!(done >= 4, "{done} doors of the villa hid anything");
+}
+
+#[test]
+fn a_lost_device_is_one_line() {
+    if !has_device("a_lost_device_is_one_line") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let mut walk = Walk::new(villa, &path, None, SIZE).unwrap();
+    let camera = walk.camera(0);
+    let overlay = Overlay::default();
+    let wish = || Wish {
+        camera,
+        culled_by: Some(camera),
+        mode: WalkMode::Auto,
+        alarm: false,
+        timed: false,
+        overlay: &overlay,
+        mirrors: None,
+    };
+    walk.draw(wish()).unwrap();
+    walk.stage.gpu.close();
+    let line = walk.draw(wish()).unwrap_err();
+    assert!(line.contains("failed: ") && line.lines().count() == 1, "{line}");
+}
+
+#[test]
+fn either_oracle_hides_three_quarters_of_the_villa() {
+    if !has_device("either_oracle_hides_three_quarters_of_the_villa") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let mode = WalkMode::Fixed(Method::Chc);
+    let mut device = Walk::new(villa, &path, Some(Oracle::Device), SIZE).unwrap();
+    let mut software = Walk::new(villa, &path, Some(Oracle::Software), SIZE).unwrap();
+    let mut sums = [0, 0];
+    for frame in 0..path.frames.len() {
+        for (walk, sum) in [&mut device, &mut software].into_iter().zip(&mut sums) {
+            walk.missed(walk.camera(frame), mode).unwrap();
+            *sum += walk.stage.triangles();
+        }
+    }
+    let all = (villa.scene.triangles.len() * path.frames.len()) as u64;
+    assert!(sums.iter().all(|&sum| sum > 0 && sum * 4 < all), "{sums:?} of {all}");
+}

@@ -1,0 +1,202 @@
+//! A real window: opened on a display of its own, keys pressed, pixels read. Needs Xvfb, xdotool and an adapter; fails without them where
+//! `CI` is set.
+
+#![cfg(target_os = "linux")]
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{building, has_device};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// How long anything may take, seconds: the machine may be busy.
+const PATIENCE: u64 = 90;
+
+/// Ends with the test, whatever it comes to.
+struct Ends(Child);
+
+impl Drop for Ends {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Waits until something is so.
+fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(start.elapsed() < Duration::from_secs(PATIENCE), "no {what} after {PATIENCE} s");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
+
+struct Display {
+    name: String,
+    _server: Ends,
+}
+
+impl Display {
+    /// Starts a server on a free display.
+    fn open() -> Self {
+        let free = (90..200).find(|n| !Path::new(&format!("/tmp/.X{n}-lock")).exists()).expect("a free display");
+        let name = format!(":{free}");
+        let server = Command::new("Xvfb").args([&name, "-screen", "0", "800x600x24"]).stderr(Stdio::null()).spawn();
+        let server = Ends(server.expect("Xvfb starts"));
+        let socket = PathBuf::from(format!("/tmp/.X11-unix/X{free}"));
+        until("display", || socket.exists().then_some(()));
+        Self { name, _server: server }
+    }
+
+    fn run(&self, program: &str, args: &[&str]) -> Vec<u8> {
+        let output = Command::new(program).args(args).env("DISPLAY", &self.name).output().expect(program);
+        output.stdout
+    }
+
+    /// The window's pixels: x, y, and its colour.
+    fn pixels(&self, window: &str) -> Pixels {
+        let dump = self.run("xwd", &["-silent", "-id", window]);
+        Pixels::of(&dump)
+    }
+}
+
+/// An X window dump of 32 bits a pixel.
+struct Pixels {
+    width: usize,
+    colours: Vec<[u8; 3]>,
+}
+
+impl Pixels {
+    fn of(dump: &[u8]) -> Self {
+        let word = |i: usize| u32::from_be_bytes(dump[4 * i..4 * i + 4].try_into().unwrap()) as usize;
+        let (header, width, height, row, colours) = (word(0), word(4), word(5), word(12), word(19));
+        assert_eq!(word(11), 32, "bits a pixel");
+        let start = header + 12 * colours;
+        let at = |i: usize| start + i / width * row + 4 * (i % width);
+        let pixel = |i: usize| [dump[at(i) + 2], dump[at(i) + 1], dump[at(i)]];
+        Self { width, colours: (0..width * height).map(pixel).collect() }
+    }
+
+    fn count(&self, is: impl Fn([u8; 3]) -> bool) -> usize {
+        self.colours.iter().filter(|p| is(**p)).count()
+    }
+
+    fn differ(&self, other: &Self) -> f64 {
+        assert_eq!((self.width, self.colours.len()), (other.width, other.colours.len()));
+        let pairs = self.colours.iter().zip(&other.colours);
+        pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 8)).count() as f64 / self.colours.len() as f64
+    }
+}
+
+/// Whether everything is there; says by name what isn't.
+fn can_run(test: &str) -> bool {
+    let missing: Vec<&str> =
+        ["Xvfb", "xdotool", "xwd"].into_iter().filter(|tool| Command::new(tool).arg("-version").output().is_err()).collect();
+    if !missing.is_empty() {
+        assert!(std::env::var_os("CI").is_none(), "{test}: no {missing:?}");
+        eprintln!("not run: {test}: no {missing:?}");
+        return false;
+    }
+    has_device(test)
+}
+
+fn viewer(display: &Display, home: &Path, args: &[&str]) -> Ends {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade-viewer"));
+    command.args(args).env("DISPLAY", &display.name).env("XDG_CONFIG_HOME", home).env_remove("WAYLAND_DISPLAY");
+    Ends(command.spawn().expect("the viewer starts"))
+}
+
+#[test]
+fn a_window_opens_keys_are_pressed_and_pixels_change() {
+    if !can_run("a_window_opens_keys_are_pressed_and_pixels_change") {
+        return;
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_window");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    let (model, pvs) = (folder.join("villa.glb"), folder.join("villa.pvs"));
+    std::fs::copy(common::shipped("villa_rotonda", "glb"), &model).unwrap();
+    building("villa_rotonda").file.save(&pvs).unwrap();
+
+    let display = Display::open();
+    let mut running = viewer(&display, &folder, &[pvs.to_str().unwrap(), "--size", "640x360"]);
+    let find = || {
+        let found = display.run("xdotool", &["search", "--name", "villa.* - Enfilade"]);
+        String::from_utf8(found).ok().and_then(|ids| ids.lines().next().map(str::to_owned)).filter(|id| !id.is_empty())
+    };
+    let window = until("window", find);
+    display.run("xdotool", &["windowfocus", &window]);
+    // 1. A picture of the villa: many colours, not one.
+    until("picture", || {
+        let pixels = display.pixels(&window);
+        let mut colours: Vec<[u8; 3]> = pixels.colours.clone();
+        colours.sort_unstable();
+        colours.dedup();
+        (colours.len() > 30 && pixels.count(|[r, g, b]| r > 150 && g > 150 && b > 130) > 20_000).then_some(())
+    });
+    // Nobody falls any more: two pictures are the same.
+    let first = until("rest", || {
+        std::thread::sleep(Duration::from_millis(400));
+        let next = display.pixels(&window);
+        std::thread::sleep(Duration::from_millis(400));
+        (next.differ(&display.pixels(&window)) < 0.05).then_some(next)
+    });
+    // 2. A key that changes colours, and back.
+    let press = |key: &str| drop(display.run("xdotool", &["key", "--window", "0", key]));
+    press("c");
+    until("cells in colours", || (display.pixels(&window).differ(&first) > 0.2).then_some(()));
+    press("c");
+    until("the colours of before", || (display.pixels(&window).differ(&first) < 0.1).then_some(()));
+    // 3. The list of keys.
+    press("F1");
+    until("list of keys", || (display.pixels(&window).differ(&first) > 0.2).then_some(()));
+    press("F1");
+    until("no list", || (display.pixels(&window).differ(&first) < 0.1).then_some(()));
+    // 4. Somebody walks: the picture is another.
+    display.run("xdotool", &["keydown", "d", "sleep", "0.7", "keyup", "d"]);
+    until("another view", || (display.pixels(&window).differ(&first) > 0.1).then_some(()));
+    // 5. A mode and the alarm, then the window is shut; settings are there.
+    press("3");
+    press("k");
+    std::thread::sleep(Duration::from_millis(500));
+    let magenta = display.pixels(&window).count(|p| p == [255, 0, 255]);
+    assert_eq!(magenta, 0, "the alarm rings");
+    press("Escape");
+    let status = until("end", || running.0.try_wait().unwrap());
+    assert!(status.success(), "{status}");
+    let settings = std::fs::read_to_string(folder.join("enfilade/viewer.json")).unwrap();
+    assert!(settings.contains(r#""mode": "portals""#) && settings.contains(r#""alarm": true"#), "{settings}");
+}
+
+#[test]
+fn a_bad_file_is_told_on_the_screen_and_in_the_terminal() {
+    if !can_run("a_bad_file_is_told_on_the_screen_and_in_the_terminal") {
+        return;
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_bad");
+    std::fs::create_dir_all(&folder).unwrap();
+    let bad = folder.join("bad.pvs");
+    std::fs::write(&bad, "no pvs file").unwrap();
+    let display = Display::open();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade-viewer"));
+    let log = folder.join("stderr.txt");
+    command.arg(&bad).env("DISPLAY", &display.name).env("XDG_CONFIG_HOME", &folder).env_remove("WAYLAND_DISPLAY");
+    let mut running = Ends(command.stderr(std::fs::File::create(&log).unwrap()).spawn().unwrap());
+    let find = || {
+        let found = display.run("xdotool", &["search", "--name", "Enfilade: .*bad.pvs"]);
+        String::from_utf8(found).ok().and_then(|ids| ids.lines().next().map(str::to_owned)).filter(|id| !id.is_empty())
+    };
+    let window = until("title that says so", find);
+    // Text and a frame on grey.
+    until("message", || (display.pixels(&window).count(|p| p.iter().all(|c| *c > 120)) > 100).then_some(()));
+    display.run("xdotool", &["windowfocus", &window, "key", "Escape"]);
+    let status = until("end", || running.0.try_wait().unwrap());
+    assert_eq!(status.code(), Some(2));
+    let told = std::fs::read_to_string(&log).unwrap();
+    assert!(told.contains("bad.pvs"), "{told}");
+}
