@@ -291,7 +291,7 @@ impl<'b> Session<'b> {
             mirrors: Some(&mut self.mirrors),
         };
         self.stage.frame(wish, picture, Some(&mut self.egui)).map_err(|e| e.to_string())?;
-        // 2. Where the device has no clock, whole frames are what is known.
+        // Where the device has no clock, whole frames are what is known.
         if !self.stage.has_clock() {
             let (frame, triangles) = (self.stage.frame, self.stage.triangles());
             self.stage.culling.learn(frame, seconds * 1e3, triangles);
@@ -330,7 +330,6 @@ impl<'b> Session<'b> {
                 false
             }
         };
-        // A doorway may be cut into several portals: what the leaves hang in shuts together.
         self.stage.culling.culler.set_open(portal, is_open);
         for leaf in pick::leaves(self.building, portal) {
             self.stage.is_ghost[leaf.index()] = is_open;

@@ -218,3 +218,32 @@ fn either_oracle_hides_three_quarters_of_the_villa() {
     let all = (villa.scene.triangles.len() * path.frames.len()) as u64;
     assert!(sums.iter().all(|&sum| sum > 0 && sum * 4 < all), "{sums:?} of {all}");
 }
+
+#[test]
+fn a_mirror_shows_something_else_and_the_fifth_takes_all_down() {
+    if !has_device("a_mirror_shows_something_else_and_the_fifth_takes_all_down") {
+        return;
+    }
+    let villa = villa();
+    let gpu = device().unwrap();
+    let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
+    let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
+    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
+    session.show.mode = WalkMode::Fixed(Method::Plain(Mode::Both));
+    session.show.hud = false;
+    let mut most = 0;
+    for _ in 0..8 {
+        session.walker.turn(std::f64::consts::FRAC_PI_4, 0.0);
+        let mut drawn = |hang: usize| {
+            (0..hang).for_each(|_| session.act(Action::Mirror));
+            session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
+            canvas.read(&session.stage.gpu).unwrap()
+        };
+        let [bare, hung, cleared] = [drawn(0), drawn(1), drawn(4)];
+        let changed = bare.pixels().iter().zip(hung.pixels()).filter(|(a, b)| a != b).count();
+        most = most.max(changed);
+        assert!(bare.pixels() == cleared.pixels(), "a mirror is left");
+    }
+    // Of 57,600 pixels.
+    assert!(most > 1000, "no mirror shows: {most} pixels changed");
+}
