@@ -10,6 +10,7 @@ use enfilade::ObjectId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
+use enfilade::pvs::PvsOptions;
 use enfilade::pvs::cube::{Cube, CubeScene, CubeView, Engine, NONE};
 use enfilade::report::path::CameraPath;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
@@ -43,7 +44,8 @@ fn main() {
         let model = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("frames-{rooms}.glb"));
         std::fs::write(&model, &office.glb).expect("a folder to write to");
         let scene = import(&model, &ImportOptions::default()).expect("what was generated");
-        let file = bake(&scene, BakeOptions::default(), &Work::quiet()).expect("a bake").file;
+        let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
+        let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Work::quiet()).expect("a bake").file;
         let path = serde_json::to_string(&office.path).expect("a path");
         measure(&format!("office of {rooms}"), &scene, &file, &CameraPath::from_json(&path).expect("a path"));
     }

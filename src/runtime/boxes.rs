@@ -80,11 +80,11 @@ impl HalfSpaces {
         };
         let (mut at, half) = ([[0.0; LANES]; 3], [block(&boxes.half, 0), block(&boxes.half, 1), block(&boxes.half, 2)]);
         let mut length = [0.0; LANES];
-        for axis in 0..3 {
+        for (axis, at) in at.iter_mut().enumerate() {
             let centre = block(&boxes.centre, axis);
             for i in 0..LANES {
-                at[axis][i] = centre[i] - self.eye[axis];
-                length[i] += at[axis][i].abs();
+                at[i] = centre[i] - self.eye[axis];
+                length[i] += at[i].abs();
             }
         }
         let mut outside = [0u32; LANES];
