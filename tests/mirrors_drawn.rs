@@ -136,7 +136,7 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
     let (mut scratch, mut out, mut counts) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler), [0; 3]);
     // Every other view is turned to a mirror of its own cell, if there is one.
     let facing = |camera: &Camera, number: usize, cell: Option<CellId>| {
-        let mirror = hung.iter().find(|h| number % 2 == 0 && Some(h.mirror.cell()) == cell)?;
+        let mirror = hung.iter().find(|h| number.is_multiple_of(2) && Some(h.mirror.cell()) == cell)?;
         let middle = (mirror.corners[0] + mirror.corners[2]) * 0.5;
         Some(Camera::look_at(camera.eye.as_dvec3(), middle, 1.2, 16.0 / 9.0))
     };
