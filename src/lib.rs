@@ -47,6 +47,7 @@ pub mod work;
 
 mod bits;
 mod ids;
+mod trees;
 mod vectorized;
 
 /// The README's example compiles.

@@ -25,7 +25,7 @@ const MAY_USE: [(&str, &[&str]); 11] = [
 ];
 
 /// Below everything; uses nothing but itself.
-const BASE: [&str; 7] = ["geom", "gpu", "tolerance", "bits", "ids", "vectorized", "work"];
+const BASE: [&str; 8] = ["geom", "gpu", "tolerance", "bits", "ids", "trees", "vectorized", "work"];
 
 /// A use of `module::item` (or of the whole `module`) by a source file.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]

@@ -10,11 +10,10 @@
 //! the capsule query of [`RayScene::is_clear`] needs boxes that grow, and a stack that can't overflow.
 
 use super::Scene;
-use crate::ObjectId;
 use crate::geom::Aabb;
+use crate::{ObjectId, trees};
 use glam::{DVec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
 
 /// Where a ray ends.
@@ -202,7 +201,7 @@ impl Tree {
                 obvhs::aabb::Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())
             })
             .collect();
-        let bvh = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
+        let bvh = trees::over(boxes, None);
         let triangles: Vec<u32> = bvh.primitive_indices.iter().map(|&i| chosen[i as usize]).collect();
         let corners = triangles.iter().map(|&t| scene.corners(t as usize)).collect();
         let mut owners = vec![0; scene.triangles.len()];

@@ -8,8 +8,8 @@
 
 use crate::geom::Aabb;
 use crate::scene::Scene;
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use crate::trees;
+use obvhs::bvh2::Bvh2;
 use std::ops::Range;
 
 /// Children of a node, triangles of a block, pixels along a tile.
@@ -139,8 +139,7 @@ fn binary(bounds: impl Iterator<Item = Aabb>, most: u32) -> Bvh2 {
     let boxes: Vec<obvhs::aabb::Aabb> = bounds
         .map(|b| obvhs::aabb::Aabb::new(b.min.to_array().map(below).into(), b.max.to_array().map(above).into()))
         .collect();
-    let params = BvhBuildParams { max_prims_per_leaf: most, ..BvhBuildParams::medium_build() };
-    if boxes.is_empty() { Bvh2::default() } else { build_bvh2(&boxes, params, &mut std::time::Duration::default()) }
+    trees::over(boxes, Some(most))
 }
 
 /// The nearest `f32` that isn't above.

@@ -6,13 +6,11 @@
 
 use crate::ObjectId;
 use crate::scene::Scene;
+use crate::trees;
 use glam::DVec3;
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::{Ray, RayHit};
-use std::time::Duration;
 
 /// A hierarchy over boxes; items are numbered as they were given.
 pub(super) struct Tree(Bvh2);
@@ -21,7 +19,7 @@ impl Tree {
     /// `None` for no boxes.
     pub(super) fn new(boxes: impl Iterator<Item = crate::geom::Aabb>, pad: f64) -> Option<Self> {
         let boxes: Vec<Aabb> = boxes.map(|b| Aabb::new((b.min - pad).as_vec3a(), (b.max + pad).as_vec3a())).collect();
-        (!boxes.is_empty()).then(|| Self(build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default())))
+        (!boxes.is_empty()).then(|| Self(trees::over(boxes, None)))
     }
 
     /// Calls `visit` with items whose box a ray may enter before `limit`, in no order; it returns the new limit.
