@@ -3,7 +3,7 @@
 //! Portals are taken as they are given. Those of a file are rounded to `f32`, so that an answer may differ from the bake's by as
 //! much; what is in the file stays what was proven.
 
-use super::flow::goals::{Boxes, CellGoals, Goals, NoProof, ObjectGoals};
+use super::flow::goals::{Boxes, CellGoals, Goals, Inside, NoProof, ObjectGoals};
 use super::flow::might_see::{MightSee, set};
 use super::flow::net::Net;
 use super::flow::search::{End, Search};
@@ -94,8 +94,7 @@ impl PairFlow {
         let mut search = self.search();
         for portal in self.net.out(from.index()) {
             let cells = flow::cells::reached(&self.net, &self.might_see, [portal]);
-            let front = self.net.plane(portal).map(|plane| plane.flipped());
-            let goals = ObjectGoals::new(&self.net, &self.boxes, &wanted, &cells, front);
+            let goals = ObjectGoals::new(&self.net, &self.boxes, &wanted, &cells, portal);
             let mut goals = Recorder { goals, open: Vec::new() };
             if search.run(portal, &mut goals).capped {
                 return Flowed::OutOfSteps;
@@ -141,12 +140,12 @@ impl<G: Goals> Goals for Recorder<G> {
         self.goals.portals()
     }
 
-    fn is_cut_off(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool {
-        self.goals.is_cut_off(net, cell, planes)
+    fn is_cut_off(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool {
+        self.goals.is_cut_off(net, cell, inside)
     }
 
-    fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool {
-        self.goals.would_decide(net, cell, planes)
+    fn would_decide(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool {
+        self.goals.would_decide(net, cell, inside)
     }
 
     fn accepts(&mut self, chain: &[u32], line: [DVec3; 2]) -> bool {
@@ -159,8 +158,8 @@ impl<G: Goals> Goals for Recorder<G> {
         self.goals.settle(chain, steps)
     }
 
-    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane], passage: Passage) -> u64 {
-        self.goals.arrive(net, cell, planes, passage)
+    fn arrive(&mut self, net: &Net, cell: usize, inside: &Inside<'_>, passage: Passage) -> u64 {
+        self.goals.arrive(net, cell, inside, passage)
     }
 }
 

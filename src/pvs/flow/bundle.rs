@@ -43,6 +43,12 @@ impl Bounds {
         Self { middle: bounds.centre(), half: bounds.size() * 0.5 + 0.25 * slack.strict, limit }
     }
 
+    /// Whether a box comes within `margin` metres along every axis.
+    #[inline(always)]
+    pub fn meets(&self, middle: DVec3, half: DVec3, margin: f64) -> bool {
+        (self.middle - middle).abs().cmple(self.half + half + margin).all()
+    }
+
     /// On which side of a plane it lies.
     #[inline(always)]
     pub fn side(&self, plane: &Plane) -> Side {

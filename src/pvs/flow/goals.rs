@@ -20,11 +20,11 @@ pub(crate) trait Goals {
     /// Directed portals that lead into a cell that still wants something, as bits.
     fn portals(&self) -> &[u64];
 
-    /// True where nothing that a cell wants has a point inside every one of `planes`.
-    fn is_cut_off(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool;
+    /// True where nothing that a cell wants has a point inside.
+    fn is_cut_off(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool;
 
-    /// True where an arrival in `cell` inside `planes` would decide something.
-    fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool;
+    /// True where an arrival in `cell` would decide something.
+    fn would_decide(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool;
 
     /// True where a line through two points, which seems to pass `chain`, is one as far as these goals care.
     fn accepts(&mut self, chain: &[u32], line: [DVec3; 2]) -> bool;
@@ -34,9 +34,9 @@ pub(crate) trait Goals {
         Passage::Unknown
     }
 
-    /// A line inside `planes` may enter `cell`; where the chain was asked, `passage` says what is known of it. Decides what
+    /// A line may enter `cell`; where the chain was asked, `passage` says what is known of it. Decides what
     /// that shows. Returns the work in steps of the search.
-    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane], passage: Passage) -> u64;
+    fn arrive(&mut self, net: &Net, cell: usize, inside: &Inside<'_>, passage: Passage) -> u64;
 }
 
 /// Turns a line that passes a chain into a proof.
@@ -173,11 +173,11 @@ impl<P: Prover> Goals for CellGoals<'_, P> {
         &self.portals
     }
 
-    fn is_cut_off(&self, _net: &Net, _cell: usize, _planes: &[Plane]) -> bool {
+    fn is_cut_off(&self, _net: &Net, _cell: usize, _inside: &Inside<'_>) -> bool {
         false // that its portals are is all there is to ask
     }
 
-    fn would_decide(&self, _net: &Net, cell: usize, _planes: &[Plane]) -> bool {
+    fn would_decide(&self, _net: &Net, cell: usize, _inside: &Inside<'_>) -> bool {
         get(&self.wanted, cell)
     }
 
@@ -211,7 +211,7 @@ impl<P: Prover> Goals for CellGoals<'_, P> {
         }
     }
 
-    fn arrive(&mut self, net: &Net, cell: usize, _planes: &[Plane], passage: Passage) -> u64 {
+    fn arrive(&mut self, net: &Net, cell: usize, _inside: &Inside<'_>, passage: Passage) -> u64 {
         if !get(&self.wanted, cell) {
             return 0;
         }
@@ -266,10 +266,25 @@ impl Boxes {
     }
 }
 
-/// True where a box has no point inside `plane`.
-#[inline]
-fn box_is_cut_off(net: &Net, (middle, half): (DVec3, DVec3), plane: &Plane) -> bool {
-    plane.distance(middle) - plane.n.abs().dot(half) > net.slack.coplanar
+/// What lines through a chain of portals meet beyond it.
+#[derive(Clone, Copy)]
+pub(crate) struct Inside<'p> {
+    /// It is inside these.
+    pub planes: &'p [Plane],
+    /// The first and the last portal of the chain.
+    pub ends: [usize; 2],
+}
+
+impl Inside<'_> {
+    /// True where no line meets a box, given by its middle and half size. A box that only touches a plane is met where it hangs in one of
+    /// the portals, as a leaf does: elsewhere lines in the plane, which cross no portal, would be the only ones. Where it doesn't touch
+    /// quite, by the caller's tolerance, it is met as well.
+    #[inline]
+    fn cut_off(&self, net: &Net, (middle, half): (DVec3, DVec3)) -> bool {
+        let hangs = self.ends.iter().any(|&portal| net.bounds(portal).meets(middle, half, net.slack.coplanar));
+        let limit = if hangs { net.slack.coplanar } else { -net.slack.strict };
+        self.planes.iter().any(|plane| plane.distance(middle) - plane.n.abs().dot(half) > limit)
+    }
 }
 
 /// Objects to be seen or not, from one source portal.
@@ -285,8 +300,10 @@ pub(crate) struct ObjectGoals<'a> {
 }
 
 impl<'a> ObjectGoals<'a> {
-    /// Wants those of `undecided` that lie in `cells` and inside `front`, the half-space that the source portal leads into.
-    pub fn new(net: &Net, boxes: &'a Boxes, undecided: &[u64], cells: &[u64], front: Option<Plane>) -> Self {
+    /// Wants those of `undecided` that lie in `cells` and in the half-space that the source portal leads into.
+    pub fn new(net: &Net, boxes: &'a Boxes, undecided: &[u64], cells: &[u64], portal: usize) -> Self {
+        let front = net.plane(portal).map(|plane| plane.flipped());
+        let front = Inside { planes: front.as_slice(), ends: [portal; 2] };
         let mut goals = Self {
             boxes,
             wanted: vec![0; undecided.len()],
@@ -298,7 +315,7 @@ impl<'a> ObjectGoals<'a> {
         for cell in bits::ones(cells) {
             for &o in &boxes.in_cell[cell] {
                 let o = o as usize;
-                if get(undecided, o) && !front.is_some_and(|p| box_is_cut_off(net, boxes.boxes[o], &p)) {
+                if get(undecided, o) && !front.cut_off(net, boxes.boxes[o]) {
                     let (middle, half) = boxes.boxes[o];
                     set(&mut goals.wanted, o);
                     goals.left[cell] += 1;
@@ -325,9 +342,9 @@ impl ObjectGoals<'_> {
         self.wanted.fill(0);
     }
 
-    /// True where an object is wanted and not outside one of `planes`.
-    fn finds(&self, net: &Net, object: usize, planes: &[Plane]) -> bool {
-        get(&self.wanted, object) && !planes.iter().any(|plane| box_is_cut_off(net, self.boxes.boxes[object], plane))
+    /// True where an object is wanted and not cut off.
+    fn finds(&self, net: &Net, object: usize, inside: &Inside<'_>) -> bool {
+        get(&self.wanted, object) && !inside.cut_off(net, self.boxes.boxes[object])
     }
 }
 
@@ -336,29 +353,28 @@ impl Goals for ObjectGoals<'_> {
         &self.portals
     }
 
-    fn is_cut_off(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool {
-        let around = (self.around[cell].centre(), self.around[cell].size() * 0.5);
-        planes.iter().any(|plane| box_is_cut_off(net, around, plane))
+    fn is_cut_off(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool {
+        inside.cut_off(net, (self.around[cell].centre(), self.around[cell].size() * 0.5))
     }
 
-    fn would_decide(&self, net: &Net, cell: usize, planes: &[Plane]) -> bool {
+    fn would_decide(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool {
         self.left[cell] > 0
-            && !self.is_cut_off(net, cell, planes)
-            && self.boxes.in_cell[cell].iter().any(|&o| self.finds(net, o as usize, planes))
+            && !self.is_cut_off(net, cell, inside)
+            && self.boxes.in_cell[cell].iter().any(|&o| self.finds(net, o as usize, inside))
     }
 
     fn accepts(&mut self, _chain: &[u32], _line: [DVec3; 2]) -> bool {
         true
     }
 
-    fn arrive(&mut self, net: &Net, cell: usize, planes: &[Plane], _passage: Passage) -> u64 {
-        if self.left[cell] == 0 || self.is_cut_off(net, cell, planes) {
+    fn arrive(&mut self, net: &Net, cell: usize, inside: &Inside<'_>, _passage: Passage) -> u64 {
+        if self.left[cell] == 0 || self.is_cut_off(net, cell, inside) {
             return 0;
         }
         let boxes = self.boxes;
         for &o in &boxes.in_cell[cell] {
             let index = o as usize;
-            if !self.finds(net, index, planes) {
+            if !self.finds(net, index, inside) {
                 continue;
             }
             self.wanted[index / 64] &= !(1 << (index % 64));

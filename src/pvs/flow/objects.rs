@@ -76,8 +76,7 @@ fn search_from(
     for &portal in &task.portals {
         let mut cells_here = reached(net, might_see, [portal]);
         cells_here.iter_mut().zip(cells).for_each(|(a, b)| *a &= b);
-        let front = net.plane(portal).map(|plane| plane.flipped());
-        let mut goals = ObjectGoals::new(net, boxes, &undecided, &cells_here, front);
+        let mut goals = ObjectGoals::new(net, boxes, &undecided, &cells_here, portal);
         let outcome = search.run(portal, &mut goals);
         found.tally.steps += outcome.steps;
         if outcome.capped {

@@ -11,17 +11,27 @@
 //! without the loop it is a chain too, it asks less of a line, and it leads to the same places.
 
 use super::bundle::{Bundle, Side};
-use super::goals::Goals;
+use super::goals::{Goals, Inside};
 use super::might_see::{MightSee, get, set};
 use super::net::Net;
 use super::separators::{Cut, Separators, Way};
 use super::stab::{Passage, Question, Stab};
 use super::window::Window;
 use crate::geom::Plane;
+use glam::DVec3;
 
 /// Frames whose planes a portal is clipped by: the last one's alone let through windows that the one before had cut. Larger:
 /// slower by a few per cent, and hardly any chain more is cut.
 const ANCESTORS: usize = 4;
+
+/// Windows of a chain that cut the source: so many of the last ones, and as many of all others. Fewer: searches of long chains follow more
+/// of them. More: a step takes as long as its chain is.
+const NEAR: usize = 32;
+
+/// Goals and portals that a step may look at for nothing; so many more count as one step. More: where there are tens of thousands, a step
+/// takes as long as hundreds elsewhere. Fewer: buildings of a thousand rooms get fewer steps than they are promised.
+const LOOKS: usize = 4096;
+const LOOKS_A_STEP: usize = 64;
 
 /// Up to so many goals, what leads to none of them is left out of the way. Larger: it takes longer than it saves.
 const FEW: usize = 32;
@@ -43,6 +53,11 @@ pub(crate) struct End {
     /// Everything that lines through the chain meet beyond it is inside these, and no goal can be reached inside them. Empty:
     /// no line passes the chain.
     pub planes: Vec<Plane>,
+}
+
+/// What so many looks count on top of a step.
+fn more(looks: usize) -> u64 {
+    (looks.saturating_sub(LOOKS) / LOOKS_A_STEP) as u64
 }
 
 /// A chain of portals, as it stands when it has entered a cell.
@@ -100,6 +115,8 @@ pub(crate) struct Search<'a> {
     on_chain: Vec<u64>,
     waist: Window,
     stab: Stab,
+    /// A line that passes the chain as it was, and how long it was.
+    line: Option<([DVec3; 2], usize)>,
     spare: Window,
     separators: Separators,
     /// Portals that a flood has not asked yet, as bits.
@@ -112,7 +129,7 @@ pub(crate) struct Search<'a> {
 impl<'a> Search<'a> {
     /// A search that takes at most `max_steps` steps a source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
-        let (frames, chain, goals, on_chain, waist, stab, spare, allowed, leads, queue) = Default::default();
+        let (frames, chain, goals, on_chain, waist, stab, line, spare, allowed, leads, queue) = Default::default();
         let separators = Separators::new(net.rounding);
         Self {
             net,
@@ -125,6 +142,7 @@ impl<'a> Search<'a> {
             on_chain,
             waist,
             stab,
+            line,
             spare,
             separators,
             allowed,
@@ -171,7 +189,8 @@ impl<'a> Search<'a> {
             if get(&self.on_chain, cell) || !get(&self.frames[depth].live, target) || !self.wanted(depth, target, goals) {
                 continue;
             }
-            outcome.steps += 1;
+            let [start, end] = self.frames[depth].goals;
+            outcome.steps += 1 + more(end - start);
             if outcome.steps > self.max_steps {
                 outcome.capped = true;
                 return outcome;
@@ -193,6 +212,7 @@ impl<'a> Search<'a> {
             self.frames.push(Frame::default());
         }
         self.chain.clear();
+        self.line = None;
         self.chain.push(first as u32);
         let frame = &mut self.frames[0];
         frame.source.assign(net.window(first));
@@ -200,7 +220,8 @@ impl<'a> Search<'a> {
         frame.bundle.assign(&[]);
         frame.planes.extend(net.plane(first).map(|p| p.flipped()));
         frame.separators = frame.planes.len();
-        goals.arrive(net, net.target[first] as usize, &frame.planes, Passage::Unknown);
+        let inside = Inside { planes: &frame.planes, ends: [first; 2] };
+        goals.arrive(net, net.target[first] as usize, &inside, Passage::Unknown);
         let cell = net.out(net.target[first] as usize);
         (frame.next, frame.end) = (cell.start, cell.end);
         frame.live.clear();
@@ -209,7 +230,7 @@ impl<'a> Search<'a> {
         for (i, (a, b)) in self.might_see.row(first).iter().zip(goals.portals()).enumerate() {
             self.goals.extend(crate::bits::ones(&[a & b]).map(|bit| (i * 64 + bit) as u32));
         }
-        self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &frame.planes));
+        self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &inside));
         frame.goals = [0, self.goals.len()];
         !self.goals.is_empty()
     }
@@ -292,7 +313,10 @@ impl<'a> Search<'a> {
             return false;
         }
         let mut cut = Cut { window: &mut child.source, passes: true, slack: &net.slack, spare: &mut self.spare };
-        let passes = std::iter::once(&self.waist).chain(below[1..depth].iter().rev().map(|frame| &frame.pass));
+        // Of a long chain the last windows, and as many of those before them.
+        let (near, far) = (depth.saturating_sub(NEAR).max(1), depth.saturating_sub(NEAR).div_ceil(NEAR).max(1));
+        let passes = below[near..depth].iter().rev().chain(below[1..near].iter().rev().step_by(far));
+        let passes = std::iter::once(&self.waist).chain(passes.map(|frame| &frame.pass));
         for pass in passes {
             self.separators.through_second(&child.pass, pass, Way::Against, &mut cut);
             if !cut.passes {
@@ -308,8 +332,11 @@ impl<'a> Search<'a> {
     fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let cell = net.target[target] as usize;
+        // What passed another portal than this one.
+        self.line.take_if(|(_, length)| *length > depth + 1);
         self.spread(depth, target);
-        if goals.would_decide(net, cell, &self.frames[depth + 1].planes) {
+        let ends = [self.chain[0] as usize, target];
+        if goals.would_decide(net, cell, &Inside { planes: &self.frames[depth + 1].planes, ends }) {
             self.chain.push(target as u32);
             let passage = self.stab(depth, goals, steps);
             self.chain.pop();
@@ -317,9 +344,9 @@ impl<'a> Search<'a> {
                 self.end(target, None);
                 return false;
             }
-            *steps += goals.arrive(net, cell, &self.frames[depth + 1].planes, passage);
+            *steps += goals.arrive(net, cell, &Inside { planes: &self.frames[depth + 1].planes, ends }, passage);
         }
-        if !self.cull(depth, target, goals) {
+        if !self.cull(depth, target, goals, steps) {
             self.end(target, Some(depth + 1));
             return false;
         }
@@ -346,12 +373,19 @@ impl<'a> Search<'a> {
     /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
     /// none is left.
     #[inline(always)]
-    fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
+    fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let start = self.frames[depth].goals[1];
         let wanted = goals.portals();
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
+        // A long chain that doesn't branch: its next portal tells as much as a flood of all that may come.
+        if depth >= NEAR && net.out(net.target[target] as usize).len() <= 2 {
+            child.live.clear();
+            child.live.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
+            child.goals = [start, self.goals.len()];
+            return self.goals.len() > start;
+        }
         // First the goals alone, because that often is the end of it.
         let mut kept = start;
         for i in start..self.goals.len() {
@@ -386,6 +420,7 @@ impl<'a> Search<'a> {
         }
         child.live.clear();
         child.live.resize(frame.live.len(), 0);
+        let mut looks = 0;
         self.queue.push(target as u32);
         while let Some(last) = self.queue.pop() {
             for &(word, mask) in net.next(last as usize) {
@@ -395,6 +430,7 @@ impl<'a> Search<'a> {
                 while ways != 0 {
                     let p = word * 64 + ways.trailing_zeros() as usize;
                     ways &= ways - 1;
+                    looks += 1;
                     if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
                         set(&mut child.live, p);
                         self.queue.push(p as u32);
@@ -402,10 +438,12 @@ impl<'a> Search<'a> {
                 }
             }
         }
+        *steps += more(looks);
         kept = start;
+        let inside = Inside { planes: &child.planes, ends: [self.chain[0] as usize, target] };
         for i in start..self.goals.len() {
             let goal = self.goals[i] as usize;
-            if get(&child.live, goal) && !goals.is_cut_off(net, net.target[goal] as usize, &child.planes) {
+            if get(&child.live, goal) && !goals.is_cut_off(net, net.target[goal] as usize, &inside) {
                 self.goals[kept] = goal as u32;
                 kept += 1;
             }
@@ -427,13 +465,25 @@ impl<'a> Search<'a> {
     fn stab(&mut self, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
         let net = self.net;
         let top = &self.frames[depth + 1];
+        // A line that passes the chain up to here may go on straight.
+        if let Some((line, length)) = self.line {
+            let on = self.frames[length..=depth + 1].iter().try_fold(line[1], |_, f| f.pass.met_by(line));
+            if let Some(on) = on.filter(|&on| goals.accepts(&self.chain, [line[0], on])) {
+                self.line = Some(([line[0], on], depth + 2));
+                return Passage::Line([line[0], on]);
+            }
+        }
         let windows = std::iter::once(top.source.clone()).chain(self.frames[1..=depth + 1].iter().map(|f| f.pass.clone()));
         let chain = &self.chain;
         let mut question =
             Question { slack: &net.slack, separators: &mut self.separators, accept: &mut |line| goals.accepts(chain, line) };
         match self.stab.ask(windows, &mut question, steps) {
             Passage::Unknown => goals.settle(chain, steps),
-            passage => passage,
+            Passage::Line(line) => {
+                self.line = Some((line, depth + 2));
+                Passage::Line(line)
+            }
+            Passage::Refuted => Passage::Refuted,
         }
     }
 }

@@ -172,6 +172,19 @@ impl Window {
         (0..other.len).all(inside) && (!self.flat || (0..self.len).all(edge))
     }
 
+    /// Where the line through two points meets the inside of a flat window.
+    pub fn met_by(&self, [a, b]: [DVec3; 2]) -> Option<DVec3> {
+        if self.len < 3 || !self.flat {
+            return None;
+        }
+        let p = a.lerp(b, self.normal.dot(self.corner(0) - a) / self.normal.dot(b - a));
+        let inside = |i: usize| {
+            let corner = self.corner(i);
+            self.normal.cross(self.corner((i + 1) % self.len) - corner).dot(p - corner) > 0.0
+        };
+        (p.is_finite() && (0..self.len).all(inside)).then_some(p)
+    }
+
     /// True where no line through the window comes inside `plane`, touching lines aside.
     #[inline(always)]
     pub fn is_cut_off(&self, plane: &Plane, slack: &Slack) -> bool {
