@@ -9,12 +9,14 @@
 //! as a crack. What this can't tell from a crack is a sight line that is open over less than `2 * SPREAD` of a pixel.
 //!
 //! Models have surfaces in one place, as where a wall's end lies in another wall's face. Whichever of the two an item buffer
-//! names is rounding's choice, so a surface isn't missed where the set keeps another within the scene's clearance of it.
+//! names is rounding's choice, so a surface isn't missed where the set keeps another within the scene's clearance of it. And an eye that
+//! stands on a surface, to rounding, looks through it or not: what is behind such a surface isn't missed.
 
 use super::raster::{IdBuffer, View};
 use crate::ObjectId;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
+use crate::tolerance::single_precision;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -74,6 +76,9 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
         let along = view.camera.ray(view.ndc(middle + offset * SPREAD));
         // From the eye itself: what is nearer than the near plane hides what is behind it, too.
         let from = view.camera.eye.as_dvec3();
+        if stands_on_a_surface(rays, from, along) {
+            return false;
+        }
         let hit = rays.first_opaque(from, along, limit);
         opaque_missed &= hit.is_some_and(|h| !kept(h.object) && !is_doubled(rays, from + along * h.t, kept));
         glass.clear();
@@ -86,6 +91,12 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
         }
     }
     true
+}
+
+/// True where a ray begins on something opaque, as far as `f32` tells.
+fn stands_on_a_surface(rays: &RayScene<'_>, eye: DVec3, along: DVec3) -> bool {
+    let rounding = along.normalize_or_zero() * single_precision(eye.abs().max_element());
+    rays.first_opaque(eye - rounding, 2.0 * rounding, 1.0).is_some()
 }
 
 /// True where an opaque object of the set is within the scene's clearance of a point.
@@ -124,6 +135,26 @@ mod tests {
     fn square(z: f64) -> Mesh {
         let positions = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)].map(|(x, y)| DVec3::new(x, y, z)).to_vec();
         Mesh { node: "wall".into(), role: Role::Structure, opaque: true, positions, triangles: vec![[0, 1, 2], [0, 2, 3]] }
+    }
+
+    #[test]
+    fn who_stands_on_a_wall_may_look_through_it_and_who_stands_behind_it_does() {
+        for (off, misses) in [(0.0, false), (-0.01, true), (0.01, false)] {
+            let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+            builder.add(square(0.0)).unwrap();
+            builder.add(square(-1.0)).unwrap();
+            let scene = builder.finish("walls").unwrap();
+            let eye = DVec3::new(0.3, 0.2, off) - scene.origin;
+            let camera = Camera::look_at(eye, eye - DVec3::Z, 1.0, 1.0);
+            let view = View { camera, near: 0.05, width: 16, height: 16 };
+            let full = draw(&scene, &view, &|_| true);
+            let shown = objects_shown(&scene, &full);
+            // The near plane is beyond the first.
+            assert_eq!(shown.len(), 1, "{off}");
+            let behind = shown[0];
+            let missed = missed_pixels(&RayScene::new(&scene), &view, &full, &shown, &|o| o != behind);
+            assert_eq!(missed.pixels.len(), if misses { 256 } else { 0 }, "{off}");
+        }
     }
 
     #[test]
