@@ -36,14 +36,14 @@ pub(super) fn portal_kind_code(kind: PortalKind) -> u8 {
 
 /// A bit each.
 pub(super) fn state_code(state: PortalState) -> u8 {
-    u8::from(state.shut) | u8::from(state.see_through) << 1 | u8::from(state.closable) << 2
+    u8::from(state.shut) | u8::from(state.see_through) << 1 | u8::from(state.closable) << 2 | u8::from(state.ajar) << 3
 }
 
-/// `None` where an unknown bit is set, or where what can't be shut is.
+/// `None` where an unknown bit is set, where what can't be shut is, or where what isn't shut is ajar.
 pub(super) fn state_of_code(code: u8) -> Option<PortalState> {
     let bit = |k: u8| code >> k & 1 == 1;
-    let state = PortalState { shut: bit(0), see_through: bit(1), closable: bit(2) };
-    (code < 8 && (state.closable || !state.shut)).then_some(state)
+    let state = PortalState { shut: bit(0), see_through: bit(1), closable: bit(2), ajar: bit(3) };
+    (code < 16 && (state.closable || !state.shut) && (state.shut || !state.ajar)).then_some(state)
 }
 
 #[cfg(test)]
@@ -55,7 +55,11 @@ mod tests {
         assert!(GUARANTEES.iter().enumerate().all(|(i, &g)| guarantee_code(g) as usize == i));
         assert!(STRATEGIES.iter().enumerate().all(|(i, &s)| strategy_code(s) as usize == i));
         let states: Vec<_> = (0..=255).filter_map(state_of_code).map(state_code).collect();
-        assert_eq!(states, [0, 2, 4, 5, 6, 7], "neither 1 and 3, shut without a leaf, nor what is beyond 7");
+        assert_eq!(
+            states,
+            [0, 2, 4, 5, 6, 7, 13, 15],
+            "nothing shut without a leaf, nothing ajar that isn't shut, nothing beyond 15"
+        );
         assert!(PORTAL_KINDS.iter().enumerate().all(|(i, &k)| portal_kind_code(k) as usize == i));
     }
 }

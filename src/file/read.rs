@@ -14,7 +14,7 @@ use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
 
 impl PvsFile {
-    /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 1,024 times
+    /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 4,096 times
     /// `bytes.len()` of memory, whatever the file says.
     pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
         let container = Container::parse(bytes)?;
