@@ -6,7 +6,8 @@
 //! The camera goes six stretches of its path, 10 frames each among teapots, 30 in cities; between them it jumps. First the answers are checked: in the middle frame of each
 //! stretch, no culler leaves out an object that a picture of everything shows. Times are of whole frames, culling and all drawing,
 //! added up, each city's also with as many triangles as the study's has, and of several runs the fastest counts; *plain* (everything is drawn) and *known* (the exactly visible objects are drawn, and nobody is asked) are measured in
-//! the middle frames and compared there. `--test` takes one small scene, `--cities` the cities alone.
+//! the middle frames and compared there. `--test` takes one small scene, `--cities` the cities alone,
+//! `--teapots COUNT,SCALE` one scene of teapots alone.
 
 use enfilade::generate::{Kind, generate};
 use enfilade::online::bounds::Fit;
@@ -42,6 +43,14 @@ fn main() {
     let has = |flag: &str| std::env::args().any(|a| a == flag);
     if has("--test") {
         teapots(50, 20, &[Split::ObjectMedian]);
+        return;
+    }
+    if let Some(at) = std::env::args().position(|a| a == "--teapots") {
+        let scene = std::env::args().nth(at + 1).unwrap_or_default();
+        let [count, scale] = scene.split(',').map(|n| n.parse().expect("a number")).collect::<Vec<_>>()[..] else {
+            panic!("--teapots COUNT,SCALE")
+        };
+        teapots(count, scale, &Split::ALL);
         return;
     }
     let teapot_scenes = if has("--cities") { &[][..] } else { &[(500, 30), (5000, 3), (5000, 20)] };

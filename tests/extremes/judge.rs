@@ -90,8 +90,10 @@ pub fn judge(world: &World, motion: &Motion, given: bool, effort: Effort) -> Row
         faults: Vec::new(),
     };
     let bytes = file.write();
-    if PvsFile::read(&bytes).ok().as_ref() != Some(&file) {
-        row.faults.push("the file isn't read as it was written".into());
+    match PvsFile::read(&bytes) {
+        Ok(read) if read == file => (),
+        Ok(_) => row.faults.push("the file isn't read as it was written".into()),
+        Err(error) => row.faults.push(format!("the file isn't read: {error}")),
     }
     if effort.threads && on(1, || bake(&scene, options, &Work::quiet())).unwrap().file.write() != bytes {
         row.faults.push("other bytes on one thread".into());

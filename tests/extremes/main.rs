@@ -7,9 +7,15 @@ mod windings;
 mod world;
 
 use enfilade::BitMatrix;
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::file::Bounds;
+use enfilade::pvs::PvsOptions;
+use enfilade::work::Work;
 use glam::{DQuat, DVec3};
 use judge::{Effort, Row, flowed, judge, settle, table};
 use scenes::*;
+use std::io::Write;
+use std::time::Instant;
 use world::{Known, Motion, World};
 
 const SHORT: Effort = Effort { rays: 60_000, checked: 20_000, frames: 6, pixels: true, threads: true };
@@ -102,6 +108,36 @@ fn every_extreme_scene_in_every_place() {
     let rows: Vec<Row> = worlds.iter().flat_map(places).collect();
     table(&rows);
     settle(&rows);
+}
+
+/// What is undecided, by how long was looked. What one bake witnesses no other proves hidden.
+#[test]
+#[ignore = "long; `just torture` runs it"]
+fn error_against_run_time() {
+    let mut text = String::from("| scene | undecided of not hidden, after seconds |\n| --- | --- |\n");
+    for world in short() {
+        let scene = world.scene(&Motion::NONE);
+        let mut known: Vec<Bounds> = Vec::new();
+        text += &format!("| {} |", world.name);
+        for rays in [0, 3_000, 30_000, 300_000, 3_000_000] {
+            let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
+            let given = Some(world.graph(&scene, &Motion::NONE));
+            let begin = Instant::now();
+            let baked =
+                bake(&scene, BakeOptions { pvs, keep_bounds: true, given, ..BakeOptions::default() }, &Work::quiet());
+            let seconds = begin.elapsed().as_secs_f64();
+            let file = baked.unwrap().file;
+            let undecided = file.pairs.upper - file.pairs.lower;
+            text += &format!(" {undecided} of {}, {seconds:.2} s;", file.pairs.upper);
+            known.push(file.bounds.expect("kept"));
+        }
+        text += " |\n";
+        for (a, b) in known.iter().flat_map(|a| known.iter().map(move |b| (a, b))) {
+            assert_eq!(a.objects_lower.first_outside(&b.objects_upper), None, "{}", world.name);
+            assert_eq!(a.cells_lower.first_outside(&b.cells_upper), None, "{}", world.name);
+        }
+    }
+    std::io::stderr().write_all(text.as_bytes()).unwrap();
 }
 
 #[test]
