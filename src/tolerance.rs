@@ -38,6 +38,11 @@ pub fn single_precision(extent: f64) -> f64 {
     extent * 16.0 * f64::from(f32::EPSILON)
 }
 
+/// Leaves hang no farther from their portal's plane than this share of the portal's diagonal: 0.8 m for a door of 0.9 x 2.1 m. What is
+/// found shut hangs within half of it, or is larger than its portal. Larger: more of the room behind a shut door is drawn. Smaller: leaves
+/// get lost.
+pub const DOORWAY: f64 = 0.35;
+
 /// Of the area of a portal, or of a strip one tolerance wide along its rim where that is less: what its two cells must share of it
 /// to lie on its two sides. Larger: openings of slivers are blamed, of which a portal, grown by the width that coverage takes, is a
 /// multiple. Smaller: pieces that meet a portal along an edge, to rounding, count as lying on it.

@@ -81,6 +81,7 @@ struct GivenState {
     shut: Option<bool>,
     see_through: Option<bool>,
     closable: Option<bool>,
+    ajar: Option<bool>,
 }
 
 /// Reads cells and portals in the model's own coordinates (metres, +Y up); the graph is relative to `scene`'s origin. Windings
@@ -227,9 +228,13 @@ impl Reader {
             shut: given.shut.unwrap_or(usual.shut),
             see_through: given.see_through.unwrap_or(usual.see_through),
             closable: given.closable.unwrap_or(usual.closable),
+            ajar: given.ajar.unwrap_or(usual.ajar),
         };
         if state.shut && !state.closable {
             return Err(GivenError::at(format!("{field}.state"), "shut, but not closable; say closable: true"));
+        }
+        if state.ajar && !state.shut {
+            return Err(GivenError::at(format!("{field}.state"), "ajar, but not shut; say shut: true"));
         }
         Ok(Portal { cells: portal.cells.map(CellId), plane, winding, kind, state, source: portal.source })
     }
@@ -327,7 +332,7 @@ mod tests {
     fn states_are_taken_and_what_they_leave_out_is_the_kinds() {
         let json = rooms(DOOR).replace(r#""kind": "door""#, r#""kind": "door", "state": {"shut": true}"#);
         let state = read_cells(&json, &scene()).unwrap().portals[0].state;
-        assert_eq!(state, PortalState { shut: true, see_through: false, closable: true });
+        assert_eq!(state, PortalState { shut: true, see_through: false, closable: true, ajar: false });
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod contacts;
 mod convex;
 mod courts;
 mod free;
+mod gap;
 mod gates;
 mod given;
 mod human;

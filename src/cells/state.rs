@@ -7,14 +7,17 @@
 //! triangles turned by more than about 25 degrees, or farther away than a third of their object's size, stand aside.
 
 use super::complex::columns::counter_clockwise;
-use super::complex::coverage::{Open, convex_hull, open_part, shape_area, shared_area};
+use super::complex::coverage::{Open, Shape, convex_hull, open_part, shape_area, shared_area};
+use super::gap::{Face, lets_through};
 use super::locate::BoxTree;
 use super::{Portal, PortalKind};
-use crate::geom::{Aabb, Plane, area, clip, middle};
+use crate::geom::{Aabb, Plane, area, clip};
+use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
 
 /// What stands in a portal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
@@ -25,6 +28,8 @@ pub struct PortalState {
     pub see_through: bool,
     /// Something hangs in it that can shut it.
     pub closable: bool,
+    /// It is shut and something shows all the same, beside its leaf or through a slot. Only what is shut is ajar.
+    pub ajar: bool,
 }
 
 impl PortalState {
@@ -32,8 +37,8 @@ impl PortalState {
     /// has nothing in it.
     pub fn of_kind(kind: PortalKind) -> Self {
         match kind {
-            PortalKind::Door => Self { shut: false, see_through: false, closable: true },
-            PortalKind::Window => Self { shut: true, see_through: true, closable: true },
+            PortalKind::Door => Self { shut: false, see_through: false, closable: true, ajar: false },
+            PortalKind::Window => Self { shut: true, see_through: true, closable: true, ajar: false },
             PortalKind::Opening => Self::default(),
         }
     }
@@ -54,31 +59,36 @@ pub(super) fn find_states(scene: &Scene, portals: &mut [Portal]) {
     let boxes: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
     let leaves = (0..boxes.len() as u32).filter(|&i| matches!(scene.objects[i as usize].role, Role::Door | Role::Window));
     let tree = BoxTree::new(&boxes, leaves.collect());
-    portals.par_iter_mut().for_each(|portal| {
+    // Made for the first leaf that is shut.
+    let rays = OnceLock::new();
+    portals.par_iter_mut().enumerate().for_each(|(i, portal)| {
         portal.state = PortalState::of_kind(portal.kind);
         if portal.kind != PortalKind::Opening {
-            let leaf = Leaf::new(scene, &tree, portal);
-            portal.state.shut = leaf.covers > SHUT_SHARE;
+            let face = Face::new(portal);
+            let rim = convex_hull(portal.winding.iter().map(|&p| face.flat(p)).collect());
+            let whole = area(&portal.winding);
+            let leaf = Leaf::new(scene, &tree, portal, &face, &rim);
+            portal.state.shut = leaf.open.iter().map(shape_area).sum::<f64>() < (1.0 - SHUT_SHARE) * whole;
             portal.state.see_through |= leaf.glass;
+            if portal.state.shut && !portal.state.see_through {
+                let rays = rays.get_or_init(|| RayScene::new(scene));
+                portal.state.ajar = lets_through(rays, &face, &rim, &leaf.open, i as u64);
+            }
         }
     });
 }
 
 /// What hangs in a portal.
 struct Leaf {
-    /// Share of the portal that is covered.
-    covers: f64,
-    /// Whether any of that is glass.
+    /// What it leaves uncovered of the portal, in the coordinates of its [`Face`].
+    open: Vec<Shape>,
+    /// Whether any of it is glass.
     glass: bool,
 }
 
 impl Leaf {
-    fn new(scene: &Scene, tree: &BoxTree, portal: &Portal) -> Self {
-        let (n, centre) = (portal.plane.n, middle(&portal.winding));
-        let (u, v) = n.any_orthonormal_pair();
-        let flat = |p: DVec3| DVec2::new(u.dot(p - centre), v.dot(p - centre));
-        let rim = convex_hull(portal.winding.iter().map(|&p| flat(p)).collect());
-        let whole = area(&portal.winding);
+    fn new(scene: &Scene, tree: &BoxTree, portal: &Portal, face: &Face, rim: &[DVec2]) -> Self {
+        let (n, whole) = (portal.plane.n, area(&portal.winding));
         let around = Aabb::of(portal.winding.iter().copied()).inflated(NEAR * MOST_TIMES * whole.sqrt());
         let mut objects = Vec::new();
         tree.in_box(&around, &mut |i| objects.push(i as usize));
@@ -94,17 +104,17 @@ impl Leaf {
                 }
                 let near = slab.iter().fold(corners.to_vec(), |rest, plane| clip(&rest, plane, 0.0));
                 for k in 2..near.len() {
-                    let triangle = [near[0], near[k - 1], near[k]].map(flat);
-                    glass |= object.glass && shared_area(counter_clockwise(triangle), &rim) > 0.0;
+                    let triangle = [near[0], near[k - 1], near[k]].map(|p| face.flat(p));
+                    glass |= object.glass && shared_area(counter_clockwise(triangle), rim) > 0.0;
                     triangles.push(triangle);
                 }
             }
         }
-        let open = match open_part(&rim, &triangles, 1e-4 * whole.sqrt()) {
-            Open::Whole => whole,
-            Open::Parts(parts) => parts.iter().map(shape_area).sum(),
+        let open = match open_part(rim, &triangles, 1e-4 * whole.sqrt()) {
+            Open::Whole => vec![vec![rim.iter().map(|p| p.to_array()).collect()]],
+            Open::Parts(parts) => parts,
         };
-        Self { covers: 1.0 - open / whole.max(f64::MIN_POSITIVE), glass }
+        Self { open, glass }
     }
 }
 
@@ -113,17 +123,32 @@ mod tests {
     use super::*;
     use crate::CellId;
     use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
+    use glam::DVec3;
 
-    /// A doorway of 0.9 x 2.1 m in the plane x = 0, and a leaf of 0.86 x 2.06 x 0.04 m, hung at z = 0.02, turned by this many
-    /// degrees and moved by this far along x.
-    fn state(degrees: f64, aside: f64, glass: bool, role: Role) -> PortalState {
+    /// A doorway of 0.9 x 2.1 m in the plane x = 0 of a wall from x = -0.1 to 0.1, and a leaf of 0.04 m that ends `gap` metres from the
+    /// doorway's rim, turned by this many degrees and moved by this far along x.
+    fn state(degrees: f64, aside: f64, gap: f64, glass: bool, role: Role) -> PortalState {
         let (sin, cos) = degrees.to_radians().sin_cos();
-        let hinge = |x: f64, y: f64, z: f64| DVec3::new(cos * x + sin * z + aside, y, cos * z - sin * x + 0.02);
-        let corner = |i: usize| hinge([-0.02, 0.02][i & 1], [0.02, 2.08][i >> 1 & 1], [0.0, 0.86][i >> 2 & 1]);
-        let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-        let leaf = Mesh { node: "leaf".into(), role, opaque: false, positions: (0..8).map(corner).collect(), triangles };
+        let hinge = |p: DVec3| DVec3::new(cos * p.x + sin * (p.z - gap) + aside, p.y, cos * (p.z - gap) - sin * p.x + gap);
+        let cuboid = |node: &str, role: Role, opaque: bool, min: DVec3, max: DVec3| {
+            let corner = |i: usize| DVec3::new([min, max][i & 1].x, [min, max][i >> 1 & 1].y, [min, max][i >> 2 & 1].z);
+            let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+            let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+            Mesh { node: node.into(), role, opaque, positions: (0..8).map(corner).collect(), triangles }
+        };
+        let p = DVec3::new;
+        let mut leaf = cuboid("leaf", role, false, p(-0.02, gap, gap), p(0.02, 2.1 - gap, 0.9 - gap));
+        leaf.positions.iter_mut().for_each(|p| *p = hinge(*p));
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let walls = [
+            (p(-0.1, -1.0, -3.0), p(0.1, 5.0, 0.0)),
+            (p(-0.1, -1.0, 0.9), p(0.1, 5.0, 4.0)),
+            (p(-0.1, -1.0, 0.0), p(0.1, 0.0, 0.9)),
+            (p(-0.1, 2.1, 0.0), p(0.1, 5.0, 0.9)),
+        ];
+        for (min, max) in walls {
+            builder.add(cuboid("wall", Role::Structure, true, min, max)).unwrap();
+        }
         if glass {
             builder.add_glass(leaf).unwrap()
         } else {
@@ -143,20 +168,33 @@ mod tests {
     #[test]
     fn a_leaf_in_its_frame_is_shut_and_one_swung_aside_is_open() {
         let open = PortalState::of_kind(PortalKind::Door);
-        let shut = PortalState { shut: true, ..open };
-        assert_eq!(state(0.0, 0.0, false, Role::Door), shut);
-        assert_eq!(state(0.0, 0.2, false, Role::Door), shut, "in the middle of a thick wall, the portal on its face");
-        assert_eq!(state(10.0, 0.0, false, Role::Door), shut, "ajar");
+        let ajar = PortalState { shut: true, ajar: true, ..open };
+        assert_eq!(state(0.0, 0.0, 0.02, false, Role::Door), ajar);
+        assert_eq!(state(0.0, 0.2, 0.02, false, Role::Door), ajar, "beside a wall, the portal in its middle");
+        assert_eq!(state(10.0, 0.0, 0.02, false, Role::Door), ajar);
         for degrees in [45.0, 90.0, 120.0] {
-            assert_eq!(state(degrees, 0.0, false, Role::Door), open, "{degrees} degrees");
+            assert_eq!(state(degrees, 0.0, 0.02, false, Role::Door), open, "{degrees} degrees");
         }
-        assert_eq!(state(0.0, 1.0, false, Role::Door), open, "a leaf that leans on another wall");
-        assert_eq!(state(0.0, 0.0, false, Role::Furnishing), open, "a board is no leaf");
+        assert_eq!(state(0.0, 1.0, 0.02, false, Role::Door), open, "a leaf that leans on another wall");
+        assert_eq!(state(0.0, 0.0, 0.02, false, Role::Furnishing), open, "a board is no leaf");
+    }
+
+    #[test]
+    fn what_is_shut_is_ajar_where_a_line_passes_its_leaf() {
+        for gap in [0.02, 0.01, 0.003, 0.001] {
+            assert!(state(0.0, 0.0, gap, false, Role::Door).ajar, "{gap} m");
+        }
+        let shut = PortalState { shut: true, ..PortalState::of_kind(PortalKind::Door) };
+        for gap in [0.0, -0.01, -0.1] {
+            assert_eq!(state(0.0, 0.0, gap, false, Role::Door), shut, "{gap} m");
+        }
+        assert_eq!(state(0.0, 0.12, -0.1, false, Role::Door), shut, "flat on the wall's face, over the doorway's rim");
+        assert!(state(0.0, 0.2, -0.1, false, Role::Door).ajar, "eight centimetres off the wall");
     }
 
     #[test]
     fn a_leaf_of_glass_shows_what_is_behind_it() {
-        let state = state(0.0, 0.0, true, Role::Door);
-        assert_eq!(state, PortalState { shut: true, see_through: true, closable: true });
+        let state = state(0.0, 0.0, 0.02, true, Role::Door);
+        assert_eq!(state, PortalState { shut: true, see_through: true, closable: true, ajar: false });
     }
 }

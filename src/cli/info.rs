@@ -85,6 +85,7 @@ fn states(file: &PvsFile, kind: PortalKind) -> Value {
         "shut": count(|s| s.shut),
         "see_through": count(|s| s.see_through),
         "closable": count(|s| s.closable),
+        "ajar": count(|s| s.ajar),
     })
 }
 
@@ -170,7 +171,10 @@ fn prose(f: &Value) -> String {
     for kind in ["doors", "windows"] {
         let s = &f[kind];
         if s["count"] != 0 {
-            let how = format!("{}: {} open, {} shut, {} see-through", s["count"], s["open"], s["shut"], s["see_through"]);
+            let how = format!(
+                "{}: {} open, {} shut ({} of them ajar), {} see-through",
+                s["count"], s["open"], s["shut"], s["ajar"], s["see_through"]
+            );
             line(kind, how);
         }
     }

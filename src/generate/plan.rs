@@ -15,6 +15,8 @@ use std::collections::BTreeMap;
 
 /// Thickness of a door's leaf, of a pane; metres.
 const LEAF: f64 = 0.04;
+/// How far a leaf that is shut reaches into what is beside and above it, so that nothing shows around it; metres.
+const REBATE: f64 = 0.005;
 const PANE: f64 = 0.03;
 
 /// Millimetres to metres.
@@ -344,7 +346,9 @@ pub(super) fn pane(model: &mut Model, name: &str, along_x: bool, hole: &Aabb) {
 /// A leaf hinged at the lesser end of its hole, shut or standing open at a right angle; `into` as in [`Hole::into`].
 pub(super) fn leaf(model: &mut Model, name: &str, along_x: bool, hole: &Aabb, into: usize, closed: bool) {
     let size = hole.size();
-    let (width, height) = (if along_x { size.x } else { size.z } - 0.02, size.y - 0.01);
+    // Open, it clears what is around it; shut, it goes into the rebate of its hole.
+    let (side, above) = if closed { (REBATE, REBATE) } else { (-0.01, -0.01) };
+    let (width, height) = (if along_x { size.x } else { size.z } + 2.0 * side, size.y + above);
     // +x, -z, -x, +z are 0 to 3 quarter turns.
     let quarter = match (along_x, closed, into) {
         (true, true, _) | (false, false, 1) => 0,
@@ -355,7 +359,7 @@ pub(super) fn leaf(model: &mut Model, name: &str, along_x: bool, hole: &Aabb, in
     // Off the hinge, clear of the hole's side, on the face of the wall that it opens to.
     let mut at = DVec3::new(hole.min.x, hole.min.y, hole.min.z);
     let (along, across) = if along_x { (0, 2) } else { (2, 0) };
-    at[along] += if closed { 0.01 } else { LEAF / 2.0 + 0.005 };
+    at[along] += if closed { -REBATE } else { LEAF / 2.0 + 0.005 };
     at[across] = match (closed, into) {
         (true, _) => hole.centre()[across],
         (false, 0) => hole.min[across],

@@ -110,7 +110,7 @@ impl Culler {
             shut: vec![0; (2 * file.portals.len()).div_ceil(64)],
             found_shut: (0u32..)
                 .zip(&file.portals)
-                .filter(|(_, p)| p.state.shut && !p.state.see_through)
+                .filter(|(_, p)| p.state.shut && !p.state.see_through && !p.state.ajar)
                 .map(|(i, _)| PortalId(i))
                 .collect(),
             boxes: Boxes::new(file.objects.iter().map(|o| o.bounds)),

@@ -12,11 +12,8 @@
 
 use super::Culler;
 use crate::geom::Aabb;
+use crate::tolerance::DOORWAY;
 use crate::{DirectedPortal, PortalId};
-
-/// Leaves hang no farther from their portal's plane than this share of the portal's diagonal: 0.8 m for a door of 0.9 x 2.1 m. What is found
-/// shut hangs within half of it, or is larger than its portal. Larger: more of the room behind a shut door is drawn. Smaller: leaves get lost.
-const DOORWAY: f32 = 0.35;
 
 impl Culler {
     /// Opens or shuts a portal, both ways. Everything is open at first.
@@ -39,7 +36,8 @@ impl Culler {
         *word = if see_through { *word & !bit } else { *word | bit };
     }
 
-    /// Shuts the portals in which the model has a solid leaf that is shut, and opens all others. Returns how many it shut.
+    /// Shuts the portals in which the model has a solid leaf that is shut, and opens all others. Returns how many it shut. What shows beside
+    /// its leaf stays open ([`crate::cells::PortalState::ajar`]).
     pub fn shut_as_found(&mut self) -> usize {
         self.shut.fill(0);
         for i in 0..self.found_shut.len() {
@@ -51,7 +49,7 @@ impl Culler {
     /// How far from a portal's plane what stands in it may be, metres.
     pub fn doorway(&self, portal: DirectedPortal) -> f32 {
         let corners = self.portal_corners.get(portal.portal().index());
-        DOORWAY * Aabb::of(corners.iter().map(|p| p.as_dvec3())).diagonal() as f32
+        (DOORWAY * Aabb::of(corners.iter().map(|p| p.as_dvec3())).diagonal()) as f32
     }
 
     /// Whether a portal is seen through in a direction.

@@ -166,7 +166,8 @@ impl Random {
     /// A state that a file may hold: nothing is shut that isn't closable.
     fn state(&mut self) -> PortalState {
         let closable = self.below(2) == 1;
-        PortalState { shut: closable && self.below(2) == 1, see_through: self.below(2) == 1, closable }
+        let shut = closable && self.below(2) == 1;
+        PortalState { shut, see_through: self.below(2) == 1, closable, ajar: shut && self.below(2) == 1 }
     }
 
     fn plane(&mut self) -> glam::Vec4 {
