@@ -167,7 +167,8 @@ impl Random {
     fn state(&mut self) -> PortalState {
         let closable = self.below(2) == 1;
         let shut = closable && self.below(2) == 1;
-        PortalState { shut, see_through: self.below(2) == 1, closable, ajar: shut && self.below(2) == 1 }
+        let see_through = self.below(2) == 1;
+        PortalState { shut, see_through, closable, ajar: shut && see_through }
     }
 
     fn plane(&mut self) -> glam::Vec4 {
