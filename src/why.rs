@@ -8,7 +8,7 @@ use crate::pvs::Guarantee;
 use crate::pvs::why::{Flowed, PairFlow, Separation, is_shielded};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
-use crate::{CellId, DirectedPortal, ObjectId};
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::DVec3;
 
 /// What is asked about, as seen from a cell.
@@ -178,6 +178,21 @@ impl<'f> Asker<'f> {
         }
     }
 
+    /// Pairs of cells that flow left open, as far as the file knows.
+    fn cells_upper(&self) -> BitMatrix {
+        if let Some(bounds) = &self.file.bounds {
+            return bounds.cells_upper.clone();
+        }
+        let cells = self.file.cells.len() as u32;
+        let mut upper = BitMatrix::new(cells as usize, cells as usize);
+        for (a, b) in (0..cells).flat_map(|a| (0..cells).map(move |b| (a, b))) {
+            if self.file.sees_cell(CellId(a), CellId(b)) {
+                upper.set(a as usize, b as usize);
+            }
+        }
+        upper
+    }
+
     fn side(&self, cell: CellId, goal: Goal) -> Result<Side, WhyError> {
         let a = cell.index();
         let known = self.file.bounds.as_ref().map(|b| match goal {
@@ -215,8 +230,9 @@ impl<'f> Asker<'f> {
                     Flowed::Open(chain) => chain,
                     Flowed::OutOfSteps => Vec::new(),
                 };
-                let placement = &self.file.placement;
-                let confirmed = self.rays.as_ref().map(|rays| is_shielded(rays, &self.graph, placement, cell, object));
+                let (placement, pair) = (&self.file.placement, [cell.index(), object.index()]);
+                let confirmed =
+                    self.rays.as_ref().map(|rays| is_shielded(rays, &self.graph, placement, &self.cells_upper(), pair));
                 Why::Shielded(Shield { chain, confirmed })
             }
             Side::Undecided if self.file.placement.get(cell.index(), object.index()) => Why::Undecided(Doubt::Inside),

@@ -3,6 +3,7 @@
 #[allow(dead_code, reason = "each test binary uses its part")]
 mod rooms;
 
+use enfilade::cells::Strategy;
 use enfilade::pvs::{Pvs, PvsOptions, bake};
 use enfilade::scene::{Mesh, Scene};
 use enfilade::work::Work;
@@ -70,4 +71,25 @@ fn a_slit_in_it_does_not() {
         let (scene, pvs) = baked(slit.clone(), rays);
         assert!(seen(&scene, &pvs, "hidden").1, "{rays} rays");
     }
+}
+
+#[test]
+fn through_a_declared_keyhole_slits_of_any_width_count() {
+    // Two leaves leave 0.15 mm of the door, less than twice the clearance, and that is declared.
+    let leaf = |name, z: [f64; 2]| solid(name, [4.2, 0.0, z[0]], [4.4, 2.1, z[1]]);
+    let leaves = [leaf("left", [1.8, 2.249925]), leaf("right", [2.250075, 2.7])];
+    let keyhole = |extra: Vec<Mesh>| {
+        let (scene, mut graph) = row(2, extra.into_iter().chain(leaves.clone()), &[]);
+        graph.strategy = Strategy::Given;
+        let middle = 2.25 - scene.origin.z;
+        for corner in &mut graph.portals[0].winding {
+            corner.z = middle + 0.75e-4 * (corner.z - middle).signum();
+        }
+        let options = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
+        let pvs = bake(&scene, &mut graph, &options, &Work::quiet()).unwrap();
+        seen(&scene, &pvs, "hidden").1
+    };
+    let half = |name, z: [f64; 2]| solid(name, [6.0, 0.0, z[0]], [6.4, 2.5, z[1]]);
+    assert!(!keyhole(vec![half("cupboard", [0.9, 3.4]), hidden()]));
+    assert!(keyhole(vec![half("south", [0.9, 2.24992]), half("north", [2.25007, 3.4]), hidden()]));
 }

@@ -25,7 +25,7 @@ mod rooms;
 mod smooth;
 mod split;
 mod state;
-pub(crate) mod union;
+mod union;
 pub mod validate;
 mod view_cells;
 mod voids;

@@ -204,7 +204,8 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &W
     let mut narrow = BitMatrix::new(graph.cells.len(), scene.objects.len());
     for _ in 0..MENDINGS {
         let known = [lower.witnesses.len(), lower.sights.len()];
-        shield::decide(&rays, graph, &placement, options, &mut flowed.objects_upper, &mut lower, &mut narrow, work)?;
+        let FlowResult { cells_upper, objects_upper, .. } = &mut flowed;
+        shield::decide(&rays, graph, &placement, options, cells_upper, objects_upper, &mut lower, &mut narrow, work)?;
         if !mend(graph, &lower, known) {
             break;
         }

@@ -164,13 +164,23 @@ impl<G: Goals> Goals for Recorder<G> {
 }
 
 /// Whether triangles alone shut every way from a closed cell's portals to an object in another cell: the last stage of a bake,
-/// for one pair.
-pub fn is_shielded(rays: &RayScene<'_>, graph: &CellGraph, placement: &BitMatrix, cell: CellId, object: ObjectId) -> bool {
-    let mut upper = BitMatrix::new(placement.rows(), placement.columns());
-    upper.set(cell.index(), object.index());
-    let mut lower = Lower::new(placement.rows(), placement.columns());
-    let (options, mut narrow) = (PvsOptions::default(), BitMatrix::new(placement.rows(), placement.columns()));
-    let asked = shield::decide(rays, graph, placement, &options, &mut upper, &mut lower, &mut narrow, &Work::quiet());
+/// for one pair. `cells_upper` is what flow left of pairs of cells.
+pub fn is_shielded(
+    rays: &RayScene<'_>,
+    graph: &CellGraph,
+    placement: &BitMatrix,
+    cells_upper: &BitMatrix,
+    [cell, object]: [usize; 2],
+) -> bool {
+    // All pairs but this one are as good as seen.
+    let (rows, columns) = (placement.rows(), placement.columns());
+    let (mut upper, mut lower) = (BitMatrix::new(rows, columns), Lower::new(rows, columns));
+    (0..rows).for_each(|c| (0..columns).for_each(|o| _ = upper.set(c, o)));
+    lower.objects = upper.clone();
+    lower.objects.clear(cell, object);
+    let (options, mut narrow) = (PvsOptions::default(), BitMatrix::new(rows, columns));
+    let quiet = Work::quiet();
+    let asked = shield::decide(rays, graph, placement, &options, cells_upper, &mut upper, &mut lower, &mut narrow, &quiet);
     debug_assert_eq!(asked, Ok(()), "nobody stops it");
-    !upper.get(cell.index(), object.index())
+    !upper.get(cell, object)
 }

@@ -40,6 +40,8 @@ fn short() -> Vec<World> {
     let near = World { near: 50.0, name: "a near plane beyond the walls", auto: false, ..on_the_threshold() };
     vec![
         keyhole(1000.0, 0.005),
+        keyhole_and_a_way_round("a keyhole into 1 km and a way round", 1000.0),
+        keyhole_and_a_way_round("a keyhole into 300 m and a way round", 300.0),
         row("40 doors in line", 40, 0.8, true),
         row("40 doors out of line", 40, 0.8, false),
         slits("slits that pass a line by 1 mm", 1.019, Known::Visible),

@@ -29,6 +29,25 @@ pub fn keyhole(size: f64, hole: f64) -> World {
     w
 }
 
+/// A closet and a hall of `size` metres behind a keyhole of 5 mm, and a way round through a lobby: what stands in the hall shows through the
+/// keyhole only.
+pub fn keyhole_and_a_way_round(name: &'static str, size: f64) -> World {
+    let mut w = World::new(name);
+    let closet = w.room(p(-4.0, 0.0, -2.0), p(0.0, 3.0, 2.0));
+    let hall = w.room(p(0.0, -size / 20.0, -size / 2.0), p(size, size / 20.0, size / 2.0));
+    let lobby = w.room(p(-4.0, 0.0, -6.0), p(0.0, 3.0, -2.0));
+    w.door(closet, hall, p(0.0, 1.0, 0.0), p(0.0, 1.005, 0.005));
+    w.door(lobby, closet, p(-4.0, 0.0, -2.0), p(-3.0, 2.0, -2.0));
+    w.door(lobby, hall, p(0.0, 0.0, -6.0), p(0.0, 2.0, -5.0));
+    let far = w.thing(p(size * 0.5, -2.0, -5.0), p(size * 0.5 + 5.0, 4.0, 5.0));
+    for room in [closet, hall, lobby] {
+        w.knows(room, far, Visible);
+    }
+    let eye = p(-1.0, 1.0025, 0.0025);
+    w.views = vec![[eye, eye + DVec3::X], [p(-3.5, 1.0, -4.0), p(-3.5, 1.0, 0.0)]];
+    w
+}
+
 /// Rooms of `long` metres in a row along x with doors in line, or turn by turn on the left and on the right.
 pub fn row(name: &'static str, n: usize, long: f64, in_line: bool) -> World {
     let mut w = World::new(name);

@@ -45,6 +45,8 @@ pub(super) struct Between<'a> {
     pub shaft: &'a Shaft,
     /// The object that the target is a part of, where that is one.
     pub object: Option<u32>,
+    /// Lines that pass something within the clearance count, too.
+    pub strict: bool,
 }
 
 /// Every line that passes an edge within this share of the clearance is promised nothing. Less than 1 by what the arithmetic is off.
@@ -54,7 +56,7 @@ impl Flood {
     /// True where the surface around triangle `seed` hides one end from the other: every segment between the two meets it, or
     /// passes an edge of it more closely than the clearance. Else where it ends.
     pub fn closes(&mut self, mesh: &Mesh, between: &Between<'_>, seed: u32) -> Result<(), Failed> {
-        let Between { ends: [from, to], shaft, object } = *between;
+        let Between { ends: [from, to], shaft, object, strict } = *between;
         let axis = to.bounds.centre() - from.bounds.centre();
         self.members.clear();
         self.members.push(seed);
@@ -68,13 +70,14 @@ impl Flood {
             }
             // At its end a line may pass what is nearer to the target than the clearance.
             if !apart(from, &part, mesh.gap) {
-                if from.points.iter().all(|&p| t.is_near(p, NEAR * mesh.clearance)) {
+                if !strict && from.points.iter().all(|&p| t.is_near(p, NEAR * mesh.clearance)) {
                     return Ok(()); // all lines come too near to it right there
                 }
                 return Err(Failed { at: middle(&part), across: t.plane.n });
             }
             if !apart(to, &part, mesh.clearance) {
-                if object != Some(t.object) && object.is_some() && lands_beside(from, to, t, axis, mesh.clearance) {
+                if !strict && object != Some(t.object) && object.is_some() && lands_beside(from, to, t, axis, mesh.clearance)
+                {
                     return Ok(());
                 }
                 return Err(Failed { at: middle(&part), across: t.plane.n });
@@ -95,7 +98,7 @@ impl Flood {
                 }
                 let (p, q) = (a.lerp(b, span[0]), a.lerp(b, span[1]));
                 let across = (b - a).cross(axis).normalize_or_zero();
-                let foreign = object != Some(t.object) && apart(to, &[p, q], 2.5 * mesh.clearance);
+                let foreign = !strict && object != Some(t.object) && apart(to, &[p, q], 2.5 * mesh.clearance);
                 if foreign && grazes(from, to, [a, b], axis, NEAR * mesh.clearance) {
                     return Ok(());
                 }
@@ -219,7 +222,7 @@ mod tests {
         let shaft = Shaft::new(&from, &to, 0.25 * mesh.gap, Vec::new());
         let mut crossed = Vec::new();
         mesh.crossed(middle(&from.points) + 0.01, middle(&to.points) + 0.02, 8, &mut crossed);
-        let between = Between { ends: [&from, &to], shaft: &shaft, object: None };
+        let between = Between { ends: [&from, &to], shaft: &shaft, object: None, strict: false };
         crossed.iter().any(|&(_, seed)| Flood::default().closes(&mesh, &between, seed).is_ok())
     }
 

@@ -116,12 +116,15 @@ impl Mesh {
     }
 
     /// A convex polygon less what lies within `inset` metres of triangles all along one of its edges, or would but for `grown` metres by
-    /// which the edge was moved out.
-    pub fn inset(&self, winding: &[DVec3], n: DVec3, grown: f64, inset: f64) -> Vec<DVec3> {
+    /// which the edge was moved out. Edges across which it reaches less than `least` metres stay.
+    pub fn inset(&self, winding: &[DVec3], n: DVec3, [grown, inset]: [f64; 2], least: f64) -> Vec<DVec3> {
         let mut out = winding.to_vec();
         for (i, &a) in winding.iter().enumerate() {
             let b = winding[(i + 1) % winding.len()];
             let Some(away) = (b - a).cross(n).try_normalize() else { continue };
+            if winding.iter().all(|&c| away.dot(b - c) < least) {
+                continue;
+            }
             let lined = [grown, 0.0].into_iter().find(|&by| self.is_lined(a - away * by, b - away * by));
             if let Some(by) = lined {
                 let plane = Plane::through(a - away * (by + inset), away);

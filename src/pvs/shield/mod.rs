@@ -5,23 +5,23 @@
 //! hides the one from the other (`flood`), or a segment is a witness, or what is left is too small or has cost too much.
 //! Groups of objects are asked together first: one wall hides a whole wing.
 //!
-//! Surfaces are followed across gaps of less than the clearance, so portals narrower than openings that may be sealed aren't seen here:
-//! what only such portals lead to stays as flow has it.
+//! Lines that come nearer to a surface than the clearance are promised nothing, but for those through portals that were given and leave
+//! no other way (`narrow`).
 
 mod flood;
 mod mesh;
+mod narrow;
 mod shaft;
 
 use super::PvsOptions;
 use super::sample::witness::{Found, Lower, Prover};
 use super::sample::{Random, mix};
-use crate::cells::union::Union;
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
 use crate::work::{Stopped, Work};
-use crate::{BitMatrix, CellId, ObjectId};
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use flood::{Between, Failed, Flood};
 use glam::DVec3;
 use mesh::Mesh;
@@ -57,6 +57,7 @@ pub(super) fn decide(
     graph: &CellGraph,
     placement: &BitMatrix,
     options: &PvsOptions,
+    cells_upper: &BitMatrix,
     objects_upper: &mut BitMatrix,
     lower: &mut Lower,
     narrow: &mut BitMatrix,
@@ -67,51 +68,58 @@ pub(super) fn decide(
     let mesh = Mesh::new(scene, clearance);
     let locator = Locator::new(graph);
     let prover = Prover { rays, locator: &locator, clearance };
-    let wide = Wide::new(graph, placement, 2.0 * clearance);
+    let asker = Asker { scene, graph, mesh: &mesh, prover: &prover };
     let mut left = options.ray_budget as f64 / RAYS_A_SHAFT;
-    for (round, &budget) in ROUNDS.iter().enumerate() {
+
+    // What a narrow portal may show stays as flow has it.
+    let open = undecided(graph, placement, objects_upper, lower);
+    let sides = narrow::sides(graph, &open, [cells_upper, objects_upper], &mesh);
+    let most = budget(ROUNDS[1], left, sides.iter().map(|s| s.objects.len()).sum());
+    let ask = |(): &mut (), side: &narrow::Side| {
+        let cell = graph.portals[side.portal.portal().index()].cells[side.portal.side()];
+        let random = Random(mix(mix(options.seed, 0x4e), u64::from(side.portal.0)));
+        let mut task = asker.task(cell, &side.objects, most, random);
+        task.strict = true;
+        if side.can_be_asked {
+            task.through(side.portal);
+        } else {
+            task.state.fill(State::Dear);
+        }
+        (task.state, task.found.close(), task.shafts)
+    };
+    let found = work.map_with(&sides, || (), ask, |done| work.tell("narrow portals", done as f64 / sides.len() as f64))?;
+    let mut kept = BitMatrix::new(placement.rows(), placement.columns());
+    for (side, (state, mut found, shafts)) in sides.iter().zip(found) {
+        left -= shafts as f64;
+        found.rays = 0; // they are part of the shafts' price
+        lower.merge(found);
+        for (&o, _) in side.objects.iter().zip(&state).filter(|(_, state)| **state != State::Open) {
+            for &c in side.cells.iter().filter(|&&c| open.get(c as usize, o as usize)) {
+                kept.set(c as usize, o as usize);
+                narrow.set(c as usize, o as usize);
+            }
+        }
+    }
+
+    for (round, &shafts) in ROUNDS.iter().enumerate() {
+        let open = undecided(graph, placement, objects_upper, lower);
         let todo: Vec<(usize, Vec<u32>)> = (0..graph.cells.len())
-            .filter(|&c| !graph.cells[c].open)
-            .map(|c| {
-                let open = objects_upper.ones(c).filter(|&o| !lower.objects.get(c, o) && !placement.get(c, o));
-                let open = open.filter(|&o| wide.joins(c, o));
-                (c, open.map(|o| o as u32).collect::<Vec<_>>())
-            })
+            .map(|c| (c, open.ones(c).filter(|&o| !kept.get(c, o)).map(|o| o as u32).collect::<Vec<_>>()))
             .filter(|(_, objects)| !objects.is_empty())
             .collect();
         if todo.is_empty() {
             break;
         }
-        let portals: usize = todo.iter().map(|(c, objects)| graph.cells[*c].portals.len() * objects.len()).sum();
-        // Most pairs cost far less than they may.
-        let budget = budget.min(4.0 * left / portals.max(1) as f64);
+        let budget =
+            budget(shafts, left, todo.iter().map(|(c, objects)| graph.cells[*c].portals.len() * objects.len()).sum());
         if budget < 2.0 {
             break;
         }
         let ask = |(): &mut (), (c, objects): &(usize, Vec<u32>)| {
-            let mut task = Task {
-                scene,
-                mesh: &mesh,
-                prover: &prover,
-                cell: CellId(*c as u32),
-                objects,
-                state: vec![State::Open; objects.len()],
-                spent: vec![0.0; objects.len()],
-                budget,
-                random: Random(mix(mix(options.seed, 0x5e + round as u64), *c as u64)),
-                flood: Flood::default(),
-                crossed: Vec::new(),
-                planes: Vec::new(),
-                found: Found::default(),
-                shafts: 0,
-                grown: 1.5 * scene.tolerance().seal,
-            };
+            let random = Random(mix(mix(options.seed, 0x5e + round as u64), *c as u64));
+            let mut task = asker.task(CellId(*c as u32), objects, budget, random);
             for &portal in &graph.cells[*c].portals {
-                let mut winding = graph.portals[portal.portal().index()].winding.clone();
-                if portal.side() == 1 {
-                    winding.reverse();
-                }
-                task.through(&winding, graph.plane(portal));
+                task.through(portal);
             }
             (task.state, task.found.close(), task.shafts)
         };
@@ -134,32 +142,52 @@ pub(super) fn decide(
     Ok(())
 }
 
-/// Sets of cells that portals join of which none is a narrow gap.
-struct Wide {
-    /// By cell.
-    set: Vec<usize>,
-    /// Sets x objects: what is in a cell of theirs.
-    objects: BitMatrix,
+/// Pairs of closed cells and objects in others that are neither witnessed nor proven hidden.
+fn undecided(graph: &CellGraph, placement: &BitMatrix, objects_upper: &BitMatrix, lower: &Lower) -> BitMatrix {
+    let mut open = BitMatrix::new(placement.rows(), placement.columns());
+    for c in (0..graph.cells.len()).filter(|&c| !graph.cells[c].open) {
+        for o in objects_upper.ones(c).filter(|&o| !lower.objects.get(c, o) && !placement.get(c, o)) {
+            open.set(c, o);
+        }
+    }
+    open
 }
 
-impl Wide {
-    /// Leaves out portals of less than `least` metres across.
-    fn new(graph: &CellGraph, placement: &BitMatrix, least: f64) -> Self {
-        let mut union = Union::new(graph.cells.len());
-        for portal in graph.portals.iter().filter(|p| geom::width(&p.winding) >= least) {
-            union.join(portal.cells[0].0, portal.cells[1].0);
-        }
-        let set: Vec<usize> = (0..graph.cells.len() as u32).map(|c| union.find(c) as usize).collect();
-        let mut objects = BitMatrix::new(set.len(), placement.columns());
-        for (cell, &set) in set.iter().enumerate() {
-            placement.ones(cell).for_each(|object| _ = objects.set(set, object));
-        }
-        Self { set, objects }
-    }
+/// Shafts for an object through one portal: at most `most`, and of `left` in all what `pairs` of the two may expect.
+fn budget(most: f64, left: f64, pairs: usize) -> f64 {
+    // Most pairs cost far less than they may.
+    most.min(4.0 * left / pairs.max(1) as f64)
+}
 
-    /// True where an object is in a cell of the set that `cell` is in.
-    fn joins(&self, cell: usize, object: usize) -> bool {
-        self.objects.get(self.set[cell], object)
+/// What every task needs.
+struct Asker<'a> {
+    scene: &'a Scene,
+    graph: &'a CellGraph,
+    mesh: &'a Mesh,
+    prover: &'a Prover<'a>,
+}
+
+impl<'a> Asker<'a> {
+    fn task(&'a self, cell: CellId, objects: &'a [u32], budget: f64, random: Random) -> Task<'a> {
+        Task {
+            scene: self.scene,
+            graph: self.graph,
+            mesh: self.mesh,
+            prover: self.prover,
+            cell,
+            objects,
+            state: vec![State::Open; objects.len()],
+            spent: vec![0.0; objects.len()],
+            budget,
+            strict: false,
+            random,
+            flood: Flood::default(),
+            crossed: Vec::new(),
+            planes: Vec::new(),
+            found: Found::default(),
+            shafts: 0,
+            grown: 1.5 * self.scene.tolerance().seal,
+        }
     }
 }
 
@@ -175,6 +203,7 @@ enum Target {
 /// One cell's open pairs.
 struct Task<'a> {
     scene: &'a Scene,
+    graph: &'a CellGraph,
     mesh: &'a Mesh,
     prover: &'a Prover<'a>,
     cell: CellId,
@@ -184,6 +213,8 @@ struct Task<'a> {
     spent: Vec<f64>,
     /// Most shafts.
     budget: f64,
+    /// Lines that graze surfaces count, too, but for those at the ends of a slit.
+    strict: bool,
     /// How far portals were moved out over their rims, metres.
     grown: f64,
     random: Random,
@@ -197,8 +228,13 @@ struct Task<'a> {
 }
 
 impl Task<'_> {
-    /// Everything out through one portal; `plane` looks out of the cell.
-    fn through(&mut self, winding: &[DVec3], plane: Plane) {
+    /// Everything out through one portal of the cell.
+    fn through(&mut self, portal: DirectedPortal) {
+        let plane = self.graph.plane(portal);
+        let mut winding = self.graph.portals[portal.portal().index()].winding.clone();
+        if portal.side() == 1 {
+            winding.reverse();
+        }
         self.spent.fill(0.0);
         let margin = 4.0 * self.mesh.gap;
         let ahead = |&k: &u32| {
@@ -208,7 +244,8 @@ impl Task<'_> {
         };
         let all: Vec<u32> = (0..self.objects.len() as u32).filter(ahead).collect();
         // Whatever passes the portal's rim where a wall or floor runs along it comes nearer to that than the clearance.
-        let window = self.mesh.inset(winding, plane.n, self.grown, 0.8 * self.mesh.clearance);
+        let least = if self.strict { 2.0 * self.mesh.clearance } else { 0.0 };
+        let window = self.mesh.inset(&winding, plane.n, [self.grown, 0.8 * self.mesh.clearance], least);
         if window.is_empty() {
             return;
         }
@@ -268,7 +305,7 @@ impl Task<'_> {
                     stack.push((End::polygon(&half, plane), target.clone()));
                 }
             } else if let Target::Parts(k, _) = target {
-                if self.is_narrow(&from, &to, k) {
+                if !self.strict && self.is_narrow(&from, &to, k) {
                     continue;
                 }
                 self.state[k as usize] = State::Narrow;
@@ -337,7 +374,7 @@ impl Task<'_> {
             let shaft = Shaft::new(from, to, 0.25 * self.mesh.gap, std::mem::take(&mut self.planes));
             let mut tried: Option<Failed> = None;
             let object = if let Target::Parts(k, _) = target { Some(self.objects[*k as usize]) } else { None };
-            let between = Between { ends: [from, to], shaft: &shaft, object };
+            let between = Between { ends: [from, to], shaft: &shaft, object, strict: self.strict };
             for &(_, seed) in &crossed {
                 match self.flood.closes(self.mesh, &between, seed) {
                     Ok(()) => {
