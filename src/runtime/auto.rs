@@ -22,7 +22,11 @@ const WARM_UP: u32 = 2;
 const WAITS: [u32; 2] = [16, 256];
 /// Of a new cost, what moves the estimate. Higher: one slow frame changes the method. Lower: changes of the scene are seen late.
 const WEIGHT: f64 = 0.25;
-/// A method is left for one that is known to cost this share of it. Higher: back and forth between equals. Lower: gains are left.
+/// A method is left for one that won so many trials in a row, or one where it cost less than this share. Frames of one method differ by more
+/// than methods do. More: gains come later. Fewer: a quick frame of the wrong method is believed.
+const WINS: u8 = 3;
+const CLEARLY: f64 = 0.5;
+/// A method has won that is known to cost this share of the other. Higher: back and forth between equals. Lower: gains are left.
 const BETTER: f64 = 0.98;
 /// All methods.
 const METHODS: [Method; 7] = [
@@ -44,11 +48,14 @@ struct Known {
     /// Of the cell's frames, the one from which on it may be tried.
     due: u32,
     wait: u32,
+    /// Trials that it won, one after the other.
+    wins: u8,
 }
 
 impl Known {
     /// It lost, or would: not again soon.
     fn put_off(&mut self, frame: u32) {
+        self.wins = 0;
         self.wait = (self.wait * 2).clamp(WAITS[0], WAITS[1]);
         self.due = frame.saturating_add(self.wait);
     }
@@ -134,12 +141,15 @@ impl Auto {
         }
         // 2. It is judged by its last frame alone.
         known.cost = Some(cost);
-        if best.is_some_and(|best| cost < BETTER * best) {
+        let won = best.filter(|best| cost < BETTER * best);
+        known.wins += u8::from(won.is_some());
+        if won.is_some_and(|best| cost < CLEARLY * best || known.wins >= WINS) {
             // What was the best may be so again.
             place.known[place.current].put_off(place.frames);
             place.current = self.method;
             place.known[self.method].wait = 0;
-        } else {
+            place.known[self.method].wins = 0;
+        } else if won.is_none() {
             known.put_off(place.frames);
         }
     }
@@ -233,6 +243,22 @@ mod tests {
         let (spent, most) = run(&mut Auto::new(0, &Method::ALL), frames, |_, method| (None, dense(method)));
         // The first frame is by the first method, whatever that costs.
         assert!(spent <= 1.015 * 10.0 * frames as f64 + 140.0 && most == 140.0, "{spent}");
+    }
+
+    /// Frames of one method differ by a third either way.
+    #[test]
+    fn frames_that_differ_by_more_than_methods_do_not_lead_astray() {
+        let noise = |frame: usize| {
+            2.0 * (((frame as u32).wrapping_mul(0x9e37_79b9) ^ 0x5bd1_e995).wrapping_mul(0x85eb_ca6b) >> 8) as f64
+                / f64::from(1 << 24)
+                - 1.0
+        };
+        let of = |frame: usize, method: Method| sparse(method) * (1.0 + 0.3 * noise(frame));
+        for frames in [240, 3000] {
+            let best: f64 = (0..frames).map(|frame| of(frame, Method::Plain(Mode::Frustum))).sum();
+            let (spent, _) = run(&mut Auto::new(0, &Method::ALL), frames, |frame, method| (None, of(frame, method)));
+            assert!(spent <= 1.03 * best, "{frames}: {spent} for {best}");
+        }
     }
 
     #[test]
