@@ -115,7 +115,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Work<'_>) -> Result<Bake
     if found {
         stage("the split", &graph, scene, 0);
     }
-    let cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2);
+    let cells_found = coarsen(&mut graph, scene.objects.len(), scene.tolerance().coplanar, options.memory / 2);
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();

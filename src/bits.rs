@@ -2,14 +2,31 @@
 
 use bitvec::prelude::{BitSlice, Lsb0};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+/// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero. What was never written takes
+/// no memory where the system hands out zeros only when they are written to; making one, copying it and uniting two write no zeros.
+#[derive(PartialEq, Eq, Debug, Default)]
 pub struct BitMatrix {
     rows: usize,
     columns: usize,
     stride: usize,
     words: Vec<u64>,
+}
+
+/// Words that are copied or left alone together: half a page.
+const BLOCK: usize = 256;
+
+impl Clone for BitMatrix {
+    fn clone(&self) -> Self {
+        let mut words = vec![0; self.words.len()];
+        for (new, old) in words.chunks_mut(BLOCK).zip(self.words.chunks(BLOCK)) {
+            if old.iter().any(|&word| word != 0) {
+                new.copy_from_slice(old);
+            }
+        }
+        Self { words, ..*self }
+    }
 }
 
 impl BitMatrix {
@@ -97,8 +114,10 @@ impl BitMatrix {
     /// `self |= other`; both must have one shape.
     pub fn union_with(&mut self, other: &Self) {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
-        for (a, b) in self.words.iter_mut().zip(&other.words) {
-            *a |= b;
+        for (a, b) in self.words.chunks_mut(BLOCK).zip(other.words.chunks(BLOCK)) {
+            if b.iter().any(|&word| word != 0) {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a |= b);
+            }
         }
     }
 
@@ -151,6 +170,12 @@ fn transpose(block: &mut [u64; 64]) {
     }
 }
 
+/// The words of a row from the first that isn't zero to the last; none, at its end, where all are.
+pub fn span(words: &[u64]) -> Range<usize> {
+    let first = words.iter().position(|&word| word != 0).unwrap_or(words.len());
+    first..words.iter().rposition(|&word| word != 0).map_or(first, |last| last + 1)
+}
+
 /// Ascending positions of the set bits of a row of words.
 pub fn ones(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
     words.iter().enumerate().flat_map(|(i, &word)| {
@@ -197,6 +222,25 @@ mod tests {
             assert_eq!((t.rows(), t.columns(), t.count_ones()), (columns, rows, m.count_ones()));
             assert!((0..rows).all(|r| (0..columns).all(|c| m.get(r, c) == t.get(c, r))), "{rows} x {columns}");
         }
+    }
+
+    #[test]
+    fn a_span_is_from_the_first_set_bit_to_the_last() {
+        assert_eq!((span(&[0, 1, 0, 8, 0]), span(&[0, 0]), span(&[3]), span(&[])), (1..4, 2..2, 0..1, 0..0));
+    }
+
+    #[test]
+    fn a_copy_and_a_union_are_what_they_were_made_of() {
+        // Rows longer than what is copied at once, mostly zero.
+        let mut m = BitMatrix::new(3, 64 * 700);
+        for c in [0, 20_000, 44_799] {
+            m.set(1, c);
+        }
+        assert_eq!(m.clone(), m);
+        let mut other = BitMatrix::new(3, 64 * 700);
+        other.set(2, 5);
+        other.union_with(&m);
+        assert_eq!((other.count_row(1), other.count_row(2), other.count_ones()), (3, 1, 4));
     }
 
     #[test]

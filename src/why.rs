@@ -301,7 +301,7 @@ impl<'f> Asker<'f> {
     /// Whether nothing opaque but the object stands in the way.
     fn is_clear(&self, from: DVec3, to: DVec3, object: Option<ObjectId>) -> Option<bool> {
         let rays = self.rays.as_ref()?;
-        Some(rays.is_clear(from, to, 0.5 * rays.scene().tolerance().clearance, object))
+        Some(rays.is_clear(from, to, 0.5 * rays.tolerance().clearance, object))
     }
 
     /// The cells and portals along a clear segment from a point in `cell`.

@@ -53,6 +53,11 @@ impl<'w> Work<'w> {
         Self { journal: Some(journal), ..self }
     }
 
+    /// For maps within an item of a map of this: stopped with this, tells nobody, keeps nothing.
+    pub(crate) fn within(&self) -> Work<'w> {
+        Work { stop: self.stop, ..Work::new(&|_, _| ()) }
+    }
+
     /// Says how far a stage is.
     pub fn tell(&self, stage: &str, done: f64) {
         (self.progress)(stage, done);

@@ -49,7 +49,7 @@ pub(super) fn lets_through(rays: &RayScene<'_>, face: &Face, rim: &[DVec2], unco
         low.distance(high)
     };
     let normal = face.along[0].cross(face.along[1]) * (DOORWAY * diagonal);
-    let clearance = rays.scene().tolerance().clearance;
+    let clearance = rays.tolerance().clearance;
     let mut random = Random(seed);
     let mut glass: Vec<Hit> = Vec::new();
     (0..LINES).any(|i| {

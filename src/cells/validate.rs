@@ -234,9 +234,9 @@ pub const MOST_LEAKS: usize = 100;
 /// through portals. A leak counts only where the segment keeps the scene's clearance there. Same seed, same answer.
 pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64) -> Sealing {
     let locator = Locator::new(graph);
-    let tolerance = rays.scene().tolerance();
-    let far = rays.scene().bounds().diagonal() * 1.5;
-    let around = rays.scene().bounds().inflated(0.03 * rays.scene().bounds().diagonal());
+    let tolerance = rays.tolerance();
+    let far = rays.bounds().diagonal() * 1.5;
+    let around = rays.bounds().inflated(0.03 * rays.bounds().diagonal());
     let boxes: Vec<(CellId, usize, Aabb)> = (0u32..)
         .zip(&graph.cells)
         .flat_map(|(c, cell)| cell.pieces.iter().enumerate().map(move |(i, p)| (CellId(c), i, p.bounds)))
@@ -315,7 +315,7 @@ fn leak(
     from: DVec3,
     to: DVec3,
 ) -> Option<Fault> {
-    let tolerance = rays.scene().tolerance();
+    let tolerance = rays.tolerance();
     let length = from.distance(to);
     let slack = tolerance.clearance / length;
     let stretches = locator.along(from, to, 0.0);

@@ -5,7 +5,7 @@
 //! line can reach and hands it to the next:
 //!
 //! 1. `might_see`: pairs of directed portals that their planes allow, flooded; of very many portals, those that windows which
-//!    narrow on the way lead to (`reach`).
+//!    narrow on the way lead to (`reach`). Where those lead nowhere far, all that follows is done in `parts` of the graph.
 //! 2. `cells`: for each undecided pair of cells, a search for a chain of portals that a line may pass, from the side where
 //!    that is cheaper: a pair hidden from one side is hidden. `search` narrows the source and the last portal of a chain, and
 //!    floods inside its planes; `stab` asks the whole chain before it is believed. A caller may take the line that `stab`
@@ -48,6 +48,7 @@ pub(crate) mod goals;
 pub(crate) mod might_see;
 pub(crate) mod net;
 mod objects;
+mod parts;
 mod reach;
 pub(crate) mod schedule;
 pub(crate) mod search;
@@ -63,6 +64,8 @@ use cells::Cells;
 use goals::NoProof;
 use might_see::MightSee;
 use net::Net;
+use parts::{Parts, Sizes};
+use schedule::Tally;
 
 /// What flow starts from.
 #[derive(Clone, Copy)]
@@ -98,7 +101,8 @@ pub struct FlowResult {
     pub capped: u64,
 }
 
-/// Works out what may be seen from each cell. Takes memory for about three bits a pair of directed portals.
+/// Works out what may be seen from each cell. Takes memory for about three bits a pair of directed portals, or, of very many portals that
+/// come to few each, of those within a part of the graph.
 ///
 /// # Errors
 ///
@@ -114,13 +118,38 @@ pub fn flow(input: &FlowInput<'_>, work: &Work<'_>) -> Result<FlowResult, Stoppe
     }
     work.tell("flow: might-see", 0.0);
     let net = Net::of_graph(input.graph, input.coplanar);
-    let might_see = MightSee::new(&net);
-    let mut pairs = Cells::new(&net, might_see, input.cells_lower, input.max_steps);
+    if let Some(parts) = Parts::new(&net, Sizes::default()) {
+        return parts.flow(input, work);
+    }
+    let (cells_upper, objects_upper, tally) = decide(input, &net, MightSee::new(&net), |_| true, work)?;
+    Ok(FlowResult { cells_upper, objects_upper, steps: tally.steps, capped: tally.capped.len() as u64 })
+}
+
+/// What pairs of directed portals take at most, bytes, where a graph is flowed through as a whole.
+pub fn whole_bytes(cells: usize, portals: usize) -> u64 {
+    let [cells, directed] = [cells, 2 * portals].map(|n| n as u128);
+    u64::try_from((4 * directed * directed + 2 * cells * directed) / 8).unwrap_or(u64::MAX)
+}
+
+/// The same where it is flowed through in parts; `None` where it isn't.
+pub fn parts_bytes(graph: &CellGraph, coplanar: f64) -> Option<u64> {
+    Parts::new(&Net::of_graph(graph, coplanar), Sizes::default()).map(|parts| parts.bytes())
+}
+
+/// Decides every pair of which a cell is `own`.
+fn decide(
+    input: &FlowInput<'_>,
+    net: &Net,
+    might_see: MightSee,
+    own: impl Fn(usize) -> bool + Sync,
+    work: &Work<'_>,
+) -> Result<(BitMatrix, BitMatrix, Tally), Stopped> {
+    let mut pairs = Cells::new(net, might_see, input.cells_lower, input.max_steps, &own);
     for k in 0..pairs.rounds() {
         let found = pairs.search(k, &NoProof, "flow: cells", work)?;
         pairs.merge(k, &found);
     }
     let Cells { might_see, settled: cells_upper, mut tally, .. } = pairs;
-    let objects_upper = objects::decide(input, &net, &might_see, &cells_upper, &mut tally, work)?;
-    Ok(FlowResult { cells_upper, objects_upper, steps: tally.steps, capped: tally.capped.len() as u64 })
+    let objects_upper = objects::decide(input, net, &might_see, &cells_upper, own, &mut tally, work)?;
+    Ok((cells_upper, objects_upper, tally))
 }

@@ -335,7 +335,7 @@ fn sample(
                             let (Some(far), Some(by)) = two else { continue };
                             let Some(from) = origins[v].through(far, by, &mut random) else { continue };
                             let direction = (far - from).normalize_or(DVec3::X);
-                            let reach = scene.bounds().with(from).diagonal();
+                            let reach = prover.rays.bounds().with(from).diagonal();
                             let met = prover.rays.first_opaque(from, direction, reach);
                             let Some(met) = met.filter(|met| met.object.0 == object) else { continue };
                             (to, hit) = (from + direction * met.t, met);
@@ -454,7 +454,7 @@ impl<'a> Origins<'a> {
     /// Rays in random directions; proves what they hit, as far as that isn't `known`.
     fn anywhere(&self, prover: &Prover<'_>, known: &[u64], rays: u64, random: &mut Random) -> Shown {
         let (mut known, mut shown) = (known.to_vec(), Shown { rays, ..Shown::default() });
-        let bounds = prover.rays.scene().bounds();
+        let bounds = prover.rays.bounds();
         for _ in 0..rays {
             let Some(from) = self.draw(random) else { continue };
             let (z, turn) = (2.0 * random.unit() - 1.0, std::f64::consts::TAU * random.unit());

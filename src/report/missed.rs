@@ -69,7 +69,7 @@ pub fn missed_pixels(
 /// True where all rays around a pixel's middle agree that the set leaves out what is in front.
 fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> bool {
     let middle = DVec2::new((pixel % view.width) as f64 + 0.5, (pixel / view.width) as f64 + 0.5);
-    let limit = 10.0 * (rays.scene().bounds().diagonal() + view.camera.eye.as_dvec3().length());
+    let limit = 10.0 * (rays.bounds().diagonal() + view.camera.eye.as_dvec3().length());
     let (mut opaque_missed, mut glass_missed) = (true, true);
     let mut glass: Vec<Hit> = Vec::new();
     for offset in AROUND {
@@ -101,7 +101,7 @@ fn stands_on_a_surface(rays: &RayScene<'_>, eye: DVec3, along: DVec3) -> bool {
 
 /// True where an opaque object of the set is within the scene's clearance of a point.
 fn is_doubled(rays: &RayScene<'_>, p: DVec3, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> bool {
-    let clearance = rays.scene().tolerance().clearance;
+    let clearance = rays.tolerance().clearance;
     (0u32..)
         .map(ObjectId)
         .zip(&rays.scene().objects)

@@ -28,6 +28,8 @@ const WINS: u8 = 3;
 const CLEARLY: f64 = 0.5;
 /// A method has won that is known to cost this share of the other. Higher: back and forth between equals. Lower: gains are left.
 const BETTER: f64 = 0.98;
+/// The same of one that asks, against one that doesn't. Higher: a sparse scene pays where frames differ by chance. Lower: gains are left.
+const BETTER_ASKED: f64 = 0.85;
 /// All methods.
 const METHODS: [Method; 7] = [
     Method::Plain(Mode::Both),
@@ -127,6 +129,7 @@ impl Auto {
         let place = &mut self.places[self.at];
         place.frames = place.frames.saturating_add(1);
         let best = place.known[place.current].cost;
+        let asks_more = METHODS[self.method].asks() && !METHODS[place.current].asks();
         let known = &mut place.known[self.method];
         if self.method == place.current {
             if warm {
@@ -141,7 +144,8 @@ impl Auto {
         }
         // 2. It is judged by its last frame alone.
         known.cost = Some(cost);
-        let won = best.filter(|best| cost < BETTER * best);
+        let better = if asks_more { BETTER_ASKED } else { BETTER };
+        let won = best.filter(|best| cost < better * best);
         known.wins += u8::from(won.is_some());
         if won.is_some_and(|best| cost < CLEARLY * best || known.wins >= WINS) {
             // What was the best may be so again.

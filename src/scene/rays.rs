@@ -11,6 +11,7 @@
 
 use super::Scene;
 use crate::geom::Aabb;
+use crate::tolerance::Tolerance;
 use crate::{ObjectId, trees};
 use glam::{DVec3, Vec3A};
 use obvhs::bvh2::Bvh2;
@@ -30,6 +31,8 @@ pub struct Hit {
 /// A scene made ready for rays.
 pub struct RayScene<'s> {
     scene: &'s Scene,
+    /// The scene's box, which takes a look at every object to find.
+    bounds: Aabb,
     opaque: Tree,
     glass: Tree,
 }
@@ -37,12 +40,22 @@ pub struct RayScene<'s> {
 impl<'s> RayScene<'s> {
     /// Builds the hierarchies; the same scene gives the same answers.
     pub fn new(scene: &'s Scene) -> Self {
-        Self { scene, opaque: Tree::new(scene, true), glass: Tree::new(scene, false) }
+        Self { scene, bounds: scene.bounds(), opaque: Tree::new(scene, true), glass: Tree::new(scene, false) }
     }
 
     /// The scene.
     pub fn scene(&self) -> &'s Scene {
         self.scene
+    }
+
+    /// Box around everything.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The tolerances that fit the scene's size.
+    pub fn tolerance(&self) -> Tolerance {
+        Tolerance::for_extent(self.bounds.diagonal())
     }
 
     /// First opaque triangle that `origin + t * direction` meets for `0 < t <= limit`, from either side; of several at one

@@ -191,7 +191,7 @@ pub fn vis(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work
     bounds("lines", 0, &lower, flooded);
 
     // 3. Flow: searches for every pair that is left, in rounds.
-    let mut pairs = Cells::new(&net, might_see, &lower, options.steps);
+    let mut pairs = Cells::new(&net, might_see, &lower, options.steps, |_| true);
     let all = level.cells as u64 * level.cells as u64;
     for k in 0..pairs.rounds() {
         let found = pairs.search(k, &walker, "flow", work)?;

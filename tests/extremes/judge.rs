@@ -30,6 +30,8 @@ pub struct Effort {
     pub pixels: bool,
     /// Whether it is baked once more on one thread.
     pub threads: bool,
+    /// What a bake may take for rows and proofs, bytes.
+    pub memory: u64,
 }
 
 /// What became of a world in one place.
@@ -69,7 +71,13 @@ pub fn judge(world: &World, motion: &Motion, given: bool, effort: Effort) -> Row
     let graph = world.graph(&scene, motion);
     let begin = Instant::now();
     let pvs = PvsOptions { ray_budget: effort.rays, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, keep_bounds: true, given: given.then(|| graph.clone()), ..BakeOptions::default() };
+    let options = BakeOptions {
+        pvs,
+        keep_bounds: true,
+        given: given.then(|| graph.clone()),
+        memory: effort.memory,
+        ..BakeOptions::default()
+    };
     let baked = on(2, || bake(&scene, options.clone(), &Work::quiet())).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
     let file = baked.file;

@@ -8,6 +8,7 @@
 //! no row of the chain is built; references stay within a block, so that one row costs one block.
 
 use super::flip;
+use crate::bits::span;
 use crate::file::bytes::{Cursor, Put};
 use crate::file::error::FileError;
 use crate::file::format::{SectionId, compressed};
@@ -15,6 +16,7 @@ use crate::{BitMatrix, bits};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// How a row's difference to its reference is written: the shortest form is taken.
 const SPARSE: u32 = 0;
@@ -112,13 +114,16 @@ fn encode_block(rows: &[&[u64]], columns: usize) -> Vec<u8> {
     let (mut sparse, mut runs) = (Vec::new(), Vec::new());
     let mut difference = vec![0u64; columns.div_ceil(64)];
     let zeros = difference.clone();
+    let spans: Vec<Range<usize>> = rows.iter().map(|row| span(row)).collect();
     // Steps to read each row, with all that it refers to.
     let mut steps: Vec<usize> = Vec::new();
     for (i, row) in rows.iter().enumerate() {
         // The nearest of the cheapest; 0 rows back is no reference.
-        let mut best = (cost(row, &zeros, u32::MAX), 0);
+        let mut best = (cost(row, &zeros, &spans[i], u32::MAX), 0);
         for back in (1..=i.min(WINDOW)).filter(|back| steps[i - back] < STEPS) {
-            let cost = cost(row, rows[i - back], best.0);
+            let other = &spans[i - back];
+            let words = spans[i].start.min(other.start)..spans[i].end.max(other.end);
+            let cost = cost(row, rows[i - back], &words, best.0);
             if cost < best.0 {
                 best = (cost, back);
             }
@@ -150,10 +155,12 @@ fn encode_block(rows: &[&[u64]], columns: usize) -> Vec<u8> {
     lengths
 }
 
-/// Bytes, about, of the difference of two rows: set bits, or twice the runs; given up above `limit`.
-fn cost(a: &[u64], b: &[u64], limit: u32) -> u32 {
+/// Bytes, about, of the difference of two rows, which are equal but in `words`: set bits, or twice the runs; given up above `limit`.
+fn cost(a: &[u64], b: &[u64], words: &Range<usize>, limit: u32) -> u32 {
     let (mut ones, mut edges, mut carry) = (0, 0, 0);
-    for (a, b) in a.iter().zip(b) {
+    // A run may end at the start of the next word.
+    let words = words.start..a.len().min(words.end + 1);
+    for (a, b) in a[words.clone()].iter().zip(&b[words]) {
         let d = a ^ b;
         ones += d.count_ones();
         edges += (d ^ (d << 1 | carry)).count_ones();

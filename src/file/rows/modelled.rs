@@ -9,11 +9,12 @@
 use super::coder::{Coder, Decoder, Encoder, Meter};
 use super::guide::{Guide, Known, Models, STEPS, Scratch};
 use crate::BitMatrix;
-use crate::bits::ones;
+use crate::bits::{ones, span};
 use crate::file::bytes::{Cursor, Put};
 use crate::file::error::FileError;
 use crate::file::format::SectionId;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Earlier rows that are tried as references.
 const WINDOW: usize = 64;
@@ -24,7 +25,7 @@ const TRIED: usize = 3;
 pub(super) fn encode(matrix: &BitMatrix, guide: &Guide) -> Option<Vec<u8>> {
     let is_symmetric = || matrix.rows() == matrix.columns() && *matrix == matrix.transposed();
     let symmetric = matches!(guide, Guide::Cells(_)) && is_symmetric();
-    let writer = Writer { matrix, guide, symmetric };
+    let writer = Writer { matrix, guide, symmetric, spans: (0..matrix.rows()).map(|row| span(matrix.row(row))).collect() };
     // Long blocks learn more; short ones can be referred to from other blocks.
     let coded = [STEPS, STEPS / 2].map(|most| writer.blocks(most));
     let bytes = |blocks: &Vec<(usize, Vec<u8>)>| blocks.iter().map(|(_, bytes)| bytes.len() + 2).sum::<usize>();
@@ -61,6 +62,8 @@ struct Writer<'m> {
     guide: &'m Guide,
     /// Of a symmetric matrix a bit is coded once in a block.
     symmetric: bool,
+    /// Of each row.
+    spans: Vec<Range<usize>>,
 }
 
 impl Writer<'_> {
@@ -89,10 +92,14 @@ impl Writer<'_> {
 
     /// How far back the rows before are that differ least, the nearest of equals first.
     fn references(&self, row: usize) -> Vec<usize> {
-        let different = |a: &[u64], b: &[u64]| a.iter().zip(b).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
         let m = self.matrix;
-        let mut by: Vec<(u32, usize)> =
-            (1..=row.min(WINDOW)).map(|back| (different(m.row(row), m.row(row - back)), back)).collect();
+        let different = |row: usize, other: usize| {
+            let [a, b] = [row, other].map(|r| &self.spans[r]);
+            let words = a.start.min(b.start)..a.end.max(b.end);
+            let pairs = m.row(row)[words.clone()].iter().zip(&m.row(other)[words]);
+            pairs.map(|(a, b)| (a ^ b).count_ones()).sum::<u32>()
+        };
+        let mut by: Vec<(u32, usize)> = (1..=row.min(WINDOW)).map(|back| (different(row, row - back), back)).collect();
         by.sort_unstable();
         by.into_iter().map(|(_, back)| back).collect()
     }
@@ -136,7 +143,7 @@ impl Writer<'_> {
 
     /// Codes a row; gives its steps, `None` if they are too many.
     fn code<C: Coder>(&self, first: usize, row: usize, back: usize, coder: &mut C, models: &mut Models) -> Option<usize> {
-        let Self { matrix, guide, symmetric } = *self;
+        let Self { matrix, guide, symmetric, .. } = *self;
         coder.number(&mut models.back, back as u32);
         let given = if symmetric { [first, row] } else { [0, 0] };
         let mut out = vec![0; matrix.columns().div_ceil(64)];

@@ -44,8 +44,15 @@ pub(crate) struct Found<P> {
 }
 
 impl<'a> Cells<'a> {
-    /// Starts from what might see each other, and from pairs that are known to, one way or both.
-    pub fn new(net: &'a Net, might_see: MightSee, known: &BitMatrix, max_steps: u64) -> Self {
+    /// Starts from what might see each other, and from pairs that are known to, one way or both. Asked are pairs of which at least one is
+    /// `own`; of others nothing is said in the end.
+    pub fn new(
+        net: &'a Net,
+        might_see: MightSee,
+        known: &BitMatrix,
+        max_steps: u64,
+        own: impl Fn(usize) -> bool + Sync,
+    ) -> Self {
         let n = net.cells;
         let mut settled = BitMatrix::new(n, n);
         for i in 0..n {
@@ -77,7 +84,8 @@ impl<'a> Cells<'a> {
         let costs = costs(net, &all.might_see);
         let want = |i: usize, row: &mut [u64]| {
             let undecided = |j: &usize| !all.settled.get(i, *j) && !all.hidden.get(i, *j);
-            (0..n).filter(|&j| (costs[i], i) < (costs[j], j)).filter(undecided).for_each(|j| set(row, j));
+            let asked = |&j: &usize| (costs[i], i) < (costs[j], j) && (own(i) || own(j));
+            (0..n).filter(asked).filter(undecided).for_each(|j| set(row, j));
         };
         all.wanted = from_rows(n, n, || (), |(), i, row| want(i, row));
         all.rounds = rounds(net, &all.might_see, (0..n).filter(|&c| all.wanted.count_row(c) > 0));

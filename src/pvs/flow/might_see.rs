@@ -28,6 +28,12 @@ impl MightSee {
         let n = net.portals();
         let rows = by_windows(net)
             .unwrap_or_else(|| from_rows(n, n, || Planes::new(net), |planes, first, row| planes.from(first, row)));
+        Self::of(net, rows)
+    }
+
+    /// Pairs of `rows`, a superset of what lines cross, along chains of such pairs.
+    pub fn of(net: &Net, rows: BitMatrix) -> Self {
+        let n = net.portals();
         let open = from_rows(net.cells, n, || (), |(), _, row| words_of(0..n).for_each(|(word, mask)| row[word] = mask));
         let mut all = Self { rows, before: BitMatrix::default(), open };
         all.mirror(net);
@@ -147,7 +153,7 @@ impl MightSee {
 
 /// From so many directed portals on, windows are tried: all pairs of fewer are asked in seconds, and in a level of a tenth of that, where
 /// much of everything is in sight, windows would take five times as long.
-const MANY: usize = 16_384;
+pub(super) const MANY: usize = 16_384;
 /// One of so many portals is tried first.
 const TRIED: usize = 64;
 /// A source may look at one of so many portals: with more, it would take longer than by planes.
@@ -159,20 +165,21 @@ fn by_windows(net: &Net) -> Option<BitMatrix> {
     if n < MANY {
         return None;
     }
-    let words = n.div_ceil(64);
     let some: Vec<usize> = (0..n).step_by(TRIED).collect();
-    let one = |(reach, row): &mut (Reach<'_>, Vec<u64>), &first: &usize| usize::from(reach.from(first, n / LOOKS, row));
-    let done: usize = some.par_iter().map_init(|| (Reach::new(net), vec![0; words]), one).sum();
+    let one = |(reach, found): &mut (Reach<'_>, Vec<u32>), &first: &usize| usize::from(reach.from(first, n / LOOKS, found));
+    let done: usize = some.par_iter().map_init(|| (Reach::new(net), Vec::new()), one).sum();
     if 2 * done < some.len() {
         return None;
     }
-    let fill = |(reach, planes): &mut (Reach<'_>, Planes<'_>), first: usize, row: &mut [u64]| {
-        if !reach.from(first, n / LOOKS, row) {
-            row.fill(0);
+    let scratch = || (Reach::new(net), Vec::new(), Planes::new(net));
+    let fill = |(reach, found, planes): &mut (Reach<'_>, Vec<u32>, Planes<'_>), first: usize, row: &mut [u64]| {
+        if reach.from(first, n / LOOKS, found) {
+            found.iter().for_each(|&p| set(row, p as usize));
+        } else {
             planes.from(first, row);
         }
     };
-    Some(from_rows(n, n, || (Reach::new(net), Planes::new(net)), fill))
+    Some(from_rows(n, n, scratch, fill))
 }
 
 /// A flood over portals that their planes allow.

@@ -24,6 +24,12 @@ pub(crate) struct NetPortal<'a> {
     pub winding: &'a [DVec3],
 }
 
+impl<'a> From<&'a Portal> for NetPortal<'a> {
+    fn from(portal: &'a Portal) -> Self {
+        Self { cells: portal.cells.map(|c| c.0), plane: portal.plane, winding: &portal.winding }
+    }
+}
+
 /// The plane of a directed portal and a sphere around its window. What is not known is not a number, so that comparisons with
 /// it are false.
 #[derive(Clone, Copy)]
@@ -75,11 +81,7 @@ impl Net {
     /// Lays out the portals of `graph`. `coplanar`, metres: how far corners may lie from the plane that they are meant to lie
     /// in.
     pub fn of_graph(graph: &CellGraph, coplanar: f64) -> Self {
-        let portal = |p| {
-            let Portal { cells, plane, winding, .. }: &Portal = p;
-            NetPortal { cells: cells.map(|c| c.0), plane: *plane, winding }
-        };
-        let portals: Vec<NetPortal<'_>> = graph.portals.iter().map(portal).collect();
+        let portals: Vec<NetPortal<'_>> = graph.portals.iter().map(NetPortal::from).collect();
         Self::new(graph.cells.len(), &portals, coplanar)
     }
 

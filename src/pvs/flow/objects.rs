@@ -20,12 +20,13 @@ struct Found {
     tally: Tally,
 }
 
-/// Decides every pair of a cell and an object.
+/// Decides every pair of an `own` cell and an object; of other cells, rows say nothing.
 pub(super) fn decide(
     input: &FlowInput<'_>,
     net: &Net,
     might_see: &MightSee,
     cells_upper: &BitMatrix,
+    own: impl Fn(usize) -> bool,
     tally: &mut Tally,
     work: &Work<'_>,
 ) -> Result<BitMatrix, Stopped> {
@@ -35,7 +36,7 @@ pub(super) fn decide(
         return Ok(upper);
     }
     let boxes = Boxes::new(net, input.placement, input.object_bounds);
-    let rounds = rounds(net, might_see, 0..net.cells);
+    let rounds = rounds(net, might_see, (0..net.cells).filter(|&cell| own(cell)));
     let before = tally.steps;
     for (k, round) in rounds.iter().enumerate() {
         let spent = tally.steps - before;

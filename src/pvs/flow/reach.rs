@@ -5,7 +5,6 @@
 //! whole. So each portal is looked at a few times for each source, and the cost follows what can be come to, not what there is.
 
 use super::bundle::Bundle;
-use super::might_see::set;
 use super::net::Net;
 use super::separators::{Separators, Way};
 use super::window::Window;
@@ -52,17 +51,18 @@ impl<'n> Reach<'n> {
         Self { net, separators, planes, bundle, source, part, spare, come, sources: 0, windows, used: 0, queue }
     }
 
-    /// Sets the portals that lines through `first` may cross later. False where that took more than `most` looks: then the row says
-    /// nothing.
-    pub fn from(&mut self, first: usize, most: usize, row: &mut [u64]) -> bool {
+    /// Makes `found` the portals that lines through `first` may cross later, as they are come to. False where that took more than
+    /// `most` looks: then it says nothing.
+    pub fn from(&mut self, first: usize, most: usize, found: &mut Vec<u32>) -> bool {
         let net = self.net;
+        found.clear();
         self.sources += 1;
         self.used = 0;
         self.queue.clear();
         for q in next(net, first) {
             self.part.assign(net.window(q));
             if self.cut_by(&[net.front(first, q)]) {
-                self.arrive(first, q, row);
+                self.arrive(first, q, found);
             }
         }
         for _ in 0..most {
@@ -84,7 +84,7 @@ impl<'n> Reach<'n> {
                 if self.cut_by(&[net.front(first, q), net.front(p, q)])
                     && self.bundle.cut(&mut self.part, net.bounds(q), &net.slack, &mut self.spare)
                 {
-                    self.arrive(first, q, row);
+                    self.arrive(first, q, found);
                 }
             }
         }
@@ -97,12 +97,12 @@ impl<'n> Reach<'n> {
     }
 
     /// Lines come to the window that is looked at, of portal `q`.
-    fn arrive(&mut self, first: usize, q: usize, row: &mut [u64]) {
+    fn arrive(&mut self, first: usize, q: usize, found: &mut Vec<u32>) {
         let net = self.net;
         let come = &mut self.come[q];
         if come.source != self.sources {
             *come = Come { source: self.sources, ..Come::default() };
-            set(row, q);
+            found.push(q as u32);
         }
         let known = &come.windows[..come.count];
         if come.whole || known.iter().any(|&w| self.windows[w as usize].holds(&self.part)) {
@@ -139,17 +139,19 @@ fn next(net: &Net, portal: usize) -> impl Iterator<Item = usize> + '_ {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use crate::CellId;
+    use crate::cells::{Portal, PortalKind, PortalState};
     use crate::geom::Plane;
     use crate::pvs::flow::net::NetPortal;
     use glam::DVec3;
 
     /// Numbers in `0..1`, always the same.
-    struct Numbers(u64);
+    pub struct Numbers(pub u64);
 
     impl Numbers {
-        fn next(&mut self) -> f64 {
+        pub fn next(&mut self) -> f64 {
             self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (self.0 >> 33) as f64 / (1u64 << 31) as f64
         }
@@ -157,13 +159,13 @@ mod tests {
 
     const SIDE: usize = 7;
 
-    /// Rooms of a metre in a square, with a rectangular hole in some of the walls between them.
-    fn rooms(numbers: &mut Numbers) -> Vec<([u32; 2], Plane, Vec<DVec3>)> {
+    /// Rooms of a metre in a square of `side`, with a rectangular hole in some of the walls between them.
+    pub fn rooms(numbers: &mut Numbers, side: usize) -> Vec<Portal> {
         let mut portals = Vec::new();
         for axis in 0..2 {
-            for cell in 0..SIDE * SIDE {
-                let at = [cell % SIDE, cell / SIDE];
-                if at[axis] + 1 == SIDE || numbers.next() < 0.2 {
+            for cell in 0..side * side {
+                let at = [cell % side, cell / side];
+                if at[axis] + 1 == side || numbers.next() < 0.2 {
                     continue;
                 }
                 let (n, along) = if axis == 0 { (DVec3::X, DVec3::Y) } else { (DVec3::Y, -DVec3::X) };
@@ -173,16 +175,23 @@ mod tests {
                 let low = corner + along * ((1.0 - width) * numbers.next()) + DVec3::Z * ((1.0 - height) * numbers.next());
                 let winding =
                     vec![low, low + along * width, low + along * width + DVec3::Z * height, low + DVec3::Z * height];
-                let other = cell + if axis == 0 { 1 } else { SIDE };
-                portals.push(([cell as u32, other as u32], Plane { n, d: n.dot(low) }, winding));
+                let other = cell + if axis == 0 { 1 } else { side };
+                portals.push(Portal {
+                    cells: [CellId(cell as u32), CellId(other as u32)],
+                    plane: Plane { n, d: n.dot(low) },
+                    winding,
+                    kind: PortalKind::Opening,
+                    state: PortalState::of_kind(PortalKind::Opening),
+                    source: None,
+                });
             }
         }
         portals
     }
 
     /// Directed portals that a line from `from` crosses before it meets a wall.
-    fn walk(net: &Net, from: DVec3, direction: DVec3) -> Vec<usize> {
-        let place = |p: DVec3| p.x.floor() as usize + SIDE * p.y.floor() as usize;
+    pub fn walk(net: &Net, side: usize, from: DVec3, direction: DVec3) -> Vec<usize> {
+        let place = |p: DVec3| p.x.floor() as usize + side * p.y.floor() as usize;
         let (mut cell, mut crossed) = (place(from), Vec::new());
         loop {
             let hit = |&p: &usize| {
@@ -208,31 +217,29 @@ mod tests {
         let mut numbers = Numbers(7);
         let (mut lines, mut come, mut by_planes) = (0, 0, 0);
         for _ in 0..20 {
-            let portals = rooms(&mut numbers);
-            let portals: Vec<NetPortal<'_>> =
-                portals.iter().map(|(cells, plane, winding)| NetPortal { cells: *cells, plane: *plane, winding }).collect();
+            let portals = rooms(&mut numbers, SIDE);
+            let portals: Vec<NetPortal<'_>> = portals.iter().map(NetPortal::from).collect();
             let net = Net::new(SIDE * SIDE, &portals, 1e-6);
             let n = net.portals();
             let mut reach = Reach::new(&net);
-            let mut rows = vec![vec![0; n.div_ceil(64)]; n];
+            let mut rows = vec![Vec::new(); n];
             for (first, row) in rows.iter_mut().enumerate() {
                 assert!(reach.from(first, usize::MAX, row));
-                let again = &mut vec![0; row.len()];
-                assert!(!reach.from(first, 0, again), "no look, no answer");
+                assert!(!reach.from(first, 0, &mut Vec::new()), "no look, no answer");
             }
             for _ in 0..2000 {
                 let from = DVec3::new(numbers.next() * SIDE as f64, numbers.next() * SIDE as f64, numbers.next());
                 let turn = std::f64::consts::TAU * numbers.next();
                 let direction = DVec3::new(turn.cos(), turn.sin(), 0.1 * (numbers.next() - 0.5));
-                let crossed = walk(&net, from, direction);
+                let crossed = walk(&net, SIDE, from, direction);
                 for (i, &a) in crossed.iter().enumerate() {
                     for &b in &crossed[i + 1..] {
                         lines += 1;
-                        assert!(rows[a][b / 64] >> (b % 64) & 1 != 0, "a line crosses {a} and {b}");
+                        assert!(rows[a].contains(&(b as u32)), "a line crosses {a} and {b}");
                     }
                 }
             }
-            come += rows.iter().flatten().map(|word| u64::from(word.count_ones())).sum::<u64>();
+            come += rows.iter().map(|row| row.len() as u64).sum::<u64>();
             by_planes += (0..n * n).filter(|&k| net.may_follow(k / n, k % n)).count() as u64;
         }
         assert!(lines > 1000, "{lines} pairs crossed");

@@ -46,7 +46,7 @@ pub(in crate::pvs) fn sample(
 ) -> Result<(), Stopped> {
     let (scene, locator) = (rays.scene(), Locator::new(graph));
     let prover = Prover { rays, locator: &locator, clearance: scene.tolerance().clearance };
-    let origins: Vec<Origins> = (0..graph.cells.len()).into_par_iter().map(|c| Origins::new(graph, scene, c)).collect();
+    let origins: Vec<Origins> = (0..graph.cells.len()).into_par_iter().map(|c| Origins::new(graph, rays, c)).collect();
     for round in 0..ROUNDS {
         let open = |c: usize| {
             let left = |upper: &BitMatrix, known: &BitMatrix| {
@@ -71,7 +71,7 @@ pub(in crate::pvs) fn sample(
                         let (to, hit) = point_on(scene, object, &mut random);
                         let near = attempt % 2 == 0 && placement.get(c, object);
                         let from =
-                            if near { Some(before(scene, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
+                            if near { Some(before(rays, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
                         let Some(from) = from else { break };
                         if prover.aim(cell, from, to, hit, &mut found) {
                             break;
@@ -111,9 +111,9 @@ pub(in crate::pvs) fn point_on(scene: &Scene, object: usize, random: &mut Random
 }
 
 /// A random point straight before a point of a triangle, on either side: near ones as likely as far ones.
-fn before(scene: &Scene, to: DVec3, hit: Hit, random: &mut Random) -> DVec3 {
-    let [a, b, c] = scene.corners(hit.triangle as usize);
-    let (near, far) = (8.0 * scene.tolerance().clearance, 0.1 * scene.bounds().diagonal());
+fn before(rays: &RayScene<'_>, to: DVec3, hit: Hit, random: &mut Random) -> DVec3 {
+    let [a, b, c] = rays.scene().corners(hit.triangle as usize);
+    let (near, far) = (8.0 * rays.tolerance().clearance, 0.1 * rays.bounds().diagonal());
     let distance = near * (far / near).powf(random.unit());
     let side = if random.next().is_multiple_of(2) { distance } else { -distance };
     to + (b - a).cross(c - a).normalize_or(DVec3::Y) * side
@@ -126,10 +126,9 @@ struct Origins {
 }
 
 impl Origins {
-    fn new(graph: &CellGraph, scene: &Scene, cell: usize) -> Self {
-        let bounds = scene.bounds();
-        let near = bounds.inflated(0.1 * bounds.diagonal());
-        let nudge = 2.0 * scene.tolerance().clearance;
+    fn new(graph: &CellGraph, rays: &RayScene<'_>, cell: usize) -> Self {
+        let near = rays.bounds().inflated(0.1 * rays.bounds().diagonal());
+        let nudge = 2.0 * rays.tolerance().clearance;
         let cell = &graph.cells[cell];
         let portals = cell.portals.iter().map(|&p| {
             let (winding, n) = (&graph.portals[p.portal().index()].winding, graph.plane(p).n);

@@ -65,7 +65,7 @@ pub(in crate::pvs) fn look(
     random: &mut Random,
     missed: &mut dyn FnMut(DVec3, DVec3, Hit),
 ) -> Option<u64> {
-    let bounds = rays.scene().bounds();
+    let bounds = rays.bounds();
     let (mut hits, mut passes) = (0, Vec::new());
     for _ in 0..count {
         let from = region.draw(random)?;

@@ -64,7 +64,7 @@ pub(super) fn decide(
     work: &Work<'_>,
 ) -> Result<(), Stopped> {
     let scene = rays.scene();
-    let clearance = scene.tolerance().clearance;
+    let clearance = rays.tolerance().clearance;
     let mesh = Mesh::new(scene, clearance);
     let locator = Locator::new(graph);
     let prover = Prover { rays, locator: &locator, clearance };
@@ -186,7 +186,7 @@ impl<'a> Asker<'a> {
             planes: Vec::new(),
             found: Found::default(),
             shafts: 0,
-            grown: 1.5 * self.scene.tolerance().seal,
+            grown: 1.5 * self.prover.rays.tolerance().seal,
         }
     }
 }

@@ -40,8 +40,9 @@ pub(super) fn sides(
     let side = |portal: DirectedPortal| {
         let p = &graph.portals[portal.portal().index()];
         let (behind, ahead) = (p.cells[portal.side()].index(), p.cells[1 - portal.side()].index());
-        let sees_both = |&c: &usize| c == behind || (cells_upper.get(c, behind) && cells_upper.get(c, ahead));
-        let cells: Vec<u32> = (0..graph.cells.len()).filter(sees_both).map(|c| c as u32).collect();
+        // Who sees whom is symmetric, and a cell sees itself.
+        let sees_both = |&c: &usize| c == behind || cells_upper.get(ahead, c);
+        let cells: Vec<u32> = cells_upper.ones(behind).filter(sees_both).map(|c| c as u32).collect();
         let matters = |&o: &usize| cells.iter().any(|&c| open.get(c as usize, o));
         let objects: Vec<u32> = objects_upper.ones(ahead).filter(matters).map(|o| o as u32).collect();
         let can_be_asked = geom::width(&p.winding) >= 4.0 * mesh.gap;

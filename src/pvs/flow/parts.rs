@@ -1,0 +1,341 @@
+//! Parts: where nobody sees far, flow over a graph piece by piece.
+//!
+//! A part has some cells of its own, and with them whatever lines from these can come to (`reach`): a line from such a cell crosses no
+//! portal that the part lacks, so that what flow proves hidden there is hidden in the graph. Every cell is one part's own. A pair of two
+//! parts' cells is asked in both, and hidden where either says so. Matrices are then over a part's portals and no longer over all, and
+//! both time and memory follow the number of cells instead of its square.
+
+use super::might_see::{MANY, MightSee, from_rows, set};
+use super::net::Net;
+use super::reach::Reach;
+use super::{FlowInput, FlowResult, cells::set_both, decide, whole_bytes};
+use crate::cells::{Cell, CellGraph, Strategy};
+use crate::work::{Stopped, Work};
+use crate::{BitMatrix, CellId};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// When a graph is taken apart, and how.
+#[derive(Clone, Copy)]
+pub(super) struct Sizes {
+    /// From so many directed portals on. Fewer: nothing is gained over one matrix.
+    many: usize,
+    /// A source may look at one of so many portals: with more, it sees far.
+    looks: usize,
+    /// Directed portals out of a part's own cells. Fewer: more of what is around parts is in several; more: matrices are larger.
+    own: usize,
+    /// Matrices of all parts together are at most one of so many of those of the whole graph, or it isn't worth it.
+    worth: usize,
+}
+
+/// Parts that are counted as worked on at once, whatever threads there are: what is joined for lack of memory must not depend on that.
+const AT_ONCE: u64 = 16;
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Self { many: MANY, looks: 256, own: 2048, worth: 4 }
+    }
+}
+
+/// Cells and portals of a graph, ascending.
+struct Part {
+    cells: Vec<u32>,
+    /// Of `cells`, its own.
+    own: Vec<bool>,
+    portals: Vec<u32>,
+}
+
+/// A graph in parts.
+pub(super) struct Parts {
+    parts: Vec<Part>,
+    /// By `2 * portal + side`, the directed portals that lines through it may cross later, named likewise.
+    reach: Vec<Vec<u32>>,
+}
+
+/// What a part found out of its own cells, as the graph's cells and objects.
+#[derive(Serialize, Deserialize)]
+struct Found {
+    cells: Vec<(u32, Vec<u32>)>,
+    objects: Vec<(u32, Vec<u32>)>,
+    steps: u64,
+    /// `2 * portal + side`.
+    capped: Vec<u32>,
+}
+
+impl Parts {
+    /// Parts of a graph; `None` where there are few portals, or lines come to too many.
+    pub fn new(net: &Net, sizes: Sizes) -> Option<Self> {
+        let n = net.portals();
+        if n < sizes.many {
+            return None;
+        }
+        let most = n / sizes.looks;
+        let from = |reach: &mut Reach<'_>, first| {
+            let mut found = Vec::new();
+            reach.from(first, most, &mut found).then_some(found)
+        };
+        // Most that see far are found out by a few.
+        let few = (0..n).into_par_iter().step_by(sizes.looks).map_init(|| Reach::new(net), from);
+        if few.any(|found| found.is_none()) {
+            return None;
+        }
+        let rows: Option<Vec<Vec<u32>>> = (0..n).into_par_iter().map_init(|| Reach::new(net), from).collect();
+        let (mut reach, mut sources) = (vec![Vec::new(); n], vec![0; n]);
+        for (p, mut row) in rows?.into_iter().enumerate() {
+            row.iter_mut().for_each(|q| *q = net.ids[*q as usize]);
+            reach[net.ids[p] as usize] = row;
+            sources[net.ids[p] as usize] = net.source[p];
+        }
+        let part = |own| part(net, &reach, &sources, own);
+        let parts: Vec<Part> = own_cells(net, sizes.own).into_iter().map(part).collect();
+        let pairs: usize = parts.iter().map(|part| (2 * part.portals.len()).pow(2)).sum();
+        (sizes.worth * pairs <= n * n).then_some(Self { parts, reach })
+    }
+
+    /// What flow takes at most, bytes: what lines come to, and the matrices of so many of the largest parts as are worked on at once.
+    pub fn bytes(&self) -> u64 {
+        let largest = self.parts.iter().map(|part| whole_bytes(part.cells.len(), part.portals.len())).max();
+        let reach: usize = self.reach.iter().map(|row| size_of_val(row) + size_of_val(row.as_slice())).sum();
+        reach as u64 + largest.unwrap_or(0) * AT_ONCE
+    }
+
+    /// Flow, part by part.
+    pub fn flow(&self, input: &FlowInput<'_>, work: &Work<'_>) -> Result<FlowResult, Stopped> {
+        let one = |(): &mut (), part: &Part| self.flow_in(part, input, &work.within());
+        let done = |done: usize| work.tell("flow: parts", done as f64 / self.parts.len() as f64);
+        let found = work.map_with(&self.parts, || (), one, done)?;
+        let cells = input.graph.cells.len();
+        let mut all = FlowResult {
+            cells_upper: BitMatrix::new(cells, cells),
+            objects_upper: input.placement.clone(),
+            steps: 0,
+            capped: 0,
+        };
+        all.objects_upper.union_with(input.objects_lower);
+        let mut capped = vec![false; 2 * input.graph.portals.len()];
+        // Work that was stopped is stopped by now, so that all have been found.
+        for found in found.into_iter().flatten() {
+            for (cell, seen) in found.cells {
+                seen.into_iter().for_each(|other| _ = all.cells_upper.set(cell as usize, other as usize));
+            }
+            for (cell, seen) in found.objects {
+                seen.into_iter().for_each(|object| _ = all.objects_upper.set(cell as usize, object as usize));
+            }
+            all.steps += found.steps;
+            found.capped.into_iter().for_each(|portal| capped[portal as usize] = true);
+        }
+        all.capped = capped.into_iter().filter(|&is| is).count() as u64;
+        for i in 0..cells {
+            let seen: Vec<usize> = all.cells_upper.ones(i).filter(|&j| !all.cells_upper.get(j, i)).collect();
+            seen.into_iter().for_each(|j| all.cells_upper.clear(i, j));
+        }
+        for i in 0..cells {
+            input.cells_lower.ones(i).for_each(|j| set_both(&mut all.cells_upper, i, j));
+        }
+        Ok(all)
+    }
+
+    /// Flow within a part; `None` where it was stopped.
+    fn flow_in(&self, part: &Part, input: &FlowInput<'_>, work: &Work<'_>) -> Option<Found> {
+        // 1. The part as a graph of its own.
+        let graph = part.graph(input.graph);
+        let net = Net::of_graph(&graph, input.coplanar);
+        let mut place = vec![0; net.portals()];
+        net.ids.iter().enumerate().for_each(|(p, &id)| place[id as usize] = p);
+        let here = |id: u32| part.portals.binary_search(&(id / 2)).ok().map(|k| place[2 * k + id as usize % 2]);
+        let there = |id: u32| 2 * part.portals[id as usize / 2] + id % 2;
+        let fill = |(): &mut (), p: usize, row: &mut [u64]| {
+            self.reach[there(net.ids[p]) as usize].iter().filter_map(|&q| here(q)).for_each(|q| set(row, q));
+        };
+        let might_see = MightSee::of(&net, from_rows(net.portals(), net.portals(), || (), fill));
+        // 2. What is in it, and known of it.
+        let mut objects: Vec<u32> =
+            part.cells.iter().flat_map(|&c| input.placement.ones(c as usize)).map(|o| o as u32).collect();
+        objects.sort_unstable();
+        objects.dedup();
+        let of_part = |matrix: &BitMatrix, columns: &[u32]| {
+            let mut result = BitMatrix::new(part.cells.len(), columns.len());
+            for (row, &cell) in part.cells.iter().enumerate() {
+                let known = matrix.ones(cell as usize).filter_map(|column| columns.binary_search(&(column as u32)).ok());
+                known.for_each(|column| _ = result.set(row, column));
+            }
+            result
+        };
+        let bounds: Vec<_> = objects.iter().map(|&o| input.object_bounds[o as usize]).collect();
+        let within = FlowInput {
+            graph: &graph,
+            placement: &of_part(input.placement, &objects),
+            object_bounds: &bounds,
+            cells_lower: &of_part(input.cells_lower, &part.cells),
+            objects_lower: &of_part(input.objects_lower, &objects),
+            ..*input
+        };
+        // 3. What its own cells see, by the graph's names.
+        let (cells_upper, objects_upper, tally) = decide(&within, &net, might_see, |c| part.own[c], work).ok()?;
+        let own = |matrix: &BitMatrix, names: &[u32]| -> Vec<(u32, Vec<u32>)> {
+            let own = (0..part.cells.len()).filter(|&c| part.own[c]);
+            own.map(|c| (part.cells[c], matrix.ones(c).map(|column| names[column]).collect())).collect()
+        };
+        Some(Found {
+            cells: own(&cells_upper, &part.cells),
+            objects: own(&objects_upper, &objects),
+            steps: tally.steps,
+            capped: tally.capped.iter().map(|&p| there(net.ids[p])).collect(),
+        })
+    }
+}
+
+impl Part {
+    /// Its cells and portals, numbered from 0.
+    fn graph(&self, whole: &CellGraph) -> CellGraph {
+        let place = |cell: CellId| CellId(self.cells.partition_point(|&c| c < cell.0) as u32);
+        let portal = |&p: &u32| {
+            let mut portal = whole.portals[p as usize].clone();
+            portal.cells = portal.cells.map(place);
+            portal
+        };
+        let mut graph = CellGraph {
+            strategy: Strategy::Given,
+            reason: String::new(),
+            cells: vec![Cell::default(); self.cells.len()],
+            portals: self.portals.iter().map(portal).collect(),
+            smallest_hole: whole.smallest_hole,
+            notes: Vec::new(),
+        };
+        graph.link();
+        graph
+    }
+}
+
+/// The cells of each part: from the first that is left, whatever is near, until `most` portals lead out of them.
+fn own_cells(net: &Net, most: usize) -> Vec<Vec<u32>> {
+    let mut taken = vec![false; net.cells];
+    let mut parts = Vec::new();
+    let (mut own, mut portals) = (Vec::new(), 0);
+    for first in 0..net.cells {
+        if std::mem::replace(&mut taken[first], true) {
+            continue;
+        }
+        let mut queue = VecDeque::from([first]);
+        while let Some(cell) = queue.pop_front() {
+            own.push(cell as u32);
+            portals += net.out(cell).len();
+            if portals >= most {
+                // What was come to and isn't in this part is the next ones'.
+                queue.drain(..).for_each(|cell| taken[cell] = false);
+                parts.push(std::mem::take(&mut own));
+                portals = 0;
+                break;
+            }
+            for next in net.out(cell).map(|p| net.target[p] as usize) {
+                if !std::mem::replace(&mut taken[next], true) {
+                    queue.push_back(next);
+                }
+            }
+        }
+    }
+    parts.extend((!own.is_empty()).then_some(own));
+    parts
+}
+
+/// A part, with all that lines from its `own` cells come to. `sources`: by `2 * portal + side`, the cell that it leads out of.
+fn part(net: &Net, reach: &[Vec<u32>], sources: &[u32], mut own: Vec<u32>) -> Part {
+    own.sort_unstable();
+    let out = || own.iter().flat_map(|&cell| net.out(cell as usize));
+    let ids = out().flat_map(|p| std::iter::once(net.ids[p]).chain(reach[net.ids[p] as usize].iter().copied()));
+    let mut portals: Vec<u32> = ids.map(|id| id / 2).collect();
+    portals.sort_unstable();
+    portals.dedup();
+    let ends = portals.iter().flat_map(|&p| [2 * p, 2 * p + 1]).map(|id| sources[id as usize]);
+    let mut cells: Vec<u32> = ends.chain(own.iter().copied()).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    let own = cells.iter().map(|cell| own.binary_search(cell).is_ok()).collect();
+    Part { cells, own, portals }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reach::tests::{Numbers, rooms, walk};
+    use super::*;
+    use crate::geom::Aabb;
+    use crate::pvs::flow::flow;
+    use glam::DVec3;
+
+    const SIDE: usize = 12;
+
+    /// Rooms of a metre in a square with holes between them, and an object in each.
+    fn campus(numbers: &mut Numbers) -> (CellGraph, Vec<Aabb>, BitMatrix) {
+        let portals = rooms(numbers, SIDE);
+        let n = SIDE * SIDE;
+        let part = Part { cells: (0..n as u32).collect(), own: Vec::new(), portals: (0..portals.len() as u32).collect() };
+        let (strategy, reason, notes) = (Strategy::Given, String::new(), Vec::new());
+        let graph = part.graph(&CellGraph { strategy, reason, cells: Vec::new(), portals, smallest_hole: 0.0, notes });
+        let mut placement = BitMatrix::new(n, n);
+        let object = |cell: usize| {
+            let min = DVec3::new((cell % SIDE) as f64, (cell / SIDE) as f64, 0.0) + 0.4;
+            Aabb { min, max: min + 0.2 }
+        };
+        (0..n).for_each(|c| _ = placement.set(c, c));
+        (graph, (0..n).map(object).collect(), placement)
+    }
+
+    #[test]
+    fn parts_keep_what_lines_meet_and_hide_what_the_whole_hides() {
+        let mut numbers = Numbers(11);
+        let (mut met, mut pairs, mut more) = (0, 0, 0);
+        for round in 0..12 {
+            let (graph, bounds, placement) = campus(&mut numbers);
+            let n = graph.cells.len();
+            let mut known = BitMatrix::new(n, n);
+            if round % 2 == 1 {
+                known.set(0, n - 1);
+            }
+            let input = FlowInput {
+                graph: &graph,
+                placement: &placement,
+                object_bounds: &bounds,
+                cells_lower: &known,
+                objects_lower: &known,
+                max_steps: 1_000_000,
+                coplanar: 1e-6,
+            };
+            let net = Net::of_graph(&graph, 1e-6);
+            let sizes = Sizes { many: 0, looks: 1, own: 60, worth: 0 };
+            let parts = Parts::new(&net, sizes).expect("few enough");
+            assert!(parts.parts.len() > 4);
+            let owners = parts.parts.iter().flat_map(|part| part.cells.iter().zip(&part.own).filter(|(_, own)| **own));
+            let mut owned: Vec<u32> = owners.map(|(&cell, _)| cell).collect();
+            owned.sort_unstable();
+            assert!(owned.into_iter().eq(0..n as u32), "each cell is one part's own");
+            let by_parts = parts.flow(&input, &Work::quiet()).unwrap();
+            let whole = flow(&input, &Work::quiet()).unwrap();
+            assert_eq!((whole.capped, by_parts.capped), (0, 0));
+            for _ in 0..2000 {
+                let from = DVec3::new(numbers.next(), numbers.next(), numbers.next() / SIDE as f64) * SIDE as f64;
+                let turn = std::f64::consts::TAU * numbers.next();
+                let direction = DVec3::new(turn.cos(), turn.sin(), 0.1 * (numbers.next() - 0.5));
+                let home = from.x as usize + SIDE * from.y as usize;
+                for p in walk(&net, SIDE, from, direction) {
+                    met += 1;
+                    assert!(
+                        by_parts.cells_upper.get(home, net.target[p] as usize)
+                            && by_parts.cells_upper.get(net.target[p] as usize, home)
+                    );
+                }
+            }
+            assert!(by_parts.cells_upper == by_parts.cells_upper.transposed());
+            assert_eq!(
+                (known.first_outside(&by_parts.cells_upper), known.first_outside(&by_parts.objects_upper)),
+                (None, None)
+            );
+            for (a, b) in [(&by_parts.cells_upper, &whole.cells_upper), (&by_parts.objects_upper, &whole.objects_upper)] {
+                pairs += b.count_ones();
+                more += (0..n).flat_map(|i| a.ones(i).filter(move |&j| !b.get(i, j))).count();
+            }
+        }
+        assert!(met > 5_000, "{met} cells met");
+        assert!(more == 0, "{more} more than {pairs}");
+    }
+}
