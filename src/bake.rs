@@ -115,7 +115,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Work<'_>) -> Result<Bake
     if found {
         stage("the split", &graph, scene, 0);
     }
-    let cells_found = coarsen(&mut graph, scene.objects.len(), scene.tolerance().coplanar, options.memory / 2);
+    let in_parts = |graph: &CellGraph| pvs::flow::parts_bytes(graph, scene.tolerance().coplanar);
+    let cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2, in_parts);
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero. What was never written takes
-/// no memory where the system hands out zeros only when they are written to; making one, copying it and uniting two write no zeros.
+/// no memory where the system hands out zeros only when they are written to; making one, copying all or a row of it, and uniting two write no zeros.
 #[derive(PartialEq, Eq, Debug, Default)]
 pub struct BitMatrix {
     rows: usize,
@@ -20,12 +20,18 @@ const BLOCK: usize = 256;
 impl Clone for BitMatrix {
     fn clone(&self) -> Self {
         let mut words = vec![0; self.words.len()];
-        for (new, old) in words.chunks_mut(BLOCK).zip(self.words.chunks(BLOCK)) {
-            if old.iter().any(|&word| word != 0) {
-                new.copy_from_slice(old);
-            }
-        }
+        copy(&mut words, &self.words);
         Self { words, ..*self }
+    }
+}
+
+/// Copies words, but no zeros over zeros.
+fn copy(to: &mut [u64], from: &[u64]) {
+    let is_zero = |words: &[u64]| words.iter().all(|&word| word == 0);
+    for (to, from) in to.chunks_mut(BLOCK).zip(from.chunks(BLOCK)) {
+        if !is_zero(from) || !is_zero(to) {
+            to.copy_from_slice(from);
+        }
     }
 }
 
@@ -81,6 +87,12 @@ impl BitMatrix {
     #[inline]
     pub fn row_mut(&mut self, row: usize) -> &mut [u64] {
         &mut self.words[row * self.stride..(row + 1) * self.stride]
+    }
+
+    /// Makes these the words of a row. Bits past `columns` must be zero.
+    pub fn assign_row(&mut self, row: usize, words: &[u64]) {
+        assert_eq!(words.len(), self.stride, "a row's words");
+        copy(self.row_mut(row), words);
     }
 
     /// All rows, to write side by side. Bits past `columns` must stay zero.
@@ -241,6 +253,9 @@ mod tests {
         other.set(2, 5);
         other.union_with(&m);
         assert_eq!((other.count_row(1), other.count_row(2), other.count_ones()), (3, 1, 4));
+        let row = other.row(2).to_vec();
+        other.assign_row(1, &row);
+        assert_eq!((other.ones(1).collect::<Vec<_>>(), other.count_ones()), (vec![5], 2));
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Cells joined for lack of memory.
 
 use enfilade::CellId;
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, coarsen, matrix_bytes};
+use enfilade::cells::{
+    Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, coarsen, flow_bytes, matrix_bytes,
+};
 use enfilade::geom::{Aabb, Plane};
 use glam::DVec3;
 
@@ -41,15 +43,21 @@ fn row(n: usize) -> CellGraph {
 fn what_fits_stays_as_it_is() {
     let mut graph = row(10);
     let before = graph.clone();
-    assert_eq!(coarsen(&mut graph, 5, 1e-6, matrix_bytes(10, 5, 9)), None);
+    assert_eq!(coarsen(&mut graph, 5, matrix_bytes(10, 5, 9), |_| None), None);
     assert_eq!(graph, before);
+    // Nor is anything joined where flow has a way to take less.
+    let needed = matrix_bytes(10, 5, 9);
+    let less = needed - flow_bytes(10, 9) / 2;
+    assert_eq!(coarsen(&mut graph, 5, less, |_| Some(flow_bytes(10, 9) / 2)), None);
+    assert_eq!(graph, before);
+    assert_eq!(coarsen(&mut graph, 5, less, |_| Some(flow_bytes(10, 9))), Some(10));
 }
 
 #[test]
 fn a_row_becomes_neighbours_of_equal_size_joined_by_the_doors_between_them() {
     let mut graph = row(1000);
     let limit = matrix_bytes(1000, 50, 999) / 10;
-    assert_eq!(coarsen(&mut graph, 50, 1e-6, limit), Some(1000));
+    assert_eq!(coarsen(&mut graph, 50, limit, |_| None), Some(1000));
     assert!(matrix_bytes(graph.cells.len(), 50, graph.portals.len()) <= limit);
     assert_eq!(graph.portals.len(), graph.cells.len() - 1);
     assert_eq!(graph.cells.iter().map(|c| c.pieces.len()).sum::<usize>(), 1000);
@@ -70,7 +78,7 @@ fn open_cells_stay_apart_and_cells_without_portals_are_joined_too() {
     graph.cells[20].open = true;
     graph.portals.retain(|p| p.cells[0].index() < 30);
     graph.link();
-    assert_eq!(coarsen(&mut graph, 0, 1e-6, 0), Some(64));
+    assert_eq!(coarsen(&mut graph, 0, 0, |_| None), Some(64));
     assert_eq!(graph.cells.iter().filter(|c| c.open).map(|c| c.pieces.len()).collect::<Vec<_>>(), [1]);
     assert!(graph.cells.len() <= 4, "{}", graph.cells.len());
 }

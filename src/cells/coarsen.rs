@@ -8,12 +8,11 @@ use super::union::Union;
 use super::{Cell, CellGraph};
 use crate::CellId;
 use crate::geom::area;
-use crate::pvs::flow::{parts_bytes, whole_bytes};
 
 /// What matrices over a graph take at most while it is baked, bytes: both bounds over cells and over objects, and what flow knows of
 /// pairs of directed portals. What the scene itself takes comes on top.
 pub fn matrix_bytes(cells: usize, objects: usize, portals: usize) -> u64 {
-    row_bytes(cells, objects).saturating_add(whole_bytes(cells, portals))
+    row_bytes(cells, objects).saturating_add(flow_bytes(cells, portals))
 }
 
 /// What both bounds take of it.
@@ -22,17 +21,28 @@ fn row_bytes(cells: usize, objects: usize) -> u64 {
     u64::try_from((5 * cells * cells + 7 * cells * objects) / 8).unwrap_or(u64::MAX)
 }
 
+/// What flow takes of it.
+pub fn flow_bytes(cells: usize, portals: usize) -> u64 {
+    let [cells, directed] = [cells, 2 * portals].map(|n| n as u128);
+    u64::try_from((4 * directed * directed + 2 * cells * directed) / 8).unwrap_or(u64::MAX)
+}
+
 /// Joins cells until matrices over them, and over this many objects, take at most `limit` bytes. Returns the number of cells that
-/// there were, where that changed, and says so in the graph's notes. Flow over many cells of which none sees far takes less, and
-/// is asked before any are joined; `coplanar` as it has it ([`crate::pvs::flow::FlowInput::coplanar`]).
-pub fn coarsen(graph: &mut CellGraph, objects: usize, coplanar: f64, limit: u64) -> Option<usize> {
+/// there were, where that changed, and says so in the graph's notes. `flow`: what flow takes where it has a way to take less than
+/// [`flow_bytes`]; it is asked once, before anything is joined.
+pub fn coarsen(
+    graph: &mut CellGraph,
+    objects: usize,
+    limit: u64,
+    flow: impl FnOnce(&CellGraph) -> Option<u64>,
+) -> Option<usize> {
     let before = graph.cells.len();
     let needed = matrix_bytes(before, objects, graph.portals.len());
     if needed <= limit {
         return None;
     }
     let rows = row_bytes(before, objects);
-    if rows <= limit && parts_bytes(graph, coplanar).is_some_and(|parts| parts <= limit - rows) {
+    if rows <= limit && flow(graph).is_some_and(|bytes| bytes <= limit - rows) {
         return None;
     }
     let mut order: Vec<(f64, usize)> = graph.portals.iter().enumerate().map(|(i, p)| (area(&p.winding), i)).collect();

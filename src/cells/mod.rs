@@ -32,7 +32,7 @@ mod voids;
 mod volume;
 
 pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
-pub use coarsen::{coarsen, matrix_bytes};
+pub use coarsen::{coarsen, flow_bytes, matrix_bytes};
 pub use given::{GivenError, read_cells};
 pub use indoorgml::read_indoorgml;
 pub use locate::{Locator, Stretch};

@@ -13,7 +13,7 @@ impl Budget {
     /// Bytes that even the shortest file may ask for.
     pub const BASE: u64 = 16 << 20;
     /// Bytes of memory for each byte of the file.
-    pub const RATIO: u64 = 4096;
+    pub const RATIO: u64 = 8192;
 
     /// For a file of `length` bytes.
     pub fn new(length: usize) -> Self {

@@ -14,7 +14,7 @@ use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
 
 impl PvsFile {
-    /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 4,096 times
+    /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 8,192 times
     /// `bytes.len()` of memory, whatever the file says.
     pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
         let container = Container::parse(bytes)?;
@@ -348,8 +348,8 @@ impl<'a> SectionReader<'_, 'a> {
         budget.take(id, 2 * (cells * columns.div_ceil(64) * 8) as u64)?;
         let [mut upper, mut lower] = [BitMatrix::new(cells, columns), BitMatrix::new(cells, columns)];
         for cell in 0..cells {
-            upper.row_mut(cell).copy_from_slice(both.row(2 * cell));
-            lower.row_mut(cell).copy_from_slice(both.row(2 * cell + 1));
+            upper.assign_row(cell, both.row(2 * cell));
+            lower.assign_row(cell, both.row(2 * cell + 1));
         }
         if let Some((cell, other)) = lower.first_outside(&upper) {
             let what = format!("pair {cell}, {other} is in the lower set and not in the upper");

@@ -169,8 +169,8 @@ impl PvsFile {
 fn both(upper: &BitMatrix, lower: &BitMatrix) -> BitMatrix {
     let mut out = BitMatrix::new(2 * upper.rows(), upper.columns());
     for row in 0..upper.rows() {
-        out.row_mut(2 * row).copy_from_slice(upper.row(row));
-        out.row_mut(2 * row + 1).copy_from_slice(lower.row(row));
+        out.assign_row(2 * row, upper.row(row));
+        out.assign_row(2 * row + 1, lower.row(row));
     }
     out
 }

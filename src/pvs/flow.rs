@@ -125,13 +125,7 @@ pub fn flow(input: &FlowInput<'_>, work: &Work<'_>) -> Result<FlowResult, Stoppe
     Ok(FlowResult { cells_upper, objects_upper, steps: tally.steps, capped: tally.capped.len() as u64 })
 }
 
-/// What pairs of directed portals take at most, bytes, where a graph is flowed through as a whole.
-pub fn whole_bytes(cells: usize, portals: usize) -> u64 {
-    let [cells, directed] = [cells, 2 * portals].map(|n| n as u128);
-    u64::try_from((4 * directed * directed + 2 * cells * directed) / 8).unwrap_or(u64::MAX)
-}
-
-/// The same where it is flowed through in parts; `None` where it isn't.
+/// What flow takes at most, bytes, where it goes through a graph in parts; `None` where it doesn't, which takes [`crate::cells::flow_bytes`].
 pub fn parts_bytes(graph: &CellGraph, coplanar: f64) -> Option<u64> {
     Parts::new(&Net::of_graph(graph, coplanar), Sizes::default()).map(|parts| parts.bytes())
 }

@@ -56,7 +56,7 @@ const MIB: u64 = 1 << 20;
 /// All of them.
 pub const TARGETS: &[Target] = &[
     // What docs/format.md promises, and what zstd needs for itself.
-    Target { name: "pvs", run: pvs, seeds: seeds::pvs, memory: [17 * MIB, 4096], share: 1 },
+    Target { name: "pvs", run: pvs, seeds: seeds::pvs, memory: [17 * MIB, 8192], share: 1 },
     Target { name: "gltf", run: gltf_bytes, seeds: seeds::gltf, memory: [MIB / 4, 64], share: 2 },
     Target { name: "obj", run: obj_bytes, seeds: seeds::obj, memory: [MIB / 4, 64], share: 2 },
     Target { name: "indoorgml", run: indoorgml_text, seeds: seeds::indoorgml, memory: [MIB / 4, 64], share: 4 },

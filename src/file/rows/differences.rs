@@ -318,7 +318,7 @@ impl<'a> Differences<'a> {
                     let reference = out.row(first[done + i - back]);
                     words.iter_mut().zip(reference).for_each(|(w, r)| *w ^= r);
                 }
-                out.row_mut(first[done + i]).copy_from_slice(&words);
+                out.assign_row(first[done + i], &words);
             }
             c.end()?;
             done += block.rows;
@@ -327,7 +327,7 @@ impl<'a> Differences<'a> {
             let source = first[unique as usize];
             if source != row {
                 words.copy_from_slice(out.row(source));
-                out.row_mut(row).copy_from_slice(&words);
+                out.assign_row(row, &words);
             }
         }
         Ok(out)

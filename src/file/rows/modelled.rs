@@ -295,7 +295,7 @@ impl<'a> Modelled<'a> {
                 let reference = self.reference(&mut reading)?;
                 let other = (reference < reading.first).then(|| out.row(reference));
                 self.next(guide, &mut reading, other, &mut scratch)?;
-                out.row_mut(reading.first + i).copy_from_slice(reading.rows.row(i));
+                out.assign_row(reading.first + i, reading.rows.row(i));
             }
             if !reading.decoder.is_at_end() {
                 return Err(self.error(format!("block {block} doesn't end with its last row")));

@@ -8,8 +8,8 @@
 use super::might_see::{MANY, MightSee, from_rows, set};
 use super::net::Net;
 use super::reach::Reach;
-use super::{FlowInput, FlowResult, cells::set_both, decide, whole_bytes};
-use crate::cells::{Cell, CellGraph, Strategy};
+use super::{FlowInput, FlowResult, cells::set_both, decide};
+use crate::cells::{Cell, CellGraph, Strategy, flow_bytes};
 use crate::work::{Stopped, Work};
 use crate::{BitMatrix, CellId};
 use rayon::prelude::*;
@@ -95,7 +95,7 @@ impl Parts {
 
     /// What flow takes at most, bytes: what lines come to, and the matrices of so many of the largest parts as are worked on at once.
     pub fn bytes(&self) -> u64 {
-        let largest = self.parts.iter().map(|part| whole_bytes(part.cells.len(), part.portals.len())).max();
+        let largest = self.parts.iter().map(|part| flow_bytes(part.cells.len(), part.portals.len())).max();
         let reach: usize = self.reach.iter().map(|row| size_of_val(row) + size_of_val(row.as_slice())).sum();
         reach as u64 + largest.unwrap_or(0) * AT_ONCE
     }
