@@ -58,7 +58,7 @@ const AUTO: [Method; 6] = [
     Method::Plain(Mode::Portals),
     Method::Plain(Mode::Pvs),
     Method::Plain(Mode::Both),
-    Method::Chc,
+    Method::ChcPlus,
 ];
 
 /// What was decided for a frame.
