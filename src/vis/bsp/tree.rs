@@ -3,7 +3,7 @@
 use super::{BspError, FACES, LEAVES, LUMPS, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable};
 use crate::geom::{Aabb, Plane};
 use crate::vis::prt::FARTHEST;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use qbsp::data::nodes::BspLeafContentFlags;
 use qbsp::data::visdata::VisDataRef;
 use qbsp::data::{BspFace, BspLeaf, BspModel, BspNode, BspNodeRef, BspPlane, BspTexInfo};
@@ -68,8 +68,8 @@ impl Tree {
         let nodes = nodes.iter().enumerate().map(|(i, n)| node(i, n, &planes)).collect::<Result<Vec<_>, _>>()?;
 
         // 3. Extent.
-        let corners = [world.bound.min, world.bound.max].into_iter().chain(source.entries::<Vec3>(VERTICES)?);
-        let bounds = Aabb::of(corners.map(Vec3::as_dvec3));
+        let corners = [world.bound.min, world.bound.max].into_iter().chain(source.entries(VERTICES)?);
+        let bounds = Aabb::of(corners.map(point));
         let farthest = bounds.min.abs().max_element().max(bounds.max.abs().max_element());
         if !(0.0..=FARTHEST).contains(&farthest) {
             return Err(entry(MODELS, 0, "has no finite extent"));
@@ -159,8 +159,13 @@ fn leaf(leaf: &BspLeaf) -> Leaf {
     Leaf { open: !leaf.contents.0.contains(BspLeafContentFlags::SOLID), vis_offset }
 }
 
+/// The reader's vectors may be those of another release of `glam`.
+fn point(p: qbsp::glam::Vec3) -> DVec3 {
+    DVec3::from_array(p.to_array().map(f64::from))
+}
+
 fn plane(index: usize, plane: &BspPlane) -> Result<Plane, BspError> {
-    let (n, d) = (plane.normal.as_dvec3(), f64::from(plane.dist));
+    let (n, d) = (point(plane.normal), f64::from(plane.dist));
     let length = n.length();
     if !((0.9..1.1).contains(&length) && d.abs() <= FARTHEST) {
         return Err(entry(PLANES, index, "is no plane with a unit normal"));
