@@ -114,8 +114,7 @@ impl Parts {
         };
         all.objects_upper.union_with(input.objects_lower);
         let mut capped = vec![false; 2 * input.graph.portals.len()];
-        // Work that was stopped is stopped by now, so that all have been found.
-        for found in found.into_iter().flatten() {
+        for found in found.into_iter().collect::<Option<Vec<Found>>>().ok_or(Stopped)? {
             for (cell, seen) in found.cells {
                 seen.into_iter().for_each(|other| _ = all.cells_upper.set(cell as usize, other as usize));
             }
