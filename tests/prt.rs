@@ -60,6 +60,9 @@ fn every_count_is_checked() {
     assert_eq!(damaged(PRT1, "\n2\n", "\n4000000000\n", 3, "portals"), range(4_000_000_000, 0, u64::from(u32::MAX / 2)));
     assert_eq!(damaged(PRT1, "\n2\n", "\n1\n", 5, "end of file"), PrtFault::Trailing("4".into()));
     assert_eq!(damaged(PRT2, "-1\n1 -1", "1 -1", 9, "leaves of cluster 2"), PrtFault::Missing);
+    // A leaf in the first of no clusters; found by libFuzzer.
+    let nowhere = read_prt(b"PRT1-AM\n0\n0\n1\n0\n").unwrap_err();
+    assert_eq!((nowhere.line, nowhere.field.as_str(), nowhere.fault), (4, "leaves", range(1, 0, 0)));
     let promised = 4 + MOST_ISOLATED;
     let isolated = PrtFault::Isolated { clusters: promised, named: 3 };
     assert_eq!(damaged(PRT1, "\n3\n", &format!("\n{promised}\n"), 2, "clusters"), isolated);

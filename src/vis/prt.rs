@@ -162,7 +162,8 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
     let portal_count = reader.count("portals", u64::from(u32::MAX / 2))?;
     let leaf_count = match (dialect, before) {
         (_, Some(leaves)) => leaves,
-        (Dialect::Prt1Am, None) => reader.count("leaves", u64::from(u32::MAX))?,
+        // Where there are no clusters there is none for a leaf to lie in.
+        (Dialect::Prt1Am, None) => reader.count("leaves", if clusters > 0 { u64::from(u32::MAX) } else { 0 })?,
         (_, None) => clusters,
     };
     if dialect == Dialect::Prt1 {
