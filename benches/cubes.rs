@@ -11,7 +11,7 @@
 //! Embree (Debian: libembree-dev) is optional: where g++ builds `benches/embree/cubes.cpp`, it is handed the same opaque triangles and eyes.
 
 use enfilade::generate::{Generated, Kind, generate};
-use enfilade::pvs::cube::{Cube, CubeEngine, CubeScene, CubeView, Engine, NONE, Rays};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Scene, import};
 use glam::DVec3;
@@ -118,32 +118,22 @@ fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {
     for &eye in eyes {
         let view = CubeView::new(eye, 40);
         truth.cube(&view, &mut want);
-        Engine::Raster.start(&ready).cube(&view, &mut got);
+        Raster::new(&ready).cube(&view, &mut got);
         assert_eq!(
             differing(scene, &view, &got.triangles, &want.triangles).1,
             0,
             "an id that the tolerance doesn't explain"
         );
     }
-    let (cubes_of_raster, raster) = cubes(&mut *Engine::Raster.start(&ready), eyes, REPEATS);
-    let (cubes_of_packets, packets) = cubes(&mut *Engine::Packets.start(&ready), eyes, REPEATS);
-    assert!(cubes_of_raster == cubes_of_packets, "the engines differ");
+    let (cubes_of_raster, raster) = cubes(&mut Raster::new(&ready), eyes, REPEATS);
     // The times.
     row(scene, "raster", &raster, ready_in);
-    row(scene, "packets", &packets, ready_in);
     #[cfg(feature = "gpu")]
     on_gpu(scene, eyes, &ready, &mut truth);
     let mut bare = scene.clone();
     bare.objects.retain(|o| o.opaque);
     let (ready, ready_in) = timed(|| CubeScene::new(&bare));
-    for engine in Engine::ALL {
-        row(
-            scene,
-            &format!("{engine:?}, opaque only").to_lowercase(),
-            &cubes(&mut *engine.start(&ready), eyes, REPEATS).1,
-            ready_in,
-        );
-    }
+    row(scene, "raster, opaque only", &cubes(&mut Raster::new(&ready), eyes, REPEATS).1, ready_in);
     if let Some(program) = embree {
         run_embree(&bare, eyes, program, &cubes_of_raster);
     }
@@ -155,7 +145,7 @@ fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {
 /// Rows of the graphics processor, if there is one.
 #[cfg(feature = "gpu")]
 fn on_gpu(scene: &Scene, eyes: &[DVec3], ready: &CubeScene, truth: &mut Rays<'_, '_>) {
-    use enfilade::pvs::cube::gpu::{CORNERS, EDGE, GpuCubes, GpuScene, NEAR};
+    use enfilade::pvs::cubes::gpu::{CORNERS, EDGE, GpuCubes, GpuScene, NEAR};
     let allowed = explain::Allowed { edge: EDGE, corners: CORNERS, near: f64::from(NEAR) };
     let (there, ready_in) = match timed(|| GpuScene::new(scene)) {
         (Ok(there), time) => (std::sync::Arc::new(there), time),

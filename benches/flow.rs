@@ -8,8 +8,8 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use enfilade::cells::{Cell, CellGraph};
 use enfilade::geom::Aabb;
+use enfilade::job::Job;
 use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
-use enfilade::work::Work;
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
 use std::hint::black_box;
@@ -36,7 +36,7 @@ impl World {
             max_steps: 200_000,
             coplanar: 1e-4,
         };
-        flow(&input, &Work::quiet()).expect("nobody stops it")
+        flow(&input, &Job::quiet()).expect("nobody stops it")
     }
 
     fn describe(&self, name: &str, result: &FlowResult) {

@@ -10,12 +10,12 @@ use enfilade::ObjectId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::pvs::cube::{Cube, CubeScene, CubeView, Engine, NONE};
-use enfilade::report::path::CameraPath;
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::work::Work;
+use enfilade::walkthrough::path::CameraPath;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -45,7 +45,7 @@ fn main() {
         std::fs::write(&model, &office.glb).expect("a folder to write to");
         let scene = import(&model, &ImportOptions::default()).expect("what was generated");
         let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
-        let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Work::quiet()).expect("a bake").file;
+        let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).expect("a bake").file;
         let path = serde_json::to_string(&office.path).expect("a path");
         measure(&format!("office of {rooms}"), &scene, &file, &CameraPath::from_json(&path).expect("a path"));
     }
@@ -93,7 +93,7 @@ fn check(scene: &Scene, culler: &Culler, cameras: &[Camera], modes: &[Mode]) -> 
     for i in 0..EYES.min(cameras.len()) {
         let eye = cameras[i * cameras.len() / EYES.min(cameras.len())].eye;
         let view = CubeView::new(eye.as_dvec3(), SIDE);
-        Engine::Raster.start(&ready).cube(&view, &mut cube);
+        Raster::new(&ready).cube(&view, &mut cube);
         for face in 0..6 {
             let at = |x: u32, y: u32| view.direction(face * pixels + (y * SIDE + x) as usize);
             let last = SIDE - 1;

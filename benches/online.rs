@@ -8,16 +8,16 @@
 
 use enfilade::ObjectId;
 use enfilade::generate::{Kind, generate};
-use enfilade::online::bounds::{Bounds, Fit};
-use enfilade::online::chc::{Chc, Reduction};
-use enfilade::online::chc_plus::{ChcPlus, ChcPlusOptions};
-use enfilade::online::depth::DepthBuffer;
-use enfilade::online::frustum::FrustumCuller;
-use enfilade::online::hierarchy::{Hierarchy, HierarchyOptions, Split};
-use enfilade::online::oracle::OcclusionOracle;
-use enfilade::online::stats::OnlineStats;
-use enfilade::online::view::{Frustum, View};
-use enfilade::pvs::cube::{Cube, CubeScene, CubeView, Engine, NONE};
+use enfilade::occlusion::bounds::{Bounds, Fit};
+use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
+use enfilade::occlusion::depth::DepthBuffer;
+use enfilade::occlusion::frustum::FrustumCuller;
+use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade::occlusion::oracle::OcclusionOracle;
+use enfilade::occlusion::stats::OnlineStats;
+use enfilade::occlusion::view::{Frustum, View};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use enfilade::scene::{ImportOptions, Scene, import};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -81,7 +81,7 @@ fn check(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
     let mut cube = Cube::default();
     for &eye in eyes {
         let cube_view = CubeView::new(eye, SIDE);
-        Engine::Raster.start(&ready).cube(&cube_view, &mut cube);
+        Raster::new(&ready).cube(&cube_view, &mut cube);
         let pixels = (SIDE * SIDE) as usize;
         for face in 0..6 {
             let at = |x: u32, y: u32| cube_view.direction(face * pixels + (y * SIDE + x) as usize);
@@ -179,7 +179,7 @@ fn frames(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
 /// which answers at once, has drawn in the same frames.
 #[cfg(feature = "gpu")]
 fn queries(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
-    use enfilade::online::queries::GpuQueries;
+    use enfilade::occlusion::queries::GpuQueries;
     let mut gpu = match GpuQueries::new(scene, SIZE[0], SIZE[1]) {
         Ok(gpu) => gpu,
         Err(e) => return println!("not run: occlusion queries: {e}"),

@@ -10,20 +10,20 @@
 //! `--teapots COUNT,SCALE` one scene of teapots alone.
 
 use enfilade::generate::{Kind, generate};
-use enfilade::online::bounds::Fit;
-use enfilade::online::chc::{Chc, Reduction};
-use enfilade::online::chc_plus::{ChcPlus, ChcPlusOptions};
-use enfilade::online::depth::DepthBuffer;
-use enfilade::online::frustum::FrustumCuller;
-use enfilade::online::hierarchy::{Hierarchy, HierarchyOptions, Split};
-use enfilade::online::levels::{C1_TO_C7, LevelCuller, LevelOptions};
-use enfilade::online::oracle::OcclusionOracle;
-use enfilade::online::view::Frustum;
-use enfilade::report::missed::objects_shown;
-use enfilade::report::path::CameraPath;
-use enfilade::report::raster::{View, draw};
+use enfilade::occlusion::bounds::Fit;
+use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
+use enfilade::occlusion::depth::DepthBuffer;
+use enfilade::occlusion::frustum::FrustumCuller;
+use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade::occlusion::levels::{C1_TO_C7, LevelCuller, LevelOptions};
+use enfilade::occlusion::oracle::OcclusionOracle;
+use enfilade::occlusion::view::Frustum;
 use enfilade::runtime::{Auto, Method, Mode};
 use enfilade::scene::{ImportOptions, Object, Scene, import};
+use enfilade::walkthrough::missed::objects_shown;
+use enfilade::walkthrough::path::CameraPath;
+use enfilade::walkthrough::raster::{View, draw};
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
 use std::cell::RefCell;

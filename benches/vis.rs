@@ -3,8 +3,8 @@
 //! upper one. Not run without the data folder.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use enfilade::vis::{Level, Vis, VisOptions, vis};
-use enfilade::work::Work;
+use enfilade::job::Job;
+use enfilade::level::{Level, Vis, VisOptions, vis};
 use std::hint::black_box;
 
 #[path = "../tests/common/prt.rs"]
@@ -22,7 +22,7 @@ const LEVELS: [(&str, f64); 7] = [
 ];
 
 fn run(level: &Level) -> Vis {
-    vis(level, &VisOptions::default(), None, &Work::quiet()).expect("a sound level")
+    vis(level, &VisOptions::default(), None, &Job::quiet()).expect("a sound level")
 }
 
 fn on(threads: usize) -> rayon::ThreadPool {

@@ -14,9 +14,9 @@ mod command;
 mod renderer;
 
 use enfilade::file::PvsFile;
-use enfilade::report::tour::tour;
 use enfilade::runtime::{Culler, Mode, Scratch};
 use enfilade::scene::import;
+use enfilade::walkthrough::tour::tour;
 use renderer::{ASPECT, Renderer};
 use std::path::Path;
 

@@ -3,10 +3,10 @@
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen, split};
 use crate::file::PvsFile;
+use crate::job::{Job, Stopped};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, PvsOptions};
 use crate::scene::{ImportOptions, Scene};
-use crate::work::{Stopped, Work};
 use std::time::Instant;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -86,7 +86,7 @@ pub enum BakeError {
 /// Segments that a debug build follows through a graph that it found.
 const SEGMENTS: u64 = 4096;
 
-/// Digest of everything that the result depends on: what a [journal](crate::work::Journal) belongs to.
+/// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
 pub fn digest(scene: &Scene, options: &BakeOptions) -> u128 {
     let mut hash = Xxh3::new();
     hash.update(&scene.hash().to_le_bytes());
@@ -102,7 +102,7 @@ pub fn digest(scene: &Scene, options: &BakeOptions) -> u128 {
 /// # Errors
 ///
 /// [`BakeError`].
-pub fn bake(scene: &Scene, options: BakeOptions, work: &Work<'_>) -> Result<Baked, BakeError> {
+pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked, BakeError> {
     // 1. Cells and portals.
     let start = Instant::now();
     work.tell("cells", 0.0);

@@ -1,7 +1,9 @@
 //! A dense matrix of bits: rows of whole `u64` words, so that set algebra is a loop over words.
 
 use bitvec::prelude::{BitSlice, Lsb0};
+#[cfg(feature = "bake")]
 use rayon::prelude::*;
+#[cfg(feature = "bake")]
 use std::ops::Range;
 
 /// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero. What was never written takes
@@ -96,6 +98,7 @@ impl BitMatrix {
     }
 
     /// All rows, to write side by side. Bits past `columns` must stay zero.
+    #[cfg(feature = "bake")]
     pub(crate) fn rows_mut(&mut self) -> Vec<&mut [u64]> {
         if self.stride == 0 {
             return (0..self.rows).map(|_| Default::default()).collect();
@@ -134,6 +137,7 @@ impl BitMatrix {
     }
 
     /// Rows and columns exchanged.
+    #[cfg(feature = "bake")]
     pub(crate) fn transposed(&self) -> Self {
         let mut result = Self::new(self.columns, self.rows);
         if result.stride == 0 {
@@ -168,6 +172,7 @@ impl BitMatrix {
 
 /// Exchanges rows and columns of 64 x 64 bits: off-diagonal halves change places, then those of each quarter, and so on
 /// (after Warren, *Hacker's Delight*, 2002).
+#[cfg(feature = "bake")]
 fn transpose(block: &mut [u64; 64]) {
     let (mut half, mut mask) = (32, 0xffff_ffff_u64);
     while half != 0 {
@@ -183,6 +188,7 @@ fn transpose(block: &mut [u64; 64]) {
 }
 
 /// The words of a row from the first that isn't zero to the last; none, at its end, where all are.
+#[cfg(feature = "bake")]
 pub fn span(words: &[u64]) -> Range<usize> {
     let first = words.iter().position(|&word| word != 0).unwrap_or(words.len());
     first..words.iter().rposition(|&word| word != 0).map_or(first, |last| last + 1)

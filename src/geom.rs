@@ -1,10 +1,10 @@
 //! Planes, boxes and convex windings in `f64`: what every build-side module shares.
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 /// The half-space `n . p <= d`; `n` is a unit vector that points out of it.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plane {
     /// Unit normal.
     pub n: DVec3,
@@ -31,7 +31,8 @@ impl Plane {
 }
 
 /// An axis-aligned box; empty while `min > max`.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct Aabb {
     /// Least corner.
     pub min: DVec3,
@@ -142,48 +143,6 @@ pub fn clip(winding: &[DVec3], plane: &Plane, eps: f64) -> Vec<DVec3> {
         }
     }
     if out.len() < 3 { Vec::new() } else { out }
-}
-
-/// A planar polygon; rings after the first are holes, and all run either way round.
-#[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Polygon {
-    /// Its plane, facing either way.
-    pub plane: Plane,
-    /// Rings without a repeated last corner.
-    pub rings: Vec<Vec<DVec3>>,
-}
-
-impl Polygon {
-    /// From its rings; `None` where the outer one has no area.
-    pub fn new(rings: Vec<Vec<DVec3>>) -> Option<Self> {
-        let outer = rings.first().filter(|r| r.len() >= 3)?;
-        let centre = middle(outer);
-        let n = newell(&outer.iter().map(|&p| p - centre).collect::<Vec<_>>()).try_normalize()?;
-        Some(Self { plane: Plane::through(centre, n), rings })
-    }
-
-    /// Farthest corner from the plane, metres.
-    pub fn off_plane(&self) -> f64 {
-        self.rings.iter().flatten().map(|&p| self.plane.distance(p).abs()).fold(0.0, f64::max)
-    }
-
-    /// Whether a point of the plane is inside, by the even-odd rule over all rings.
-    pub fn holds(&self, p: DVec3) -> bool {
-        let n = self.plane.n.abs();
-        // The two axes that the plane is seen best along.
-        let (u, v) = if n.x >= n.y && n.x >= n.z {
-            (1, 2)
-        } else if n.y >= n.z {
-            (0, 2)
-        } else {
-            (0, 1)
-        };
-        let crosses = |a: DVec3, b: DVec3| {
-            (a[v] > p[v]) != (b[v] > p[v]) && p[u] < a[u] + (b[u] - a[u]) * ((p[v] - a[v]) / (b[v] - a[v]))
-        };
-        let edges = self.rings.iter().flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
-        edges.filter(|(a, b)| crosses(**a, **b)).count() % 2 == 1
-    }
 }
 
 #[cfg(test)]

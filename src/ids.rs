@@ -1,13 +1,13 @@
 //! Ids are `u32` newtypes, so that a cell can't be passed for an object; `Option`, never a sentinel.
 
-use serde::{Deserialize, Serialize};
 use std::fmt;
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
-        #[serde(transparent)]
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+        #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "bake", serde(transparent))]
         pub struct $name(pub u32);
 
         impl $name {

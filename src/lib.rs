@@ -28,27 +28,46 @@
 //! point on an object. *separation*: a proof that no line passes a chain of portals. *lower set* L: every pair in it has a
 //! witness. *upper set* U: every pair not in it has a separation. L is a subset of the truth, which is a subset of U.
 
+#[cfg(feature = "bake")]
 pub mod bake;
+#[cfg(feature = "bake")]
 pub mod cells;
 pub mod file;
+#[cfg(feature = "bake")]
 pub mod generate;
 pub mod geom;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-pub mod online;
+#[cfg(feature = "bake")]
+pub mod job;
+#[cfg(feature = "bake")]
+pub mod level;
+pub mod occlusion;
+#[cfg(feature = "bake")]
+pub mod pages;
+#[cfg(feature = "bake")]
+pub mod proof;
+#[cfg(feature = "bake")]
 pub mod pvs;
-pub mod report;
 pub mod runtime;
+#[cfg(feature = "bake")]
 pub mod scene;
 pub mod tolerance;
-pub mod vis;
-pub mod why;
-pub mod work;
+pub mod types;
+#[cfg(feature = "bake")]
+pub mod verify;
+#[cfg(feature = "bake")]
+pub mod walkthrough;
 
 mod bits;
+#[cfg(feature = "bake")]
+mod bvh;
 mod ids;
-mod trees;
-mod vectorized;
+mod parallel;
+#[cfg(feature = "bake")]
+mod polygon;
+mod random;
+mod simd;
 
 /// The README's example compiles.
 #[cfg(doctest)]

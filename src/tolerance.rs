@@ -4,10 +4,9 @@
 //! portal face is called closed, an opaque triangle lies within `coplanar + (sqrt(2) + 1/2) * seal` of the crossing point, so no
 //! segment that keeps `clearance` from every opaque triangle gets through. See `cells::coverage`.
 
-use serde::{Deserialize, Serialize};
-
 /// Lengths in metres, derived from a scene's extent by [`Tolerance::for_extent`].
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tolerance {
     /// A triangle whose corners are this near to a plane lies in it.
     /// Larger: grazing rays pass beside walls that count as closed. Smaller: walls written in `f32` fall apart into many planes.

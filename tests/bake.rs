@@ -3,13 +3,13 @@
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::{CheckOptions, check};
-use enfilade::report::path::CameraPath;
-use enfilade::report::walk::{WalkOptions, walk};
 use enfilade::runtime::{Mode, Narrowing};
 use enfilade::scene::{ImportOptions, Scene, gltf::from_slice, import};
-use enfilade::work::Work;
+use enfilade::verify::{CheckOptions, check};
+use enfilade::walkthrough::path::CameraPath;
+use enfilade::walkthrough::walk::{WalkOptions, walk};
 use std::path::{Path, PathBuf};
 
 fn building(file: &str) -> PathBuf {
@@ -26,7 +26,7 @@ fn baked(model: &Path, threads: usize) -> (Scene, Baked) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let scene = import(model, &ImportOptions::default()).unwrap();
-        let baked = bake(&scene, options(), &Work::quiet()).unwrap();
+        let baked = bake(&scene, options(), &Job::quiet()).unwrap();
         (scene, baked)
     })
 }
@@ -82,7 +82,7 @@ fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
 #[test]
 fn a_hall_is_one_cell_and_its_file_has_no_rows() {
     let scene = from_slice(&generate(Kind::Hall, 1).unwrap().glb, "hall", None, &ImportOptions::default()).unwrap();
-    let file = PvsFile::read(&bake(&scene, options(), &Work::quiet()).unwrap().file.write()).unwrap();
+    let file = PvsFile::read(&bake(&scene, options(), &Job::quiet()).unwrap().file.write()).unwrap();
     assert_eq!(file.cells.iter().map(|cell| cell.open).collect::<Vec<_>>(), [true, false], "outside and the hall");
     assert!(file.portals.is_empty() && file.cell_rows.is_none() && file.object_rows.is_none());
     assert!(file.left_out.iter().any(|line| line.starts_with("rows: one closed cell")), "{:?}", file.left_out);

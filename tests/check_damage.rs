@@ -4,10 +4,10 @@ use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::{CheckOptions, FaultKind, Violation, check};
 use enfilade::scene::{ImportOptions, Scene, gltf};
-use enfilade::work::Work;
+use enfilade::verify::{CheckOptions, FaultKind, Violation, check};
 use glam::Vec3;
 
 /// What shows that a file is damaged.
@@ -163,7 +163,7 @@ fn baked() -> (Scene, PvsFile) {
     let scene = gltf::from_slice(&glb, "gallery", None, &ImportOptions::default()).unwrap();
     let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
     let options = BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() };
-    let file = bake(&scene, options, &Work::quiet()).unwrap().file;
+    let file = bake(&scene, options, &Job::quiet()).unwrap().file;
     (scene, file)
 }
 

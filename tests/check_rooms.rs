@@ -4,11 +4,11 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{PortalKind, SplitOptions, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::rooms::{RoomScore, RoomsFile};
-use enfilade::report::check::score_rooms;
 use enfilade::scene::{ImportOptions, Role, Scene, gltf::from_slice};
-use enfilade::work::Work;
+use enfilade::verify::rooms::{RoomScore, RoomsFile};
+use enfilade::verify::score_rooms;
 use serde_json::{Value, json};
 
 mod boxes;
@@ -226,7 +226,7 @@ fn generated(kind: Kind) -> RoomScore {
         pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() },
         ..BakeOptions::default()
     };
-    let file = bake(&scene, options, &Work::quiet()).unwrap().file;
+    let file = bake(&scene, options, &Job::quiet()).unwrap().file;
     score_rooms(&file, &scene, &serde_json::from_value(made.rooms).unwrap()).unwrap()
 }
 

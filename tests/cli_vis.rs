@@ -10,8 +10,8 @@ mod quake;
 
 use cli::{LEVEL, command, folder, refused, run};
 use data::data;
-use enfilade::vis::prt::read_prt;
-use enfilade::vis::rows::read_rows;
+use enfilade::level::prt::read_prt;
+use enfilade::level::rows::read_rows;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -166,7 +166,7 @@ fn what_a_reference_lacks_lies_on_lines() {
 }
 
 /// A line between two cells that `rows` lack passes every portal of its chain, inwards from every edge.
-fn check_line(level: &enfilade::vis::Level, rows: &enfilade::BitMatrix, line: &Value) {
+fn check_line(level: &enfilade::level::Level, rows: &enfilade::BitMatrix, line: &Value) {
     use glam::DVec3;
     let point = |key: &str| DVec3::from_array([0, 1, 2].map(|i| line[key][i].as_f64().unwrap()));
     let (from, to) = (point("from"), point("to"));
@@ -194,7 +194,7 @@ fn check_line(level: &enfilade::vis::Level, rows: &enfilade::BitMatrix, line: &V
 #[cfg(feature = "quake")]
 mod levels {
     use super::*;
-    use enfilade::vis::bsp::Bsp;
+    use enfilade::level::bsp::Bsp;
     use quake::{AIR, Layout, bsp, lumps, three_rooms};
 
     #[test]

@@ -8,10 +8,10 @@ mod rooms;
 
 use cli::{folder, refused, run};
 use enfilade::file::PvsFile;
+use enfilade::job::Job;
+use enfilade::proof::{Asker, Doubt, Goal, Shield, Why, WhyError};
 use enfilade::pvs::{Guarantee, PvsOptions, bake};
 use enfilade::scene::{ImportOptions, Scene};
-use enfilade::why::{Asker, Doubt, Goal, Shield, Why, WhyError};
-use enfilade::work::Work;
 use enfilade::{CellId, DirectedPortal, ObjectId};
 use rooms::{row, solid};
 use serde_json::{Value, json};
@@ -29,7 +29,7 @@ fn scene_and_file(ray_budget: u64, ship: Guarantee, keep_bounds: bool) -> (Scene
         solid("corner", [8.7, 0.0, 0.1], [8.9, 0.3, 0.3]),
     ];
     let (scene, mut graph) = row(3, extra, &[]);
-    let pvs = bake(&scene, &mut graph, &PvsOptions { ray_budget, ship, ..PvsOptions::default() }, &Work::quiet()).unwrap();
+    let pvs = bake(&scene, &mut graph, &PvsOptions { ray_budget, ship, ..PvsOptions::default() }, &Job::quiet()).unwrap();
     assert_eq!((pvs.repairs.len(), pvs.stats.contradictions), (0, 0));
     let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, keep_bounds);
     (scene, file)

@@ -6,7 +6,7 @@ mod explain;
 
 use allocation_counter::measure;
 use enfilade::generate::{Kind, generate};
-use enfilade::pvs::cube::{Cube, CubeEngine, CubeScene, CubeView, Engine, NONE, Packets, Raster, Rays, settle};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays, settle};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
 use explain::{EXACT, compare, is_explained};
@@ -56,13 +56,11 @@ fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
     builder.finish("test").unwrap()
 }
 
-/// Makes a cube by every engine and compares; returns how many pixels differ from the truth, all of them explained.
+/// Makes a cube by both engines and compares; returns how many pixels differ from the truth, all of them explained.
 fn check(scene: &Scene, rays: &RayScene<'_>, ready: &CubeScene, view: &CubeView) -> usize {
-    let (mut want, mut got, mut other) = (Cube::default(), Cube::default(), Cube::default());
+    let (mut want, mut got) = (Cube::default(), Cube::default());
     Rays::new(rays).cube(view, &mut want);
     Raster::new(ready).cube(view, &mut got);
-    Packets::new(ready).cube(view, &mut other);
-    assert!(got == other, "the engines differ at {view:?}");
     compare(scene, view, &got, &want, EXACT)
 }
 
@@ -157,13 +155,11 @@ fn nothing_is_seen_of_nothing_or_from_nowhere() {
     let empty = scene([cuboid(false, 0.0, 1.0)]);
     let ready = CubeScene::new(&empty);
     let mut cube = Cube::default();
-    for engine in Engine::ALL {
-        let mut engine = engine.start(&ready);
-        engine.cube(&CubeView::new(DVec3::splat(-3.0), 9), &mut cube);
-        assert!(cube.triangles.iter().all(|&t| t == NONE) && !cube.see_through.is_empty());
-        engine.cube(&CubeView::new(DVec3::splat(f64::NAN), 9), &mut cube);
-        assert!(cube.triangles.iter().all(|&t| t == NONE) && cube.see_through.is_empty());
-    }
+    let mut engine = Raster::new(&ready);
+    engine.cube(&CubeView::new(DVec3::splat(-3.0), 9), &mut cube);
+    assert!(cube.triangles.iter().all(|&t| t == NONE) && !cube.see_through.is_empty());
+    engine.cube(&CubeView::new(DVec3::splat(f64::NAN), 9), &mut cube);
+    assert!(cube.triangles.iter().all(|&t| t == NONE) && cube.see_through.is_empty());
 }
 
 #[test]
@@ -275,18 +271,9 @@ fn the_check_can_fail() {
 fn a_warm_engine_allocates_nothing() {
     let scene = scene([cuboid(true, 0.0, 9.0), cuboid(false, 4.0, 5.0)]);
     let ready = CubeScene::new(&scene);
-    for engine in Engine::ALL {
-        let (mut engine, mut cube) = (engine.start(&ready), Cube::default());
-        let view = CubeView::new(DVec3::splat(2.0) - scene.origin, 50);
-        engine.cube(&view, &mut cube);
-        let taken = measure(|| (0..5).for_each(|_| engine.cube(&view, &mut cube)));
-        assert_eq!(taken.count_total, 0);
-    }
-}
-
-#[test]
-fn the_fastest_is_one_of_them() {
-    let scene = scene([cuboid(true, 0.0, 9.0)]);
-    let fastest = Engine::fastest(&CubeScene::new(&scene), &[DVec3::ZERO], 16);
-    assert!(Engine::ALL.contains(&fastest));
+    let (mut engine, mut cube) = (Raster::new(&ready), Cube::default());
+    let view = CubeView::new(DVec3::splat(2.0) - scene.origin, 50);
+    engine.cube(&view, &mut cube);
+    let taken = measure(|| (0..5).for_each(|_| engine.cube(&view, &mut cube)));
+    assert_eq!(taken.count_total, 0);
 }

@@ -11,12 +11,12 @@ mod explain;
 
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::pvs::cube::gpu::{CORNERS, EDGE, GpuCubes, GpuError, GpuScene, NEAR};
-use enfilade::pvs::cube::{Choice, Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
+use enfilade::pvs::cubes::gpu::{CORNERS, EDGE, GpuCubes, GpuError, GpuScene, NEAR};
+use enfilade::pvs::cubes::{Choice, Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
-use enfilade::work::Work;
 use explain::{Allowed, compare, is_explained};
 use glam::{DMat3, DQuat, DVec3};
 use std::path::{Path, PathBuf};
@@ -361,7 +361,7 @@ fn a_bake_on_the_device_is_sound() {
     }
     let pvs = PvsOptions { ray_budget: 200_000, cubes: Choice::Gpu, ..PvsOptions::default() };
     let options = BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() };
-    let baked = bake(&scene, options, &Work::quiet()).unwrap();
+    let baked = bake(&scene, options, &Job::quiet()).unwrap();
     let file = &baked.file;
     assert!(file.stats.cubes > 10 && file.stats.contradictions == 0, "{:?}", file.stats);
     let bounds = file.bounds.as_ref().expect("both sides");

@@ -10,10 +10,10 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::matrix_bytes;
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::{CheckOptions, check};
 use enfilade::scene::{ImportOptions, Scene, gltf};
-use enfilade::work::Work;
+use enfilade::verify::{CheckOptions, check};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::OnceLock;
@@ -188,7 +188,7 @@ fn too_little_memory_gives_coarser_rows_that_miss_nothing() {
     let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
     let baked = |memory: u64| {
         let options = BakeOptions { pvs: pvs.clone(), keep_bounds: true, memory, ..BakeOptions::default() };
-        bake(&scene, options, &Work::quiet()).unwrap()
+        bake(&scene, options, &Job::quiet()).unwrap()
     };
     let whole = baked(8 << 30);
     assert_eq!(whole.cells_found, None);
@@ -215,7 +215,7 @@ fn proofs_beyond_their_share_leave_pairs_undecided() {
     let baked = |most_witnesses: usize| {
         let pvs = PvsOptions { ray_budget: 100_000, most_witnesses, ..PvsOptions::default() };
         let options = BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() };
-        bake(&scene, options, &Work::quiet()).unwrap().file
+        bake(&scene, options, &Job::quiet()).unwrap().file
     };
     let (whole, few) = (baked(usize::MAX), baked(100));
     assert!(whole.pairs.lower > 500 && few.pairs.lower == 100, "{} {}", whole.pairs.lower, few.pairs.lower);

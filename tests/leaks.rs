@@ -7,10 +7,10 @@ use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{SplitOptions, Strategy, read_cells};
 use enfilade::file::PvsFile;
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::{CheckOptions, CheckReport, Leak, LeakKind, check};
 use enfilade::scene::{ImportOptions, Mesh, Role, RoomHint, Scene, SceneBuilder, Source, import};
-use enfilade::work::Work;
+use enfilade::verify::{CheckOptions, CheckReport, Leak, LeakKind, check};
 use glam::DVec3;
 use serde_json::Value;
 use solids::{Box3, less};
@@ -81,7 +81,7 @@ fn checked(scene: &Scene, strategy: Strategy) -> (PvsFile, CheckReport) {
 
 fn checked_as(scene: &Scene, options: BakeOptions) -> (PvsFile, CheckReport) {
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let file = bake(scene, BakeOptions { pvs, ..options }, &Work::quiet()).unwrap().file;
+    let file = bake(scene, BakeOptions { pvs, ..options }, &Job::quiet()).unwrap().file;
     let report =
         check(&file, scene, &CheckOptions { rays: 20_000, views: 0, leaks: true, ..CheckOptions::default() }).unwrap();
     assert_eq!((report.missed_segments, report.structure.count), (0, 0), "{:?}", report.structure);

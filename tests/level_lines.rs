@@ -5,10 +5,10 @@ mod data;
 
 use data::data;
 use enfilade::BitMatrix;
-use enfilade::report::lines::{LineOptions, LineReport, check_rows};
-use enfilade::vis::Level;
-use enfilade::vis::prt::read_prt;
-use enfilade::vis::rows::read_rows;
+use enfilade::level::Level;
+use enfilade::level::prt::read_prt;
+use enfilade::level::rows::read_rows;
+use enfilade::verify::level_lines::{LineOptions, LineReport, check_rows};
 use std::io::Read;
 
 /// Four rooms in a row along x, doors at x = 4, 8, 12; `shift` is how far along y the last door is.

@@ -3,12 +3,12 @@
 
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::random_path;
 use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::work::Work;
+use enfilade::verify::random_path;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
@@ -101,7 +101,7 @@ fn pictures_with_mirrors_miss_nothing_in_any_mode() {
         let mut scene = import(&model, &ImportOptions::default()).unwrap();
         let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
         let options = BakeOptions { pvs, ..BakeOptions::default() };
-        let file = bake(&scene, options, &Work::quiet()).unwrap().file;
+        let file = bake(&scene, options, &Job::quiet()).unwrap().file;
         // As it is drawn: leaves and glass hide what is behind them.
         scene.objects.iter_mut().for_each(|o| o.opaque = true);
         let counts = pictures(&scene, &file, views);

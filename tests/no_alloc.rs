@@ -5,13 +5,13 @@ mod boxes;
 
 use allocation_counter::measure;
 use enfilade::PortalId;
-use enfilade::online::chc::{Chc, Reduction};
-use enfilade::online::chc_plus::{ChcPlus, ChcPlusOptions};
-use enfilade::online::depth::DepthBuffer;
-use enfilade::online::frustum::FrustumCuller;
-use enfilade::online::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::online::levels::{LevelCuller, LevelOptions};
-use enfilade::online::view::{Frustum, View};
+use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
+use enfilade::occlusion::depth::DepthBuffer;
+use enfilade::occlusion::frustum::FrustumCuller;
+use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
+use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
+use enfilade::occlusion::view::{Frustum, View};
 use enfilade::runtime::{Auto, Camera, Culler, Method, Mode, OnlineCuller, Place, Scratch};
 use glam::DVec3;
 

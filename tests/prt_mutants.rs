@@ -5,7 +5,7 @@
 mod texts;
 
 use allocation_counter::measure;
-use enfilade::vis::prt::read_prt;
+use enfilade::level::prt::read_prt;
 use proptest::prelude::*;
 use texts::{PRT1, PRT1_AM, PRT2};
 

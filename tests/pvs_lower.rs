@@ -4,10 +4,10 @@ mod rooms;
 
 use enfilade::cells::{Locator, place_objects};
 use enfilade::geom::Aabb;
+use enfilade::job::Job;
 use enfilade::pvs::{Pvs, PvsOptions, bake};
 use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
-use enfilade::work::Work;
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
 use rooms::solid;
@@ -253,7 +253,7 @@ fn two_rooms_and_a_door() {
         solid("buried", [4.25, 1.0, 0.5], [4.35, 1.2, 0.9]),
     ];
     let (scene, mut graph) = rooms::row(2, extra, &[]);
-    let pvs = bake(&scene, &mut graph, &options(300_000), &Work::quiet()).unwrap();
+    let pvs = bake(&scene, &mut graph, &options(300_000), &Job::quiet()).unwrap();
     assert_proven(&scene, &graph, &pvs);
     assert_eq!((pvs.repairs.len(), pvs.stats.contradictions), (0, 0));
     assert!(pvs.stats.rays <= 300_000);
@@ -279,7 +279,7 @@ fn a_portal_left_out_is_found_and_mended() {
     let extra = [solid("goal", [11.9, 0.5, 2.0], [12.0, 1.5, 2.5])];
     let (scene, mut graph) = rooms::row(3, extra, &[1]);
     let portals = graph.portals.len();
-    let pvs = bake(&scene, &mut graph, &options(300_000), &Work::quiet()).unwrap();
+    let pvs = bake(&scene, &mut graph, &options(300_000), &Job::quiet()).unwrap();
     assert_proven(&scene, &graph, &pvs);
     assert!(!pvs.repairs.is_empty());
     for repair in &pvs.repairs {
@@ -302,7 +302,7 @@ fn a_portal_left_out_is_found_and_mended() {
 
     // With the portal, nothing is to be mended.
     let (scene, mut graph) = rooms::row(3, [solid("goal", [11.9, 0.5, 2.0], [12.0, 1.5, 2.5])], &[]);
-    assert_eq!(bake(&scene, &mut graph, &options(300_000), &Work::quiet()).unwrap().repairs, []);
+    assert_eq!(bake(&scene, &mut graph, &options(300_000), &Job::quiet()).unwrap().repairs, []);
 }
 
 #[test]
@@ -310,7 +310,7 @@ fn a_gap_between_cells_is_bridged() {
     // The second room's cell doesn't reach its doorway: 0.2 m of free space are in no cell.
     let (scene, mut graph) = rooms::row(2, [], &[0]);
     graph.cells[1].pieces.pop();
-    let pvs = bake(&scene, &mut graph, &options(200_000), &Work::quiet()).unwrap();
+    let pvs = bake(&scene, &mut graph, &options(200_000), &Job::quiet()).unwrap();
     assert_proven(&scene, &graph, &pvs);
     assert!(!pvs.repairs.is_empty() && pvs.stats.contradictions == 0);
     assert!(pvs.cells_lower.get(0, 1) && pvs.cells_upper.get(0, 1));
@@ -322,7 +322,7 @@ fn one_thread_and_two_give_the_same() {
         let (scene, mut graph) = rooms::office(3, 4);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let options = PvsOptions { ray_budget: 400_000, seed, ..PvsOptions::default() };
-        pool.install(|| (bake(&scene, &mut graph, &options, &Work::quiet()).unwrap(), graph))
+        pool.install(|| (bake(&scene, &mut graph, &options, &Job::quiet()).unwrap(), graph))
     };
     assert_eq!(run(1, 0), run(2, 0));
     assert_ne!(run(2, 0).0.witnesses, run(2, 1).0.witnesses, "the seed matters");
@@ -333,7 +333,7 @@ fn more_rays_prove_more_and_fewer_than_the_budget_are_cast() {
     let mut before = 0;
     for budget in [0, 1000, 100_000, 1_000_000] {
         let (scene, mut graph) = rooms::office(4, 3);
-        let pvs = bake(&scene, &mut graph, &options(budget), &Work::quiet()).unwrap();
+        let pvs = bake(&scene, &mut graph, &options(budget), &Job::quiet()).unwrap();
         assert!(pvs.stats.rays <= budget, "{} of {budget}", pvs.stats.rays);
         assert_proven(&scene, &graph, &pvs);
         assert!(pvs.witnesses.len() >= before);
@@ -346,7 +346,7 @@ fn more_rays_prove_more_and_fewer_than_the_budget_are_cast() {
 fn glass_is_seen_and_seen_through() {
     let pane = Mesh { opaque: false, ..solid("pane", [4.25, 0.0, 1.8], [4.26, 2.1, 2.7]) };
     let (scene, mut graph) = rooms::row(2, [pane, solid("goal", [7.9, 0.5, 2.0], [8.0, 1.5, 2.5])], &[]);
-    let pvs = bake(&scene, &mut graph, &options(200_000), &Work::quiet()).unwrap();
+    let pvs = bake(&scene, &mut graph, &options(200_000), &Job::quiet()).unwrap();
     assert_proven(&scene, &graph, &pvs);
     for node in ["pane", "goal"] {
         assert!((0..2).all(|c| pvs.objects_lower.get(c, object(&scene, node))), "{node}");
@@ -375,7 +375,7 @@ fn an_unbounded_outside_sees_in_and_is_seen() {
     let outside = vec![half_space(DVec3::NEG_X, DVec3::X * 4.2), half_space(DVec3::X, DVec3::ZERO)];
     let door = rooms::portal([0, 1], 0, [4.2, 0.0, 0.0], [4.2, 2.6, 4.0], scene.origin);
     let mut graph = rooms::graph(vec![vec![room], outside], vec![door]);
-    let pvs = bake(&scene, &mut graph, &options(200_000), &Work::quiet()).unwrap();
+    let pvs = bake(&scene, &mut graph, &options(200_000), &Job::quiet()).unwrap();
     assert_proven(&scene, &graph, &pvs);
     assert_eq!(pvs.repairs, []);
     let sees = |cell: usize, node: &str| pvs.objects_lower.get(cell, object(&scene, node));

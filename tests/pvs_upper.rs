@@ -5,8 +5,8 @@ mod grid;
 
 use enfilade::cells::{Cell, CellGraph, Portal};
 use enfilade::geom::{Aabb, Plane};
+use enfilade::job::Job;
 use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
-use enfilade::work::Work;
 use enfilade::{BitMatrix, CellId};
 use glam::{DAffine3, DQuat, DVec3};
 use grid::{Grid, Random, Recipe, graph, rectangle};
@@ -24,7 +24,7 @@ fn upper(graph: &CellGraph) -> BitMatrix {
         max_steps: 1_000_000,
         coplanar: 1e-5,
     };
-    let result = flow(&input, &Work::quiet()).unwrap();
+    let result = flow(&input, &Job::quiet()).unwrap();
     assert_eq!((result.capped, result.objects_upper.count_ones()), (0, 0));
     result.cells_upper
 }
@@ -41,7 +41,7 @@ fn grid_flow(grid: &Grid, max_steps: u64) -> FlowResult {
         max_steps,
         coplanar: 1e-5,
     };
-    flow(&input, &Work::quiet()).unwrap()
+    flow(&input, &Job::quiet()).unwrap()
 }
 
 /// Cells without pieces: flow reads portals only.
@@ -455,7 +455,7 @@ fn what_is_known_to_be_visible_is_in_the_bound_and_saves_steps() {
             max_steps: 1_000_000,
             coplanar: 1e-5,
         };
-        flow(&input, &Work::quiet()).unwrap()
+        flow(&input, &Job::quiet()).unwrap()
     };
     let (no_cells, no_objects) = (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
     let blind = run(&no_cells, &no_objects);
@@ -499,7 +499,7 @@ fn objects_behind_the_door_frame_are_hidden_in_a_cell_that_is_seen() {
         max_steps: 1000,
         coplanar: 1e-5,
     };
-    let result = flow(&input, &Work::quiet()).unwrap();
+    let result = flow(&input, &Job::quiet()).unwrap();
     // A line from room 0 through both doors rises at most 1 m in 4: z <= 2 + 0.15 / 4 at x = 8.15.
     assert_eq!(lists(&result.objects_upper), [vec![0, 1, 2], vec![0, 1, 2, 3], vec![0, 1, 2, 3]]);
 }

@@ -6,10 +6,10 @@ mod data;
 
 use data::data;
 use enfilade::bake::{BakeOptions, bake};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::{CheckOptions, check};
 use enfilade::scene::{ImportOptions, import};
-use enfilade::work::Work;
+use enfilade::verify::{CheckOptions, check};
 use serde_json::Value;
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ fn check_building(test: &str, model: &str) {
     let options = ImportOptions::default();
     let scene = import(&folder.join(format!("{model}.ifc")), &options).unwrap();
     let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, import: options, ..BakeOptions::default() }, &Work::quiet()).unwrap().file;
+    let file = bake(&scene, BakeOptions { pvs, import: options, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
     assert_eq!(file.stats.contradictions, 0, "{:?}", file.stats);
 
     // 1. Every room of the author's that holds free space is a cell, and no cell bears a room's name that isn't one.

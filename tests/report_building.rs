@@ -10,13 +10,13 @@ use cli::{LEVEL, folder, refused, run};
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
+use enfilade::job::Job;
+use enfilade::pages::curves::held_out;
+use enfilade::pages::storeys::{along_a_walk, storeys};
+use enfilade::pages::undecided::{closed_and_open, hardest, kinds, of_cell};
 use enfilade::pvs::{Guarantee, PvsOptions};
-use enfilade::report::check::{CheckOptions, check};
-use enfilade::report::curves::held_out;
-use enfilade::report::doubts::{closed_and_open, hardest, kinds, of_cell};
-use enfilade::report::storeys::{along_a_walk, storeys};
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::work::Work;
+use enfilade::verify::{CheckOptions, check};
 use page::check_page;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -128,7 +128,7 @@ fn the_page_says_what_bake_says() {
 fn baked(name: &str, ray_budget: u64, ship: Guarantee) -> (Scene, PvsFile) {
     let scene = import(&building(name), &ImportOptions::default()).unwrap();
     let pvs = PvsOptions { ray_budget, ship, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Work::quiet()).unwrap().file;
+    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
     (scene, file)
 }
 

@@ -6,9 +6,9 @@ mod cli;
 
 use cli::{command, folder, refused, run};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest};
+use enfilade::job::{Job, Journal, JournalError};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::work::{Journal, JournalError, Work};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
@@ -30,7 +30,7 @@ fn baked(scene: &Scene, options: &BakeOptions, journal: &Journal, threads: usize
     let progress = |_: &str, _: f64| stop.store(told.fetch_add(1, Relaxed) >= most, Relaxed);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let result = pool.install(|| {
-        bake(scene, options.clone(), &Work::new(&progress).until(&stop).kept_in(journal)).map(|baked| baked.file.write())
+        bake(scene, options.clone(), &Job::new(&progress).until(&stop).kept_in(journal)).map(|baked| baked.file.write())
     });
     journal.flush().unwrap();
     match result {
@@ -43,7 +43,7 @@ fn baked(scene: &Scene, options: &BakeOptions, journal: &Journal, threads: usize
 #[test]
 fn a_bake_stopped_again_and_again_gives_the_same_bytes() {
     let (scene, options) = villa();
-    let whole = bake(&scene, options.clone(), &Work::quiet()).unwrap().file.write();
+    let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file.write();
     let path = folder("stopped").join("state");
     let open = || Journal::open(&path, digest(&scene, &options)).unwrap();
     let (mut stops, mut size) = (0, 0);
@@ -102,7 +102,7 @@ fn a_bake_stopped_again_and_again_gives_the_same_bytes() {
 #[test]
 fn results_of_another_shape_count_as_none() {
     let (scene, options) = villa();
-    let whole = bake(&scene, options.clone(), &Work::quiet()).unwrap().file.write();
+    let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file.write();
     let path = folder("shape").join("state");
     let digest = digest(&scene, &options);
     // Every map's first items, as empty, as a number that is too long, and as a list of four billion entries.

@@ -6,10 +6,11 @@ mod data;
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{ViewCell, read_view_cells};
-use enfilade::pvs::sample::unseen::{CONFIDENCE, upper_bound};
+use enfilade::job::Job;
+use enfilade::pvs::sampling::confidence::upper_bound;
 use enfilade::pvs::{self, PvsOptions, view_cells};
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::work::Work;
+use enfilade::types::bounds::CONFIDENCE;
 use glam::DVec3;
 use std::path::Path;
 
@@ -99,14 +100,14 @@ fn the_bound_holds(data: &Path, seeds: u64, rays_of_truth: u32) {
         let truth: Vec<Vec<u32>> = views.iter().map(solid).collect();
         // Cells once; then both bakes for each seed.
         let none = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-        let cells = bake(&scene, BakeOptions { pvs: none, ..BakeOptions::default() }, &Work::quiet()).unwrap();
+        let cells = bake(&scene, BakeOptions { pvs: none, ..BakeOptions::default() }, &Job::quiet()).unwrap();
         for seed in 0..seeds {
             // Rays so few that much stays unseen: 25 to 1,600 from each view cell find, a quarter as many test.
             let rays = views.len() as u64 * (128 << (seed % 7));
             let options = PvsOptions { ray_budget: rays, flow_steps: 0, seed, ..PvsOptions::default() };
             let mut graph = cells.file.graph().clone();
-            let pvs = pvs::bake(&scene, &mut graph, &options, &Work::quiet()).unwrap();
-            let rows = view_cells::bake(&scene, &graph, &pvs, &views, &options, &Work::quiet()).unwrap();
+            let pvs = pvs::bake(&scene, &mut graph, &options, &Job::quiet()).unwrap();
+            let rows = view_cells::bake(&scene, &graph, &pvs, &views, &options, &Job::quiet()).unwrap();
             let unseen = |v: usize, lower: &BitMatrix| -> u32 {
                 (0..scene.objects.len()).filter(|&o| !lower.get(v, o)).map(|o| truth[v][o]).sum()
             };

@@ -11,17 +11,17 @@ use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::cells::{ViewCell, read_view_cells};
 use enfilade::file::PvsFile;
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::pvs::view_cells::ViewRows;
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::work::Work;
 use serde_json::Value;
 use std::path::Path;
 
 fn baked(scene: &Scene, view_cells: Vec<ViewCell>, rays: u64) -> (Baked, ViewRows) {
     let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
     let options = BakeOptions { pvs, keep_bounds: true, view_cells, ..BakeOptions::default() };
-    let baked = bake(scene, options, &Work::quiet()).unwrap();
+    let baked = bake(scene, options, &Job::quiet()).unwrap();
     let views = baked.views.clone().expect("view cells were given");
     assert_eq!(views.lower.first_outside(&views.upper), None);
     assert_eq!(views.contradictions, 0);
@@ -84,7 +84,7 @@ fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
     let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings/villa_rotonda.glb");
     let scene = import(&model, &ImportOptions::default()).unwrap();
     let options = BakeOptions { pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() }, ..BakeOptions::default() };
-    let cells = bake(&scene, options, &Work::quiet()).unwrap().file.cells;
+    let cells = bake(&scene, options, &Job::quiet()).unwrap().file.cells;
     // The first three closed ones, as the file has them.
     let plane = |n: glam::DVec3, d: f64| serde_json::json!([n.x, n.y, n.z, d + n.dot(scene.origin)]);
     let closed: Vec<usize> = (0..cells.len()).filter(|&c| !cells[c].open).take(3).collect();

@@ -8,8 +8,8 @@ mod prt;
 
 use enfilade::BitMatrix;
 use enfilade::cells::CellGraph;
-use enfilade::vis::{Level, LevelPortal, Line, Vis, VisError, VisOptions, Why, digest, vis, why};
-use enfilade::work::{Journal, Work};
+use enfilade::job::{Job, Journal};
+use enfilade::level::{Level, LevelPortal, Line, Vis, VisError, VisOptions, Why, digest, vis, why};
 use glam::DVec3;
 use grid::{Grid, Random, Recipe};
 use std::sync::Mutex;
@@ -22,7 +22,7 @@ fn run(level: &Level) -> Vis {
 }
 
 fn run_with(level: &Level, options: &VisOptions) -> Result<Vis, VisError> {
-    vis(level, options, None, &Work::quiet())
+    vis(level, options, None, &Job::quiet())
 }
 
 /// What holds for every result.
@@ -345,7 +345,7 @@ fn an_interrupted_run_goes_on_to_the_same_result() {
             stop.fetch_or(*told == 7 * (runs + 1), Relaxed);
         };
         let journal = journal();
-        let result = vis(&level, &OPTIONS, None, &Work::new(&progress).until(&stop).kept_in(&journal));
+        let result = vis(&level, &OPTIONS, None, &Job::new(&progress).until(&stop).kept_in(&journal));
         journal.flush().expect("room on the disk");
         match result {
             Err(VisError::Stopped(_)) => runs += 1,
@@ -357,7 +357,7 @@ fn an_interrupted_run_goes_on_to_the_same_result() {
     // What is there is not worked out again.
     let size = std::fs::metadata(&path).unwrap().len();
     let journal = journal();
-    assert!(vis(&level, &OPTIONS, None, &Work::quiet().kept_in(&journal)) == Ok(whole));
+    assert!(vis(&level, &OPTIONS, None, &Job::quiet().kept_in(&journal)) == Ok(whole));
     journal.flush().expect("nothing to write");
     assert_eq!(std::fs::metadata(&path).unwrap().len(), size);
     // Another level, or other options: another state.

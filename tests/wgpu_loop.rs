@@ -9,8 +9,8 @@ mod wgpu_loop;
 
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, import};
-use enfilade::work::Work;
 use std::path::Path;
 
 #[test]
@@ -20,7 +20,7 @@ fn frames_are_those_of_everything_unless_rows_lie() {
     let office = generate(Kind::Office { rooms: 6, storeys: None, furnished: true }, 5).unwrap();
     std::fs::write(&model, &office.glb).unwrap();
     let scene = import(&model, &ImportOptions::default()).unwrap();
-    let mut file = bake(&scene, BakeOptions::default(), &Work::quiet()).unwrap().file;
+    let mut file = bake(&scene, BakeOptions::default(), &Job::quiet()).unwrap().file;
     file.save(&pvs).unwrap();
     let line = match wgpu_loop::run(&pvs, &model, None) {
         Err(line) if line.starts_with("no graphics processor") => {

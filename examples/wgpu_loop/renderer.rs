@@ -1,8 +1,8 @@
 //! What any engine has: a device, a pipeline, a model on the device, and a picture at the end of a frame.
 
-use enfilade::report::picture::{Picture, hsv, hue};
 use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
+use enfilade::walkthrough::picture::{Picture, hsv, hue};
 use glam::{Mat4, Vec3, Vec4};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};

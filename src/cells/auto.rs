@@ -4,9 +4,9 @@
 //! the plan, and voxels too where the plan comes out ragged: levels of slopes and rock give it many portals to a cell, buildings
 //! few. What has fewer is kept.
 
-use super::audit::audit_rooms;
-use super::validate::structure;
 use super::{CellGraph, Strategy};
+use crate::cells::authored::audit::audit_rooms;
+use crate::cells::validate::structure;
 use crate::geom::newell;
 use crate::scene::{Role, Scene};
 

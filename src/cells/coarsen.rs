@@ -4,9 +4,9 @@
 //! sees. Rows get coarser, and nothing visible is lost. Cells that share a large portal are joined first, and none grows to twice the
 //! size of others before they have been joined, too. Open cells and closed ones stay apart.
 
-use super::union::Union;
 use super::{Cell, CellGraph};
 use crate::CellId;
+use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::area;
 
 /// What matrices over a graph take at most while it is baked, bytes: both bounds over cells and over objects, and what flow knows of
@@ -73,13 +73,13 @@ pub fn coarsen(
 
 /// Sets of cells, and how many cells each has, by the cell that stands for it.
 struct Groups {
-    union: Union,
+    union: DisjointSets,
     size: Vec<usize>,
 }
 
 impl Groups {
     fn new(n: usize) -> Self {
-        Self { union: Union::new(n), size: vec![1; n] }
+        Self { union: DisjointSets::new(n), size: vec![1; n] }
     }
 
     fn root(&mut self, cell: usize) -> usize {

@@ -5,7 +5,8 @@
 //! which of the two is told by counting crossings and not by the way polygons face, because files turn theirs either way;
 //! and parts that make a convex piece together are joined again.
 
-use crate::geom::{Aabb, Plane, Polygon, area, clip};
+use crate::geom::{Aabb, Plane, area, clip};
+use crate::polygon::Polygon;
 use glam::DVec3;
 
 /// Most parts that one surface is cut into: real rooms take tens.

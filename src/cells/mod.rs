@@ -3,62 +3,38 @@
 //! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
 //! [`CellGraph`], and tested by [`validate`](mod@validate).
 
-mod audit;
 mod authored;
 mod auto;
 mod coarsen;
 mod complex;
-mod contacts;
 mod convex;
-mod courts;
-mod free;
-mod gap;
-mod gates;
+mod disjoint_sets;
+mod doors;
 mod given;
-mod human;
-mod indoorgml;
 pub(crate) mod locate;
-mod openings;
-mod place;
+mod placement;
+mod plan;
 mod polyhedron;
-mod rooms;
-mod smooth;
+mod scale;
 mod split;
-mod state;
-mod union;
 pub mod validate;
-mod view_cells;
-mod voids;
 mod volume;
 
-pub use audit::{Audit, Finding, FindingKind, audit, audit_rooms};
+pub use crate::types::portal::{PortalKind, PortalState};
+pub use crate::types::strategy::Strategy;
+pub use authored::audit::{Audit, Finding, FindingKind, audit, audit_rooms};
 pub use coarsen::{coarsen, flow_bytes, matrix_bytes};
-pub use given::{GivenError, read_cells};
-pub use indoorgml::read_indoorgml;
+pub use given::cells_file::{GivenError, read_cells};
+pub use given::indoorgml::read_indoorgml;
+pub use given::view_cells::{ViewCell, read_view_cells};
 pub use locate::{Locator, Stretch};
-pub use place::place_objects;
+pub use placement::place_objects;
 pub use split::{SplitError, SplitOptions, split};
-pub use state::PortalState;
-pub use view_cells::{ViewCell, read_view_cells};
 
 use crate::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-
-/// How free space is split.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Strategy {
-    /// Rooms and doors that the author named.
-    Authored,
-    /// Storeys, walls in plan, doorways.
-    Plan,
-    /// Cells and portals that the user gave.
-    Given,
-    /// Voxels, their narrowings, and the walls between them.
-    Volume,
-}
 
 /// A convex piece of a cell: the points inside every plane.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -98,18 +74,6 @@ pub struct Cell {
     pub pieces: Vec<Piece>,
     /// The directed portals that lead out of this cell, ascending.
     pub portals: Vec<DirectedPortal>,
-}
-
-/// What a portal is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PortalKind {
-    /// A door: closable.
-    Door,
-    /// A window: see-through, not passable.
-    Window,
-    /// Nothing in it.
-    Opening,
 }
 
 /// A convex planar polygon through which one cell sees another. Conventions: crate root.

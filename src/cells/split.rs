@@ -1,20 +1,20 @@
 //! A scene into cells: the column complex, a labelling, and the graph.
 
-use super::audit::unsound;
-use super::auto::{choose, ragged, tighter};
-use super::complex::arrange::arrange;
-use super::complex::assemble::{Complex, around, pieces, portals};
-use super::complex::bands::{Band, bands};
-use super::complex::columns::columns;
-use super::complex::faces::faces;
-use super::complex::facets::{Facets, Matter, facets};
-use super::complex::{Human, lift};
-use super::courts::part_courts;
-use super::openings::name_openings;
-use super::rooms::{Labels, label};
-use super::state::find_states;
-use super::volume::volume;
 use super::{Cell, CellGraph, Strategy, authored};
+use crate::cells::authored::audit::unsound;
+use crate::cells::auto::{choose, ragged, tighter};
+use crate::cells::complex::arrange::arrange;
+use crate::cells::complex::assemble::{Complex, around, pieces, portals};
+use crate::cells::complex::bands::{Band, bands};
+use crate::cells::complex::columns::columns;
+use crate::cells::complex::faces::faces;
+use crate::cells::complex::facets::{Facets, Matter, facets};
+use crate::cells::complex::{HumanScale, lift};
+use crate::cells::doors::kinds::name_openings;
+use crate::cells::doors::state::find_states;
+use crate::cells::plan::courtyards::part_courts;
+use crate::cells::plan::rooms::{Labels, label};
+use crate::cells::volume::volume;
 use crate::geom::Aabb;
 use crate::scene::{Role, Scene};
 use glam::DVec3;
@@ -41,7 +41,7 @@ pub enum SplitError {
 
 /// Splits a scene into cells and portals.
 pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    let human = Human::of(scene);
+    let human = HumanScale::of(scene);
     let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
         Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
@@ -63,7 +63,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
 }
 
 /// By labels on the column complex.
-fn from_columns(scene: &Scene, human: Human, strategy: Strategy, reason: String) -> CellGraph {
+fn from_columns(scene: &Scene, human: HumanScale, strategy: Strategy, reason: String) -> CellGraph {
     let tolerance = scene.tolerance();
     let with_rooms = strategy == Strategy::Authored;
 
@@ -112,7 +112,7 @@ const MOST_LINES_A_SQUARE_METRE: f64 = 5.0;
 const MOST_LINES_EVER: usize = 400_000;
 
 /// The planes worth a cut, the levels, and the bands between them.
-fn storeys(scene: &Scene, human: Human, with_rooms: bool, domain: Aabb) -> (Facets, Vec<f64>, Vec<Band>) {
+fn storeys(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb) -> (Facets, Vec<f64>, Vec<Band>) {
     let tolerance = scene.tolerance();
     let (size, square_metre) = (domain.size(), human.metre * human.metre);
     let by_area = (MOST_LINES_A_SQUARE_METRE * size.x * size.z / square_metre) as usize;
@@ -130,7 +130,7 @@ fn storeys(scene: &Scene, human: Human, with_rooms: bool, domain: Aabb) -> (Face
 }
 
 /// Heights that part storeys even where no slab does: the author's, or those with much floor; and the model's own rims.
-fn levels(scene: &Scene, found: &Facets, human: Human) -> Vec<f64> {
+fn levels(scene: &Scene, found: &Facets, human: HumanScale) -> Vec<f64> {
     let structure = scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown));
     let bounds = structure.fold(Aabb::EMPTY, |b, o| b.union(o.bounds));
     let mut levels: Vec<f64> = scene.hints.storeys.iter().map(|s| s.elevation).collect();
@@ -187,7 +187,7 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
         .collect()
 }
 
-fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: Human) -> Vec<String> {
+fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<String> {
     let mut notes = vec![format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len())];
     if human.metre != 1.0 {
         notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));

@@ -1,8 +1,8 @@
 //! Is a cell graph what it says it is: ids, windings, pieces, and sealed.
 
-use super::complex::coverage::convex_hull;
-use super::locate::BoxTree;
 use super::{CellGraph, Locator, Piece, Stretch, polyhedron};
+use crate::cells::complex::coverage::convex_hull;
+use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;

@@ -1,13 +1,13 @@
 //! `enfilade bake`.
 
-use super::keep::{Kept, catch_interrupts};
+use super::resume::{Kept, catch_interrupts};
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, Baked, bake, digest};
 use enfilade::cells::{ViewCell, read_view_cells};
 use enfilade::file::{Container, load_bytes};
-use enfilade::pvs::cube::{Choice, Engine};
+use enfilade::pvs::cubes::Choice;
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{Scene, import};
 use serde_json::{Value, json};
@@ -36,8 +36,8 @@ pub struct Args {
     /// Keep both sides and the witnesses in the file
     #[arg(long)]
     keep_bounds: bool,
-    /// What makes visibility cubes; with gpu the bytes may depend on the driver
-    #[arg(long, value_enum, default_value = "auto")]
+    /// What draws visibility cubes; with gpu the bytes may depend on the driver
+    #[arg(long, value_enum, default_value = "raster")]
     cubes: Cubes,
     /// What rows and proofs may take while they are worked out: bytes, or with K, M or G; with less, cells are joined and rows coarser
     #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G")]
@@ -64,9 +64,7 @@ enum Ship {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Cubes {
-    Auto,
     Raster,
-    Packets,
     Gpu,
 }
 
@@ -149,16 +147,14 @@ fn size(text: &str) -> Result<u64, String> {
 /// The engine that is asked for; an error where there is none.
 fn choice(cubes: Cubes, scene: &Scene) -> Result<Choice, CliError> {
     Ok(match cubes {
-        Cubes::Auto => Choice::Auto,
-        Cubes::Raster => Choice::Only(Engine::Raster),
-        Cubes::Packets => Choice::Only(Engine::Packets),
+        Cubes::Raster => Choice::Raster,
         Cubes::Gpu => on_gpu(scene)?,
     })
 }
 
 #[cfg(feature = "gpu")]
 fn on_gpu(scene: &Scene) -> Result<Choice, CliError> {
-    let checked = enfilade::pvs::cube::gpu::GpuScene::check(scene);
+    let checked = enfilade::pvs::cubes::gpu::GpuScene::check(scene);
     checked.map(|_| Choice::Gpu).map_err(|e| CliError(format!("--cubes gpu: {e}")))
 }
 

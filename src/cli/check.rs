@@ -4,12 +4,12 @@ use super::level::Input;
 use super::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::file::{PvsFile, replace_file};
+use enfilade::level::rows::read_rows;
 use enfilade::pvs::Guarantee;
-use enfilade::report::check::rooms::{RoomScore, RoomsFile};
-use enfilade::report::check::{CheckError, CheckOptions, CheckReport, Leak, LeakKind, Violation, check, score_rooms};
-use enfilade::report::lines::{CLEARANCE, LineOptions, LineReport, check_rows};
 use enfilade::scene::{Scene, import};
-use enfilade::vis::rows::read_rows;
+use enfilade::verify::level_lines::{CLEARANCE, LineOptions, LineReport, check_rows};
+use enfilade::verify::rooms::{RoomScore, RoomsFile};
+use enfilade::verify::{CheckError, CheckOptions, CheckReport, Leak, LeakKind, Violation, check, score_rooms};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 use super::{CliError, Outcome, at};
 use enfilade::cells::{PortalKind, PortalState};
 use enfilade::file::{Container, Gap, PvsFile, SectionId, VERSION, entropy_bits_per_pair, load_bytes};
-use enfilade::pvs::sample::unseen::CONFIDENCE;
+use enfilade::types::bounds::CONFIDENCE;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{self, Write as _};

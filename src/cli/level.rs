@@ -3,9 +3,9 @@
 use super::{CliError, at};
 use enfilade::BitMatrix;
 #[cfg(feature = "quake")]
-use enfilade::vis::bsp::Bsp;
-use enfilade::vis::prt::{Prt, read_prt};
-use enfilade::vis::{Level, VisOptions};
+use enfilade::level::bsp::Bsp;
+use enfilade::level::prt::{Prt, read_prt};
+use enfilade::level::{Level, VisOptions};
 use std::path::Path;
 
 /// Flags of commands that work out what can be seen in a level.

@@ -1,16 +1,16 @@
 //! One file a command: its flags, its call into the library, its printing.
 
-pub mod against;
 pub mod bake;
 pub mod check;
+pub mod compare;
 pub mod dump;
 pub mod generate;
 pub mod info;
-mod keep;
 pub mod level;
 pub mod report;
+mod resume;
 pub mod scene;
-pub mod stages;
+pub mod stage_times;
 pub mod vis;
 pub mod walk;
 pub mod why;

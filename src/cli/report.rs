@@ -7,7 +7,7 @@ use super::level::SearchFlags;
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
-use enfilade::vis::VisOptions;
+use enfilade::level::VisOptions;
 use std::path::{Path, PathBuf};
 
 /// Views in which false pixels are counted, where nothing is said.

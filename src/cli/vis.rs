@@ -1,15 +1,15 @@
 //! `enfilade vis`.
 
-use super::against::other_rows;
 use super::bake::{peak_rss_mb, progress_bar};
-use super::keep::{Kept, catch_interrupts};
+use super::compare::other_rows;
 use super::level::{Input, SearchFlags};
-use super::stages::Stages;
+use super::resume::{Kept, catch_interrupts};
+use super::stage_times::Stages;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
-use enfilade::vis::against::against;
-use enfilade::vis::rows::write_rows;
-use enfilade::vis::{Level, Term, Vis, VisError, VisOptions, Why, digest, vis, why};
+use enfilade::level::compare::against;
+use enfilade::level::rows::write_rows;
+use enfilade::level::{Level, Term, Vis, VisError, VisOptions, Why, digest, vis, why};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -113,14 +113,14 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     }
     let beside = theirs.map(|rows| against(&input.level, &result, &rows));
     if let Some(beside) = &beside {
-        report["against"] = super::against::told(beside);
+        report["against"] = super::compare::told(beside);
     }
     if args.json {
         println!("{report:#}");
     }
     eprintln!("{}", prose(&report, [args.rows.as_deref(), output.as_deref()]));
     if let (Some(path), Some(beside)) = (&args.against, &beside) {
-        eprintln!("{}", super::against::prose(beside, path));
+        eprintln!("{}", super::compare::prose(beside, path));
     }
     Ok(Outcome::Done)
 }

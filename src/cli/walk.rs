@@ -3,13 +3,13 @@
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
-use enfilade::report::check::random_path;
-use enfilade::report::path::CameraPath;
-use enfilade::report::tour::tour;
-use enfilade::report::walk::{FrameLine, Summary, WalkOptions, walk};
-use enfilade::report::walkers::WalkMode;
 use enfilade::runtime::Narrowing;
 use enfilade::scene::import;
+use enfilade::verify::random_path;
+use enfilade::walkthrough::path::CameraPath;
+use enfilade::walkthrough::tour::tour;
+use enfilade::walkthrough::walk::{FrameLine, Summary, WalkOptions, walk};
+use enfilade::walkthrough::walkers::WalkMode;
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;

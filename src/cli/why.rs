@@ -3,9 +3,9 @@
 use super::vis::chain;
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
-use enfilade::pvs::why::Separation;
+use enfilade::proof::{Asker, Doubt, Goal, Sight, Why};
+use enfilade::pvs::pair_proof::Separation;
 use enfilade::scene::import;
-use enfilade::why::{Asker, Doubt, Goal, Sight, Why};
 use enfilade::{CellId, DirectedPortal, ObjectId};
 use glam::DVec3;
 use serde_json::{Value, json};

@@ -1,7 +1,8 @@
 //! What enums are in the file: a byte each. Codes are never used again for something else; a new variant takes the next one.
 
-use crate::cells::{PortalKind, PortalState, Strategy};
-use crate::pvs::Guarantee;
+use crate::types::guarantee::Guarantee;
+use crate::types::portal::{PortalKind, PortalState};
+use crate::types::strategy::Strategy;
 
 /// By code.
 pub(super) const GUARANTEES: [Guarantee; 2] = [Guarantee::Conservative, Guarantee::Sampled];
@@ -10,6 +11,7 @@ pub(super) const STRATEGIES: [Strategy; 4] = [Strategy::Authored, Strategy::Plan
 /// By code.
 pub(super) const PORTAL_KINDS: [PortalKind; 3] = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
 
+#[cfg(feature = "bake")]
 pub(super) fn guarantee_code(guarantee: Guarantee) -> u8 {
     match guarantee {
         Guarantee::Conservative => 0,
@@ -17,6 +19,7 @@ pub(super) fn guarantee_code(guarantee: Guarantee) -> u8 {
     }
 }
 
+#[cfg(feature = "bake")]
 pub(super) fn strategy_code(strategy: Strategy) -> u8 {
     match strategy {
         Strategy::Authored => 0,
@@ -26,6 +29,7 @@ pub(super) fn strategy_code(strategy: Strategy) -> u8 {
     }
 }
 
+#[cfg(feature = "bake")]
 pub(super) fn portal_kind_code(kind: PortalKind) -> u8 {
     match kind {
         PortalKind::Door => 0,
@@ -35,6 +39,7 @@ pub(super) fn portal_kind_code(kind: PortalKind) -> u8 {
 }
 
 /// A bit each.
+#[cfg(feature = "bake")]
 pub(super) fn state_code(state: PortalState) -> u8 {
     u8::from(state.shut) | u8::from(state.see_through) << 1 | u8::from(state.closable) << 2 | u8::from(state.ajar) << 3
 }
@@ -46,7 +51,7 @@ pub(super) fn state_of_code(code: u8) -> Option<PortalState> {
     (code < 16 && (state.closable || !state.shut) && (state.shut || !state.ajar)).then_some(state)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "bake"))]
 mod tests {
     use super::*;
 

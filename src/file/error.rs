@@ -1,26 +1,22 @@
 //! Why a `.pvs` file can't be read or written: the section, the byte in it, what is wrong, what to do.
 
 use super::format::{SectionId, VERSION};
-use std::io;
+use std::{fmt, io};
 
 /// Why a file can't be read or written. Each prints as one line; the command line puts the path before it.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 #[non_exhaustive]
 pub enum FileError {
     /// The file can't be opened, read or written.
-    #[error("{0}")]
-    Io(#[from] io::Error),
+    Io(io::Error),
     /// It doesn't begin as a `.pvs` file does.
-    #[error("not a .pvs file; give one that `enfilade bake` wrote")]
     NotPvs,
     /// Another version of the format.
-    #[error("format version {found}, this program reads version {VERSION}; bake the model again with this program")]
     Version {
         /// As found.
         found: u32,
     },
     /// Shorter than it says.
-    #[error("cut short: {has} bytes of {needs}; copy the file again, or bake the model again")]
     Truncated {
         /// Bytes that are there.
         has: u64,
@@ -28,7 +24,6 @@ pub enum FileError {
         needs: u64,
     },
     /// Longer than it says.
-    #[error("{extra} bytes too many at byte {end}; copy the file again, or bake the model again")]
     TrailingBytes {
         /// Where the file should end.
         end: u64,
@@ -36,7 +31,6 @@ pub enum FileError {
         extra: u64,
     },
     /// The header or the section table is wrong.
-    #[error("header, byte {offset}: {what}; bake the model again")]
     Header {
         /// Byte in the file.
         offset: u64,
@@ -44,9 +38,6 @@ pub enum FileError {
         what: String,
     },
     /// A section's bytes aren't the ones that were written.
-    #[error(
-        "section {section}, {bytes} bytes from byte {offset}: damaged (the checksum differs); copy the file again, or bake the model again"
-    )]
     Checksum {
         /// The section's name, or its number where this program doesn't know it.
         section: String,
@@ -56,21 +47,16 @@ pub enum FileError {
         bytes: u64,
     },
     /// A section that a reader must know, and this one doesn't.
-    #[error("section {id} is required and unknown to this program; read the file with the program that wrote it")]
     UnknownRequired {
         /// The section's number.
         id: u32,
     },
     /// A section that can't be left out was.
-    #[error("section {section} is missing; bake the model again")]
     Missing {
         /// The section.
         section: SectionId,
     },
     /// Decoding it would take more memory than a file of this length may ask for.
-    #[error(
-        "section {section}: needs {needs} bytes of memory, of which {left} are left to a file of this length; bake the model again"
-    )]
     TooLarge {
         /// The section.
         section: SectionId,
@@ -80,7 +66,6 @@ pub enum FileError {
         left: u64,
     },
     /// A section's content breaks a rule of the format.
-    #[error("section {section}, byte {offset}: {what}; bake the model again")]
     Malformed {
         /// The section.
         section: SectionId,
@@ -89,4 +74,55 @@ pub enum FileError {
         /// The rule.
         what: String,
     },
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Io(error) => write!(f, "{error}"),
+            Self::NotPvs => write!(f, "not a .pvs file; give one that `enfilade bake` wrote"),
+            Self::Version { found } => write!(
+                f,
+                "format version {found}, this program reads version {VERSION}; bake the model again with this program"
+            ),
+            Self::Truncated { has, needs } => {
+                write!(f, "cut short: {has} bytes of {needs}; copy the file again, or bake the model again")
+            }
+            Self::TrailingBytes { end, extra } => {
+                write!(f, "{extra} bytes too many at byte {end}; copy the file again, or bake the model again")
+            }
+            Self::Header { offset, what } => write!(f, "header, byte {offset}: {what}; bake the model again"),
+            Self::Checksum { section, offset, bytes } => write!(
+                f,
+                "section {section}, {bytes} bytes from byte {offset}: damaged (the checksum differs); copy the file again, or bake the model again"
+            ),
+            Self::UnknownRequired { id } => write!(
+                f,
+                "section {id} is required and unknown to this program; read the file with the program that wrote it"
+            ),
+            Self::Missing { section } => write!(f, "section {section} is missing; bake the model again"),
+            Self::TooLarge { section, needs, left } => write!(
+                f,
+                "section {section}: needs {needs} bytes of memory, of which {left} are left to a file of this length; bake the model again"
+            ),
+            Self::Malformed { section, offset, what } => {
+                write!(f, "section {section}, byte {offset}: {what}; bake the model again")
+            }
+        }
+    }
+}
+
+impl std::error::Error for FileError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Io(error) => error.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<io::Error> for FileError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
 }

@@ -3,10 +3,10 @@
 //! Every byte of a file is under a checksum, every length is checked against the file's before it is used, and nothing is
 //! decompressed beyond a length that was declared, checked and paid for from a budget (see [`super::PvsFile::read`]).
 
-use super::bytes::{Budget, Put};
-use super::codes::{GUARANTEES, guarantee_code};
+use super::bytes::Budget;
+use super::codes::GUARANTEES;
 use super::error::FileError;
-use crate::pvs::Guarantee;
+use crate::types::guarantee::Guarantee;
 use std::borrow::Cow;
 use std::fmt;
 use xxhash_rust::xxh3::xxh3_64;
@@ -21,14 +21,11 @@ pub(super) const HEADER: usize = 56;
 /// Bytes of one entry of the section table.
 pub(super) const ENTRY: usize = 32;
 /// The header's own checksum is at this byte; it covers what stands before it, and the table.
-const CHECKSUM_AT: usize = 48;
+pub(super) const CHECKSUM_AT: usize = 48;
 /// Section flag: a reader that doesn't know the section must refuse the file.
-const REQUIRED: u32 = 1;
+pub(super) const REQUIRED: u32 = 1;
 /// Section flag: the stored bytes are zstd frames.
-const ZSTD: u32 = 2;
-/// Compression level. On the rows of grids of up to 576 rooms, level 19 took several times as long and saved less than 1 %.
-pub(super) const ZSTD_LEVEL: i32 = 15;
-
+pub(super) const ZSTD: u32 = 2;
 /// What a section holds. The number in the file is the position in [`SectionId::ALL`], from 1.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SectionId {
@@ -110,14 +107,15 @@ impl SectionId {
     }
 
     /// Matrices are compressed row block by row block, so that a row can be read alone.
-    fn is_matrix(self) -> bool {
+    pub(super) fn is_matrix(self) -> bool {
         let of_cells =
             matches!(self, Self::Placement | Self::CellRows | Self::ObjectRows | Self::CellBounds | Self::ObjectBounds);
         of_cells || matches!(self, Self::ViewRows | Self::ViewBounds)
     }
 
     /// A file can't be used without these where they aren't empty.
-    fn is_required(self) -> bool {
+    #[cfg(feature = "bake")]
+    pub(super) fn is_required(self) -> bool {
         (self as u32) <= Self::ObjectRows as u32 && self != Self::Notes
     }
 }
@@ -191,7 +189,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
 }
 
 /// Checksum of a header (without its own checksum) and the table behind it.
-fn header_checksum(bytes: &[u8], table_end: usize) -> u64 {
+pub(super) fn header_checksum(bytes: &[u8], table_end: usize) -> u64 {
     xxh3_64(&[&bytes[..CHECKSUM_AT], &bytes[HEADER..table_end]].concat())
 }
 
@@ -311,46 +309,9 @@ impl<'a> Container<'a> {
         if !s.zstd {
             return Ok(Some(Cow::Borrowed(stored)));
         }
-        let what = match zstd::bulk::decompress(stored, s.decoded as usize) {
-            Ok(bytes) if bytes.len() as u64 == s.decoded => return Ok(Some(Cow::Owned(bytes))),
-            Ok(bytes) => format!("{} bytes decompressed, {} declared", bytes.len(), s.decoded),
-            Err(error) => format!("can't be decompressed to {} bytes ({error})", s.decoded),
-        };
-        Err(FileError::Malformed { section: id, offset: 0, what })
+        match super::frame::decompress(stored, s.decoded as usize) {
+            Ok(bytes) => Ok(Some(Cow::Owned(bytes))),
+            Err(what) => Err(FileError::Malformed { section: id, offset: 0, what }),
+        }
     }
-}
-
-/// `bytes` as one zstd frame where that is shorter.
-pub(super) fn compressed(bytes: &[u8]) -> Option<Vec<u8>> {
-    // Compression in memory has nothing to fail on; if it does, the bytes are stored as they are.
-    zstd::bulk::compress(bytes, ZSTD_LEVEL).ok().filter(|z| z.len() < bytes.len())
-}
-
-/// Puts a file together. `sections` ascend.
-pub(super) fn assemble(model_hash: u128, guarantee: Guarantee, sections: &[(SectionId, Vec<u8>)]) -> Vec<u8> {
-    let stored: Vec<Option<Vec<u8>>> =
-        sections.iter().map(|(id, bytes)| if id.is_matrix() { None } else { compressed(bytes) }).collect();
-    let bodies = || sections.iter().zip(&stored).map(|((_, bytes), zstd)| zstd.as_ref().unwrap_or(bytes));
-    let table_end = HEADER + sections.len() * ENTRY;
-    let length = table_end + bodies().map(Vec::len).sum::<usize>();
-
-    let mut out = Vec::with_capacity(length);
-    out.bytes(&MAGIC);
-    out.u32(VERSION);
-    out.count(sections.len());
-    out.u64(length as u64);
-    out.bytes(&model_hash.to_le_bytes());
-    out.u8(guarantee_code(guarantee));
-    out.resize(HEADER, 0);
-    for (((id, bytes), zstd), body) in sections.iter().zip(&stored).zip(bodies()) {
-        out.u32(id.number());
-        out.u32(if id.is_required() { REQUIRED } else { 0 } | if zstd.is_some() { ZSTD } else { 0 });
-        out.u64(body.len() as u64);
-        out.u64(bytes.len() as u64);
-        out.u64(xxh3_64(body));
-    }
-    let checksum = header_checksum(&out, table_end);
-    out[CHECKSUM_AT..HEADER].copy_from_slice(&checksum.to_le_bytes());
-    bodies().for_each(|body| out.bytes(body));
-    out
 }

@@ -8,26 +8,32 @@ mod bytes;
 mod codes;
 mod error;
 mod format;
-mod from_bake;
+mod frame;
+#[cfg(feature = "bake")]
 mod graph;
+mod load;
 mod read;
 mod rows;
-mod save;
+#[cfg(feature = "bake")]
 mod write;
 
-pub use crate::pvs::sample::unseen::{CONFIDENCE, Unseen};
+pub use crate::types::bounds::{CONFIDENCE, Unseen};
 pub use error::FileError;
 pub use format::{Container, MAGIC, Section, SectionId, VERSION};
-pub use rows::{RowReader, encode_rows, entropy_bits_per_pair};
-pub use save::{load_bytes, replace_file};
+pub use load::load_bytes;
+pub use rows::{RowReader, entropy_bits_per_pair};
+#[cfg(feature = "bake")]
+pub use write::{encode_rows, replace_file};
 
 use crate::bits::ones;
-use crate::cells::{PortalKind, PortalState, Strategy};
-use crate::pvs::{Guarantee, PvsStats, Repair, Witness};
-use crate::scene::ImportOptions;
+use crate::types::guarantee::Guarantee;
+use crate::types::import::ImportOptions;
+use crate::types::portal::{PortalKind, PortalState};
+use crate::types::proof::{Repair, Witness};
+use crate::types::stats::PvsStats;
+use crate::types::strategy::Strategy;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
-use serde::Serialize;
 
 /// A decoded file. Geometry is `f32`, metres, relative to [`PvsFile::origin`].
 #[derive(Clone, PartialEq, Debug)]
@@ -79,7 +85,8 @@ pub struct PvsFile {
 }
 
 /// Cell-object pairs between the two sides: neither witnessed nor proven hidden.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct Gap {
     /// From closed cells: those of the upper set, decided or not.
     pub closed_upper: u64,
@@ -137,7 +144,8 @@ pub struct ViewBounds {
 }
 
 /// How the model was imported.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct Import {
     /// Most triangles an object may have; 1 or more.
     pub object_triangles: u32,

@@ -4,14 +4,14 @@
 //! row takes few enough steps for that; and by differences and zstd ([`differences`]), which is fast on long rows.
 //! The bytes are drawn in docs/format.md. The same matrix gives the same bytes on any number of threads.
 
-mod coder;
-mod differences;
-mod guide;
-mod modelled;
+pub(super) mod coder;
+pub(super) mod differences;
+pub(super) mod guide;
+pub(super) mod modelled;
 
 pub(super) use guide::Guide;
 
-use super::bytes::{Cursor, Put};
+use super::bytes::Cursor;
 use super::error::FileError;
 use super::format::SectionId;
 use crate::BitMatrix;
@@ -19,41 +19,16 @@ use differences::Differences;
 use modelled::Modelled;
 
 /// First byte of a matrix without a set bit.
-const ZEROS: usize = 0;
+pub(super) const ZEROS: usize = 0;
 /// First byte of a matrix with every bit set.
-const ONES: usize = 1;
+pub(super) const ONES: usize = 1;
 /// First byte of one in blocks of differences.
-const DIFFERENCES: usize = 2;
+pub(super) const DIFFERENCES: usize = 2;
 
 /// Zero-order entropy of `pairs` bits of which `set` are set, bits a pair: what coding each bit alone costs at least. 0 for no
 /// pairs.
 pub fn entropy_bits_per_pair(set: u64, pairs: u64) -> f64 {
     [set, pairs - set].into_iter().filter(|&n| n > 0).map(|n| n as f64 / pairs as f64).map(|p| -p * p.log2()).sum()
-}
-
-/// Codes a matrix of fewer than 2^27 rows and columns.
-pub fn encode_rows(matrix: &BitMatrix) -> Vec<u8> {
-    encode_guided(matrix, &Guide::Plain)
-}
-
-/// The same for rows that `guide` knows something of; a reader needs the same guide.
-pub(super) fn encode_guided(matrix: &BitMatrix, guide: &Guide) -> Vec<u8> {
-    let (rows, columns) = (matrix.rows(), matrix.columns());
-    let mut out = Vec::new();
-    out.varint(rows as u32);
-    out.varint(columns as u32);
-    match matrix.count_ones() {
-        0 => out.u8(ZEROS as u8),
-        n if n == rows as u64 * columns as u64 => out.u8(ONES as u8),
-        _ => {
-            let mut other = Vec::new();
-            differences::encode(matrix, &mut other);
-            let modelled = modelled::encode(matrix, guide).filter(|m| m.len() < other.len());
-            out.u8(DIFFERENCES as u8 + u8::from(modelled.is_some()));
-            out.bytes(&modelled.unwrap_or(other));
-        }
-    }
-    out
 }
 
 /// Reads a coded matrix, row by row in any order, or all of it.

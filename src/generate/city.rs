@@ -16,8 +16,8 @@ use super::Building;
 use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;
-use super::prng::Prng;
 use super::solid::{Solid, cuboid, lathe, loft, turn};
+use crate::random::Prng;
 use crate::scene::Role;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 

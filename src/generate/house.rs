@@ -17,9 +17,9 @@ use super::furniture;
 use super::model::{Material, Model, Placement};
 use super::path::CameraPath;
 use super::plan::{leaf, pane};
-use super::prng::Prng;
 use super::solid::{Solid, cuboid, extrude, lathe, turn};
 use crate::geom::Aabb;
+use crate::random::Prng;
 use crate::scene::Role;
 use glam::{DVec2, DVec3};
 

@@ -16,7 +16,6 @@ mod office;
 mod path;
 mod plan;
 mod plant;
-pub(crate) mod prng;
 mod solid;
 mod teapots;
 

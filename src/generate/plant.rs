@@ -8,9 +8,9 @@ use super::Building;
 use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Placement};
 use super::path::CameraPath;
-use super::prng::Prng;
 use super::solid::{Solid, cuboid, extrude, lathe, loft, perforated, turn};
 use crate::geom::Aabb;
+use crate::random::Prng;
 use crate::scene::Role;
 use glam::{DVec2, DVec3};
 

@@ -13,8 +13,8 @@ use super::Building;
 use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;
-use super::prng::Prng;
 use super::solid::{Solid, lathe, loft, turn};
+use crate::random::Prng;
 use crate::scene::Role;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 

@@ -9,7 +9,7 @@
 //! 2. `cells`: for each undecided pair of cells, a search for a chain of portals that a line may pass, from the side where
 //!    that is cheaper: a pair hidden from one side is hidden. `search` narrows the source and the last portal of a chain, and
 //!    floods inside its planes; `stab` asks the whole chain before it is believed. A caller may take the line that `stab`
-//!    finds for a proof (`goals::Prover`): [`crate::vis`] does, a bake has its own. It may also have what `stab` leaves open
+//!    finds for a proof (`goals::Prover`): [`crate::level`] does, a bake has its own. It may also have what `stab` leaves open
 //!    asked once more, of the windings and without rounding: `exact`.
 //! 3. `objects`: the same search for the boxes of objects in the cells that are left.
 //!
@@ -59,7 +59,7 @@ pub(crate) mod window;
 use crate::BitMatrix;
 use crate::cells::CellGraph;
 use crate::geom::Aabb;
-use crate::work::{Stopped, Work};
+use crate::job::{Job, Stopped};
 use cells::Cells;
 use goals::NoProof;
 use might_see::MightSee;
@@ -111,7 +111,7 @@ pub struct FlowResult {
 /// # Panics
 ///
 /// Where the matrices aren't of the graph's number of cells, or the boxes not of the matrices' number of objects.
-pub fn flow(input: &FlowInput<'_>, work: &Work<'_>) -> Result<FlowResult, Stopped> {
+pub fn flow(input: &FlowInput<'_>, work: &Job<'_>) -> Result<FlowResult, Stopped> {
     let (cells, objects) = (input.graph.cells.len(), input.object_bounds.len());
     for (matrix, columns) in [(input.cells_lower, cells), (input.objects_lower, objects), (input.placement, objects)] {
         assert_eq!((matrix.rows(), matrix.columns()), (cells, columns), "rows of every cell, columns of every target");
@@ -136,7 +136,7 @@ fn decide(
     net: &Net,
     might_see: MightSee,
     own: impl Fn(usize) -> bool + Sync,
-    work: &Work<'_>,
+    work: &Job<'_>,
 ) -> Result<(BitMatrix, BitMatrix, Tally), Stopped> {
     let mut pairs = Cells::new(net, might_see, input.cells_lower, input.max_steps, &own);
     for k in 0..pairs.rounds() {

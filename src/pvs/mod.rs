@@ -1,40 +1,34 @@
 //! What can be seen from each cell: both sides of it.
 //!
-//! [`bake`] is the main path. The lower bound: [`sample`], with the engines of [`cube`]. The upper bound: `flow`, then `shield`. Where
+//! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, then `occluders`. Where
 //! the two contradict each other: `repair`. Both for regions across cells: `view_cells`.
-//! Single pairs once more, with the reason: `why`.
+//! Single pairs once more, with the reason: `pair_proof`.
 
-pub mod cube;
+pub mod cubes;
 pub mod flow;
+mod occluders;
+pub mod pair_proof;
 mod repair;
-pub mod sample;
-mod shield;
+pub mod sampling;
 pub mod view_cells;
-pub mod why;
 
+pub use crate::types::bounds::{CONFIDENCE, Unseen};
+pub use crate::types::guarantee::Guarantee;
+pub use crate::types::proof::{Repair, Witness};
+pub use crate::types::stats::PvsStats;
+
+use crate::BitMatrix;
 use crate::cells::{CellGraph, place_objects};
 use crate::geom::Aabb;
+use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
-use crate::work::{Stopped, Work};
-use crate::{BitMatrix, CellId, ObjectId};
-use cube::Choice;
+use cubes::Choice;
 use flow::{FlowInput, FlowResult, flow};
 use glam::DVec3;
-use sample::unseen::{self, Unseen};
-use sample::witness::{Lower, PLACEMENT_MARGIN};
-use sample::{Plan, Strategy, aimed};
-use serde::{Deserialize, Serialize};
-
-/// Which side of the truth a file's rows are on.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Guarantee {
-    /// Rows are the upper set: nothing visible is missing.
-    Conservative,
-    /// Rows are the lower set: everything in them is visible; something may be missing.
-    Sampled,
-}
+use sampling::confidence;
+use sampling::witness::{Lower, PLACEMENT_MARGIN};
+use sampling::{Plan, Strategy, aimed};
 
 /// How to bake.
 #[derive(Clone, PartialEq, Debug)]
@@ -61,52 +55,10 @@ impl Default for PvsOptions {
             seed: 0,
             ray_budget: 20_000_000,
             flow_steps: 20_000,
-            cubes: Choice::Auto,
+            cubes: Choice::default(),
             most_witnesses: usize::MAX,
         }
     }
-}
-
-/// Proof that something is visible: an unobstructed segment from a point in `cell` to a point on `object`.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Witness {
-    /// From where.
-    pub cell: CellId,
-    /// What.
-    pub object: ObjectId,
-    /// A point in the cell, metres relative to the scene's origin.
-    pub from: DVec3,
-    /// A point on the object.
-    pub to: DVec3,
-}
-
-/// A hole in the cell graph that a witness proved, and what was done.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Repair {
-    /// The two cells between which the segment passed without a portal.
-    pub cells: [CellId; 2],
-    /// Where it passed.
-    pub at: DVec3,
-    /// The segment.
-    pub segment: [DVec3; 2],
-}
-
-/// What the bake did, for the report; times are kept out of the file, so that its bytes don't depend on the machine.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct PvsStats {
-    /// Rays cast, but for those within shafts.
-    pub rays: u64,
-    /// Visibility cubes placed.
-    pub cubes: u64,
-    /// Steps of portal flow.
-    pub flow_steps: u64,
-    /// Source portals whose flow ran out of steps and kept what might be seen.
-    pub flow_capped: u64,
-    /// Cell-object pairs outside the upper set that rays reached, but not with a witness's clearance: cracks, not holes.
-    pub cracks: u64,
-    /// Pairs (cell-cell and cell-object) that were proven visible, that flow took for hidden, and for which no hole was found
-    /// in the cell graph: a fault of ours. They were added to the upper set.
-    pub contradictions: u64,
 }
 
 /// The result of a bake: lower and upper sets over cells and over objects. `lower` is a subset of `upper`.
@@ -151,7 +103,7 @@ pub const WITNESS_BYTES: u64 = (size_of::<Witness>() + size_of::<DVec3>()) as u6
 /// # Errors
 ///
 /// Where it was stopped; the graph may have been mended by then.
-pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &Work<'_>) -> Result<Pvs, Stopped> {
+pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
     // 1. Which objects are in which cell.
     work.tell("placement", 0.0);
     let tolerance = scene.tolerance();
@@ -165,11 +117,11 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &W
     let share = |part: f64| (options.ray_budget as f64 * part) as u64;
     let first = options.ray_budget - share(AIMED) - share(TESTED);
     let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget: first };
-    sample::sample(&rays, graph, plan, &mut lower, work)?;
+    sampling::sample(&rays, graph, plan, &mut lower, work)?;
     graph.notes.append(&mut lower.notes);
 
     let to_test = share(TESTED);
-    let mut test = || unseen::test(&rays, graph, options.seed, to_test, &mut lower, work);
+    let mut test = || confidence::test(&rays, graph, options.seed, to_test, &mut lower, work);
     let unseen = (to_test > 0).then(&mut test).transpose()?;
 
     // 3. Holes that the proofs show in the graph.
@@ -205,7 +157,7 @@ pub fn bake(scene: &Scene, graph: &mut CellGraph, options: &PvsOptions, work: &W
     for _ in 0..MENDINGS {
         let known = [lower.witnesses.len(), lower.sights.len()];
         let FlowResult { cells_upper, objects_upper, .. } = &mut flowed;
-        shield::decide(&rays, graph, &placement, options, cells_upper, objects_upper, &mut lower, &mut narrow, work)?;
+        occluders::decide(&rays, graph, &placement, options, cells_upper, objects_upper, &mut lower, &mut narrow, work)?;
         if !mend(graph, &lower, known) {
             break;
         }

@@ -6,8 +6,8 @@
 //! The whole facet, since how far the hole extends is not known: the upper bound may only grow.
 
 use super::Repair;
-use super::sample::lines::{self, PortalTree, Span, Start};
-use super::sample::witness::Lower;
+use super::sampling::lines::{self, PortalTree, Span, Start};
+use super::sampling::witness::Lower;
 use crate::cells::{CellGraph, Locator, Piece, Portal, PortalKind, PortalState, Stretch};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::Scene;

@@ -12,17 +12,17 @@
 
 use super::flow::{FlowInput, flow};
 use super::repair::{corners, facet};
-use super::sample::aimed;
-use super::sample::region::Region;
-use super::sample::unseen::{Bound, look, looks};
-use super::sample::witness::{PLACEMENT_MARGIN, Prover};
-use super::sample::{Random, mix};
+use super::sampling::aimed;
+use super::sampling::confidence::{Bound, look, looks};
+use super::sampling::region::Region;
+use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
+use super::sampling::{Random, mix};
 use super::{Pvs, PvsOptions};
 use crate::cells::{Cell, CellGraph, Locator, Piece, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip, middle};
+use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
-use crate::work::{Stopped, Work};
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -50,7 +50,7 @@ pub struct ViewRows {
     pub witnesses: Vec<[DVec3; 2]>,
     /// View cells that lie in no cell: nothing but what touches them is seen from there.
     pub in_no_cell: Vec<usize>,
-    /// How much of what there is to see from each nobody has seen, at most: [`Unseen::cells`](super::sample::unseen::Unseen::cells), of
+    /// How much of what there is to see from each nobody has seen, at most: [`Unseen::cells`](super::sampling::confidence::Unseen::cells), of
     /// view cells. 1 where no rays were cast to tell.
     pub unseen: Vec<f64>,
     /// Rays cast.
@@ -72,7 +72,7 @@ pub fn bake(
     pvs: &Pvs,
     views: &[ViewCell],
     options: &PvsOptions,
-    work: &Work<'_>,
+    work: &Job<'_>,
 ) -> Result<ViewRows, Stopped> {
     let objects = scene.objects.len();
     let clearance = scene.tolerance().clearance;
@@ -216,7 +216,7 @@ impl Inserted<'_> {
         options: &PvsOptions,
         coplanar: f64,
         row: &mut [u64],
-        work: &Work<'_>,
+        work: &Job<'_>,
     ) -> Result<u64, Stopped> {
         let here = self.graph.cells.len();
         let mut graph = self.graph.clone();
@@ -270,7 +270,7 @@ fn sample(
     budget: u64,
     rows: &mut ViewRows,
     proofs: &mut Vec<(u32, u32, [DVec3; 2])>,
-    work: &Work<'_>,
+    work: &Job<'_>,
 ) -> Result<(), Stopped> {
     let all: Vec<usize> = (0..views.len()).collect();
     let (scene, clearance) = (prover.rays.scene(), prover.clearance);
@@ -365,7 +365,7 @@ fn test(
     each: u64,
     rows: &mut ViewRows,
     proofs: &mut Vec<(u32, u32, [DVec3; 2])>,
-    work: &Work<'_>,
+    work: &Job<'_>,
 ) -> Result<Vec<f64>, Stopped> {
     let from = |&(v, view): &(usize, &ViewCell)| {
         let region = Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)));

@@ -9,9 +9,9 @@ use super::{Mode, Narrowing, portals};
 use crate::bits::{BitMatrix, ones};
 use crate::file::PvsFile;
 use crate::geom::Aabb;
-use crate::pvs::Guarantee;
+use crate::simd::{Vectorize, vectorized};
 use crate::tolerance::{Tolerance, single_precision};
-use crate::vectorized::vectorized;
+use crate::types::guarantee::Guarantee;
 use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
@@ -240,11 +240,11 @@ struct InRow<'a> {
     objects: &'a mut Vec<ObjectId>,
 }
 
-impl pulp::WithSimd for InRow<'_> {
+impl Vectorize for InRow<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn work(self) {
         for (word, &row) in self.row.iter().enumerate() {
             for first in (0..64).step_by(LANES) {
                 let row = (row >> first) as u32 & ((1 << LANES) - 1);

@@ -4,7 +4,7 @@
 //! cancels, whatever the distance of the eye from the origin. The near and far planes are not used: culling by the eye's own
 //! plane (`w = 0`) keeps more, and holds for reversed and infinite depth as well.
 
-use crate::online::view::View;
+use crate::occlusion::view::View;
 use glam::{DMat3, DVec3, Mat4, Vec2, Vec3};
 
 /// A perspective camera.

@@ -7,6 +7,7 @@ use super::portals::{directed_plane, target};
 use super::scratch::{PortalState, Scratch};
 use crate::CellId;
 use crate::bits::ones;
+use crate::simd::Vectorize;
 use glam::Vec3;
 
 /// Takes them into the scratch: what the eye's own cells show, then what portals show of others.
@@ -21,11 +22,11 @@ pub(super) struct Take<'a> {
     pub scratch: &'a mut Scratch,
 }
 
-impl pulp::WithSimd for Take<'_> {
+impl Vectorize for Take<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+    fn work(mut self) {
         let mut around = HalfSpaces::of(self.camera, self.open);
         if let Some((n, d)) = self.front {
             around = around.beyond(n, self.behind(d));

@@ -1,6 +1,6 @@
 //! Portals, rows and occlusion queries together: what the first two leave is walked as a tree, and asked about on the way.
 //!
-//! Based on: Bittner et al. 2004 and Mattausch et al. 2008 ([`crate::online::chc`], [`crate::online::chc_plus`]) within what Luebke and
+//! Based on: Bittner et al. 2004 and Mattausch et al. 2008 ([`crate::occlusion::chc`], [`crate::occlusion::chc_plus`]) within what Luebke and
 //! Georges' traversal leaves. In an open cell, where a portal leads to half of the scene, the queries do the work; in a room the portals
 //! do, and few nodes are left to ask about. An object is in the walk only where a portal opens the part of the screen that it is
 //! on, so the queries never look beyond the portals' frusta.
@@ -8,12 +8,12 @@
 use super::{Camera, Culler, FrameStats, Mode, Scratch, VisibleSet};
 use crate::ObjectId;
 use crate::geom::Aabb;
-use crate::online::chc::{Chc, Reduction};
-use crate::online::chc_plus::{ChcPlus, ChcPlusOptions};
-use crate::online::hierarchy::{Hierarchy, HierarchyOptions};
-use crate::online::mask::Mask;
-use crate::online::oracle::OcclusionOracle;
-use crate::online::view::Frustum;
+use crate::occlusion::chc::{Chc, Reduction};
+use crate::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
+use crate::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
+use crate::occlusion::mask::Mask;
+use crate::occlusion::oracle::OcclusionOracle;
+use crate::occlusion::view::Frustum;
 use std::fmt;
 use std::str::FromStr;
 

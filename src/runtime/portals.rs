@@ -28,7 +28,7 @@ use super::culler::Culler;
 use super::frustum::{Camera, Octagon, Rect};
 use super::objects::{Take, group};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
-use crate::vectorized::vectorized;
+use crate::simd::vectorized;
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::ops::Range;

@@ -39,8 +39,8 @@ mod document;
 mod hull;
 mod primitive;
 
-use super::beside::Beside;
 use super::builder::short_name;
+use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
@@ -66,7 +66,7 @@ pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &Imp
     let source = Source { format: "glTF".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
     let mut importer = Importer {
         document: &document,
-        buffers: Buffers::new(&document, bin, Beside { folder, under: options.files_under.as_deref() }),
+        buffers: Buffers::new(&document, bin, Sidecars { folder, under: options.files_under.as_deref() }),
         builder: SceneBuilder::new(options, source),
         parts: document.meshes.iter().map(|_| None).collect(),
         authored: Authored::default(),

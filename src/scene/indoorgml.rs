@@ -13,7 +13,7 @@ mod surfaces;
 
 use super::builder::short_name;
 use super::{Hints, ImportError, ImportOptions, OpeningHint, OpeningKind, Place, RoomHint, Scene, SceneBuilder, Source};
-use crate::geom::Polygon;
+use crate::polygon::Polygon;
 use glam::DVec3;
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, HashMap};

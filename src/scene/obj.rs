@@ -12,8 +12,8 @@
 mod materials;
 mod polygon;
 
-use super::beside::Beside;
 use super::builder::short_name;
+use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
@@ -36,7 +36,7 @@ pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &Imp
     for (number, line) in lines(bytes) {
         reader.line(number, &line).map_err(|what| ImportError::malformed(Place::Line(number), what))?;
     }
-    reader.finish(Beside { folder, under: options.files_under.as_deref() }, &mut builder)?;
+    reader.finish(Sidecars { folder, under: options.files_under.as_deref() }, &mut builder)?;
     builder.finish(name)
 }
 
@@ -168,7 +168,7 @@ impl Reader {
     }
 
     /// Hands all meshes to the builder.
-    fn finish(self, beside: Beside<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
+    fn finish(self, beside: Sidecars<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
         let see_through = self.see_through(beside, &mut builder.source.notes);
         let mut meshes: Vec<Vec<[u32; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
         let (mut concave, mut fanned) = (0usize, 0usize);
@@ -237,7 +237,7 @@ impl Reader {
     }
 
     /// The names of see-through materials in all libraries that can be read.
-    fn see_through(&self, beside: Beside<'_>, notes: &mut Vec<String>) -> HashSet<String> {
+    fn see_through(&self, beside: Sidecars<'_>, notes: &mut Vec<String>) -> HashSet<String> {
         let mut out = HashSet::new();
         let mut read: HashSet<&str> = HashSet::new();
         for line in &self.libraries {

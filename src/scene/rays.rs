@@ -12,7 +12,7 @@
 use super::Scene;
 use crate::geom::Aabb;
 use crate::tolerance::Tolerance;
-use crate::{ObjectId, trees};
+use crate::{ObjectId, bvh};
 use glam::{DVec3, Vec3A};
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
@@ -214,7 +214,7 @@ impl Tree {
                 obvhs::aabb::Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())
             })
             .collect();
-        let bvh = trees::over(boxes, None);
+        let bvh = bvh::over(boxes, None);
         let triangles: Vec<u32> = bvh.primitive_indices.iter().map(|&i| chosen[i as usize]).collect();
         let corners = triangles.iter().map(|&t| scene.corners(t as usize)).collect();
         let mut owners = vec![0; scene.triangles.len()];

@@ -2,8 +2,8 @@
 
 use enfilade::ObjectId;
 use enfilade::geom::Aabb;
-use enfilade::online::bounds::Bounds;
-use enfilade::online::view::View;
+use enfilade::occlusion::bounds::Bounds;
+use enfilade::occlusion::view::View;
 use enfilade::scene::{Hints, Object, Role, Scene, Source};
 use glam::{DMat3, DQuat, DVec3};
 

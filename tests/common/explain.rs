@@ -1,6 +1,6 @@
 //! What the stated tolerance of cubes explains, worked out in `f64` from triangles and directions of pixels alone.
 
-use enfilade::pvs::cube::{Cube, CubeView, DEPTH, EDGE, NONE, SeeThrough, UNDERFOOT};
+use enfilade::pvs::cubes::{Cube, CubeView, DEPTH, EDGE, NONE, SeeThrough, UNDERFOOT};
 use enfilade::scene::Scene;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;

@@ -4,15 +4,15 @@ use crate::world::{Known, Motion, World};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, Locator};
 use enfilade::file::{Bounds, PvsFile};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::check::{CheckOptions, check};
-use enfilade::report::path::{CameraPath, PathFrame};
-use enfilade::report::tour::tour;
-use enfilade::report::walk::{WalkOptions, walk};
-use enfilade::report::walkers::WalkMode;
 use enfilade::runtime::{Method, Mode, Narrowing};
 use enfilade::scene::Scene;
-use enfilade::work::Work;
+use enfilade::verify::{CheckOptions, check};
+use enfilade::walkthrough::path::{CameraPath, PathFrame};
+use enfilade::walkthrough::tour::tour;
+use enfilade::walkthrough::walk::{WalkOptions, walk};
+use enfilade::walkthrough::walkers::WalkMode;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use std::io::Write;
 use std::time::Instant;
@@ -78,7 +78,7 @@ pub fn judge(world: &World, motion: &Motion, given: bool, effort: Effort) -> Row
         memory: effort.memory,
         ..BakeOptions::default()
     };
-    let baked = on(2, || bake(&scene, options.clone(), &Work::quiet())).unwrap();
+    let baked = on(2, || bake(&scene, options.clone(), &Job::quiet())).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
     let file = baked.file;
     let mut row = Row {
@@ -103,7 +103,7 @@ pub fn judge(world: &World, motion: &Motion, given: bool, effort: Effort) -> Row
         Ok(_) => row.faults.push("the file isn't read as it was written".into()),
         Err(error) => row.faults.push(format!("the file isn't read: {error}")),
     }
-    if effort.threads && on(1, || bake(&scene, options, &Work::quiet())).unwrap().file.write() != bytes {
+    if effort.threads && on(1, || bake(&scene, options, &Job::quiet())).unwrap().file.write() != bytes {
         row.faults.push("other bytes on one thread".into());
     }
     let bounds = file.bounds.as_ref().expect("kept");
@@ -206,7 +206,7 @@ pub fn flowed(world: &World, motion: &Motion) -> Bounds {
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let given = Some(world.graph(&scene, motion));
     let options = BakeOptions { pvs, keep_bounds: true, given, ..BakeOptions::default() };
-    bake(&scene, options, &Work::quiet()).unwrap().file.bounds.expect("kept")
+    bake(&scene, options, &Job::quiet()).unwrap().file.bounds.expect("kept")
 }
 
 /// Most memory that this process has held, MiB; 0 where the system doesn't say.

@@ -9,8 +9,8 @@ mod world;
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::Bounds;
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::work::Work;
 use glam::{DQuat, DVec3};
 use judge::{Effort, Row, flowed, judge, settle, table};
 use scenes::*;
@@ -125,8 +125,7 @@ fn error_against_run_time() {
             let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
             let given = Some(world.graph(&scene, &Motion::NONE));
             let begin = Instant::now();
-            let baked =
-                bake(&scene, BakeOptions { pvs, keep_bounds: true, given, ..BakeOptions::default() }, &Work::quiet());
+            let baked = bake(&scene, BakeOptions { pvs, keep_bounds: true, given, ..BakeOptions::default() }, &Job::quiet());
             let seconds = begin.elapsed().as_secs_f64();
             let file = baked.unwrap().file;
             let undecided = file.pairs.upper - file.pairs.lower;

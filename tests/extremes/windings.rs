@@ -3,9 +3,9 @@
 use crate::world::{Motion, World, p};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, read_cells};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::Scene;
-use enfilade::work::Work;
 use glam::DVec3;
 use serde_json::json;
 
@@ -37,7 +37,7 @@ fn with(corners: &[[f64; 3]]) -> String {
 fn upper(scene: &Scene, graph: CellGraph) -> Vec<Vec<usize>> {
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let options = BakeOptions { pvs, keep_bounds: true, given: Some(graph), ..BakeOptions::default() };
-    let bounds = bake(scene, options, &Work::quiet()).unwrap().file.bounds.unwrap();
+    let bounds = bake(scene, options, &Job::quiet()).unwrap().file.bounds.unwrap();
     (0..3).map(|c| bounds.objects_upper.ones(c).collect()).collect()
 }
 
@@ -105,7 +105,7 @@ fn a_portal_that_single_precision_cannot_hold_is_named_in_the_file() {
         let scene = world.scene(&Motion::NONE);
         let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
         let given = Some(world.graph(&scene, &Motion::NONE));
-        bake(&scene, BakeOptions { pvs, given, ..BakeOptions::default() }, &Work::quiet()).unwrap().file.notes
+        bake(&scene, BakeOptions { pvs, given, ..BakeOptions::default() }, &Job::quiet()).unwrap().file.notes
     };
     let said = |notes: Vec<String>| notes.into_iter().filter(|n| n.contains("f32")).collect::<Vec<_>>();
     assert_eq!(said(notes(&three_rooms().0)), [""; 0]);

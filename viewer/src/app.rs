@@ -9,7 +9,7 @@ use crate::session::Session;
 use crate::settings::Settings;
 use crate::ui::keys;
 use crate::walker::Wants;
-use enfilade::report::walkers::WalkMode;
+use enfilade::walkthrough::walkers::WalkMode;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -2,7 +2,7 @@
 
 use crate::culling::Oracle;
 use clap::{Parser, ValueEnum};
-use enfilade::report::walkers::WalkMode;
+use enfilade::walkthrough::walkers::WalkMode;
 use std::path::PathBuf;
 
 /// Walk through a building, and see what is not drawn

@@ -5,7 +5,7 @@ use crate::culling::MODES;
 use crate::draw::frame::Wish;
 use crate::draw::lines::Overlay;
 use crate::headless::Headless;
-use enfilade::report::walkers::WalkMode;
+use enfilade::walkthrough::walkers::WalkMode;
 use serde::Serialize;
 use std::time::Instant;
 

@@ -2,8 +2,8 @@
 
 use enfilade::bake::{BakeError, BakeOptions, bake};
 use enfilade::file::PvsFile;
+use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::work::Work;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -52,7 +52,7 @@ impl Building {
 
     fn bake(model: &Path, to: &Path, progress: Progress<'_>, stop: &AtomicBool) -> Result<Self, String> {
         let scene = import(model, &ImportOptions::default()).map_err(|e| at(model, e))?;
-        let work = Work::new(progress).until(stop);
+        let work = Job::new(progress).until(stop);
         let baked =
             bake(&scene, BakeOptions { keep_bounds: true, ..BakeOptions::default() }, &work).map_err(|e| match e {
                 BakeError::Stopped(_) => "stopped".to_owned(),

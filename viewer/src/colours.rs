@@ -1,8 +1,8 @@
 //! The colours of objects.
 
 use enfilade::file::PvsFile;
-use enfilade::report::picture::{hsv, hue};
 use enfilade::scene::{Role, Scene};
+use enfilade::walkthrough::picture::{hsv, hue};
 
 /// How objects are coloured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]

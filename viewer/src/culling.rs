@@ -1,11 +1,11 @@
 //! Who decides what a frame draws: a mode, with what it keeps from frame to frame.
 
 use crate::building::Building;
+use crate::delayed_queries::Late;
 use crate::draw::queries;
-use crate::late::Late;
-use enfilade::online::depth::DepthBuffer;
-use enfilade::report::walkers::WalkMode;
+use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::runtime::{Auto, Camera, CrossedPortal, Culler, FrameStats, Method, Mode, OnlineCuller, Scratch};
+use enfilade::walkthrough::walkers::WalkMode;
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
 

@@ -7,21 +7,21 @@ pub mod app;
 pub mod args;
 pub mod bench;
 pub mod building;
+pub mod collision;
 pub mod colours;
 pub mod culling;
+pub mod delayed_queries;
 pub mod draw;
+pub mod explain;
 pub mod headless;
-pub mod late;
-pub mod marks;
+pub mod overlays;
 pub mod pick;
 pub mod screen;
 pub mod session;
 pub mod settings;
-pub mod solid;
 pub mod start;
 pub mod ui;
 pub mod walker;
-pub mod why;
 
 use args::Args;
 

@@ -2,6 +2,7 @@
 
 use crate::args::Shown;
 use crate::building::Building;
+use crate::collision::Solid;
 use crate::colours::{Tints, colours};
 use crate::culling::MODES;
 use crate::draw::alarm::Missed;
@@ -9,7 +10,6 @@ use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::settings::Settings;
-use crate::solid::Solid;
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
@@ -18,12 +18,12 @@ use crate::ui::paint::Egui;
 use crate::ui::plan::Plan;
 use crate::ui::{hud, keys};
 use crate::walker::{Walker, Wants};
-use crate::{marks, pick, why};
-use enfilade::report::path::CameraPath;
-use enfilade::report::walkers::WalkMode;
+use crate::{explain, overlays, pick};
+use enfilade::proof::{Asker, Goal};
 use enfilade::runtime::{Camera, Mirror, Scratch};
 use enfilade::scene::rays::{Hit, RayScene};
-use enfilade::why::{Asker, Goal};
+use enfilade::walkthrough::path::CameraPath;
+use enfilade::walkthrough::walkers::WalkMode;
 use enfilade::{CellId, PortalId};
 use glam::{DVec2, DVec3, Vec3};
 use std::time::Instant;
@@ -92,7 +92,7 @@ pub struct Session<'b> {
     asker: Option<Asker<'b>>,
     picked: Vec<(CellId, Hit)>,
     pair: Option<(CellId, CellId)>,
-    told: Option<why::Told>,
+    told: Option<explain::Told>,
     frame_ms: f64,
 }
 
@@ -359,7 +359,7 @@ impl<'b> Session<'b> {
         if self.asker.is_none() {
             self.asker = Asker::new(&building.file, Some(&building.scene)).ok();
         }
-        self.told = self.asker.as_ref().map(|asker| why::tell(asker, &building.file, cell, goal));
+        self.told = self.asker.as_ref().map(|asker| explain::tell(asker, &building.file, cell, goal));
     }
 
     /// What a ray meets; open doors aren't met.
@@ -399,16 +399,16 @@ impl<'b> Session<'b> {
         let file = &self.building.file;
         let last = self.stage.culling.last.as_ref();
         if self.show.portals {
-            marks::portals(&mut self.overlay, file, last, &self.shut);
+            overlays::portals(&mut self.overlay, file, last, &self.shut);
         }
         if let (Some((camera, _)), Some(last)) = (&self.frozen, last) {
-            marks::frusta(&mut self.overlay, file, camera, last);
+            overlays::frusta(&mut self.overlay, file, camera, last);
         }
         for (_, hit) in &self.picked {
-            marks::object(&mut self.overlay, file, hit.object);
+            overlays::object(&mut self.overlay, file, hit.object);
         }
         if let Some([a, b]) = self.told.as_ref().and_then(|told| told.sight) {
-            self.overlay.line_through(a.as_vec3(), b.as_vec3(), marks::SIGHT);
+            self.overlay.line_through(a.as_vec3(), b.as_vec3(), overlays::SIGHT);
         }
     }
 
@@ -433,7 +433,7 @@ impl<'b> Session<'b> {
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.rectangles && !is_frozen {
-                marks::rectangles(ui, stage.culling.last.as_ref());
+                overlays::rectangles(ui, stage.culling.last.as_ref());
             }
             if show.hud {
                 hud::show(ui, &lines);

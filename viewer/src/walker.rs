@@ -3,7 +3,7 @@
 //! A person is spheres one above the other, from the height of a step up, that are pushed out of triangles sideways; what is lower than a
 //! step is stepped on. So stairs need no names, and furniture is in the way.
 
-use crate::solid::Solid;
+use crate::collision::Solid;
 use enfilade::ObjectId;
 use enfilade::runtime::Camera;
 use glam::{DVec2, DVec3, Vec3Swizzles};

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{building, has_device, path};
-use enfilade::report::walkers::WalkMode;
 use enfilade::runtime::{Method, Mode};
+use enfilade::walkthrough::walkers::WalkMode;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::{Stage, Wish};

@@ -6,7 +6,7 @@
 
 use super::columns::Cut;
 use super::facets::Facets;
-use super::{Human, to_plan};
+use super::{HumanScale, to_plan};
 use crate::geom::{Plane, area, clip};
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
@@ -47,7 +47,7 @@ pub fn bands(
     levels: &[f64],
     heights: [f64; 2],
     Tolerance { coplanar, seal, .. }: Tolerance,
-    human: Human,
+    human: HumanScale,
     scale: f64,
 ) -> Vec<Band> {
     let mut rims = vec![(heights[0], Cut::Bottom)];

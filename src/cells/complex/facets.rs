@@ -1,6 +1,6 @@
 //! Which planes bound space: vertical ones (walls, as lines in plan) and all others (sheets: floors, ceilings, roofs, ramps).
 
-use super::{Human, to_plan};
+use super::{HumanScale, to_plan};
 use crate::geom::{Plane, newell};
 use crate::scene::{OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
@@ -95,7 +95,7 @@ type Loose = ([DVec3; 3], DVec3, Matter);
 
 /// Groups the triangles that bound rooms into planes, to within `coplanar` metres at every corner; larger triangles first, so
 /// that a plane is the one of its largest member. What makes a cut must be `scale` times as large as people build at least.
-pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: Human, with_rooms: bool, scale: f64) -> Facets {
+pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: HumanScale, with_rooms: bool, scale: f64) -> Facets {
     let mut loose: Vec<Loose> = Vec::new();
     let mut add = |c: [DVec3; 3], matter: Matter| loose.push((c, newell(&c.map(|p| p - c[0])), matter));
     for object in scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown)) {

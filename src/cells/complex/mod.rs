@@ -21,7 +21,7 @@ pub(super) mod coverage;
 pub(super) mod faces;
 pub(super) mod facets;
 
-pub(super) use super::human::Human;
+pub(super) use super::scale::HumanScale;
 use glam::{DVec2, DVec3};
 
 /// Plan coordinates: x to the east, -z to the north, so that counter-clockwise in plan is counter-clockwise seen from above.

@@ -7,32 +7,32 @@
 //! culling, never a missed pixel.
 //!
 //! The steps, one file each: [`grid`] (sparse voxels), [`distance`], [`basins`] ([`labels`] of voxels), [`watershed`] (regions), [`shell`] (which triangles part
-//! space), [`ridges`] (planes between regions), [`bsp`] (the leaves), [`assign`] (labels of leaves), [`contacts`] (what is open
+//! space), [`ridges`] (planes between regions), [`bsp`] (the leaves), [`leaf_labels`] (labels of leaves), [`adjacency`] (what is open
 //! between them), [`pieces`].
 
-mod assign;
+mod adjacency;
 mod basins;
 mod bsp;
-mod contacts;
 mod distance;
 mod grid;
 mod labels;
+mod leaf_labels;
 mod pieces;
 mod ridges;
 mod shell;
 mod watershed;
 
-use super::complex::Human;
+use super::complex::HumanScale;
 use super::complex::assemble::{around, hulls};
 use super::complex::coverage::{Open, Shape, area, convex_hull, width};
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
 use crate::geom::{Plane, newell};
 use crate::scene::{Role, Scene};
-use assign::Owners;
-use contacts::{Contact, Flat};
+use adjacency::{Contact, Flat};
 use glam::{DVec2, DVec3};
 use grid::Grid;
+use leaf_labels::Owners;
 use rayon::prelude::*;
 use ridges::Fitter;
 use std::collections::BTreeMap;
@@ -48,7 +48,7 @@ const GROWN: f64 = 1.5;
 const ALONG: f64 = 300.0;
 
 /// Splits a scene; `voxel` in metres, `None` takes what fits.
-pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: String) -> CellGraph {
+pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reason: String) -> CellGraph {
     let tolerance = scene.tolerance();
     let bounds = scene.bounds();
     let opaque = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
@@ -69,21 +69,21 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
     let domain = bounds.inflated((0.05 * bounds.diagonal()).min(3.0 * human.metre));
     let axes = DVec3::AXES.map(|a| grid.frame.direction(a));
     let mut bsp = bsp::bsp(&shell, domain, axes, tolerance.coplanar);
-    assign::cut_along(&mut bsp, &ridges, |_, _| ());
-    assign::refine(&mut bsp, &grid, &labels, &ridges);
-    let counts = assign::counts(&bsp, &grid, &labels);
-    let contacts = contacts::contacts(&bsp, axes[0], &tolerance);
+    leaf_labels::cut_along(&mut bsp, &ridges, |_, _| ());
+    leaf_labels::refine(&mut bsp, &grid, &labels, &ridges);
+    let counts = leaf_labels::counts(&bsp, &grid, &labels);
+    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance);
     let outside = regions.iter().position(|r| r.outside).map(|r| r as u32);
-    let Owners { leaves: mut of_leaf, beyond } = assign::assign(&bsp, &counts, &contacts, outside, tolerance.coplanar);
+    let Owners { leaves: mut of_leaf, beyond } = leaf_labels::assign(&bsp, &counts, &contacts, outside, tolerance.coplanar);
     ridges::straighten(&bsp, &contacts, &ridges, &mut of_leaf);
-    assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
+    leaf_labels::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
     // Once more, along planes through what is ragged still.
     let ragged = fitter.between_leaves(&bsp, &contacts, &of_leaf);
-    assign::cut_along(&mut bsp, &ragged, |leaf, _| of_leaf.push(of_leaf[leaf as usize]));
-    let counts = assign::counts(&bsp, &grid, &labels);
-    let contacts = contacts::contacts(&bsp, axes[0], &tolerance);
+    leaf_labels::cut_along(&mut bsp, &ragged, |leaf, _| of_leaf.push(of_leaf[leaf as usize]));
+    let counts = leaf_labels::counts(&bsp, &grid, &labels);
+    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance);
     ridges::straighten(&bsp, &contacts, &ragged, &mut of_leaf);
-    assign::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
+    leaf_labels::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
     pieces::fill(&contacts, &bsp, &mut of_leaf);
     // 4. The graph.
     let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar);
@@ -134,7 +134,7 @@ pub(super) fn volume(scene: &Scene, human: Human, voxel: Option<f64>, reason: St
         reason,
         cells,
         portals,
-        smallest_hole: contacts::smallest_hole(&tolerance),
+        smallest_hole: adjacency::smallest_hole(&tolerance),
         notes,
     }
 }
@@ -209,7 +209,7 @@ fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: 
                 winding.reverse();
             }
             let cells = [CellId(low), CellId(high)];
-            let sound = width(&hull) >= (2.0 * GROWN + contacts::CRUMB) * seal
+            let sound = width(&hull) >= (2.0 * GROWN + adjacency::CRUMB) * seal
                 && winding.len() >= 3
                 && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
             let kind = PortalKind::Opening;

@@ -4,9 +4,9 @@
 //! pieces become one across their common face, the largest faces first, wherever the result is convex: where each lies
 //! within all planes of the other but the common one. Then every point within both sets of planes but that one is in either.
 
+use super::adjacency::Contact;
 use super::bsp::{Bsp, Poly, RIM};
-use super::contacts::Contact;
-use crate::cells::union::Union;
+use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::{Piece, polyhedron};
 use crate::geom::{Aabb, Plane};
 use glam::DVec3;
@@ -85,7 +85,7 @@ fn same(a: &Plane, b: &Plane) -> bool {
 
 /// Solid matter that only one region surrounds becomes the region's: a column, a pipe, a beam.
 pub fn fill(contacts: &[Contact], bsp: &Bsp, labels: &mut [Option<u32>]) {
-    let mut set = Union::new(labels.len());
+    let mut set = DisjointSets::new(labels.len());
     for c in contacts {
         let [a, b] = c.leaves;
         if labels[a as usize].is_none() && labels[b as usize].is_none() {
@@ -123,7 +123,7 @@ pub fn fill(contacts: &[Contact], bsp: &Bsp, labels: &mut [Option<u32>]) {
 pub fn pieces(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], regions: usize, eps: f64) -> Vec<Vec<Piece>> {
     let mut growing: Vec<Option<Growing>> =
         bsp.leaves.iter().zip(labels).map(|(leaf, l)| l.map(|_| Growing::new(&leaf.poly, eps))).collect();
-    let mut set = Union::new(growing.len());
+    let mut set = DisjointSets::new(growing.len());
     let inner = |c: &&Contact| {
         let [a, b] = c.leaves.map(|l| labels[l as usize]);
         a.is_some() && a == b

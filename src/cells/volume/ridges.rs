@@ -4,14 +4,14 @@
 //! it is the normal of the best plane without a fit. A plane that is nearly upright, level or parallel to a wall is made so,
 //! and one that lies within a voxel and a half of a wall's plane becomes that: doorways get portals that are flush with walls.
 
-use super::assign::{at_rim, open_around};
+use super::adjacency::{Contact, Flat, push};
 use super::bsp::{Bsp, reach};
-use super::contacts::{Contact, Flat, push};
 use super::grid::Grid;
 use super::labels::{Labels, VOID, VoxelFace};
+use super::leaf_labels::{at_rim, open_around};
 use super::shell::Shell;
+use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::locate::BoxTree;
-use crate::cells::union::Union;
 use crate::geom::{Aabb, Plane, area};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -119,7 +119,7 @@ impl<'s> Fitter<'s> {
         for (pair, of_pair) in by_pair {
             // What shares a leaf is one patch.
             let mut first: HashMap<u32, u32> = HashMap::new();
-            let mut set = Union::new(of_pair.len());
+            let mut set = DisjointSets::new(of_pair.len());
             for (i, c) in of_pair.iter().enumerate() {
                 for leaf in c.leaves {
                     let other = *first.entry(leaf).or_insert(i as u32);
@@ -237,7 +237,7 @@ fn patches(steps: Vec<(DVec3, DVec3)>) -> Vec<Vec<(DVec3, DVec3)>> {
         let next = cells.len() as u32;
         cells.entry(cell(*at)).or_insert(next);
     }
-    let mut set = Union::new(cells.len());
+    let mut set = DisjointSets::new(cells.len());
     for (c, &i) in &cells {
         for k in 0..27 {
             if let Some(&j) = cells.get(&[c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1]) {

@@ -6,7 +6,7 @@
 use super::bsp::TOUCH;
 use super::grid::Grid;
 use super::labels::{Labels, NONE, VOID};
-use crate::cells::union::Union;
+use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::{Aabb, Plane, newell};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -102,7 +102,7 @@ fn note(known: &mut [u32; 2], region: u32) {
 /// Triangles that hang together over shared corners, ascending.
 fn parts(triangles: &[[DVec3; 3]], coplanar: f64) -> Vec<Vec<u32>> {
     let mut first: HashMap<[i64; 3], u32> = HashMap::new();
-    let mut set = Union::new(triangles.len());
+    let mut set = DisjointSets::new(triangles.len());
     for (i, t) in triangles.iter().enumerate() {
         for &p in t {
             let other = *first.entry(key(p, coplanar)).or_insert(i as u32);

@@ -9,8 +9,8 @@ use super::basins::{Basins, Region, basins};
 use super::distance::{Distance, voxels_of};
 use super::grid::Grid;
 use super::labels::{Labels, NONE, VOID};
-use crate::cells::complex::Human;
-use crate::cells::union::Union;
+use crate::cells::complex::HumanScale;
+use crate::cells::disjoint_sets::DisjointSets;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -29,12 +29,12 @@ const BACKS: f64 = 4.0;
 pub type Fronts<'f> = dyn Fn(&mut dyn FnMut(DVec3, [f64; 2])) + 'f;
 
 /// Regions with their labels; `fronts` tells which matter is solid.
-pub fn watershed(grid: &Grid, human: Human, fronts: &Fronts<'_>) -> (Labels, Vec<Region>) {
+pub fn watershed(grid: &Grid, human: HumanScale, fronts: &Fronts<'_>) -> (Labels, Vec<Region>) {
     let Basins { mut labels, regions: basins, saddles } = basins(grid, &Distance::new(grid));
-    let mut set = Union::new(basins.len());
+    let mut set = DisjointSets::new(basins.len());
 
     // 1. What hangs together, and which of it is solid.
-    let mut whole = Union::new(basins.len());
+    let mut whole = DisjointSets::new(basins.len());
     for s in &saddles {
         whole.join(s.pair.0, s.pair.1);
     }
@@ -140,7 +140,7 @@ fn is_small(r: &Region, metre: f64) -> bool {
     !r.outside && (r.volume < LEAST_VOLUME * metre.powi(3) || r.width < LEAST_WIDTH * metre)
 }
 
-fn unite(set: &mut Union, regions: &mut [Region], a: u32, b: u32) {
+fn unite(set: &mut DisjointSets, regions: &mut [Region], a: u32, b: u32) {
     let (a, b) = (set.find(a), set.find(b));
     if a != b {
         let both = regions[a as usize].with(regions[b as usize]);

@@ -2,7 +2,7 @@
 
 use super::{Args, command, name, write};
 use crate::cli::bake::progress_bar;
-use crate::cli::stages::{Stages, cpu_seconds};
+use crate::cli::stage_times::{Stages, cpu_seconds};
 use crate::cli::why::Teller;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::CellId;
@@ -10,15 +10,15 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, SplitOptions, split};
 use enfilade::file::{Container, PvsFile};
 use enfilade::generate::{Kind, generate};
-use enfilade::pvs::sample::{Strategy, sample_alone};
+use enfilade::job::Job;
+use enfilade::pages::building::BuildingReport;
+use enfilade::pages::curves::{Curve, CurvePoint, Growth, Views, held_out};
+use enfilade::pages::html::Remark;
+use enfilade::pages::undecided::{Pairs, closed_and_open, hardest};
+use enfilade::proof::{Asker, Goal};
+use enfilade::pvs::sampling::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
-use enfilade::report::building_report::BuildingReport;
-use enfilade::report::curves::{Curve, CurvePoint, Growth, Views, held_out};
-use enfilade::report::doubts::{Pairs, closed_and_open, hardest};
-use enfilade::report::html::Remark;
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::why::{Asker, Goal};
-use enfilade::work::Work;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Mutex;
@@ -72,7 +72,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         ..BakeOptions::default()
     };
     let clock = Clock::start();
-    let mut baked = bake(&scene, options, &Work::new(&progress)).map_err(|e| at(&args.input, e))?;
+    let mut baked = bake(&scene, options, &Job::new(&progress)).map_err(|e| at(&args.input, e))?;
     let cpu = clock.seconds();
     baked.seconds.cells += cells_seconds;
     let file = &baked.file;
@@ -242,7 +242,7 @@ impl Bench<'_> {
         let clock = Clock::start();
         let mut graph = self.graph.clone();
         let options = PvsOptions { ray_budget, ..self.options.clone() };
-        let pvs = pvs::bake(self.scene, &mut graph, &options, &Work::quiet()).map_err(|e| CliError(e.to_string()))?;
+        let pvs = pvs::bake(self.scene, &mut graph, &options, &Job::quiet()).map_err(|e| CliError(e.to_string()))?;
         Ok(CurvePoint {
             cpu_seconds: clock.seconds(),
             rays: pvs.stats.rays,
@@ -271,7 +271,7 @@ fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
     let clock = Clock::start();
     let ray_budget = (options.ray_budget as f64 * f64::from(offices) / ROOMS) as u64;
     let options = PvsOptions { ray_budget, ..options.clone() };
-    let pvs = pvs::bake(&scene, &mut graph, &options, &Work::quiet()).map_err(|e| said(&e))?;
+    let pvs = pvs::bake(&scene, &mut graph, &options, &Job::quiet()).map_err(|e| said(&e))?;
     Ok(Growth {
         offices: offices.into(),
         cells: graph.cells.len() as u64,
@@ -286,7 +286,7 @@ fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
 }
 
 /// The hardest pairs, each with what is known.
-fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::why::WhyError> {
+fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::proof::WhyError> {
     let asker = Asker::new(file, Some(scene))?;
     let ask = |(cell, object): (CellId, enfilade::ObjectId)| {
         let goal = Goal::Object(object);

@@ -1,15 +1,15 @@
 //! `enfilade report` of a level.
 
 use super::{Args, command, name, write};
-use crate::cli::against::{counts, other_rows, prose, told};
 use crate::cli::bake::{peak_rss_mb, progress_bar};
+use crate::cli::compare::{counts, other_rows, prose, told};
 use crate::cli::level::Input;
 use crate::cli::{CliError, Outcome, at};
-use enfilade::report::html::Remark;
-use enfilade::report::level_report::{LevelReport, LinesAlone, Moment, Other};
-use enfilade::vis::against::against;
-use enfilade::vis::{Bounds, Level, Vis, VisError, VisOptions, Why, vis, why};
-use enfilade::work::Work;
+use enfilade::job::Job;
+use enfilade::level::compare::against;
+use enfilade::level::{Bounds, Level, Vis, VisError, VisOptions, Why, vis, why};
+use enfilade::pages::html::Remark;
+use enfilade::pages::level::{LevelReport, LinesAlone, Moment, Other};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Mutex;
@@ -112,7 +112,7 @@ fn timed(level: &Level, options: &VisOptions) -> Result<(Vis, Vec<Moment>), CliE
             moments.push(Moment { stage, seconds, steps: b.steps, lower: b.lower, upper: b.upper });
         }
     };
-    let result = vis(level, options, Some(&bounds), &Work::new(&progress)).map_err(|e| CliError(e.to_string()))?;
+    let result = vis(level, options, Some(&bounds), &Job::new(&progress)).map_err(|e| CliError(e.to_string()))?;
     bar.finish_and_clear();
     Ok((result, moments.into_inner().unwrap_or_default()))
 }
@@ -137,7 +137,7 @@ fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
                 }
             }
         };
-        match vis(level, &VisOptions { seed, steps: 0, lines }, Some(&bounds), &Work::quiet().until(&stop)) {
+        match vis(level, &VisOptions { seed, steps: 0, lines }, Some(&bounds), &Job::quiet().until(&stop)) {
             Ok(_) | Err(VisError::Stopped(_)) => (),
             Err(e) => return Err(CliError(e.to_string())),
         }

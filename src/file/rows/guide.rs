@@ -104,7 +104,7 @@ const LENGTHS: usize = 31;
 
 /// What has been learned of a matrix, from the first row of a block on.
 #[derive(Clone, Debug)]
-pub(super) struct Models {
+pub(in crate::file) struct Models {
     bits: [Model; CLASSES * KINDS],
     /// Whether another column is listed.
     more: Model,
@@ -157,7 +157,7 @@ const OBJECTS: [[u8; KINDS]; 8] = [
 ];
 
 /// Steps, of about 2 ns, that one row may take; a decision is [`DECISION`] of them.
-pub(super) const STEPS: usize = 5_600;
+pub(in crate::file) const STEPS: usize = 5_600;
 const DECISION: usize = 3;
 /// Steps of a row before its first decision.
 const ROW: usize = 40;
@@ -166,7 +166,7 @@ const LISTED: usize = 64;
 
 /// What a row goes by.
 #[derive(Clone, Copy)]
-pub(super) struct Known<'r> {
+pub(in crate::file) struct Known<'r> {
     pub row: usize,
     /// Number of columns.
     pub columns: usize,
@@ -192,7 +192,7 @@ fn too_long(row: usize) -> String {
 
 /// Memory of a walk, to be used again.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
+pub(in crate::file) struct Scratch {
     /// Columns that the walk came to.
     reached: Vec<u64>,
     /// Cells beside the row's.
@@ -368,7 +368,7 @@ impl<C: Coder> Walk<'_, C> {
 impl Guide {
     /// Codes a row, `truth` when writing and `None` when reading, and sets its bits in `out`. Gives the steps that it took, or
     /// what is wrong with it.
-    pub(super) fn walk<C: Coder>(
+    pub(in crate::file) fn walk<C: Coder>(
         &self,
         coder: &mut C,
         models: &mut Models,

@@ -5,7 +5,7 @@ use super::might_see::{MightSee, from_rows, get, set, words_of};
 use super::net::Net;
 use super::schedule::{Tally, Task, costs, rounds, run};
 use super::search::Search;
-use crate::work::{Stopped, Work};
+use crate::job::{Job, Stopped};
 use crate::{BitMatrix, bits};
 use serde::{Deserialize, Serialize};
 
@@ -103,7 +103,7 @@ impl<'a> Cells<'a> {
         k: usize,
         prover: &P,
         stage: &str,
-        work: &Work<'_>,
+        work: &Job<'_>,
     ) -> Result<Vec<Found<P::Proof>>, Stopped> {
         let (net, might_see, spent) = (self.net, &self.might_see, self.tally.steps);
         run(work, stage, &self.rounds, k, spent, net, might_see, self.max_steps, |search, task| {
@@ -134,7 +134,7 @@ impl<'a> Cells<'a> {
     }
 
     /// Searches from the portals of a task.
-    fn search_from<P: Prover>(&self, search: &mut Search<'_>, task: &Task, prover: &P, work: &Work<'_>) -> Found<P::Proof> {
+    fn search_from<P: Prover>(&self, search: &mut Search<'_>, task: &Task, prover: &P, work: &Job<'_>) -> Found<P::Proof> {
         let net = self.net;
         let rows = self.wanted.row(task.cell).iter().zip(self.settled.row(task.cell));
         let wanted: Vec<u64> = rows.map(|(wanted, settled)| wanted & !settled).collect();

@@ -7,7 +7,7 @@ use super::might_see::{MightSee, set};
 use super::net::Net;
 use super::schedule::{Tally, Task, rounds, run};
 use super::search::Search;
-use crate::work::{Stopped, Work};
+use crate::job::{Job, Stopped};
 use crate::{BitMatrix, bits};
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +28,7 @@ pub(super) fn decide(
     cells_upper: &BitMatrix,
     own: impl Fn(usize) -> bool,
     tally: &mut Tally,
-    work: &Work<'_>,
+    work: &Job<'_>,
 ) -> Result<BitMatrix, Stopped> {
     let mut upper = input.placement.clone();
     upper.union_with(input.objects_lower);

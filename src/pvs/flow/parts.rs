@@ -10,7 +10,7 @@ use super::net::Net;
 use super::reach::Reach;
 use super::{FlowInput, FlowResult, cells::set_both, decide};
 use crate::cells::{Cell, CellGraph, Strategy, flow_bytes};
-use crate::work::{Stopped, Work};
+use crate::job::{Job, Stopped};
 use crate::{BitMatrix, CellId};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -101,7 +101,7 @@ impl Parts {
     }
 
     /// Flow, part by part.
-    pub fn flow(&self, input: &FlowInput<'_>, work: &Work<'_>) -> Result<FlowResult, Stopped> {
+    pub fn flow(&self, input: &FlowInput<'_>, work: &Job<'_>) -> Result<FlowResult, Stopped> {
         let one = |(): &mut (), part: &Part| self.flow_in(part, input, &work.within());
         let done = |done: usize| work.tell("flow: parts", done as f64 / self.parts.len() as f64);
         let found = work.map_with(&self.parts, || (), one, done)?;
@@ -136,7 +136,7 @@ impl Parts {
     }
 
     /// Flow within a part; `None` where it was stopped.
-    fn flow_in(&self, part: &Part, input: &FlowInput<'_>, work: &Work<'_>) -> Option<Found> {
+    fn flow_in(&self, part: &Part, input: &FlowInput<'_>, work: &Job<'_>) -> Option<Found> {
         // 1. The part as a graph of its own.
         let graph = part.graph(input.graph);
         let net = Net::of_graph(&graph, input.coplanar);
@@ -308,8 +308,8 @@ mod tests {
             let mut owned: Vec<u32> = owners.map(|(&cell, _)| cell).collect();
             owned.sort_unstable();
             assert!(owned.into_iter().eq(0..n as u32), "each cell is one part's own");
-            let by_parts = parts.flow(&input, &Work::quiet()).unwrap();
-            let whole = flow(&input, &Work::quiet()).unwrap();
+            let by_parts = parts.flow(&input, &Job::quiet()).unwrap();
+            let whole = flow(&input, &Job::quiet()).unwrap();
             assert_eq!((whole.capped, by_parts.capped), (0, 0));
             for _ in 0..2000 {
                 let from = DVec3::new(numbers.next(), numbers.next(), numbers.next() / SIDE as f64) * SIDE as f64;

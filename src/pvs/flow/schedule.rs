@@ -7,7 +7,7 @@
 use super::might_see::MightSee;
 use super::net::Net;
 use super::search::Search;
-use crate::work::{Stopped, Work};
+use crate::job::{Job, Stopped};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -90,7 +90,7 @@ fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
 /// fraction of all rounds that is done.
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run<F: Serialize + DeserializeOwned + Send>(
-    work: &Work<'_>,
+    work: &Job<'_>,
     stage: &str,
     rounds: &[Vec<Task>],
     k: usize,

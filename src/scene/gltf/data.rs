@@ -1,7 +1,7 @@
 //! Buffers and accessors: every index, count, stride and offset is checked against the bytes that are there before anything is
 //! read, and elements are read where they lie, so that nothing is allocated on a file's word.
 
-use super::super::beside::Beside;
+use super::super::sidecar::Sidecars;
 use super::super::{ImportError, Place};
 use super::document::{AccessorEntry, Document, SparsePart};
 use std::cell::OnceCell;
@@ -20,12 +20,12 @@ pub(super) fn entry<'d, T>(table: &'d [T], index: usize, name: &str) -> Result<&
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     bin: Option<&'a [u8]>,
-    beside: Beside<'a>,
+    beside: Sidecars<'a>,
     loaded: Vec<OnceCell<Vec<u8>>>,
 }
 
 impl<'a> Buffers<'a> {
-    pub fn new(document: &'a Document, bin: Option<&'a [u8]>, beside: Beside<'a>) -> Self {
+    pub fn new(document: &'a Document, bin: Option<&'a [u8]>, beside: Sidecars<'a>) -> Self {
         Self { document, bin, beside, loaded: document.buffers.iter().map(|_| OnceCell::new()).collect() }
     }
 
@@ -270,7 +270,7 @@ impl Component {
 }
 
 /// The bytes behind a uri: a `data:` uri in base64, or a file beside the model.
-fn load(uri: &str, beside: Beside<'_>) -> Result<Vec<u8>, String> {
+fn load(uri: &str, beside: Sidecars<'_>) -> Result<Vec<u8>, String> {
     match uri.strip_prefix("data:") {
         Some(data) => match data.split_once(',') {
             Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()).ok_or("broken base64 text".into()),

@@ -3,7 +3,8 @@
 use super::super::gltf::flat_hull;
 use super::super::{Mesh, Role};
 use super::{CellSpace, IndoorGml};
-use crate::geom::{Aabb, Polygon, middle};
+use crate::geom::{Aabb, middle};
+use crate::polygon::Polygon;
 use glam::{DVec2, DVec3};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};

@@ -12,8 +12,8 @@ use crate::building::Building;
 use crate::culling::{Culling, Oracle};
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
-use enfilade::report::walkers::WalkMode;
 use enfilade::runtime::Camera;
+use enfilade::walkthrough::walkers::WalkMode;
 use std::time::Instant;
 use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
 

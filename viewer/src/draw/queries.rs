@@ -4,7 +4,7 @@
 use super::mesh::Mesh;
 use super::pipelines::{Eye, Pipelines, depth_state, shader};
 use super::targets::Targets;
-use crate::late::Late;
+use crate::delayed_queries::Late;
 use enfilade::gpu::Gpu;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use wgpu::{BufferBindingType, BufferUsages, QueryType, ShaderStages};

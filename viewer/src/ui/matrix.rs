@@ -2,7 +2,7 @@
 
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::report::matrix::{MatrixPicture, matrix};
+use enfilade::pages::matrix::{MatrixPicture, matrix};
 
 /// Longest side on the screen, points.
 const SIDE: f32 = 360.0;

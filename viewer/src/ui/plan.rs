@@ -2,9 +2,9 @@
 
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::report::picture::Picture;
-use enfilade::report::plan::PlanView;
-use enfilade::report::storeys::{Storey, storeys};
+use enfilade::pages::storeys::{Storey, storeys};
+use enfilade::walkthrough::picture::Picture;
+use enfilade::walkthrough::plan::PlanView;
 use glam::{DVec2, DVec3};
 
 /// Its size, pixels.

@@ -1,10 +1,10 @@
 //! What the viewer's tests share: buildings that are baked quickly, and devices that may not be there.
 
 use enfilade::bake::{BakeOptions, bake};
+use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::report::path::CameraPath;
 use enfilade::scene::{ImportOptions, import};
-use enfilade::work::Work;
+use enfilade::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::headless::device;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub fn building(name: &str) -> Building {
     let scene = import(&shipped(name, "glb"), &ImportOptions::default()).unwrap();
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Work::quiet()).unwrap().file;
+    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
     Building { scene, file }
 }
 

@@ -1,0 +1,166 @@
+//! Which portal is a door, which a window: by the author's openings, or by the leaf or pane that hangs there.
+//!
+//! An opening is taken as an upright slab (flat for a skylight) in whatever direction its wall runs, so that turning a model
+//! changes nothing. A portal is the opening's where the two lie along each other, overlap by half of the smaller, and no other
+//! opening is nearer.
+
+use crate::cells::complex::coverage::convex_hull;
+use crate::cells::complex::{HumanScale, lift, to_plan};
+use crate::cells::locate::BoxTree;
+use crate::cells::{Portal, PortalKind};
+use crate::geom::{Aabb, middle, newell};
+use crate::scene::{OpeningHint, OpeningKind, Role, Scene};
+use glam::{DVec2, DVec3};
+use std::collections::BTreeMap;
+
+/// A leaf hangs, or stands open in a deep reveal, at most this far from the doorway's portal, metres.
+const LEAF_AWAY: f64 = 0.5;
+/// A portal lies this far beyond the wall's sides at most, metres.
+const BEYOND: f64 = 0.1;
+/// Cosine of the angle within which a portal lies along an opening.
+const ALONG: f64 = 0.8;
+/// What hangs in a wall is no thicker than this, metres; a leaf that stands open makes its door thicker.
+const THICK: f64 = 0.6;
+
+/// A box in the direction of its wall.
+struct Slab<'s> {
+    kind: PortalKind,
+    id: &'s str,
+    centre: DVec3,
+    /// Unit vectors through the wall, along it and up it.
+    axes: [DVec3; 3],
+    /// Half of its size along each, metres.
+    half: [f64; 3],
+    /// How far from it a portal may lie, metres.
+    reach: f64,
+}
+
+/// Names the portals that are doors and windows.
+pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], human: HumanScale) {
+    let mut slabs: Vec<Slab<'_>> = scene.hints.openings.iter().filter_map(|o| Slab::drawn(o, human)).collect();
+    let mut hung: BTreeMap<(&str, bool), Vec<DVec3>> = BTreeMap::new();
+    for o in &scene.objects {
+        if let Role::Door | Role::Window = o.role {
+            let corners = o.triangles.clone().flat_map(|t| scene.corners(t as usize));
+            hung.entry((o.node.as_str(), o.role == Role::Door)).or_default().extend(corners);
+        }
+    }
+    // What the author drew an opening for is named by that.
+    let drawn: std::collections::BTreeSet<&str> = slabs.iter().map(|s| s.id).collect();
+    hung.retain(|(id, _), _| !drawn.contains(id));
+    let mut ajar: Vec<(&str, Aabb)> = Vec::new();
+    for (&(id, is_door), corners) in &hung {
+        match Slab::hung(id, is_door, corners, human) {
+            Some(slab) => slabs.push(slab),
+            None if is_door => ajar.push((id, Aabb::of(corners.iter().copied()))),
+            None => {}
+        }
+    }
+    // 1. The nearest slab that a portal lies in.
+    let mut taken = vec![false; slabs.len()];
+    let tree = BoxTree::new(&slabs.iter().map(Slab::zone).collect::<Vec<_>>(), (0..slabs.len() as u32).collect());
+    for portal in portals.iter_mut() {
+        // A box around its box in any direction.
+        let centre = middle(&portal.winding);
+        let radius = portal.winding.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        let mut costs: Vec<(f64, usize)> = Vec::new();
+        tree.in_box(&Aabb { min: centre, max: centre }.inflated(1.75 * radius), &mut |i| {
+            costs.extend(slabs[i as usize].cost(portal).map(|cost| (cost, i as usize)));
+        });
+        if let Some((_, i)) = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
+            (portal.kind, portal.source) = (slabs[i].kind, Some(slabs[i].id.to_owned()));
+            taken[i] = true;
+        }
+    }
+    // 2. Doors that stand open, and those whose portal lies otherwise than their leaf: the upright portal beside them.
+    let shut = slabs.iter().zip(&taken).filter(|(s, taken)| s.kind == PortalKind::Door && !**taken);
+    ajar.extend(shut.map(|(s, _)| (s.id, s.bounds())));
+    let bounds: Vec<Aabb> = portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
+    let tree = BoxTree::new(&bounds, (0..portals.len() as u32).collect());
+    for (id, leaf) in ajar {
+        let away = (LEAF_AWAY + 0.2) * human.metre;
+        let mut near: Vec<(f64, usize)> = Vec::new();
+        // A little more, since a box' sides are rounded otherwise than the gap is.
+        tree.in_box(&leaf.inflated(1.01 * away), &mut |i| near.push((leaf.gap(&bounds[i as usize]), i as usize)));
+        near.retain(|&(gap, i)| gap <= away && portals[i].plane.n.y.abs() < 0.7 && portals[i].source.is_none());
+        if let Some((_, i)) = near.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
+            (portals[i].kind, portals[i].source) = (PortalKind::Door, Some(id.to_owned()));
+        }
+    }
+}
+
+impl<'s> Slab<'s> {
+    /// An author's opening; `None` for a virtual one.
+    fn drawn(opening: &'s OpeningHint, human: HumanScale) -> Option<Self> {
+        let kind = match opening.kind {
+            OpeningKind::Door => PortalKind::Door,
+            OpeningKind::Window => PortalKind::Window,
+            OpeningKind::Opening => PortalKind::Opening,
+            OpeningKind::Virtual => return None,
+        };
+        let centre = middle(&opening.winding);
+        let local: Vec<DVec3> = opening.winding.iter().map(|&p| p - centre).collect();
+        let through = newell(&local).try_normalize()?;
+        let along = through.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
+        let reach = (0.5 * opening.thickness + BEYOND * human.metre).max(0.0);
+        Some(Self::of(kind, &opening.id, [through, along, through.cross(along)], &opening.winding, reach))
+    }
+
+    /// A leaf or a pane; `None` where it stands open.
+    fn hung(id: &'s str, is_door: bool, corners: &[DVec3], human: HumanScale) -> Option<Self> {
+        let kind = if is_door { PortalKind::Door } else { PortalKind::Window };
+        let reach = LEAF_AWAY * human.metre;
+        let hull = convex_hull(corners.iter().map(|&p| to_plan(p)).collect());
+        let flat = Aabb::of(corners.iter().copied()).size();
+        let across = |n: DVec2| {
+            let along = hull.iter().map(|p| n.dot(*p));
+            along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+        };
+        let sides = (0..hull.len()).map(|i| (hull[(i + 1) % hull.len()] - hull[i]).perp().normalize_or_zero());
+        let thin = sides.filter(|n| *n != DVec2::ZERO).map(|n| (across(n), n)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (thickness, normal) = thin.unwrap_or((0.0, (*hull.last()? - hull[0]).perp().try_normalize()?));
+        if flat.y < thickness && !is_door {
+            return Some(Self::of(kind, id, [DVec3::Y, DVec3::X, DVec3::Z], corners, reach));
+        }
+        let through = lift(normal, 0.0);
+        let upright = [through, through.cross(DVec3::Y), DVec3::Y];
+        (thickness <= THICK * human.metre).then(|| Self::of(kind, id, upright, corners, reach))
+    }
+
+    fn of(kind: PortalKind, id: &'s str, axes: [DVec3; 3], corners: &[DVec3], reach: f64) -> Self {
+        let ranges = axes.map(|axis| range(corners, axis));
+        let centre = (0..3).map(|i| axes[i] * (0.5 * (ranges[i].0 + ranges[i].1))).sum();
+        Self { kind, id, centre, axes, half: ranges.map(|r| 0.5 * (r.1 - r.0)), reach }
+    }
+
+    fn bounds(&self) -> Aabb {
+        let reach: DVec3 = (0..3).map(|i| self.axes[i].abs() * self.half[i]).sum();
+        Aabb { min: self.centre - reach, max: self.centre + reach }
+    }
+
+    /// Around it and where its portals may lie.
+    fn zone(&self) -> Aabb {
+        self.bounds().inflated(self.reach)
+    }
+
+    /// How far a portal is from the middle of the slab; `None` where it isn't in it.
+    fn cost(&self, portal: &Portal) -> Option<f64> {
+        let [through, along, up] = self.axes;
+        let off = (middle(&portal.winding) - self.centre).dot(through).abs();
+        if off > self.half[0] + self.reach || portal.plane.n.dot(through).abs() < ALONG {
+            return None;
+        }
+        let overlaps = |axis: DVec3, half: f64| {
+            let (low, high) = range(&portal.winding, axis);
+            let centre = axis.dot(self.centre);
+            high.min(centre + half) - low.max(centre - half) >= 0.5 * (high - low).min(2.0 * half)
+        };
+        let inside = overlaps(along, self.half[1]) && overlaps(up, self.half[2]);
+        inside.then(|| off + 0.1 * middle(&portal.winding).distance(self.centre))
+    }
+}
+
+fn range(points: &[DVec3], axis: DVec3) -> (f64, f64) {
+    let at = points.iter().map(|p| axis.dot(*p));
+    (at.clone().fold(f64::INFINITY, f64::min), at.fold(f64::NEG_INFINITY, f64::max))
+}

@@ -1,0 +1,174 @@
+//! What stands in a door or a window: a leaf that is shut or open, glass that shows what is behind.
+//!
+//! Rows don't depend on it: every bake takes doors as open and windows as clear, so a row stays right whatever the run time
+//! opens and shuts. A state lets the run time cull more than a row does, behind doors that are shut.
+//!
+//! A leaf is what the model calls a door's or a window's ([`Role::Door`], [`Role::Window`]) and lies along the portal, near it:
+//! triangles turned by more than about 25 degrees, or farther away than a third of their object's size, stand aside.
+
+use crate::cells::complex::columns::counter_clockwise;
+use crate::cells::complex::coverage::{Open, Shape, convex_hull, open_part, shape_area, shared_area};
+use crate::cells::doors::gap::{Face, lets_through};
+use crate::cells::locate::BoxTree;
+use crate::cells::{Portal, PortalKind, PortalState};
+use crate::geom::{Aabb, Plane, area, clip};
+use crate::scene::rays::RayScene;
+use crate::scene::{Role, Scene};
+use glam::DVec2;
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// A leaf covers more than this share of its portal when it is shut. A frame alone covers 0.1 to 0.3, a leaf with gaps around it
+/// and a letter-box 0.9.
+const SHUT_SHARE: f64 = 0.5;
+/// Cosine of the angle from which on a leaf stands aside.
+const ALONG: f64 = 0.9;
+/// A leaf hangs within this many times its half diagonal of the portal's plane: 0.4 m for a door of 0.9 x 2.1 m. A door is not
+/// taken for smaller than its portal, nor for more than four times as large.
+const NEAR: f64 = 0.35;
+const MOST_TIMES: f64 = 4.0;
+
+/// Gives every portal its state, by its kind and by what the model hangs in it.
+pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal]) {
+    let boxes: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
+    let leaves = (0..boxes.len() as u32).filter(|&i| matches!(scene.objects[i as usize].role, Role::Door | Role::Window));
+    let tree = BoxTree::new(&boxes, leaves.collect());
+    // Made for the first leaf that is shut.
+    let rays = OnceLock::new();
+    portals.par_iter_mut().enumerate().for_each(|(i, portal)| {
+        portal.state = PortalState::of_kind(portal.kind);
+        if portal.kind != PortalKind::Opening {
+            let face = Face::new(portal);
+            let rim = convex_hull(portal.winding.iter().map(|&p| face.flat(p)).collect());
+            let whole = area(&portal.winding);
+            let leaf = Leaf::new(scene, &tree, portal, &face, &rim);
+            portal.state.shut = leaf.open.iter().map(shape_area).sum::<f64>() < (1.0 - SHUT_SHARE) * whole;
+            portal.state.see_through |= leaf.glass;
+            if portal.state.shut && !portal.state.see_through {
+                let rays = rays.get_or_init(|| RayScene::new(scene));
+                portal.state.ajar = lets_through(rays, &face, &rim, &leaf.open, i as u64);
+            }
+        }
+    });
+}
+
+/// What hangs in a portal.
+struct Leaf {
+    /// What it leaves uncovered of the portal, in the coordinates of its [`Face`].
+    open: Vec<Shape>,
+    /// Whether any of it is glass.
+    glass: bool,
+}
+
+impl Leaf {
+    fn new(scene: &Scene, tree: &BoxTree, portal: &Portal, face: &Face, rim: &[DVec2]) -> Self {
+        let (n, whole) = (portal.plane.n, area(&portal.winding));
+        let around = Aabb::of(portal.winding.iter().copied()).inflated(NEAR * MOST_TIMES * whole.sqrt());
+        let mut objects = Vec::new();
+        tree.in_box(&around, &mut |i| objects.push(i as usize));
+        objects.sort_unstable();
+        let (mut triangles, mut glass) = (Vec::new(), false);
+        for object in objects.into_iter().map(|i| &scene.objects[i]) {
+            let size = (0.5 * object.bounds.diagonal()).clamp(whole.sqrt(), MOST_TIMES * whole.sqrt());
+            let slab = [1.0, -1.0].map(|side| Plane { n: n * side, d: portal.plane.d * side + NEAR * size });
+            for corners in object.triangles.clone().map(|t| scene.corners(t as usize)) {
+                let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+                if across.dot(n).abs() < ALONG {
+                    continue;
+                }
+                let near = slab.iter().fold(corners.to_vec(), |rest, plane| clip(&rest, plane, 0.0));
+                for k in 2..near.len() {
+                    let triangle = [near[0], near[k - 1], near[k]].map(|p| face.flat(p));
+                    glass |= object.glass && shared_area(counter_clockwise(triangle), rim) > 0.0;
+                    triangles.push(triangle);
+                }
+            }
+        }
+        let open = match open_part(rim, &triangles, 1e-4 * whole.sqrt()) {
+            Open::Whole => vec![vec![rim.iter().map(|p| p.to_array()).collect()]],
+            Open::Parts(parts) => parts,
+        };
+        Self { open, glass }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CellId;
+    use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
+    use glam::DVec3;
+
+    /// A doorway of 0.9 x 2.1 m in the plane x = 0 of a wall from x = -0.1 to 0.1, and a leaf of 0.04 m that ends `gap` metres from the
+    /// doorway's rim, turned by this many degrees and moved by this far along x.
+    fn state(degrees: f64, aside: f64, gap: f64, glass: bool, role: Role) -> PortalState {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let hinge = |p: DVec3| DVec3::new(cos * p.x + sin * (p.z - gap) + aside, p.y, cos * (p.z - gap) - sin * p.x + gap);
+        let cuboid = |node: &str, role: Role, opaque: bool, min: DVec3, max: DVec3| {
+            let corner = |i: usize| DVec3::new([min, max][i & 1].x, [min, max][i >> 1 & 1].y, [min, max][i >> 2 & 1].z);
+            let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+            let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+            Mesh { node: node.into(), role, opaque, positions: (0..8).map(corner).collect(), triangles }
+        };
+        let p = DVec3::new;
+        let mut leaf = cuboid("leaf", role, false, p(-0.02, gap, gap), p(0.02, 2.1 - gap, 0.9 - gap));
+        leaf.positions.iter_mut().for_each(|p| *p = hinge(*p));
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let walls = [
+            (p(-0.1, -1.0, -3.0), p(0.1, 5.0, 0.0)),
+            (p(-0.1, -1.0, 0.9), p(0.1, 5.0, 4.0)),
+            (p(-0.1, -1.0, 0.0), p(0.1, 0.0, 0.9)),
+            (p(-0.1, 2.1, 0.0), p(0.1, 5.0, 0.9)),
+        ];
+        for (min, max) in walls {
+            builder.add(cuboid("wall", Role::Structure, true, min, max)).unwrap();
+        }
+        if glass {
+            builder.add_glass(leaf).unwrap()
+        } else {
+            builder.add(leaf).unwrap()
+        }
+        let scene = builder.finish("door").unwrap();
+        let winding =
+            [(0., 0.), (2.1, 0.), (2.1, 0.9), (0., 0.9)].map(|(y, z)| DVec3::new(0.0, y, z) - scene.origin).to_vec();
+        let kind = PortalKind::Door;
+        let plane = Plane::through(winding[0], DVec3::X);
+        let state = PortalState::of_kind(kind);
+        let mut portals = [Portal { cells: [CellId(0), CellId(1)], plane, winding, kind, state, source: None }];
+        find_states(&scene, &mut portals);
+        portals[0].state
+    }
+
+    #[test]
+    fn a_leaf_in_its_frame_is_shut_and_one_swung_aside_is_open() {
+        let open = PortalState::of_kind(PortalKind::Door);
+        let ajar = PortalState { shut: true, ajar: true, ..open };
+        assert_eq!(state(0.0, 0.0, 0.02, false, Role::Door), ajar);
+        assert_eq!(state(0.0, 0.2, 0.02, false, Role::Door), ajar, "beside a wall, the portal in its middle");
+        assert_eq!(state(10.0, 0.0, 0.02, false, Role::Door), ajar);
+        for degrees in [45.0, 90.0, 120.0] {
+            assert_eq!(state(degrees, 0.0, 0.02, false, Role::Door), open, "{degrees} degrees");
+        }
+        assert_eq!(state(0.0, 1.0, 0.02, false, Role::Door), open, "a leaf that leans on another wall");
+        assert_eq!(state(0.0, 0.0, 0.02, false, Role::Furnishing), open, "a board is no leaf");
+    }
+
+    #[test]
+    fn what_is_shut_is_ajar_where_a_line_passes_its_leaf() {
+        for gap in [0.02, 0.01, 0.003, 0.001] {
+            assert!(state(0.0, 0.0, gap, false, Role::Door).ajar, "{gap} m");
+        }
+        let shut = PortalState { shut: true, ..PortalState::of_kind(PortalKind::Door) };
+        for gap in [0.0, -0.01, -0.1] {
+            assert_eq!(state(0.0, 0.0, gap, false, Role::Door), shut, "{gap} m");
+        }
+        assert_eq!(state(0.0, 0.12, -0.1, false, Role::Door), shut, "flat on the wall's face, over the doorway's rim");
+        assert!(state(0.0, 0.2, -0.1, false, Role::Door).ajar, "eight centimetres off the wall");
+    }
+
+    #[test]
+    fn a_leaf_of_glass_shows_what_is_behind_it() {
+        let state = state(0.0, 0.0, 0.02, true, Role::Door);
+        assert_eq!(state, PortalState { shut: true, see_through: true, closable: true, ajar: false });
+    }
+}

@@ -1,0 +1,90 @@
+//! Courts: parts of the outside that the building itself shuts off from each other.
+//!
+//! Whoever looks out into one court of a building with wings sees that court and no other, but if all of the outside is one cell, portals
+//! don't tell: windows of all courts lead into the same cell, and each seems to be seen from those that face it, however many wings
+//! stand between. So what lies between wings, within the hull of all rooms in plan and no higher than they are, gets cells of its own.
+
+use crate::cells::complex::arrange::Plan;
+use crate::cells::complex::assemble::has_portal;
+use crate::cells::complex::columns::Columns;
+use crate::cells::complex::coverage::convex_hull;
+use crate::cells::complex::faces::Face;
+use crate::cells::disjoint_sets::DisjointSets;
+use crate::cells::plan::rooms::{Labels, Region};
+use glam::DVec2;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A court has openings from so many cells, or it is a niche. Smaller: balconies and bays become cells, for which nobody sees less.
+const ROOMS: usize = 4;
+/// Shares of the rooms that look out above which courts may end: under low roofs beside a tower, several courts are one where they
+/// reach up to the tower's rooms.
+const TOPS: [f64; 5] = [1.0, 0.95, 0.9, 0.75, 0.5];
+
+/// Gives courts cells of their own where there are two or more: with one there is no wing between two.
+pub(in crate::cells) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Face], seal: f64, labels: &mut Labels) {
+    let Some(outside) = labels.regions.iter().position(|r| r.outside).map(|r| r as u32) else { return };
+    let label = |piece: u32| labels.of_piece[piece as usize];
+    let corners = |piece: u32| plan.triangles[columns.of_piece(piece).0].map(|i| plan.points[i as usize]);
+    let mean = |heights: [f64; 3]| heights.iter().sum::<f64>() / 3.0;
+
+    // 1. The hull of all rooms in plan, and how high those are that look out.
+    let open = |f: &&Face| f.open_area > 0.0;
+    let looks_out = |f: &Face| match (label(f.a), label(f.b)) {
+        (Some(a), Some(b)) if a == outside && b != outside => Some((f.a, f.b, b)),
+        (Some(a), Some(b)) if b == outside && a != outside => Some((f.b, f.a, a)),
+        _ => None,
+    };
+    let windows: Vec<(u32, u32, u32)> =
+        faces.iter().filter(open).filter(|f| has_portal(f, seal)).filter_map(looks_out).collect();
+    let indoors = (0..columns.pieces() as u32).filter(|&p| label(p).is_some_and(|l| l != outside));
+    let hull = convex_hull(indoors.flat_map(corners).collect());
+    let mut tops: Vec<f64> = windows.iter().map(|&(_, inner, _)| mean(columns.heights(inner).1)).collect();
+    tops.sort_by(f64::total_cmp);
+    if hull.len() < 3 || tops.is_empty() {
+        return;
+    }
+
+    // 2. What of the outside lies among them, and what of that hangs together.
+    let within = |piece: u32| {
+        let middle = corners(piece).iter().sum::<DVec2>() / 3.0;
+        (0..hull.len()).all(|i| (hull[(i + 1) % hull.len()] - hull[i]).perp_dot(middle - hull[i]) > 0.0)
+    };
+    let among: Vec<bool> = (0..columns.pieces() as u32).map(|p| label(p) == Some(outside) && within(p)).collect();
+    let courts_below = |top: f64| {
+        let is_low = |p: u32| {
+            let (floor, ceiling) = columns.heights(p);
+            among[p as usize] && 0.5 * (mean(floor) + mean(ceiling)) < top
+        };
+        let mut parts = DisjointSets::new(columns.pieces());
+        for f in faces.iter().filter(open).filter(|f| is_low(f.a) && is_low(f.b)) {
+            parts.join(f.a, f.b);
+        }
+        let mut rooms: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        for &(outer, _, room) in windows.iter().filter(|w| is_low(w.0)) {
+            rooms.entry(parts.find(outer)).or_default().insert(room);
+        }
+        rooms.retain(|_, rooms| rooms.len() >= ROOMS);
+        let of_piece: Vec<Option<u32>> = (0..columns.pieces() as u32)
+            .map(|p| Some(parts.find(p)).filter(|part| is_low(p) && rooms.contains_key(part)))
+            .collect();
+        (rooms.len(), of_piece)
+    };
+    let at = |share: &f64| tops[((tops.len() - 1) as f64 * share) as usize];
+    let tried = TOPS.iter().map(|share| courts_below(at(share)));
+    let Some((count, of_piece)) = tried.reduce(|best, other| if other.0 > best.0 { other } else { best }) else { return };
+    if count < 2 {
+        return;
+    }
+
+    // 3. Numbers in the order of the first piece.
+    let mut number: BTreeMap<u32, u32> = BTreeMap::new();
+    for (piece, part) in of_piece.into_iter().enumerate() {
+        let Some(part) = part else { continue };
+        let next = labels.regions.len() as u32;
+        let id = *number.entry(part).or_insert(next);
+        if id == next {
+            labels.regions.push(Region { room: None, outside: false, court: true });
+        }
+        labels.of_piece[piece] = Some(id);
+    }
+}

@@ -1,0 +1,163 @@
+//! What a person's metre is in a model: thresholds that describe how people build are multiples of it.
+//!
+//! It is read from how high the model's rooms are, so that a building gives the same rooms in whatever unit it comes. Lines go
+//! straight up from the middles of the largest level triangles; half of the space that they cross is no higher than a ceiling. Lines
+//! from a front to a front cross rooms and those from a back to a back slabs, or the other way round in solids turned inside out:
+//! the ones that cross more space count.
+
+use crate::geom::newell;
+use crate::scene::Scene;
+use crate::scene::rays::RayScene;
+use glam::DVec3;
+
+/// Lengths that describe how people build, in metres, scaled where a model is plainly not in metres. They only steer which
+/// planes are worth a cut and which regions are rooms; soundness doesn't depend on them.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct HumanScale {
+    /// What a metre is in this model.
+    pub metre: f64,
+}
+
+/// How high rooms are, metres; and the halls of games, whose units are their own.
+const CEILING: f64 = 2.7;
+const HALL: f64 = 4.5;
+/// Rooms from 0.68 to 16 m high are taken to be in metres: crawl spaces and cathedrals are.
+const PLAUSIBLE: [f64; 2] = [0.25, 6.0];
+/// Lines that are cast at most.
+const LINES: usize = 4096;
+
+impl HumanScale {
+    /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits; else what
+    /// makes them as high as the halls of games. A model without anything over a floor is taken to be in metres if it is 3 to 400 of them
+    /// across, and else to be 100 m across.
+    pub fn of(scene: &Scene) -> Self {
+        let Some(height) = ceiling(scene) else {
+            let diagonal = scene.bounds().diagonal();
+            return Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } };
+        };
+        let ratio = height / CEILING;
+        let fits = |unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit));
+        Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL) }
+    }
+
+    /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
+    /// a moulding less.
+    pub fn least_wall(&self) -> f64 {
+        0.1 * self.metre * self.metre
+    }
+
+    /// Less floor, ceiling or roof than this in one plane makes no cut, square metres.
+    pub fn least_sheet(&self) -> f64 {
+        0.1 * self.metre * self.metre
+    }
+}
+
+/// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above, in rooms.
+fn ceiling(scene: &Scene) -> Option<f64> {
+    let normal = |t: u32| {
+        let c = scene.corners(t as usize);
+        newell(&c.map(|p| p - c[0]))
+    };
+    let mut level: Vec<(f64, DVec3, bool)> = Vec::new();
+    for t in scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()) {
+        let n = normal(t);
+        if n.y.abs() > 0.99 * n.length() {
+            let c = scene.corners(t as usize);
+            level.push((n.length(), (c[0] + c[1] + c[2]) / 3.0, n.y > 0.0));
+        }
+    }
+    // The largest, in an order that doesn't depend on the file's.
+    level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)).then(a.2.cmp(&b.2)));
+    level.truncate(LINES);
+    let rays = RayScene::new(scene);
+    let above = 4.0 * scene.tolerance().clearance;
+    // Between fronts, between backs, and, as of sheets without a thickness, neither.
+    let mut crossed: [Vec<(f64, f64)>; 3] = Default::default();
+    for (area, p, up) in level {
+        if let Some(hit) = rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY) {
+            let down = normal(hit.triangle).y < 0.0;
+            crossed[if up == down { usize::from(!up) } else { 2 }].push((hit.t + above, area));
+        }
+    }
+    let volume = |heights: &[(f64, f64)]| heights.iter().map(|h| h.0 * h.1).sum::<f64>();
+    let [fronts, backs, mut heights] = crossed;
+    heights.extend(if volume(&backs) > volume(&fronts) { backs } else { fronts });
+    heights.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * volume(&heights);
+    let mut sum = 0.0;
+    let middle = heights.into_iter().find(|h| {
+        sum += h.0 * h.1;
+        sum >= half
+    });
+    middle.map(|h| h.0)
+}
+
+fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
+    a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    /// Level sheets from 0 to `size` along x, to 0.6 of it along z, at these heights.
+    fn scene(size: f64, heights: &[f64]) -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        for (i, &y) in heights.iter().enumerate() {
+            let positions = [(0., 0.), (size, 0.), (size, 0.6 * size), (0., 0.6 * size)];
+            let positions = positions.map(|(x, z)| DVec3::new(x, y, z)).to_vec();
+            let (node, triangles) = (format!("sheet {i}"), vec![[0, 1, 2], [0, 2, 3]]);
+            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        }
+        builder.finish("sheets").unwrap()
+    }
+
+    /// What a metre is taken for in a storey of this clear height, in slabs of 0.3 m, drawn in so many units to a metre.
+    fn metre(height: f64, units: f64) -> f64 {
+        HumanScale::of(&scene(20.0 * units, &[-0.3, 0.0, height, height + 0.3].map(|y| y * units))).metre
+    }
+
+    #[test]
+    fn rooms_as_people_build_them_are_in_metres() {
+        for height in [0.8, 2.2, 2.7, 4.0, 9.0, 15.0] {
+            assert_eq!(metre(height, 1.0), 1.0, "{height} m");
+        }
+    }
+
+    #[test]
+    fn millimetres_and_kilometres_are_told() {
+        for height in [2.2, 2.7, 4.0] {
+            assert_eq!((metre(height, 1e3), metre(height, 1e-3)), (1e3, 1e-3), "{height} m");
+        }
+    }
+
+    #[test]
+    fn feet_pass_for_metres_as_all_thresholds_are_wide_enough_for() {
+        assert_eq!(metre(2.7, 1.0 / 0.3048), 1.0);
+    }
+
+    #[test]
+    fn other_units_are_told_to_within_a_factor_of_two() {
+        // Inches, centimetres, units of a game.
+        for units in [1.0 / 0.0254, 100.0, 32.0] {
+            let found = metre(2.7, units) / units;
+            assert!((0.5..=2.0).contains(&found), "{units}: {found}");
+        }
+    }
+
+    #[test]
+    fn nothing_overhead_leaves_the_extent_to_tell() {
+        for (size, expected) in [(20.0, 1.0), (300.0, 1.0), (8000.0, 93.295), (1e-3, 1.166e-5)] {
+            let found = HumanScale::of(&scene(size, &[0.0])).metre;
+            assert!((found / expected - 1.0).abs() < 1e-3, "{size}: {found}");
+        }
+    }
+
+    #[test]
+    fn thresholds_are_multiples_of_it() {
+        let (small, large) = (HumanScale { metre: 1.0 }, HumanScale { metre: 1000.0 });
+        assert_eq!(large.least_wall(), 1e6 * small.least_wall());
+        assert_eq!(large.least_sheet(), 1e6 * small.least_sheet());
+    }
+}

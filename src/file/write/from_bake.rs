@@ -1,0 +1,230 @@
+//! A bake's result as a file: `f64` to `f32`, and what need not be there left out, with the reason.
+
+use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
+use crate::file::{
+    Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views,
+};
+use crate::geom::{self, Aabb, Plane};
+use crate::pvs::view_cells::ViewRows;
+use crate::pvs::{Guarantee, Pvs, Witness};
+use crate::scene::{ImportOptions, Scene};
+use crate::tolerance::single_precision;
+use crate::{BitMatrix, CellId, ObjectId};
+use glam::{DVec3, Vec3, Vec4};
+
+impl PvsFile {
+    /// What a bake of `scene` found, ready to be written. `import` is how the scene was imported. `keep_bounds` keeps both sides
+    /// and every witness.
+    pub fn from_bake(scene: &Scene, import: &ImportOptions, graph: &CellGraph, pvs: &Pvs, keep_bounds: bool) -> Self {
+        let (lower, witnesses) = witnessed(pvs);
+        let pairs = PairCounts {
+            lower: lower.count_ones(),
+            upper: pvs.objects_upper.count_ones(),
+            cell_lower: pvs.cells_lower.count_ones(),
+            cell_upper: pvs.cells_upper.count_ones(),
+        };
+        let (cell_rows, object_rows) = match pvs.guarantee {
+            Guarantee::Conservative => (&pvs.cells_upper, &pvs.objects_upper),
+            Guarantee::Sampled => (&pvs.cells_lower, &lower),
+        };
+        let mut file = Self {
+            model_hash: scene.hash(),
+            origin: scene.origin,
+            guarantee: pvs.guarantee,
+            import: Import { object_triangles: import.object_triangles, metres_per_unit: import.metres_per_unit },
+            strategy: graph.strategy,
+            reason: graph.reason.clone(),
+            smallest_hole: graph.smallest_hole,
+            left_out: Vec::new(),
+            notes: scene.source.notes.iter().chain(&graph.notes).cloned().chain(too_fine(scene, graph)).collect(),
+            cells: graph.cells.iter().map(cell).collect(),
+            portals: graph.portals.iter().map(portal).collect(),
+            objects: scene.objects.iter().map(|o| object(&o.node, o.triangles.len() as u32, &o.bounds)).collect(),
+            placement: pvs.placement.clone(),
+            cell_rows: unless_full(cell_rows),
+            object_rows: unless_full(object_rows),
+            bounds: None,
+            pairs,
+            repairs: pvs.repairs.clone(),
+            stats: pvs.stats,
+            unseen: pvs.unseen.clone(),
+            gap: Some(gap(graph, pvs, &lower)).filter(|gap| gap.all() > 0),
+            views: Views::default(),
+        };
+        let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());
+        if hall {
+            (file.cell_rows, file.object_rows) = (None, None);
+        }
+        file.left_out = left_out(&file, hall, keep_bounds);
+        if keep_bounds {
+            file.bounds = Some(Bounds {
+                cells_lower: pvs.cells_lower.clone(),
+                cells_upper: pvs.cells_upper.clone(),
+                objects_lower: lower,
+                objects_upper: pvs.objects_upper.clone(),
+                witnesses,
+            });
+        }
+        file
+    }
+
+    /// Adds view cells and what was found to be seen from them; `keep_bounds` keeps both sides and every witness.
+    pub fn add_views(&mut self, views: &[ViewCell], rows: &ViewRows, keep_bounds: bool) {
+        let shipped = match self.guarantee {
+            Guarantee::Conservative => &rows.upper,
+            Guarantee::Sampled => &rows.lower,
+        };
+        let ViewRows { lower, upper, witnesses, .. } = rows.clone();
+        self.views = Views {
+            cells: views.iter().map(|v| FileViewCell { id: v.id.clone(), pieces: pieces(&v.pieces) }).collect(),
+            rows: unless_full(shipped),
+            bounds: keep_bounds.then_some(ViewBounds { lower, upper, witnesses }),
+        };
+        if !views.is_empty() && self.views.rows.is_none() {
+            self.left_out.push("view cells' rows: every view cell sees every object".to_owned());
+        }
+        let in_no_cell = rows.in_no_cell.iter().map(|&v| &views[v].id);
+        self.notes
+            .extend(in_no_cell.map(|id| format!("view cell {id:?} lies in no cell: nothing beyond it is seen from there")));
+    }
+}
+
+/// Says where the file's single precision can't tell a portal from a line or a point. The run time draws every portal by that much
+/// wider, so nothing is missed; but it can't keep such a portal from being seen through.
+fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<String> {
+    let corners = graph.portals.iter().flat_map(|p| p.winding.iter().copied());
+    let bounds = scene.bounds().union(Aabb::of(corners));
+    let rounding = single_precision(bounds.min.abs().max(bounds.max.abs()).max_element());
+    let count = graph.portals.iter().filter(|p| geom::width(&p.winding) < rounding).count();
+    (count > 0).then(|| {
+        format!("{count} portals are narrower than {rounding:.1e} m, as near as f32 holds a model of this size: the run time takes them for wider")
+    })
+}
+
+/// What is undecided, by kind.
+fn gap(graph: &CellGraph, pvs: &Pvs, lower: &BitMatrix) -> Gap {
+    let mut gap = Gap::default();
+    for (c, cell) in graph.cells.iter().enumerate() {
+        for object in pvs.objects_upper.ones(c) {
+            gap.closed_upper += u64::from(!cell.open);
+            if lower.get(c, object) {
+                continue;
+            }
+            let kind = match (cell.open, pvs.narrow.get(c, object), pvs.placement.get(c, object)) {
+                (true, ..) => &mut gap.open,
+                (_, true, _) => &mut gap.tolerance,
+                (.., true) => &mut gap.inside,
+                _ => &mut gap.budget,
+            };
+            *kind += 1;
+        }
+    }
+    gap
+}
+
+/// The lower set of objects and a witness for each of its pairs, in order. A pair that came without a witness isn't proven, so
+/// it goes; a witness for no pair goes too.
+fn witnessed(pvs: &Pvs) -> (BitMatrix, Vec<Witness>) {
+    let mut sorted: Vec<&Witness> = pvs.witnesses.iter().collect();
+    sorted.sort_by_key(|w| (w.cell, w.object));
+    let (mut lower, mut witnesses) = (BitMatrix::new(pvs.objects_lower.rows(), pvs.objects_lower.columns()), Vec::new());
+    for cell in 0..lower.rows() {
+        for object in pvs.objects_lower.ones(cell) {
+            let pair = (CellId(cell as u32), ObjectId(object as u32));
+            if let Ok(at) = sorted.binary_search_by_key(&pair, |w| (w.cell, w.object)) {
+                lower.set(cell, object);
+                witnesses.push(*sorted[at]);
+            }
+        }
+    }
+    (lower, witnesses)
+}
+
+/// A matrix of which every bit is set is left out.
+fn unless_full(rows: &BitMatrix) -> Option<BitMatrix> {
+    (rows.count_ones() < rows.rows() as u64 * rows.columns() as u64).then(|| rows.clone())
+}
+
+/// One line for each thing that isn't in the file, and why.
+fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
+    let one_cell = file.cells.len() <= 1;
+    let mut out = Vec::new();
+    match (&file.cell_rows, &file.object_rows) {
+        (None, None) if hall => out.push("rows: one closed cell without portals has nothing to hide from itself"),
+        (None, None) if !one_cell => out.push("rows: everything sees everything"),
+        (cells, objects) => {
+            match cells {
+                None if one_cell => out.push("cell rows: there is only one cell"),
+                None => out.push("cell rows: every cell sees every cell"),
+                Some(_) => {}
+            }
+            if objects.is_none() {
+                out.push("object rows: every cell sees every object");
+            }
+        }
+    }
+    if file.portals.is_empty() {
+        out.push(if one_cell { "portals: one cell has none" } else { "portals: no cell has any" });
+    }
+    if !file.cells.iter().any(|cell| cell.open) {
+        out.push("online hierarchy: the building is closed");
+    }
+    if !keep_bounds {
+        out.push("bounds and witnesses: not asked for (--keep-bounds)");
+    }
+    if file.repairs.is_empty() {
+        out.push("repairs: none were needed");
+    }
+    out.into_iter().map(str::to_owned).collect()
+}
+
+fn plane(plane: &Plane) -> Vec4 {
+    plane.n.as_vec3().extend(plane.d as f32)
+}
+
+fn cell(cell: &Cell) -> FileCell {
+    FileCell { name: cell.name.clone(), source: cell.source.clone(), open: cell.open, pieces: pieces(&cell.pieces) }
+}
+
+fn pieces(pieces: &[Piece]) -> Vec<Vec<Vec4>> {
+    pieces.iter().map(|piece| piece.planes.iter().map(plane).collect()).collect()
+}
+
+fn portal(portal: &Portal) -> FilePortal {
+    FilePortal {
+        cells: portal.cells,
+        plane: plane(&portal.plane),
+        winding: portal.winding.iter().map(|p| p.as_vec3()).collect(),
+        kind: portal.kind,
+        state: portal.state,
+        source: portal.source.clone(),
+    }
+}
+
+fn object(node: &str, triangles: u32, bounds: &Aabb) -> FileObject {
+    FileObject { node: node.to_owned(), triangles, bounds: [round_down(bounds.min), -round_down(-bounds.max)] }
+}
+
+/// The greatest `f32` that isn't above, for each coordinate.
+fn round_down(p: DVec3) -> Vec3 {
+    let down = |x: f64| {
+        let nearest = x as f32;
+        if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+    };
+    Vec3::new(down(p.x), down(p.y), down(p.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_are_rounded_outwards() {
+        let bounds = Aabb { min: DVec3::new(0.1, -0.1, 1e9 + 1.0), max: DVec3::new(0.3, 0.7, 2e9 + 3.0) };
+        let [min, max] = object("", 1, &bounds).bounds;
+        assert!(min.as_dvec3().cmple(bounds.min).all() && bounds.max.cmple(max.as_dvec3()).all());
+        // And no further than to the next number that there is.
+        assert!((bounds.min - min.as_dvec3()).max_element() <= 128.0 && f64::from(min.x) > 0.099_999);
+        assert_eq!(round_down(DVec3::new(1.5, -2.25, 0.0)), Vec3::new(1.5, -2.25, 0.0));
+    }
+}

@@ -1,0 +1,85 @@
+//! Files on disk, written: a file is there whole or not at all.
+
+use crate::file::{FileError, PvsFile};
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::time::Duration;
+
+impl PvsFile {
+    /// Writes the file whole or not at all (see [`replace_file`]).
+    pub fn save(&self, path: &Path) -> Result<(), FileError> {
+        let bytes = self.write();
+        Ok(replace_file(path, |out| out.write_all(&bytes))?)
+    }
+}
+
+/// Writes a file whole or not at all: to a temporary name beside it, which takes its place once everything is on the disk. On
+/// an error, what stood there before is untouched and nothing else is left behind. What is not a regular file (a pipe, a
+/// device) is written to directly.
+pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    // A link stays one: what it points to is replaced.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let before = fs::metadata(&target).ok();
+    if before.as_ref().is_some_and(|m| !m.is_file()) {
+        // Fails for a directory.
+        let mut out = OpenOptions::new().write(true).open(&target)?;
+        return fill(&mut out).and_then(|()| out.flush());
+    }
+    let name = target.file_name().ok_or_else(|| io::Error::other("not the name of a file"))?;
+    let mut temporary = name.to_owned();
+    temporary.push(format!(".{}.pvs.tmp", std::process::id()));
+    let temporary = target.with_file_name(temporary);
+    let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+    // Locked, so that nobody takes it for what a killed run has left. Where files can't be locked, its age must do.
+    let _ = file.try_lock();
+    sweep(&target, name);
+    let written = fill_and_sync(file, before, fill).and_then(|()| fs::rename(&temporary, &target));
+    if written.is_err() {
+        // What went wrong first is what the caller wants to know.
+        let _ = fs::remove_file(&temporary);
+        return written;
+    }
+    // The name, too, is on the disk only once its directory is; where that can't be asked for, the file is whole all the same.
+    if let Some(directory) = target.parent().and_then(|d| File::open(d).ok()) {
+        let _ = directory.sync_all();
+    }
+    Ok(())
+}
+
+/// Temporary files of killed runs are older than this.
+const STALE: Duration = Duration::from_secs(60);
+
+/// Removes what runs that were killed while they wrote the same file have left beside it.
+fn sweep(target: &Path, name: &OsStr) {
+    let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = name.to_string_lossy();
+    let process =
+        |file: &str| -> Option<u32> { file.strip_prefix(&*name)?.strip_prefix('.')?.strip_suffix(".pvs.tmp")?.parse().ok() };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let Some(of) = entry.file_name().to_str().and_then(process) else { continue };
+        let is_old = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
+        if of == std::process::id() || is_old().is_none_or(|age| age < STALE) {
+            continue;
+        }
+        // Its writer is gone where nobody holds its lock.
+        if File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn fill_and_sync(
+    file: File,
+    before: Option<fs::Metadata>,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut out = BufWriter::new(file);
+    fill(&mut out)?;
+    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    if let Some(before) = before {
+        file.set_permissions(before.permissions())?;
+    }
+    file.sync_all()
+}

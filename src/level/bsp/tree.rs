@@ -1,0 +1,195 @@
+//! A level's tree of planes: read, and checked to be a tree.
+
+use super::{BspError, FACES, LEAVES, LUMPS, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable};
+use crate::geom::{Aabb, Plane};
+use crate::level::prt::FARTHEST;
+use glam::DVec3;
+use qbsp::data::nodes::BspLeafContentFlags;
+use qbsp::data::visdata::VisDataRef;
+use qbsp::data::{BspFace, BspLeaf, BspModel, BspNode, BspNodeRef, BspPlane, BspTexInfo};
+
+/// What is beyond a node's plane.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Child {
+    Node(usize),
+    Leaf(usize),
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub plane: Plane,
+    /// The side that the normal points to, and the other.
+    pub children: [Child; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaf {
+    /// Air or a liquid.
+    pub open: bool,
+    /// Of its row in the visibility lump; negative for none.
+    pub vis_offset: i32,
+}
+
+/// The world's tree: every node is reached once, every open leaf at most once.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    pub nodes: Vec<Node>,
+    pub leaves: Vec<Leaf>,
+    pub root: Child,
+    /// Leaves 1 to this have rows.
+    pub vis_leaves: usize,
+    /// Around everything in the world.
+    pub bounds: Aabb,
+}
+
+impl Tree {
+    pub fn read(source: &Source<'_>) -> Result<Self, BspError> {
+        // 1. Leaves, and how many are the world's.
+        let leaves: Vec<Leaf> = source.entries::<BspLeaf>(LEAVES)?.iter().map(leaf).collect();
+        let models: Vec<BspModel> = source.entries(MODELS)?;
+        let world = models.first().ok_or_else(|| missing(MODELS))?;
+        let vis_leaves = world.visleafs.0.unwrap_or_default() as usize;
+        if leaves.first().ok_or_else(|| missing(LEAVES))?.open {
+            return Err(entry(LEAVES, 0, "isn't solid"));
+        }
+        if vis_leaves >= leaves.len() {
+            return Err(entry(
+                MODELS,
+                0,
+                format!("has {vis_leaves} leaves, the file {} beside the solid one", leaves.len() - 1),
+            ));
+        }
+        countable(vis_leaves)?;
+
+        // 2. Nodes with their planes.
+        let planes = source.entries::<BspPlane>(PLANES)?;
+        let planes = planes.iter().enumerate().map(|(i, p)| plane(i, p)).collect::<Result<Vec<_>, _>>()?;
+        let nodes = source.entries::<BspNode>(NODES)?;
+        let nodes = nodes.iter().enumerate().map(|(i, n)| node(i, n, &planes)).collect::<Result<Vec<_>, _>>()?;
+
+        // 3. Extent.
+        let corners = [world.bound.min, world.bound.max].into_iter().chain(source.entries(VERTICES)?);
+        let bounds = Aabb::of(corners.map(point));
+        let farthest = bounds.min.abs().max_element().max(bounds.max.abs().max_element());
+        if !(0.0..=FARTHEST).contains(&farthest) {
+            return Err(entry(MODELS, 0, "has no finite extent"));
+        }
+
+        let tree = Self { nodes, leaves, root: child(world.hulls.root), vis_leaves, bounds };
+        tree.is_a_tree()?;
+        Ok(tree)
+    }
+
+    fn is_a_tree(&self) -> Result<(), BspError> {
+        let (mut nodes, mut leaves) = (vec![false; self.nodes.len()], vec![false; self.leaves.len()]);
+        let mut open = vec![self.root];
+        while let Some(next) = open.pop() {
+            match next {
+                Child::Node(n) => match nodes.get_mut(n) {
+                    None => return Err(entry(NODES, n, "doesn't exist, but the tree leads to it")),
+                    Some(true) => return Err(entry(NODES, n, "is reached twice")),
+                    Some(reached) => {
+                        *reached = true;
+                        open.extend(self.nodes[n].children);
+                    }
+                },
+                Child::Leaf(l) => match self.leaves.get(l) {
+                    None => return Err(entry(LEAVES, l, "doesn't exist, but the tree leads to it")),
+                    Some(leaf) if leaf.open && l > self.vis_leaves => {
+                        let what = format!("is in the world's tree, but only the first {} have rows", self.vis_leaves);
+                        return Err(entry(LEAVES, l, what));
+                    }
+                    Some(leaf) if leaf.open && leaves[l] => return Err(entry(LEAVES, l, "is reached twice")),
+                    Some(_) => leaves[l] = true,
+                },
+            }
+        }
+        Ok(())
+    }
+
+    /// The leaf that holds a point.
+    pub fn leaf_at(&self, p: DVec3) -> usize {
+        let mut at = self.root;
+        loop {
+            match at {
+                Child::Leaf(leaf) => return leaf,
+                Child::Node(n) => {
+                    let node = &self.nodes[n];
+                    at = node.children[usize::from(node.plane.distance(p) < 0.0)];
+                }
+            }
+        }
+    }
+
+    /// How far `f32` planes may be off within the level: half a unit in the last place of a distance as large as the extent,
+    /// and of the three components of a normal times as much.
+    pub fn rounding(&self) -> f64 {
+        let extent = self.bounds.min.abs().max_element().max(self.bounds.max.abs().max_element());
+        4.0 * extent * f64::from(f32::EPSILON) * 0.5
+    }
+}
+
+/// Faces of the world with textures that games look through.
+pub(super) fn fences(source: &Source<'_>) -> Result<usize, BspError> {
+    let textures = source.lump(TEXTURES);
+    let word =
+        |at: usize| textures.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)));
+    let see_through = |texture: u32| {
+        let offset = word(4 + 4 * texture as usize).filter(|_| word(0).is_some_and(|count| texture < count));
+        offset.and_then(|offset| textures.get(offset as usize)) == Some(&b'{')
+    };
+    let infos: Vec<bool> = source
+        .entries::<BspTexInfo>(TEXTURE_INFOS)?
+        .iter()
+        .map(|info| info.texture_idx.0.is_some_and(see_through))
+        .collect();
+    let models: Vec<BspModel> = source.entries(MODELS)?;
+    let Some(world) = models.first() else { return Ok(0) };
+    let faces: Vec<BspFace> = source.entries(FACES)?;
+    let of_world = faces.iter().skip(world.first_face as usize).take(world.num_faces as usize);
+    Ok(of_world.filter(|f| infos.get(f.texture_info_idx.0 as usize) == Some(&true)).count())
+}
+
+fn leaf(leaf: &BspLeaf) -> Leaf {
+    let vis_offset = match leaf.visdata {
+        VisDataRef::Offset(offset) => offset,
+        VisDataRef::Cluster(_) => -1,
+    };
+    // qbsp calls sky and player clips solid, too.
+    Leaf { open: !leaf.contents.0.contains(BspLeafContentFlags::SOLID), vis_offset }
+}
+
+/// The reader's vectors may be those of another release of `glam`.
+fn point(p: qbsp::glam::Vec3) -> DVec3 {
+    DVec3::from_array(p.to_array().map(f64::from))
+}
+
+fn plane(index: usize, plane: &BspPlane) -> Result<Plane, BspError> {
+    let (n, d) = (point(plane.normal), f64::from(plane.dist));
+    let length = n.length();
+    if !((0.9..1.1).contains(&length) && d.abs() <= FARTHEST) {
+        return Err(entry(PLANES, index, "is no plane with a unit normal"));
+    }
+    Ok(Plane { n: n / length, d: d / length })
+}
+
+fn node(index: usize, node: &BspNode, planes: &[Plane]) -> Result<Node, BspError> {
+    let plane = planes.get(node.plane_idx as usize);
+    let plane = plane.ok_or_else(|| entry(NODES, index, format!("its plane {} doesn't exist", node.plane_idx)))?;
+    Ok(Node { plane: *plane, children: [child(*node.front), child(*node.back)] })
+}
+
+fn child(reference: BspNodeRef) -> Child {
+    match reference {
+        BspNodeRef::Node(n) => Child::Node(n as usize),
+        BspNodeRef::Leaf(l) => Child::Leaf(l as usize),
+    }
+}
+
+fn missing(lump: usize) -> BspError {
+    BspError::Lump { lump: LUMPS[lump], what: "is empty".into() }
+}
+
+fn entry(lump: usize, entry: usize, what: impl Into<String>) -> BspError {
+    BspError::Entry { lump: LUMPS[lump], entry, what: what.into() }
+}

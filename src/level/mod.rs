@@ -1,0 +1,270 @@
+//! `vis`: both sides of what can be seen through a ready portal graph.
+//!
+//! A pair of cells sees each other where a straight line passes a chain of portals from one to the other. Each pair ends up
+//! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
+//!
+//! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`crate::pvs`] decides the rest, and
+//! each chain that it believes in becomes a line, too. [`why()`] tells the proof of a pair.
+//!
+//! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
+//! holds where cells are convex, as leaves and clusters of a level's tree are.
+
+#[cfg(feature = "quake")]
+pub mod bsp;
+pub mod compare;
+mod lines;
+mod proof;
+pub mod prt;
+pub mod rows;
+
+pub use crate::pvs::flow::exact::{Edge, Term};
+pub use proof::{Separation, Why, why};
+
+use crate::BitMatrix;
+use crate::geom::{Plane, newell};
+use crate::job::{Job, Stopped};
+use crate::pvs::flow::cells::{Cells, reached};
+use crate::pvs::flow::might_see::MightSee;
+use crate::pvs::flow::net::{Net, NetPortal};
+use glam::DVec3;
+use lines::Walker;
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::Xxh3;
+
+/// A ready portal graph: what a `.prt` file holds. Lengths are in any unit; nothing depends on which.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Level {
+    /// Number of cells (clusters, where the file has clusters).
+    pub cells: usize,
+    /// Portals; each is crossed both ways.
+    pub portals: Vec<LevelPortal>,
+}
+
+/// A convex planar polygon between two cells.
+#[derive(Clone, PartialEq, Debug)]
+pub struct LevelPortal {
+    /// The normal ([`crate::geom::newell`]) leads from `cells[0]` into `cells[1]`.
+    pub cells: [u32; 2],
+    /// Corners, counter-clockwise seen from the tip of that normal; 3 or more, any number.
+    pub winding: Vec<DVec3>,
+}
+
+/// How to work.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct VisOptions {
+    /// Seed of the random lines.
+    pub seed: u64,
+    /// Most flow steps that the search from one directed portal may take; what it has not decided then counts as visible.
+    pub steps: u64,
+    /// Random lines from each directed portal, before any search.
+    pub lines: u64,
+}
+
+impl Default for VisOptions {
+    fn default() -> Self {
+        Self { seed: 0, steps: 1_000_000, lines: 16 }
+    }
+}
+
+/// A line that proves that two cells see each other. It proves it for every pair of cells along it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Line {
+    /// The cells at its ends.
+    pub cells: [u32; 2],
+    /// A point in the first portal's window; or, for part of a line so thin that rounding would move it, before that.
+    pub from: DVec3,
+    /// A point in the last portal's window; or likewise beyond that.
+    pub to: DVec3,
+    /// The portals that it crosses, in order, as `2 * portal + side`: side 0 leads from `cells[0]` to `cells[1]`, side 1 back.
+    pub portals: Vec<u32>,
+}
+
+/// What it took.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct VisStats {
+    /// Random lines followed.
+    pub lines: u64,
+    /// Flow steps: portals tried.
+    pub steps: u64,
+    /// Directed portals whose search ran out of steps.
+    pub capped: u64,
+    /// Chains of portals that were asked exactly, because windows left it open whether a line passes.
+    pub exact_asked: u64,
+    /// Those that no line passes.
+    pub exact_refuted: u64,
+    /// Those that a line passes.
+    pub exact_lines: u64,
+}
+
+/// Both sides.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Vis {
+    /// Cells x cells, symmetric, the diagonal set: pairs that a line proves, and neighbours. A subset of `upper`.
+    pub lower: BitMatrix,
+    /// Cells x cells, symmetric, the diagonal set: pairs not proven hidden.
+    pub upper: BitMatrix,
+    /// Lines that prove `lower`: each pair lies along at least one of them, or shares a portal.
+    pub lines: Vec<Line>,
+    /// Counters.
+    pub stats: VisStats,
+}
+
+/// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower` never
+/// falls and `upper` never rises. The counts are the same on every run; what time it is, the caller knows.
+pub type Follow<'a> = &'a dyn Fn(&Bounds);
+
+/// Both sides at some moment of a run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Bounds {
+    /// What is done by then: `might-see`, `lines`, or a round of `flow`.
+    pub stage: &'static str,
+    /// Flow steps so far.
+    pub steps: u64,
+    /// Ordered pairs of cells, each with itself too, that are known to see each other.
+    pub lower: u64,
+    /// The same, that are not proven hidden.
+    pub upper: u64,
+}
+
+/// Why there is no result.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum VisError {
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+    /// A portal names a cell that isn't there.
+    #[error("portal {portal} leads to cell {cell}, but there are only {cells}")]
+    NoSuchCell {
+        /// Index of the portal.
+        portal: usize,
+        /// The cell that it names.
+        cell: u32,
+        /// Number of cells.
+        cells: usize,
+    },
+}
+
+/// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
+pub fn digest(level: &Level, options: &VisOptions) -> u128 {
+    let mut hash = Xxh3::new();
+    for n in [options.seed, options.steps, options.lines, level.cells as u64, level.portals.len() as u64] {
+        hash.update(&n.to_le_bytes());
+    }
+    for portal in &level.portals {
+        hash.update(&(portal.winding.len() as u64).to_le_bytes());
+        portal.cells.iter().for_each(|c| hash.update(&c.to_le_bytes()));
+        portal.winding.iter().flat_map(|p| p.to_array()).for_each(|x| hash.update(&x.to_bits().to_le_bytes()));
+    }
+    hash.digest128()
+}
+
+/// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way.
+///
+/// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
+///
+/// # Errors
+///
+/// [`VisError`].
+pub fn vis(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Job<'_>) -> Result<Vis, VisError> {
+    // 1. The portals, and a cheap superset of what each sees.
+    check(level)?;
+    work.tell("might-see", 0.0);
+    let net = net(level);
+    let might_see = MightSee::new(&net);
+    let bounds = |stage, steps, lower: &BitMatrix, upper| {
+        if let Some(follow) = follow {
+            follow(&Bounds { stage, steps, lower: lower.count_ones(), upper });
+        }
+    };
+
+    // 2. Random lines: most of what is visible.
+    work.tell("lines", 0.0);
+    let walker = Walker::new(level, &net);
+    let mut lower = BitMatrix::new(level.cells, level.cells);
+    for i in 0..level.cells {
+        lower.set(i, i);
+        net.out(i).for_each(|p| _ = lower.set(i, net.target[p] as usize));
+    }
+    let flooded = follow.map_or(0, |_| flooded(&net, &might_see));
+    bounds("might-see", 0, &lower, flooded);
+    let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
+    bounds("lines", 0, &lower, flooded);
+
+    // 3. Flow: searches for every pair that is left, in rounds.
+    let mut pairs = Cells::new(&net, might_see, &lower, options.steps, |_| true);
+    let all = level.cells as u64 * level.cells as u64;
+    for k in 0..pairs.rounds() {
+        let found = pairs.search(k, &walker, "flow", work)?;
+        for walk in found.iter().flat_map(|f| &f.proofs) {
+            if lines::keep(&walker, walk, &mut lower) {
+                walks.push(walk.clone());
+            }
+        }
+        pairs.settled.union_with(&lower);
+        pairs.merge(k, &found);
+        bounds("flow", pairs.tally.steps, &lower, all - pairs.hidden.count_ones());
+    }
+
+    // 4. What is not hidden may be visible.
+    let mut upper = BitMatrix::new(level.cells, level.cells);
+    for i in 0..level.cells {
+        (0..level.cells).filter(|&j| !pairs.hidden.get(i, j)).for_each(|j| _ = upper.set(i, j));
+    }
+    let stats = VisStats {
+        lines: options.lines * net.portals() as u64,
+        steps: pairs.tally.steps,
+        capped: pairs.tally.capped.len() as u64,
+        exact_asked: pairs.exact.asked,
+        exact_refuted: pairs.exact.refuted,
+        exact_lines: pairs.exact.lines,
+    };
+    Ok(Vis { lower, upper, lines: walks.iter().map(|w| walker.line(w)).collect(), stats })
+}
+
+/// Ordered pairs of cells that the flood leaves possible, both ways; neighbours are.
+fn flooded(net: &Net, might_see: &MightSee) -> u64 {
+    let mut rows = BitMatrix::new(net.cells, net.cells);
+    for i in 0..net.cells {
+        rows.row_mut(i).copy_from_slice(&reached(net, might_see, net.out(i)));
+        rows.set(i, i);
+    }
+    (0..net.cells).map(|i| rows.ones(i).filter(|&j| rows.get(j, i)).count() as u64).sum()
+}
+
+impl Level {
+    /// The winding of a portal, `2 * portal + side`: counter-clockwise seen from the cell that it leads into.
+    fn winding(&self, directed: u32) -> Vec<DVec3> {
+        let mut winding = self.portals[directed as usize / 2].winding.clone();
+        if directed % 2 == 1 {
+            winding.reverse();
+        }
+        winding
+    }
+}
+
+/// That every portal leads to cells that are there.
+fn check(level: &Level) -> Result<(), VisError> {
+    let cells = level.cells;
+    for (portal, p) in level.portals.iter().enumerate() {
+        if let Some(&cell) = p.cells.iter().find(|&&c| c as usize >= cells) {
+            return Err(VisError::NoSuchCell { portal, cell, cells });
+        }
+    }
+    Ok(())
+}
+
+/// Corners within this fraction of the level's size of their winding's plane were meant to lie in it.
+const COPLANAR: f64 = 1e-8;
+
+/// A level's portals, laid out for flow. Every cell that they name is there.
+fn net(level: &Level) -> Net {
+    let plane = |winding: &[DVec3]| {
+        let middle = crate::geom::middle(winding);
+        let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
+        Plane::through(middle, newell(&relative).normalize_or_zero())
+    };
+    let portals: Vec<NetPortal<'_>> =
+        level.portals.iter().map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding }).collect();
+    let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
+    Net::new(level.cells, &portals, COPLANAR * bounds.diagonal())
+}

@@ -1,0 +1,182 @@
+//! Coherent hierarchical culling: what showed in the last frame is drawn at once, what was hidden is asked about while that goes on.
+//!
+//! Based on: Bittner, Wimmer, Piringer, Purgathofer, *Coherent hierarchical culling: hardware occlusion queries made useful*, 2004, with the
+//! three ways to ask less that Ivson (2006) compares. Deviations: of a leaf that showed, the box is asked about and not its triangles,
+//! since an oracle knows boxes only.
+//!
+//! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
+
+use super::hierarchy::Hierarchy;
+use super::mask::Mask;
+use super::oracle::{OcclusionOracle, QueryId};
+use super::stats::OnlineStats;
+use super::view::Frustum;
+use super::walk::{Open, Scope, Walk};
+use crate::ObjectId;
+use crate::random::Prng;
+use std::collections::VecDeque;
+
+/// Of the leaves that showed in the last frame, which are asked about again. One that isn't counts as still in sight: less is asked, more is
+/// drawn.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Reduction {
+    /// All.
+    None,
+    /// Each in every `n`th frame that it shows in; 0 and 1 are all. Leaves that came into sight together are asked about together.
+    EveryNth(u32),
+    /// Each with this probability, 0 to 1.
+    AtRandom(f64),
+    /// All but the `n` nearest.
+    NotNearest(u32),
+}
+
+/// What is known of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct State {
+    /// Whether it, or a leaf below it, showed when it was last visited.
+    visible: bool,
+    /// The last frame that came to it.
+    visited: u64,
+    /// Frames since it was asked about.
+    unasked: u32,
+}
+
+/// Culls a tree; keeps what one camera needs from frame to frame.
+#[derive(Clone, Debug)]
+pub struct Chc {
+    reduction: Reduction,
+    random: Prng,
+    states: Vec<State>,
+    walk: Walk,
+    /// Questions without an answer, the oldest first; whether the node is drawn already.
+    queries: VecDeque<(QueryId, Open, bool)>,
+    /// Leaves of this frame that showed in the last.
+    nearest: u32,
+}
+
+impl Chc {
+    /// `seed` decides the random choices.
+    pub fn new(reduction: Reduction, seed: u64) -> Self {
+        Self {
+            reduction,
+            random: Prng::new(seed, 0),
+            states: Vec::new(),
+            walk: Walk::default(),
+            queries: VecDeque::new(),
+            nearest: 0,
+        }
+    }
+
+    /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
+    /// nothing after the first frame of a tree; to be used for one tree only.
+    pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        self.run(&Scope { tree, frustum, mask: None }, oracle)
+    }
+
+    /// The same, of what a mask of the tree has; what isn't in it isn't drawn, and hides nothing.
+    pub fn cull_of(
+        &mut self,
+        tree: &Hierarchy,
+        mask: &Mask,
+        frustum: &Frustum,
+        oracle: &mut impl OcclusionOracle,
+    ) -> &[ObjectId] {
+        self.run(&Scope { tree, frustum, mask: Some(mask) }, oracle)
+    }
+
+    fn run(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        let tree = scope.tree;
+        self.states.resize(tree.nodes().len(), State::default());
+        self.queries.reserve(tree.nodes().len());
+        self.nearest = 0;
+        self.walk.begin(scope);
+        loop {
+            // 1. Answers, as far as they are there; with nothing else to do, all of them.
+            while let Some(&(query, open, drawn)) = self.queries.front() {
+                match oracle.poll(query) {
+                    Some(shows) => {
+                        self.queries.pop_front();
+                        if shows {
+                            self.pull_up(tree, open.node);
+                            if !drawn {
+                                self.walk.go_on(scope, open, oracle);
+                            }
+                        }
+                    }
+                    None if self.walk.is_done() => self.walk.stats.waits += 1,
+                    None => break,
+                }
+            }
+            // 2. The next node.
+            match self.walk.next() {
+                Some(open) => self.visit(scope, open, oracle),
+                None if self.queries.is_empty() => return &self.walk.objects,
+                None => {}
+            }
+        }
+    }
+
+    fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
+        let Scope { tree, frustum, .. } = *scope;
+        let node = &tree.nodes()[open.node as usize];
+        let state = &mut self.states[open.node as usize];
+        let was_visible = state.visible && state.visited + 1 == self.walk.frame;
+        state.visible = false;
+        state.visited = self.walk.frame;
+        if frustum.meets_near(&node.bounds) {
+            self.pull_up(tree, open.node);
+            self.walk.go_on(scope, open, oracle);
+        } else if !was_visible {
+            // It ended the walk before: hidden, or out of the frustum.
+            self.ask(tree, open, false, oracle);
+        } else {
+            if node.is_leaf() {
+                if self.is_asked(open.node) {
+                    self.ask(tree, open, true, oracle);
+                } else {
+                    self.pull_up(tree, open.node);
+                }
+            }
+            // Other nodes are opened: their leaves say whether they show.
+            self.walk.go_on(scope, open, oracle);
+        }
+    }
+
+    /// Whether a leaf that showed is asked about.
+    fn is_asked(&mut self, node: u32) -> bool {
+        let state = &mut self.states[node as usize];
+        state.unasked += 1;
+        self.nearest += 1;
+        match self.reduction {
+            Reduction::None => true,
+            Reduction::EveryNth(n) => state.unasked >= n,
+            Reduction::AtRandom(probability) => self.random.unit() < probability,
+            Reduction::NotNearest(n) => self.nearest > n,
+        }
+    }
+
+    fn ask(&mut self, tree: &Hierarchy, open: Open, drawn: bool, oracle: &mut impl OcclusionOracle) {
+        self.states[open.node as usize].unasked = 0;
+        let query = self.walk.ask(oracle, &[tree.nodes()[open.node as usize].bounds]);
+        self.queries.push_back((query, open, drawn));
+    }
+
+    /// A node shows, and so do all above it.
+    fn pull_up(&mut self, tree: &Hierarchy, node: u32) {
+        let mut next = Some(node);
+        while let Some(n) = next.filter(|&n| !self.states[n as usize].visible) {
+            self.states[n as usize].visible = true;
+            next = tree.nodes()[n as usize].parent;
+        }
+    }
+
+    /// What the last frame drew.
+    pub fn objects(&self) -> &[ObjectId] {
+        &self.walk.objects
+    }
+
+    /// Of the last frame.
+    pub fn stats(&self) -> OnlineStats {
+        self.walk.stats
+    }
+}

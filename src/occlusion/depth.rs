@@ -1,0 +1,338 @@
+//! Occlusion queries without a graphics processor: a depth buffer in tiles, and boxes held against it to the pixel.
+//!
+//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993 (here with three levels: pixels, tiles of 8 by 8, blocks of
+//! 8 by 8 tiles); Hasselgren, Andersson, Akenine-Möller, *Masked software occlusion culling*, 2016 (tiles as lanes; here with a depth for
+//! every pixel, or one plane for all of a tile that one triangle covers, so that nothing has to be merged); Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997 (edge
+//! functions and 1/w are linear over the picture even behind the eye, so nothing is clipped).
+//!
+//! # What is hidden
+//!
+//! A box is hidden where at the middle of every pixel that shows it, something drawn is nearer than the box there. What is drawn covers
+//! the pixels whose middles it covers, as a graphics processor's samples do, decided in `f64`; its depth, an `f32`, is rounded to the far
+//! side, and boxes are rounded outwards. So nothing is hidden that a depth buffer of this size and of unlimited precision would show. A
+//! larger picture may show more: ask at the size that is drawn.
+
+mod ask;
+mod closed;
+mod draw;
+
+use super::bounds::Bounds;
+use super::oracle::{OcclusionOracle, QueryId};
+use super::pixels::Rays;
+use super::slabs::Place;
+use super::view::View;
+use crate::ObjectId;
+use crate::parallel;
+use crate::simd::vectorized;
+use crate::types::scene::{Object, Scene};
+use closed::Outside;
+use glam::DVec3;
+
+/// Values side by side, one a pixel of a tile's row.
+type Lanes = [f32; SIDE];
+
+/// The lesser; one instruction a register, which [`f32::min`] is not. No argument is a NaN.
+#[inline(always)]
+fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater, likewise.
+#[inline(always)]
+fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// Pixels along the side of a tile, and tiles along that of a block.
+const SIDE: usize = 8;
+const PIXELS: usize = SIDE * SIDE;
+const COUNT: Lanes = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+/// Depth is 1/w, so nothing, infinitely far away, is at 0; a tile that nothing was drawn into has this farthest depth, and its pixels are
+/// of an earlier frame.
+const UNTOUCHED: f32 = -1.0;
+/// Questions a frame by object that there is room for from the start: a binary tree has two nodes an object, and CHC++ may ask about each
+/// twice. More take memory when they come.
+const QUESTIONS: usize = 4;
+
+/// Pixels of a tile, row by row.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+struct Tile([f32; PIXELS]);
+
+/// The depths of a tile that one triangle covers, a linear function of the pixel that is not below `floor`; not a number where the
+/// tile's pixels have depths of their own.
+#[derive(Clone, Copy)]
+struct Plane {
+    at: f32,
+    x: f32,
+    y: f32,
+    floor: f32,
+}
+
+impl Plane {
+    /// See the tile's pixels.
+    const NONE: Self = Self { at: f32::NAN, x: 0.0, y: 0.0, floor: 0.0 };
+
+    #[inline(always)]
+    fn depth(&self, column: usize, row: usize) -> f32 {
+        ((self.at + self.y * COUNT[row]) + self.x * COUNT[column]).max(self.floor)
+    }
+
+    /// At the pixels in the tile's corners: between these are all others, rounded as they are.
+    #[inline(always)]
+    fn corners(&self) -> [f32; 4] {
+        let last = SIDE - 1;
+        [self.depth(0, 0), self.depth(last, 0), self.depth(0, last), self.depth(last, last)]
+    }
+}
+
+/// The software oracle.
+pub struct DepthBuffer<'s> {
+    scene: &'s Scene,
+    rays: Rays,
+    /// Tiles and blocks along a row.
+    across: [usize; 2],
+    tiles: Vec<Tile>,
+    planes: Vec<Plane>,
+    /// The farthest depth of each tile.
+    farthest: Vec<f32>,
+    /// By object: which side of its triangles is outside, if it is closed.
+    outsides: Vec<Option<Outside>>,
+    /// That of each block; `None` where a tile of it was drawn into since.
+    blocks: Vec<Option<f32>>,
+    answers: Vec<bool>,
+}
+
+impl<'s> DepthBuffer<'s> {
+    /// For pictures of `width` by `height` pixels, both above 0. Opaque objects hide what is behind them.
+    pub fn new(scene: &'s Scene, width: usize, height: usize) -> Self {
+        let tiles = [width, height].map(|s| s.div_ceil(SIDE));
+        let blocks = tiles.map(|s| s.div_ceil(SIDE));
+        let view = View::look_at(DVec3::ZERO, DVec3::NEG_Z, 1.0, 1.0, 0.1);
+        Self {
+            scene,
+            rays: Rays::new(&view, [width, height]),
+            across: [tiles[0], blocks[0]],
+            tiles: vec![Tile([0.0; PIXELS]); tiles[0] * tiles[1]],
+            outsides: parallel::map(&scene.objects, |object| Outside::of(scene, object)),
+            planes: vec![Plane::NONE; tiles[0] * tiles[1]],
+            farthest: vec![UNTOUCHED; tiles[0] * tiles[1]],
+            blocks: vec![Some(UNTOUCHED); blocks[0] * blocks[1]],
+            answers: Vec::with_capacity(QUESTIONS * scene.objects.len()),
+        }
+    }
+
+    /// Starts a frame: nothing is drawn yet.
+    pub fn begin(&mut self, view: &View) {
+        self.rays = Rays::new(view, self.rays.size);
+        self.farthest.fill(UNTOUCHED);
+        self.blocks.fill(Some(UNTOUCHED));
+        self.answers.clear();
+    }
+
+    /// Whether a part of a box could show before what has been drawn so far.
+    pub fn shows(&mut self, bounds: &Bounds) -> bool {
+        vectorized(ask::Ask { buffer: self, bounds })
+    }
+
+    /// Gives the pixels of a tile that was drawn into their depths.
+    #[inline(always)]
+    fn unfold(&mut self, tile: usize) {
+        let plane = &mut self.planes[tile];
+        if !plane.at.is_nan() {
+            for (p, depth) in self.tiles[tile].0.iter_mut().enumerate() {
+                *depth = plane.depth(p % SIDE, p / SIDE);
+            }
+            *plane = Plane::NONE;
+        }
+    }
+
+    /// A tile was drawn into.
+    #[inline(always)]
+    fn set_farthest(&mut self, [x, y]: [usize; 2], depth: f32) {
+        let [tiles, blocks] = self.across;
+        let farthest = &mut self.farthest[y * tiles + x];
+        if *farthest != depth {
+            *farthest = depth;
+            self.blocks[y / SIDE * blocks + x / SIDE] = None;
+        }
+    }
+
+    /// The farthest depth in a block.
+    fn block(&mut self, x: usize, y: usize) -> f32 {
+        let [tiles, blocks] = self.across;
+        let (farthest, block) = (&self.farthest, &mut self.blocks[y * blocks + x]);
+        *block.get_or_insert_with(|| {
+            let columns = x * SIDE..(x * SIDE + SIDE).min(tiles);
+            let rows = farthest.chunks_exact(tiles).skip(y * SIDE).take(SIDE);
+            rows.flat_map(|row| &row[columns.clone()]).copied().fold(f32::INFINITY, f32::min)
+        })
+    }
+}
+
+impl OcclusionOracle for DepthBuffer<'_> {
+    fn issue(&mut self, boxes: &[Bounds]) -> QueryId {
+        let shows = boxes.iter().any(|b| self.shows(b));
+        self.answers.push(shows);
+        QueryId(self.answers.len() as u32 - 1)
+    }
+
+    fn poll(&mut self, query: QueryId) -> Option<bool> {
+        Some(self.answers[query.0 as usize])
+    }
+
+    fn draw(&mut self, object: ObjectId) {
+        let Object { opaque, triangles, bounds, .. } = &self.scene.objects[object.index()];
+        if !opaque {
+            return;
+        }
+        // Of what is closed, and nowhere cut by the near plane, the back is behind the front.
+        let front =
+            self.outsides[object.index()].filter(|_| !matches!(Place::of(&self.rays, &Bounds::from(*bounds)), Place::Near));
+        vectorized(draw::Draw { buffer: self, triangles: triangles.clone(), front });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bounds::Fit;
+    use super::super::scenes::{Picture, add, crowd, random_view, row, turned};
+    use super::*;
+    use crate::random::Prng;
+    use glam::DQuat;
+
+    fn all(scene: &Scene) -> Vec<ObjectId> {
+        (0..scene.objects.len() as u32).map(ObjectId).collect()
+    }
+
+    /// What was drawn, by pixel: 0 where nothing was.
+    fn depth(buffer: &DepthBuffer<'_>, x: usize, y: usize) -> f32 {
+        let tile = y / SIDE * buffer.across[0] + x / SIDE;
+        match buffer.planes[tile] {
+            _ if buffer.farthest[tile] < 0.0 => 0.0,
+            plane if plane.at.is_nan() => buffer.tiles[tile].0[y % SIDE * SIDE + x % SIDE],
+            plane => plane.depth(x % SIDE, y % SIDE),
+        }
+    }
+
+    /// Every pixel is drawn that the picture has, none else; never nearer, and hardly farther.
+    #[test]
+    fn the_depth_is_that_of_the_picture() {
+        let mut rng = Prng::new(1, 0);
+        for round in 0..40 {
+            let scene = crowd(30, round);
+            let size = [[64, 48], [37, 29]][round as usize % 2];
+            // Often the eye is in the middle of it, with triangles all around.
+            let view = random_view(&mut rng, [0.01, 1.0][round as usize / 2 % 2]);
+            let mut buffer = DepthBuffer::new(&scene, size[0], size[1]);
+            buffer.begin(&view);
+            all(&scene).into_iter().for_each(|o| buffer.draw(o));
+            let picture = Picture::new(&scene, &all(&scene), &view, size);
+            for (p, pixel) in picture.pixels.iter().enumerate() {
+                let (want, got) = (pixel.map_or(0.0, |p| p.0), f64::from(depth(&buffer, p % size[0], p / size[0])));
+                assert!(got <= want && got >= want * (1.0 - 1e-3), "round {round}, pixel {p}: {got} for {want}");
+            }
+            for tile in 0..buffer.farthest.len() {
+                if buffer.farthest[tile] >= 0.0 {
+                    buffer.unfold(tile);
+                    let least = buffer.tiles[tile].0.iter().copied().fold(f32::INFINITY, f32::min);
+                    assert_eq!(buffer.farthest[tile], least);
+                }
+            }
+        }
+    }
+
+    /// A wall that fills the screen, its diagonal through the middles of pixels, and one seen edge on.
+    #[test]
+    fn there_is_no_crack_between_two_triangles() {
+        let mut scene = row(&[]);
+        add(&mut scene, &turned(DVec3::ZERO, DQuat::IDENTITY, DVec3::new(8.0, 8.0, 0.1)), 1);
+        for (eye, target) in [([0., 0., 5.], [0., 0., 0.]), ([0., 0., 5.], [8., 8., 0.1]), ([0., 0., 9.], [0.5, 0.25, 0.])] {
+            let view = View::look_at(eye.into(), target.into(), 0.7, 1.0, 0.1);
+            let mut buffer = DepthBuffer::new(&scene, 64, 64);
+            buffer.begin(&view);
+            buffer.draw(ObjectId(0));
+            let picture = Picture::new(&scene, &[ObjectId(0)], &view, [64, 64]);
+            for p in 0..64 * 64 {
+                let (got, want) = (depth(&buffer, p % 64, p / 64) > 0.0, picture.pixels[p].is_some());
+                assert_eq!(got, want, "pixel {p} from {eye:?}");
+            }
+        }
+    }
+
+    /// The promise: nothing is hidden that shows; and nearly all that is hidden is called so.
+    #[test]
+    fn what_is_called_hidden_has_no_pixel_and_little_else_has_none() {
+        let mut rng = Prng::new(2, 0);
+        let (mut hidden, mut called, mut shown) = (0, 0, 0);
+        for round in 0..40 {
+            let scene = crowd(40, round + 100);
+            let size = [[64, 48], [75, 50]][round as usize % 2];
+            let view = random_view(&mut rng, [0.01, 0.5][round as usize / 2 % 2]);
+            let mut buffer = DepthBuffer::new(&scene, size[0], size[1]);
+            buffer.begin(&view);
+            let occluders = &all(&scene)[..20];
+            occluders.iter().for_each(|&o| buffer.draw(o));
+            let picture = Picture::new(&scene, occluders, &view, size);
+            for i in 0..60 {
+                let bounds = if i < 40 {
+                    let object = &scene.objects[i];
+                    let corners: Vec<DVec3> = object.triangles.clone().flat_map(|t| scene.corners(t as usize)).collect();
+                    Bounds::fit(&corners, [Fit::Aligned, Fit::Minimum][i % 2]).unwrap()
+                } else {
+                    let reach = |rng: &mut Prng| DVec3::new(rng.unit(), rng.unit(), rng.unit());
+                    let half = reach(&mut rng) * [3.0, 0.3][i % 2];
+                    turned((reach(&mut rng) * 2.0 - 1.0) * 12.0, DQuat::from_rotation_y(rng.unit() * 6.0), half)
+                };
+                let near = bounds.corners().iter().any(|p| view.w.dot(*p - view.eye) < view.near);
+                let shows = buffer.shows(&bounds);
+                if near {
+                    assert!(shows, "what reaches the near plane can't be known");
+                } else if picture.shows(&view, &bounds) {
+                    shown += 1;
+                    assert!(shows, "round {round}, box {i}");
+                } else {
+                    hidden += 1;
+                    called += usize::from(!shows);
+                }
+            }
+        }
+        assert!(called * 100 >= hidden * 98, "{called} of {hidden}");
+        assert!(hidden > 300 && shown > 300, "{hidden} and {shown}: a test of nothing");
+    }
+
+    #[test]
+    fn a_box_behind_a_wall_is_hidden_until_the_next_frame_and_glass_hides_nothing() {
+        let mut scene = row(&[]);
+        add(&mut scene, &turned(DVec3::ZERO, DQuat::IDENTITY, DVec3::new(0.1, 2.0, 2.0)), 1);
+        let view = View::look_at(DVec3::NEG_X * 5.0, DVec3::ZERO, 1.0, 1.5, 0.1);
+        let at = |x: f64, y: f64| turned(DVec3::new(x, y, 0.0), DQuat::IDENTITY, DVec3::splat(0.5));
+        let mut buffer = DepthBuffer::new(&scene, 160, 120);
+        buffer.begin(&view);
+        assert!(buffer.shows(&at(3.0, 0.0)), "nothing is drawn yet");
+        buffer.draw(ObjectId(0));
+        assert!(!buffer.shows(&at(3.0, 0.0)));
+        assert!(buffer.shows(&at(-2.0, 0.0)), "before the wall");
+        assert!(buffer.shows(&at(3.0, 3.2)), "above it");
+        assert!(buffer.shows(&at(-5.0, 0.0)), "around the eye");
+        // Several boxes in one question: hidden where all are.
+        let ask = |buffer: &mut DepthBuffer<'_>, boxes: &[Bounds]| {
+            let query = buffer.issue(boxes);
+            buffer.poll(query)
+        };
+        assert_eq!(ask(&mut buffer, &[at(3.0, 0.0), at(4.0, 0.5)]), Some(false));
+        assert_eq!(ask(&mut buffer, &[at(3.0, 0.0), at(3.0, 3.2)]), Some(true));
+        buffer.begin(&view);
+        assert!(buffer.shows(&at(3.0, 0.0)));
+        // A wall nearer than the near plane isn't drawn.
+        buffer.begin(&View { near: 5.2, ..view });
+        buffer.draw(ObjectId(0));
+        assert!(buffer.shows(&at(3.0, 0.0)));
+        let mut glass = scene.clone();
+        glass.objects[0].opaque = false;
+        let mut buffer = DepthBuffer::new(&glass, 160, 120);
+        buffer.begin(&view);
+        buffer.draw(ObjectId(0));
+        assert!(buffer.shows(&at(3.0, 0.0)));
+    }
+}

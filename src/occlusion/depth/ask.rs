@@ -1,0 +1,122 @@
+//! Boxes held against the depth buffer.
+//!
+//! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
+
+use super::{COUNT, DepthBuffer, Lanes, SIDE, max, min};
+use crate::occlusion::bounds::Bounds;
+use crate::occlusion::pixels::FORM_ERROR;
+use crate::occlusion::slabs::{Place, Slabs};
+use crate::simd::Vectorize;
+
+/// A box yet to be asked about.
+pub(super) struct Ask<'a, 's, 'b> {
+    pub buffer: &'a mut DepthBuffer<'s>,
+    pub bounds: &'b Bounds,
+}
+
+impl Vectorize for Ask<'_, '_, '_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn work(self) -> bool {
+        shows(self.buffer, self.bounds)
+    }
+}
+
+#[inline(always)]
+fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
+    // 1. Where it is in the picture.
+    let (pixels, most) = match Place::of(&buffer.rays, bounds) {
+        Place::Near => return true,
+        Place::Beside => return false,
+        Place::Within { pixels, most } => (pixels, most),
+    };
+    let nearest = (most * (1.0 + 1e-6)) as f32;
+    // 2. First the tile in the middle: most boxes that show do so there.
+    let mut slabs = None;
+    let middle = pixels.map(|[first, last]| first.midpoint(last) / SIDE);
+    if buffer.farthest[middle[1] * buffer.across[0] + middle[0]] <= nearest {
+        let slabs = slabs.insert(Slabs::new(&buffer.rays, bounds));
+        if slabs.tile(buffer, middle, pixels) {
+            return true;
+        }
+    }
+    // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
+    let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
+    for block_y in rows[0] / SIDE..=rows[1] / SIDE {
+        for block_x in columns[0] / SIDE..=columns[1] / SIDE {
+            if buffer.block(block_x, block_y) > nearest {
+                continue;
+            }
+            let within =
+                |[first, last]: [usize; 2], block: usize| first.max(block * SIDE)..=last.min(block * SIDE + SIDE - 1);
+            for y in within(rows, block_y) {
+                for x in within(columns, block_x) {
+                    if buffer.farthest[y * buffer.across[0] + x] > nearest {
+                        continue;
+                    }
+                    let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
+                    if slabs.tile(buffer, [x, y], pixels) {
+                        return true;
+                    }
+                }
+            }
+        }
+    }
+    false
+}
+
+impl Slabs {
+    /// Whether a pixel of the box shows in a tile, of those within `pixels`.
+    #[inline(always)]
+    fn tile(&self, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {
+        let index = y * buffer.across[0] + x;
+        let drawn = buffer.farthest[index];
+        let (x, y) = (x * SIDE, y * SIDE);
+        // The nearest and the farthest that the box may be anywhere in the tile; then by pixel, with its rounding outwards.
+        let (mut outwards, mut extreme) = ([0.0; 8], [0.0; 8]);
+        for i in 0..8 {
+            let sign = if i < self.nearer { 1.0 } else { -1.0 };
+            let at = (self.at[i] + self.x[i] * x as f64) + self.y[i] * y as f64;
+            let spread = self.x[i].abs() + self.y[i].abs();
+            outwards[i] = at + sign * FORM_ERROR * (at.abs() + spread * SIDE as f64);
+            // Of the corners' values the greatest or the least: half of the sum of both, and half of the difference.
+            let steps = (SIDE - 1) as f64 * 0.5;
+            extreme[i] = outwards[i] + ((self.x[i] + self.y[i]) + sign * spread) * steps;
+        }
+        let most = extreme[..self.nearer].iter().fold(f64::INFINITY, |a, &b| if a < b { a } else { b });
+        let least = extreme[self.nearer..6].iter().fold(f64::NEG_INFINITY, |a, &b| if a > b { a } else { b });
+        if most < f64::from(drawn) || least > most {
+            return false;
+        }
+        buffer.unfold(index);
+        // By how much the nearest of the box is nearer than its farthest and than what is drawn, at most in each column.
+        let mut best = [f32::NEG_INFINITY; SIDE];
+        let steps: [Lanes; 6] = std::array::from_fn(|i| COUNT.map(|count| self.x[i] as f32 * count));
+        for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
+            let starts: [f32; 6] = std::array::from_fn(|i| outwards[i] as f32 + self.y[i] as f32 * row as f32);
+            let depths = &buffer.tiles[index].0[row * SIDE..][..SIDE];
+            let (mut enter, mut leave) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
+            for i in 0..self.nearer {
+                for k in 0..SIDE {
+                    enter[k] = min(enter[k], starts[i] + steps[i][k]);
+                }
+            }
+            for i in self.nearer..6 {
+                for k in 0..SIDE {
+                    leave[k] = max(leave[k], starts[i] + steps[i][k]);
+                }
+            }
+            // Of an untouched tile, depths are of an earlier frame.
+            if drawn >= 0.0 {
+                for k in 0..SIDE {
+                    leave[k] = max(leave[k], depths[k]);
+                }
+            }
+            for k in 0..SIDE {
+                best[k] = max(best[k], enter[k] - leave[k]);
+            }
+        }
+        best[pixels[0][0].max(x) - x..=pixels[0][1].min(x + SIDE - 1) - x].iter().any(|&b| b >= 0.0)
+    }
+}

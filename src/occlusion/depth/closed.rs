@@ -1,0 +1,97 @@
+//! Objects whose surface is closed: of those, the front hides the back.
+//!
+//! An object is closed where each edge of a triangle is the edge of exactly one other that runs along it the other way, corners in the same
+//! place counting as one. A ray that meets a closed surface from outside meets a front first, so nobody has to draw the backs. Where a model
+//! lies (a shell turned inside out), less is drawn and so less is hidden; nothing that shows gets lost.
+
+use crate::types::scene::{Object, Scene};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Which side of a closed object's triangles is outside.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Outside {
+    /// From where their corners run counter-clockwise.
+    CounterClockwise,
+    /// From where they run clockwise.
+    Clockwise,
+}
+
+impl Outside {
+    /// Of an object; `None` where it isn't closed.
+    pub fn of(scene: &Scene, object: &Object) -> Option<Self> {
+        let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+        let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
+        let origin = object.bounds.min;
+        let mut volume = 0.0;
+        for t in object.triangles.clone() {
+            let corners = scene.corners(t as usize);
+            let ids = corners.map(|p| {
+                let next = places.len() as u32;
+                // Both zeros are one place.
+                *places.entry((p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(next)
+            });
+            for k in 0..3 {
+                let [a, b] = [ids[k], ids[(k + 1) % 3]];
+                if a != b {
+                    *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { 1 << 16 };
+                }
+            }
+            let [a, b, c] = corners.map(|p| p - origin);
+            volume += a.dot(b.cross(c));
+        }
+        let is_closed = edges.values().all(|&count| count == (1 << 16) + 1);
+        match is_closed && volume != 0.0 {
+            true => Some(if volume > 0.0 { Self::CounterClockwise } else { Self::Clockwise }),
+            false => None,
+        }
+    }
+
+    /// Whether a triangle shows the outside to the eye, given the volume of the tetrahedron of its corners, relative to the eye.
+    #[inline(always)]
+    pub fn faces_eye(self, volume: f64) -> bool {
+        (volume < 0.0) == (self == Self::CounterClockwise)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::scenes::{crowd, row};
+    use super::*;
+
+    #[test]
+    fn boxes_are_closed_and_a_box_without_a_triangle_is_not() {
+        let mut scene = crowd(10, 1);
+        let first = Outside::of(&scene, &scene.objects[0]);
+        assert!(first.is_some() && scene.objects.iter().all(|o| Outside::of(&scene, o) == first));
+        for triangle in &mut scene.triangles[..12] {
+            triangle.swap(0, 1);
+        }
+        let turned = Outside::of(&scene, &scene.objects[0]);
+        assert!(turned.is_some() && turned != first);
+        // One triangle the other way round, one missing, and all of them twice.
+        scene.triangles[3].swap(0, 1);
+        assert_eq!(Outside::of(&scene, &scene.objects[0]), None);
+        let mut open = scene.objects[1].clone();
+        open.triangles.end -= 1;
+        assert_eq!(Outside::of(&scene, &open), None);
+        let doubled = row(&[(0.0, 2)]);
+        assert_eq!(Outside::of(&doubled, &doubled.objects[0]), None);
+    }
+
+    /// A triangle of a closed box faces the eye where the eye is on the side of its plane that the box isn't.
+    #[test]
+    fn the_front_is_what_is_seen_from_outside() {
+        let scene = row(&[(0.0, 1)]);
+        let outside = Outside::of(&scene, &scene.objects[0]).unwrap();
+        let eye = DVec3::new(3.0, 0.1, 0.2);
+        let faces: Vec<bool> = (0..12)
+            .map(|t| {
+                let [a, b, c] = scene.corners(t).map(|p| p - eye);
+                outside.faces_eye((b - a).cross(c - a).dot(a))
+            })
+            .collect();
+        let at_front = |t: usize| scene.corners(t).iter().all(|p| p.x > 0.2);
+        assert!((0..12).all(|t| faces[t] == at_front(t)), "{faces:?}");
+    }
+}

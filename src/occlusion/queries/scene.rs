@@ -1,0 +1,123 @@
+//! A scene on the device for occlusion queries: its triangles, the picture's depths, and what draws into them.
+
+use super::partners::partners;
+use crate::gpu::{Gpu, GpuError, words};
+use crate::types::scene::Scene;
+use wgpu::{BufferUsages, DownlevelFlags, ShaderStages};
+
+/// What the adapter must have.
+const NEEDS: [(DownlevelFlags, &str); 1] = [(DownlevelFlags::VERTEX_STORAGE, "buffers that vertex shaders read")];
+/// Bytes of a position, of a triangle and of the camera.
+const POSITION: u64 = 24;
+const TRIANGLE: u64 = 32;
+const CAMERA: u64 = 128;
+const SHADERS: &str = concat!(include_str!("../../gpu/points.wgsl"), include_str!("hide.wgsl"));
+
+/// What is there from frame to frame.
+pub(super) struct GpuScene {
+    pub gpu: Gpu,
+    pub camera: wgpu::Buffer,
+    pub boxes: wgpu::Buffer,
+    pub depth: wgpu::TextureView,
+    pub group: wgpu::BindGroup,
+    /// Draws triangles that hide.
+    pub hides: wgpu::RenderPipeline,
+    /// Draws boxes that are asked about.
+    pub asks: wgpu::RenderPipeline,
+}
+
+impl GpuScene {
+    /// Opens the device that there is; `boxes` is how many bytes of them it has room for.
+    pub fn new(scene: &Scene, size: [usize; 2], boxes: u64) -> Result<Self, GpuError> {
+        let gpu = Gpu::open(&NEEDS)?;
+        gpu.fits("corners", scene.positions.len() as u64 * POSITION)?;
+        gpu.fits("triangles", scene.triangles.len() as u64 * TRIANGLE)?;
+        gpu.fits("boxes", boxes)?;
+        let most = gpu.limits.max_texture_dimension_2d;
+        let longest = size[0].max(size[1]);
+        if longest > most as usize {
+            let (what, bytes, limit) = ("a row's or a column's pixels", longest as u64 * 4, u64::from(most) * 4);
+            return Err(GpuError::TooLarge { adapter: gpu.name.clone(), what, bytes, limit });
+        }
+        let triangles: Vec<u32> = scene
+            .triangles
+            .iter()
+            .zip(partners(scene))
+            .flat_map(|([a, b, c], [ab, bc, ca])| [*a, *b, *c, 0, ab, bc, ca, 0])
+            .collect();
+        let positions = gpu.filled(&words(&scene.positions), BufferUsages::STORAGE);
+        let triangles = gpu.filled(&triangles, BufferUsages::STORAGE);
+        let camera = gpu.buffer(CAMERA, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let boxes = gpu.buffer(boxes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let depth = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: size[0] as u32, height: size[1] as u32, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Depth32Float,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let read = wgpu::BufferBindingType::Storage { read_only: true };
+        let layout = [read, read, wgpu::BufferBindingType::Uniform, read];
+        let layout: Vec<_> = (0..).zip(layout).map(|(binding, ty)| entry(binding, ty)).collect();
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &layout });
+        let entries: Vec<_> = (0..)
+            .zip([&positions, &triangles, &camera, &boxes])
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let group = wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries };
+        let group = gpu.device.create_bind_group(&group);
+        let source = wgpu::ShaderSource::Wgsl(SHADERS.into());
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = |[vertex, fragment]: [&str; 2], write, compare| {
+            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: None,
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(vertex),
+                    compilation_options: Default::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    format: wgpu::TextureFormat::Depth32Float,
+                    depth_write_enabled: Some(write),
+                    depth_compare: Some(compare),
+                    stencil: Default::default(),
+                    bias: Default::default(),
+                }),
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(fragment),
+                    compilation_options: Default::default(),
+                    targets: &[],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        let hides = pipeline(["corner", "hides"], true, wgpu::CompareFunction::Greater);
+        let asks = pipeline(["rectangle", "asks"], false, wgpu::CompareFunction::GreaterEqual);
+        gpu.check()?;
+        Ok(Self { camera, boxes, depth: depth.create_view(&Default::default()), group, hides, asks, gpu })
+    }
+}
+
+/// A buffer that both shaders read.
+fn entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: ShaderStages::VERTEX_FRAGMENT,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    }
+}

@@ -1,0 +1,257 @@
+//! What every culler by occlusion promises, over camera paths with jumps.
+
+use super::bounds::{Bounds, Fit};
+use super::chc::{Chc, Reduction};
+use super::chc_plus::{ChcPlus, ChcPlusOptions};
+use super::depth::DepthBuffer;
+use super::frustum::FrustumCuller;
+use super::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use super::levels::{C1_TO_C7, LevelCuller, LevelOptions};
+use super::oracle::{OcclusionOracle, QueryId};
+use super::scenes::{Picture, crowd, random_view};
+use super::stats::OnlineStats;
+use super::view::{Frustum, View};
+use crate::ObjectId;
+use crate::random::Prng;
+use crate::types::scene::Scene;
+use glam::DVec3;
+
+const SIZE: [usize; 2] = [48, 32];
+
+/// Answers after being asked so many times; checks what it is told.
+struct Late<'a, 's> {
+    inner: &'a mut DepthBuffer<'s>,
+    latency: u32,
+    /// Times that each question has been asked for its answer; `None` once it was given.
+    polls: Vec<Option<u32>>,
+    drawn: Vec<ObjectId>,
+}
+
+impl OcclusionOracle for Late<'_, '_> {
+    fn issue(&mut self, boxes: &[Bounds]) -> QueryId {
+        assert!(!boxes.is_empty());
+        self.polls.push(Some(0));
+        self.inner.issue(boxes)
+    }
+
+    fn poll(&mut self, query: QueryId) -> Option<bool> {
+        let polls = self.polls[query.0 as usize].as_mut().expect("its answer was given");
+        *polls += 1;
+        if *polls <= self.latency {
+            return None;
+        }
+        self.polls[query.0 as usize] = None;
+        self.inner.poll(query)
+    }
+
+    fn draw(&mut self, object: ObjectId) {
+        self.drawn.push(object);
+        self.inner.draw(object);
+    }
+}
+
+/// Any of the cullers by occlusion.
+#[derive(Clone)]
+enum Any {
+    Chc(Chc),
+    Plus(ChcPlus),
+    Levels(LevelCuller),
+}
+
+impl Any {
+    fn cull(
+        &mut self,
+        tree: &Hierarchy,
+        frustum: &Frustum,
+        oracle: &mut impl OcclusionOracle,
+    ) -> (Vec<ObjectId>, OnlineStats) {
+        match self {
+            Self::Chc(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
+            Self::Plus(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
+            Self::Levels(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
+        }
+    }
+
+    fn every_kind() -> Vec<(String, Self)> {
+        let reductions = [Reduction::None, Reduction::EveryNth(3), Reduction::AtRandom(0.5), Reduction::NotNearest(4)];
+        let chc = reductions.map(|r| (format!("{r:?}"), Self::Chc(Chc::new(r, 1))));
+        let plus = [(20, 8, 1.4), (1, 1, 0.0), (5, 3, 1.4)].map(|(batch, assumed, tighter)| {
+            let options = ChcPlusOptions { batch, assumed, tighter, seed: 2 };
+            (format!("{options:?}"), Self::Plus(ChcPlus::new(options)))
+        });
+        let levels = C1_TO_C7.map(|levels| {
+            let options =
+                LevelOptions { least_triangles: u64::from(levels == C1_TO_C7[3]) * 40, ..LevelOptions::new(levels) };
+            (format!("{options:?}"), Self::Levels(LevelCuller::new(options)))
+        });
+        chc.into_iter().chain(plus).chain(levels).collect()
+    }
+}
+
+/// The scene's objects in groups of groups, by where they are.
+fn four_levels(scene: &Scene, fit: Fit) -> Hierarchy {
+    let group = |cells: f64| {
+        let of = |p: DVec3| ((p + 12.0) / 24.0 * cells).floor().dot(DVec3::new(1.0, 100.0, 10_000.0)) as u32;
+        scene.objects.iter().map(|o| of(o.bounds.centre())).collect::<Vec<_>>()
+    };
+    Hierarchy::from_levels(scene, fit, &[group(2.0), group(4.0)])
+}
+
+fn trees(scene: &Scene) -> Vec<Hierarchy> {
+    let build = |fit, split| Hierarchy::build(scene, &HierarchyOptions { fit, split, least_triangles: 1 });
+    vec![
+        build(Fit::Aligned, Split::Sah),
+        build(Fit::Minimum, Split::ObjectMedian),
+        four_levels(scene, Fit::Aligned),
+        four_levels(scene, Fit::Covariance),
+    ]
+}
+
+/// A walk with a jump every fifth frame, a look back, and stops.
+fn path(seed: u64, frames: usize) -> Vec<View> {
+    let mut rng = Prng::new(seed, 0);
+    let mut views: Vec<View> = Vec::new();
+    for frame in 0..frames {
+        let next = match (views.last(), frame % 5) {
+            (Some(view), 1) => *view,
+            (Some(view), 2) => View { eye: view.eye + view.w * 0.3, ..*view },
+            (Some(view), 3) => View { x: -view.x, w: -view.w, ..*view },
+            (Some(view), 4) => View { x: -view.x, w: -view.w, ..*view },
+            _ => random_view(&mut rng, 0.05),
+        };
+        views.push(next);
+    }
+    views
+}
+
+fn objects(scene: &Scene) -> Vec<ObjectId> {
+    (0..scene.objects.len() as u32).map(ObjectId).collect()
+}
+
+/// The promise: from the first frame on, jump or not, however late the oracle answers, what has a pixel is drawn.
+#[test]
+fn whatever_has_a_pixel_is_drawn_in_the_same_frame() {
+    let mut scene = crowd(120, 9);
+    // Glass shows what is behind it.
+    scene.objects[4].opaque = false;
+    let views = path(3, 25);
+    let opaque: Vec<ObjectId> = objects(&scene).into_iter().filter(|o| scene.objects[o.index()].opaque).collect();
+    let truth: Vec<Vec<ObjectId>> = views
+        .iter()
+        .map(|view| {
+            let mut seen = Picture::new(&scene, &opaque, view, SIZE).objects();
+            if Picture::new(&scene, &objects(&scene), view, SIZE).objects().contains(&ObjectId(4)) {
+                seen.push(ObjectId(4));
+            }
+            seen
+        })
+        .collect();
+    let mut buffer = DepthBuffer::new(&scene, SIZE[0], SIZE[1]);
+    for (t, tree) in trees(&scene).iter().enumerate() {
+        let in_frustum: usize = views.iter().map(|v| FrustumCuller::default().cull(tree, &Frustum::new(v)).len()).sum();
+        for (name, culler) in Any::every_kind() {
+            for latency in [0, 1, 7] {
+                let mut culler = culler.clone();
+                let mut count = 0;
+                for (frame, (view, truth)) in views.iter().zip(&truth).enumerate() {
+                    buffer.begin(view);
+                    let mut oracle = Late { inner: &mut buffer, latency, polls: Vec::new(), drawn: Vec::new() };
+                    let (mut drawn, stats) = culler.cull(tree, &Frustum::new(view), &mut oracle);
+                    let place = format!("tree {t}, {name}, latency {latency}, frame {frame}");
+                    assert_eq!(drawn, oracle.drawn, "{place}");
+                    assert!(oracle.polls.iter().all(Option::is_none), "{place}: an answer isn't awaited");
+                    assert_eq!(stats.queries, oracle.polls.len() as u64, "{place}");
+                    assert_eq!(stats.objects, drawn.len() as u64, "{place}");
+                    count += drawn.len();
+                    drawn.sort_unstable();
+                    assert!(drawn.is_sorted_by(|a, b| a < b), "{place}: an object is drawn twice");
+                    for object in truth {
+                        assert!(drawn.contains(object), "{place}: object {object} is missing");
+                    }
+                }
+                match &culler {
+                    Any::Levels(_) if name.contains("levels: 0,") => assert_eq!(count, in_frustum, "tree {t}, {name}"),
+                    // Of the binary trees' levels, the upper ones never hide a whole.
+                    Any::Levels(_) if t < 2 => assert!(count <= in_frustum, "tree {t}, {name}"),
+                    _ => assert!(count < in_frustum, "tree {t}, {name}: {count} of {in_frustum}"),
+                }
+            }
+        }
+    }
+}
+
+/// Frames of a camera that stands before a wall, and what they cost.
+fn before_a_wall(culler: &mut Any, frames: usize, latency: u32) -> Vec<OnlineStats> {
+    let mut scene = crowd(200, 11);
+    let wall = super::scenes::turned(DVec3::X * 11.0, glam::DQuat::IDENTITY, DVec3::new(0.1, 30.0, 30.0));
+    super::scenes::add(&mut scene, &wall, 1);
+    let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
+    let view = View::look_at(DVec3::X * 14.0, DVec3::ZERO, 1.2, 1.5, 0.05);
+    let mut buffer = DepthBuffer::new(&scene, SIZE[0], SIZE[1]);
+    let mut one = |_| {
+        buffer.begin(&view);
+        let mut oracle = Late { inner: &mut buffer, latency, polls: Vec::new(), drawn: Vec::new() };
+        culler.cull(&tree, &Frustum::new(&view), &mut oracle).1
+    };
+    (0..frames).map(&mut one).collect()
+}
+
+#[test]
+fn behind_a_wall_nothing_is_drawn_and_little_is_asked() {
+    for (name, mut culler) in Any::every_kind().into_iter().take(7) {
+        let stats = before_a_wall(&mut culler, 24, 0);
+        // By then whatever was drawn before the wall, in the first frame, and counted as in sight since, has been asked about.
+        for (frame, of_frame) in stats.iter().enumerate().skip(16) {
+            // The wall itself; a tree of 201 has some 400 nodes.
+            assert!(of_frame.objects <= 3, "{name}, frame {frame}: {of_frame:?}");
+            assert!(of_frame.queries <= 20, "{name}, frame {frame}: {of_frame:?}");
+        }
+    }
+}
+
+/// What stays as it was is asked about less by CHC++ than by CHC, and less by CHC the more it is reduced.
+#[test]
+fn reductions_and_chc_plus_ask_less() {
+    let scene = crowd(150, 12);
+    let tree = Hierarchy::build(&scene, &HierarchyOptions { split: Split::ObjectMedian, ..HierarchyOptions::default() });
+    let mut buffer = DepthBuffer::new(&scene, SIZE[0], SIZE[1]);
+    let view = View::look_at(DVec3::new(14.0, 2.0, 1.0), DVec3::ZERO, 1.0, 1.5, 0.05);
+    let mut queries = |culler: &mut Any| {
+        let mut sum = 0;
+        for _ in 0..24 {
+            buffer.begin(&view);
+            sum += culler.cull(&tree, &Frustum::new(&view), &mut buffer).1.queries;
+        }
+        sum
+    };
+    let mut chc = |reduction| queries(&mut Any::Chc(Chc::new(reduction, 1)));
+    let all = chc(Reduction::None);
+    let (third, half, far) = (chc(Reduction::EveryNth(3)), chc(Reduction::AtRandom(0.5)), chc(Reduction::NotNearest(10)));
+    assert!(third < all && half < all && far < all, "{third}, {half}, {far} of {all}");
+    let plus = queries(&mut Any::Plus(ChcPlus::new(ChcPlusOptions::default())));
+    assert!(plus * 2 < all, "{plus} and {all}");
+}
+
+/// A late oracle costs waits, not objects that are missing; while others are to be visited nobody waits.
+#[test]
+fn waits_come_from_latency_alone() {
+    for (name, culler) in Any::every_kind().into_iter().take(7) {
+        let waits = |latency| before_a_wall(&mut culler.clone(), 3, latency).iter().map(|s| s.waits).sum::<u64>();
+        assert_eq!(waits(0), 0, "{name}");
+        assert!(waits(5) > 0, "{name}");
+    }
+}
+
+#[test]
+fn a_scene_without_objects_has_nothing_to_draw() {
+    let scene = crowd(0, 0);
+    let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
+    let view = View::look_at(DVec3::ZERO, DVec3::X, 1.0, 1.0, 0.1);
+    let mut buffer = DepthBuffer::new(&scene, 8, 8);
+    for (name, mut culler) in Any::every_kind() {
+        buffer.begin(&view);
+        let (drawn, stats) = culler.cull(&tree, &Frustum::new(&view), &mut buffer);
+        assert_eq!((drawn.len(), stats), (0, OnlineStats::default()), "{name}");
+    }
+    assert!(FrustumCuller::default().cull(&tree, &Frustum::new(&view)).is_empty());
+}

@@ -1,0 +1,629 @@
+//! What a bake found in a building, as a page and as tables: plans, both sides of the truth, error against run time.
+//!
+//! All text is made safe here; whoever calls hands over plain text. Times stand in three sections only: error against run time, growth, and
+//! the stages; all else is the same bytes for the same building and seed.
+
+use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
+use super::curves::{Curve, CurvePoint, Growth, exponent};
+use super::html::{Remark, duration, escape, number, page, percent, share, thousands};
+use super::matrix::figure;
+use super::storeys::{Plans, Storey, along_a_walk, storeys};
+use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
+use crate::file::{CONFIDENCE, PvsFile};
+use crate::scene::Scene;
+use crate::types::guarantee::Guarantee;
+use crate::types::portal::PortalKind;
+use crate::{BitMatrix, CellId};
+use std::fmt::Write;
+
+/// Cells in each list of the worst.
+const WORST: usize = 10;
+/// Lines of notes that are not folded away.
+const NOTES: usize = 12;
+/// Storeys that are drawn; a tower's others are named.
+const MOST_PLANS: usize = 24;
+/// False pixels below this share of a view are drawn as none: one pixel of some 2,000 views.
+const LEAST_SHARE: f64 = 1e-7;
+/// Classes of curves in the style sheet: what is solid, and what is broken.
+const CLASSES: [[&str; 2]; 7] = [
+    ["s0", "s0 dashed"],
+    ["s1", "s1 dashed"],
+    ["s2", "s2 dashed"],
+    ["s3", "s3 dashed"],
+    ["s4", "s4 dashed"],
+    ["s5", "s5 dashed"],
+    ["s6", "s6 dashed"],
+];
+
+/// Time and memory of a stage.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Stage {
+    /// What is done.
+    pub name: String,
+    /// Wall clock.
+    pub seconds: f64,
+    /// Most memory held until it ended, MiB, where the system says so.
+    pub peak_rss_mb: Option<f64>,
+}
+
+/// All that the page tells.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildingReport<'a> {
+    /// The name of the model's file.
+    pub building: &'a str,
+    /// The command that makes this page again.
+    pub command: &'a str,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// The model.
+    pub scene: &'a Scene,
+    /// The bake, both bounds kept.
+    pub file: &'a PvsFile,
+    /// Bits that a cell-object pair takes in the file.
+    pub bits_per_pair: f64,
+    /// What a pair would take alone: zero-order entropy, bits.
+    pub entropy_bits_per_pair: f64,
+    /// Error against run time, a strategy each.
+    pub curves: &'a [Curve],
+    /// What offices of several sizes cost, the smallest first; empty where that wasn't asked for.
+    pub growth: &'a [Growth],
+    /// Views that false pixels were counted in.
+    pub views: usize,
+    /// Undecided pairs and why they are.
+    pub hardest: &'a [Remark],
+    /// In the order in which they were begun.
+    pub stages: &'a [Stage],
+    /// Threads.
+    pub threads: usize,
+}
+
+impl BuildingReport<'_> {
+    /// The page.
+    pub fn html(&self) -> String {
+        let storeys = storeys(self.file);
+        let mut body = String::new();
+        self.head(&mut body);
+        self.certified(&mut body);
+        self.plans(&storeys, &mut body);
+        self.against_time(&mut body);
+        self.growth(&mut body);
+        self.matrix(&storeys, &mut body);
+        self.worst(&storeys, &mut body);
+        self.pairs(&mut body);
+        self.left_out(&mut body);
+        self.stages(&mut body);
+        self.end(&mut body);
+        page(&format!("Visibility of {}", self.building), &body)
+    }
+
+    /// The curves as a table: a line a point.
+    pub fn csv(&self) -> String {
+        let mut out = String::from(
+            "strategy,cpu_seconds,rays,lower_pairs,upper_pairs,false_pixels_mean,false_pixels_p95,false_pixels_max\n",
+        );
+        for (curve, p) in self.curves.iter().flat_map(|c| c.points.iter().map(move |p| (c, p))) {
+            let upper = p.upper_pairs.map_or(String::new(), |u| u.to_string());
+            let [mean, p95, max] = p.false_pixels;
+            let _ = writeln!(
+                out,
+                "{},{:.3},{},{},{upper},{mean},{p95},{max}",
+                curve.strategy, p.cpu_seconds, p.rays, p.lower_pairs
+            );
+        }
+        out
+    }
+
+    /// The growth as a table: a line a size.
+    pub fn growth_csv(&self) -> String {
+        let mut out =
+            String::from("offices,cells,portals,objects,triangles,rays,cells_cpu_seconds,pvs_cpu_seconds,upper_pairs\n");
+        for g in self.growth {
+            let _ = writeln!(
+                out,
+                "{},{},{},{},{},{},{:.3},{:.3},{}",
+                g.offices,
+                g.cells,
+                g.portals,
+                g.objects,
+                g.triangles,
+                g.rays,
+                g.cells_cpu_seconds,
+                g.pvs_cpu_seconds,
+                g.upper_pairs
+            );
+        }
+        out
+    }
+
+    /// Every cell as a table: a line a cell. `storey` counts from 0, the lowest; open cells have none.
+    pub fn cells_csv(&self) -> String {
+        let mut out = String::from("cell,name,open,storey,portals,lower_pairs,upper_pairs,undecided_pairs\n");
+        let storeys = storeys(self.file);
+        for (c, cell) in self.file.cells.iter().enumerate() {
+            let id = CellId(c as u32);
+            let storey = on(&storeys, id).map_or(String::new(), |s| s.to_string());
+            let Pairs { lower, upper, .. } = of_cell(self.file, id);
+            let portals = self.portals_of(id);
+            // A quoted field, as RFC 4180 has it, of one line.
+            let name = cell.name.replace('"', "\"\"").split_whitespace().collect::<Vec<_>>().join(" ");
+            let _ =
+                writeln!(out, "{c},\"{name}\",{},{storey},{portals},{lower},{upper},{}", u8::from(cell.open), upper - lower);
+        }
+        out
+    }
+
+    fn portals_of(&self, cell: CellId) -> usize {
+        self.file.portals.iter().filter(|p| p.cells.contains(&cell)).count()
+    }
+
+    fn count(&self, kind: PortalKind) -> usize {
+        self.file.portals.iter().filter(|p| p.kind == kind).count()
+    }
+
+    fn head(&self, out: &mut String) {
+        let file = self.file;
+        let open = file.cells.iter().filter(|c| c.open).count();
+        let promise = match file.guarantee {
+            Guarantee::Conservative => "Conservative: nothing visible is missing from the rows.",
+            Guarantee::Sampled => "Sampled: everything in the rows is visible; something may be missing.",
+        };
+        let _ = writeln!(
+            out,
+            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}, {} triangles in {} objects. Cells by {}: {}. {promise} Openings narrower \
+             than {:.2} mm may have been sealed on purpose. Seed {}.</p>",
+            escape(self.building),
+            escape(&self.scene.source.format),
+            number(self.scene.triangles.len() as u64),
+            number(file.objects.len() as u64),
+            strategy(file),
+            escape(&file.reason),
+            1000.0 * file.smallest_hole,
+            self.seed
+        );
+        let [closed, opened] = closed_and_open(file);
+        let all = closed.with(opened);
+        out.push_str("<div class=\"tiles wide\">");
+        let mut tile = |name: &str, value: String, note: String| {
+            let _ = write!(out, "<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
+        };
+        tile("Cells", number(file.cells.len() as u64), format!("{open} of them open; culling is online there"));
+        tile(
+            "Portals",
+            number(file.portals.len() as u64),
+            format!(
+                "{} in doors, {} in windows, {} in openings",
+                self.count(PortalKind::Door),
+                self.count(PortalKind::Window),
+                self.count(PortalKind::Opening)
+            ),
+        );
+        tile(
+            "Certified gap, closed cells",
+            share(closed.gap()),
+            format!(
+                "{} of {} pairs that aren't hidden are undecided",
+                thousands(closed.undecided()),
+                thousands(closed.upper)
+            ),
+        );
+        if open > 0 {
+            let note = format!("{} of {} pairs, told apart", thousands(opened.undecided()), thousands(opened.upper));
+            tile("Certified gap, open cells", share(opened.gap()), note);
+        }
+        tile(
+            "Proven hidden",
+            percent(all.total - all.upper, all.total),
+            format!("of {} cell-object pairs", number(all.total)),
+        );
+        if let Some(last) = self.curves.first().and_then(|c| c.points.last()) {
+            let [mean, _, max] = last.false_pixels;
+            tile(
+                "False pixels",
+                share(mean),
+                format!(
+                    "of a view in the mean, {} in the worst of {}, were the rows the lower set",
+                    share(max),
+                    thousands(self.views as u64)
+                ),
+            );
+        }
+        if let Some(unseen) = &self.file.unseen {
+            let worst = unseen.cells.iter().zip(&self.file.cells).filter(|(_, cell)| !cell.open).map(|(&bound, _)| bound);
+            tile(
+                "Unseen, at most",
+                share(unseen.mean),
+                format!(
+                    "of the sphere in the mean over cells, {} from the worst closed one: what no witness is of, each with {} confidence",
+                    share(f64::from(worst.reduce(f32::max).unwrap_or_default())),
+                    share(CONFIDENCE)
+                ),
+            );
+        }
+        tile(
+            "Bits a pair",
+            format!("{:.3}", self.bits_per_pair),
+            format!("in the file's rows; zero-order entropy {:.3}", self.entropy_bits_per_pair),
+        );
+        out.push_str("</div>\n");
+    }
+
+    fn certified(&self, out: &mut String) {
+        out.push_str(
+            "<h2>How wrong it can be</h2>\n<p>A pair of a cell and an object is <em>witnessed</em> where an unobstructed segment from the \
+             one to the other is kept as proof, and <em>hidden</em> where portals or triangles prove that there is none. The truth lies \
+             between; what is neither is the certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
+             <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
+        );
+        let [closed, open] = closed_and_open(self.file);
+        let mut row = |name: &str, p: Pairs| {
+            let _ = writeln!(
+                out,
+                "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                thousands(p.cells),
+                number(p.total),
+                number(p.lower),
+                number(p.upper),
+                number(p.undecided()),
+                share(p.gap())
+            );
+        };
+        row("closed cells, objects", closed);
+        if open.cells > 0 {
+            row("open cells, objects", open);
+            row("all cells, objects", closed.with(open));
+        }
+        let cells = self.file.cells.len() as u64;
+        let counts = &self.file.pairs;
+        row("all cells, cells", Pairs { cells, total: cells * cells, lower: counts.cell_lower, upper: counts.cell_upper });
+        out.push_str("</tbody></table></div>\n");
+        let all = closed.with(open);
+        if all.undecided() > 0 {
+            out.push_str("<p>What is undecided:</p>\n<ul>\n");
+            for (what, pairs) in kinds(self.file).into_iter().filter(|k| k.1 > 0) {
+                let _ = writeln!(out, "<li>{} {what}</li>", thousands(pairs));
+            }
+            out.push_str("</ul>\n");
+        }
+        let stats = &self.file.stats;
+        for (count, what) in [
+            (stats.flow_capped, "searches ran out of steps and kept what might be seen"),
+            (stats.cracks, "pairs were met by rays through cracks narrower than what is promised"),
+            (stats.contradictions, "pairs that portals took for hidden were proven visible, and kept: a fault of this tool"),
+        ] {
+            if count > 0 {
+                let _ = writeln!(out, "<p>{} {what}.</p>", thousands(count));
+            }
+        }
+    }
+
+    fn plans(&self, storeys: &[Storey], out: &mut String) {
+        if storeys.is_empty() {
+            return;
+        }
+        out.push_str("<h2>Plans</h2>\n<ul class=\"legend\">");
+        for (class, name) in [("door", "door"), ("window", "window"), ("opening", "opening")] {
+            let _ = write!(
+                out,
+                "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"portal {class}\" d=\"M1 6H31\"/></svg>{name}</li>"
+            );
+        }
+        out.push_str(
+            "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"portal opening lying\" d=\"M1 6H31\"/></svg>to another \
+             storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the \
+             model where it is cut</li></ul>\n",
+        );
+        let plans = Plans::new(self.file, self.scene, storeys);
+        let note = |cell: CellId| {
+            let name = &self.file.cells[cell.index()].name;
+            let named = if is_named(name, cell) { format!(" ({name})") } else { String::new() };
+            let p = of_cell(self.file, cell);
+            format!(
+                "cell {cell}{named}: {} portals; {} objects witnessed, {} undecided, {} proven hidden",
+                self.portals_of(cell),
+                p.lower,
+                p.undecided(),
+                p.total - p.upper
+            )
+        };
+        for (k, storey) in storeys.iter().enumerate().take(MOST_PLANS) {
+            let count = storey.cells.len();
+            let title = format!("Storey {k}");
+            let _ = writeln!(
+                out,
+                "<figure>\n<figcaption><strong>{title}</strong>, floor at {:.2} m, cut {:.2} m above it, {count} {}</figcaption>\n<div class=\"scroll\">{}</div>\n\
+                 </figure>",
+                storey.floor + self.file.origin.y,
+                storey.cut,
+                if count == 1 { "cell" } else { "cells" },
+                plans.svg(storey, &title, &note)
+            );
+        }
+        if storeys.len() > MOST_PLANS {
+            let _ = writeln!(out, "<p>And {} storeys more, in the table of cells.</p>", storeys.len() - MOST_PLANS);
+        }
+    }
+
+    fn against_time(&self, out: &mut String) {
+        let upper = self.curves.iter().flat_map(|c| &c.points).filter_map(|p| p.upper_pairs).min();
+        let Some(upper) = upper else { return };
+        let _ = writeln!(
+            out,
+            "<h2>Error against run time</h2>\n<p>Each mark is a run of its own. {} views that no strategy has seen, 96 &times; 54 pixels \
+             each, show how much of a picture the lower set alone would miss; the rows of a conservative file miss nothing.</p>",
+            thousands(self.views as u64)
+        );
+        let chart = |title, values, scale, series: &[Series], text| Chart {
+            title,
+            along: Along::Time,
+            along_text: "processor time of working out visibility, all threads",
+            values,
+            scale,
+            curves: lines(self.curves, series, upper, text),
+            band: None,
+        };
+        let count = |v: f64| thousands(v as u64);
+        let charts = [
+            chart(
+                "Pairs that are witnessed, and that are not proven hidden, against run time",
+                "cell-object pairs",
+                Scale::Linear,
+                &[
+                    Series { what: "not proven hidden", broken: true, value: |p, _| p.upper_pairs.map(|u| u as f64) },
+                    Series { what: "witnessed", broken: false, value: |p, _| Some(p.lower_pairs as f64) },
+                ],
+                count,
+            ),
+            chart(
+                "Pairs that may be visible and are not witnessed, against run time",
+                "cell-object pairs (logarithmic)",
+                Scale::Logarithmic,
+                &[Series {
+                    what: "not witnessed, of what is not proven hidden by any",
+                    broken: false,
+                    value: |p, upper| Some(upper.saturating_sub(p.lower_pairs) as f64),
+                }],
+                count,
+            ),
+            chart(
+                "False pixels of the lower set against run time",
+                "share of a view (logarithmic)",
+                Scale::Shares { least: LEAST_SHARE },
+                &[
+                    Series { what: "false pixels in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
+                    Series { what: "false pixels in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
+                ],
+                share,
+            ),
+        ];
+        for chart in charts {
+            let _ = writeln!(out, "<figure>\n{}</figure>", chart.html());
+        }
+        out.push_str(
+            "<div class=\"scroll\"><table><thead><tr><th>strategy</th><th>CPU seconds</th><th>rays</th><th>witnessed</th>\
+             <th>not proven hidden</th><th>false pixels, mean</th><th>p95</th><th>max</th></tr></thead>\n<tbody>\n",
+        );
+        for (curve, p) in self.curves.iter().flat_map(|c| c.points.iter().map(move |p| (c, p))) {
+            let [mean, p95, max] = p.false_pixels.map(share);
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{mean}</td><td>{p95}</td><td>{max}</td></tr>",
+                escape(curve.strategy),
+                p.cpu_seconds,
+                thousands(p.rays),
+                thousands(p.lower_pairs),
+                p.upper_pairs.map_or(String::new(), thousands)
+            );
+        }
+        out.push_str("</tbody></table></div>\n");
+    }
+
+    fn growth(&self, out: &mut String) {
+        if self.growth.is_empty() {
+            return;
+        }
+        out.push_str("<h2>Growth</h2>\n");
+        let each = |k: usize, name: &str, seconds: fn(&Growth) -> f64| {
+            let point = |g: &Growth| {
+                let value = 1000.0 * seconds(g) / g.cells.max(1) as f64;
+                let note = format!("{} cells, {}: {value:.1} ms a cell", thousands(g.cells), duration(seconds(g)));
+                Point { x: g.cells.max(1) as f64, value, note }
+            };
+            let (class, points) = (CLASSES[k][0], self.growth.iter().map(point).collect());
+            let power = exponent(self.growth.iter().map(|g| (g.cells as f64, seconds(g))));
+            let power = power.map_or(String::new(), |p| format!(", as cells to the power of {p:.2}"));
+            Line { name: format!("{name}{power}"), class, shape: Shape::Straight, points }
+        };
+        let curves =
+            vec![each(0, "visibility", |g| g.pvs_cpu_seconds), each(1, "splitting into cells", |g| g.cells_cpu_seconds)];
+        let chart = Chart {
+            title: "Processor time a cell, against the number of cells",
+            along: Along::Count,
+            along_text: "cells",
+            values: "milliseconds a cell, all threads",
+            scale: Scale::Linear,
+            curves,
+            band: None,
+        };
+        let _ = writeln!(
+            out,
+            "<p>Generated offices of one density, as many rays a room in each: where cost grows linearly, the time a cell stays the \
+             same.</p>\n<figure>\n{}</figure>\n<div class=\"scroll\"><table><thead><tr><th>offices</th><th>cells</th><th>portals</th>\
+             <th>objects</th><th>triangles</th><th>rays</th><th>cells, CPU seconds</th><th>visibility, CPU seconds</th><th>pairs a cell</th></tr></thead>\n<tbody>",
+            chart.html()
+        );
+        for g in self.growth {
+            let counts = [g.offices, g.cells, g.portals, g.objects, g.triangles, g.rays]
+                .map(|n| format!("<td>{}</td>", thousands(n)));
+            let _ = writeln!(
+                out,
+                "<tr>{}<td>{:.2}</td><td>{:.2}</td><td>{:.1}</td></tr>",
+                counts.concat(),
+                g.cells_cpu_seconds,
+                g.pvs_cpu_seconds,
+                g.upper_pairs as f64 / g.cells.max(1) as f64
+            );
+        }
+        out.push_str("</tbody></table></div>\n");
+    }
+
+    fn matrix(&self, storeys: &[Storey], out: &mut String) {
+        let Some(bounds) = &self.file.bounds else { return };
+        let order = along_a_walk(self.file, storeys);
+        let sorted = |m: &BitMatrix| {
+            let mut sorted = BitMatrix::new(m.rows(), m.columns());
+            for (r, a) in order.iter().enumerate() {
+                for (c, b) in order.iter().enumerate() {
+                    if m.get(a.index(), b.index()) {
+                        sorted.set(r, c);
+                    }
+                }
+            }
+            sorted
+        };
+        out.push_str("<h2>Who sees whom</h2>\n");
+        let order = "cells: open ones, then storey by storey from the lowest, each along a walk through its portals";
+        out.push_str(&figure(&sorted(&bounds.cells_lower), &sorted(&bounds.cells_upper), order));
+    }
+
+    fn worst(&self, storeys: &[Storey], out: &mut String) {
+        out.push_str("<h2>The worst cells</h2>\n");
+        let mut cells: Vec<(CellId, Pairs)> =
+            (0..self.file.cells.len() as u32).map(CellId).map(|c| (c, of_cell(self.file, c))).collect();
+        let mut table = |caption: &str, by: fn(&Pairs) -> u64| {
+            cells.sort_by_key(|(c, p)| (std::cmp::Reverse(by(p)), *c));
+            let _ = writeln!(
+                out,
+                "<div class=\"scroll\"><table><caption>{caption}</caption><thead><tr><th>cell</th><th class=\"text\">name</th><th>storey</th>\
+                 <th>portals</th><th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>"
+            );
+            for (c, p) in cells.iter().filter(|(_, p)| by(p) > 0).take(WORST) {
+                let cell = &self.file.cells[c.index()];
+                let storey =
+                    on(storeys, *c).map_or(if cell.open { "open".to_owned() } else { String::new() }, |s| s.to_string());
+                let _ = writeln!(
+                    out,
+                    "<tr><td>{c}</td><td class=\"text\">{}</td><td>{storey}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                    if is_named(&cell.name, *c) { escape(&cell.name) } else { String::new() },
+                    self.portals_of(*c),
+                    thousands(p.lower),
+                    thousands(p.upper),
+                    thousands(p.undecided()),
+                    share(p.gap())
+                );
+            }
+            out.push_str("</tbody></table></div>\n");
+        };
+        table("Most pairs undecided", Pairs::undecided);
+        table("Most pairs not proven hidden: the least culled", |p| p.upper);
+    }
+
+    fn pairs(&self, out: &mut String) {
+        out.push_str("<h2>The hardest pairs</h2>\n");
+        if self.hardest.is_empty() {
+            out.push_str("<p>None: each pair has a witness, or is proven hidden.</p>\n");
+            return;
+        }
+        out.push_str(
+            "<p>The largest undecided objects of the cells with most of them, as <code>enfilade why</code> tells of each.</p>\n\
+             <div class=\"scroll\"><table><thead><tr><th>cell, object</th><th class=\"text\">why</th></tr></thead>\n<tbody>\n",
+        );
+        for remark in self.hardest {
+            let _ =
+                writeln!(out, "<tr><td>{}</td><td class=\"text\">{}</td></tr>", escape(&remark.about), escape(&remark.text));
+        }
+        out.push_str("</tbody></table></div>\n");
+    }
+
+    fn left_out(&self, out: &mut String) {
+        let list = |title: &str, lines: &[String], out: &mut String| {
+            let _ = writeln!(out, "<h2>{title}</h2>");
+            if lines.is_empty() {
+                out.push_str("<p>None.</p>\n");
+            }
+            let items = |lines: &[String]| lines.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect::<String>();
+            let (shown, folded) = lines.split_at(lines.len().min(NOTES));
+            if !shown.is_empty() {
+                let _ = writeln!(out, "<ul>\n{}</ul>", items(shown));
+            }
+            if !folded.is_empty() {
+                let _ = writeln!(
+                    out,
+                    "<details><summary>and {} more</summary><ul>\n{}</ul></details>",
+                    folded.len(),
+                    items(folded)
+                );
+            }
+        };
+        list("What was left out", &self.file.left_out, out);
+        list("Notes of the import and of the split", &self.file.notes, out);
+        let repairs = self.file.repairs.iter().map(|r| {
+            let ([a, b], at) = (r.cells, r.at + self.file.origin);
+            format!("a hole between cells {a} and {b} at ({:.2}, {:.2}, {:.2}) m, mended with a portal", at.x, at.y, at.z)
+        });
+        list("Repairs", &repairs.collect::<Vec<_>>(), out);
+    }
+
+    fn stages(&self, out: &mut String) {
+        out.push_str(
+            "<h2>Time and memory</h2>\n<div class=\"scroll\"><table><thead><tr><th>stage</th><th>seconds</th><th>peak memory by then, MiB</th>\
+             </tr></thead>\n<tbody>\n",
+        );
+        for s in self.stages {
+            let memory = s.peak_rss_mb.map_or(String::new(), |mb| format!("{mb:.0}"));
+            let _ = writeln!(out, "<tr><td>{}</td><td>{:.2}</td><td>{memory}</td></tr>", escape(&s.name), s.seconds);
+        }
+        let threads = if self.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", self.threads) };
+        let _ = writeln!(out, "</tbody></table></div>\n<p class=\"soft\">Wall clock, {threads}.</p>");
+    }
+
+    fn end(&self, out: &mut String) {
+        let _ = writeln!(
+            out,
+            "<h2>Again</h2>\n<p><code>{}</code></p>\n<p class=\"soft\">But for times and memory, the same on every run and for every number \
+             of threads.</p>",
+            escape(self.command)
+        );
+    }
+}
+
+/// A number of each point of a curve.
+struct Series {
+    /// What it is.
+    what: &'static str,
+    /// Whether its line is broken.
+    broken: bool,
+    /// The number, from a point and from the fewest pairs that any point doesn't prove hidden.
+    value: fn(&CurvePoint, u64) -> Option<f64>,
+}
+
+/// A line for each curve and each number of its points that is there.
+fn lines(curves: &[Curve], series: &[Series], upper: u64, text: fn(f64) -> String) -> Vec<Line> {
+    let line = |k: usize, curve: &Curve, series: &Series| {
+        let point = |p: &CurvePoint| {
+            let value = (series.value)(p, upper)?;
+            let (rays, time) = (thousands(p.rays), duration(p.cpu_seconds));
+            let note = format!("{}, {rays} rays, {time}: {} {}", curve.strategy, text(value), series.what);
+            Some(Point { x: p.cpu_seconds, value, note })
+        };
+        let points: Vec<Point> = curve.points.iter().filter_map(point).collect();
+        let last = text(points.last()?.value);
+        let class = CLASSES[k % CLASSES.len()][usize::from(series.broken)];
+        let name = format!("{}: {}, at last {last}", curve.strategy, series.what);
+        Some(Line { name, class, shape: Shape::Straight, points })
+    };
+    curves.iter().enumerate().flat_map(|(k, curve)| series.iter().filter_map(move |s| line(k, curve, s))).collect()
+}
+
+/// The storey that a cell is on.
+fn on(storeys: &[Storey], cell: CellId) -> Option<usize> {
+    storeys.iter().position(|s| s.cells.binary_search(&cell).is_ok())
+}
+
+/// Whether a cell has a name of its own.
+pub(super) fn is_named(name: &str, cell: CellId) -> bool {
+    !name.is_empty() && name != format!("cell {cell}")
+}
+
+fn strategy(file: &PvsFile) -> String {
+    format!("{:?}", file.strategy).to_lowercase()
+}

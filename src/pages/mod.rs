@@ -1,0 +1,10 @@
+//! Pages of one HTML file, and the tables beside them, about a building or a level.
+
+pub mod building;
+pub mod chart;
+pub mod curves;
+pub mod html;
+pub mod level;
+pub mod matrix;
+pub mod storeys;
+pub mod undecided;

@@ -1,0 +1,498 @@
+//! Storeys of a baked building, and the plan of each as SVG: walls as the model has them, cells in tints, portals by kind.
+
+use super::building::is_named;
+use super::html::escape;
+use crate::CellId;
+use crate::file::{FilePortal, PvsFile};
+use crate::geom::{Aabb, Plane, clip};
+use crate::scene::{Role, Scene};
+use crate::types::portal::PortalKind;
+use glam::{DVec2, DVec3, Vec4};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::float::single::SingleFloatOverlay;
+use std::fmt::Write;
+
+/// A plan's width and greatest height, in the units of its SVG.
+const WIDTH: f64 = 860.0;
+const HEIGHT: f64 = 640.0;
+/// Room around it.
+const MARGIN: f64 = 14.0;
+/// Room below it, for the scale.
+const FOOT: f64 = 26.0;
+/// Plans are cut this high above the floor, metres: above sills, below heads of doors. Where cells are so high that the model's
+/// unit can't be the metre, this part of their height.
+const CUT: f64 = 1.2;
+const CUT_PART: f64 = 0.15;
+/// Furniture is drawn as it is at this part of that height: above seats, below table tops' undersides.
+const THINGS: f64 = 0.5;
+/// Floors whose heights differ by less than this are of one storey, as a part of how high cells are.
+const STOREY: f64 = 0.45;
+/// Most lines of walls in a plan; then furniture is left out, then walls.
+const MOST_LINES: usize = 20_000;
+/// Tints of cells in the style sheet.
+const TINTS: usize = 7;
+
+/// Cells on one level.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Storey {
+    /// The height of its floor, metres relative to the file's origin.
+    pub floor: f64,
+    /// How high above that its plan is cut, metres.
+    pub cut: f64,
+    /// Its cells, ascending; open cells are on none.
+    pub cells: Vec<CellId>,
+}
+
+/// The storeys of a file's closed cells, from the lowest up.
+///
+/// Floors are put together from the one with most area down, so that a landing or a step belongs to the storey that it is nearest to.
+pub fn storeys(file: &PvsFile) -> Vec<Storey> {
+    let graph = file.graph();
+    // Of each cell: floor, area, height.
+    let mut floors: Vec<(CellId, [f64; 3])> = Vec::new();
+    for (c, cell) in graph.cells.iter().enumerate().filter(|(_, cell)| !cell.open) {
+        let boxes: Vec<Aabb> = cell.pieces.iter().map(|p| p.bounds).collect();
+        floors.extend(floor(boxes).map(|f| (CellId(c as u32), f)));
+    }
+    let mut by_height: Vec<[f64; 2]> = floors.iter().map(|(_, [_, area, height])| [*height, *area]).collect();
+    by_height.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let half = by_height.iter().map(|h| h[1]).sum::<f64>() / 2.0;
+    let mut sum = 0.0;
+    let usual = by_height.iter().find(|h| {
+        sum += h[1];
+        sum >= half
+    });
+    let usual = usual.map_or(1.0, |h| h[0]);
+    let (reach, cut) = (STOREY * usual, CUT.max(CUT_PART * usual));
+
+    let mut found: Vec<Storey> = Vec::new();
+    let mut by_area = floors.clone();
+    by_area.sort_by(|(a, x), (b, y)| y[1].total_cmp(&x[1]).then(a.cmp(b)));
+    for (_, [floor, ..]) in &by_area {
+        if found.iter().all(|s| (s.floor - floor).abs() > reach) {
+            found.push(Storey { floor: *floor, cut, cells: Vec::new() });
+        }
+    }
+    found.sort_by(|a, b| a.floor.total_cmp(&b.floor));
+    for (cell, [floor, ..]) in floors {
+        let nearest = found.iter_mut().min_by(|a, b| (a.floor - floor).abs().total_cmp(&(b.floor - floor).abs()));
+        nearest.into_iter().for_each(|s| s.cells.push(cell));
+    }
+    found
+}
+
+/// All cells, so that what belongs together stands together: open cells, then storey by storey, each along a breadth-first walk
+/// through its portals.
+pub fn along_a_walk(file: &PvsFile, storeys: &[Storey]) -> Vec<CellId> {
+    let mut next = vec![Vec::new(); file.cells.len()];
+    for [a, b] in file.portals.iter().map(|p| p.cells) {
+        next[a.index()].push(b);
+        next[b.index()].push(a);
+    }
+    next.iter_mut().for_each(|cells| cells.sort_unstable());
+    let mut order: Vec<CellId> = Vec::new();
+    let mut is_there = vec![false; file.cells.len()];
+    let mut walk = |among: &[CellId]| {
+        for &start in among {
+            let mut at = order.len();
+            if !std::mem::replace(&mut is_there[start.index()], true) {
+                order.push(start);
+            }
+            while let Some(&cell) = order.get(at) {
+                at += 1;
+                for &c in &next[cell.index()] {
+                    if among.binary_search(&c).is_ok() && !std::mem::replace(&mut is_there[c.index()], true) {
+                        order.push(c);
+                    }
+                }
+            }
+        }
+    };
+    let open: Vec<CellId> = ids(file).filter(|c| file.cells[c.index()].open).collect();
+    walk(&open);
+    storeys.iter().for_each(|s| walk(&s.cells));
+    // Cells without a volume are on no storey.
+    walk(&ids(file).collect::<Vec<_>>());
+    order
+}
+
+fn ids(file: &PvsFile) -> impl Iterator<Item = CellId> {
+    (0..file.cells.len() as u32).map(CellId)
+}
+
+/// The height of a cell's floor, its area and its height: what lies lowest under at least a third of it.
+fn floor(mut boxes: Vec<Aabb>) -> Option<[f64; 3]> {
+    boxes.retain(|b| b.min.is_finite() && b.max.is_finite());
+    boxes.sort_by(|a, b| a.min.y.total_cmp(&b.min.y));
+    let area = |b: &Aabb| b.size().x * b.size().z;
+    let all: f64 = boxes.iter().map(area).sum();
+    let top = boxes.iter().map(|b| b.max.y).fold(f64::NEG_INFINITY, f64::max);
+    let mut sum = 0.0;
+    let lowest = boxes.iter().find(|b| {
+        sum += area(b);
+        sum >= all / 3.0
+    })?;
+    Some([lowest.min.y, all, top - lowest.min.y])
+}
+
+/// What is told of a cell when the reader points at it.
+pub type Note<'n> = &'n dyn Fn(CellId) -> String;
+
+/// Draws plans at one scale, so that storeys lie over each other.
+pub struct Plans<'f> {
+    file: &'f PvsFile,
+    scene: &'f Scene,
+    /// The least x and z that are shown, metres.
+    min: DVec2,
+    /// The greatest.
+    max: DVec2,
+    /// Units of the SVG a metre.
+    scale: f64,
+}
+
+impl<'f> Plans<'f> {
+    /// For the storeys of a file and its scene.
+    pub fn new(file: &'f PvsFile, scene: &'f Scene, storeys: &[Storey]) -> Self {
+        let bounds = scene.bounds();
+        let flat = |p: DVec3| DVec2::new(p.x, p.z);
+        let mut plans = Self { file, scene, min: flat(bounds.min), max: flat(bounds.max), scale: 1.0 };
+        let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for storey in storeys {
+            for cell in &storey.cells {
+                for p in plans.outline(*cell, storey).into_iter().flatten() {
+                    (min, max) = (min.min(p), max.max(p));
+                }
+            }
+        }
+        if min.cmple(max).all() {
+            // With the walls around them, and some of what is outside.
+            let air = 0.015 * (max - min).max_element() + 0.4;
+            (plans.min, plans.max) = ((min - air).max(plans.min), (max + air).min(plans.max));
+        }
+        let size = (plans.max - plans.min).max(DVec2::splat(1e-6));
+        plans.scale = ((WIDTH - 2.0 * MARGIN) / size.x).min((HEIGHT - 2.0 * MARGIN) / size.y);
+        plans
+    }
+
+    /// A storey as SVG, each cell with its note.
+    pub fn svg(&self, storey: &Storey, title: &str, note: Note<'_>) -> String {
+        let height = (self.max.y - self.min.y) * self.scale + 2.0 * MARGIN + FOOT;
+        let mut out = format!(
+            "<svg class=\"plan\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-label=\"{}\">\n",
+            escape(title)
+        );
+        let mut labels = String::new();
+        let outlines: Vec<(CellId, Vec<Vec<DVec2>>)> =
+            storey.cells.iter().map(|&c| (c, self.outline(c, storey))).filter(|o| !o.1.is_empty()).collect();
+        for ((cell, rings), tint) in outlines.iter().zip(tints(&outlines)) {
+            let cell = *cell;
+            let _ = writeln!(
+                out,
+                "<path class=\"cell t{}\" fill-rule=\"evenodd\" d=\"{}\"><title>{}</title></path>",
+                tint,
+                rings.iter().map(|ring| self.path(ring, true)).collect::<String>(),
+                escape(&note(cell))
+            );
+            self.label(cell, rings, &mut labels);
+        }
+        for (class, lines) in [
+            ("thing", self.lines(storey.floor + THINGS * storey.cut, true)),
+            ("wall", self.lines(storey.floor + storey.cut, false)),
+        ] {
+            if !lines.is_empty() {
+                let _ = writeln!(out, "<path class=\"{class}\" d=\"{lines}\"/>");
+            }
+        }
+        self.portals(storey, &mut out);
+        out.push_str(&labels);
+        self.bar(height, &mut out);
+        out.push_str("</svg>\n");
+        out
+    }
+
+    fn at(&self, p: DVec2) -> DVec2 {
+        let middle = (WIDTH - 2.0 * MARGIN - (self.max.x - self.min.x) * self.scale) / 2.0;
+        DVec2::new(MARGIN + middle, MARGIN) + (p - self.min) * self.scale
+    }
+
+    fn path(&self, points: &[DVec2], closed: bool) -> String {
+        let mut out = String::new();
+        for (i, p) in points.iter().enumerate() {
+            let p = self.at(*p);
+            let _ = write!(out, "{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, p.x, p.y);
+        }
+        if closed && !points.is_empty() {
+            out.push('Z');
+        }
+        out
+    }
+
+    /// A cell's rings where the storey is cut; or, where it doesn't reach there, at half of its own height.
+    fn outline(&self, cell: CellId, storey: &Storey) -> Vec<Vec<DVec2>> {
+        let at_cut = self.sliced(cell, storey.floor + storey.cut);
+        if !at_cut.is_empty() {
+            return at_cut;
+        }
+        let sides = self.file.cells[cell.index()].pieces.iter().flat_map(|piece| {
+            let level = |p: &&Vec4| p.y.abs() > 0.99;
+            piece.iter().filter(level).map(|p| f64::from(p.w) / f64::from(p.y))
+        });
+        let (low, high) = sides.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
+        if low < high { self.sliced(cell, 0.5 * (low + high)) } else { Vec::new() }
+    }
+
+    /// The union of a cell's pieces at a height.
+    fn sliced(&self, cell: CellId, y: f64) -> Vec<Vec<DVec2>> {
+        // Pieces meet to within rounding; grown by this much, they overlap.
+        let grown = 2e-5 * (self.max - self.min).length();
+        let (min, max) = (self.min, self.max);
+        let shown = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)].map(|p| DVec3::new(p.x, y, p.y));
+        let slice = |planes: &Vec<Vec4>| {
+            let mut polygon = shown.to_vec();
+            for plane in planes {
+                let n = plane.truncate().as_dvec3();
+                let across = DVec2::new(n.x, n.z).length();
+                polygon = clip(&polygon, &Plane { n, d: f64::from(plane.w) + grown * across }, 1e-9);
+            }
+            polygon.iter().map(|p| [p.x, p.z]).collect::<Vec<[f64; 2]>>()
+        };
+        let slices = self.file.cells[cell.index()].pieces.iter().map(slice).filter(|s| s.len() > 2);
+        let parts: Vec<Vec<Vec<[f64; 2]>>> = slices.map(|s| vec![s]).collect();
+        let none: Vec<Vec<Vec<[f64; 2]>>> = Vec::new();
+        let united = if parts.len() > 1 { parts.overlay(&none, OverlayRule::Subject, FillRule::NonZero) } else { parts };
+        let rings = united.into_iter().flatten().map(|ring| ring.into_iter().map(DVec2::from).collect::<Vec<_>>());
+        // What is smaller than a dot of the picture.
+        let visible = |ring: &Vec<DVec2>| area(ring).abs() * self.scale * self.scale > 0.5;
+        rings.filter(visible).collect()
+    }
+
+    /// Where the scene's opaque triangles cross a height: furniture, or all else.
+    fn lines(&self, y: f64, furniture: bool) -> String {
+        let mut out = String::new();
+        let mut count = 0;
+        let wanted = self.scene.objects.iter().filter(|o| o.opaque && (o.role == Role::Furnishing) == furniture);
+        for object in wanted.filter(|o| o.bounds.min.y < y && o.bounds.max.y > y) {
+            for tri in object.triangles.clone() {
+                let [a, b, c] = self.scene.corners(tri as usize);
+                let ends: Vec<DVec2> = [(a, b), (b, c), (c, a)]
+                    .into_iter()
+                    .filter(|(p, q)| (p.y <= y) != (q.y <= y))
+                    .map(|(p, q)| p.lerp(q, (y - p.y) / (q.y - p.y)))
+                    .map(|p| DVec2::new(p.x, p.z).clamp(self.min, self.max))
+                    .collect();
+                if let [p, q] = ends[..]
+                    && p.distance(q) * self.scale > 0.05
+                {
+                    count += 1;
+                    if count > MOST_LINES {
+                        return if furniture { String::new() } else { out };
+                    }
+                    out.push_str(&self.path(&[p, q], false));
+                }
+            }
+        }
+        out
+    }
+
+    /// Portals of a storey's cells: a line where they stand, a broken outline where they lie.
+    fn portals(&self, storey: &Storey, out: &mut String) {
+        let kinds = [PortalKind::Opening, PortalKind::Window, PortalKind::Door];
+        let [mut lying, mut standing] = [const { [const { String::new() }; 3] }; 2];
+        for portal in self.file.portals.iter().filter(|p| p.cells.iter().any(|c| storey.cells.binary_search(c).is_ok())) {
+            let k = kinds.iter().position(|&k| k == portal.kind).unwrap_or(0);
+            let heights = portal.winding.iter().map(|p| f64::from(p.y));
+            let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
+            // As high as a room: what is only above or below belongs to another storey.
+            if high < storey.floor - 0.5 * storey.cut || low > storey.floor + 2.0 * storey.cut {
+                continue;
+            }
+            if portal.plane.y.abs() > 0.7 {
+                let ring: Vec<DVec2> =
+                    portal.winding.iter().map(|p| self.inside(DVec2::new(p.x.into(), p.z.into()))).collect();
+                lying[k].push_str(&self.path(&ring, true));
+            } else if let Some((a, b)) = ends(portal) {
+                standing[k].push_str(&self.path(&[self.inside(a), self.inside(b)], false));
+            }
+        }
+        for (k, class) in ["opening", "window", "door"].iter().enumerate() {
+            for (lines, how) in [(&lying[k], " lying"), (&standing[k], "")] {
+                if !lines.is_empty() {
+                    let _ = writeln!(out, "<path class=\"portal {class}{how}\" d=\"{lines}\"/>");
+                }
+            }
+        }
+    }
+
+    fn inside(&self, p: DVec2) -> DVec2 {
+        p.clamp(self.min, self.max)
+    }
+
+    /// The cell's name where that has room, else its number.
+    fn label(&self, cell: CellId, rings: &[Vec<DVec2>], out: &mut String) {
+        let (p, free) = roomiest(rings);
+        let (at, room) = (self.at(p), free * self.scale);
+        let name = &self.file.cells[cell.index()].name;
+        let number = cell.to_string();
+        // Bold digits and letters are about 0.62 of the size wide.
+        let fits = |text: &str, size: f64| {
+            let half = 0.31 * size * text.chars().count() as f64;
+            let rows = [-0.5, 0.0, 0.5].map(|k| p.y + k * size / self.scale);
+            let wide = rows.into_iter().map(|y| free_across(rings, DVec2::new(p.x, y))).fold(f64::INFINITY, f64::min);
+            half <= 0.94 * wide * self.scale && 0.45 * size <= room
+        };
+        let text = if is_named(name, cell) && fits(name, 12.0) { name.as_str() } else { &number };
+        let Some(size) = [13.0, 11.0, 9.0].into_iter().find(|&size| fits(text, size)) else { return };
+        let _ = writeln!(
+            out,
+            "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" style=\"font-size:{size}px\">{}</text>",
+            at.x,
+            at.y + 0.36 * size,
+            escape(text)
+        );
+    }
+
+    /// The scale: a length of 1, 2 or 5 times a power of ten.
+    fn bar(&self, height: f64, out: &mut String) {
+        let most = 0.22 * WIDTH / self.scale;
+        let ten = 10f64.powf(most.log10().floor());
+        let metres = [5.0, 2.0, 1.0].into_iter().map(|k| k * ten).find(|&m| m <= most).unwrap_or(ten);
+        let (x, y, length) = (MARGIN, height - 9.0, metres * self.scale);
+        let _ = writeln!(
+            out,
+            "<path class=\"axis\" d=\"M{x} {:.1}V{y:.1}H{:.1}V{:.1}\"/><text x=\"{:.1}\" y=\"{y:.1}\">{metres} m</text>",
+            y - 5.0,
+            x + length,
+            y - 5.0,
+            x + length + 7.0
+        );
+    }
+}
+
+/// A tint for each outline: of those that no neighbour before it has, the least used.
+fn tints(outlines: &[(CellId, Vec<Vec<DVec2>>)]) -> Vec<usize> {
+    /// Cells on two sides of a wall are neighbours, metres.
+    const WALL: f64 = 0.5;
+    let around = |rings: &Vec<Vec<DVec2>>| {
+        let all = || rings.iter().flatten().copied();
+        [all().fold(DVec2::INFINITY, DVec2::min) - WALL, all().fold(DVec2::NEG_INFINITY, DVec2::max) + WALL]
+    };
+    let boxes: Vec<[DVec2; 2]> = outlines.iter().map(|o| around(&o.1)).collect();
+    let (mut found, mut used): (Vec<usize>, [usize; TINTS]) = (Vec::new(), [0; TINTS]);
+    for (i, [min, max]) in boxes.iter().enumerate() {
+        let beside = |&(k, _): &(usize, &usize)| boxes[k][0].cmple(*max).all() && min.cmple(boxes[k][1]).all();
+        let taken: Vec<usize> = found.iter().enumerate().filter(beside).map(|(_, &tint)| tint).collect();
+        let free = (0..TINTS).filter(|t| !taken.contains(t)).min_by_key(|&t| used[t]);
+        let tint = free.unwrap_or(i % TINTS);
+        used[tint] += 1;
+        found.push(tint);
+    }
+    found
+}
+
+/// The ends of a standing portal in plan.
+fn ends(portal: &FilePortal) -> Option<(DVec2, DVec2)> {
+    let along = DVec2::new((-portal.plane.z).into(), portal.plane.x.into()).try_normalize()?;
+    let flat = portal.winding.iter().map(|p| DVec2::new(p.x.into(), p.z.into()));
+    let least = flat.clone().min_by(|a, b| along.dot(*a).total_cmp(&along.dot(*b)))?;
+    let most = flat.max_by(|a, b| along.dot(*a).total_cmp(&along.dot(*b)))?;
+    Some((least, most))
+}
+
+/// Twice over: the area of a ring, positive one way round.
+fn area(ring: &[DVec2]) -> f64 {
+    ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>() / 2.0
+}
+
+/// How far it is from a point to the nearest ring to the left or to the right.
+fn free_across(rings: &[Vec<DVec2>], p: DVec2) -> f64 {
+    let edges = rings.iter().flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
+    let crossing = edges.filter(|(a, b)| (a.y > p.y) != (b.y > p.y));
+    crossing.map(|(a, b)| (a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y)) - p.x).abs()).fold(f64::INFINITY, f64::min)
+}
+
+/// A point inside rings that is farthest from them, on a grid made finer around the best, and how far that is.
+fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
+    const STEPS: i32 = 14;
+    const CALM: f64 = 0.06;
+    let all = || rings.iter().flatten();
+    let min = all().copied().reduce(DVec2::min).unwrap_or_default();
+    let max = all().copied().reduce(DVec2::max).unwrap_or_default();
+    let edges = || rings.iter().flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
+    let free = |p: DVec2| {
+        let crosses =
+            |(a, b): &(&DVec2, &DVec2)| (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y));
+        let inside = edges().filter(crosses).count() % 2 == 1;
+        let distance = |(a, b): (&DVec2, &DVec2)| {
+            let s = ((p - *a).dot(*b - *a) / (*b - *a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            p.distance(a.lerp(*b, s))
+        };
+        let near = edges().map(distance).fold(f64::INFINITY, f64::min);
+        if inside { near } else { -near }
+    };
+    let middle = (min + max) / 2.0;
+    let mut best = (middle, f64::NEG_INFINITY);
+    let mut half = (max - min) / 2.0;
+    for _ in 0..3 {
+        let centre = best.0;
+        for i in -STEPS..=STEPS {
+            for j in -STEPS..=STEPS {
+                let p = centre + half * DVec2::new(f64::from(i), f64::from(j)) / f64::from(STEPS);
+                let f = free(p);
+                // Of places that are about as free, the one nearer to the middle is the calmer one.
+                let calm = |(p, f): (DVec2, f64)| f - CALM * p.distance(middle);
+                if calm((p, f)) > calm(best) {
+                    best = (p, f);
+                }
+            }
+        }
+        half *= 2.0 / f64::from(STEPS);
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cuboid(min: [f64; 3], max: [f64; 3]) -> Aabb {
+        Aabb { min: min.into(), max: max.into() }
+    }
+
+    #[test]
+    fn a_floor_is_what_lies_under_most_of_a_cell() {
+        // A room with a pit under a tenth of it.
+        let room = vec![cuboid([0., 0., 0.], [9., 3., 10.]), cuboid([9., -1., 0.], [10., 3., 10.])];
+        assert_eq!(floor(room), Some([0.0, 100.0, 3.0]));
+        assert_eq!(floor(vec![Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY }]), None);
+    }
+
+    #[test]
+    fn neighbours_differ() {
+        let square = |x: f64, y: f64| vec![[(x, y), (x + 4., y), (x + 4., y + 4.), (x, y + 4.)].map(DVec2::from).to_vec()];
+        let rooms: Vec<_> = (0..30).map(|i| (CellId(i), square(4.2 * f64::from(i % 6), 4.2 * f64::from(i / 6)))).collect();
+        let found = tints(&rooms);
+        for (i, a) in found.iter().enumerate() {
+            for (k, b) in found.iter().enumerate().skip(i + 1) {
+                let beside = (i % 6).abs_diff(k % 6) <= 1 && (i / 6).abs_diff(k / 6) <= 1;
+                assert!(a < &TINTS && !(beside && a == b), "{i} {k}");
+            }
+        }
+        assert!((0..TINTS).all(|t| found.contains(&t)));
+    }
+
+    #[test]
+    fn a_label_stands_where_there_is_room() {
+        let l = [(0., 0.), (10., 0.), (10., 4.), (2., 4.), (2., 12.), (0., 12.)].map(|(x, y)| DVec2::new(x, y)).to_vec();
+        let (p, free) = roomiest(&[l]);
+        assert!((free - 2.0).abs() < 0.2 && p.x > 1.5 && p.y < 3.0, "{p} {free}");
+        assert!(
+            (free_across(&[[(0., 0.), (9., 0.), (0., 9.)].map(DVec2::from).to_vec()], DVec2::new(4., 3.)) - 2.0).abs()
+                < 1e-12
+        );
+        // Around a hole.
+        let square = |a: f64, b: f64| [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| DVec2::new(x, y)).to_vec();
+        let (p, free) = roomiest(&[square(0., 10.), square(2., 8.)]);
+        assert!((free - 2f64.sqrt() * 0.828).abs() < 0.25 && free > 0.9, "{p} {free}");
+    }
+}

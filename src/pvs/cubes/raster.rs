@@ -1,0 +1,277 @@
+//! Cubes by an item buffer: the hierarchy is drawn from front to back, and what is hidden is skipped a box at a time.
+//!
+//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993. Deviations: children of a node are taken in the order of
+//! their nearest depth, each asked again when its turn comes; boxes that lie between the middles of pixels are skipped, too; see-through
+//! objects come after all that is opaque, each into a layer of its own, so that its nearest triangle is known before the next is drawn.
+
+use super::face::{Boxes, Drawn, Face, Rect, Triangles};
+use super::tiles::{Tile, Tiles};
+use super::tree::{Block, LANES, LEAF, Tree};
+use super::{Cube, CubeEngine, CubeScene, CubeView, SeeThrough};
+use crate::simd::dispatch;
+use pulp::Simd;
+
+/// Something to draw: a node or, marked by [`LEAF`], a leaf.
+#[derive(Clone, Copy)]
+struct Open {
+    item: u32,
+    rect: Rect,
+    nearest: f32,
+}
+
+/// Where the hits of an object in a tile are.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Run {
+    tile: u32,
+    object: u32,
+    start: u32,
+    end: u32,
+}
+
+/// Draws cubes.
+pub struct Raster<'s> {
+    scene: &'s CubeScene,
+    opaque: Tiles,
+    layer: Tiles,
+    stack: Vec<Open>,
+    touched: Vec<usize>,
+    hits: Vec<SeeThrough>,
+    runs: Vec<Run>,
+}
+
+impl<'s> Raster<'s> {
+    /// For one thread.
+    pub fn new(scene: &'s CubeScene) -> Self {
+        let (opaque, layer) = (Tiles::default(), Tiles::default());
+        Self { scene, opaque, layer, stack: Vec::new(), touched: Vec::new(), hits: Vec::new(), runs: Vec::new() }
+    }
+
+    #[inline(always)]
+    fn face<S: Simd>(&mut self, simd: S, view: &CubeView, index: usize, out: &mut Cube) {
+        let Self { scene, opaque, layer, stack, touched, hits, runs } = self;
+        let face = Face::new(view, index);
+        let size = view.size as usize;
+        let pixels = size * size;
+        opaque.clear(size);
+        // 1. What is opaque.
+        walk(
+            &scene.opaque,
+            &face,
+            size,
+            stack,
+            opaque,
+            #[inline(always)]
+            |blocks, tiles, _| {
+                for block in blocks {
+                    seen(
+                        block,
+                        &face,
+                        tiles,
+                        #[inline(always)]
+                        |drawn, rect, tiles| {
+                            let Tiles { tiles, farthest, across } = tiles;
+                            over(
+                                simd,
+                                &drawn,
+                                rect,
+                                tiles,
+                                farthest,
+                                *across,
+                                #[inline(always)]
+                                |_, far, new| *far = new,
+                            );
+                        },
+                    );
+                }
+            },
+        );
+        opaque.copy_to(size, &mut out.triangles[index * pixels..][..pixels]);
+        if scene.see_through.nodes.is_empty() {
+            return;
+        }
+        // 2. What is before it, an object at a time.
+        if layer.across != opaque.across {
+            layer.clear(size);
+        }
+        hits.clear();
+        runs.clear();
+        walk(
+            &scene.see_through,
+            &face,
+            size,
+            stack,
+            opaque,
+            #[inline(always)]
+            |blocks, tiles, leaf| {
+                for block in blocks {
+                    seen(
+                        block,
+                        &face,
+                        tiles,
+                        #[inline(always)]
+                        |drawn, rect, tiles| {
+                            let (farthest, across) = (&mut tiles.farthest, tiles.across);
+                            let marked = &mut layer.farthest;
+                            over(
+                                simd,
+                                &drawn,
+                                rect,
+                                &mut layer.tiles,
+                                farthest,
+                                across,
+                                #[inline(always)]
+                                |tile, _, _| {
+                                    if marked[tile] == 0.0 {
+                                        marked[tile] = 1.0;
+                                        touched.push(tile);
+                                    }
+                                },
+                            );
+                        },
+                    );
+                }
+                for tile in touched.drain(..) {
+                    let start = hits.len() as u32;
+                    let corner = [tile % tiles.across * LANES, tile / tiles.across * LANES];
+                    gather(&layer.tiles[tile], &tiles.tiles[tile], size, index * pixels, corner, hits);
+                    layer.tiles[tile] = Tile::EMPTY;
+                    layer.farthest[tile] = 0.0;
+                    let end = hits.len() as u32;
+                    runs.push(Run { tile: tile as u32, object: scene.objects[leaf as usize], start, end });
+                }
+            },
+        );
+        runs.sort_unstable();
+        for run in runs.iter() {
+            out.see_through.extend_from_slice(&hits[run.start as usize..run.end as usize]);
+        }
+    }
+}
+
+/// Draws a triangle into `tiles` where it isn't farther than `farthest`, tile by tile; tells `drawn_to` which it may have changed.
+#[inline(always)]
+fn over<S: Simd>(
+    simd: S,
+    drawn: &Drawn,
+    rect: Rect,
+    tiles: &mut [Tile],
+    farthest: &mut [f32],
+    across: usize,
+    mut drawn_to: impl FnMut(usize, &mut f32, f32),
+) {
+    drawn.tiles(
+        rect,
+        #[inline(always)]
+        |[x, y], rows| {
+            let index = y * across + x;
+            let (tile, far) = (&mut tiles[index], &mut farthest[index]);
+            if drawn.nearest >= *far {
+                let at = drawn.at((x * LANES) as f64, (y * LANES) as f64);
+                if let Some(new) = tile.draw(simd, drawn, at, *far, rows) {
+                    drawn_to(index, far, new);
+                }
+            }
+        },
+    );
+}
+
+/// Adds the pixels of a see-through object's tile that aren't behind the opaque one.
+#[inline(always)]
+fn gather(layer: &Tile, opaque: &Tile, size: usize, first: usize, corner: [usize; 2], hits: &mut Vec<SeeThrough>) {
+    for row in 0..LANES.min(size - corner[1]) {
+        let place = first + (corner[1] + row) * size + corner[0];
+        for column in 0..LANES.min(size - corner[0]) {
+            let p = row * LANES + column;
+            if layer.depth[p] > 0.0 && layer.depth[p] >= opaque.depth[p] {
+                hits.push(SeeThrough { pixel: (place + column) as u32, triangle: layer.triangle[p] });
+            }
+        }
+    }
+}
+
+/// Hands each triangle of a block that may be seen to `draw`.
+#[inline(always)]
+fn seen(block: &Block, face: &Face, tiles: &mut Tiles, mut draw: impl FnMut(Drawn, Rect, &mut Tiles)) {
+    let mut triangles = Triangles::new();
+    face.triangles(block, &mut triangles);
+    let mut left = triangles.seen;
+    while left != 0 {
+        let l = left.trailing_zeros() as usize % LANES;
+        left &= left - 1;
+        let rect = triangles.rect(l);
+        if !tiles.hides(rect, triangles.nearest(l))
+            && let Some(drawn) = triangles.set_up(l, face, block.triangles[l])
+        {
+            draw(drawn, rect, tiles);
+        }
+    }
+}
+
+/// Hands the leaves of a tree that may be seen to `leaf`, near ones first.
+#[inline(always)]
+fn walk(
+    tree: &Tree,
+    face: &Face,
+    size: usize,
+    stack: &mut Vec<Open>,
+    tiles: &mut Tiles,
+    mut leaf: impl FnMut(&[Block], &mut Tiles, u32),
+) {
+    if tree.nodes.is_empty() {
+        return;
+    }
+    let all = [0, size as u16 - 1];
+    stack.clear();
+    stack.push(Open { item: 0, rect: Rect { x: all, y: all }, nearest: f32::INFINITY });
+    let mut boxes = Boxes::new();
+    while let Some(open) = stack.pop() {
+        if tiles.hides(open.rect, open.nearest) {
+            continue;
+        }
+        if open.item & LEAF != 0 {
+            let index = open.item & !LEAF;
+            leaf(tree.blocks(index), tiles, index);
+            continue;
+        }
+        let node = &tree.nodes[open.item as usize];
+        face.boxes(node, &mut boxes);
+        let first = stack.len();
+        let mut left = boxes.seen;
+        while left != 0 {
+            let l = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let new = Open { item: node.child[l], rect: boxes.rect(l), nearest: boxes.nearest[l] };
+            stack.push(new);
+            let mut i = stack.len() - 1;
+            while i > first && stack[i - 1].nearest > new.nearest {
+                stack.swap(i, i - 1);
+                i -= 1;
+            }
+        }
+    }
+}
+
+/// A cube yet to be made.
+struct Draw<'a, 's> {
+    raster: &'a mut Raster<'s>,
+    view: &'a CubeView,
+    out: &'a mut Cube,
+}
+
+impl pulp::WithSimd for Draw<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for face in 0..6 {
+            self.raster.face(simd, self.view, face, self.out);
+        }
+    }
+}
+
+impl CubeEngine for Raster<'_> {
+    fn cube(&mut self, view: &CubeView, out: &mut Cube) {
+        out.clear(view);
+        dispatch(Draw { raster: self, view, out });
+    }
+}

@@ -1,0 +1,488 @@
+//! Pairs that flow left undecided, asked of the triangles themselves: is the way from a cell's portals to an object shut?
+//!
+//! Flow knows portals; what stands within a cell, or hides one part of a cell from another, it does not see. Here each undecided pair
+//! is put into segments from a window of the cell to a part of the object, and both ends are halved until a surface
+//! hides the one from the other (`flood`), or a segment is a witness, or what is left is too small or has cost too much.
+//! Groups of objects are asked together first: one wall hides a whole wing.
+//!
+//! Lines that come nearer to a surface than the clearance are promised nothing, but for those through portals that were given and leave
+//! no other way (`narrow`).
+
+mod flood;
+mod mesh;
+mod narrow;
+mod shaft;
+
+use super::PvsOptions;
+use super::sampling::witness::{Found, Lower, Prover};
+use super::sampling::{Random, mix};
+use crate::cells::{CellGraph, Locator};
+use crate::geom::{self, Aabb, Plane};
+use crate::job::{Job, Stopped};
+use crate::scene::Scene;
+use crate::scene::rays::{Hit, RayScene};
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
+use flood::{Between, Failed, Flood};
+use glam::DVec3;
+use mesh::Mesh;
+use serde::{Deserialize, Serialize};
+use shaft::{End, Shaft};
+
+/// Shafts that an object may cost from one portal in each round; what isn't decided then is asked again in the next. More rounds of
+/// more shafts decide few pairs more: on a real house, ten times the shafts a sixth of what was left.
+const ROUNDS: [f64; 3] = [24.0, 192.0, 1536.0];
+/// Rays that take about as long as one shaft.
+const RAYS_A_SHAFT: f64 = 5.0;
+/// Surfaces tried in one shaft.
+const SEEDS: usize = 6;
+
+/// What is known of a pair.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+enum State {
+    /// No line is known so far; once all portals have been asked, none is.
+    Open,
+    /// There is a witness.
+    Seen,
+    /// It cost too much.
+    Dear,
+    /// It is neither shut nor proven clear down to the tolerance.
+    Narrow,
+}
+
+/// Decides pairs of a closed cell and an object in other cells. Pairs proven hidden are cleared from `objects_upper`; witnesses go
+/// to `lower`, and those that the tolerance leaves open to `narrow`.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn decide(
+    rays: &RayScene<'_>,
+    graph: &CellGraph,
+    placement: &BitMatrix,
+    options: &PvsOptions,
+    cells_upper: &BitMatrix,
+    objects_upper: &mut BitMatrix,
+    lower: &mut Lower,
+    narrow: &mut BitMatrix,
+    work: &Job<'_>,
+) -> Result<(), Stopped> {
+    let scene = rays.scene();
+    let clearance = rays.tolerance().clearance;
+    let mesh = Mesh::new(scene, clearance);
+    let locator = Locator::new(graph);
+    let prover = Prover { rays, locator: &locator, clearance };
+    let asker = Asker { scene, graph, mesh: &mesh, prover: &prover };
+    let mut left = options.ray_budget as f64 / RAYS_A_SHAFT;
+
+    // What a narrow portal may show stays as flow has it.
+    let open = undecided(graph, placement, objects_upper, lower);
+    let sides = narrow::sides(graph, &open, [cells_upper, objects_upper], &mesh);
+    let most = budget(ROUNDS[1], left, sides.iter().map(|s| s.objects.len()).sum());
+    let ask = |(): &mut (), side: &narrow::Side| {
+        let cell = graph.portals[side.portal.portal().index()].cells[side.portal.side()];
+        let random = Random(mix(mix(options.seed, 0x4e), u64::from(side.portal.0)));
+        let mut task = asker.task(cell, &side.objects, most, random);
+        task.strict = true;
+        if side.can_be_asked {
+            task.through(side.portal);
+        } else {
+            task.state.fill(State::Dear);
+        }
+        (task.state, task.found.close(), task.shafts)
+    };
+    let found = work.map_with(&sides, || (), ask, |done| work.tell("narrow portals", done as f64 / sides.len() as f64))?;
+    let mut kept = BitMatrix::new(placement.rows(), placement.columns());
+    for (side, (state, mut found, shafts)) in sides.iter().zip(found) {
+        left -= shafts as f64;
+        found.rays = 0; // they are part of the shafts' price
+        lower.merge(found);
+        for (&o, _) in side.objects.iter().zip(&state).filter(|(_, state)| **state != State::Open) {
+            for &c in side.cells.iter().filter(|&&c| open.get(c as usize, o as usize)) {
+                kept.set(c as usize, o as usize);
+                narrow.set(c as usize, o as usize);
+            }
+        }
+    }
+
+    for (round, &shafts) in ROUNDS.iter().enumerate() {
+        let open = undecided(graph, placement, objects_upper, lower);
+        let todo: Vec<(usize, Vec<u32>)> = (0..graph.cells.len())
+            .map(|c| (c, open.ones(c).filter(|&o| !kept.get(c, o)).map(|o| o as u32).collect::<Vec<_>>()))
+            .filter(|(_, objects)| !objects.is_empty())
+            .collect();
+        if todo.is_empty() {
+            break;
+        }
+        let budget =
+            budget(shafts, left, todo.iter().map(|(c, objects)| graph.cells[*c].portals.len() * objects.len()).sum());
+        if budget < 2.0 {
+            break;
+        }
+        let ask = |(): &mut (), (c, objects): &(usize, Vec<u32>)| {
+            let random = Random(mix(mix(options.seed, 0x5e + round as u64), *c as u64));
+            let mut task = asker.task(CellId(*c as u32), objects, budget, random);
+            for &portal in &graph.cells[*c].portals {
+                task.through(portal);
+            }
+            (task.state, task.found.close(), task.shafts)
+        };
+        let share = |done: usize| (round as f64 + done as f64 / todo.len() as f64) / ROUNDS.len() as f64;
+        let found = work.map_with(&todo, || (), ask, |done| work.tell("shields", share(done)))?;
+        for ((c, objects), (state, mut found, shafts)) in todo.iter().zip(found) {
+            left -= shafts as f64;
+            found.rays = 0; // they are part of the shafts' price
+            for (&o, state) in objects.iter().zip(&state) {
+                match state {
+                    State::Open => objects_upper.clear(*c, o as usize),
+                    State::Narrow => _ = narrow.set(*c, o as usize),
+                    State::Dear => narrow.clear(*c, o as usize),
+                    State::Seen => (),
+                }
+            }
+            lower.merge(found);
+        }
+    }
+    Ok(())
+}
+
+/// Pairs of closed cells and objects in others that are neither witnessed nor proven hidden.
+fn undecided(graph: &CellGraph, placement: &BitMatrix, objects_upper: &BitMatrix, lower: &Lower) -> BitMatrix {
+    let mut open = BitMatrix::new(placement.rows(), placement.columns());
+    for c in (0..graph.cells.len()).filter(|&c| !graph.cells[c].open) {
+        for o in objects_upper.ones(c).filter(|&o| !lower.objects.get(c, o) && !placement.get(c, o)) {
+            open.set(c, o);
+        }
+    }
+    open
+}
+
+/// Shafts for an object through one portal: at most `most`, and of `left` in all what `pairs` of the two may expect.
+fn budget(most: f64, left: f64, pairs: usize) -> f64 {
+    // Most pairs cost far less than they may.
+    most.min(4.0 * left / pairs.max(1) as f64)
+}
+
+/// What every task needs.
+struct Asker<'a> {
+    scene: &'a Scene,
+    graph: &'a CellGraph,
+    mesh: &'a Mesh,
+    prover: &'a Prover<'a>,
+}
+
+impl<'a> Asker<'a> {
+    fn task(&'a self, cell: CellId, objects: &'a [u32], budget: f64, random: Random) -> Task<'a> {
+        Task {
+            scene: self.scene,
+            graph: self.graph,
+            mesh: self.mesh,
+            prover: self.prover,
+            cell,
+            objects,
+            state: vec![State::Open; objects.len()],
+            spent: vec![0.0; objects.len()],
+            budget,
+            strict: false,
+            random,
+            flood: Flood::default(),
+            crossed: Vec::new(),
+            planes: Vec::new(),
+            found: Found::default(),
+            shafts: 0,
+            grown: 1.5 * self.prover.rays.tolerance().seal,
+        }
+    }
+}
+
+/// What segments lead to.
+#[derive(Clone)]
+enum Target {
+    /// Objects, by their place in the task's list.
+    Objects(Vec<u32>),
+    /// Parts of one object: polygons, each with its triangle.
+    Parts(u32, Vec<(u32, Vec<DVec3>)>),
+}
+
+/// One cell's open pairs.
+struct Task<'a> {
+    scene: &'a Scene,
+    graph: &'a CellGraph,
+    mesh: &'a Mesh,
+    prover: &'a Prover<'a>,
+    cell: CellId,
+    /// The objects, ascending, what is known of each, and how many shafts it has cost from this portal.
+    objects: &'a [u32],
+    state: Vec<State>,
+    spent: Vec<f64>,
+    /// Most shafts.
+    budget: f64,
+    /// Lines that graze surfaces count, too, but for those at the ends of a slit.
+    strict: bool,
+    /// How far portals were moved out over their rims, metres.
+    grown: f64,
+    random: Random,
+    found: Found,
+    /// Shafts so far.
+    shafts: u64,
+    // Memory.
+    flood: Flood,
+    crossed: Vec<(f64, u32)>,
+    planes: Vec<Plane>,
+}
+
+impl Task<'_> {
+    /// Everything out through one portal of the cell.
+    fn through(&mut self, portal: DirectedPortal) {
+        let plane = self.graph.plane(portal);
+        let mut winding = self.graph.portals[portal.portal().index()].winding.clone();
+        if portal.side() == 1 {
+            winding.reverse();
+        }
+        self.spent.fill(0.0);
+        let margin = 4.0 * self.mesh.gap;
+        let ahead = |&k: &u32| {
+            let b = self.scene.objects[self.objects[k as usize] as usize].bounds;
+            let reach = plane.n.abs().dot(b.size() * 0.5);
+            self.state[k as usize] == State::Open && plane.distance(b.centre()) + reach > -margin
+        };
+        let all: Vec<u32> = (0..self.objects.len() as u32).filter(ahead).collect();
+        // Whatever passes the portal's rim where a wall or floor runs along it comes nearer to that than the clearance.
+        let least = if self.strict { 2.0 * self.mesh.clearance } else { 0.0 };
+        let window = self.mesh.inset(&winding, plane.n, [self.grown, 0.8 * self.mesh.clearance], least);
+        if window.is_empty() {
+            return;
+        }
+        let mut stack = vec![(End::polygon(&window, plane), Target::Objects(all))];
+        while let Some((from, mut target)) = stack.pop() {
+            // 1. What is still open of it.
+            let share = match &mut target {
+                Target::Objects(list) => {
+                    list.retain(|&k| self.state[k as usize] == State::Open);
+                    for &k in list.iter() {
+                        self.spent[k as usize] += 1.0 / list.len() as f64;
+                        if self.spent[k as usize] > self.budget {
+                            self.state[k as usize] = State::Dear;
+                        }
+                    }
+                    list.len()
+                }
+                Target::Parts(k, parts) => {
+                    let k = *k as usize;
+                    if self.state[k] != State::Open {
+                        continue;
+                    }
+                    self.spent[k] += 1.0;
+                    if self.spent[k] > self.budget {
+                        self.state[k] = State::Dear;
+                    }
+                    parts.len()
+                }
+            };
+            if share == 0 {
+                continue;
+            }
+            // 2. A surface that hides it, or a segment that is a witness.
+            let to = self.end(&target);
+            let contour = match self.ask(&from, &to, &target, &plane) {
+                None => continue,
+                Some(contour) => contour,
+            };
+            // 3. The end that makes the shaft widest there, across the edge, is halved.
+            let [near, far] = [&from, &to].map(|e| e.bounds.centre().distance(contour.at));
+            let f = near / (near + far).max(1e-300);
+            let (wide, deep) = ((1.0 - f) * from.size(contour.across), f * to.size(contour.across));
+            let least = 0.25 * self.mesh.clearance;
+            let group = matches!(&target, Target::Objects(_)) || matches!(&target, Target::Parts(_, p) if p.len() > 1);
+            let mut across = contour.across;
+            let (mut small, mut flat) = (from.size(across) < least, to.size(across) < least);
+            if small && flat && !group {
+                across = DVec3::ZERO;
+                (small, flat) = (from.size(across) < least, to.size(across) < least);
+            }
+            if (group || !flat) && (deep >= wide || small) {
+                for half in self.halves(target, &plane, across) {
+                    stack.push((from.clone(), half));
+                }
+            } else if !small {
+                for half in split(&from.points, across) {
+                    stack.push((End::polygon(&half, plane), target.clone()));
+                }
+            } else if let Target::Parts(k, _) = target {
+                if !self.strict && self.is_narrow(&from, &to, k) {
+                    continue;
+                }
+                self.state[k as usize] = State::Narrow;
+            }
+        }
+    }
+
+    /// The hull of a target.
+    fn end(&self, target: &Target) -> End {
+        match target {
+            Target::Objects(list) => {
+                let bounds = |&k: &u32| self.scene.objects[self.objects[k as usize] as usize].bounds;
+                End::cuboid(list.iter().map(bounds).fold(Aabb::EMPTY, Aabb::union))
+            }
+            Target::Parts(_, parts) => match parts.as_slice() {
+                [(tri, points)] => {
+                    let [a, b, c] = self.scene.corners(*tri as usize);
+                    match (b - a).cross(c - a).try_normalize() {
+                        Some(n) => End::polygon(points, Plane::through(a, n)),
+                        None => End::cuboid(Aabb::of(points.iter().copied())),
+                    }
+                }
+                _ => End::cuboid(Aabb::of(parts.iter().flat_map(|(_, p)| p.iter().copied()))),
+            },
+        }
+    }
+
+    /// `None` where nothing of the target is left to be decided here; else where the surfaces that were tried end.
+    fn ask(&mut self, from: &End, to: &End, target: &Target, plane: &Plane) -> Option<Failed> {
+        self.shafts += 1;
+        // A segment to a random point of the target.
+        let (k, tri, goal) = match target {
+            Target::Objects(list) => {
+                let k = list[(self.random.next() % list.len() as u64) as usize];
+                let range = &self.scene.objects[self.objects[k as usize] as usize].triangles;
+                let tri = range.start + (self.random.next() % u64::from(range.end - range.start)) as u32;
+                (k, tri, within(&self.scene.corners(tri as usize), &mut self.random))
+            }
+            Target::Parts(k, parts) => {
+                let (tri, points) = &parts[(self.random.next() % parts.len() as u64) as usize];
+                (*k, *tri, within(points, &mut self.random))
+            }
+        };
+        let start = within(&from.points, &mut self.random);
+        let mut crossed = std::mem::take(&mut self.crossed);
+        self.mesh.crossed(start, goal, SEEDS, &mut crossed);
+        // What it meets first may be a witness of its own.
+        if plane.distance(goal) > 0.0 {
+            let first = crossed.first().map(|&(s, i)| (start.lerp(goal, s), self.mesh.tris[i as usize].id));
+            let (at, tri) = first.unwrap_or((goal, tri));
+            let object = self.scene.object_of(tri as usize);
+            if let Ok(k) = self.objects.binary_search(&object.0)
+                && self.state[k] == State::Open
+            {
+                self.try_witness(
+                    k,
+                    start - plane.n * (2.0 * self.mesh.clearance),
+                    at,
+                    Hit { t: 1.0, triangle: tri, object },
+                );
+            }
+        }
+        let mut contour = Failed { at: goal, across: DVec3::ZERO };
+        let mut shut = false;
+        if !crossed.is_empty() && self.state[k as usize] == State::Open {
+            let shaft = Shaft::new(from, to, 0.25 * self.mesh.gap, std::mem::take(&mut self.planes));
+            let mut tried: Option<Failed> = None;
+            let object = if let Target::Parts(k, _) = target { Some(self.objects[*k as usize]) } else { None };
+            let between = Between { ends: [from, to], shaft: &shaft, object, strict: self.strict };
+            for &(_, seed) in &crossed {
+                match self.flood.closes(self.mesh, &between, seed) {
+                    Ok(()) => {
+                        shut = true;
+                        break;
+                    }
+                    Err(at) => tried = tried.or(Some(at)),
+                }
+            }
+            contour = tried.unwrap_or(contour);
+            self.planes = shaft.into_planes();
+        }
+        self.crossed = crossed;
+        (!shut).then_some(contour)
+    }
+
+    /// True where every line of a shaft that is smaller than the clearance passes something more closely than that.
+    fn is_narrow(&self, from: &End, to: &End, k: u32) -> bool {
+        let [a, b] = [from, to].map(|e| geom::middle(&e.points));
+        let clearance = self.mesh.clearance;
+        let width = from.size(DVec3::ZERO).max(to.size(DVec3::ZERO));
+        let Some(direction) = (b - a).try_normalize() else { return false };
+        let object = ObjectId(self.objects[k as usize]);
+        width < 0.45 * clearance
+            && a.distance(b) > 4.0 * clearance
+            && !self.prover.rays.is_clear(a, b - direction * (2.5 * clearance), 0.95 * clearance - width, Some(object))
+    }
+
+    fn try_witness(&mut self, k: usize, from: DVec3, to: DVec3, hit: Hit) {
+        let object = ObjectId(self.objects[k]);
+        if self.prover.aim(self.cell, from, to, Hit { object, ..hit }, &mut self.found) {
+            self.state[k] = State::Seen;
+        }
+    }
+
+    /// Two halves of a target, or its parts.
+    fn halves(&self, target: Target, plane: &Plane, across: DVec3) -> Vec<Target> {
+        match target {
+            Target::Objects(list) if list.len() > 1 => {
+                let centre = |k: &u32| self.scene.objects[self.objects[*k as usize] as usize].bounds.centre();
+                let (a, b) = median(list, centre);
+                vec![Target::Objects(a), Target::Objects(b)]
+            }
+            Target::Objects(list) => {
+                let k = list[0];
+                // Segments lead out of the cell: what lies behind the portal is another portal's.
+                let behind = Plane { n: -plane.n, d: -plane.d - 0.1 * self.mesh.gap };
+                let part = |t: u32| {
+                    let part = geom::clip(&self.scene.corners(t as usize), &behind, 0.0);
+                    (!part.is_empty()).then_some((t, part))
+                };
+                let parts =
+                    self.scene.objects[self.objects[k as usize] as usize].triangles.clone().filter_map(part).collect();
+                vec![Target::Parts(k, parts)]
+            }
+            Target::Parts(k, parts) if parts.len() > 1 => {
+                let (a, b) = median(parts, |p| geom::middle(&p.1));
+                vec![Target::Parts(k, a), Target::Parts(k, b)]
+            }
+            Target::Parts(k, parts) => {
+                let (tri, points) = &parts[0];
+                split(points, across).into_iter().map(|half| Target::Parts(k, vec![(*tri, half)])).collect()
+            }
+        }
+    }
+}
+
+/// Two halves of a list, along the axis in which it is longest.
+fn median<T>(mut list: Vec<T>, centre: impl Fn(&T) -> DVec3) -> (Vec<T>, Vec<T>) {
+    let size = Aabb::of(list.iter().map(&centre)).size();
+    let axis = if size.x >= size.y && size.x >= size.z {
+        0
+    } else if size.z >= size.y {
+        2
+    } else {
+        1
+    };
+    list.sort_by(|a, b| centre(a)[axis].total_cmp(&centre(b)[axis]));
+    let rest = list.split_off(list.len() / 2);
+    (list, rest)
+}
+
+/// Two halves of a convex polygon, across `along` as far as that lies in its plane, or across the direction in which it is longest.
+fn split(points: &[DVec3], along: DVec3) -> Vec<Vec<DVec3>> {
+    let mut longest = (0.0, DVec3::X);
+    for (i, &a) in points.iter().enumerate() {
+        for &b in &points[i + 1..] {
+            if a.distance_squared(b) > longest.0 {
+                longest = (a.distance_squared(b), b - a);
+            }
+        }
+    }
+    let ends = |n: DVec3| {
+        let at = points.iter().map(|p| n.dot(*p));
+        at.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let (mut n, mut reach) = (along, ends(along));
+    if reach.1 - reach.0 <= 1e-3 * longest.0.sqrt() {
+        n = longest.1.normalize_or(DVec3::X);
+        reach = ends(n);
+    }
+    let plane = Plane { n, d: 0.5 * (reach.0 + reach.1) };
+    [plane, plane.flipped()].map(|p| geom::clip(points, &p, 0.0)).into_iter().filter(|h| !h.is_empty()).collect()
+}
+
+/// A random point of a convex polygon.
+fn within(points: &[DVec3], random: &mut Random) -> DVec3 {
+    let weights: Vec<f64> = points.iter().map(|_| -(1.0 - random.unit()).ln() + 1e-3).collect();
+    let total: f64 = weights.iter().sum();
+    points.iter().zip(&weights).map(|(&p, w)| p * (w / total)).sum()
+}

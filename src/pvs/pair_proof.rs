@@ -1,0 +1,187 @@
+//! Flow, and then shields, asked of single pairs: what a bake decides for all at once and then forgets.
+//!
+//! Portals are taken as they are given. Those of a file are rounded to `f32`, so that an answer may differ from the bake's by as
+//! much; what is in the file stays what was proven.
+
+use super::flow::goals::{Boxes, CellGoals, Goals, Inside, NoProof, ObjectGoals};
+use super::flow::might_see::{MightSee, set};
+use super::flow::net::Net;
+use super::flow::search::{End, Search};
+use super::flow::stab::Passage;
+use super::sampling::witness::Lower;
+use super::{PvsOptions, flow, occluders};
+use crate::cells::CellGraph;
+use crate::geom::{Aabb, Plane};
+use crate::job::Job;
+use crate::scene::rays::RayScene;
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
+use glam::DVec3;
+
+/// Steps that the search for one pair may take from one portal: fifty times a bake's.
+const STEPS: u64 = 1_000_000;
+
+/// What flow says of a pair.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Flowed {
+    /// No line passes: each chain of portals from the cell ends in one of these. None at all: the planes of the portals alone leave
+    /// no chain.
+    Separated(Vec<Separation>),
+    /// A line may pass these portals, in order, as far as portals tell.
+    Open(Vec<DirectedPortal>),
+    /// The search ran out of steps.
+    OutOfSteps,
+}
+
+/// The proof that no line goes on from a chain of portals to the goal.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Separation {
+    /// From the first cell on.
+    pub chain: Vec<DirectedPortal>,
+    /// All that lines through the chain meet beyond it is inside these planes, and inside them there is neither the goal nor a way
+    /// to it. Empty: no line passes the chain at all.
+    pub planes: Vec<Plane>,
+}
+
+/// A graph laid out to be asked of pairs.
+pub struct PairFlow {
+    net: Net,
+    might_see: MightSee,
+    boxes: Boxes,
+}
+
+impl PairFlow {
+    /// Lays out portals and objects. `placement` and `object_bounds` as in [`flow::FlowInput`]; `coplanar`: likewise, metres.
+    pub fn new(graph: &CellGraph, placement: &BitMatrix, object_bounds: &[Aabb], coplanar: f64) -> Self {
+        let net = Net::of_graph(graph, coplanar);
+        let (might_see, boxes) = (MightSee::new(&net), Boxes::new(&net, placement, object_bounds));
+        Self { net, might_see, boxes }
+    }
+
+    /// Whether a line may pass from one cell to another. Asked from both sides, because a pair that is hidden from one is hidden;
+    /// chains are told from the first unless only the other side is separated.
+    pub fn cell(&self, from: CellId, to: CellId) -> Flowed {
+        let first = self.cell_from(from, to);
+        match &first {
+            Flowed::Separated(_) => first,
+            _ => match self.cell_from(to, from) {
+                Flowed::Separated(found) => Flowed::Separated(found),
+                _ => first,
+            },
+        }
+    }
+
+    fn cell_from(&self, from: CellId, to: CellId) -> Flowed {
+        let mut wanted = vec![0; self.net.cells.div_ceil(64)];
+        set(&mut wanted, to.index());
+        let mut goals = Recorder { goals: CellGoals::new(&self.net, &NoProof, wanted), open: Vec::new() };
+        let mut search = self.search();
+        for portal in self.net.out(from.index()) {
+            if search.run(portal, &mut goals).capped {
+                return Flowed::OutOfSteps;
+            }
+        }
+        let Recorder { goals, open } = goals;
+        if goals.doubtful().next().is_some() || !goals.into_proofs().is_empty() {
+            return Flowed::Open(self.ids(&open));
+        }
+        self.separated(search)
+    }
+
+    /// Whether a line may pass from a cell to an object's box in any other cell.
+    pub fn object(&self, from: CellId, object: ObjectId, placement: &BitMatrix) -> Flowed {
+        let mut wanted = vec![0; placement.columns().div_ceil(64)];
+        set(&mut wanted, object.index());
+        let mut search = self.search();
+        for portal in self.net.out(from.index()) {
+            let cells = flow::cells::reached(&self.net, &self.might_see, [portal]);
+            let goals = ObjectGoals::new(&self.net, &self.boxes, &wanted, &cells, portal);
+            let mut goals = Recorder { goals, open: Vec::new() };
+            if search.run(portal, &mut goals).capped {
+                return Flowed::OutOfSteps;
+            }
+            if !goals.goals.found().is_empty() {
+                // What stands right behind the portal is found before any chain is asked.
+                let chain = if goals.open.is_empty() { vec![portal as u32] } else { goals.open };
+                return Flowed::Open(self.ids(&chain));
+            }
+        }
+        self.separated(search)
+    }
+
+    fn search(&self) -> Search<'_> {
+        let mut search = Search::new(&self.net, &self.might_see, STEPS);
+        search.ends = Some(Vec::new());
+        search
+    }
+
+    fn ids(&self, chain: &[u32]) -> Vec<DirectedPortal> {
+        chain.iter().map(|&p| DirectedPortal(self.net.ids[p as usize])).collect()
+    }
+
+    fn separated(&self, mut search: Search<'_>) -> Flowed {
+        let moved = |p: Plane| Plane { n: p.n, d: p.d + p.n.dot(self.net.origin) };
+        let ends = search.ends.take().unwrap_or_default();
+        let separation = |End { chain, planes }: End| Separation {
+            chain: self.ids(&chain),
+            planes: planes.into_iter().map(moved).collect(),
+        };
+        Flowed::Separated(ends.into_iter().map(separation).collect())
+    }
+}
+
+/// Goals that keep the last chain that led to them.
+struct Recorder<G> {
+    goals: G,
+    open: Vec<u32>,
+}
+
+impl<G: Goals> Goals for Recorder<G> {
+    fn portals(&self) -> &[u64] {
+        self.goals.portals()
+    }
+
+    fn is_cut_off(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool {
+        self.goals.is_cut_off(net, cell, inside)
+    }
+
+    fn would_decide(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool {
+        self.goals.would_decide(net, cell, inside)
+    }
+
+    fn accepts(&mut self, chain: &[u32], line: [DVec3; 2]) -> bool {
+        chain.clone_into(&mut self.open);
+        self.goals.accepts(chain, line)
+    }
+
+    fn settle(&mut self, chain: &[u32], steps: &mut u64) -> Passage {
+        chain.clone_into(&mut self.open);
+        self.goals.settle(chain, steps)
+    }
+
+    fn arrive(&mut self, net: &Net, cell: usize, inside: &Inside<'_>, passage: Passage) -> u64 {
+        self.goals.arrive(net, cell, inside, passage)
+    }
+}
+
+/// Whether triangles alone shut every way from a closed cell's portals to an object in another cell: the last stage of a bake,
+/// for one pair. `cells_upper` is what flow left of pairs of cells.
+pub fn is_shielded(
+    rays: &RayScene<'_>,
+    graph: &CellGraph,
+    placement: &BitMatrix,
+    cells_upper: &BitMatrix,
+    [cell, object]: [usize; 2],
+) -> bool {
+    // All pairs but this one are as good as seen.
+    let (rows, columns) = (placement.rows(), placement.columns());
+    let (mut upper, mut lower) = (BitMatrix::new(rows, columns), Lower::new(rows, columns));
+    (0..rows).for_each(|c| (0..columns).for_each(|o| _ = upper.set(c, o)));
+    lower.objects = upper.clone();
+    lower.objects.clear(cell, object);
+    let (options, mut narrow) = (PvsOptions::default(), BitMatrix::new(rows, columns));
+    let quiet = Job::quiet();
+    let asked =
+        occluders::decide(rays, graph, placement, &options, cells_upper, &mut upper, &mut lower, &mut narrow, &quiet);
+    debug_assert_eq!(asked, Ok(()), "nobody stops it");
+    !upper.get(cell, object)
+}

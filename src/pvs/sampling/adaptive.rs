@@ -1,0 +1,296 @@
+//! Visibility cubes where they show most that isn't known.
+//!
+//! Based on: Nirenstein, Blake, *Hardware accelerated visibility preprocessing using adaptive sampling*, 2004: whatever is seen
+//! from inside a closed cell beyond itself is seen through its portals, so cubes stand on portals, in quadtrees that split where cubes
+//! disagree. Deviations:
+//!
+//! * a patch has one cube, not four at corners that it shares: the portal's middle first, its corners next, then the
+//!   middles of smaller and smaller patches, so that a portal that shows nothing new costs one cube;
+//! * what counts is solid angle, since the paper's counts of ids weigh a distant screw like a wall; first of all that of what
+//!   a cube shows and the cells beside it weren't known to see, then that on which a patch and its parent disagree;
+//! * no threshold, which says nothing about time: one queue holds the patches of all portals, and a place inside every cell (objects in
+//!   a cell need proofs too), in the order of what cubes there are expected to show.
+
+use super::cast::{BATCH, COST, Caster, Seen};
+use super::region::Region;
+use super::schedule::Source;
+use super::witness::Lower;
+use super::{Random, Sampler, Site, lines, mix};
+use crate::cells::Portal;
+use crate::geom::{self, Plane};
+use crate::job::{Job, Stopped};
+use crate::{CellId, PortalId};
+use glam::DVec3;
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, VecDeque};
+
+/// Halvings of a portal's sides, at most.
+const DEPTH: u32 = 6;
+/// What a patch and its parent disagree on weighs this much of what is not known at all.
+const DISAGREED: f64 = 0.1;
+/// A patch is expected to show this fraction of what the one that it is a quarter of showed.
+const QUARTER: f64 = 0.5;
+/// A cube in a cell is expected to show half of what the last one did and half of what the one before was expected to; and this
+/// fraction of the sphere over the number of cubes there were: what is behind a corner of a cell shows in no cube before it. Less,
+/// and cells whose first cubes stood badly are given up; more, and all cells get equally many.
+const HOPE: f64 = 1e-2;
+/// Of so many random points of a cell its next cube stands at the one farthest from the cubes before it (Mitchell, *Spectrally
+/// optimal sampling for distribution ray tracing*, 1991), of which it looks at the last so many.
+const CANDIDATES: u32 = 8;
+const REMEMBERED: usize = 64;
+/// What first cubes are expected to show. In cells more than any cube shows, so that each has one before any has two; on portals
+/// less than in a cell with fewer than ten cubes: where portals are many, most of them show nothing that those don't.
+const FIRST: f64 = 2.0;
+const FIRST_ON_PORTAL: f64 = 1e-3;
+
+/// Where a cube may stand next.
+struct Place {
+    /// Solid angle (fraction of the sphere) that it is expected to show.
+    hope: f64,
+    /// Breaks ties, and the seed of what is random there.
+    key: u64,
+    at: At,
+}
+
+enum At {
+    Patch(Patch, Seen),
+    /// Inside a cell, and how many cubes stand there already.
+    Cell(CellId, u32),
+}
+
+/// A patch of a portal: its lesser corner and size in units of `1 / 2^DEPTH` of the portal's rectangle.
+#[derive(Clone, Copy)]
+struct Patch {
+    portal: u32,
+    u: u32,
+    v: u32,
+    size: u32,
+}
+
+impl Patch {
+    const WHOLE: u32 = 1 << DEPTH;
+
+    /// Where its cube stands: in the middle, but for a portal's quarters, whose cubes stand in the portal's corners.
+    fn eye(&self) -> [u32; 2] {
+        [self.u, self.v].map(|low| match (2 * self.size == Self::WHOLE, low) {
+            (true, 0) => 0,
+            (true, _) => Self::WHOLE,
+            (false, _) => low + self.size / 2,
+        })
+    }
+
+    fn quarters(self) -> [Self; 4] {
+        let size = self.size / 2;
+        [(0, 0), (size, 0), (0, size), (size, size)].map(|(u, v)| Self { u: self.u + u, v: self.v + v, size, ..self })
+    }
+
+    fn key(&self, seed: u64) -> u64 {
+        mix(mix(seed, 1 + u64::from(self.portal)), u64::from(self.u) << 42 | u64::from(self.v) << 21 | u64::from(self.size))
+    }
+}
+
+impl Ord for Place {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.hope.total_cmp(&other.hope).then(self.key.cmp(&other.key))
+    }
+}
+
+impl PartialOrd for Place {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Place {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Place {}
+
+/// Portals and cells by what cubes there are expected to show.
+pub(super) struct Adaptive<'a, 'c> {
+    sampler: &'a Sampler<'a>,
+    caster: &'a Caster<'c>,
+    regions: &'a [Region],
+    /// Eyes of the last cubes inside each cell.
+    eyes: Vec<VecDeque<DVec3>>,
+    surfaces: Vec<Surface>,
+    queue: BinaryHeap<Place>,
+}
+
+impl<'a, 'c> Adaptive<'a, 'c> {
+    pub fn new(sampler: &'a Sampler<'a>, caster: &'a Caster<'c>, regions: &'a [Region]) -> Self {
+        let surface = |p: &Portal| Surface::new(&p.winding, p.plane.n, sampler.prover.clearance);
+        let patch = |portal: u32| {
+            let patch = Patch { portal, u: 0, v: 0, size: Patch::WHOLE };
+            Place { hope: FIRST_ON_PORTAL, key: patch.key(sampler.seed), at: At::Patch(patch, Seen::new()) }
+        };
+        let cell = |c: u32| Place { hope: FIRST, key: mix(mix(sampler.seed, 0), u64::from(c)), at: At::Cell(CellId(c), 0) };
+        let patches = (0..sampler.graph.portals.len() as u32).map(patch);
+        let queue = patches.chain((0..regions.len() as u32).map(cell)).collect();
+        let surfaces = sampler.graph.portals.iter().map(surface).collect();
+        Self { sampler, caster, regions, eyes: vec![VecDeque::new(); regions.len()], surfaces, queue }
+    }
+
+    fn site(&mut self, place: &Place) -> Option<Site> {
+        match place.at {
+            At::Patch(patch, _) => {
+                let Portal { cells, plane, .. } = &self.sampler.graph.portals[patch.portal as usize];
+                let at = self.surfaces[patch.portal as usize].point(patch.eye());
+                Some(Site { at, cells: *cells, normal: plane.n, portal: Some(PortalId(patch.portal)) })
+            }
+            At::Cell(cell, _) => {
+                let mut random = Random(mix(place.key, 1));
+                let eyes = &mut self.eyes[cell.index()];
+                let far = |at: &DVec3| eyes.iter().map(|eye| eye.distance_squared(*at)).fold(f64::INFINITY, f64::min);
+                let candidates = (0..CANDIDATES).filter_map(|_| self.regions[cell.index()].draw(&mut random));
+                let at = candidates.map(|at| (far(&at), at)).reduce(|a, b| if b.0 > a.0 { b } else { a })?.1;
+                eyes.push_back(at);
+                if eyes.len() > REMEMBERED {
+                    eyes.pop_front();
+                }
+                Some(Site::inside(cell, at))
+            }
+        }
+    }
+
+    /// Where to go on from a place whose cube showed `seen`, of which `fresh` (solid angle) wasn't known.
+    fn follow(&mut self, place: Place, seen: Seen, fresh: f64) {
+        match place.at {
+            At::Patch(patch, parent) => {
+                let surface = &self.surfaces[patch.portal as usize];
+                let extent = surface.extent() * f64::from(patch.size) / f64::from(Patch::WHOLE);
+                if patch.size < 4 || extent < surface.inset * 4.0 {
+                    return;
+                }
+                let disagreed = if parent.is_empty() { 0.0 } else { missed(&parent, &seen) };
+                let hope = QUARTER * (fresh + DISAGREED * disagreed);
+                for quarter in patch.quarters() {
+                    let key = quarter.key(self.sampler.seed);
+                    self.queue.push(Place { hope, key, at: At::Patch(quarter, seen.clone()) });
+                }
+            }
+            At::Cell(cell, count) => {
+                let before = if count == 0 { fresh } else { place.hope };
+                let hope = 0.5 * (before + fresh) + HOPE / f64::from(count + 1);
+                self.queue.push(Place { hope, key: mix(place.key, 2), at: At::Cell(cell, count + 1) });
+            }
+        }
+    }
+}
+
+impl Source for Adaptive<'_, '_> {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+        let end = lower.rays + rays;
+        while lower.rays < end {
+            let (mut places, mut sites) = (Vec::new(), Vec::new());
+            let room = BATCH.min(((end - lower.rays) / COST) as usize);
+            while sites.len() < room {
+                let Some(place) = self.queue.pop() else { break };
+                if let Some(site) = self.site(&place) {
+                    sites.push((place.key, site));
+                    places.push(place);
+                }
+            }
+            if room == 0 {
+                return Ok(true);
+            }
+            if sites.is_empty() {
+                return Ok(false);
+            }
+            lower.cubes += sites.len() as u64;
+            for (place, (seen, fresh)) in places.into_iter().zip(self.caster.cast(&sites, lower, work)?) {
+                self.follow(place, seen, fresh);
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// The solid angle (fraction of the sphere) of what one of two cubes shows and the other doesn't.
+fn missed(a: &Seen, b: &Seen) -> f64 {
+    let mut all: Vec<(u32, f32)> = a.iter().chain(b).copied().collect();
+    all.sort_unstable_by_key(|&(object, _)| object);
+    all.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|alone| f64::from(alone[0].1)).sum()
+}
+
+/// A portal's winding with a rectangle around it.
+struct Surface {
+    origin: DVec3,
+    axes: [DVec3; 2],
+    middle: DVec3,
+    /// Planes through the edges, moved in.
+    edges: Vec<Plane>,
+    /// By how much.
+    inset: f64,
+}
+
+impl Surface {
+    fn new(winding: &[DVec3], n: DVec3, clearance: f64) -> Self {
+        let middle = geom::middle(winding);
+        let longest = winding.iter().zip(winding.iter().cycle().skip(1)).map(|(a, b)| b - a);
+        let longest = longest.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or(DVec3::X);
+        let u = longest.normalize_or(n.any_orthonormal_vector());
+        let v = n.cross(u);
+        let flat = |p: &DVec3| [u.dot(p - middle), v.dot(p - middle)];
+        let (mut low, mut high) = ([0.0f64; 2], [0.0f64; 2]);
+        for p in winding.iter().map(flat) {
+            for k in 0..2 {
+                (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
+            }
+        }
+        let mut edges = lines::edges(winding, n);
+        let room = edges.iter().map(|e| -e.distance(middle)).fold(f64::INFINITY, f64::min).max(0.0);
+        // Opaque triangles stand along most edges: keep so far off that rays have room.
+        let inset = (4.0 * clearance).max(0.02 * room).min(0.5 * room);
+        edges.iter_mut().for_each(|e| e.d -= inset);
+        let axes = [u * (high[0] - low[0]), v * (high[1] - low[1])];
+        Self { origin: middle + u * low[0] + v * low[1], axes, middle, edges, inset }
+    }
+
+    fn extent(&self) -> f64 {
+        self.axes[0].length().max(self.axes[1].length())
+    }
+
+    /// The point at (`u`, `v`), pulled towards the middle until it is within the inset winding.
+    fn point(&self, [u, v]: [u32; 2]) -> DVec3 {
+        let unit = f64::from(Patch::WHOLE);
+        let p = self.origin + self.axes[0] * (f64::from(u) / unit) + self.axes[1] * (f64::from(v) / unit);
+        let inside = |e: &Plane| {
+            let (dm, dp) = (e.distance(self.middle), e.distance(p));
+            if dp > 0.0 { (dm / (dm - dp)).clamp(0.0, 1.0) } else { 1.0 }
+        };
+        let t = self.edges.iter().map(inside).fold(1.0, f64::min);
+        self.middle.lerp(p, t)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_both_see_is_not_missed() {
+        let (a, b): (Seen, Seen) = (vec![(1, 0.5), (2, 0.25)], vec![(1, 0.25), (2, 0.125), (7, 0.0625)]);
+        assert_eq!(missed(&a, &a), 0.0);
+        assert_eq!(missed(&a, &b), 0.0625);
+        assert_eq!(missed(&Seen::new(), &a), 0.75);
+    }
+
+    #[test]
+    fn sites_stay_off_the_rim() {
+        let corners = [(0.0, 0.0), (2.0, 0.0), (1.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 3.0));
+        let surface = Surface::new(&corners, DVec3::Z, 0.001);
+        let whole = Patch { portal: 0, u: 0, v: 0, size: Patch::WHOLE };
+        let quarters = whole.quarters();
+        assert_eq!(quarters.map(|q| q.eye()), [[0, 0], [64, 0], [0, 64], [64, 64]]);
+        let eyes = quarters.into_iter().chain([whole]).chain(quarters[1].quarters()).map(|patch| patch.eye());
+        for eye in eyes {
+            let at = surface.point(eye);
+            let depth = lines::edges(&corners, DVec3::Z).iter().map(|e| -e.distance(at)).fold(f64::MAX, f64::min);
+            assert!(depth > 0.003 && (at.z - 3.0).abs() < 1e-12, "{at} is {depth} m inside");
+        }
+    }
+}

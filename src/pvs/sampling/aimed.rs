@@ -1,0 +1,156 @@
+//! Aimed witnesses: segments tried at the pairs that flow left undecided.
+//!
+//! Cubes look everywhere; what flow leaves between the two bounds is a short list, so the rays that are left go there: from
+//! random points on the cell's portals and in its pieces to random points on the object, and for an object in the cell itself
+//! also from random points straight before it. Pairs are tried in rounds of more and
+//! more attempts, so that easy ones don't wait for hopeless ones.
+
+use super::witness::{Found, Lower, Prover};
+use super::{Random, mix};
+use crate::cells::{CellGraph, Locator};
+use crate::geom::{self, Aabb};
+use crate::job::{Job, Stopped};
+use crate::pvs::PvsOptions;
+use crate::pvs::repair::corners;
+use crate::scene::Scene;
+use crate::scene::rays::{Hit, RayScene};
+use crate::{BitMatrix, CellId, ObjectId};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Attempts at a pair in the first round; each round doubles them.
+const FIRST: u64 = 4;
+/// Rounds, at most.
+const ROUNDS: u32 = 6;
+/// Cells worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
+const BATCH: usize = 32;
+/// Pieces of a cell that segments start in.
+const PIECES: usize = 16;
+
+/// What flow left: pairs of the upper set, of which those of the lower set are decided.
+pub(in crate::pvs) struct Undecided<'a> {
+    pub cells_upper: &'a BitMatrix,
+    pub objects_upper: &'a BitMatrix,
+    pub placement: &'a BitMatrix,
+}
+
+/// Tries pairs of `cells_upper` and `objects_upper` that have no proof yet until the lower bound has cost `budget` rays.
+pub(in crate::pvs) fn sample(
+    rays: &RayScene<'_>,
+    graph: &CellGraph,
+    Undecided { cells_upper, objects_upper, placement }: Undecided<'_>,
+    options: &PvsOptions,
+    budget: u64,
+    lower: &mut Lower,
+    work: &Job<'_>,
+) -> Result<(), Stopped> {
+    let (scene, locator) = (rays.scene(), Locator::new(graph));
+    let prover = Prover { rays, locator: &locator, clearance: scene.tolerance().clearance };
+    let origins: Vec<Origins> = (0..graph.cells.len()).into_par_iter().map(|c| Origins::new(graph, rays, c)).collect();
+    for round in 0..ROUNDS {
+        let open = |c: usize| {
+            let left = |upper: &BitMatrix, known: &BitMatrix| {
+                let words: Vec<u64> = upper.row(c).iter().zip(known.row(c)).map(|(u, l)| u & !l).collect();
+                crate::bits::ones(&words).collect::<Vec<_>>()
+            };
+            let cells: Vec<usize> = left(cells_upper, &lower.cells).into_iter().filter(|&other| other > c).collect();
+            (left(objects_upper, &lower.objects), cells)
+        };
+        let undecided: Vec<(Vec<usize>, Vec<usize>)> = (0..graph.cells.len()).map(open).collect();
+        let count: u64 = undecided.iter().map(|(objects, cells)| (objects.len() + cells.len()) as u64).sum();
+        let attempts = (FIRST << round).min(budget.saturating_sub(lower.rays) / count.max(1));
+        if count == 0 || attempts == 0 {
+            break;
+        }
+        for batch in undecided.iter().enumerate().collect::<Vec<_>>().chunks(BATCH) {
+            let results: Vec<Found> = work.map(batch, |&(c, (objects, cells))| {
+                let (cell, mut found) = (CellId(c as u32), Found::default());
+                let mut random = Random(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
+                for &object in objects {
+                    for attempt in 0..attempts {
+                        let (to, hit) = point_on(scene, object, &mut random);
+                        let near = attempt % 2 == 0 && placement.get(c, object);
+                        let from =
+                            if near { Some(before(rays, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
+                        let Some(from) = from else { break };
+                        if prover.aim(cell, from, to, hit, &mut found) {
+                            break;
+                        }
+                    }
+                }
+                for &other in cells {
+                    for _ in 0..attempts {
+                        let ends = (origins[c].draw(&mut random), origins[other].draw(&mut random));
+                        let (Some(from), Some(to)) = ends else { break };
+                        if prover.aim_sight([cell, CellId(other as u32)], [from, to], &mut found) {
+                            break;
+                        }
+                    }
+                }
+                found.close()
+            })?;
+            for found in results {
+                lower.merge(found);
+            }
+            work.tell("aimed rays", lower.rays as f64 / budget.max(1) as f64);
+        }
+    }
+    Ok(())
+}
+
+/// A random point on a random triangle of an object.
+pub(in crate::pvs) fn point_on(scene: &Scene, object: usize, random: &mut Random) -> (DVec3, Hit) {
+    let triangles = &scene.objects[object].triangles;
+    let triangle = triangles.start + (random.next() % u64::from(triangles.end - triangles.start)) as u32;
+    let [a, b, c] = scene.corners(triangle as usize);
+    let (mut x, mut y) = (random.unit(), random.unit());
+    if x + y > 1.0 {
+        (x, y) = (1.0 - x, 1.0 - y);
+    }
+    (a + (b - a) * x + (c - a) * y, Hit { t: 1.0, triangle, object: ObjectId(object as u32) })
+}
+
+/// A random point straight before a point of a triangle, on either side: near ones as likely as far ones.
+fn before(rays: &RayScene<'_>, to: DVec3, hit: Hit, random: &mut Random) -> DVec3 {
+    let [a, b, c] = rays.scene().corners(hit.triangle as usize);
+    let (near, far) = (8.0 * rays.tolerance().clearance, 0.1 * rays.bounds().diagonal());
+    let distance = near * (far / near).powf(random.unit());
+    let side = if random.next().is_multiple_of(2) { distance } else { -distance };
+    to + (b - a).cross(c - a).normalize_or(DVec3::Y) * side
+}
+
+/// Convex sets of a cell that segments start in: its portals' windings, just inside the cell, and its largest pieces' corners.
+struct Origins {
+    portals: Vec<Vec<DVec3>>,
+    pieces: Vec<Vec<DVec3>>,
+}
+
+impl Origins {
+    fn new(graph: &CellGraph, rays: &RayScene<'_>, cell: usize) -> Self {
+        let near = rays.bounds().inflated(0.1 * rays.bounds().diagonal());
+        let nudge = 2.0 * rays.tolerance().clearance;
+        let cell = &graph.cells[cell];
+        let portals = cell.portals.iter().map(|&p| {
+            let (winding, n) = (&graph.portals[p.portal().index()].winding, graph.plane(p).n);
+            winding.iter().map(|&x| x - n * nudge).collect()
+        });
+        let size = |b: &Aabb| (b.max.min(near.max) - b.min.max(near.min)).max(DVec3::ZERO).element_product();
+        let mut largest: Vec<usize> = (0..cell.pieces.len()).collect();
+        let order = |&a: &usize, &b: &usize| size(&cell.pieces[b].bounds).total_cmp(&size(&cell.pieces[a].bounds));
+        largest.sort_by(|a, b| order(a, b).then(a.cmp(b)));
+        let pieces = largest.into_iter().take(PIECES).map(|i| corners(&cell.pieces[i], near));
+        Self { portals: portals.collect(), pieces: pieces.filter(|p| p.len() >= 4).collect() }
+    }
+
+    /// A random point of one of them: two times of three on a portal.
+    fn draw(&self, random: &mut Random) -> Option<DVec3> {
+        let portals = self.pieces.is_empty() || (!self.portals.is_empty() && !random.next().is_multiple_of(3));
+        let sets = if portals { &self.portals } else { &self.pieces };
+        let set = sets.get((random.next() % sets.len().max(1) as u64) as usize)?;
+        // A point between three random corners and, a little, the middle: never on the rim.
+        let mut corner = || (set[(random.next() % set.len() as u64) as usize], -(1.0 - random.unit()).ln());
+        let chosen = [corner(), corner(), corner(), (geom::middle(set), 0.1)];
+        let total: f64 = chosen.iter().map(|c| c.1).sum();
+        Some(chosen.iter().map(|&(p, weight)| p * (weight / total)).sum())
+    }
+}

@@ -1,0 +1,169 @@
+//! One visibility cube made into proofs: a few pixels of each object that it shows are followed as lines.
+//!
+//! A cube tells of hundreds of thousands of directions for the price of some thousand rays, but only along the way to the first
+//! triangle and without a witness's clearance. So it chooses where lines go, and the lines do the proving, both ways.
+
+use super::witness::{Found, Line, Lower};
+use super::{Random, Sampler, Site};
+use crate::PortalId;
+use crate::job::{Job, Stopped};
+use crate::pvs::cubes::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, NONE};
+use glam::{DMat3, DQuat, DVec3};
+use std::f64::consts::TAU;
+
+/// Cubes worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
+pub(super) const BATCH: usize = 64;
+/// Pixels along a face's edge. More: more of what is small is seen, fewer cubes in the same time; but a cube of a quarter of
+/// the pixels takes two thirds of the time.
+const SIZE: u32 = 128;
+/// What a cube counts as, with the lines that are followed from it: rays that take about as long.
+pub(super) const COST: u64 = 1_500;
+/// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
+/// cells farther along.
+const LINES: [usize; 2] = [4, 1];
+
+/// Most lines followed from a cube.
+const MOST_LINES: usize = 384;
+
+/// Objects seen from a site with their solid angles (fractions of the sphere), ascending.
+pub(super) type Seen = Vec<(u32, f32)>;
+
+/// Makes cubes.
+pub(super) struct Caster<'a> {
+    sampler: &'a Sampler<'a>,
+    cubes: &'a CubeScene,
+    engine: Chosen,
+    /// Object of each triangle.
+    owners: Vec<u32>,
+    /// Fraction of the sphere of each pixel of a face.
+    solid: Vec<f32>,
+}
+
+impl<'a> Caster<'a> {
+    /// For cubes by the engine that is wanted.
+    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene, choice: Choice) -> Self {
+        let scene = sampler.prover.rays.scene();
+        let flat = CubeView::new(DVec3::ZERO, SIZE);
+        let mut owners = vec![0; scene.triangles.len()];
+        for (i, object) in (0u32..).zip(&scene.objects) {
+            owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
+        }
+        let engine = Chosen::new(choice, scene);
+        let solid = (0..flat.pixels() / 6).map(|p| flat.solid_angle(p) as f32).collect();
+        Self { sampler, cubes, engine, owners, solid }
+    }
+
+    /// What the file should say about how cubes were made.
+    pub fn note(&self, cubes: u64) -> Option<String> {
+        self.engine.note(cubes)
+    }
+
+    /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed. What they see, and the solid angle (fraction
+    /// of the sphere) of that part of it that the cells beside them weren't known to see, their mean where they are two.
+    pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower, work: &Job<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
+        let known = &*lower;
+        let cast = |eyes: &mut Eyes<'_>, &(seed, site): &(u64, Site)| eyes.cube(self, site, seed, known);
+        let results: Vec<((Seen, f64), Found)> = work.map_with(sites, || Eyes::new(self), cast, |_| ())?;
+        let merged = results.into_iter().map(|(seen, found)| {
+            lower.merge(found);
+            seen
+        });
+        Ok(merged.collect())
+    }
+}
+
+/// Scratch memory of a thread.
+struct Eyes<'a> {
+    engine: Box<dyn CubeEngine + Send + 'a>,
+    cube: Cube,
+    /// What this cube shows of each object.
+    objects: Vec<Shown>,
+    touched: Vec<u32>,
+    line: Line,
+    crossings: Vec<(f64, PortalId)>,
+}
+
+/// Of one object: its solid angle (fraction of the sphere), its pixels, and a few of those.
+#[derive(Clone, Copy, Default)]
+struct Shown {
+    solid: f32,
+    pixels: u32,
+    some: [u32; LINES[0]],
+}
+
+impl<'a> Eyes<'a> {
+    fn new(caster: &Caster<'a>) -> Self {
+        let objects = vec![Shown::default(); caster.sampler.prover.rays.scene().objects.len()];
+        let (cube, touched, line, crossings) = Default::default();
+        Self { engine: caster.engine.start(caster.cubes), cube, objects, touched, line, crossings }
+    }
+
+    /// Counts a run of pixels that show one object.
+    fn show(&mut self, object: u32, first: usize, count: usize, solid: f32, random: &mut Random) {
+        let shown = &mut self.objects[object as usize];
+        if shown.pixels == 0 {
+            self.touched.push(object);
+        }
+        shown.solid += solid;
+        let before = shown.pixels as usize;
+        shown.pixels += count as u32;
+        // Each pixel about as likely as the others to be one of the few, by whole runs (Vitter, *Random sampling with a reservoir*,
+        // 1985).
+        let few = shown.some.len();
+        if before < few {
+            (before..few.min(before + count)).for_each(|place| shown.some[place] = (first + place - before) as u32);
+        }
+        let draw = random.next();
+        let place = ((draw >> 32) as usize * (before + count)) >> 32;
+        if before >= few && place < few * count {
+            shown.some[place % few] = (first + ((draw as u32 as usize * count) >> 32)) as u32;
+        }
+    }
+
+    /// One cube: what it sees, and what that proves.
+    fn cube(&mut self, caster: &Caster<'_>, site: Site, seed: u64, known: &Lower) -> ((Seen, f64), Found) {
+        let sampler = caster.sampler;
+        let mut random = Random(seed);
+        // Turned by chance, so that pixels of neighbours don't fall on the same places.
+        let turn = DQuat::from_euler(glam::EulerRot::XYZ, random.unit() * TAU, random.unit() * TAU, random.unit() * TAU);
+        let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: SIZE };
+        self.engine.cube(&view, &mut self.cube);
+        let face = caster.solid.len();
+        let cube = std::mem::take(&mut self.cube);
+        let mut first = 0;
+        for run in cube.triangles.chunk_by(|a, b| a == b) {
+            let from = first;
+            first += run.len();
+            if run[0] != NONE {
+                // A run from one face into the next is rare; its pixels weigh about the same there.
+                let solid = (from..first).map(|pixel| caster.solid[pixel % face]).sum();
+                self.show(caster.owners[run[0] as usize], from, run.len(), solid, &mut random);
+            }
+        }
+        for clear in &cube.see_through {
+            let pixel = clear.pixel as usize;
+            self.show(caster.owners[clear.triangle as usize], pixel, 1, caster.solid[pixel % face], &mut random);
+        }
+        self.cube = cube;
+        self.touched.sort_unstable();
+        let mut found = Found::default();
+        found.rays = COST;
+        let mut lines = MOST_LINES;
+        let mut fresh = 0.0;
+        let mut seen = Seen::with_capacity(self.touched.len());
+        for object in std::mem::take(&mut self.touched) {
+            let Shown { solid, pixels, some } = std::mem::take(&mut self.objects[object as usize]);
+            seen.push((object, solid));
+            let unknown = site.cells.iter().filter(|c| !known.objects.get(c.index(), object as usize)).count();
+            fresh += 0.5 * unknown as f64 * f64::from(solid);
+            let wanted = LINES[usize::from(unknown == 0)].min(pixels as usize).min(lines);
+            lines -= wanted;
+            for &pixel in &some[..wanted] {
+                self.line.direction = view.direction(pixel as usize).normalize();
+                sampler.trace(site, &mut self.line, &mut self.crossings);
+                sampler.prover.line(&self.line, known, &mut found);
+            }
+        }
+        ((seen, fresh), found.close())
+    }
+}

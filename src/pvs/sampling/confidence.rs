@@ -1,0 +1,183 @@
+//! How much there is to see that nobody has seen: a bound, by rays that had no part in finding what is known.
+//!
+//! What is unseen of a region is the probability that a ray from a random point of it, in a random direction, shows an object that
+//! isn't in the region's row: the mean, over its points, of the solid angle (fraction of the sphere) of what is missing. Fresh rays
+//! are independent of the row, so the number of those that show something missing has a binomial distribution, and the bound of
+//! Clopper and Pearson holds (*The use of confidence or fiducial limits illustrated in the case of the binomial*, 1934), however
+//! the row was found; after *n* rays that show nothing missing it is about 3 / *n*. What they do show is then added to the row,
+//! which makes less unseen; so the next look, with twice the rays, may bound it better. Each look takes its share of the doubt
+//! (Bonferroni), and the least bound counts. The estimate of Good and Turing needs no rays of its own, but holds only for rows found
+//! by independent rays, which guided and adaptive samples are not.
+//!
+//! The bound of a mean over regions with equally many rays each comes from the same formula: the sum is then no more spread than a
+//! binomial one with the same mean (Hoeffding, *On the distribution of the number of successes in independent trials*, 1956).
+
+use super::region::Region;
+use super::uniform::regions;
+use super::witness::{Found, Line, Lower};
+use super::{Random, Sampler, Site, mix};
+use crate::CellId;
+use crate::cells::{CellGraph, Locator};
+use crate::job::{Job, Stopped};
+use crate::scene::rays::{Hit, RayScene};
+use crate::types::bounds::{CONFIDENCE, Unseen};
+use glam::DVec3;
+
+/// Looks; each has twice the rays of the one before.
+const LOOKS: u32 = 3;
+
+/// A least bound over looks.
+#[derive(Clone, Copy)]
+pub(in crate::pvs) struct Bound(pub f64);
+
+impl Bound {
+    /// Nothing known.
+    pub const NONE: Self = Self(1.0);
+
+    /// Takes in one look.
+    pub fn look(&mut self, hits: u64, rays: u64) {
+        self.0 = self.0.min(upper_bound(hits, rays, (1.0 - CONFIDENCE) / f64::from(LOOKS)));
+    }
+}
+
+/// Rays of each look, of `rays` in all.
+pub(in crate::pvs) fn looks(rays: u64) -> impl Iterator<Item = u64> {
+    (0..LOOKS).map(move |look| (rays << look) / ((1 << LOOKS) - 1)).filter(|&rays| rays > 0)
+}
+
+/// Casts `count` rays from a region; those that show an object not in `row` are handed to `missed` with what they show, and
+/// counted. `None` where the region has no room.
+pub(in crate::pvs) fn look(
+    rays: &RayScene<'_>,
+    region: &Region,
+    row: &[u64],
+    count: u64,
+    random: &mut Random,
+    missed: &mut dyn FnMut(DVec3, DVec3, Hit),
+) -> Option<u64> {
+    let bounds = rays.bounds();
+    let (mut hits, mut passes) = (0, Vec::new());
+    for _ in 0..count {
+        let from = region.draw(random)?;
+        let direction = random.direction();
+        let reach = bounds.with(from).diagonal();
+        let end = rays.first_opaque(from, direction, reach);
+        passes.clear();
+        rays.see_through(from, direction, end.map_or(reach, |hit| hit.t), &mut passes);
+        let unknown = |hit: &Hit| row[hit.object.index() / 64] >> (hit.object.index() % 64) & 1 == 0;
+        let mut shown = passes.iter().copied().chain(end).filter(unknown).peekable();
+        hits += u64::from(shown.peek().is_some());
+        shown.for_each(|hit| missed(from, direction, hit));
+    }
+    Some(hits)
+}
+
+/// Bounds what `lower` misses, with about `budget` rays, the same number from each cell; adds what they show.
+pub(in crate::pvs) fn test(
+    rays: &RayScene<'_>,
+    graph: &CellGraph,
+    seed: u64,
+    budget: u64,
+    lower: &mut Lower,
+    work: &Job<'_>,
+) -> Result<Unseen, Stopped> {
+    let locator = Locator::new(graph);
+    let sampler = Sampler::new(rays, graph, &locator, seed);
+    let regions = regions(&sampler);
+    let (mut mean, mut cells) = (Bound::NONE, vec![Bound::NONE; regions.len()]);
+    for (number, count) in (0u64..).zip(looks(budget / regions.len().max(1) as u64)) {
+        let known = &*lower;
+        let from_cell = |&c: &usize| {
+            let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
+            let mut random = Random(mix(mix(seed, 0xd1 << 8 | number), c as u64));
+            let mut missed = |from: DVec3, direction: DVec3, _: Hit| {
+                line.direction = direction;
+                sampler.trace(Site::inside(CellId(c as u32), from), &mut line, &mut crossings);
+                sampler.prover.line(&line, known, &mut found);
+            };
+            let hits = look(rays, &regions[c], known.objects.row(c), count, &mut random, &mut missed);
+            found.rays = count;
+            (hits, found.close())
+        };
+        let results = work.map(&(0..regions.len()).collect::<Vec<_>>(), from_cell)?;
+        let (mut all, mut hit) = (0, 0);
+        for ((hits, found), bound) in results.into_iter().zip(&mut cells) {
+            lower.merge(found);
+            if let Some(hits) = hits {
+                bound.look(hits, count);
+                (all, hit) = (all + count, hit + hits);
+            }
+        }
+        mean.look(hit, all);
+        work.tell("unseen", (number + 1) as f64 / f64::from(LOOKS));
+    }
+    Ok(Unseen { mean: mean.0, cells: cells.into_iter().map(|bound| (bound.0 as f32).next_up().min(1.0)).collect() })
+}
+
+/// The greatest probability of success at which `hits` or fewer of `rays` independent trials succeed with a chance of `alpha` or
+/// more: the upper end of the interval of Clopper and Pearson. 1 where there were no trials.
+pub fn upper_bound(hits: u64, rays: u64, alpha: f64) -> f64 {
+    if hits >= rays {
+        return 1.0;
+    }
+    // The logarithm of the chance of `hits` or fewer: the last term, times the sum of all by it.
+    let (n, k) = (rays as f64, hits as f64);
+    let choose: f64 = (1..=hits).map(|i| ((n - k + i as f64) / i as f64).ln()).sum();
+    let log_chance = |p: f64| {
+        let (mut term, mut sum) = (1.0, 1.0);
+        for i in (1..=hits).rev() {
+            let i = i as f64;
+            term *= i * (1.0 - p) / ((n - i + 1.0) * p);
+            sum += term;
+            if term < 1e-17 * sum {
+                break;
+            }
+        }
+        choose + k * p.ln() + (n - k) * (-p).ln_1p() + f64::ln(sum)
+    };
+    // It falls as `p` rises; the upper end of the last interval is on the safe side.
+    let (mut low, mut high) = (k / n, 1.0);
+    while high - low > 1e-9 * high {
+        let middle = 0.5 * (low + high);
+        if log_chance(middle) >= alpha.ln() { low = middle } else { high = middle }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_those_of_the_binomial_distribution() {
+        // No success in n trials: 1 - alpha^(1/n). All but one: (1 - alpha)^(1/n) of the lower end, mirrored.
+        for n in [1u64, 2, 10, 1000, 1_000_000] {
+            let exact = 1.0 - 0.05f64.powf(1.0 / n as f64);
+            assert!((upper_bound(0, n, 0.05) / exact - 1.0).abs() < 1e-7, "{n}");
+        }
+        for n in [2u64, 10, 50] {
+            let exact = 0.95f64.powf(1.0 / n as f64);
+            assert!((upper_bound(n - 1, n, 0.05) - exact).abs() < 1e-7, "{n}");
+        }
+        // Against sums of the terms, one by one.
+        for (k, n) in [(1u64, 10u64), (3, 20), (7, 200), (40, 100)] {
+            let p = upper_bound(k, n, 0.05);
+            let mut term = (1.0 - p).powi(n as i32);
+            let mut sum = term;
+            for i in 1..=k {
+                term *= (n - i + 1) as f64 / i as f64 * p / (1.0 - p);
+                sum += term;
+            }
+            assert!((sum - 0.05).abs() < 1e-6, "{k} of {n}: {sum}");
+        }
+        assert_eq!((upper_bound(0, 0, 0.05), upper_bound(5, 5, 0.05)), (1.0, 1.0));
+        assert!(upper_bound(100_000, 1_000_000, 0.05) > 0.1 && upper_bound(100_000, 1_000_000, 0.05) < 0.101);
+    }
+
+    #[test]
+    fn looks_share_the_rays() {
+        assert_eq!(looks(700).collect::<Vec<_>>(), [100, 200, 400]);
+        assert_eq!(looks(1).collect::<Vec<_>>(), [] as [u64; 0]);
+        assert_eq!(looks(2).collect::<Vec<_>>(), [1]);
+    }
+}

@@ -1,0 +1,118 @@
+//! Rays at the borders of what was found.
+//!
+//! Based on: Wonka, Wimmer, Zhou, Maierhofer, Hesina, Reshetov, *Guided visibility sampling*, 2006: where a ray found something, the
+//! next thing is likely beside it, so rays go to the corners of the triangle that it met, moved out a little (border samples); and where such
+//! a ray is stopped short, a line past the edge of what stopped it shows what can be seen from somewhere else in the cell (reverse
+//! samples). Deviations: only proofs are followed up, not every triangle, since the sets are of objects; how far corners are
+//! moved out is drawn anew each time, over three orders of magnitude, since the distance to the next thing has no scale; and a reverse
+//! sample is the whole line, which serves whatever cells it comes through.
+
+use super::schedule::Source;
+use super::witness::{Found, Line, Lower};
+use super::{Random, Sampler, Site, mix};
+use crate::PortalId;
+use crate::job::{Job, Stopped};
+use crate::pvs::Witness;
+use crate::scene::rays::Hit;
+use glam::DVec3;
+
+/// Proofs followed up between two looks at what is known; fixed, so that results don't depend on the number of threads.
+const BATCH: usize = 256;
+/// Rays that following up a proof takes at most: the triangle, three borders, and three edges of whatever is before each.
+const COST: u64 = 1 + 3 * (2 + 3 * 2);
+/// Times that a proof is followed up.
+const PASSES: u64 = 64;
+/// Corners are moved out by this fraction of their distance from the triangle's middle, at least and at most.
+const OUT: [f64; 2] = [1e-3, 1.0];
+/// A ray stopped before this fraction of the way is stopped short.
+const SHORT: f64 = 0.98;
+
+pub(super) struct Guided<'a> {
+    sampler: &'a Sampler<'a>,
+    /// The next proof to follow up, and how often all before it were.
+    next: usize,
+    pass: u64,
+}
+
+impl<'a> Guided<'a> {
+    pub fn new(sampler: &'a Sampler<'a>) -> Self {
+        Self { sampler, next: 0, pass: 0 }
+    }
+
+    /// Border and reverse samples of one proof.
+    fn follow(&self, witness: &Witness, seed: u64, known: &Lower) -> Found {
+        let (mut random, mut found) = (Random(seed), Found::default());
+        let rays = self.sampler.prover.rays;
+        let (mut line, mut crossings) = (Line::default(), Vec::new());
+        let way = witness.to - witness.from;
+        let length = way.length();
+        found.rays = 1;
+        let met =
+            rays.first_opaque(witness.from, way / length, length * (1.0 + 1e-9)).filter(|hit| hit.object == witness.object);
+        let Some(Hit { triangle, .. }) = met else { return found.close() };
+        let site = Site::inside(witness.cell, witness.from);
+        for border in self.borders(triangle, &mut random) {
+            let Some(direction) = (border - witness.from).try_normalize() else { continue };
+            self.line(site, direction, known, &mut line, &mut crossings, &mut found);
+            let distance = border.distance(witness.from);
+            let Some(stop) = line.ends[1].filter(|hit| hit.t < SHORT * distance) else { continue };
+            for past in self.borders(stop.triangle, &mut random) {
+                let Some((cell, _)) = self.sampler.prover.locator.locate(past) else { continue };
+                let Some(direction) = (border - past).try_normalize() else { continue };
+                self.line(Site::inside(cell, past), direction, known, &mut line, &mut crossings, &mut found);
+            }
+        }
+        found.close()
+    }
+
+    /// The corners of a triangle, moved out.
+    fn borders(&self, triangle: u32, random: &mut Random) -> [DVec3; 3] {
+        let corners = self.sampler.prover.rays.scene().corners(triangle as usize);
+        let middle = corners.iter().sum::<DVec3>() / 3.0;
+        corners.map(|corner| {
+            // By any angle in the triangle's plane between two corners, so that edges are passed as well as corners.
+            let along = corners[(random.next() % 3) as usize];
+            let on_edge = corner.lerp(along, random.unit());
+            on_edge + (on_edge - middle) * (OUT[0] * (OUT[1] / OUT[0]).powf(random.unit()))
+        })
+    }
+
+    fn line(
+        &self,
+        site: Site,
+        direction: DVec3,
+        known: &Lower,
+        line: &mut Line,
+        crossings: &mut Vec<(f64, PortalId)>,
+        found: &mut Found,
+    ) {
+        line.direction = direction;
+        self.sampler.trace(site, line, crossings);
+        found.rays += 2;
+        self.sampler.prover.line(line, known, found);
+    }
+}
+
+impl Source for Guided<'_> {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+        let end = lower.rays + rays;
+        while end - lower.rays >= COST {
+            if self.next == lower.witnesses.len() {
+                if self.pass == PASSES || lower.witnesses.is_empty() {
+                    return Ok(false);
+                }
+                (self.next, self.pass) = (0, self.pass + 1);
+            }
+            let known = &*lower;
+            let batch = self.next..known.witnesses.len().min(self.next + BATCH.min(((end - lower.rays) / COST) as usize));
+            let seed = |i: usize| mix(mix(mix(self.sampler.seed, 0xc3), i as u64), self.pass);
+            let follow = |&i: &usize| self.follow(&known.witnesses[i], seed(i), known);
+            let found = work.map(&batch.clone().collect::<Vec<_>>(), follow)?;
+            self.next = batch.end;
+            found.into_iter().for_each(|found| {
+                lower.merge(found);
+            });
+        }
+        Ok(true)
+    }
+}

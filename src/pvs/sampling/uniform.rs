@@ -1,0 +1,97 @@
+//! What the other strategies are held against: random rays, and cubes at random points. Cells take turns; points are uniform in a cell.
+
+use super::cast::{BATCH, COST, Caster};
+use super::region::Region;
+use super::schedule::Source;
+use super::witness::{Found, Line, Lower};
+use super::{Random, Sampler, Site, mix};
+use crate::CellId;
+use crate::job::{Job, Stopped};
+use rayon::prelude::*;
+
+/// Rays worked on between two looks at what is known, and by one thread at a time; fixed, so that results don't depend on threads.
+const RAYS: u64 = 16_384;
+const SHARE: u64 = 256;
+
+/// Where eyes stand: the cells' regions.
+pub(super) fn regions(sampler: &Sampler<'_>) -> Vec<Region> {
+    sampler.graph.cells.par_iter().map(|cell| Region::new(&cell.pieces, sampler.near)).collect()
+}
+
+/// Random rays: each one line, both halves of it.
+pub(super) struct Rays<'a> {
+    sampler: &'a Sampler<'a>,
+    regions: &'a [Region],
+    count: u64,
+}
+
+impl<'a> Rays<'a> {
+    pub fn new(sampler: &'a Sampler<'a>, regions: &'a [Region]) -> Self {
+        Self { sampler, regions, count: 0 }
+    }
+}
+
+impl Source for Rays<'_> {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+        let end = lower.rays + rays;
+        while end - lower.rays >= 2 && !self.regions.is_empty() {
+            let batch = RAYS.min((end - lower.rays) / 2);
+            let known = &*lower;
+            let share = |&i: &u64| {
+                let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
+                for n in self.count + i * SHARE..self.count + batch.min((i + 1) * SHARE) {
+                    let mut random = Random(mix(mix(self.sampler.seed, 0xc1), n));
+                    let cell = (n % self.regions.len() as u64) as usize;
+                    found.rays += 2;
+                    if let Some(at) = self.regions[cell].draw(&mut random) {
+                        line.direction = random.direction();
+                        self.sampler.trace(Site::inside(CellId(cell as u32), at), &mut line, &mut crossings);
+                        self.sampler.prover.line(&line, known, &mut found);
+                    }
+                }
+                found.close()
+            };
+            let found = work.map(&(0..batch.div_ceil(SHARE)).collect::<Vec<_>>(), share)?;
+            self.count += batch;
+            found.into_iter().for_each(|found| {
+                lower.merge(found);
+            });
+        }
+        Ok(!self.regions.is_empty())
+    }
+}
+
+/// Cubes at random points.
+pub(super) struct Uniform<'a, 'c> {
+    sampler: &'a Sampler<'a>,
+    caster: &'a Caster<'c>,
+    regions: &'a [Region],
+    count: u64,
+}
+
+impl<'a, 'c> Uniform<'a, 'c> {
+    pub fn new(sampler: &'a Sampler<'a>, caster: &'a Caster<'c>, regions: &'a [Region]) -> Self {
+        Self { sampler, caster, regions, count: 0 }
+    }
+}
+
+impl Source for Uniform<'_, '_> {
+    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+        let end = lower.rays + rays;
+        let seats = self.regions.iter().filter(|r| r.volume() > 0.0).count();
+        while end - lower.rays >= COST && seats > 0 {
+            let batch = (BATCH as u64).min((end - lower.rays) / COST);
+            let site = |n: u64| {
+                let seed = mix(mix(self.sampler.seed, 0xc2), n);
+                let cell = (n % self.regions.len() as u64) as usize;
+                let at = self.regions[cell].draw(&mut Random(mix(seed, 1)))?;
+                Some((seed, Site::inside(CellId(cell as u32), at)))
+            };
+            let sites: Vec<(u64, Site)> = (self.count..self.count + batch).filter_map(site).collect();
+            self.count += batch;
+            lower.cubes += sites.len() as u64;
+            self.caster.cast(&sites, lower, work)?;
+        }
+        Ok(seats > 0)
+    }
+}

@@ -1,0 +1,84 @@
+//! Files that a model names: read only from the folder that the model lies in, or below it, unless another is allowed.
+
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+/// Where files that a model names are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Sidecars<'a> {
+    /// The model's own folder; `None` where it came from memory.
+    pub folder: Option<&'a Path>,
+    /// Where they may lie instead of the model's folder ([`super::ImportOptions::files_under`]).
+    pub under: Option<&'a Path>,
+}
+
+impl Sidecars<'_> {
+    /// Reads the file `name` (as the model spells it, `/` or `\` between folders, from the model's folder on).
+    ///
+    /// Fails with one clear line where the model came from memory, where `name` is a URL, where it leads out of the folder that files may
+    /// lie in, be it by a link, and where it isn't a regular file.
+    pub fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        let Some(folder) = self.folder else {
+            return Err(format!("`{name}` is another file, and this model was not read from a folder"));
+        };
+        // A model in the working folder has no folder in its name.
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let refuse = |e: io::Error| format!("`{name}`: {e}");
+        let spelt = match self.under {
+            None => relative(name)?,
+            Some(_) if name.contains("://") => return Err(url(name)),
+            Some(_) => PathBuf::from(name.replace('\\', "/")),
+        };
+        // An archive may bring links: where they lead counts.
+        let path = folder.join(spelt).canonicalize().map_err(refuse)?;
+        if !path.starts_with(self.under.unwrap_or(folder).canonicalize().map_err(refuse)?) {
+            return Err(outside(name));
+        }
+        if !path.metadata().map_err(refuse)?.is_file() {
+            return Err(format!("`{name}` is not a regular file"));
+        }
+        std::fs::read(&path).map_err(refuse)
+    }
+}
+
+/// The relative path that `name` spells, if it stays inside the folder.
+fn relative(name: &str) -> Result<PathBuf, String> {
+    let path: PathBuf = name.replace('\\', "/").split('/').filter(|part| *part != ".").collect();
+    let bytes = name.as_bytes();
+    let is_drive = bytes.len() > 1 && bytes[0].is_ascii_alphabetic() && bytes[1] == b':';
+    let climbs = name.starts_with(['/', '\\']) || path.components().any(|c| !matches!(c, Component::Normal(_)));
+    if name.contains("://") {
+        Err(url(name))
+    } else if climbs || is_drive || path.as_os_str().is_empty() {
+        Err(outside(name))
+    } else {
+        Ok(path)
+    }
+}
+
+fn url(name: &str) -> String {
+    format!("`{name}` is a URL; put the file beside the model")
+}
+
+fn outside(name: &str) -> String {
+    format!(
+        "`{name}` leads out of the model's folder; put the file beside the model, or allow its folder with --files-under"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::relative;
+    use std::path::Path;
+
+    #[test]
+    fn only_paths_inside_the_folder_are_read() {
+        assert_eq!(relative("a.bin").unwrap(), Path::new("a.bin"));
+        assert_eq!(relative("./sub\\a.bin").unwrap(), Path::new("sub/a.bin"));
+        for bad in
+            ["/etc/passwd", "../a.bin", "sub/../../a.bin", "C:\\a.bin", "c:a.bin", "\\\\host\\a", "https://x/a.bin", "", "."]
+        {
+            assert!(relative(bad).is_err(), "{bad}");
+        }
+    }
+}

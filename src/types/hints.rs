@@ -1,0 +1,70 @@
+//! What a model's author said about rooms, doors and storeys. Hints name things and draw lines; no guarantee rests on them.
+
+use glam::DVec3;
+
+/// Everything that the author said. Empty for formats that say nothing.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Hints {
+    /// Storeys, ascending.
+    pub storeys: Vec<StoreyHint>,
+    /// Rooms.
+    pub rooms: Vec<RoomHint>,
+    /// Doors, windows and open passages.
+    pub openings: Vec<OpeningHint>,
+}
+
+/// A storey.
+#[derive(Clone, PartialEq, Debug)]
+pub struct StoreyHint {
+    /// Its name.
+    pub name: String,
+    /// Height of its floor, metres, relative to the scene's origin.
+    pub elevation: f64,
+}
+
+/// A room as its author drew it (IfcSpace; a glTF `-room` node's bound).
+#[derive(Clone, PartialEq, Debug)]
+pub struct RoomHint {
+    /// GlobalId or node name.
+    pub id: String,
+    /// What people call it.
+    pub name: String,
+    /// Index into [`Hints::storeys`].
+    pub storey: Option<usize>,
+    /// The room's surface as triangles relative to the scene's origin, metres. Meant to be closed; may not be.
+    pub surface: Vec<[DVec3; 3]>,
+    /// The author marked it as open air (a courtyard, a terrace, a roof group).
+    pub outside: bool,
+    /// Somebody drew the surface; else it is the box around the room's meshes.
+    pub drawn: bool,
+}
+
+/// What an opening is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
+pub enum OpeningKind {
+    /// Closed by a leaf that can open.
+    Door,
+    /// Closed by glass.
+    Window,
+    /// A hole in a wall.
+    Opening,
+    /// Where two rooms meet without a wall.
+    Virtual,
+}
+
+/// A door, a window, a passage.
+#[derive(Clone, PartialEq, Debug)]
+pub struct OpeningHint {
+    /// GlobalId or node name.
+    pub id: String,
+    /// What it is.
+    pub kind: OpeningKind,
+    /// Its outline, convex, in the middle of the wall, metres relative to the scene's origin.
+    pub winding: Vec<DVec3>,
+    /// Thickness of the wall that it goes through, metres; 0 where there is none.
+    pub thickness: f64,
+    /// The rooms that it joins, as indices into [`Hints::rooms`], where the author said so.
+    pub rooms: [Option<usize>; 2],
+}

@@ -1,0 +1,22 @@
+//! How a model is read.
+
+use std::path::PathBuf;
+
+/// How to import.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ImportOptions {
+    /// Most triangles an object may have before its mesh is split into clusters; 1 or more.
+    pub object_triangles: u32,
+    /// Metres per unit of the source; `None` takes the format's own (glTF and OBJ: 1; IFC: its unit).
+    pub metres_per_unit: Option<f64>,
+    /// Most triangles a scene may have: a file's word is never taken for more than this.
+    pub max_triangles: usize,
+    /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
+    pub files_under: Option<PathBuf>,
+}
+
+impl Default for ImportOptions {
+    fn default() -> Self {
+        Self { object_triangles: 256, metres_per_unit: None, max_triangles: 50_000_000, files_under: None }
+    }
+}

@@ -1,0 +1,117 @@
+//! A scene: triangles grouped into objects.
+
+use super::hints::Hints;
+use crate::ObjectId;
+use crate::geom::Aabb;
+use crate::tolerance::Tolerance;
+use glam::DVec3;
+use std::ops::Range;
+
+/// What an object is to the split into cells.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
+pub enum Role {
+    /// Walls, slabs, roofs, ramps, columns: what bounds rooms.
+    Structure,
+    /// Furniture, equipment: seen and hidden, but makes no rooms.
+    Furnishing,
+    /// A door's leaf and frame: drawn, but taken as open when visibility is worked out.
+    Door,
+    /// A window's panes and frame.
+    Window,
+    /// The format doesn't say.
+    Unknown,
+    /// Stairs: they lead from room to room, and bound none.
+    Stair,
+}
+
+/// The smallest thing that a visible set decides about: a mesh primitive, or a cluster of a larger one.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Object {
+    /// The node's name, the OBJ group or the IFC GlobalId: traces a result back to its source.
+    pub node: String,
+    /// What it is.
+    pub role: Role,
+    /// Whether it hides what is behind it. Glass, and door leaves (which may open), don't.
+    pub opaque: bool,
+    /// Whether it is of a material that lets light through. Doors and windows are never opaque; this tells glass from wood.
+    pub glass: bool,
+    /// Its triangles, as a range of [`Scene::triangles`]; never empty.
+    pub triangles: Range<u32>,
+    /// Box around its triangles, relative to the scene's origin, metres.
+    pub bounds: Aabb,
+}
+
+/// Where a scene came from and what was done to its coordinates.
+#[derive(Clone, PartialEq, Debug, Default)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+pub struct Source {
+    /// `glTF`, `OBJ`, `IFC4`, ...
+    pub format: String,
+    /// Metres per unit of the source.
+    pub metres_per_unit: f64,
+    /// The source's up axis: `+Y` or `+Z`.
+    pub up: String,
+    /// What the importer left out or mended, one line each, for the report.
+    pub notes: Vec<String>,
+}
+
+/// A whole model. Positions are relative to [`Scene::origin`]; triangles are ordered by object.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Scene {
+    /// File stem or model name.
+    pub name: String,
+    /// Where it came from.
+    pub source: Source,
+    /// Added to every position to get the model's own coordinates (metres, +Y up).
+    pub origin: DVec3,
+    /// Corners, metres, finite.
+    pub positions: Vec<DVec3>,
+    /// Indices into `positions`, in object order. No triangle is of zero area.
+    pub triangles: Vec<[u32; 3]>,
+    /// Objects, in the source's order.
+    pub objects: Vec<Object>,
+    /// What the author said.
+    pub hints: Hints,
+}
+
+impl Scene {
+    /// The corners of a triangle.
+    #[inline]
+    pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize])
+    }
+
+    /// The object that owns a triangle.
+    pub fn object_of(&self, triangle: usize) -> ObjectId {
+        ObjectId(self.objects.partition_point(|o| o.triangles.end as usize <= triangle) as u32)
+    }
+
+    /// Box around everything.
+    pub fn bounds(&self) -> Aabb {
+        self.objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.bounds))
+    }
+
+    /// The tolerances that fit this scene's size.
+    pub fn tolerance(&self) -> Tolerance {
+        Tolerance::for_extent(self.bounds().diagonal())
+    }
+
+    /// A hash of what visibility depends on (positions, triangles, objects, opacity): a `.pvs` file names the model that it
+    /// was baked for.
+    pub fn hash(&self) -> u128 {
+        let mut h = xxhash_rust::xxh3::Xxh3::new();
+        for x in self.positions.iter().chain([&self.origin]).flat_map(|p| p.to_array()) {
+            h.update(&x.to_bits().to_le_bytes());
+        }
+        for i in self.triangles.iter().flatten() {
+            h.update(&i.to_le_bytes());
+        }
+        for o in &self.objects {
+            h.update(&o.triangles.start.to_le_bytes());
+            h.update(&[u8::from(o.opaque), o.role as u8]);
+        }
+        h.digest128()
+    }
+}

@@ -1,0 +1,20 @@
+//! What a bake did.
+
+/// What the bake did, for the report; times are kept out of the file, so that its bytes don't depend on the machine.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+pub struct PvsStats {
+    /// Rays cast, but for those within shafts.
+    pub rays: u64,
+    /// Visibility cubes placed.
+    pub cubes: u64,
+    /// Steps of portal flow.
+    pub flow_steps: u64,
+    /// Source portals whose flow ran out of steps and kept what might be seen.
+    pub flow_capped: u64,
+    /// Cell-object pairs outside the upper set that rays reached, but not with a witness's clearance: cracks, not holes.
+    pub cracks: u64,
+    /// Pairs (cell-cell and cell-object) that were proven visible, that flow took for hidden, and for which no hole was found
+    /// in the cell graph: a fault of ours. They were added to the upper set.
+    pub contradictions: u64,
+}

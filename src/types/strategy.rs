@@ -1,0 +1,16 @@
+//! How cells were found.
+
+/// How free space is split.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
+pub enum Strategy {
+    /// Rooms and doors that the author named.
+    Authored,
+    /// Storeys, walls in plan, doorways.
+    Plan,
+    /// Cells and portals that the user gave.
+    Given,
+    /// Voxels, their narrowings, and the walls between them.
+    Volume,
+}

@@ -1,0 +1,396 @@
+//! Cells and portals of a file, for the check alone: points in cells, and segments followed from cell to cell.
+
+use super::trace::Tree;
+use crate::CellId;
+use crate::file::PvsFile;
+use crate::geom::{Aabb, Plane, clip};
+use crate::random::Prng;
+use glam::{DVec3, Vec4};
+use std::collections::BTreeMap;
+
+/// A convex piece, cut off where the region ends.
+pub(super) struct Piece {
+    pub(super) cell: CellId,
+    pub(super) planes: Vec<Plane>,
+    /// What each plane bounds of it, in the planes' order; then what the region's six sides do.
+    pub(super) faces: Vec<Vec<DVec3>>,
+    /// Tetrahedra that fill it, with the sum of the volumes up to each, cubic metres.
+    tetrahedra: Vec<([DVec3; 4], f64)>,
+    pub(super) bounds: Aabb,
+}
+
+/// A portal.
+pub(super) struct Portal {
+    pub(super) plane: Plane,
+    pub(super) winding: Vec<DVec3>,
+}
+
+/// Where a segment got to.
+pub(super) struct Walk {
+    /// Cells that it reached, and the middle of its way through each.
+    pub(super) reached: Vec<(CellId, f64)>,
+    /// If it came to an end other than its own: where along it, the cell that it could not leave, the cell that lies beyond.
+    pub(super) stuck: Option<(f64, CellId, Option<CellId>)>,
+}
+
+/// A stretch of a segment inside one cell.
+struct Stretch {
+    cell: CellId,
+    from: f64,
+    to: f64,
+}
+
+/// The file's cells and portals.
+pub(super) struct Cells {
+    pieces: Vec<Piece>,
+    tree: Option<Tree>,
+    /// The pieces of each cell, and the sum of the volumes up to each.
+    by_cell: Vec<Vec<(usize, f64)>>,
+    portals: Vec<Portal>,
+    /// Portals between two cells, the lesser one first.
+    between: BTreeMap<(CellId, CellId), Vec<usize>>,
+    of_cell: Vec<Vec<usize>>,
+    region: Aabb,
+    tolerance: f64,
+    rounding: f64,
+    open: Vec<CellId>,
+    closed: Vec<CellId>,
+}
+
+impl Cells {
+    /// `bounds` is the scene's; space is looked at up to a tenth of its diagonal and two metres beyond it. `tolerance`: pieces
+    /// and portals are grown by this much when segments are followed; `rounding`: points nearer than this to a piece's
+    /// boundary are not taken as safely inside; metres.
+    pub(super) fn new(file: &PvsFile, bounds: Aabb, tolerance: f64, rounding: f64) -> Self {
+        let region = bounds.inflated(2.0 + bounds.diagonal() * 0.1);
+        let plane = |p: &Vec4| Plane { n: p.truncate().as_dvec3(), d: f64::from(p.w) };
+        let mut pieces = Vec::new();
+        for (c, cell) in file.cells.iter().enumerate() {
+            for planes in &cell.pieces {
+                pieces.extend(Piece::new(CellId(c as u32), planes.iter().map(plane).collect(), &region));
+            }
+        }
+        let mut by_cell = vec![Vec::new(); file.cells.len()];
+        for (i, piece) in pieces.iter().enumerate() {
+            let of: &mut Vec<(usize, f64)> = &mut by_cell[piece.cell.index()];
+            let sum = of.last().map_or(0.0, |l| l.1) + piece.volume();
+            of.push((i, sum));
+        }
+        let (mut portals, mut between) = (Vec::new(), BTreeMap::<_, Vec<usize>>::new());
+        let mut of_cell = vec![Vec::new(); file.cells.len()];
+        for (i, portal) in file.portals.iter().enumerate() {
+            let [a, b] = portal.cells;
+            between.entry((a.min(b), a.max(b))).or_default().push(i);
+            for cell in portal.cells {
+                of_cell[cell.index()].push(i);
+            }
+            let winding = portal.winding.iter().map(|p| p.as_dvec3()).collect();
+            portals.push(Portal { plane: plane(&portal.plane), winding });
+        }
+        let tree = Tree::new(pieces.iter().map(|p| p.bounds), tolerance + rounding);
+        let with_volume = (0..file.cells.len()).filter(|&c| !by_cell[c].is_empty());
+        let (open, closed): (Vec<usize>, Vec<usize>) = with_volume.partition(|&c| file.cells[c].open);
+        let [open, closed] = [open, closed].map(|list| list.into_iter().map(|c| CellId(c as u32)).collect());
+        Self { pieces, tree, by_cell, portals, between, of_cell, region, tolerance, rounding, open, closed }
+    }
+
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.by_cell.len()
+    }
+
+    /// Cubic metres of a cell, as far as the region goes.
+    pub(super) fn volume(&self, cell: CellId) -> f64 {
+        self.by_cell[cell.index()].last().map_or(0.0, |p| p.1)
+    }
+
+    /// Cells without a piece of any volume.
+    pub(super) fn empty_cells(&self) -> u32 {
+        self.by_cell.iter().filter(|c| c.is_empty()).count() as u32
+    }
+
+    /// The space that is looked at.
+    pub(super) fn region(&self) -> &Aabb {
+        &self.region
+    }
+
+    /// Every piece with a volume.
+    pub(super) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// A cell's pieces by number, with the sum of their volumes up to each.
+    pub(super) fn pieces_of(&self, cell: CellId) -> &[(usize, f64)] {
+        &self.by_cell[cell.index()]
+    }
+
+    /// Pieces whose boxes come near a piece's, ascending.
+    pub(super) fn beside(&self, piece: usize) -> Vec<usize> {
+        let mut found = Vec::new();
+        if let Some(tree) = &self.tree {
+            tree.in_box(&self.pieces[piece].bounds, |i| found.push(i));
+        }
+        found.sort_unstable();
+        found.retain(|&i| i != piece);
+        found
+    }
+
+    /// The piece that holds a point or comes within the tolerance of it: the one that it is deepest in.
+    pub(super) fn piece_at(&self, p: DVec3) -> Option<usize> {
+        let mut best: Option<(f64, usize)> = None;
+        self.tree.as_ref()?.at(p, |i| {
+            let off = self.pieces[i].planes.iter().map(|plane| plane.distance(p)).fold(f64::NEG_INFINITY, f64::max);
+            if off <= self.tolerance && best.is_none_or(|b| (off, i) < b) {
+                best = Some((off, i));
+            }
+            true
+        });
+        best.map(|b| b.1)
+    }
+
+    /// The cell that holds a point or comes within the tolerance of it.
+    pub(super) fn near(&self, p: DVec3) -> Option<CellId> {
+        self.piece_at(p).map(|i| self.pieces[i].cell)
+    }
+
+    /// True where a point is in a cell or within the tolerance of it.
+    pub(super) fn near_cell(&self, cell: CellId, p: DVec3) -> bool {
+        self.by_cell[cell.index()].iter().any(|&(i, _)| self.pieces[i].holds(p, self.tolerance))
+    }
+
+    /// Whether a cell that has a volume is open.
+    pub(super) fn is_open(&self, cell: CellId) -> bool {
+        self.open.binary_search(&cell).is_ok()
+    }
+
+    /// Closed cells that have a volume.
+    pub(super) fn closed(&self) -> &[CellId] {
+        &self.closed
+    }
+
+    /// Open cells that have a volume.
+    pub(super) fn open(&self) -> &[CellId] {
+        &self.open
+    }
+
+    pub(super) fn portals(&self) -> &[Portal] {
+        &self.portals
+    }
+
+    /// The numbers of a cell's portals.
+    pub(super) fn portals_of(&self, cell: CellId) -> &[usize] {
+        &self.of_cell[cell.index()]
+    }
+
+    /// Where a ray from inside the region leaves it; metres for a `direction` of length 1.
+    pub(super) fn exit(&self, origin: DVec3, direction: DVec3) -> f64 {
+        let far = (self.region.max - origin) / direction;
+        let near = (self.region.min - origin) / direction;
+        near.max(far).min_element().max(0.0)
+    }
+
+    /// The cell that a point is safely inside of.
+    pub(super) fn locate(&self, p: DVec3) -> Option<CellId> {
+        let mut found: Option<usize> = None;
+        self.tree.as_ref()?.at(p, |i| {
+            if self.pieces[i].holds(p, -self.rounding) {
+                found = Some(found.map_or(i, |f| f.min(i)));
+            }
+            true
+        });
+        found.map(|i| self.pieces[i].cell)
+    }
+
+    /// True where a point is safely inside a cell: by more than the tolerance.
+    pub(super) fn is_inside(&self, cell: CellId, p: DVec3) -> bool {
+        self.by_cell[cell.index()].iter().any(|&(i, _)| self.pieces[i].holds(p, -self.tolerance))
+    }
+
+    /// A point in a cell, uniform over its volume, safely inside; `None` where a few tries find none.
+    pub(super) fn point(&self, cell: CellId, rng: &mut Prng) -> Option<DVec3> {
+        let pieces = &self.by_cell[cell.index()];
+        let total = pieces.last()?.1;
+        (0..8).find_map(|_| {
+            let at = rng.range(0.0, total);
+            let piece = &self.pieces[pieces[pieces.partition_point(|p| p.1 <= at).min(pieces.len() - 1)].0];
+            Some(piece.point(rng)).filter(|&p| piece.holds(p, -self.rounding))
+        })
+    }
+
+    /// Follows a segment from a point in `cell`. Stretches of it lie in pieces grown by the tolerance; it gets from one to the
+    /// next where they overlap and a portal between their cells is crossed there.
+    pub(super) fn walk(&self, cell: CellId, origin: DVec3, direction: DVec3, length: f64) -> Walk {
+        let stretches = self.stretches(origin, direction, length);
+        let mut seen = vec![false; stretches.len()];
+        let mut queue: Vec<usize> =
+            (0..stretches.len()).filter(|&i| stretches[i].cell == cell && stretches[i].from <= 0.0).collect();
+        for &i in &queue {
+            seen[i] = true;
+        }
+        let mut next = 0;
+        while let Some(&i) = queue.get(next) {
+            next += 1;
+            for j in 0..stretches.len() {
+                if !seen[j] && self.passes(&stretches[i], &stretches[j], origin, direction) {
+                    seen[j] = true;
+                    queue.push(j);
+                }
+            }
+        }
+        let reached: Vec<(CellId, f64)> =
+            queue.iter().map(|&i| (stretches[i].cell, (stretches[i].from + stretches[i].to) / 2.0)).collect();
+        let last = queue.iter().max_by(|&&a, &&b| stretches[a].to.total_cmp(&stretches[b].to));
+        let stuck = match last {
+            Some(&i) if stretches[i].to >= length - self.tolerance => None,
+            _ => {
+                let (end, from) = last.map_or((0.0, cell), |&i| (stretches[i].to, stretches[i].cell));
+                let beyond = stretches.iter().filter(|s| s.from <= end + self.tolerance && s.to > end);
+                let beyond = beyond.max_by(|a, b| a.to.total_cmp(&b.to));
+                Some((end, from, beyond.map(|s| s.cell)))
+            }
+        };
+        Walk { reached, stuck }
+    }
+
+    /// Where a segment is in which cell, in the order of cells, each cell's stretches joined where they meet.
+    fn stretches(&self, origin: DVec3, direction: DVec3, length: f64) -> Vec<Stretch> {
+        let mut found = Vec::new();
+        if let Some(tree) = &self.tree {
+            tree.along(origin, direction, length, |i| {
+                let piece = &self.pieces[i];
+                if let Some((from, to)) = piece.cut(origin, direction, length, self.tolerance) {
+                    found.push(Stretch { cell: piece.cell, from, to });
+                }
+                f64::INFINITY
+            });
+        }
+        found.sort_by(|a, b| a.cell.cmp(&b.cell).then(a.from.total_cmp(&b.from)));
+        found.dedup_by(|b, a| {
+            let joined = a.cell == b.cell && b.from <= a.to;
+            if joined {
+                a.to = a.to.max(b.to);
+            }
+            joined
+        });
+        found
+    }
+
+    /// True where a portal between the cells of two overlapping stretches is crossed in their overlap.
+    fn passes(&self, a: &Stretch, b: &Stretch, origin: DVec3, direction: DVec3) -> bool {
+        let (from, to) = (a.from.max(b.from) - self.tolerance, a.to.min(b.to) + self.tolerance);
+        if from > to + self.tolerance || a.cell == b.cell {
+            return false;
+        }
+        let portals = self.between.get(&(a.cell.min(b.cell), a.cell.max(b.cell)));
+        portals.into_iter().flatten().any(|&p| self.portals[p].crossed(origin, direction, from, to, self.tolerance))
+    }
+}
+
+/// The faces of a convex polyhedron: a polygon for each plane, empty where it bounds nothing; then those of the region's sides.
+pub(super) fn faces(planes: &[Plane], region: &Aabb) -> Vec<Vec<DVec3>> {
+    let sides = (0..3).flat_map(|axis| {
+        let n = DVec3::AXES[axis];
+        [Plane { n, d: region.max[axis] }, Plane { n: -n, d: -region.min[axis] }]
+    });
+    let planes: Vec<Plane> = planes.iter().copied().chain(sides).collect();
+    // Each face is a square on its plane, larger than the region, clipped by all other planes.
+    let size = region.diagonal();
+    let face = |(i, plane): (usize, &Plane)| {
+        let middle = region.centre() - plane.n * plane.distance(region.centre());
+        let (u, v) = plane.n.any_orthonormal_pair();
+        let square = [u + v, v - u, -u - v, u - v].map(|corner| middle + corner * size).to_vec();
+        let others = planes.iter().enumerate().filter(|&(j, _)| j != i);
+        others.fold(square, |face, (_, other)| clip(&face, other, size * 1e-9))
+    };
+    planes.iter().enumerate().map(face).collect()
+}
+
+impl Piece {
+    /// `None` where it has no volume.
+    fn new(cell: CellId, planes: Vec<Plane>, region: &Aabb) -> Option<Self> {
+        let faces = faces(&planes, region);
+        let bounds = Aabb::of(faces.iter().flatten().copied());
+        if bounds.is_empty() {
+            return None;
+        }
+        let corners: Vec<DVec3> = faces.iter().flatten().copied().collect();
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let (mut tetrahedra, mut sum) = (Vec::new(), 0.0);
+        for face in &faces {
+            for k in 2..face.len() {
+                let (a, b, c) = (face[0], face[k - 1], face[k]);
+                let volume = (a - middle).dot((b - middle).cross(c - middle)).abs() / 6.0;
+                if volume > 0.0 {
+                    sum += volume;
+                    tetrahedra.push(([middle, a, b, c], sum));
+                }
+            }
+        }
+        (!tetrahedra.is_empty()).then_some(Self { cell, planes, faces, tetrahedra, bounds })
+    }
+
+    /// A point inside.
+    pub(super) fn middle(&self) -> DVec3 {
+        self.tetrahedra[0].0[0]
+    }
+
+    pub(super) fn volume(&self) -> f64 {
+        self.tetrahedra.last().map_or(0.0, |t| t.1)
+    }
+
+    /// True where a point is inside, or within `by` metres of being so; for less than 0, where it is inside by that much.
+    fn holds(&self, p: DVec3, by: f64) -> bool {
+        self.planes.iter().all(|plane| plane.distance(p) <= by)
+    }
+
+    /// Uniform over its volume.
+    fn point(&self, rng: &mut Prng) -> DVec3 {
+        let at = rng.range(0.0, self.volume());
+        let i = self.tetrahedra.partition_point(|t| t.1 <= at).min(self.tetrahedra.len() - 1);
+        let [a, b, c, d] = self.tetrahedra[i].0;
+        // The gaps between three sorted numbers are uniform barycentric coordinates.
+        let mut cuts = [rng.unit(), rng.unit(), rng.unit()];
+        cuts.sort_by(f64::total_cmp);
+        a * cuts[0] + b * (cuts[1] - cuts[0]) + c * (cuts[2] - cuts[1]) + d * (1.0 - cuts[2])
+    }
+
+    /// The part of a segment inside the piece grown by `by` metres.
+    fn cut(&self, origin: DVec3, direction: DVec3, length: f64, by: f64) -> Option<(f64, f64)> {
+        let (mut from, mut to) = (0.0f64, length);
+        for plane in &self.planes {
+            let (height, slope) = (plane.distance(origin) - by, plane.n.dot(direction));
+            if slope > 0.0 {
+                to = to.min(-height / slope);
+            } else if slope < 0.0 {
+                from = from.max(-height / slope);
+            } else if height > 0.0 {
+                return None;
+            }
+            if from > to {
+                return None;
+            }
+        }
+        Some((from, to))
+    }
+}
+
+impl Portal {
+    /// True where a line, between two places on it, comes within `by` metres of the portal's plane and of what its rim holds.
+    fn crossed(&self, origin: DVec3, direction: DVec3, from: f64, to: f64, by: f64) -> bool {
+        let (height, slope) = (self.plane.distance(origin), self.plane.n.dot(direction));
+        // A line within its plane crosses it anywhere.
+        let t = if slope.abs() > 1e-12 { -height / slope } else { (from + to) / 2.0 };
+        let p = origin + direction * t.max(from).min(to);
+        self.plane.distance(p).abs() <= by
+            && self.winding.iter().zip(self.winding.iter().cycle().skip(1)).all(|(a, b)| {
+                // Counter-clockwise seen from the tip of the normal: the inside is to the left.
+                match (*b - *a).try_normalize() {
+                    Some(along) => self.plane.n.cross(along).dot(p - *a) >= -by,
+                    None => true,
+                }
+            })
+    }
+}

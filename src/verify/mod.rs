@@ -1,0 +1,471 @@
+//! Tests a `.pvs` file against its model, independently of how it was baked.
+//!
+//! Of everything that made the file, only the triangles and the decoded file itself are used: rays, cells and portals are
+//! followed by code of this module's own, so that a fault of the sampler, of the flow or of the split is not shared by the
+//! test for it. Three things are tested, all of them on random rays from random points in cells (anywhere in a cell, near its
+//! portals, near its walls, outside), in random directions and towards portals and objects:
+//!
+//! 1. **Pairs**: the first opaque object that a ray meets, and every see-through object before it, must be in the row of the
+//!    eye's cell; every cell that the ray reaches must be in that cell's row of cells. The object must be placed in the cell where it is
+//!    met.
+//! 2. **Segments**: the ray's unobstructed segment must get from the eye to where it ends inside cells, and from cell to
+//!    cell only through windings of portals between the two. This is what *sealed* means.
+//! 3. **Views**: in pictures from random eyes, the share of pixels that show an object which isn't in the row of the eye's
+//!    cell.
+//!
+//! Three more things are looked at: the structure of the file's cells and portals ([`Structure`]), the free space inside that is
+//! in no cell ([`FreeSpace`]) and, where asked for, every hole, as a line through it ([`Leaks`]).
+//!
+//! # What counts
+//!
+//! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So each
+//! violation is looked at again: it counts only if the segment, up to the violation, keeps half of `smallest_hole` from every
+//! opaque triangle (other than those of the object that it ends on, and other than within that length of its end): an eye on a
+//! wall, to within rounding, may be on either side of it. This is measured exactly, segment against triangle. What doesn't pass
+//! is counted in [`CheckReport::crack_rays`] and fails nothing. Points within `smallest_hole` of a piece's boundary count as
+//! inside, and portals are grown by as much. Pixels of views are counted as they are, cracks included.
+//!
+//! [`CheckReport::passed`] is false where a segment or a row of a [`Guarantee::Conservative`] file is violated. The rows of a
+//! [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is missed. A pass
+//! is not a proof: it says that so many random rays found nothing.
+
+mod cells;
+mod frames;
+mod leaks;
+pub mod level_lines;
+pub mod rooms;
+mod sample;
+mod structure;
+mod tight;
+mod trace;
+mod views;
+mod walks;
+
+pub use frames::random_path;
+pub use leaks::{Leak, LeakKind, Leaks, MOST_LEAKS};
+pub use structure::{Fault, FaultKind, Structure};
+pub use views::{Views, held_out};
+pub use walks::{FreeSpace, Place};
+
+use crate::file::PvsFile;
+use crate::random::Prng;
+use crate::scene::Scene;
+use crate::types::guarantee::Guarantee;
+use crate::{BitMatrix, CellId, ObjectId};
+use cells::{Cells, Walk};
+use glam::DVec3;
+use rayon::prelude::*;
+use sample::Sampler;
+use serde::Serialize;
+use std::time::Instant;
+use trace::Tracer;
+use views::{Met, View};
+
+/// Rays that one task casts: fixed, so that results don't depend on the number of threads.
+const CHUNK: u64 = 4096;
+/// Most violations that are described.
+const EXAMPLES: usize = 10;
+
+/// How much to test.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CheckOptions {
+    /// Rays; each is tested as pairs and as a segment.
+    pub rays: u64,
+    /// Views of 96 x 54 rays.
+    pub views: u32,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// Whether to draw a line through every hole.
+    pub leaks: bool,
+}
+
+impl Default for CheckOptions {
+    fn default() -> Self {
+        Self { rays: 1_000_000, views: 100, seed: 0, leaks: false }
+    }
+}
+
+/// Why a file can't be tested against a model.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckError {
+    /// The model is another one, or was imported differently.
+    #[error(
+        "is not the model that the file was baked for (hash {model:032x}, the file names {file:032x}); bake again or give that model"
+    )]
+    OtherModel {
+        /// The model's hash.
+        model: u128,
+        /// The hash in the file.
+        file: u128,
+    },
+    /// The file's tables don't fit each other.
+    #[error("{0}; bake again")]
+    Inconsistent(String),
+}
+
+/// Fractions of a view.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub struct Fractions {
+    /// Mean over the views.
+    pub mean: f64,
+    /// 95 of 100 views are at or below this.
+    pub p95: f64,
+    /// The worst view.
+    pub max: f64,
+}
+
+impl Fractions {
+    /// Of views, in any order; 0 where there are none.
+    fn of(mut views: Vec<f64>) -> Self {
+        views.sort_by(f64::total_cmp);
+        Self {
+            mean: views.iter().fold(0.0, |sum, x| sum + x) / views.len().max(1) as f64,
+            p95: views.get((views.len() * 95).div_ceil(100).saturating_sub(1)).copied().unwrap_or_default(),
+            max: views.last().copied().unwrap_or_default(),
+        }
+    }
+}
+
+/// What a violation is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Violation {
+    /// A visible object isn't in the row.
+    Object,
+    /// A visible cell isn't in the row.
+    Cell,
+    /// A segment left a cell other than through a portal.
+    Segment,
+    /// An object is met in a cell that it isn't placed in.
+    Placement,
+}
+
+/// One violation, for people to look at; positions in the model's own coordinates, metres.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Example {
+    /// What.
+    pub violation: Violation,
+    /// The eye.
+    pub from: DVec3,
+    /// Where the object was met, the cell reached, the cell left.
+    pub at: DVec3,
+    /// For objects and cells: the eye's cell and the cell reached. For segments: the cell left, and the cell that was entered
+    /// without a portal. `None`: space that is in no cell.
+    pub cells: [Option<CellId>; 2],
+    /// The object that was missed, or that stopped the segment.
+    pub object: Option<ObjectId>,
+}
+
+/// What was found.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct CheckReport {
+    /// What the file promises.
+    pub guarantee: Guarantee,
+    /// Rays cast; those of views come on top.
+    pub rays: u64,
+    /// Unobstructed segments followed through cells and portals.
+    pub segments: u64,
+    /// Rays, those of views included, that met an object which isn't in the row.
+    pub missed_rays: u64,
+    /// Different cell-object pairs among them.
+    pub missed_pairs: u64,
+    /// Different cell-cell pairs that a segment proved and that aren't in the row.
+    pub missed_cell_pairs: u64,
+    /// Segments that left a cell other than through a portal.
+    pub missed_segments: u64,
+    /// Different cell-object pairs that a ray meets and that the file's placement hasn't.
+    pub missed_placements: u64,
+    /// Violations whose segment doesn't keep clear of opaque triangles: cracks and grazing rays; nothing is promised for them.
+    pub crack_rays: u64,
+    /// Views.
+    pub views: u32,
+    /// Pixels of views whose object isn't in the row.
+    pub false_pixels: Fractions,
+    /// Cells without a point that is safely inside: nothing was cast from them.
+    pub empty_cells: u32,
+    /// Faults of cells and portals that need no rays to be told.
+    pub structure: Structure,
+    /// Free space inside that is in no cell.
+    pub free_outside_cells: FreeSpace,
+    /// Every hole, where [`CheckOptions::leaks`] asks for it.
+    #[serde(flatten)]
+    pub leaks: Option<Leaks>,
+    /// Up to ten violations.
+    pub examples: Vec<Example>,
+    /// Wall-clock time.
+    pub seconds: f64,
+    /// Whether the file keeps what it promises, as far as these rays can tell.
+    pub passed: bool,
+}
+
+/// Tests a file against its model.
+pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<CheckReport, CheckError> {
+    let start = Instant::now();
+    // 1. The right model, and tables that fit each other.
+    consistent(file, scene)?;
+    // 2. Everything that rays are followed through.
+    let (tracer, cells, tolerance) = scales(scene, file);
+    let test =
+        Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
+    // 3. Rays, in chunks with a random stream each.
+    let chunks = options.rays.div_ceil(CHUNK);
+    let mut tally = (0..chunks)
+        .into_par_iter()
+        .map(|chunk| {
+            let rng = &mut Prng::new(options.seed, 2 * chunk);
+            let mut tally = Tally::default();
+            for _ in 0..CHUNK.min(options.rays - chunk * CHUNK) {
+                if let Some((cell, eye, direction)) = test.sampler.ray(rng) {
+                    tally.rays += 1;
+                    test.ray(cell, eye, direction, true, &mut tally);
+                }
+            }
+            tally.tidy();
+            tally
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .fold(Tally::default(), Tally::add);
+    // 4. Views.
+    let views: Vec<(f64, Tally)> = (0..u64::from(options.views))
+        .into_par_iter()
+        .filter_map(|number| Some(test.view(&View::new(&test.sampler, options.seed, number)?)))
+        .collect();
+    let fractions: Vec<f64> = views.iter().map(|v| v.0).collect();
+    tally = views.into_iter().map(|v| v.1).fold(tally, Tally::add);
+    tally.tidy();
+    // 5. What needs no rows.
+    let structure = structure::structure(file, &cells);
+    let free_outside_cells = walks::walks(scene, &cells, &tracer, options.rays, options.seed);
+    let segments: Vec<Example> = tally.examples.iter().filter(|e| e.violation == Violation::Segment).cloned().collect();
+    let leaks = options.leaks.then(|| leaks::find(file, scene, &cells, &tracer, &segments));
+    // 6. What it comes to.
+    let rows_kept = tally.pairs.is_empty() && tally.cell_pairs.is_empty();
+    Ok(CheckReport {
+        guarantee: file.guarantee,
+        rays: tally.rays,
+        segments: tally.segments,
+        missed_rays: tally.missed_rays,
+        missed_pairs: tally.pairs.len() as u64,
+        missed_cell_pairs: tally.cell_pairs.len() as u64,
+        missed_segments: tally.missed_segments,
+        missed_placements: tally.placements.len() as u64,
+        crack_rays: tally.crack_rays,
+        views: fractions.len() as u32,
+        false_pixels: Fractions::of(fractions),
+        empty_cells: cells.empty_cells(),
+        structure,
+        free_outside_cells,
+        leaks,
+        examples: tally.examples,
+        seconds: start.elapsed().as_secs_f64(),
+        passed: tally.missed_segments == 0
+            && tally.placements.is_empty()
+            && (rows_kept || file.guarantee == Guarantee::Sampled),
+    })
+}
+
+/// Triangles and cells, laid out for rays, and how far from a piece's boundary points may be taken for inside, metres.
+fn scales(scene: &Scene, file: &PvsFile) -> (Tracer, Cells, f64) {
+    // Planes and windings are rounded to f32 in the file.
+    let rounding = scene.bounds().diagonal() * 1e-6;
+    let tolerance = file.smallest_hole.max(rounding);
+    let tracer = Tracer::new(scene, file.smallest_hole / 2.0, rounding);
+    (tracer, Cells::new(file, scene.bounds(), tolerance, rounding), tolerance)
+}
+
+/// Scores a file's cells and portals against the rooms and doors that somebody wrote down.
+pub fn score_rooms(file: &PvsFile, scene: &Scene, written: &rooms::RoomsFile) -> Result<rooms::RoomScore, CheckError> {
+    consistent(file, scene)?;
+    let rounding = scene.bounds().diagonal() * 1e-6;
+    let cells = Cells::new(file, scene.bounds(), file.smallest_hole.max(rounding), rounding);
+    Ok(rooms::score(file, &cells, written))
+}
+
+fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
+    let model = scene.hash();
+    if model != file.model_hash {
+        return Err(CheckError::OtherModel { model, file: file.model_hash });
+    }
+    let bad = |what: String| Err(CheckError::Inconsistent(what));
+    if file.objects.len() != scene.objects.len() {
+        return bad(format!("{} objects in the file, {} in the model", file.objects.len(), scene.objects.len()));
+    }
+    let cells = file.cells.len();
+    let shape =
+        |rows: &Option<BitMatrix>, columns: usize| rows.as_ref().is_none_or(|r| r.rows() == cells && r.columns() == columns);
+    if !shape(&file.cell_rows, cells) || !shape(&file.object_rows, scene.objects.len()) {
+        return bad("the rows have the wrong shape".into());
+    }
+    if (file.placement.rows(), file.placement.columns()) != (cells, scene.objects.len()) {
+        return bad("the placement of objects has the wrong shape".into());
+    }
+    if file.origin != scene.origin {
+        return bad(format!("the origin is {}, the model's is {}", file.origin, scene.origin));
+    }
+    let damaged = file.objects.iter().zip(&scene.objects).position(|(kept, object)| {
+        let [min, max] = kept.bounds.map(|p| p.as_dvec3());
+        let holds = |p: DVec3| p.cmpge(min).all() && p.cmple(max).all();
+        kept.triangles as usize != object.triangles.len()
+            || !object.triangles.clone().flat_map(|t| scene.corners(t as usize)).all(holds)
+    });
+    if let Some(object) = damaged {
+        return bad(format!(
+            "object {object} has another number of triangles than the model's, or a box that doesn't hold them"
+        ));
+    }
+    match file.portals.iter().position(|p| p.winding.len() < 3 || p.cells.iter().any(|c| c.index() >= cells)) {
+        Some(portal) => bad(format!("portal {portal} joins cells that don't exist, or has fewer than three corners")),
+        None => Ok(()),
+    }
+}
+
+/// What a chunk of rays found.
+#[derive(Default)]
+struct Tally {
+    rays: u64,
+    segments: u64,
+    missed_rays: u64,
+    missed_segments: u64,
+    crack_rays: u64,
+    pairs: Vec<(CellId, ObjectId)>,
+    cell_pairs: Vec<(CellId, CellId)>,
+    placements: Vec<(CellId, ObjectId)>,
+    examples: Vec<Example>,
+}
+
+impl Tally {
+    fn add(mut self, other: Self) -> Self {
+        self.rays += other.rays;
+        self.segments += other.segments;
+        self.missed_rays += other.missed_rays;
+        self.missed_segments += other.missed_segments;
+        self.crack_rays += other.crack_rays;
+        self.pairs.extend(other.pairs);
+        self.cell_pairs.extend(other.cell_pairs);
+        self.placements.extend(other.placements);
+        for example in other.examples {
+            self.example(example);
+        }
+        self
+    }
+
+    /// Each pair once.
+    fn tidy(&mut self) {
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+        self.cell_pairs.sort_unstable();
+        self.cell_pairs.dedup();
+        self.placements.sort_unstable();
+        self.placements.dedup();
+    }
+
+    /// Keeps the first few of each kind.
+    fn example(&mut self, example: Example) {
+        let alike = self.examples.iter().filter(|e| e.violation == example.violation).count();
+        if self.examples.len() < EXAMPLES && alike < EXAMPLES / 2 {
+            self.examples.push(example);
+        }
+    }
+}
+
+struct Test<'t> {
+    file: &'t PvsFile,
+    scene: &'t Scene,
+    tracer: &'t Tracer,
+    cells: &'t Cells,
+    sampler: Sampler<'t>,
+}
+
+impl Test<'_> {
+    fn sees_object(&self, cell: CellId, object: ObjectId) -> bool {
+        self.file.object_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), object.index()))
+    }
+
+    fn sees_cell(&self, cell: CellId, other: CellId) -> bool {
+        self.file.cell_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), other.index()))
+    }
+
+    fn example(
+        &self,
+        violation: Violation,
+        from: DVec3,
+        at: DVec3,
+        cells: [Option<CellId>; 2],
+        object: Option<ObjectId>,
+    ) -> Example {
+        let origin = self.scene.origin;
+        Example { violation, from: from + origin, at: at + origin, cells, object }
+    }
+
+    /// Casts a ray from a point in a cell. True where it meets an object which isn't in the row.
+    fn ray(&self, cell: CellId, eye: DVec3, direction: DVec3, follow: bool, tally: &mut Tally) -> bool {
+        let Met { objects, length, opaque } = Met::new(self.tracer, self.cells, eye, direction);
+        objects.iter().for_each(|&(t, object)| self.placed(eye, direction, t, object, tally));
+        let mut missed = objects.into_iter().filter(|&(_, object)| !self.sees_object(cell, object)).peekable();
+        let is_missed = missed.peek().is_some();
+        let (mut counted, mut crack) = (false, false);
+        for (t, object) in missed {
+            let at = eye + direction * t;
+            if self.tracer.is_clear(eye, at, Some(object)) {
+                counted = true;
+                tally.pairs.push((cell, object));
+                tally.example(self.example(Violation::Object, eye, at, [Some(cell), self.cells.locate(at)], Some(object)));
+            } else {
+                crack = true;
+            }
+        }
+        tally.missed_rays += u64::from(counted);
+        tally.crack_rays += u64::from(crack);
+        if follow {
+            self.segment(cell, eye, direction, length, opaque, tally);
+        }
+        is_missed
+    }
+
+    /// An object must be placed in the cell that holds the point just before it. How near that point is to the object is less than the
+    /// margin with which objects are placed.
+    fn placed(&self, eye: DVec3, direction: DVec3, t: f64, object: ObjectId, tally: &mut Tally) {
+        let at = eye + direction * (t - 0.25 * self.file.smallest_hole).max(0.0);
+        let Some(cell) = self.cells.locate(at) else { return };
+        if !self.file.placement.get(cell.index(), object.index()) && self.tracer.is_clear(eye, at, Some(object)) {
+            tally.placements.push((cell, object));
+            tally.example(self.example(Violation::Placement, eye, at, [None, Some(cell)], Some(object)));
+        }
+    }
+
+    /// Follows an unobstructed segment through cells and portals.
+    fn segment(&self, cell: CellId, eye: DVec3, direction: DVec3, length: f64, object: Option<ObjectId>, tally: &mut Tally) {
+        tally.segments += 1;
+        let Walk { reached, stuck } = self.cells.walk(cell, eye, direction, length);
+        if let Some((t, from, to)) = stuck {
+            // A little beyond, so that what is left there is part of what is measured.
+            let beyond = (t + 4.0 * self.cells.tolerance()).min(length);
+            let target = if beyond == length { object } else { None };
+            if self.tracer.is_clear(eye, eye + direction * beyond, target) {
+                tally.missed_segments += 1;
+                tally.example(self.example(Violation::Segment, eye, eye + direction * t, [Some(from), to], object));
+            } else {
+                tally.crack_rays += 1;
+            }
+        }
+        for (other, t) in reached {
+            let at = eye + direction * t;
+            if !self.sees_cell(cell, other) && self.cells.is_inside(other, at) && self.tracer.is_clear(eye, at, None) {
+                tally.cell_pairs.push((cell, other));
+                tally.example(self.example(Violation::Cell, eye, at, [Some(cell), Some(other)], None));
+            }
+        }
+    }
+
+    /// The share of false pixels in a view.
+    fn view(&self, view: &View) -> (f64, Tally) {
+        let (mut tally, mut wrong) = (Tally::default(), 0);
+        for direction in view.directions() {
+            wrong += u32::from(self.ray(view.cell, view.eye, direction, false, &mut tally));
+        }
+        tally.tidy();
+        (f64::from(wrong) / View::pixels(), tally)
+    }
+}

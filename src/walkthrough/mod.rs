@@ -1,0 +1,12 @@
+//! Walks a camera through a model with each culling mode, measures the frames, and draws them.
+
+pub mod missed;
+pub mod overlay;
+pub mod path;
+pub mod picture;
+pub mod plan;
+pub mod raster;
+pub mod shade;
+pub mod tour;
+pub mod walk;
+pub mod walkers;

@@ -1,0 +1,426 @@
+//! A camera path through every cell of a file, for a walk without one.
+//!
+//! Cells are visited in the depth-first order of a spanning tree over portals that goes through windows only where nothing
+//! else leads. Within a cell the way goes from piece to piece where they touch. Cells may reach into walls: thin pieces are left
+//! by the shortest step into a thick one, and in thick ones the way keeps off the sides. The eye is 1.6 m above the floor of
+//! the piece that it is in, lower where the piece is low.
+
+use super::path::{CameraPath, PathFrame};
+use crate::file::PvsFile;
+use crate::geom::{Aabb, Plane, clip};
+use crate::types::portal::PortalKind;
+use glam::{DVec2, DVec3};
+use std::collections::VecDeque;
+
+/// Frames of a tour, at most; a file with more cells than this has some of them left out, evenly.
+const MOST_FRAMES: usize = 240;
+/// Metres between frames, at least.
+const STEP: f64 = 0.25;
+/// Height of the eye above the floor, metres.
+const EYE: f64 = 1.6;
+
+/// The same file and seed give the same path.
+pub fn tour(file: &PvsFile, seed: u64) -> CameraPath {
+    let rooms = Rooms::new(file);
+    let way = rooms.way(file, seed);
+    let near = (rooms.bounds.diagonal() * 1e-3).min(0.05);
+    let frames = way.frames().into_iter().map(|(eye, along)| {
+        let eye = eye + file.origin;
+        PathFrame { eye, target: eye + along }
+    });
+    CameraPath { name: format!("tour {seed}"), fov_y_degrees: 65.0, near, frames: frames.collect() }
+}
+
+/// A convex piece within the model's surroundings.
+struct Room {
+    planes: Vec<Plane>,
+    bounds: Aabb,
+    /// A point at eye height inside.
+    stand: DVec3,
+    /// Distance from there to the nearest side, metres.
+    breadth: f64,
+    /// By plane: how far off it a walk keeps, metres. Less than a third of the way across, so that three sides leave room.
+    off: Vec<f64>,
+}
+
+impl Room {
+    /// `None` where nothing is inside the planes.
+    fn new(planes: Vec<Plane>) -> Option<Self> {
+        let corners = corners(&planes);
+        let bounds = Aabb::of(corners.iter().copied());
+        if corners.is_empty() {
+            return None;
+        }
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let (mut low, mut high) = (bounds.min.y, bounds.max.y);
+        for plane in planes.iter().filter(|plane| plane.n.y.abs() > 1e-6) {
+            let y = (plane.d - plane.n.x * middle.x - plane.n.z * middle.z) / plane.n.y;
+            if plane.n.y > 0.0 { high = high.min(y) } else { low = low.max(y) }
+        }
+        let stand = middle.with_y(low + EYE.min(0.8 * (high - low)));
+        let sides = planes.iter().filter(|plane| plane.n.y.abs() < 0.5).map(|plane| -plane.distance(stand));
+        let breadth = sides.fold(f64::INFINITY, f64::min).max(0.0);
+        let across = |plane: &Plane| corners.iter().map(|&p| -plane.distance(p)).fold(0.0, f64::max);
+        let off = |plane: &Plane| if plane.n.y.abs() < 0.5 { (0.3 * across(plane)).min(0.5) } else { 0.0 };
+        let off = planes.iter().map(off).collect();
+        Some(Self { planes, bounds, stand, breadth, off })
+    }
+
+    /// A point inside, near to `p`, at eye height, off the sides as far as there is room for.
+    fn step_from(&self, p: DVec3) -> DVec3 {
+        let mut q = p.with_y(self.stand.y);
+        // Projections onto convex sets in turn (Bregman 1965): near enough to the nearest point.
+        for _ in 0..64 {
+            for (plane, off) in self.planes.iter().zip(&self.off) {
+                q -= plane.n * (plane.distance(q) + off).max(0.0);
+            }
+        }
+        q
+    }
+
+    /// Inside a wall, most likely.
+    fn is_thin(&self) -> bool {
+        self.breadth < 0.2
+    }
+
+    /// How far outside `p` is, metres; negative inside.
+    fn outside(&self, p: DVec3) -> f64 {
+        self.planes.iter().map(|plane| plane.distance(p)).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// The corners of the region inside `planes`, which must be bounded.
+fn corners(planes: &[Plane]) -> Vec<DVec3> {
+    let far = planes.iter().map(|plane| plane.d.abs()).fold(1.0, f64::max) * 16.0;
+    let mut out = Vec::new();
+    for (i, plane) in planes.iter().enumerate() {
+        let (u, v) = plane.n.any_orthonormal_pair();
+        let middle = plane.n * plane.d;
+        let mut face = vec![middle - (u + v) * far, middle + (u - v) * far, middle + (u + v) * far, middle + (v - u) * far];
+        for (_, other) in planes.iter().enumerate().filter(|&(j, _)| j != i) {
+            if face.is_empty() {
+                break;
+            }
+            face = clip(&face, other, far * 1e-12);
+        }
+        out.extend(face);
+    }
+    out
+}
+
+/// Pieces and where they touch.
+struct Rooms {
+    bounds: Aabb,
+    rooms: Vec<Room>,
+    /// By cell: its pieces, as indices into `rooms`.
+    cells: Vec<Vec<usize>>,
+    /// What is common to two rooms of one cell that touch.
+    passages: Vec<Room>,
+    /// By room: the rooms of the same cell that it touches, and the passage between.
+    touching: Vec<Vec<(usize, usize)>>,
+}
+
+impl Rooms {
+    fn new(file: &PvsFile) -> Self {
+        let objects = file.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3());
+        let corners = file.portals.iter().flat_map(|p| &p.winding).map(|p| p.as_dvec3());
+        let all = Aabb::of(objects.chain(corners));
+        let all = if all.is_empty() { Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE } } else { all };
+        // Around the model, where a walk outside has it in view; not below it.
+        let around = (all.size().max_element() * 0.25).max(1e-3);
+        let bounds = Aabb { min: all.min - DVec3::new(around, 0.0, around), max: all.max + around };
+        let edge = (0..3).flat_map(|axis| {
+            let n = DVec3::AXES[axis];
+            [Plane { n, d: bounds.max[axis] }, Plane { n: -n, d: -bounds.min[axis] }]
+        });
+        let edge: Vec<Plane> = edge.collect();
+        let (mut rooms, mut cells) = (Vec::new(), Vec::new());
+        for cell in &file.cells {
+            let start = rooms.len();
+            rooms.extend(cell.pieces.iter().filter_map(|piece| {
+                let planes = piece.iter().map(|p| Plane { n: p.truncate().as_dvec3(), d: f64::from(p.w) });
+                Room::new(planes.chain(edge.iter().copied()).collect())
+            }));
+            cells.push((start..rooms.len()).collect::<Vec<_>>());
+        }
+        let touch = bounds.diagonal() * 1e-4;
+        let (mut passages, mut touching) = (Vec::new(), vec![Vec::new(); rooms.len()]);
+        for cell in &cells {
+            for (i, &a) in cell.iter().enumerate() {
+                for &b in &cell[i + 1..] {
+                    if let Some(passage) = between(&rooms[a], &rooms[b], touch) {
+                        touching[a].push((b, passages.len()));
+                        touching[b].push((a, passages.len()));
+                        passages.push(passage);
+                    }
+                }
+            }
+        }
+        Self { bounds, rooms, cells, passages, touching }
+    }
+
+    /// The piece of a cell that a walk stands in: the largest.
+    fn main(&self, cell: usize) -> Option<usize> {
+        let size = |&r: &usize| self.rooms[r].bounds.size().element_product();
+        self.cells[cell].iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)).then(b.cmp(a)))
+    }
+
+    /// The piece of a cell that is nearest to a point.
+    fn nearest(&self, cell: usize, p: DVec3) -> Option<usize> {
+        let far = |&r: &usize| self.rooms[r].outside(p);
+        self.cells[cell].iter().copied().min_by(|a, b| far(a).total_cmp(&far(b)).then(a.cmp(b)))
+    }
+
+    /// Points on the way from `start` in piece `from` to `end` in piece `to` of the same cell, these two included.
+    fn within(&self, (start, from): (DVec3, usize), (end, to): (DVec3, usize)) -> Vec<DVec3> {
+        // Out of thin pieces at both ends, each by its own shortest step.
+        let (mut first, mut last) = (vec![start], vec![end]);
+        let (from, to) = (self.leave_thin(from, &mut first), self.leave_thin(to, &mut last));
+        let mut before: Vec<Option<(usize, usize)>> = vec![None; self.rooms.len()];
+        let mut queue = VecDeque::from([to]);
+        // Backwards, so that following `before` leads forwards.
+        while let Some(room) = queue.pop_front() {
+            for &(next, passage) in &self.touching[room] {
+                if next != to && before[next].is_none() {
+                    before[next] = Some((room, passage));
+                    queue.push_back(next);
+                }
+            }
+        }
+        let mut at = from;
+        while let Some((next, passage)) = before[at].filter(|_| at != to) {
+            self.step(next, passage, &mut first);
+            at = next;
+        }
+        first.extend(last.into_iter().rev());
+        first
+    }
+
+    /// Goes from a thin piece to the largest that it touches, if that isn't thin: the piece where the way is then.
+    fn leave_thin(&self, room: usize, points: &mut Vec<DVec3>) -> usize {
+        let size = |r: usize| self.rooms[r].bounds.size().element_product();
+        let thick = self.touching[room].iter().filter(|(next, _)| !self.rooms[*next].is_thin());
+        match thick.max_by(|a, b| size(a.0).total_cmp(&size(b.0)).then(b.0.cmp(&a.0))) {
+            Some(&(next, passage)) if self.rooms[room].is_thin() => {
+                self.step(next, passage, points);
+                next
+            }
+            _ => room,
+        }
+    }
+
+    /// Goes through a passage into a piece.
+    fn step(&self, room: usize, passage: usize, points: &mut Vec<DVec3>) {
+        let between = self.passages[passage].step_from(points[points.len() - 1]);
+        points.extend([between, self.rooms[room].step_from(between)]);
+    }
+
+    /// The whole way: every cell that has a piece, in the order of the tree.
+    fn way(&self, file: &PvsFile, seed: u64) -> Way {
+        let tree = spanning_tree(file, seed);
+        let mut visited = vec![false; self.cells.len()];
+        let mut way = Way::default();
+        let n = self.cells.len();
+        let start = if n == 0 { 0 } else { (mixed(seed) % n as u64) as usize };
+        for first in (0..n).map(|i| (start + i) % n) {
+            let Some(main) = self.main(first).filter(|_| !visited[first]) else { continue };
+            visited[first] = true;
+            way.jump(self.rooms[main].stand);
+            // The cell, the next of its tree edges to take, and the portal back to where it was entered from.
+            let mut stack = vec![(first, 0, None)];
+            let mut at = main;
+            while let Some((cell, next, back)) = stack.last_mut() {
+                let (cell, from) = (*cell, at);
+                let through = match tree[cell].get(*next) {
+                    Some(&(portal, target)) => {
+                        *next += 1;
+                        if visited[target] || self.cells[target].is_empty() {
+                            continue;
+                        }
+                        stack.push((target, 0, Some((portal, cell))));
+                        (portal, target)
+                    }
+                    None => {
+                        let back = *back;
+                        stack.pop();
+                        let Some(back) = back else { continue };
+                        back
+                    }
+                };
+                let (portal, target) = through;
+                let door = stand_in(&file.portals[portal].winding);
+                let (Some(leave), Some(enter)) = (self.nearest(cell, door), self.nearest(target, door)) else { continue };
+                // From where the way has come to, towards the portal.
+                let start = way.last().unwrap_or(door);
+                way.points(&self.within((start, from), (door, leave)));
+                at = enter;
+                if !visited[target] {
+                    visited[target] = true;
+                    if let Some(main) = self.main(target) {
+                        let stand = self.rooms[main].stand;
+                        way.points(&self.within((door, enter), (stand, main)));
+                        way.keep(stand);
+                        at = main;
+                    }
+                }
+            }
+        }
+        way
+    }
+}
+
+/// What is common to two pieces that touch within `touch` metres.
+fn between(a: &Room, b: &Room, touch: f64) -> Option<Room> {
+    if !a.bounds.inflated(touch).touches(&b.bounds.inflated(touch)) {
+        return None;
+    }
+    let both = a.planes.iter().chain(&b.planes).map(|plane| Plane { d: plane.d + touch, ..*plane }).collect();
+    Room::new(both)
+}
+
+/// A point at eye height in a portal.
+fn stand_in(winding: &[glam::Vec3]) -> DVec3 {
+    let corners: Vec<DVec3> = winding.iter().map(|p| p.as_dvec3()).collect();
+    let bounds = Aabb::of(corners.iter().copied());
+    let height = bounds.max.y - bounds.min.y;
+    crate::geom::middle(&corners).with_y(bounds.min.y + EYE.min(0.8 * height))
+}
+
+/// By cell: portals of a spanning tree and the cells that they lead to. Kruskal's algorithm, windows last.
+fn spanning_tree(file: &PvsFile, seed: u64) -> Vec<Vec<(usize, usize)>> {
+    let mut order: Vec<usize> = (0..file.portals.len()).collect();
+    order.sort_by_key(|&p| (file.portals[p].kind == PortalKind::Window, mixed(seed ^ mixed(p as u64)), p));
+    let mut group: Vec<usize> = (0..file.cells.len()).collect();
+    let root = |group: &mut Vec<usize>, mut cell: usize| {
+        while group[cell] != cell {
+            group[cell] = group[group[cell]];
+            cell = group[cell];
+        }
+        cell
+    };
+    let mut tree = vec![Vec::new(); file.cells.len()];
+    for p in order {
+        let [a, b] = file.portals[p].cells.map(|c| c.index());
+        let (ra, rb) = (root(&mut group, a), root(&mut group, b));
+        if ra != rb {
+            group[ra] = rb;
+            tree[a].push((p, b));
+            tree[b].push((p, a));
+        }
+    }
+    tree
+}
+
+/// SplitMix64's finaliser (Steele, Lea, Flood 2014).
+fn mixed(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// A line through points, in legs that don't join.
+#[derive(Default)]
+struct Way {
+    legs: Vec<Vec<DVec3>>,
+    /// Points that a frame must be at: leg, and index in it.
+    kept: Vec<(usize, usize)>,
+}
+
+impl Way {
+    fn jump(&mut self, p: DVec3) {
+        self.legs.push(Vec::new());
+        self.keep(p);
+    }
+
+    fn last(&self) -> Option<DVec3> {
+        self.legs.last()?.last().copied()
+    }
+
+    fn points(&mut self, points: &[DVec3]) {
+        let leg = self.legs.last_mut().expect("a way starts with a jump");
+        for &p in points {
+            if leg.last().is_none_or(|&last| last.distance(p) > 1e-6) {
+                leg.push(p);
+            }
+        }
+    }
+
+    fn keep(&mut self, p: DVec3) {
+        self.points(&[p]);
+        let leg = self.legs.len() - 1;
+        self.kept.push((leg, self.legs[leg].len() - 1));
+    }
+
+    /// Eyes, and directions of length 1.
+    fn frames(mut self) -> Vec<(DVec3, DVec3)> {
+        // Not back from the last cell of a leg.
+        for (leg, points) in self.legs.iter_mut().enumerate() {
+            let last = self.kept.iter().filter(|k| k.0 == leg).map(|k| k.1).max().unwrap_or(0);
+            points.truncate(last + 1);
+        }
+        let along: Vec<Vec<f64>> = self.legs.iter().map(|leg| lengths(leg)).collect();
+        let total: f64 = along.iter().filter_map(|a| a.last()).sum();
+        let every = self.kept.len().div_ceil(MOST_FRAMES).max(1);
+        let kept: Vec<(usize, usize)> = self.kept.iter().copied().step_by(every).collect();
+        let spare = (MOST_FRAMES - kept.len()) as f64;
+        let step = if spare >= 1.0 { (total / spare).max(STEP) } else { f64::INFINITY };
+        let mut frames = Vec::new();
+        for (i, leg) in self.legs.iter().enumerate() {
+            let stops: Vec<f64> = kept.iter().filter(|k| k.0 == i).map(|k| along[i][k.1]).collect();
+            let end = along[i].last().copied().unwrap_or(0.0);
+            if end == 0.0 {
+                // One point: look around from it.
+                let around = if self.legs.len() == 1 { 24 } else { stops.len() };
+                frames.extend((0..around).map(|turn| {
+                    let (sin, cos) = (turn as f64 / around as f64 * std::f64::consts::TAU).sin_cos();
+                    (leg[0], DVec3::new(cos, 0.0, sin))
+                }));
+                continue;
+            }
+            // Between stops, evenly, and not at the stops themselves.
+            for (s, &from) in stops.iter().enumerate() {
+                let to = stops.get(s + 1).copied().unwrap_or(end);
+                let between = ((to - from) / step).floor() as usize;
+                frames.extend((0..=between).map(|k| {
+                    let s = from + (to - from) * k as f64 / (between + 1) as f64;
+                    (at(leg, &along[i], s), direction(leg, &along[i], s))
+                }));
+            }
+        }
+        frames
+    }
+}
+
+/// How far along each point of a leg is, metres.
+fn lengths(leg: &[DVec3]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let steps = leg.windows(2).map(|w| w[0].distance(w[1]));
+    std::iter::once(0.0)
+        .chain(steps.map(|d| {
+            sum += d;
+            sum
+        }))
+        .collect()
+}
+
+/// The point of a leg at a length.
+fn at(leg: &[DVec3], along: &[f64], s: f64) -> DVec3 {
+    let i = along.partition_point(|&l| l <= s).clamp(1, leg.len() - 1);
+    let t = ((s - along[i - 1]) / (along[i] - along[i - 1])).clamp(0.0, 1.0);
+    leg[i - 1].lerp(leg[i], t)
+}
+
+/// Where to look: a little ahead, so that turns begin before corners, and not far up or down.
+fn direction(leg: &[DVec3], along: &[f64], s: f64) -> DVec3 {
+    let end = along.last().copied().unwrap_or(0.0);
+    let ahead = [0.5, 1.0, 2.0, 3.0].map(|d| at(leg, along, (s + d).min(end))).iter().sum::<DVec3>() / 4.0;
+    let mut v = ahead - at(leg, along, s);
+    if v.length() < 1e-3 {
+        // At the end: as it came.
+        v = at(leg, along, end) - at(leg, along, (end - 1.0).max(0.0));
+    }
+    let flat = DVec2::new(v.x, v.z).length();
+    v.y = v.y.clamp(-0.5 * flat - 1e-3, 0.5 * flat + 1e-3);
+    v.normalize_or(DVec3::X)
+}

@@ -1,0 +1,304 @@
+//! Walks a camera through a model and says what each culling mode draws, how long it takes, and what it misses.
+
+use super::missed::{Missed, missed_pixels, objects_shown};
+use super::overlay::Overlay;
+use super::path::CameraPath;
+use super::raster::{IdBuffer, View, draw};
+use super::walkers::{Times, WalkMode, Walker, nearer};
+use crate::ObjectId;
+use crate::file::PvsFile;
+use crate::occlusion::depth::DepthBuffer;
+use crate::runtime::{Culler, FrameStats, Narrowing};
+use crate::scene::rays::RayScene;
+use crate::scene::{Role, Scene};
+use serde::Serialize;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What to do along the way.
+#[derive(Clone, PartialEq, Debug)]
+pub struct WalkOptions {
+    /// Modes, in the order of their lines.
+    pub modes: Vec<WalkMode>,
+    /// Width of the pictures, pixels, 1 to 16384.
+    pub width: usize,
+    /// Height of the pictures, pixels, 1 to 16384.
+    pub height: usize,
+    /// Compare every frame with a picture of everything.
+    pub verify_pixels: bool,
+    /// Where to put a picture of every frame and mode; frames are compared as well then.
+    pub pictures: Option<PathBuf>,
+    /// Take every n-th frame of the path, 1 or more.
+    pub every: usize,
+    /// Shut the doors that the model has shut; all are open otherwise.
+    pub doors_as_found: bool,
+    /// How portals narrow the view.
+    pub narrowing: Narrowing,
+}
+
+/// One frame in one mode.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct FrameLine {
+    /// Its number in the path, from 0.
+    pub frame: usize,
+    /// The mode's name.
+    pub mode: &'static str,
+    /// [`FrameStats::cells`].
+    pub cells: u64,
+    /// [`FrameStats::portals`].
+    pub portals: u64,
+    /// [`FrameStats::objects`].
+    pub objects: u64,
+    /// [`FrameStats::triangles`].
+    pub triangles: u64,
+    /// Occlusion queries.
+    pub queries: u64,
+    /// Microseconds of one cull, as it came, after the frame before it; in a mode that asks an oracle, with what that draws.
+    pub us: f64,
+    /// Microseconds of that and of drawing all that is left into the software oracle, at the pictures' size; absent where no mode of the
+    /// walk asks one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_us: Option<f64>,
+    /// How `auto` culled it; absent in other modes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<&'static str>,
+    /// Pixels that show something that the set leaves out; absent where pixels were not compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missed_pixels: Option<u64>,
+    /// Pixels that do so through a crack between triangles only ([`super::missed`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crack_pixels: Option<u64>,
+}
+
+/// All frames in one mode.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Summary {
+    /// Number of frames.
+    pub frames: usize,
+    /// The mode's name.
+    pub mode: &'static str,
+    /// Mean of the triangles kept.
+    pub triangles_mean: f64,
+    /// Mean of the objects kept.
+    pub objects_mean: f64,
+    /// Median of the times, microseconds.
+    pub us_median: f64,
+    /// 99th percentile of the times, microseconds.
+    pub us_p99: f64,
+    /// Median of [`FrameLine::frame_us`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_us_median: Option<f64>,
+    /// Mean of the occlusion queries.
+    pub queries_mean: f64,
+    /// Sum over frames; absent where pixels were not compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missed_pixels: Option<u64>,
+    /// Sum over frames; absent where pixels were not compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crack_pixels: Option<u64>,
+    /// Mean of the triangles of objects that really show in the pictures: what a perfect culler would keep. Absent where
+    /// pixels were not compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exact_triangles_mean: Option<f64>,
+    /// Frames in which a bound on work was met and more was kept instead.
+    pub capped_frames: u64,
+}
+
+/// Walks along a path. `line` gets each frame as it is done, for each mode in order.
+pub fn walk(
+    scene: &Scene,
+    file: &PvsFile,
+    path: &CameraPath,
+    options: &WalkOptions,
+    line: &mut dyn FnMut(&FrameLine),
+) -> io::Result<Vec<Summary>> {
+    let mut culler = Culler::new(file);
+    culler.set_narrowing(options.narrowing);
+    let solid;
+    let scene = if options.doors_as_found {
+        culler.shut_as_found();
+        solid = with_solid_doors(scene);
+        &solid
+    } else {
+        scene
+    };
+    let views: Vec<(usize, View)> = (0..path.frames.len())
+        .step_by(options.every.max(1))
+        .map(|frame| (frame, view(file, path, frame, options)))
+        .collect();
+
+    // 1. Times, undisturbed by comparing.
+    let asks = options.modes.iter().any(|mode| mode.asks());
+    let mut oracle = asks.then(|| DepthBuffer::new(scene, options.width, options.height));
+    let mut times: Vec<Vec<Times>> = Vec::new();
+    for &mode in &options.modes {
+        let mut of_mode = vec![Times::default(); views.len()];
+        // Drawing would push the culler out of the caches, so modes without queries are timed without it first.
+        if !mode.asks() {
+            let mut walker = Walker::new(mode, &culler);
+            for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
+                *times = walker.cull(&culler, view, None).2;
+            }
+        }
+        if let Some(oracle) = &mut oracle {
+            let mut walker = Walker::new(mode, &culler);
+            for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
+                let with = walker.cull(&culler, view, Some(oracle)).2;
+                *times = Times { cull: if mode.asks() { with.cull } else { times.cull }, ..with };
+            }
+        }
+        times.push(of_mode);
+    }
+
+    // 2. The same frames again: counters, and pixels where they are asked for.
+    let compare = options.verify_pixels || options.pictures.is_some();
+    let rays = compare.then(|| RayScene::new(scene));
+    let mut walkers: Vec<Walker> = options.modes.iter().map(|&mode| Walker::new(mode, &culler)).collect();
+    let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); options.modes.len()];
+    let (mut exact_triangles, mut capped) = (0u64, vec![0u64; options.modes.len()]);
+    for (i, (frame, view)) in views.iter().enumerate() {
+        let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
+        exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
+        for (m, &mode) in options.modes.iter().enumerate() {
+            let (visible, method, _) = walkers[m].cull(&culler, view, oracle.as_mut().filter(|_| mode.asks()));
+            capped[m] += u64::from(visible.stats.capped > 0);
+            let missed = truth.as_ref().map(|truth| truth.missed(visible.objects));
+            let times = times[m][i];
+            let mut frame_line = frame_line(*frame, mode, &visible.stats, times, missed.as_ref());
+            frame_line.method = (mode == WalkMode::Auto).then(|| method.name());
+            if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
+                let text = caption(&frame_line, scene.triangles.len());
+                let overlay = Overlay { scene, file, view: *view, method, visible, missed, text };
+                overlay.picture().save(&picture_path(folder, *frame, mode))?;
+            }
+            line(&frame_line);
+            lines[m].push(frame_line);
+        }
+    }
+    let exact_mean = compare.then(|| exact_triangles as f64 / views.len().max(1) as f64);
+    Ok((0..options.modes.len()).map(|m| summary(options.modes[m], &lines[m], exact_mean, capped[m])).collect())
+}
+
+/// The scene with its doors as they stand: what isn't of glass hides what is behind. Elsewhere doors hide nothing, since they may open.
+fn with_solid_doors(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.objects.iter_mut().filter(|o| o.role == Role::Door && !o.glass).for_each(|o| o.opaque = true);
+    scene
+}
+
+/// Where the picture of a frame goes.
+pub fn picture_path(folder: &Path, frame: usize, mode: WalkMode) -> PathBuf {
+    folder.join(format!("frame_{frame:05}_{mode}.png"))
+}
+
+fn view(file: &PvsFile, path: &CameraPath, frame: usize, options: &WalkOptions) -> View {
+    let (width, height) = (options.width, options.height);
+    let camera = path.camera(frame, file.origin, width as f64 / height as f64);
+    View { camera, near: path.near, width, height }
+}
+
+/// A picture of everything, and what it shows.
+struct Truth<'r> {
+    rays: &'r RayScene<'r>,
+    /// See [`nearer`].
+    view: View,
+    full: IdBuffer,
+    shown: Vec<ObjectId>,
+}
+
+impl<'r> Truth<'r> {
+    fn new(rays: &'r RayScene<'r>, view: &View) -> Self {
+        let view = nearer(view);
+        let full = draw(rays.scene(), &view, &|_| true);
+        Self { rays, view, shown: objects_shown(rays.scene(), &full), full }
+    }
+
+    /// Triangles of the objects that it shows.
+    fn triangles(&self) -> u64 {
+        self.shown.iter().map(|o| self.rays.scene().objects[o.index()].triangles.len() as u64).sum()
+    }
+
+    fn missed(&self, objects: &[ObjectId]) -> Missed {
+        let mut kept = vec![false; self.rays.scene().objects.len()];
+        objects.iter().for_each(|o| kept[o.index()] = true);
+        missed_pixels(self.rays, &self.view, &self.full, &self.shown, &|o: ObjectId| kept[o.index()])
+    }
+}
+
+fn frame_line(frame: usize, mode: WalkMode, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
+    let tenths = |us: f64| (us * 10.0).round() / 10.0;
+    FrameLine {
+        frame,
+        mode: mode.name(),
+        cells: stats.cells,
+        portals: stats.portals,
+        objects: stats.objects,
+        triangles: stats.triangles,
+        queries: stats.queries,
+        us: tenths(times.cull),
+        frame_us: times.frame.map(tenths),
+        method: None,
+        missed_pixels: missed.map(|m| m.pixels.len() as u64),
+        crack_pixels: missed.map(|m| m.cracks),
+    }
+}
+
+fn caption(line: &FrameLine, all_triangles: usize) -> String {
+    let FrameLine { frame, mode, cells, portals, objects, triangles, us, .. } = line;
+    format!(
+        "frame {frame} {mode}: {cells} cells {portals} portals {objects} objects {triangles}/{all_triangles} triangles {us:.0} us"
+    )
+}
+
+fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
+    let mean = |f: fn(&FrameLine) -> u64| lines.iter().map(f).sum::<u64>() as f64 / lines.len().max(1) as f64;
+    let total = |f: fn(&FrameLine) -> Option<u64>| lines.iter().map(f).sum::<Option<u64>>();
+    let sorted = |f: fn(&FrameLine) -> Option<f64>| {
+        let mut times = lines.iter().map(f).collect::<Option<Vec<f64>>>()?;
+        times.sort_by(f64::total_cmp);
+        Some(times)
+    };
+    // The smallest time that this share of the frames doesn't exceed.
+    let percentile =
+        |times: &[f64], p: usize| times.get((times.len() * p).div_ceil(100).saturating_sub(1)).copied().unwrap_or(0.0);
+    let times = sorted(|l| Some(l.us)).unwrap_or_default();
+    Summary {
+        frames: lines.len(),
+        mode: mode.name(),
+        triangles_mean: mean(|l| l.triangles),
+        objects_mean: mean(|l| l.objects),
+        us_median: percentile(&times, 50),
+        us_p99: percentile(&times, 99),
+        frame_us_median: sorted(|l| l.frame_us).map(|times| percentile(&times, 50)),
+        queries_mean: mean(|l| l.queries),
+        missed_pixels: total(|l| l.missed_pixels),
+        crack_pixels: total(|l| l.crack_pixels),
+        exact_triangles_mean,
+        capped_frames,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::{Method, Mode};
+
+    const BOTH: WalkMode = WalkMode::Fixed(Method::Plain(Mode::Both));
+
+    #[test]
+    fn a_summary_is_of_its_lines() {
+        let lines: Vec<FrameLine> = (1..=200)
+            .map(|i| {
+                let stats = FrameStats { objects: i, triangles: 2 * i, ..FrameStats::default() };
+                let missed = Missed { pixels: vec![0; usize::from(i == 7)], cracks: 1 };
+                frame_line(i as usize, BOTH, &stats, Times { cull: i as f64, frame: None }, Some(&missed))
+            })
+            .collect();
+        let s = summary(BOTH, &lines, Some(3.0), 0);
+        assert_eq!((s.frames, s.objects_mean, s.triangles_mean), (200, 100.5, 201.0));
+        assert_eq!((s.us_median, s.us_p99, s.missed_pixels, s.crack_pixels), (100.0, 198.0, Some(1), Some(200)));
+        let line = frame_line(0, BOTH, &FrameStats::default(), Times { cull: 1.0, frame: None }, None);
+        let none = serde_json::to_string(&summary(BOTH, &[line], None, 0)).unwrap();
+        assert!(!none.contains("missed_pixels") && !none.contains("frame_us"));
+    }
+}

@@ -1,0 +1,73 @@
+//! `why`, in a few words for the screen; `enfilade why` says more.
+
+use enfilade::CellId;
+use enfilade::file::PvsFile;
+use enfilade::proof::{Asker, Doubt, Goal, Why};
+use glam::DVec3;
+
+/// An answer for the screen.
+pub struct Told {
+    /// The sentence.
+    pub text: String,
+    /// The witness, metres relative to the origin, where there is one.
+    pub sight: Option<[DVec3; 2]>,
+}
+
+/// Asks, and says it in a sentence.
+pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told {
+    let name = |cell: CellId| match &file.cells[cell.index()] {
+        named if named.source.is_some() => format!("cell {cell} ({})", named.name),
+        _ => format!("cell {cell}"),
+    };
+    let what = match goal {
+        Goal::Cell(other) if other.index() < file.cells.len() => name(other),
+        Goal::Object(object) if object.index() < file.objects.len() => {
+            format!("object {object} ({})", file.objects[object.index()].node)
+        }
+        _ => "what isn't there".to_owned(),
+    };
+    let why = match asker.why(cell, goal) {
+        Ok(why) => why,
+        Err(e) => return Told { text: format!("{what}: the file {e}"), sight: None },
+    };
+    let who = name(cell);
+    let mut sight = None;
+    let text = match why {
+        Why::Itself => format!("{who} sees itself."),
+        Why::Witnessed(seen) => {
+            sight = Some([seen.from, seen.to]);
+            let metres = seen.from.distance(seen.to);
+            let through = match seen.portals.len() {
+                0 => "without a portal between".to_owned(),
+                n => format!("through {n} portals"),
+            };
+            format!("{who} sees {what}: an unobstructed line of {metres:.2} m, {through}. It is drawn in green.")
+        }
+        Why::Known(chain) => {
+            format!("{who} sees {what}, by {} portals; the file keeps no line between the two.", chain.len())
+        }
+        Why::Apart => format!("{who} can't see {what}: no way through portals leads there."),
+        Why::Separated(ends) => format!(
+            "{who} can't see {what}: no line passes any chain of portals ({} were followed to their end).",
+            ends.len()
+        ),
+        Why::Shielded(shield) => {
+            format!(
+                "{who} can't see {what}: a line may pass {} portals, but the model's triangles shut every way.",
+                shield.chain.len()
+            )
+        }
+        Why::Undecided(doubt) => {
+            let reason = match doubt {
+                Doubt::Inside => "it is in the cell, and no ray has met it".to_owned(),
+                Doubt::Open(chain) => {
+                    format!("a line may pass {} portals, and none was found that nothing obstructs", chain.len())
+                }
+                Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
+                Doubt::Separated(_) => "asked for alone, no line passes".to_owned(),
+            };
+            format!("Whether {who} sees {what} is not decided: {reason}. It is drawn, to be safe.")
+        }
+    };
+    Told { text, sight }
+}

@@ -1,0 +1,88 @@
+//! What is marked in the picture: portals, narrowed frusta, what was picked.
+
+use crate::culling::Decision;
+use crate::draw::lines::{Overlay, Tint};
+use enfilade::file::PvsFile;
+use enfilade::runtime::{Camera, Rect};
+use enfilade::walkthrough::plan::portal_colour;
+use enfilade::{ObjectId, PortalId};
+use glam::{DVec2, Vec3};
+
+/// Of a line of sight.
+pub const SIGHT: Tint = [40, 230, 80, 255];
+const PICKED: Tint = [255, 220, 40, 255];
+const FRUSTUM: Tint = [255, 255, 255, 255];
+const NARROWED: Tint = [255, 160, 40, 200];
+const SHUT: Tint = [220, 40, 40, 110];
+/// How far frusta reach beyond their portal, metres.
+const BEYOND: f32 = 6.0;
+/// Most narrowed frusta that are drawn.
+const MOST: usize = 400;
+
+/// Portals by kind: those that are seen through bold and filled, others thin; shut ones red.
+pub fn portals(overlay: &mut Overlay, file: &PvsFile, last: Option<&Decision>, shut: &[PortalId]) {
+    let mut seen = vec![false; file.portals.len()];
+    last.into_iter().flat_map(|d| &d.portals).for_each(|crossed| seen[crossed.portal.portal().index()] = true);
+    for (i, portal) in file.portals.iter().enumerate() {
+        let [r, g, b] = portal_colour(portal.kind);
+        if shut.binary_search(&PortalId(i as u32)).is_ok() {
+            overlay.face(&portal.winding, SHUT);
+        } else if seen[i] {
+            overlay.face(&portal.winding, [r, g, b, 60]);
+        }
+        overlay.outline(&portal.winding, [r, g, b, if seen[i] { 255 } else { 110 }]);
+    }
+}
+
+/// The frozen frustum, and what portals narrowed it to.
+pub fn frusta(overlay: &mut Overlay, file: &PvsFile, camera: &Camera, last: &Decision) {
+    let reach = last.portals.iter().map(|c| distance(file, camera, c.portal.portal())).fold(BEYOND, f32::max);
+    pyramid(overlay, camera, &Rect::FULL, 0.0, reach, FRUSTUM);
+    for crossed in last.portals.iter().take(MOST) {
+        let at = distance(file, camera, crossed.portal.portal());
+        pyramid(overlay, camera, &crossed.rect, at, at + BEYOND, NARROWED);
+    }
+}
+
+/// The edges of what is seen within a rectangle of the screen, from one depth to another.
+fn pyramid(overlay: &mut Overlay, camera: &Camera, rect: &Rect, from: f32, to: f32, tint: Tint) {
+    let ndc =
+        [rect.min, Vec3::new(rect.max.x, rect.min.y, 0.0).truncate(), rect.max, glam::Vec2::new(rect.min.x, rect.max.y)];
+    let rays = ndc.map(|p| camera.ray(DVec2::new(f64::from(p.x), f64::from(p.y))).as_vec3());
+    let at = |depth: f32| rays.map(|ray| camera.eye + ray * depth);
+    let (near, far) = (at(from), at(to));
+    for i in 0..4 {
+        // Through walls: what hides the frusta is what they were narrowed by.
+        overlay.line_through(near[i], far[i], tint);
+        if from > 0.0 {
+            overlay.line_through(near[i], near[(i + 1) % 4], tint);
+        }
+    }
+}
+
+/// The depth of a portal's middle, metres.
+fn distance(file: &PvsFile, camera: &Camera, portal: PortalId) -> f32 {
+    let winding = &file.portals[portal.index()].winding;
+    camera.w.dot(crate::session::middle(winding) - camera.eye).max(0.05)
+}
+
+/// The box of a picked object.
+pub fn object(overlay: &mut Overlay, file: &PvsFile, object: ObjectId) {
+    overlay.boxed(file.objects[object.index()].bounds, PICKED);
+}
+
+/// Rectangles of the portals that were seen through, on the screen.
+pub fn rectangles(ui: &egui::Ui, last: Option<&Decision>) {
+    let screen = ui.ctx().content_rect();
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let at = |p: glam::Vec2| {
+        let part = egui::vec2(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.y);
+        screen.min + part * screen.size()
+    };
+    for crossed in last.into_iter().flat_map(|d| &d.portals) {
+        let rect =
+            egui::Rect::from_two_pos(at(crossed.rect.min.max(-glam::Vec2::ONE)), at(crossed.rect.max.min(glam::Vec2::ONE)));
+        let stroke = egui::Stroke::new(1.5, egui::Color32::from_rgb(255, 150, 30));
+        painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
+    }
+}
