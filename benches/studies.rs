@@ -19,7 +19,7 @@ use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
 use enfilade::occlusion::levels::{C1_TO_C7, LevelCuller, LevelOptions};
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::view::Frustum;
-use enfilade::runtime::{Auto, Method, Mode};
+use enfilade::runtime::{Auto, FrameMode, Mode};
 use enfilade::scene::{ImportOptions, Object, Scene, import};
 use enfilade::walkthrough::missed::objects_shown;
 use enfilade::walkthrough::path::CameraPath;
@@ -361,16 +361,16 @@ fn city(dense: bool, detail: u32) {
 /// By what frames cost: the frustum, CHC or CHC++.
 fn auto(study: &Study, tree: &Hierarchy) -> Cost {
     study.run(|| {
-        let mut auto = Auto::new(1, &[Method::Plain(Mode::Frustum), Method::Chc, Method::ChcPlus]);
+        let mut auto = Auto::new(1, &[FrameMode::Frustum, FrameMode::Chc, FrameMode::ChcPlus]);
         let mut frustum_culler = FrustumCuller::default();
         let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
         move |frustum: &Frustum, buffer: &mut DepthBuffer<'_>| {
             let start = Instant::now();
             let count = |_: Mode| study.triangles(frustum_culler.cull(tree, frustum)) as u64;
             let done = match auto.choose(Some(CellId(0)), count) {
-                Method::Chc => (chc.cull(tree, frustum, buffer).to_vec(), chc.stats().queries),
-                Method::ChcPlus => (plus.cull(tree, frustum, buffer).to_vec(), plus.stats().queries),
-                Method::Plain(_) => {
+                FrameMode::Chc => (chc.cull(tree, frustum, buffer).to_vec(), chc.stats().queries),
+                FrameMode::ChcPlus => (plus.cull(tree, frustum, buffer).to_vec(), plus.stats().queries),
+                _ => {
                     let objects = frustum_culler.cull(tree, frustum).to_vec();
                     objects.iter().for_each(|&o| buffer.draw(o));
                     (objects, 0)

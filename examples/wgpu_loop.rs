@@ -14,7 +14,7 @@ mod command;
 mod renderer;
 
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, Mode, Scratch};
+use enfilade::runtime::{AutoOptions, Culler, FrameCuller, FrameMode};
 use enfilade::scene::import;
 use enfilade::walkthrough::tour::tour;
 use renderer::{ASPECT, Renderer};
@@ -28,7 +28,7 @@ pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, S
         return Err(format!("{}: not the model that {} was baked for", model.display(), pvs.display()));
     }
     let culler = Culler::new(&file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let mut frames = FrameCuller::new(&culler, AutoOptions::default());
     let mut renderer = Renderer::new(&scene)?;
     let (path, all, mut ids) = (tour(&file, 0), scene.triangles.len() as u32, Vec::new());
     let (mut drawn, mut most) = (0, 0);
@@ -36,7 +36,7 @@ pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, S
         // Positions are relative to the file's origin. An engine with a matrix: `Camera::from_view_proj`.
         let camera = path.camera(frame, file.origin, ASPECT);
         ids.clear();
-        ids.extend_from_slice(culler.cull(&camera, Mode::Both, &mut scratch).objects);
+        ids.extend_from_slice(frames.cull(&culler, &camera, path.near, FrameMode::Both, None).objects);
         // Objects lie in the index buffer in the order of their ids, so neighbours are one draw.
         ids.sort_unstable();
         let mut count = 0;
@@ -55,8 +55,8 @@ pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, S
         }
         (drawn, most) = (drawn + count, most.max(count));
     }
-    let (frames, mean) = (path.frames.len(), drawn / path.frames.len().max(1) as u64);
-    Ok(format!("{frames} frames, each as one of everything: {mean} of {all} triangles drawn a frame ({})", renderer.adapter))
+    let (count, mean) = (path.frames.len(), drawn / path.frames.len().max(1) as u64);
+    Ok(format!("{count} frames, each as one of everything: {mean} of {all} triangles drawn a frame ({})", renderer.adapter))
 }
 
 fn main() {

@@ -12,7 +12,7 @@ use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
 use enfilade::occlusion::view::{Frustum, View};
-use enfilade::runtime::{Auto, Camera, Culler, Method, Mode, OnlineCuller, Place, Scratch};
+use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Place, Scratch};
 use glam::DVec3;
 
 #[test]
@@ -78,27 +78,27 @@ fn online_culling_allocates_nothing_after_its_first_frame() {
 fn culling_with_an_oracle_allocates_nothing_after_the_first_frame_of_each_method() {
     let (scene, file) = boxes::flat().0.finish();
     let culler = Culler::new(&file);
-    let (mut online, mut scratch) = (OnlineCuller::new(&culler), Scratch::for_culler(&culler));
-    let mut auto = Auto::new(culler.cell_count(), &Method::ALL);
+    let mut frames = FrameCuller::new(&culler, AutoOptions::default());
     let mut buffer = DepthBuffer::new(&scene, 160, 90);
-    let mut frame = |turn: u32, method: Option<Method>| {
+    let mut number = 0;
+    let mut frame = |turn: u32, mode: FrameMode| {
         let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
         let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 9.0) - file.origin;
         let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
-        let home = culler.cell_of(camera.eye, &mut scratch);
-        let chosen = auto.choose(home, |mode| culler.cull(&camera, mode, &mut scratch).stats.triangles);
-        buffer.begin(&camera.view(0.05));
-        let visible = online.cull(&culler, &camera, 0.05, method.unwrap_or(chosen), &mut buffer);
-        auto.learn(1.0, visible.stats.triangles);
-        visible.objects.len()
+        number += 1;
+        let chosen = frames.choose(&culler, number, &camera, mode);
+        let visible = frames.cull(&culler, &camera, 0.05, chosen, Some(&mut buffer));
+        let (objects, triangles) = (visible.objects.len(), visible.stats.triangles);
+        frames.learn(number, 1.0, triangles);
+        objects
     };
-    for method in Method::ALL {
-        frame(0, Some(method));
+    for mode in FrameMode::ALL {
+        frame(0, mode);
     }
-    for method in Method::ALL.into_iter().map(Some).chain([None]) {
+    for mode in FrameMode::ALL {
         let mut drawn = 0;
-        let taken = measure(|| drawn = (1..100).map(|turn| frame(turn, method)).sum());
-        assert_eq!(taken.count_total, 0, "{method:?}");
+        let taken = measure(|| drawn = (1..100).map(|turn| frame(turn, mode)).sum());
+        assert_eq!(taken.count_total, 0, "{mode:?}");
         assert!(drawn > 100, "{drawn} objects: a test of nothing");
     }
 }

@@ -10,7 +10,7 @@ use bevy_ecs::query::{Changed, Or};
 use bevy_ecs::system::{Local, Query, Res};
 use bevy_math::Mat4;
 use bevy_transform::components::GlobalTransform;
-use enfilade::runtime::{self, Mode, Place, Scratch};
+use enfilade::runtime::{self, AutoOptions, FrameCuller, FrameMode, Place, Scratch};
 
 /// What decides.
 type Cameras<'w, 's> =
@@ -19,6 +19,9 @@ type Cameras<'w, 's> =
 type Moved = Or<(Changed<EnfiladeObject>, Changed<ChildOf>)>;
 /// What is written to.
 type Entities<'w, 's> = Query<'w, 's, (Entity, &'static EnfiladeObject, &'static mut Visibility)>;
+
+/// Near plane of occlusion queries, metres; no oracle is asked here.
+const NEAR: f64 = 0.1;
 
 /// The plugin's system.
 pub(crate) fn show(
@@ -46,7 +49,7 @@ enum Question {
     /// What is there to be seen around here?
     Around(Place),
     /// What does this view see?
-    View(runtime::Camera, Mode),
+    View(runtime::Camera, FrameMode),
 }
 
 /// What is known from the updates before.
@@ -65,6 +68,7 @@ struct Answers {
     /// A bit for each of them that is seen.
     seen: Vec<u64>,
     scratch: Scratch,
+    frames: FrameCuller,
 }
 
 impl Known {
@@ -76,6 +80,7 @@ impl Known {
             objects: 0,
             seen: Vec::new(),
             scratch: Scratch::for_culler(culler),
+            frames: FrameCuller::new(culler, AutoOptions::default()),
         });
         let questions = questions(building, cameras, &mut answers.scratch);
         if !is_changed && questions == answers.questions {
@@ -89,7 +94,7 @@ impl Known {
                     break;
                 }
                 Question::Around(place) => culler.seen_around(place, &mut answers.scratch),
-                Question::View(camera, mode) => culler.cull(camera, *mode, &mut answers.scratch).objects,
+                Question::View(camera, mode) => answers.frames.cull(culler, camera, NEAR, *mode, None).objects,
             };
             objects.iter().for_each(|object| seen[object.index() / 64] |= 1 << (object.index() % 64));
         }

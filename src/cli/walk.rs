@@ -3,13 +3,13 @@
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
+use enfilade::runtime::FrameMode;
 use enfilade::runtime::Narrowing;
 use enfilade::scene::import;
 use enfilade::verify::random_path;
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::tour::tour;
 use enfilade::walkthrough::walk::{FrameLine, Summary, WalkOptions, walk};
-use enfilade::walkthrough::walkers::WalkMode;
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -151,11 +151,11 @@ fn prose(s: &Summary, all_triangles: usize) -> String {
 }
 
 /// Modes by name, each once, in the order given; `all` stands for all.
-fn modes(names: &[String]) -> Result<Vec<WalkMode>, CliError> {
+fn modes(names: &[String]) -> Result<Vec<FrameMode>, CliError> {
     let mut modes = Vec::new();
     for name in names {
         let named = match name.as_str() {
-            "all" => WalkMode::all(),
+            "all" => FrameMode::ALL.to_vec(),
             name => vec![name.parse().map_err(|e| CliError(format!("--mode: {e}")))?],
         };
         for mode in named {
@@ -185,7 +185,7 @@ mod tests {
             assert!(size(bad).is_err(), "{bad}");
         }
         let names = |names: &[&str]| modes(&names.iter().map(|s| s.to_string()).collect::<Vec<_>>());
-        let read: Vec<&str> = names(&["both", "all", "pvs"]).unwrap().into_iter().map(WalkMode::name).collect();
+        let read: Vec<&str> = names(&["both", "all", "pvs"]).unwrap().into_iter().map(FrameMode::name).collect();
         assert_eq!(read, ["both", "none", "frustum", "portals", "pvs", "chc", "chc++", "auto"]);
         assert!(names(&["CHC"]).unwrap_err().to_string().contains("no mode"));
     }

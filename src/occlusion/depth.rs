@@ -171,6 +171,10 @@ impl<'s> DepthBuffer<'s> {
 }
 
 impl OcclusionOracle for DepthBuffer<'_> {
+    fn begin(&mut self, view: &View) {
+        Self::begin(self, view);
+    }
+
     fn issue(&mut self, boxes: &[Bounds]) -> QueryId {
         let shows = boxes.iter().any(|b| self.shows(b));
         self.answers.push(shows);

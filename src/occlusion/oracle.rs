@@ -4,6 +4,7 @@
 //! are yes or no.
 
 use super::bounds::Bounds;
+use super::view::View;
 use crate::ObjectId;
 
 /// Names a question from its issue to its answer.
@@ -12,9 +13,11 @@ pub struct QueryId(pub u32);
 
 /// Draws a frame, and says on the way what would be hidden.
 ///
-/// The caller starts each frame (clears depth, sets the camera) and then hands the oracle to a culler; every question is answered within
-/// the frame.
+/// Each frame begins with [`begin`](Self::begin); then a culler issues queries and draws. Every query is answered within the frame.
 pub trait OcclusionOracle {
+    /// Begins a frame: clears depth, sets the camera.
+    fn begin(&mut self, view: &View);
+
     /// Asks whether a part of any of the boxes could show before what has been drawn so far.
     fn issue(&mut self, boxes: &[Bounds]) -> QueryId;
 
@@ -24,4 +27,22 @@ pub trait OcclusionOracle {
 
     /// Draws an object: what is issued after this may be hidden by it.
     fn draw(&mut self, object: ObjectId);
+}
+
+impl<O: OcclusionOracle + ?Sized> OcclusionOracle for &mut O {
+    fn begin(&mut self, view: &View) {
+        (**self).begin(view);
+    }
+
+    fn issue(&mut self, boxes: &[Bounds]) -> QueryId {
+        (**self).issue(boxes)
+    }
+
+    fn poll(&mut self, query: QueryId) -> Option<bool> {
+        (**self).poll(query)
+    }
+
+    fn draw(&mut self, object: ObjectId) {
+        (**self).draw(object);
+    }
 }

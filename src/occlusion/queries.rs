@@ -224,6 +224,10 @@ impl GpuQueries {
 }
 
 impl OcclusionOracle for GpuQueries {
+    fn begin(&mut self, view: &View) {
+        Self::begin(self, view);
+    }
+
     fn issue(&mut self, boxes: &[Bounds]) -> QueryId {
         self.vain = 0;
         let question = self.answers.len() as u32;

@@ -28,6 +28,10 @@ struct Late<'a, 's> {
 }
 
 impl OcclusionOracle for Late<'_, '_> {
+    fn begin(&mut self, view: &View) {
+        self.inner.begin(view);
+    }
+
     fn issue(&mut self, boxes: &[Bounds]) -> QueryId {
         assert!(!boxes.is_empty());
         self.polls.push(Some(0));

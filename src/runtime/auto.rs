@@ -8,11 +8,11 @@
 //!
 //! Every method's picture is the same. Which one is taken depends on the clock, so the sets may differ from run to run.
 
-use super::{Method, Mode};
+use super::{FrameMode, Mode};
 use crate::CellId;
 
 /// Of what frames cost, what trials may cost beyond it. Higher: changes are found sooner. Lower: they cost less.
-pub const SHARE: f64 = 0.01;
+const SHARE: f64 = 0.01;
 /// What is expected to be so many times as dear as the best isn't tried. Higher: single frames take long. Lower: a wrong guess keeps the
 /// better method out.
 const DEAREST: f64 = 2.0;
@@ -31,14 +31,14 @@ const BETTER: f64 = 0.98;
 /// The same of one that asks, against one that doesn't. Higher: a sparse scene pays where frames differ by chance. Lower: gains are left.
 const BETTER_ASKED: f64 = 0.85;
 /// All methods.
-const METHODS: [Method; 7] = [
-    Method::Plain(Mode::Both),
-    Method::Plain(Mode::Frustum),
-    Method::Plain(Mode::Portals),
-    Method::Plain(Mode::Pvs),
-    Method::Plain(Mode::None),
-    Method::Chc,
-    Method::ChcPlus,
+const METHODS: [FrameMode; 7] = [
+    FrameMode::Both,
+    FrameMode::Frustum,
+    FrameMode::Portals,
+    FrameMode::Pvs,
+    FrameMode::None,
+    FrameMode::Chc,
+    FrameMode::ChcPlus,
 ];
 /// What a method that asks is expected to cost before it was tried anywhere, in times of the best: worth a trial before others are.
 const UNTRIED: f64 = 0.9;
@@ -92,7 +92,7 @@ pub struct Auto {
 
 impl Auto {
     /// Chooses among these methods (one or more), of which nothing is known yet, in so many cells.
-    pub fn new(cells: usize, methods: &[Method]) -> Self {
+    pub fn new(cells: usize, methods: &[FrameMode]) -> Self {
         let among = METHODS.map(|m| methods.contains(&m));
         let current = among.iter().position(|&a| a).expect("a method to choose");
         let place = Place { current, ..Place::default() };
@@ -102,7 +102,7 @@ impl Auto {
 
     /// The method for the next frame, with the eye in `home`, or in no cell. `triangles` says how many a method that asks nothing would draw
     /// in it; it is called for few frames.
-    pub fn choose(&mut self, home: Option<CellId>, triangles: impl FnMut(Mode) -> u64) -> Method {
+    pub fn choose(&mut self, home: Option<CellId>, triangles: impl FnMut(Mode) -> u64) -> FrameMode {
         let at = home.map_or(self.places.len() - 1, CellId::index);
         // A trial goes on wherever the eye goes.
         let in_trial = self.run > 0 && self.method != self.places[self.at].current && !self.is_warm();
@@ -120,7 +120,7 @@ impl Auto {
     pub fn learn(&mut self, cost: f64, triangles: u64) {
         self.credit += SHARE * cost;
         self.run = self.run.saturating_add(1);
-        if triangles > 0 && !METHODS[self.method].asks() {
+        if triangles > 0 && !METHODS[self.method].has_queries() {
             average(&mut self.per_triangle, cost / triangles as f64);
         }
         let warm = self.is_warm();
@@ -130,7 +130,7 @@ impl Auto {
         let place = &mut self.places[self.at];
         place.frames = place.frames.saturating_add(1);
         let best = place.known[place.current].cost;
-        let asks_more = METHODS[self.method].asks() && !METHODS[place.current].asks();
+        let asks_more = METHODS[self.method].has_queries() && !METHODS[place.current].has_queries();
         let known = &mut place.known[self.method];
         if self.method == place.current {
             if warm {
@@ -161,7 +161,7 @@ impl Auto {
 
     /// Whether the last frame says what the method costs.
     fn is_warm(&self) -> bool {
-        self.run > WARM_UP || !METHODS[self.method].asks()
+        self.run > WARM_UP || !METHODS[self.method].has_queries()
     }
 
     fn next(&mut self, at: usize, mut triangles: impl FnMut(Mode) -> u64) -> usize {
@@ -181,9 +181,9 @@ impl Auto {
             if m == place.current && best.is_some() || place.known[m].due > place.frames {
                 continue;
             }
-            let expected = match METHODS[m] {
-                Method::Plain(mode) => {
-                    let among = (0..METHODS.len()).filter(|&m| self.among[m]).filter_map(|m| plain(METHODS[m]));
+            let expected = match METHODS[m].without_queries() {
+                Some(mode) => {
+                    let among = (0..METHODS.len()).filter(|&m| self.among[m]).filter_map(|m| METHODS[m].without_queries());
                     let fewest = *fewest.get_or_insert_with(|| among.map(&mut triangles).min());
                     let drawn = triangles(mode);
                     if fewest.is_some_and(|fewest| drawn > fewest) {
@@ -191,7 +191,7 @@ impl Auto {
                     }
                     self.per_triangle.map(|each| each * drawn as f64)
                 }
-                _ => place.known[m].cost.or(self.means[m]).or(best.map(|best| UNTRIED * best)),
+                None => place.known[m].cost.or(self.means[m]).or(best.map(|best| UNTRIED * best)),
             };
             match expected {
                 Some(cost) if cost > most => place.known[m].put_off(place.frames),
@@ -207,11 +207,6 @@ impl Auto {
     }
 }
 
-/// The mode of a method that asks nothing.
-fn plain(method: Method) -> Option<Mode> {
-    if let Method::Plain(mode) = method { Some(mode) } else { None }
-}
-
 /// Moves an estimate towards a new value.
 fn average(estimate: &mut Option<f64>, new: f64) {
     *estimate = Some(estimate.map_or(new, |old| old + WEIGHT * (new - old)));
@@ -223,44 +218,44 @@ mod tests {
 
     /// Runs frames of known costs, of 100 triangles each unit for the methods that ask nothing, of 80 for the others; returns what they
     /// cost in all, and the dearest.
-    fn run(auto: &mut Auto, frames: usize, cost: impl Fn(usize, Method) -> (Option<CellId>, f64)) -> (f64, f64) {
+    fn run(auto: &mut Auto, frames: usize, cost: impl Fn(usize, FrameMode) -> (Option<CellId>, f64)) -> (f64, f64) {
         let (mut sum, mut most) = (0.0, 0.0f64);
         for frame in 0..frames {
-            let home = cost(frame, Method::Chc).0;
-            let method = auto.choose(home, |mode| (cost(frame, Method::Plain(mode)).1 * 100.0) as u64);
+            let home = cost(frame, FrameMode::Chc).0;
+            let method = auto.choose(home, |mode| (cost(frame, mode.into()).1 * 100.0) as u64);
             let spent = cost(frame, method).1;
-            auto.learn(spent, (spent * if method.asks() { 80.0 } else { 100.0 }) as u64);
+            auto.learn(spent, (spent * if method.has_queries() { 80.0 } else { 100.0 }) as u64);
             sum += spent;
             most = most.max(spent);
         }
         (sum, most)
     }
 
-    fn sparse(method: Method) -> f64 {
+    fn sparse(method: FrameMode) -> f64 {
         match method {
-            Method::Plain(Mode::None) => 10.4,
-            Method::Plain(Mode::Frustum) => 10.0,
-            Method::Plain(_) => 10.1,
-            Method::Chc => 11.7,
-            Method::ChcPlus => 11.2,
+            FrameMode::None => 10.4,
+            FrameMode::Frustum => 10.0,
+            FrameMode::Chc => 11.7,
+            FrameMode::ChcPlus => 11.2,
+            _ => 10.1,
         }
     }
 
-    fn dense(method: Method) -> f64 {
+    fn dense(method: FrameMode) -> f64 {
         match method {
-            Method::Plain(Mode::None) => 300.0,
-            Method::Plain(_) => 140.0,
-            Method::Chc => 10.0,
-            Method::ChcPlus => 10.5,
+            FrameMode::None => 300.0,
+            FrameMode::Chc => 10.0,
+            FrameMode::ChcPlus => 10.5,
+            _ => 140.0,
         }
     }
 
     #[test]
     fn a_sparse_scene_hardly_pays_and_a_dense_one_gains_nearly_all() {
         let frames = 3000;
-        let (spent, most) = run(&mut Auto::new(0, &Method::ALL), frames, |_, method| (None, sparse(method)));
+        let (spent, most) = run(&mut Auto::new(0, &METHODS), frames, |_, method| (None, sparse(method)));
         assert!(spent <= 1.015 * 10.0 * frames as f64 && most < 12.0, "{spent}");
-        let (spent, most) = run(&mut Auto::new(0, &Method::ALL), frames, |_, method| (None, dense(method)));
+        let (spent, most) = run(&mut Auto::new(0, &METHODS), frames, |_, method| (None, dense(method)));
         // The first frame is by the first method, whatever that costs.
         assert!(spent <= 1.015 * 10.0 * frames as f64 + 140.0 && most == 140.0, "{spent}");
     }
@@ -274,7 +269,7 @@ mod tests {
     /// Two frames in each cell, too few for a trial there. What asks draws hardly fewer triangles and costs half: pixels are dear.
     #[test]
     fn a_walk_through_many_cells_goes_by_what_others_cost() {
-        let (mut auto, mut spent, mut best) = (Auto::new(1000, &Method::ALL), 0.0, 0.0);
+        let (mut auto, mut spent, mut best) = (Auto::new(1000, &METHODS), 0.0, 0.0);
         let triangles = |mode| match mode {
             Mode::Both | Mode::Portals => 57_000,
             Mode::Pvs => 60_000,
@@ -284,10 +279,10 @@ mod tests {
         for frame in 0..2000 {
             let method = auto.choose(Some(CellId((frame / 2) as u32)), triangles);
             let even = 1.0 + 0.3 * noise(frame);
-            let (cost, triangles) = match method {
-                Method::Plain(mode @ (Mode::Both | Mode::Portals)) => (20.0 * even, triangles(mode)),
-                Method::Plain(mode) => panic!("{mode:?} can't be better"),
-                _ => (9.0 * even, 54_000),
+            let (cost, triangles) = match method.without_queries() {
+                Some(mode @ (Mode::Both | Mode::Portals)) => (20.0 * even, triangles(mode)),
+                Some(mode) => panic!("{mode:?} can't be better"),
+                None => (9.0 * even, 54_000),
             };
             auto.learn(cost, triangles);
             spent += cost;
@@ -299,42 +294,43 @@ mod tests {
     /// Frames of one method differ by a third either way.
     #[test]
     fn frames_that_differ_by_more_than_methods_do_not_lead_astray() {
-        let of = |frame: usize, method: Method| sparse(method) * (1.0 + 0.3 * noise(frame));
+        let of = |frame: usize, method: FrameMode| sparse(method) * (1.0 + 0.3 * noise(frame));
         for frames in [240, 3000] {
-            let best: f64 = (0..frames).map(|frame| of(frame, Method::Plain(Mode::Frustum))).sum();
-            let (spent, _) = run(&mut Auto::new(0, &Method::ALL), frames, |frame, method| (None, of(frame, method)));
+            let best: f64 = (0..frames).map(|frame| of(frame, FrameMode::Frustum)).sum();
+            let (spent, _) = run(&mut Auto::new(0, &METHODS), frames, |frame, method| (None, of(frame, method)));
             assert!(spent <= 1.03 * best, "{frames}: {spent} for {best}");
         }
     }
 
     #[test]
     fn each_cell_has_its_own_method_and_learns_from_the_others() {
-        let mut auto = Auto::new(100, &Method::ALL);
+        let mut auto = Auto::new(100, &METHODS);
         // Thirty frames in each of a hundred cells, the even ones dense.
         let cell = |frame: usize| CellId((frame / 30 % 100) as u32);
-        let cost = |frame: usize, m: Method| (Some(cell(frame)), if cell(frame).0 % 2 == 0 { dense(m) } else { sparse(m) });
+        let cost =
+            |frame: usize, m: FrameMode| (Some(cell(frame)), if cell(frame).0 % 2 == 0 { dense(m) } else { sparse(m) });
         let (first, second) = (run(&mut auto, 3000, cost).0, run(&mut auto, 3000, cost).0);
         assert!(first <= 1.15 * 30000.0 && second <= 1.03 * 30000.0, "{first}, then {second}");
     }
 
     #[test]
     fn a_change_of_the_scene_is_followed() {
-        let mut auto = Auto::new(0, &Method::ALL);
+        let mut auto = Auto::new(0, &METHODS);
         run(&mut auto, 1000, |_, method| (None, dense(method)));
-        assert_eq!(METHODS[auto.places[0].current], Method::Chc);
+        assert_eq!(METHODS[auto.places[0].current], FrameMode::Chc);
         // Out of the city: what draws everything in sight is seen to draw little, and tried.
         let (spent, _) = run(&mut auto, 1000, |_, method| (None, sparse(method)));
-        assert!(!METHODS[auto.places[0].current].asks());
+        assert!(!METHODS[auto.places[0].current].has_queries());
         assert!(spent <= 1.05 * 10.0 * 1000.0, "{spent}");
         // And back: the method that asks nothing gets dear, and is left as soon as another is thought of.
         let (spent, _) = run(&mut auto, 1000, |_, method| (None, dense(method)));
-        assert_eq!(METHODS[auto.places[0].current], Method::Chc);
+        assert_eq!(METHODS[auto.places[0].current], FrameMode::Chc);
         assert!(spent <= 10.0 * 1000.0 + 140.0 * f64::from(WAITS[1]), "{spent}");
     }
 
     #[test]
     fn what_is_not_offered_is_not_chosen() {
-        let offered = [Method::Plain(Mode::Frustum), Method::ChcPlus];
+        let offered = [FrameMode::Frustum, FrameMode::ChcPlus];
         let mut auto = Auto::new(3, &offered);
         for frame in 0..500u32 {
             let method = auto.choose(Some(CellId(frame / 7 % 3)), |_| 1000);
@@ -345,7 +341,7 @@ mod tests {
 
     #[test]
     fn costs_of_nothing_are_survived() {
-        let mut auto = Auto::new(1, &Method::ALL);
+        let mut auto = Auto::new(1, &METHODS);
         assert_eq!(run(&mut auto, 100, |frame, _| (Some(CellId(0)).filter(|_| frame % 2 == 0), 0.0)).0, 0.0);
     }
 }

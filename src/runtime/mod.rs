@@ -30,6 +30,7 @@ mod auto;
 mod boxes;
 mod culler;
 mod doors;
+mod frame_culler;
 mod frustum;
 mod locate;
 mod mirrors;
@@ -42,9 +43,9 @@ mod sets;
 pub use around::Place;
 pub use auto::Auto;
 pub use culler::Culler;
+pub use frame_culler::{AutoOptions, FrameCuller, FrameMode};
 pub use frustum::{Camera, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
-pub use online::{Method, OnlineCuller};
 pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
 pub use sets::MOST_PLANES;
 
@@ -95,19 +96,5 @@ pub enum Narrowing {
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn methods_are_known_by_name() {
-        for method in Method::ALL {
-            assert_eq!(method.to_string().parse(), Ok(method));
-        }
-        assert_eq!("both".parse(), Ok(Method::Plain(Mode::Both)));
-        assert!("Both".parse::<Method>().unwrap_err().contains("no mode"));
     }
 }

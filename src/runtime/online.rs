@@ -5,7 +5,7 @@
 //! do, and few nodes are left to ask about. An object is in the walk only where a portal opens the part of the screen that it is
 //! on, so the queries never look beyond the portals' frusta.
 
-use super::{Camera, Culler, FrameStats, Mode, Scratch, VisibleSet};
+use super::{Camera, Culler, FrameMode, FrameStats, Mode, Scratch, VisibleSet};
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::occlusion::chc::{Chc, Reduction};
@@ -14,71 +14,10 @@ use crate::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use crate::occlusion::mask::Mask;
 use crate::occlusion::oracle::OcclusionOracle;
 use crate::occlusion::view::Frustum;
-use std::fmt;
-use std::str::FromStr;
-
-/// How to cull where an occlusion oracle is at hand.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Method {
-    /// Without asking it.
-    Plain(Mode),
-    /// [`Mode::Both`], and of what that leaves, what CHC draws.
-    Chc,
-    /// [`Mode::Both`], and of what that leaves, what CHC++ draws.
-    ChcPlus,
-}
-
-impl Method {
-    /// Every method, those that ask nothing first.
-    pub const ALL: [Self; 7] = [
-        Self::Plain(Mode::None),
-        Self::Plain(Mode::Frustum),
-        Self::Plain(Mode::Portals),
-        Self::Plain(Mode::Pvs),
-        Self::Plain(Mode::Both),
-        Self::Chc,
-        Self::ChcPlus,
-    ];
-
-    /// Its name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Plain(mode) => mode.name(),
-            Self::Chc => "chc",
-            Self::ChcPlus => "chc++",
-        }
-    }
-
-    /// Whether it asks the oracle.
-    pub const fn asks(self) -> bool {
-        !matches!(self, Self::Plain(_))
-    }
-}
-
-impl From<Mode> for Method {
-    fn from(mode: Mode) -> Self {
-        Self::Plain(mode)
-    }
-}
-
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Method {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|method| method.name() == name);
-        found.ok_or_else(|| format!("no mode \"{name}\"; give none, frustum, portals, pvs, both, chc or chc++"))
-    }
-}
 
 /// Culls with an oracle; keeps what one camera needs from frame to frame.
 #[derive(Clone, Debug)]
-pub struct OnlineCuller {
+pub(super) struct OnlineCuller {
     tree: Hierarchy,
     mask: Mask,
     chc: Chc,
@@ -107,26 +46,21 @@ impl OnlineCuller {
         }
     }
 
-    /// Draws a frame with an oracle that has just begun one with [`Camera::view`] of this camera and `near` (metres, above 0). Returns
+    /// Draws a frame by [`FrameMode::Chc`] or [`FrameMode::ChcPlus`], with an oracle that has just begun one with [`Camera::view`] of this camera and `near` (metres, above 0). Returns
     /// what was drawn: every object that has a pixel at the oracle's size and no nearer than `near`, as far as [`Culler::cull`] has it.
-    /// `culler` is that of [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each method.
+    /// `culler` is that of [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each mode.
     pub fn cull(
         &mut self,
         culler: &Culler,
         camera: &Camera,
         near: f64,
-        method: Method,
+        mode: FrameMode,
         oracle: &mut impl OcclusionOracle,
     ) -> VisibleSet<'_> {
-        let mode = if let Method::Plain(mode) = method { mode } else { Mode::Both };
-        let visible = culler.cull(camera, mode, &mut self.scratch);
-        if !method.asks() {
-            visible.objects.iter().for_each(|&object| oracle.draw(object));
-            return visible;
-        }
+        let visible = culler.cull(camera, Mode::Both, &mut self.scratch);
         self.mask.set(&self.tree, visible.objects);
         let frustum = Frustum::new(&camera.view(near));
-        let (objects, asked) = if method == Method::ChcPlus {
+        let (objects, asked) = if mode == FrameMode::ChcPlus {
             self.plus.cull_of(&self.tree, &self.mask, &frustum, oracle);
             (self.plus.objects(), self.plus.stats())
         } else {

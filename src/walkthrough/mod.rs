@@ -7,6 +7,6 @@ pub mod picture;
 pub mod plan;
 pub mod raster;
 pub mod shade;
+mod timed_culler;
 pub mod tour;
 pub mod walk;
-pub mod walkers;

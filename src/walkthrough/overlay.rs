@@ -6,7 +6,7 @@ use super::plan::{PlanView, portal_colour};
 use super::raster::{View, draw};
 use super::shade::{MAGENTA, shade};
 use crate::file::PvsFile;
-use crate::runtime::{Method, Mode, Rect, VisibleSet};
+use crate::runtime::{FrameMode, Rect, VisibleSet};
 use crate::scene::Scene;
 use crate::{CellId, ObjectId};
 use glam::DVec2;
@@ -20,7 +20,7 @@ pub struct Overlay<'a> {
     /// The camera and the size of the picture.
     pub view: View,
     /// How it was culled.
-    pub method: Method,
+    pub mode: FrameMode,
     /// What was kept.
     pub visible: VisibleSet<'a>,
     /// What was missed.
@@ -69,11 +69,11 @@ impl Overlay<'_> {
             return;
         }
         let mut seen = vec![false; self.file.cells.len()];
-        match (self.method, self.visible.home) {
-            (Method::Plain(Mode::Portals | Mode::Both) | Method::Chc | Method::ChcPlus, Some(_)) => {
+        match (self.mode, self.visible.home) {
+            (FrameMode::Portals | FrameMode::Both | FrameMode::Chc | FrameMode::ChcPlus, Some(_)) => {
                 self.visible.cells.iter().for_each(|c| seen[c.index()] = true)
             }
-            (Method::Plain(Mode::Pvs), Some(home)) => self.file.cells_seen(home).for_each(|c| seen[c.index()] = true),
+            (FrameMode::Pvs, Some(home)) => self.file.cells_seen(home).for_each(|c| seen[c.index()] = true),
             _ => seen.fill(true),
         }
         let eye = self.view.camera.eye.as_dvec3();

@@ -4,11 +4,11 @@ use super::missed::{Missed, missed_pixels, objects_shown};
 use super::overlay::Overlay;
 use super::path::CameraPath;
 use super::raster::{IdBuffer, View, draw};
-use super::walkers::{Times, WalkMode, Walker, nearer};
+use super::timed_culler::{TimedCuller, Times, nearer};
 use crate::ObjectId;
 use crate::file::PvsFile;
 use crate::occlusion::depth::DepthBuffer;
-use crate::runtime::{Culler, FrameStats, Narrowing};
+use crate::runtime::{Culler, FrameMode, FrameStats, Narrowing};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use serde::Serialize;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, PartialEq, Debug)]
 pub struct WalkOptions {
     /// Modes, in the order of their lines.
-    pub modes: Vec<WalkMode>,
+    pub modes: Vec<FrameMode>,
     /// Width of the pictures, pixels, 1 to 16384.
     pub width: usize,
     /// Height of the pictures, pixels, 1 to 16384.
@@ -128,23 +128,23 @@ pub fn walk(
         .collect();
 
     // 1. Times, undisturbed by comparing.
-    let asks = options.modes.iter().any(|mode| mode.asks());
+    let asks = options.modes.iter().any(|mode| mode.has_queries());
     let mut oracle = asks.then(|| DepthBuffer::new(scene, options.width, options.height));
     let mut times: Vec<Vec<Times>> = Vec::new();
     for &mode in &options.modes {
         let mut of_mode = vec![Times::default(); views.len()];
         // Drawing would push the culler out of the caches, so modes without queries are timed without it first.
-        if !mode.asks() {
-            let mut walker = Walker::new(mode, &culler);
+        if !mode.has_queries() {
+            let mut walker = TimedCuller::new(mode, &culler);
             for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
                 *times = walker.cull(&culler, view, None).2;
             }
         }
         if let Some(oracle) = &mut oracle {
-            let mut walker = Walker::new(mode, &culler);
+            let mut walker = TimedCuller::new(mode, &culler);
             for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
                 let with = walker.cull(&culler, view, Some(oracle)).2;
-                *times = Times { cull: if mode.asks() { with.cull } else { times.cull }, ..with };
+                *times = Times { cull: if mode.has_queries() { with.cull } else { times.cull }, ..with };
             }
         }
         times.push(of_mode);
@@ -153,22 +153,22 @@ pub fn walk(
     // 2. The same frames again: counters, and pixels where they are asked for.
     let compare = options.verify_pixels || options.pictures.is_some();
     let rays = compare.then(|| RayScene::new(scene));
-    let mut walkers: Vec<Walker> = options.modes.iter().map(|&mode| Walker::new(mode, &culler)).collect();
+    let mut walkers: Vec<TimedCuller> = options.modes.iter().map(|&mode| TimedCuller::new(mode, &culler)).collect();
     let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); options.modes.len()];
     let (mut exact_triangles, mut capped) = (0u64, vec![0u64; options.modes.len()]);
     for (i, (frame, view)) in views.iter().enumerate() {
         let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
         exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
         for (m, &mode) in options.modes.iter().enumerate() {
-            let (visible, method, _) = walkers[m].cull(&culler, view, oracle.as_mut().filter(|_| mode.asks()));
+            let (visible, method, _) = walkers[m].cull(&culler, view, oracle.as_mut().filter(|_| mode.has_queries()));
             capped[m] += u64::from(visible.stats.capped > 0);
             let missed = truth.as_ref().map(|truth| truth.missed(visible.objects));
             let times = times[m][i];
             let mut frame_line = frame_line(*frame, mode, &visible.stats, times, missed.as_ref());
-            frame_line.method = (mode == WalkMode::Auto).then(|| method.name());
+            frame_line.method = (mode == FrameMode::Auto).then(|| method.name());
             if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
                 let text = caption(&frame_line, scene.triangles.len());
-                let overlay = Overlay { scene, file, view: *view, method, visible, missed, text };
+                let overlay = Overlay { scene, file, view: *view, mode: method, visible, missed, text };
                 overlay.picture().save(&picture_path(folder, *frame, mode))?;
             }
             line(&frame_line);
@@ -187,7 +187,7 @@ fn with_solid_doors(scene: &Scene) -> Scene {
 }
 
 /// Where the picture of a frame goes.
-pub fn picture_path(folder: &Path, frame: usize, mode: WalkMode) -> PathBuf {
+pub fn picture_path(folder: &Path, frame: usize, mode: FrameMode) -> PathBuf {
     folder.join(format!("frame_{frame:05}_{mode}.png"))
 }
 
@@ -225,7 +225,7 @@ impl<'r> Truth<'r> {
     }
 }
 
-fn frame_line(frame: usize, mode: WalkMode, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
+fn frame_line(frame: usize, mode: FrameMode, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
     let tenths = |us: f64| (us * 10.0).round() / 10.0;
     FrameLine {
         frame,
@@ -250,7 +250,7 @@ fn caption(line: &FrameLine, all_triangles: usize) -> String {
     )
 }
 
-fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
+fn summary(mode: FrameMode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
     let mean = |f: fn(&FrameLine) -> u64| lines.iter().map(f).sum::<u64>() as f64 / lines.len().max(1) as f64;
     let total = |f: fn(&FrameLine) -> Option<u64>| lines.iter().map(f).sum::<Option<u64>>();
     let sorted = |f: fn(&FrameLine) -> Option<f64>| {
@@ -281,9 +281,8 @@ fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::{Method, Mode};
 
-    const BOTH: WalkMode = WalkMode::Fixed(Method::Plain(Mode::Both));
+    const BOTH: FrameMode = FrameMode::Both;
 
     #[test]
     fn a_summary_is_of_its_lines() {

@@ -6,13 +6,12 @@ use enfilade::cells::{CellGraph, Locator};
 use enfilade::file::{Bounds, PvsFile};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{Method, Mode, Narrowing};
+use enfilade::runtime::{FrameMode, Mode, Narrowing};
 use enfilade::scene::Scene;
 use enfilade::verify::{CheckOptions, check};
 use enfilade::walkthrough::path::{CameraPath, PathFrame};
 use enfilade::walkthrough::tour::tour;
 use enfilade::walkthrough::walk::{WalkOptions, walk};
-use enfilade::walkthrough::walkers::WalkMode;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use std::io::Write;
 use std::time::Instant;
@@ -174,7 +173,7 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
         row.faults.push(format!("{:?}", path.validate()));
         return;
     }
-    let fixed = |mode| WalkMode::Fixed(Method::Plain(mode));
+    let fixed = FrameMode::from;
     let options = WalkOptions {
         modes: [Mode::Portals, Mode::Pvs, Mode::Both].map(fixed).to_vec(),
         width: 96,

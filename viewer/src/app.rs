@@ -9,7 +9,7 @@ use crate::session::Session;
 use crate::settings::Settings;
 use crate::ui::keys;
 use crate::walker::Wants;
-use enfilade::walkthrough::walkers::WalkMode;
+use enfilade::runtime::FrameMode;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -171,7 +171,7 @@ impl<'a> App<'a> {
         let stage = Stage::new(gpu, building, oracle, size, format)?;
         let mut session = Session::new(building, stage, format, size)?;
         let settings = &self.settings;
-        let mode = self.args.mode.or(settings.mode.parse::<WalkMode>().ok());
+        let mode = self.args.mode.or(settings.mode.parse::<FrameMode>().ok());
         session.apply(settings);
         session.show.mode = mode.unwrap_or(session.show.mode);
         session.show.alarm |= self.args.alarm;

@@ -2,7 +2,7 @@
 
 use crate::culling::Oracle;
 use clap::{Parser, ValueEnum};
-use enfilade::walkthrough::walkers::WalkMode;
+use enfilade::runtime::FrameMode;
 use std::path::PathBuf;
 
 /// Walk through a building, and see what is not drawn
@@ -31,8 +31,8 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<[u32; 2]>,
     /// How to cull: none, frustum, portals, pvs, both, chc, chc++ or auto
-    #[arg(long, value_name = "M", value_parser = |m: &str| m.parse::<WalkMode>())]
-    pub mode: Option<WalkMode>,
+    #[arg(long, value_name = "M", value_parser = |m: &str| m.parse::<FrameMode>())]
+    pub mode: Option<FrameMode>,
     /// Who answers occlusion queries [default: the device, but software where the device is software itself]
     #[arg(long, value_enum)]
     pub oracle: Option<Asked>,

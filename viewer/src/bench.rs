@@ -5,7 +5,7 @@ use crate::culling::MODES;
 use crate::draw::frame::Wish;
 use crate::draw::lines::Overlay;
 use crate::headless::Headless;
-use enfilade::walkthrough::walkers::WalkMode;
+use enfilade::runtime::FrameMode;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -49,7 +49,7 @@ pub struct Line {
 /// One line.
 pub fn bench(args: &Args) -> Result<bool, String> {
     let mut held = Headless::open(args)?;
-    let modes: Vec<WalkMode> = args.mode.map_or(MODES.to_vec(), |mode| vec![mode]);
+    let modes: Vec<FrameMode> = args.mode.map_or(MODES.to_vec(), |mode| vec![mode]);
     let mut is_whole = true;
     let lines = held.with_stage(args, args.size.unwrap_or(SIZE), |walk| {
         modes.iter().map(|&mode| line(walk, mode, args.alarm)).collect::<Result<Vec<Line>, String>>()
@@ -61,7 +61,7 @@ pub fn bench(args: &Args) -> Result<bool, String> {
     Ok(is_whole)
 }
 
-fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -> Result<Line, String> {
+fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) -> Result<Line, String> {
     let overlay = Overlay::default();
     let frames = walk.path.frames.len();
     let (mut times, mut cull, mut triangles, mut queries, mut missed) = (Vec::new(), 0.0, 0, 0, 0);
@@ -86,7 +86,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -
             walk.stage.settle().map_err(|e| e.to_string())?;
             let ms = start.elapsed().as_secs_f64() * 1e3;
             let (drawn, number) = (walk.stage.triangles(), walk.stage.frame);
-            walk.stage.culling.learn(number, ms, drawn);
+            walk.stage.culling.frames.learn(number, ms, drawn);
             if !timed {
                 continue;
             }
@@ -112,7 +112,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: WalkMode, alarm: bool) -
         |share: f64| times.get(((times.len() as f64 * share) as usize).min(times.len().max(1) - 1)).copied().unwrap_or(0.0);
     Ok(Line {
         mode: mode.name(),
-        oracle: if !mode.asks() { "none" } else { walk.stage.culling.oracle.name() },
+        oracle: if !mode.has_queries() { "none" } else { walk.stage.culling.oracle.name() },
         frames,
         fps,
         ms_median: at(0.5),

@@ -4,8 +4,7 @@ use crate::building::Building;
 use crate::delayed_queries::Late;
 use crate::draw::queries;
 use enfilade::occlusion::depth::DepthBuffer;
-use enfilade::runtime::{Auto, Camera, CrossedPortal, Culler, FrameStats, Method, Mode, OnlineCuller, Scratch};
-use enfilade::walkthrough::walkers::WalkMode;
+use enfilade::runtime::{AutoOptions, Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats};
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
 
@@ -41,31 +40,25 @@ impl Oracle {
 }
 
 /// Of all modes those that have a number key here, 1 first.
-pub const MODES: [WalkMode; 7] = [
-    WalkMode::Fixed(Method::Plain(Mode::None)),
-    WalkMode::Fixed(Method::Plain(Mode::Frustum)),
-    WalkMode::Fixed(Method::Plain(Mode::Portals)),
-    WalkMode::Fixed(Method::Plain(Mode::Pvs)),
-    WalkMode::Fixed(Method::Plain(Mode::Both)),
-    WalkMode::Fixed(Method::Chc),
-    WalkMode::Auto,
+pub const MODES: [FrameMode; 7] = [
+    FrameMode::None,
+    FrameMode::Frustum,
+    FrameMode::Portals,
+    FrameMode::Pvs,
+    FrameMode::Both,
+    FrameMode::Chc,
+    FrameMode::Auto,
 ];
 
 /// What `auto` chooses from.
-const AUTO: [Method; 6] = [
-    Method::Plain(Mode::None),
-    Method::Plain(Mode::Frustum),
-    Method::Plain(Mode::Portals),
-    Method::Plain(Mode::Pvs),
-    Method::Plain(Mode::Both),
-    Method::ChcPlus,
-];
+const AUTO: [FrameMode; 6] =
+    [FrameMode::None, FrameMode::Frustum, FrameMode::Portals, FrameMode::Pvs, FrameMode::Both, FrameMode::ChcPlus];
 
 /// What was decided for a frame.
 #[derive(Clone, Debug)]
 pub struct Decision {
     /// How.
-    pub method: Method,
+    pub method: FrameMode,
     /// To draw, whatever the device says; of a method that asks it, what is certain.
     pub objects: Vec<ObjectId>,
     /// The device decides about more: the plan of [`Culling::late`].
@@ -88,6 +81,8 @@ pub struct Decision {
 pub struct Culling<'b> {
     /// Whose doors open and shut.
     pub culler: Culler,
+    /// Culls.
+    pub frames: FrameCuller,
     /// What the device is asked.
     pub late: Late,
     /// Who is asked.
@@ -96,31 +91,26 @@ pub struct Culling<'b> {
     pub last: Option<Decision>,
     building: &'b Building,
     size: [u32; 2],
-    scratch: Scratch,
-    online: OnlineCuller,
     depth: Option<DepthBuffer<'b>>,
-    auto: Auto,
-    /// The frame whose cost `auto` waits for, and its triangles.
-    judged: Option<u64>,
 }
 
 impl<'b> Culling<'b> {
     /// For pictures of `size` pixels.
     pub fn new(building: &'b Building, oracle: Oracle, size: [u32; 2]) -> Self {
+        let options = AutoOptions { modes: AUTO.to_vec(), warm_up: WARM_UP, fixed_cost: pixels_as_triangles(size) };
         let culler = Culler::new(&building.file);
+        let mut frames = FrameCuller::new(&culler, options);
+        frames.prepare_queries(&culler);
         Self {
+            culler,
+            frames,
             late: Late::new(&building.file),
             oracle,
             last: None,
             building,
             size,
-            scratch: Scratch::for_culler(&culler),
-            online: OnlineCuller::new(&culler),
             // Made before it is asked: it looks at every triangle of the scene.
             depth: (oracle == Oracle::Software).then(|| depth(building, size)),
-            auto: Auto::new(culler.cell_count(), &AUTO),
-            judged: None,
-            culler,
         }
     }
 
@@ -128,32 +118,19 @@ impl<'b> Culling<'b> {
     pub fn resize(&mut self, size: [u32; 2]) {
         self.size = size;
         self.depth = None;
-    }
-
-    /// The cell that a point is in, metres relative to the origin.
-    pub fn cell_of(&mut self, point: glam::Vec3) -> Option<CellId> {
-        self.culler.cell_of(point, &mut self.scratch)
+        self.frames.set_fixed_cost(pixels_as_triangles(size));
     }
 
     /// Decides a frame, with a near plane at `near` metres.
-    pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: WalkMode) -> &Decision {
+    pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: FrameMode) -> &Decision {
         let start = Instant::now();
         // 1. How.
-        let method = match mode {
-            WalkMode::Fixed(method) => method,
-            WalkMode::Auto => self.choose(frame, camera),
-        };
+        let method = self.frames.choose(&self.culler, frame, camera, mode);
         // 2. What.
-        let asks_device = method.asks() && self.oracle == Oracle::Device;
-        let visible = match method {
-            Method::Plain(mode) => self.culler.cull(camera, mode, &mut self.scratch),
-            _ if asks_device => self.culler.cull(camera, Mode::Both, &mut self.scratch),
-            method => {
-                let depth = self.depth.get_or_insert_with(|| depth(self.building, self.size));
-                depth.begin(&camera.view(near));
-                self.online.cull(&self.culler, camera, near, method, depth)
-            }
-        };
+        let asks_device = method.has_queries() && self.oracle == Oracle::Device;
+        let by_software = method.has_queries() && self.oracle == Oracle::Software;
+        let depth = by_software.then(|| self.depth.get_or_insert_with(|| depth(self.building, self.size)) as _);
+        let visible = self.frames.cull(&self.culler, camera, near, method, depth);
         let mut decision = Decision {
             method,
             objects: visible.objects.to_vec(),
@@ -177,42 +154,17 @@ impl<'b> Culling<'b> {
         self.last.insert(decision)
     }
 
-    /// What a frame cost, milliseconds, and how many triangles it drew: for `auto`, which learns from the frames that it waits for.
-    pub fn learn(&mut self, frame: u64, ms: f64, triangles: u64) {
-        if self.judged == Some(frame) {
-            self.auto.learn(ms, triangles + self.pixels());
-            self.judged = None;
-        }
-    }
-
-    /// A frame's cost may come some frames late; until it does, the method stays.
-    fn choose(&mut self, frame: u64, camera: &Camera) -> Method {
-        if let (Some(_), Some(last)) = (self.judged, &self.last) {
-            return last.method;
-        }
-        if frame <= WARM_UP {
-            return Method::Plain(Mode::Both);
-        }
-        let home = self.culler.cell_of(camera.eye, &mut self.scratch);
-        let pixels = self.pixels();
-        let (culler, scratch) = (&self.culler, &mut self.scratch);
-        self.judged = Some(frame);
-        self.auto.choose(home, |mode| culler.cull(camera, mode, scratch).stats.triangles + pixels)
-    }
-
-    /// What the pixels of a frame cost, in triangles.
-    fn pixels(&self) -> u64 {
-        u64::from(self.size[0]) * u64::from(self.size[1]) / PIXELS
-    }
-
     /// As if no frame had been drawn yet.
     pub fn restart(&mut self) {
         self.last = None;
-        self.judged = None;
-        self.online = OnlineCuller::new(&self.culler);
+        self.frames.restart(&self.culler);
         self.late = Late::new(&self.building.file);
-        self.auto = Auto::new(self.culler.cell_count(), &AUTO);
     }
+}
+
+/// What the pixels of a frame cost, in triangles.
+fn pixels_as_triangles([width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height) / PIXELS
 }
 
 fn depth(building: &Building, [width, height]: [u32; 2]) -> DepthBuffer<'_> {

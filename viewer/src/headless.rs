@@ -9,11 +9,10 @@ use crate::draw::lines::Overlay;
 use crate::draw::targets::{Canvas, PICTURE};
 use crate::session::Session;
 use enfilade::gpu::Gpu;
-use enfilade::runtime::Camera;
+use enfilade::runtime::{Camera, FrameMode};
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::picture::Picture;
 use enfilade::walkthrough::tour::tour;
-use enfilade::walkthrough::walkers::WalkMode;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use wgpu::{DownlevelFlags, Features};
@@ -111,13 +110,13 @@ impl<'w, 'b> Walk<'w, 'b> {
     }
 
     /// What a frame misses.
-    pub fn missed(&mut self, camera: Camera, mode: WalkMode) -> Result<Option<Missed>, String> {
+    pub fn missed(&mut self, camera: Camera, mode: FrameMode) -> Result<Option<Missed>, String> {
         let overlay = Overlay::default();
         let (culled_by, mirrors) = (Some(camera), None);
         self.draw(Wish { camera, culled_by, mode, alarm: true, timed: false, overlay: &overlay, mirrors })?;
         self.stage.settle().map_err(|e| e.to_string())?;
         let number = self.stage.frame;
-        self.stage.culling.learn(number, 1.0, self.stage.triangles());
+        self.stage.culling.frames.learn(number, 1.0, self.stage.triangles());
         Ok(self.stage.heard.missed.clone().filter(|missed| missed.frame == number))
     }
 

@@ -20,10 +20,9 @@ use crate::ui::{hud, keys};
 use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
 use enfilade::proof::{Asker, Goal};
-use enfilade::runtime::{Camera, Mirror, Scratch};
+use enfilade::runtime::{Camera, FrameMode, Mirror, Scratch};
 use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::walkthrough::path::CameraPath;
-use enfilade::walkthrough::walkers::WalkMode;
 use enfilade::{CellId, PortalId};
 use glam::{DVec2, DVec3, Vec3};
 use std::time::Instant;
@@ -40,7 +39,7 @@ const WAY: (f64, usize) = (0.25, 4000);
 #[derive(Clone, Debug)]
 pub struct Show {
     /// How frames are culled.
-    pub mode: WalkMode,
+    pub mode: FrameMode,
     /// Colours.
     pub tints: Tints,
     /// Each of these: shown or not.
@@ -101,7 +100,7 @@ impl<'b> Session<'b> {
     pub fn new(building: &'b Building, stage: Stage<'b>, format: TextureFormat, size: [u32; 2]) -> Result<Self, String> {
         let (eye, along) = start(&building.file);
         let show = Show {
-            mode: WalkMode::Auto,
+            mode: FrameMode::Auto,
             tints: Tints::default(),
             portals: false,
             rectangles: false,
@@ -233,7 +232,7 @@ impl<'b> Session<'b> {
             Shown::Keys => show.keys = true,
             Shown::Mirror => self.hang_mirror(),
             Shown::Why => {
-                let home = self.stage.culling.cell_of(self.walker.eye.as_vec3());
+                let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
                     self.picked = vec![(home, hit)];
                     self.ask(home, Goal::Object(hit.object));
@@ -294,7 +293,7 @@ impl<'b> Session<'b> {
         // Where the device has no clock, whole frames are what is known.
         if !self.stage.has_clock() {
             let (frame, triangles) = (self.stage.frame, self.stage.triangles());
-            self.stage.culling.learn(frame, seconds * 1e3, triangles);
+            self.stage.culling.frames.learn(frame, seconds * 1e3, triangles);
         }
         self.frame_ms = seconds * 1e3;
         if let Some(last) = &self.stage.culling.last {
@@ -343,7 +342,7 @@ impl<'b> Session<'b> {
         let Some(hit) = self.ahead(at) else { return };
         // A little before the surface is in the cell that it is seen from.
         let place = self.walker.eye + self.camera().ray(at).normalize() * (hit.t - 0.02).max(0.0);
-        let Some(cell) = self.stage.culling.cell_of(place.as_vec3()) else { return };
+        let Some(cell) = self.stage.culling.culler.cell_of(place.as_vec3(), &mut self.scratch) else { return };
         if self.picked.len() == 2 {
             self.picked.clear();
             self.told = None;
@@ -382,7 +381,7 @@ impl<'b> Session<'b> {
         let middle = at.as_vec3() + n * 0.02;
         let [w, h] = MIRROR.map(|s| s * 0.5);
         let corners = [-right * w - up * h, right * w - up * h, right * w + up * h, -right * w + up * h].map(|p| middle + p);
-        let Some(cell) = self.stage.culling.cell_of(middle + n * 0.05) else { return };
+        let Some(cell) = self.stage.culling.culler.cell_of(middle + n * 0.05, &mut self.scratch) else { return };
         let Some(mirror) = Mirror::new(cell, &corners) else { return };
         if !self.mirrors.hang(&self.stage.gpu, &self.stage.pipelines, mirror, &corners) {
             self.mirrors.clear();
@@ -471,7 +470,7 @@ impl<'b> Session<'b> {
     fn lines(&self) -> Vec<String> {
         let Some(last) = &self.stage.culling.last else { return vec!["...".to_owned()] };
         let mode = match self.show.mode {
-            WalkMode::Auto => format!("auto: {}", last.method),
+            FrameMode::Auto => format!("auto: {}", last.method),
             mode => mode.to_string(),
         };
         let frozen = if self.frozen.is_some() { ", frozen" } else { "" };

@@ -3,8 +3,7 @@
 mod common;
 
 use common::{building, has_device, path};
-use enfilade::runtime::{Method, Mode};
-use enfilade::walkthrough::walkers::WalkMode;
+use enfilade::runtime::FrameMode;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::{Stage, Wish};
@@ -25,9 +24,9 @@ fn villa() -> &'static Building {
 }
 
 /// Modes and oracles, every sensible pair.
-fn ways() -> Vec<(WalkMode, Oracle)> {
-    let software = WalkMode::all().into_iter().map(|mode| (mode, Oracle::Software));
-    software.chain([(WalkMode::Fixed(Method::Chc), Oracle::Device), (WalkMode::Auto, Oracle::Device)]).collect()
+fn ways() -> Vec<(FrameMode, Oracle)> {
+    let software = FrameMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
+    software.chain([(FrameMode::Chc, Oracle::Device), (FrameMode::Auto, Oracle::Device)]).collect()
 }
 
 #[test]
@@ -58,7 +57,7 @@ fn the_alarm_sees_a_row_that_was_broken_on_purpose() {
         return;
     }
     let (sound, path) = (villa(), path("villa_rotonda"));
-    let mode = WalkMode::Fixed(Method::Plain(Mode::Pvs));
+    let mode = FrameMode::Pvs;
     // What fills the most pixels of a frame is taken out of the row of the frame's cell.
     let frame = path.frames.len() / 2;
     let mut walk = Walk::new(sound, &path, None, SIZE).unwrap();
@@ -102,7 +101,7 @@ fn golden_pictures() {
         let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
         let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
         session.stand(&path, frame);
-        session.show.mode = WalkMode::Fixed(Method::Plain(Mode::Both));
+        session.show.mode = FrameMode::Both;
         session.show.hud = false;
         session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
         actions.iter().for_each(|&action| session.act(action));
@@ -151,7 +150,7 @@ fn doors_shut_and_open_again() {
     let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
     let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
     let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
-    session.show.mode = WalkMode::Fixed(Method::Plain(Mode::Both));
+    session.show.mode = FrameMode::Both;
     session.walker.flies = true;
     // Before a door, looking at it.
     let doors = villa.file.portals.iter().filter(|p| p.state.closable && p.plane.y.abs() < 0.1);
@@ -187,7 +186,7 @@ fn a_lost_device_is_one_line() {
     let wish = || Wish {
         camera,
         culled_by: Some(camera),
-        mode: WalkMode::Auto,
+        mode: FrameMode::Auto,
         alarm: false,
         timed: false,
         overlay: &overlay,
@@ -205,7 +204,7 @@ fn either_oracle_hides_three_quarters_of_the_villa() {
         return;
     }
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let mode = WalkMode::Fixed(Method::Chc);
+    let mode = FrameMode::Chc;
     let mut device = Walk::new(villa, &path, Some(Oracle::Device), SIZE).unwrap();
     let mut software = Walk::new(villa, &path, Some(Oracle::Software), SIZE).unwrap();
     let mut sums = [0, 0];
@@ -229,7 +228,7 @@ fn a_mirror_shows_something_else_and_the_fifth_takes_all_down() {
     let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
     let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
     let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
-    session.show.mode = WalkMode::Fixed(Method::Plain(Mode::Both));
+    session.show.mode = FrameMode::Both;
     session.show.hud = false;
     let mut most = 0;
     for _ in 0..8 {

@@ -12,8 +12,7 @@ use crate::building::Building;
 use crate::culling::{Culling, Oracle};
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
-use enfilade::runtime::Camera;
-use enfilade::walkthrough::walkers::WalkMode;
+use enfilade::runtime::{Camera, FrameMode};
 use std::time::Instant;
 use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
 
@@ -27,7 +26,7 @@ pub struct Wish<'w> {
     /// Culls; `None` leaves what was decided last as it is.
     pub culled_by: Option<Camera>,
     /// How to cull.
-    pub mode: WalkMode,
+    pub mode: FrameMode,
     /// Compare with a picture of everything.
     pub alarm: bool,
     /// Time the device; the times come later.
@@ -305,7 +304,7 @@ impl<'b> Stage<'b> {
         timer.heard(|frame, ms| {
             self.heard.device_ms = Some(ms);
             if let Some((_, cpu, triangles)) = self.timing.take_if(|timing| timing.0 == frame) {
-                self.culling.learn(frame, cpu + ms, triangles);
+                self.culling.frames.learn(frame, cpu + ms, triangles);
             }
         });
     }

@@ -1,0 +1,221 @@
+//! A frame from beginning to end: one camera's culling in any mode, with occlusion queries and `auto`.
+//!
+//! In: a [`Culler`], a camera, a mode, and an oracle where there is one. Out: the objects to draw. A loop is
+//! [`choose`](FrameCuller::choose), [`cull`](FrameCuller::cull), draw, and for `auto` [`learn`](FrameCuller::learn).
+
+use super::auto::Auto;
+use super::online::OnlineCuller;
+use super::{Camera, Culler, Mode, Scratch, VisibleSet};
+use crate::occlusion::oracle::OcclusionOracle;
+use std::fmt;
+use std::str::FromStr;
+
+/// How frames are culled.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FrameMode {
+    /// [`Mode::None`].
+    None,
+    /// [`Mode::Frustum`].
+    Frustum,
+    /// [`Mode::Portals`].
+    Portals,
+    /// [`Mode::Pvs`].
+    Pvs,
+    /// [`Mode::Both`].
+    Both,
+    /// [`Mode::Both`], and CHC for what that leaves.
+    Chc,
+    /// [`Mode::Both`], and CHC++ for what that leaves.
+    ChcPlus,
+    /// The mode that costs the least, cell by cell.
+    Auto,
+}
+
+impl FrameMode {
+    /// Every mode, the least culling first.
+    pub const ALL: [Self; 8] =
+        [Self::None, Self::Frustum, Self::Portals, Self::Pvs, Self::Both, Self::Chc, Self::ChcPlus, Self::Auto];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Frustum => "frustum",
+            Self::Portals => "portals",
+            Self::Pvs => "pvs",
+            Self::Both => "both",
+            Self::Chc => "chc",
+            Self::ChcPlus => "chc++",
+            Self::Auto => "auto",
+        }
+    }
+
+    /// Whether it may issue occlusion queries.
+    pub const fn has_queries(self) -> bool {
+        matches!(self, Self::Chc | Self::ChcPlus | Self::Auto)
+    }
+
+    /// The part that needs no queries; `None` where queries decide the rest.
+    pub(super) const fn without_queries(self) -> Option<Mode> {
+        match self {
+            Self::None => Some(Mode::None),
+            Self::Frustum => Some(Mode::Frustum),
+            Self::Portals => Some(Mode::Portals),
+            Self::Pvs => Some(Mode::Pvs),
+            Self::Both => Some(Mode::Both),
+            Self::Chc | Self::ChcPlus | Self::Auto => None,
+        }
+    }
+}
+
+impl From<Mode> for FrameMode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::None => Self::None,
+            Mode::Frustum => Self::Frustum,
+            Mode::Portals => Self::Portals,
+            Mode::Pvs => Self::Pvs,
+            Mode::Both => Self::Both,
+        }
+    }
+}
+
+impl fmt::Display for FrameMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for FrameMode {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let found = Self::ALL.into_iter().find(|mode| mode.name() == name);
+        found.ok_or_else(|| format!("no mode \"{name}\"; give none, frustum, portals, pvs, both, chc, chc++, auto, or all"))
+    }
+}
+
+/// What `auto` does for a renderer.
+#[derive(Clone, PartialEq, Debug)]
+pub struct AutoOptions {
+    /// Modes that it chooses from, at least one, without [`FrameMode::Auto`]; the first is where it starts.
+    pub modes: Vec<FrameMode>,
+    /// First frames that are culled by [`FrameMode::Both`] and teach nothing: drivers compile in them. More: gains come later. Fewer: a slow
+    /// first frame is blamed on its mode.
+    pub warm_up: u64,
+    /// What a frame costs beside its triangles, in triangles: pixels, mostly. Larger: modes that draw more are tried more often. Smaller:
+    /// modes that are as good stay untried.
+    pub fixed_cost: u64,
+}
+
+impl Default for AutoOptions {
+    fn default() -> Self {
+        let modes = FrameMode::ALL.into_iter().filter(|&mode| mode != FrameMode::Auto).collect();
+        Self { modes, warm_up: 0, fixed_cost: 0 }
+    }
+}
+
+/// Culls one camera's frames, in any mode, one after the other. The culler is given each time, always the same; its doors may move.
+#[derive(Clone, Debug)]
+pub struct FrameCuller {
+    scratch: Scratch,
+    options: AutoOptions,
+    /// Made by the first mode that needs it.
+    online: Option<OnlineCuller>,
+    auto: Auto,
+    /// The mode of the last frame.
+    last: Option<FrameMode>,
+    /// The frame whose cost `auto` waits for.
+    judged: Option<u64>,
+}
+
+impl FrameCuller {
+    /// For one camera; cameras may share a culler. `options` matter to [`FrameMode::Auto`] only.
+    pub fn new(culler: &Culler, options: AutoOptions) -> Self {
+        let scratch = Scratch::for_culler(culler);
+        let auto = Auto::new(culler.cell_count(), &options.modes);
+        Self { scratch, options, online: None, auto, last: None, judged: None }
+    }
+
+    /// What `auto` counts as [`AutoOptions::fixed_cost`] from now on.
+    pub fn set_fixed_cost(&mut self, triangles: u64) {
+        self.options.fixed_cost = triangles;
+    }
+
+    /// Makes room for occlusion queries now; the first frame with queries does it otherwise.
+    pub fn prepare_queries(&mut self, culler: &Culler) {
+        self.online.get_or_insert_with(|| OnlineCuller::new(culler));
+    }
+
+    /// As if no frame had been culled yet.
+    pub fn restart(&mut self, culler: &Culler) {
+        *self = Self::new(culler, self.options.clone());
+    }
+
+    /// Begins a frame: gives the mode to cull it by, which is never [`FrameMode::Auto`]. Frames are numbered by the caller, from 1, ascending.
+    ///
+    /// While `auto` waits for the cost of an earlier frame ([`Self::learn`]), the mode stays.
+    pub fn choose(&mut self, culler: &Culler, frame: u64, camera: &Camera, mode: FrameMode) -> FrameMode {
+        let chosen = match (mode, self.judged, self.last) {
+            (FrameMode::Auto, Some(_), Some(last)) => last,
+            (FrameMode::Auto, ..) if frame <= self.options.warm_up => FrameMode::Both,
+            (FrameMode::Auto, ..) => {
+                let home = culler.cell_of(camera.eye, &mut self.scratch);
+                let (scratch, fixed) = (&mut self.scratch, self.options.fixed_cost);
+                self.judged = Some(frame);
+                self.auto.choose(home, |mode| culler.cull(camera, mode, scratch).stats.triangles + fixed)
+            }
+            (mode, ..) => mode,
+        };
+        self.last = Some(chosen);
+        chosen
+    }
+
+    /// Culls the frame by a mode from [`Self::choose`], with a near plane at `near` metres, above 0.
+    ///
+    /// With an `oracle`, modes with queries begin its frame and draw into it; what it drew is what they return. Without one they return what
+    /// portals and rows leave: a renderer whose device answers its own queries goes on from there. Allocates nothing after the first frame of
+    /// each mode.
+    pub fn cull(
+        &mut self,
+        culler: &Culler,
+        camera: &Camera,
+        near: f64,
+        mode: FrameMode,
+        oracle: Option<&mut dyn OcclusionOracle>,
+    ) -> VisibleSet<'_> {
+        match (mode.without_queries(), oracle) {
+            (None, Some(mut oracle)) => {
+                let online = self.online.get_or_insert_with(|| OnlineCuller::new(culler));
+                oracle.begin(&camera.view(near));
+                online.cull(culler, camera, near, mode, &mut oracle)
+            }
+            (plain, _) => culler.cull(camera, plain.unwrap_or(Mode::Both), &mut self.scratch),
+        }
+    }
+
+    /// What a frame cost, in any unit that all frames have, 0 or more, and the triangles that it drew. Costs may come some frames late;
+    /// those of frames that `auto` does not wait for are ignored.
+    pub fn learn(&mut self, frame: u64, cost: f64, triangles: u64) {
+        if self.judged == Some(frame) {
+            self.auto.learn(cost, triangles + self.options.fixed_cost);
+            self.judged = None;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_are_known_by_name() {
+        for mode in FrameMode::ALL {
+            assert_eq!(mode.to_string().parse(), Ok(mode));
+        }
+        for mode in Mode::ALL {
+            assert_eq!((FrameMode::from(mode).without_queries(), FrameMode::from(mode).name()), (Some(mode), mode.name()));
+        }
+        assert!("Both".parse::<FrameMode>().unwrap_err().contains("no mode"));
+    }
+}

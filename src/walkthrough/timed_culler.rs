@@ -1,0 +1,69 @@
+//! What culling a walk's frames takes.
+
+use super::raster::View;
+use crate::occlusion::depth::DepthBuffer;
+use crate::occlusion::oracle::OcclusionOracle;
+use crate::runtime::{AutoOptions, Culler, FrameCuller, FrameMode, VisibleSet};
+use std::time::Instant;
+
+/// What a frame took, microseconds.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Times {
+    /// Culling; where an oracle is asked, with what it draws.
+    pub cull: f64,
+    /// With all that is left drawn into the oracle, where there is one.
+    pub frame: Option<f64>,
+}
+
+/// Times the culling of a walk's frames in a mode, one after the other.
+pub(super) struct TimedCuller {
+    mode: FrameMode,
+    frames: FrameCuller,
+    frame: u64,
+    /// What the last frame took, and its triangles.
+    last: Option<(f64, u64)>,
+}
+
+impl TimedCuller {
+    pub fn new(mode: FrameMode, culler: &Culler) -> Self {
+        let mut frames = FrameCuller::new(culler, AutoOptions::default());
+        if mode.has_queries() {
+            frames.prepare_queries(culler);
+        }
+        Self { mode, frames, frame: 0, last: None }
+    }
+
+    /// Culls a frame, and draws what is left into the oracle, if there is one; modes with queries need it. Says how the frame was culled,
+    /// and what it took.
+    pub fn cull(
+        &mut self,
+        culler: &Culler,
+        view: &View,
+        mut oracle: Option<&mut DepthBuffer<'_>>,
+    ) -> (VisibleSet<'_>, FrameMode, Times) {
+        let start = Instant::now();
+        let us = || start.elapsed().as_nanos() as f64 / 1e3;
+        let (camera, near) = (&view.camera, nearer(view).near);
+        if let Some((took, triangles)) = self.last.take() {
+            self.frames.learn(self.frame, took, triangles);
+        }
+        self.frame += 1;
+        let mode = self.frames.choose(culler, self.frame, camera, self.mode);
+        let visible = self.frames.cull(culler, camera, near, mode, oracle.as_deref_mut().map(|oracle| oracle as _));
+        let cull = us();
+        let with_oracle = oracle.is_some();
+        if let Some(oracle) = oracle.filter(|_| !mode.has_queries()) {
+            oracle.begin(&camera.view(near));
+            visible.objects.iter().for_each(|&object| oracle.draw(object));
+        }
+        let took = us();
+        self.last = Some((took, visible.stats.triangles));
+        (visible, mode, Times { cull, frame: with_oracle.then_some(took) })
+    }
+}
+
+/// The view that pictures are compared in: from the eye itself. A camera that stands nearer to a wall than its near plane looks through
+/// the wall, which no culler by visibility foresees.
+pub(super) fn nearer(view: &View) -> View {
+    View { near: view.near * 1e-3, ..*view }
+}
