@@ -4,18 +4,14 @@ use super::resume::{Kept, catch_interrupts};
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
-use enfilade::bake::{BakeError, BakeOptions, Baked, bake, digest};
+use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
 use enfilade::cells::{ViewCell, read_view_cells};
-use enfilade::file::{Container, load_bytes};
+use enfilade::file::load_bytes;
 use enfilade::pvs::cubes::Choice;
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{Scene, import};
-use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Most findings that prose lists.
-const FINDINGS: usize = 12;
 
 /// Flags.
 #[derive(clap::Args)]
@@ -122,12 +118,12 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     baked.file.save(&output).map_err(|e| at(&output, e))?;
     kept.done()?;
     let bytes = load_bytes(&output).map_err(|e| at(&output, e))?;
-    let container = Container::parse(&bytes).map_err(|e| at(&output, e))?;
-    let report = report(&scene, &baked, &container, import_seconds, begin.elapsed().as_secs_f64(), bytes.len());
+    let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
+    let report = BakeReport::new(&scene, &baked, &bytes, seconds, peak_rss_mb()).map_err(|e| at(&output, e))?;
     if args.json {
-        println!("{report:#}");
+        println!("{}", super::json(&report)?);
     } else {
-        eprintln!("{}", prose(&report, &output));
+        eprintln!("{report}{}: {} bytes", output.display(), report.file_bytes);
     }
     Ok(Outcome::Done)
 }
@@ -185,127 +181,6 @@ pub(super) fn progress_bar() -> indicatif::ProgressBar {
     // Long searches say little; the clock goes on.
     bar.enable_steady_tick(std::time::Duration::from_millis(500));
     bar
-}
-
-/// The keys of `bake --json`; docs/cli.md says what each means.
-pub(super) fn report(
-    scene: &Scene,
-    baked: &Baked,
-    container: &Container<'_>,
-    import: f64,
-    total: f64,
-    bytes: usize,
-) -> Value {
-    let file = &baked.file;
-    let (cells, objects) = (file.cells.len(), file.objects.len());
-    let mut pvs = super::info::pvs(container, file);
-    for (key, value) in [
-        ("rays", file.stats.rays),
-        ("cubes", file.stats.cubes),
-        ("flow_steps", file.stats.flow_steps),
-        ("flow_capped", file.stats.flow_capped),
-        ("cracks", file.stats.cracks),
-        ("contradictions", file.stats.contradictions),
-    ] {
-        pvs[key] = value.into();
-    }
-    let mut report = json!({
-        "triangles": scene.triangles.len(),
-        "objects": objects,
-        "cells": cells,
-        "open_cells": file.cells.iter().filter(|c| c.open).count(),
-        "portals": file.portals.len(),
-        "strategy": { "cells": file.strategy, "reason": file.reason },
-        "left_out": file.left_out,
-        "notes": file.notes,
-        "pvs": pvs,
-        "smallest_hole": file.smallest_hole,
-        "repairs": file.repairs,
-        "cells_found": baked.cells_found.unwrap_or(cells),
-        "seconds": {
-            "import": import,
-            "cells": baked.seconds.cells,
-            "pvs": baked.seconds.pvs,
-            "total": total,
-        },
-        "peak_rss_mb": peak_rss_mb(),
-        "file_bytes": bytes,
-    });
-    if let Some(views) = &baked.views {
-        let (lower, upper) = (views.lower.count_ones(), views.upper.count_ones());
-        report["view_cells"] = json!({
-            "count": views.upper.rows(),
-            "lower_pairs": lower,
-            "upper_pairs": upper,
-            "undecided_pairs": upper - lower,
-            "total_pairs": views.upper.rows() * views.upper.columns(),
-            "in_no_cell": views.in_no_cell.len(),
-            "unseen": views.unseen,
-            "rays": views.rays,
-            "flow_capped": views.capped,
-            "contradictions": views.contradictions,
-        });
-    }
-    if let Some(audit) = &baked.audit {
-        report["authored"] = json!({ "rooms": audit.rooms, "sound_rooms": audit.sound_rooms, "claimed": audit.claimed });
-        report["findings"] = json!(audit.findings);
-    }
-    report
-}
-
-fn prose(report: &Value, output: &Path) -> String {
-    let n = |p: &str| report.pointer(p).map(ToString::to_string).unwrap_or_default();
-    let s = |p: &str| report.pointer(p).and_then(Value::as_f64).unwrap_or_default();
-    let mut lines = vec![
-        format!("{} triangles in {} objects", n("/triangles"), n("/objects")),
-        format!(
-            "{} cells ({} open), {} portals, by {}: {}",
-            n("/cells"),
-            n("/open_cells"),
-            n("/portals"),
-            n("/strategy/cells"),
-            n("/strategy/reason"),
-        ),
-        format!(
-            "of {} cell-object pairs {} are witnessed visible, {} proven hidden, {} undecided",
-            n("/pvs/total_pairs"),
-            n("/pvs/lower_pairs"),
-            s("/pvs/total_pairs") - s("/pvs/upper_pairs"),
-            n("/pvs/undecided_pairs"),
-        ),
-        format!(
-            "import {:.1} s, cells {:.1} s, visibility {:.1} s, {:.1} s in all",
-            s("/seconds/import"),
-            s("/seconds/cells"),
-            s("/seconds/pvs"),
-            s("/seconds/total"),
-        ),
-    ];
-    if report.get("view_cells").is_some() {
-        let (count, total, lower) = (n("/view_cells/count"), n("/view_cells/total_pairs"), n("/view_cells/lower_pairs"));
-        let hidden = s("/view_cells/total_pairs") - s("/view_cells/upper_pairs");
-        let undecided = n("/view_cells/undecided_pairs");
-        lines.push(format!(
-            "{count} view cells: of {total} pairs {lower} are witnessed visible, {hidden} proven hidden, {undecided} undecided"
-        ));
-    }
-    let list = |p: &str| report.pointer(p).and_then(Value::as_array).cloned().unwrap_or_default();
-    lines.extend(list("/left_out").iter().filter_map(Value::as_str).map(|x| format!("left out: {x}")));
-    let findings = list("/findings");
-    if !findings.is_empty() {
-        let (rooms, sound) = (n("/authored/rooms"), n("/authored/sound_rooms"));
-        lines.push(format!("of {rooms} rooms that the author drew {sound} are sound; what is wrong:"));
-        let text = findings.iter().filter_map(|f| f["text"].as_str());
-        lines.extend(text.take(FINDINGS).map(|text| format!("  {text}")));
-        if findings.len() > FINDINGS {
-            lines.push(format!("  and {} more (--json)", findings.len() - FINDINGS));
-        }
-    }
-    if !list("/repairs").is_empty() {
-        lines.push(format!("{} holes in the cell graph were found and mended", list("/repairs").len()));
-    }
-    lines.push(format!("{}: {} bytes", output.display(), n("/file_bytes")));
-    lines.join("\n")
 }
 
 /// The most memory that this process has held, MiB, where the system says so.

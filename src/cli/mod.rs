@@ -60,6 +60,11 @@ pub fn at(path: &Path, error: impl fmt::Display) -> CliError {
     CliError(format!("{}: {error}", path.display()))
 }
 
+/// A report as JSON.
+pub fn json(report: &impl serde::Serialize) -> Result<String, CliError> {
+    serde_json::to_string_pretty(report).map_err(|e| CliError(format!("JSON: {e}")))
+}
+
 /// Threads to work on: as many as asked for, or one a core.
 pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, CliError> {
     let threads = threads.unwrap_or(0);

@@ -15,6 +15,8 @@ mod load;
 mod read;
 mod rows;
 #[cfg(feature = "bake")]
+mod summary;
+#[cfg(feature = "bake")]
 mod write;
 
 pub use crate::types::bounds::{CONFIDENCE, Unseen};
@@ -23,9 +25,13 @@ pub use format::{Container, MAGIC, Section, SectionId, VERSION};
 pub use load::load_bytes;
 pub use rows::{RowReader, entropy_bits_per_pair};
 #[cfg(feature = "bake")]
+pub use summary::{FileSummary, GapSummary, PortalsSummary, PvsSummary, SectionSummary, UnseenSummary, ViewCellsSummary};
+#[cfg(feature = "bake")]
 pub use write::{encode_rows, replace_file};
 
 use crate::bits::ones;
+use crate::geom::Aabb;
+use crate::tolerance::Tolerance;
 use crate::types::guarantee::Guarantee;
 use crate::types::import::ImportOptions;
 use crate::types::portal::{PortalKind, PortalState};
@@ -82,6 +88,14 @@ pub struct PvsFile {
     pub gap: Option<Gap>,
     /// Regions that rows were asked for on top of the cells.
     pub views: Views,
+}
+
+impl PvsFile {
+    /// The clearance that [`Guarantee::STATEMENT`] speaks of, metres: [`crate::tolerance::Tolerance::clearance`] of the objects' extent.
+    pub fn clearance(&self) -> f64 {
+        let corners = self.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3());
+        Tolerance::for_extent(Aabb::of(corners).diagonal()).clearance
+    }
 }
 
 /// Cell-object pairs between the two sides: neither witnessed nor proven hidden.

@@ -9,11 +9,12 @@ use super::html::{Remark, duration, escape, number, page, percent, share, thousa
 use super::matrix::figure;
 use super::storeys::{Plans, Storey, along_a_walk, storeys};
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
-use crate::file::{CONFIDENCE, PvsFile};
+use crate::file::{CONFIDENCE, PvsFile, PvsSummary};
 use crate::scene::Scene;
 use crate::types::guarantee::Guarantee;
 use crate::types::portal::PortalKind;
 use crate::{BitMatrix, CellId};
+use serde::Serialize;
 use std::fmt::Write;
 
 /// Cells in each list of the worst.
@@ -36,9 +37,10 @@ const CLASSES: [[&str; 2]; 7] = [
 ];
 
 /// Time and memory of a stage.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Stage {
     /// What is done.
+    #[serde(rename = "stage")]
     pub name: String,
     /// Wall clock.
     pub seconds: f64,
@@ -59,10 +61,8 @@ pub struct BuildingReport<'a> {
     pub scene: &'a Scene,
     /// The bake, both bounds kept.
     pub file: &'a PvsFile,
-    /// Bits that a cell-object pair takes in the file.
-    pub bits_per_pair: f64,
-    /// What a pair would take alone: zero-order entropy, bits.
-    pub entropy_bits_per_pair: f64,
+    /// Its sets in numbers.
+    pub pvs: &'a PvsSummary,
     /// Error against run time, a strategy each.
     pub curves: &'a [Curve],
     /// What offices of several sizes cost, the smallest first; empty where that wasn't asked for.
@@ -163,22 +163,20 @@ impl BuildingReport<'_> {
     fn head(&self, out: &mut String) {
         let file = self.file;
         let open = file.cells.iter().filter(|c| c.open).count();
-        let promise = match file.guarantee {
-            Guarantee::Conservative => "Conservative: nothing visible is missing from the rows.",
-            Guarantee::Sampled => "Sampled: everything in the rows is visible; something may be missing.",
-        };
+        let (promise, statement) = (file.guarantee.in_words(), Guarantee::STATEMENT);
         let _ = writeln!(
             out,
-            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}, {} triangles in {} objects. Cells by {}: {}. {promise} Openings narrower \
-             than {:.2} mm may have been sealed on purpose. Seed {}.</p>",
+            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}, {} triangles in {} objects. Cells by {}: {}. Seed {}.</p>\n\
+             <p class=\"soft\">Rows are {promise}. {statement} The clearance is {:.3} mm; openings narrower than {:.3} mm may be sealed.</p>",
             escape(self.building),
             escape(&self.scene.source.format),
             number(self.scene.triangles.len() as u64),
             number(file.objects.len() as u64),
             strategy(file),
             escape(&file.reason),
-            1000.0 * file.smallest_hole,
-            self.seed
+            self.seed,
+            1e3 * file.clearance(),
+            1e3 * file.smallest_hole,
         );
         let [closed, opened] = closed_and_open(file);
         let all = closed.with(opened);
@@ -241,8 +239,8 @@ impl BuildingReport<'_> {
         }
         tile(
             "Bits a pair",
-            format!("{:.3}", self.bits_per_pair),
-            format!("in the file's rows; zero-order entropy {:.3}", self.entropy_bits_per_pair),
+            format!("{:.3}", self.pvs.bits_per_pair),
+            format!("in the file's rows; zero-order entropy {:.3}", self.pvs.entropy_bits_per_pair),
         );
         out.push_str("</div>\n");
     }

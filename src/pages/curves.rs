@@ -2,8 +2,11 @@
 
 pub use crate::verify::{Views, held_out};
 
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
 /// What a strategy finds, by run time.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Curve {
     /// Its name.
     pub strategy: &'static str,
@@ -12,7 +15,7 @@ pub struct Curve {
 }
 
 /// What is known after some work.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct CurvePoint {
     /// Processor time of all threads, seconds.
     pub cpu_seconds: f64,
@@ -24,7 +27,16 @@ pub struct CurvePoint {
     pub upper_pairs: Option<u64>,
     /// False pixels of the lower side on views that were held out ([`Views::false_pixels`]): mean, 95th percentile, maximum, as
     /// fractions of a view.
+    #[serde(serialize_with = "named")]
     pub false_pixels: [f64; 3],
+}
+
+fn named<S: Serializer>([mean, p95, max]: &[f64; 3], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(3))?;
+    map.serialize_entry("mean", mean)?;
+    map.serialize_entry("p95", p95)?;
+    map.serialize_entry("max", max)?;
+    map.end()
 }
 
 /// What a generated office of some size costs.

@@ -10,7 +10,7 @@ use crate::bits::{BitMatrix, ones};
 use crate::file::PvsFile;
 use crate::geom::Aabb;
 use crate::simd::{Vectorize, vectorized};
-use crate::tolerance::{Tolerance, single_precision};
+use crate::tolerance::single_precision;
 use crate::types::guarantee::Guarantee;
 use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};
@@ -88,8 +88,7 @@ impl Culler {
         let bounds = objects.union(Aabb::of(corners));
         let extent = if bounds.is_empty() { 1.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element().max(1e-6) };
         // Portals are drawn up to `clearance` within the real opening in each direction of their plane, and stored as `f32`.
-        let clearance = Tolerance::for_extent(objects.diagonal()).clearance;
-        let tolerance = clearance * std::f64::consts::SQRT_2 + single_precision(extent);
+        let tolerance = file.clearance() * std::f64::consts::SQRT_2 + single_precision(extent);
         let mut leading_out = vec![Vec::new(); file.cells.len()];
         for (p, portal) in file.portals.iter().enumerate() {
             for side in 0..2 {

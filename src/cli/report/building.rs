@@ -1,17 +1,17 @@
 //! `enfilade report` of a building.
 
 use super::{Args, command, name, write};
-use crate::cli::bake::progress_bar;
+use crate::cli::bake::{peak_rss_mb, progress_bar};
 use crate::cli::stage_times::{Stages, cpu_seconds};
 use crate::cli::why::Teller;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::CellId;
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::{BakeOptions, BakeReport, bake};
 use enfilade::cells::{CellGraph, SplitOptions, split};
-use enfilade::file::{Container, PvsFile};
+use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
-use enfilade::pages::building::BuildingReport;
+use enfilade::pages::building::{BuildingReport, Stage};
 use enfilade::pages::curves::{Curve, CurvePoint, Growth, Views, held_out};
 use enfilade::pages::html::Remark;
 use enfilade::pages::undecided::{Pairs, closed_and_open, hardest};
@@ -19,7 +19,7 @@ use enfilade::proof::{Asker, Goal};
 use enfilade::pvs::sampling::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
-use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
@@ -95,24 +95,21 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     // 4. The page and the tables.
     progress("bytes", 0.0);
     let bytes = file.write();
-    let container = Container::parse(&bytes).map_err(|e| at(&args.input, e))?;
     let stages = {
         let mut stages = stages.lock().map(|mut s| std::mem::take(&mut *s)).unwrap_or_default();
         stages.leave();
         stages.done
     };
     bar.finish_and_clear();
-    let mut numbers =
-        crate::cli::bake::report(&scene, &baked, &container, import_seconds, begin.elapsed().as_secs_f64(), bytes.len());
-    let number = |key: &str| numbers["pvs"][key].as_f64().unwrap_or_default();
+    let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
+    let report = BakeReport::new(&scene, &baked, &bytes, seconds, peak_rss_mb()).map_err(|e| at(&args.input, e))?;
     let page = BuildingReport {
         building: &name(&args.input),
         command: &again(args),
         seed: args.search.seed,
         scene: &scene,
         file,
-        bits_per_pair: number("bits_per_pair"),
-        entropy_bits_per_pair: number("entropy_bits_per_pair"),
+        pvs: &report.pvs.summary,
         curves: &curves,
         growth: &growth,
         views: views.count(),
@@ -130,45 +127,53 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 
     // 5. The same in numbers.
     if args.json {
-        let [closed, open] = closed_and_open(file).map(pairs);
-        numbers["closed_cells"] = closed;
-        numbers["open_cells_apart"] = open;
-        numbers["views"] = views.count().into();
-        numbers["curves"] = curves.iter().map(curve).collect();
-        numbers["stages"] =
-            stages.iter().map(|s| json!({ "stage": s.name, "seconds": s.seconds, "peak_rss_mb": s.peak_rss_mb })).collect();
-        numbers["page"] = output.to_string_lossy().into();
-        numbers["tables"] = files[1..].iter().map(|f| f.0.to_string_lossy()).collect();
-        println!("{numbers:#}");
+        let [closed_cells, open_cells_apart] = closed_and_open(file).map(PairsLine::from);
+        let numbers = ReportLine {
+            bake: &report,
+            closed_cells,
+            open_cells_apart,
+            views: views.count(),
+            curves: &curves,
+            stages: &stages,
+            page: output.to_string_lossy(),
+            tables: files[1..].iter().map(|f| f.0.to_string_lossy()).collect(),
+        };
+        println!("{}", crate::cli::json(&numbers)?);
     }
     files.iter().for_each(|f| eprintln!("{} written", f.0.display()));
     Ok(Outcome::Done)
 }
 
-fn pairs(p: Pairs) -> Value {
-    let Pairs { cells, total, lower, upper } = p;
-    json!({
-        "cells": cells,
-        "total_pairs": total,
-        "lower_pairs": lower,
-        "upper_pairs": upper,
-        "undecided_pairs": p.undecided(),
-        "gap": p.gap(),
-    })
+/// The command's JSON.
+#[derive(serde::Serialize)]
+struct ReportLine<'a> {
+    #[serde(flatten)]
+    bake: &'a BakeReport,
+    closed_cells: PairsLine,
+    open_cells_apart: PairsLine,
+    views: usize,
+    curves: &'a [Curve],
+    stages: &'a [Stage],
+    page: Cow<'a, str>,
+    tables: Vec<Cow<'a, str>>,
 }
 
-fn curve(curve: &Curve) -> Value {
-    let point = |p: &CurvePoint| {
-        let [mean, p95, max] = p.false_pixels;
-        json!({
-            "cpu_seconds": p.cpu_seconds,
-            "rays": p.rays,
-            "lower_pairs": p.lower_pairs,
-            "upper_pairs": p.upper_pairs,
-            "false_pixels": { "mean": mean, "p95": p95, "max": max },
-        })
-    };
-    json!({ "strategy": curve.strategy, "points": curve.points.iter().map(point).collect::<Vec<_>>() })
+/// Cell-object pairs of some cells.
+#[derive(serde::Serialize)]
+struct PairsLine {
+    cells: u64,
+    total_pairs: u64,
+    lower_pairs: u64,
+    upper_pairs: u64,
+    undecided_pairs: u64,
+    gap: f64,
+}
+
+impl From<Pairs> for PairsLine {
+    fn from(p: Pairs) -> Self {
+        let Pairs { cells, total: total_pairs, lower: lower_pairs, upper: upper_pairs } = p;
+        Self { cells, total_pairs, lower_pairs, upper_pairs, undecided_pairs: p.undecided(), gap: p.gap() }
+    }
 }
 
 /// Processor time; where the system doesn't tell, wall clock on all threads.

@@ -1,5 +1,9 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
+mod report;
+
+pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
+
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen, split};
 use crate::file::PvsFile;

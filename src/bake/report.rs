@@ -1,0 +1,228 @@
+//! What a bake found, in numbers: one typed answer, from which the command line writes prose and JSON, and pages take their figures.
+
+use super::Baked;
+use crate::cells::Finding;
+use crate::file::{Container, FileError, PvsSummary};
+use crate::scene::Scene;
+use crate::types::proof::Repair;
+use crate::types::stats::PvsStats;
+use crate::types::strategy::Strategy;
+use serde::Serialize;
+use std::fmt;
+
+/// How the cells were found.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct StrategyReport {
+    /// By which strategy.
+    pub cells: Strategy,
+    /// Why by that one.
+    pub reason: String,
+}
+
+/// The sets, and the bake's counters.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct PvsReport {
+    /// The sets.
+    #[serde(flatten)]
+    pub summary: PvsSummary,
+    /// The counters.
+    #[serde(flatten)]
+    pub stats: PvsStats,
+}
+
+/// Wall-clock seconds.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct SecondsReport {
+    /// Reading the model.
+    pub import: f64,
+    /// Splitting into cells.
+    pub cells: f64,
+    /// Working out what can be seen.
+    pub pvs: f64,
+    /// From the start of the command to its report.
+    pub total: f64,
+}
+
+/// Both sides of what is seen from view cells.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct ViewCellsReport {
+    /// View cells.
+    pub count: usize,
+    /// Pairs with objects that have a witness.
+    pub lower_pairs: u64,
+    /// Those not proven hidden.
+    pub upper_pairs: u64,
+    /// Those between.
+    pub undecided_pairs: u64,
+    /// All.
+    pub total_pairs: usize,
+    /// View cells that lie in no cell.
+    pub in_no_cell: usize,
+    /// As [`crate::types::bounds::Unseen::cells`], for each view cell.
+    pub unseen: Vec<f64>,
+    /// Rays cast.
+    pub rays: u64,
+    /// Searches of flow that ran out of steps.
+    pub flow_capped: u64,
+    /// Pairs proven visible that flow took for hidden; they are kept.
+    pub contradictions: u64,
+}
+
+/// The author's rooms.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct AuthoredReport {
+    /// Rooms that the author drew.
+    pub rooms: usize,
+    /// Those that can name space.
+    pub sound_rooms: usize,
+    /// Of the free space indoors, the share in cells that are rooms.
+    pub claimed: f64,
+}
+
+/// Everything that `bake` says; docs/cli.md documents the keys.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct BakeReport {
+    /// Of the scene.
+    pub triangles: usize,
+    /// Objects.
+    pub objects: usize,
+    /// Cells.
+    pub cells: usize,
+    /// Of these, open ones.
+    pub open_cells: usize,
+    /// Portals.
+    pub portals: usize,
+    /// How the cells were found.
+    pub strategy: StrategyReport,
+    /// What isn't in the file, and why.
+    pub left_out: Vec<String>,
+    /// The importer's and the split's notes.
+    pub notes: Vec<String>,
+    /// The sets, and the bake's counters.
+    pub pvs: PvsReport,
+    /// The clearance that the guarantee holds for, metres.
+    pub clearance: f64,
+    /// Openings narrower than this, metres, may have been sealed.
+    pub smallest_hole: f64,
+    /// Holes in the cell graph that were found and mended.
+    pub repairs: Vec<Repair>,
+    /// Cells before any were joined for lack of memory.
+    pub cells_found: usize,
+    /// Times.
+    pub seconds: SecondsReport,
+    /// Most memory held, MiB, where the system says so.
+    pub peak_rss_mb: Option<f64>,
+    /// Length of the file.
+    pub file_bytes: usize,
+    /// With view cells only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view_cells: Option<ViewCellsReport>,
+    /// Where the cells are the author's rooms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub authored: Option<AuthoredReport>,
+    /// Likewise: what is wrong in what the author wrote.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub findings: Option<Vec<Finding>>,
+}
+
+/// Most findings that prose lists.
+const FINDINGS: usize = 12;
+
+impl BakeReport {
+    /// Of a bake and the bytes of its file. `import` and `total` are seconds, `peak_rss_mb` MiB.
+    ///
+    /// # Errors
+    ///
+    /// Where the bytes are no container.
+    pub fn new(
+        scene: &Scene,
+        baked: &Baked,
+        bytes: &[u8],
+        [import, total]: [f64; 2],
+        peak_rss_mb: Option<f64>,
+    ) -> Result<Self, FileError> {
+        let file = &baked.file;
+        let summary = PvsSummary::of(&Container::parse(bytes)?, file);
+        let audit = baked.audit.as_ref();
+        Ok(Self {
+            triangles: scene.triangles.len(),
+            objects: file.objects.len(),
+            cells: file.cells.len(),
+            open_cells: file.cells.iter().filter(|c| c.open).count(),
+            portals: file.portals.len(),
+            strategy: StrategyReport { cells: file.strategy, reason: file.reason.clone() },
+            left_out: file.left_out.clone(),
+            notes: file.notes.clone(),
+            pvs: PvsReport { summary, stats: file.stats },
+            clearance: file.clearance(),
+            smallest_hole: file.smallest_hole,
+            repairs: file.repairs.clone(),
+            cells_found: baked.cells_found.unwrap_or(file.cells.len()),
+            seconds: SecondsReport { import, cells: baked.seconds.cells, pvs: baked.seconds.pvs, total },
+            peak_rss_mb,
+            file_bytes: bytes.len(),
+            view_cells: view_cells(baked),
+            authored: audit.map(|a| AuthoredReport { rooms: a.rooms, sound_rooms: a.sound_rooms, claimed: a.claimed }),
+            findings: audit.map(|a| a.findings.clone()),
+        })
+    }
+}
+
+fn view_cells(baked: &Baked) -> Option<ViewCellsReport> {
+    let views = baked.views.as_ref()?;
+    let (lower, upper) = (views.lower.count_ones(), views.upper.count_ones());
+    Some(ViewCellsReport {
+        count: views.upper.rows(),
+        lower_pairs: lower,
+        upper_pairs: upper,
+        undecided_pairs: upper - lower,
+        total_pairs: views.upper.rows() * views.upper.columns(),
+        in_no_cell: views.in_no_cell.len(),
+        unseen: views.unseen.clone(),
+        rays: views.rays,
+        flow_capped: views.capped,
+        contradictions: views.contradictions,
+    })
+}
+
+/// A few lines of prose.
+impl fmt::Display for BakeReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { triangles, objects, cells, open_cells, portals, seconds, .. } = self;
+        let sides = |total: u64, lower: u64, upper: u64| {
+            let (hidden, undecided) = (total - upper, upper - lower);
+            format!("{lower} are witnessed visible, {hidden} proven hidden, {undecided} undecided")
+        };
+        let strategy = format!("{:?}", self.strategy.cells).to_lowercase();
+        writeln!(f, "{triangles} triangles in {objects} objects")?;
+        writeln!(f, "{cells} cells ({open_cells} open), {portals} portals, by {strategy}: {}", self.strategy.reason)?;
+        let p = &self.pvs.summary;
+        writeln!(f, "of {} cell-object pairs {}", p.total_pairs, sides(p.total_pairs, p.lower_pairs, p.upper_pairs))?;
+        writeln!(
+            f,
+            "import {:.1} s, cells {:.1} s, visibility {:.1} s, {:.1} s in all",
+            seconds.import, seconds.cells, seconds.pvs, seconds.total
+        )?;
+        if let Some(v) = &self.view_cells {
+            let total = v.total_pairs as u64;
+            writeln!(f, "{} view cells: of {total} pairs {}", v.count, sides(total, v.lower_pairs, v.upper_pairs))?;
+        }
+        for line in &self.left_out {
+            writeln!(f, "left out: {line}")?;
+        }
+        if let (Some(authored), Some(findings)) = (&self.authored, self.findings.as_ref().filter(|all| !all.is_empty())) {
+            let AuthoredReport { rooms, sound_rooms, .. } = authored;
+            writeln!(f, "of {rooms} rooms that the author drew {sound_rooms} are sound; what is wrong:")?;
+            for finding in findings.iter().take(FINDINGS) {
+                writeln!(f, "  {}", finding.text)?;
+            }
+            if findings.len() > FINDINGS {
+                writeln!(f, "  and {} more (--json)", findings.len() - FINDINGS)?;
+            }
+        }
+        if !self.repairs.is_empty() {
+            writeln!(f, "{} holes in the cell graph were found and mended", self.repairs.len())?;
+        }
+        Ok(())
+    }
+}
