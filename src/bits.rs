@@ -1,6 +1,6 @@
 //! A dense matrix of bits: rows of whole `u64` words, so that set algebra is a loop over words.
 
-use bitvec::prelude::{BitSlice, Lsb0};
+use bitvec::prelude::{BitSlice, BitVec, Lsb0};
 #[cfg(feature = "bake")]
 use rayon::prelude::*;
 #[cfg(feature = "bake")]
@@ -13,7 +13,8 @@ pub struct BitMatrix {
     rows: usize,
     columns: usize,
     stride: usize,
-    words: Vec<u64>,
+    /// `rows * stride` words.
+    bits: BitVec<u64, Lsb0>,
 }
 
 /// Words that are copied or left alone together: half a page.
@@ -21,9 +22,9 @@ const BLOCK: usize = 256;
 
 impl Clone for BitMatrix {
     fn clone(&self) -> Self {
-        let mut words = vec![0; self.words.len()];
-        copy(&mut words, &self.words);
-        Self { words, ..*self }
+        let mut clone = Self::new(self.rows, self.columns);
+        copy(clone.words_mut(), self.words());
+        clone
     }
 }
 
@@ -41,7 +42,18 @@ impl BitMatrix {
     /// All zeros.
     pub fn new(rows: usize, columns: usize) -> Self {
         let stride = columns.div_ceil(64);
-        Self { rows, columns, stride, words: vec![0; rows * stride] }
+        Self { rows, columns, stride, bits: BitVec::from_vec(vec![0; rows * stride]) }
+    }
+
+    /// All words, a row after the other.
+    #[inline]
+    fn words(&self) -> &[u64] {
+        self.bits.as_raw_slice()
+    }
+
+    #[inline]
+    fn words_mut(&mut self) -> &mut [u64] {
+        self.bits.as_raw_mut_slice()
     }
 
     /// Number of rows.
@@ -58,14 +70,15 @@ impl BitMatrix {
     #[inline]
     pub fn get(&self, row: usize, column: usize) -> bool {
         debug_assert!(column < self.columns);
-        self.words[row * self.stride + column / 64] >> (column % 64) & 1 != 0
+        self.words()[row * self.stride + column / 64] >> (column % 64) & 1 != 0
     }
 
     /// Sets the bit at (`row`, `column`) and says whether it was clear before.
     #[inline]
     pub fn set(&mut self, row: usize, column: usize) -> bool {
         debug_assert!(column < self.columns);
-        let word = &mut self.words[row * self.stride + column / 64];
+        let at = row * self.stride + column / 64;
+        let word = &mut self.words_mut()[at];
         let bit = 1u64 << (column % 64);
         let was_clear = *word & bit == 0;
         *word |= bit;
@@ -76,19 +89,20 @@ impl BitMatrix {
     #[inline]
     pub fn clear(&mut self, row: usize, column: usize) {
         debug_assert!(column < self.columns);
-        self.words[row * self.stride + column / 64] &= !(1u64 << (column % 64));
+        self.bits.set(row * self.stride * 64 + column, false);
     }
 
     /// The words of a row.
     #[inline]
     pub fn row(&self, row: usize) -> &[u64] {
-        &self.words[row * self.stride..(row + 1) * self.stride]
+        &self.words()[row * self.stride..(row + 1) * self.stride]
     }
 
     /// The words of a row, to write. Bits past `columns` must stay zero.
     #[inline]
     pub fn row_mut(&mut self, row: usize) -> &mut [u64] {
-        &mut self.words[row * self.stride..(row + 1) * self.stride]
+        let range = row * self.stride..(row + 1) * self.stride;
+        &mut self.words_mut()[range]
     }
 
     /// Makes these the words of a row. Bits past `columns` must be zero.
@@ -103,12 +117,13 @@ impl BitMatrix {
         if self.stride == 0 {
             return (0..self.rows).map(|_| Default::default()).collect();
         }
-        self.words.chunks_exact_mut(self.stride).collect()
+        let stride = self.stride;
+        self.words_mut().chunks_exact_mut(stride).collect()
     }
 
     /// A row as a `bitvec` slice of `columns` bits: the edge where other crates meet these rows.
     pub fn row_bits(&self, row: usize) -> &BitSlice<u64, Lsb0> {
-        &BitSlice::<u64, Lsb0>::from_slice(self.row(row))[..self.columns]
+        &self.bits[row * self.stride * 64..][..self.columns]
     }
 
     /// Ascending columns whose bit is set in `row`.
@@ -118,7 +133,7 @@ impl BitMatrix {
 
     /// Number of set bits in the whole matrix.
     pub fn count_ones(&self) -> u64 {
-        self.words.iter().map(|w| u64::from(w.count_ones())).sum()
+        self.words().iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
     /// Number of set bits in one row.
@@ -129,7 +144,7 @@ impl BitMatrix {
     /// `self |= other`; both must have one shape.
     pub fn union_with(&mut self, other: &Self) {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
-        for (a, b) in self.words.chunks_mut(BLOCK).zip(other.words.chunks(BLOCK)) {
+        for (a, b) in self.words_mut().chunks_mut(BLOCK).zip(other.words().chunks(BLOCK)) {
             if b.iter().any(|&word| word != 0) {
                 a.iter_mut().zip(b).for_each(|(a, b)| *a |= b);
             }
@@ -144,9 +159,10 @@ impl BitMatrix {
             return result;
         }
         // 64 columns of this are 64 rows of the result.
-        result.words.par_chunks_mut(64 * result.stride).enumerate().for_each(|(k, result)| {
+        let stride = result.stride;
+        result.words_mut().par_chunks_mut(64 * stride).enumerate().for_each(|(k, result)| {
             for (i, rows) in (0..self.rows).step_by(64).enumerate() {
-                let word = |r: usize| if r < self.rows { self.words[r * self.stride + k] } else { 0 };
+                let word = |r: usize| if r < self.rows { self.words()[r * self.stride + k] } else { 0 };
                 let mut block: [u64; 64] = std::array::from_fn(|r| word(rows + r));
                 if block.iter().any(|&word| word != 0) {
                     transpose(&mut block);

@@ -21,7 +21,7 @@ fn office(test: &str) -> (PathBuf, PathBuf, Value) {
 
 fn bake(model: &Path, file: &Path, more: &[&Path]) {
     let baked =
-        run(&[&[Path::new("bake"), model, Path::new("-o"), file, Path::new("--rays"), Path::new("0.01")], more].concat());
+        run(&[&[Path::new("bake"), model, Path::new("-o"), file, Path::new("--rays"), Path::new("10k")], more].concat());
     assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
 }
 

@@ -304,7 +304,7 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     std::fs::write(&other, generate(Kind::Gallery { rooms: 4 }, 2).unwrap().glb).unwrap();
     let enfilade =
         |command: &[&std::ffi::OsStr]| Command::new(env!("CARGO_BIN_EXE_enfilade")).args(command).output().unwrap();
-    let baked = enfilade(&["bake".as_ref(), glb.as_ref(), "-o".as_ref(), pvs.as_ref(), "--rays".as_ref(), "0.5".as_ref()]);
+    let baked = enfilade(&["bake".as_ref(), glb.as_ref(), "-o".as_ref(), pvs.as_ref(), "--rays".as_ref(), "500k".as_ref()]);
     assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
     let check = |model: &std::path::Path| {
         let flags = ["--rays", "20000", "--views", "2", "--json"].map(std::ffi::OsStr::new);

@@ -50,7 +50,7 @@ fn bake_refuses(extension: &str, cases: &[(&str, Vec<u8>)]) {
     for (case, bytes) in cases {
         let (bad, out) = (folder.join(format!("{case}.{extension}")), folder.join(format!("{case}.pvs")));
         std::fs::write(&bad, bytes).unwrap();
-        refused(&format!("{case}.{extension}"), &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "0.01"]);
+        refused(&format!("{case}.{extension}"), &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "10k"]);
         assert!(!out.exists(), "{case}.{extension} left a file");
     }
 }
@@ -170,7 +170,7 @@ fn bad_ifc() {
 fn maze(folder: &Path) -> (PathBuf, PathBuf) {
     let (model, file) = (folder.join("maze.glb"), folder.join("maze.pvs"));
     assert!(enfilade(&["generate", "maze", "--rooms", "4", "-o", text(&model)]).status.success());
-    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "0.1"]).status.success());
+    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "100k"]).status.success());
     (model, file)
 }
 
@@ -250,7 +250,7 @@ fn bad_cells_files() {
     for (case, bytes) in cases {
         let (bad, out) = (folder.join(format!("{case}.json")), folder.join(format!("{case}.pvs")));
         std::fs::write(&bad, bytes).unwrap();
-        refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "0.01"]);
+        refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "10k"]);
         assert!(!out.exists(), "{case} left a file");
     }
 }
@@ -308,8 +308,8 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
     for (case, bytes, what) in cases {
         let (bad, out) = (folder.join(format!("{case}.gml")), folder.join(format!("{case}.pvs")));
         std::fs::write(&bad, bytes).unwrap();
-        refused(case, &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "0.01"]);
-        refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "0.01"]);
+        refused(case, &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "10k"]);
+        refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "10k"]);
         let error = String::from_utf8(enfilade(&["bake", text(&bad), "-o", text(&out)]).stderr).unwrap();
         assert!(error.contains(what), "{case}: {error}");
         assert!(!out.exists(), "{case} left a file");

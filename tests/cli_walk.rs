@@ -17,7 +17,7 @@ fn maze(folder: &Path) -> (PathBuf, PathBuf) {
     std::fs::create_dir_all(folder).unwrap();
     let (model, file) = (folder.join("maze.glb"), folder.join("maze.pvs"));
     assert!(enfilade(&["generate", "maze", "--rooms", "4", "-o", text(&model)]).status.success());
-    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "0.1"]).status.success());
+    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "100k"]).status.success());
     (model, file)
 }
 
@@ -96,7 +96,7 @@ fn random_views_miss_no_pixel_in_any_mode() {
     std::fs::create_dir_all(&folder).unwrap();
     let (model, file) = (folder.join("office.glb"), folder.join("office.pvs"));
     assert!(enfilade(&["generate", "office", "--rooms", "6", "--furnished", "-o", text(&model)]).status.success());
-    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "0.2"]).status.success());
+    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "200k"]).status.success());
     let common = ["walk", text(&file), "--model", text(&model), "--size", "64x36", "--random", "60", "--seed", "3"];
     let walk = |more: &[&str]| {
         let out = enfilade(&[&common[..], more, &["--mode", "all", "--verify-pixels", "--json"]].concat());

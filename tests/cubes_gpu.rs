@@ -390,7 +390,7 @@ fn the_command_says_what_made_its_cubes() {
     }
     let out = cli::folder("command").join("out.pvs");
     let arguments =
-        ["bake", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--cubes", "gpu", "--rays", "0.1", "--json"];
+        ["bake", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--cubes", "gpu", "--rays", "100k", "--json"];
     let ran = cli::run(&arguments.map(Path::new));
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
     let report: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();

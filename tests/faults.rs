@@ -36,9 +36,9 @@ fn gallery() -> PathBuf {
     .clone()
 }
 
-/// `bake MODEL -o OUT --rays 0.1` and more.
+/// `bake MODEL -o OUT --rays 100k` and more.
 fn bake_command(model: &Path, out: &Path, more: &[&str]) -> Command {
-    let rays = ["--rays", "0.1"].map(Path::new);
+    let rays = ["--rays", "100k"].map(Path::new);
     let mut command = command(&[Path::new("bake"), model, Path::new("-o"), out, rays[0], rays[1]]);
     command.args(more);
     command

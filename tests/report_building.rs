@@ -46,7 +46,7 @@ fn the_page_says_what_bake_says() {
     let folder = folder("page");
     let model = building("villa_rotonda.glb");
     let (model, page) = (model.to_str().unwrap(), folder.join("villa.html"));
-    let rays = ["--rays", "0.4", "--seed", "3"];
+    let rays = ["--rays", "400k", "--seed", "3"];
     let file = folder.join("villa.pvs");
     let baked = json(&[&["bake", model, "-o", file.to_str().unwrap(), "--keep-bounds", "--json"], rays.as_slice()].concat());
     let report = |page: &Path| {
@@ -78,7 +78,7 @@ fn the_page_says_what_bake_says() {
     for (what, number) in numbers {
         assert!(html.contains(&format!("<data value=\"{number}\">")), "{what}: {number}");
     }
-    assert!(html.contains("<code>enfilade report villa_rotonda.glb --rays 0.4 --views 40 --seed 3</code>"));
+    assert!(html.contains("<code>enfilade report villa_rotonda.glb --rays 400k --views 40 --seed 3</code>"));
     // The curve ends where the bake ends.
     let csv = text(&folder.join("villa.csv"));
     let rows: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
@@ -204,7 +204,7 @@ fn a_hall_without_anything_to_tell_is_a_page_too() {
     let (model, page) = (folder.join("hall.glb"), folder.join("<i>.html"));
     let model = model.to_str().unwrap();
     run(&["generate", "hall", "-o", model].map(Path::new));
-    let told = json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "0.05", "--views", "5", "--json"]);
+    let told = json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "50k", "--views", "5", "--json"]);
     assert_eq!((told["cells"].as_u64(), told["portals"].as_u64()), (Some(2), Some(0)));
     let html = text(&page);
     check_page(&html);
@@ -235,7 +235,7 @@ fn bad_input_is_one_line_and_exit_2() {
     refused(&report(&[&villa, flag("--rows"), &level]), &["villa_rotonda.glb: is no level; --rows is for levels"]);
     refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);
     refused(&report(&[&level, flag("--views"), flag("7")]), &["level.prt: is a level; --views is for buildings"]);
-    refused(&report(&[&villa, flag("--rays=-1")]), &["--rays takes millions"]);
+    refused(&report(&[&villa, flag("--rays=-1")]), &["--rays", "takes a whole number"]);
     refused(&report(&[&villa, flag("-o"), &folder.join("page.csv")]), &["page.csv: -o names the page"]);
     refused(
         &report(&[&villa, flag("--cells"), flag("authored"), flag("-o"), &folder.join("p.html")]),

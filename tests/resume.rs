@@ -128,7 +128,7 @@ fn results_of_another_shape_count_as_none() {
 }
 
 fn spawn(model: &Path, out: &Path) -> Child {
-    let arguments = [Path::new("bake"), model, Path::new("-o"), out, Path::new("--rays"), Path::new("1")];
+    let arguments = [Path::new("bake"), model, Path::new("-o"), out, Path::new("--rays"), Path::new("1M")];
     command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
 }
 

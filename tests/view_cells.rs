@@ -152,7 +152,7 @@ fn the_command_keeps_view_cells_and_lists_them() {
     std::fs::write(&views, format!(r#"{{"cells": [{camera}, {other}]}}"#)).unwrap();
     let out = folder.join("rooms.pvs");
     let bake = |threads: &str| {
-        let arguments = ["bake", "--view-cells", "--rays", "0.5", "--keep-bounds", "--json", "--threads", threads, "-o"];
+        let arguments = ["bake", "--view-cells", "--rays", "500k", "--keep-bounds", "--json", "--threads", threads, "-o"];
         let mut command = cli::command(&[]);
         command.args(&arguments[..2]).arg(&views).args(&arguments[2..]).args([&out, &model]);
         let done = command.output().unwrap();

@@ -89,7 +89,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
                 Ship::Sampled => Guarantee::Sampled,
             },
             seed: args.seed,
-            ray_budget: args.scene.ray_budget(),
+            ray_budget: args.scene.rays,
             cubes,
             ..PvsOptions::default()
         },

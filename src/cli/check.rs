@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", conflicts_with = "views")]
     rows: Option<PathBuf>,
     /// Rays; each is tested against the rows and followed through the portals.
-    #[arg(long, value_name = "N", default_value_t = CheckOptions::default().rays)]
+    #[arg(long, value_name = "COUNT", value_parser = super::count::parse, default_value = "1M")]
     rays: u64,
     /// Views of 96 x 54 rays; not for levels.
     #[arg(long, value_name = "N", default_value_t = CheckOptions::default().views)]

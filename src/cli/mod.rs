@@ -3,6 +3,7 @@
 pub mod bake;
 pub mod check;
 pub mod compare;
+pub mod count;
 pub mod dump;
 pub mod generate;
 pub mod info;

@@ -1,6 +1,6 @@
 //! Buildings as commands take them: how to import one, how to split it, how many rays to spend.
 
-use super::{CliError, at};
+use super::{CliError, at, count};
 use clap::ValueEnum;
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, read_cells, read_indoorgml};
 use enfilade::scene::{ImportOptions, Scene};
@@ -18,9 +18,9 @@ pub struct SceneFlags {
     /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
     #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
     pub cells_file: Option<PathBuf>,
-    /// Rays that sampling may cast, in millions: a count and not a time, so that the bytes don't depend on the machine
-    #[arg(long, value_name = "MILLIONS", default_value_t = RAYS)]
-    pub rays: f64,
+    /// Rays that sampling may cast, as 500k or 20M: a count and not a time, so that the bytes don't depend on the machine
+    #[arg(long, value_name = "COUNT", value_parser = count::parse, default_value = RAYS)]
+    pub rays: u64,
     /// Most triangles an object may have before its mesh is split
     #[arg(long, value_name = "N", default_value_t = ImportOptions::default().object_triangles, value_parser = clap::value_parser!(u32).range(1..))]
     pub object_triangles: u32,
@@ -40,14 +40,16 @@ pub enum CellsFlag {
     Volume,
 }
 
-/// Millions of rays where nothing is said.
-const RAYS: f64 = 20.0;
+/// Rays where nothing is said.
+const RAYS: &str = "20M";
+/// Fewer rays than this, and more than none, are mostly meant as millions.
+const FEW: u64 = 1_000;
 
 impl SceneFlags {
     /// Refuses numbers out of range.
     pub fn check(&self) -> Result<(), CliError> {
-        if !(0.0..=1e6).contains(&self.rays) {
-            return Err(CliError("--rays takes millions, 0 to 1000000".into()));
+        if (1..FEW).contains(&self.rays) {
+            eprintln!("note: --rays {0} is {0} rays; {0} million are --rays {0}M", self.rays);
         }
         if self.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
             return Err(CliError("--unit takes metres per unit, above 0".into()));
@@ -82,11 +84,6 @@ impl SceneFlags {
         self.cells_file.as_deref().or(ready).map(|path| cells_file(path, scene)).transpose()
     }
 
-    /// Rays over the whole bake.
-    pub fn ray_budget(&self) -> u64 {
-        (self.rays * 1e6) as u64
-    }
-
     /// Flags that aren't the default, as they would be given again; `name` is what is left of a path.
     pub fn given_again(&self, name: &dyn Fn(&Path) -> String) -> Vec<(&'static str, String)> {
         let mut flags = Vec::new();
@@ -94,7 +91,7 @@ impl SceneFlags {
         flags.extend(cells.filter(|_| self.cells != CellsFlag::Auto).map(|v| ("--cells", v)));
         flags.extend(self.voxel.map(|v| ("--voxel", v.to_string())));
         flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
-        flags.extend((self.rays != RAYS).then(|| ("--rays", self.rays.to_string())));
+        flags.extend(Some(count::text(self.rays)).filter(|rays| rays != RAYS).map(|rays| ("--rays", rays)));
         let triangles = self.object_triangles;
         let usual = ImportOptions::default().object_triangles;
         flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));

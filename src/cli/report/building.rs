@@ -62,7 +62,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let cells_seconds = since.elapsed().as_secs_f64();
 
     // 2. Both sides, as `bake` works them out.
-    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.ray_budget(), ..PvsOptions::default() };
+    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays, ..PvsOptions::default() };
     let options = BakeOptions {
         split: args.scene.split(),
         pvs: pvs.clone(),
