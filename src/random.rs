@@ -5,6 +5,8 @@
 //! many. Numbers below a bound come from D. Lemire's multiply-shift (2019) without its rejection step: the bias is below 2^-32 for the bounds
 //! used here.
 
+#[cfg(feature = "bake")]
+use glam::DVec3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::{SplitMix64, Xoshiro256StarStar};
 
@@ -60,6 +62,47 @@ impl Prng {
             items.swap(i, self.below(i + 1));
         }
     }
+}
+
+/// SplitMix64: a sequence for each seed, cheap to begin.
+#[cfg(feature = "bake")]
+pub(crate) struct SplitMix(SplitMix64);
+
+#[cfg(feature = "bake")]
+impl SplitMix {
+    /// The sequence of a seed.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(SplitMix64::seed_from_u64(seed))
+    }
+
+    /// The next of all 64-bit numbers.
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
+    /// The next number in `[0, 1)`.
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform over the sphere (Marsaglia, *Choosing a point from the surface of a sphere*, 1972, whose method takes a square root and
+    /// no more, so that it gives the same bits on every machine).
+    pub(crate) fn direction(&mut self) -> DVec3 {
+        loop {
+            let (x, y) = (2.0 * self.unit() - 1.0, 2.0 * self.unit() - 1.0);
+            let s = x * x + y * y;
+            if s < 1.0 {
+                let r = 2.0 * (1.0 - s).sqrt();
+                return DVec3::new(x * r, y * r, 1.0 - 2.0 * s);
+            }
+        }
+    }
+}
+
+/// The first number of a seed's sequence: a hash of it.
+#[cfg(feature = "bake")]
+pub(crate) fn mixed(seed: u64) -> u64 {
+    SplitMix::new(seed).bits()
 }
 
 #[cfg(test)]

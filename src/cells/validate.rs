@@ -4,6 +4,7 @@ use super::{CellGraph, Locator, Piece, Stretch, polyhedron};
 use crate::cells::complex::coverage::convex_hull;
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
+use crate::random::SplitMix;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::tolerance::TOUCHING;
@@ -255,13 +256,13 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
     let pairs = portal_pairs(graph);
     const CHUNK: u64 = 4096;
     let follow = |chunk: u64| {
-        let mut random = Random(seed ^ chunk.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let mut random = SplitMix::new(seed ^ chunk.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut out = Sealing::default();
         for _ in 0..CHUNK.min(segments - chunk * CHUNK) {
             // Half of them by piece, so that small ones get their share, half by volume: points of small ones are mostly too near a
             // wall.
-            let chosen = if random.next().is_multiple_of(2) {
-                (random.next() % boxes.len() as u64) as usize
+            let chosen = if random.bits().is_multiple_of(2) {
+                (random.bits() % boxes.len() as u64) as usize
             } else {
                 let at = random.unit() * volumes[volumes.len() - 1];
                 volumes.partition_point(|&v| v < at).min(boxes.len() - 1)
@@ -271,7 +272,7 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
             if !graph.cells[cell.index()].pieces[piece].contains(from, -tolerance.clearance) {
                 continue;
             }
-            let direction = random.direction();
+            let direction = direction(&mut random);
             let reach = rays.first_opaque(from, direction, far).map_or(far, |hit| hit.t - tolerance.clearance);
             if reach <= tolerance.clearance {
                 continue;
@@ -364,29 +365,11 @@ fn passes(winding: &[DVec3], plane: Plane, p: DVec3, tolerance: f64) -> bool {
         })
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
-pub(super) struct Random(pub(super) u64);
-
-impl Random {
-    pub(super) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in 0..1.
-    pub(super) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform on the unit sphere.
-    fn direction(&mut self) -> DVec3 {
-        let (z, phi) = (2.0 * self.unit() - 1.0, std::f64::consts::TAU * self.unit());
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        DVec3::new(r * phi.cos(), z, r * phi.sin())
-    }
+/// Uniform on the unit sphere, by angles.
+fn direction(random: &mut SplitMix) -> DVec3 {
+    let (z, phi) = (2.0 * random.unit() - 1.0, std::f64::consts::TAU * random.unit());
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    DVec3::new(r * phi.cos(), z, r * phi.sin())
 }
 
 #[cfg(test)]

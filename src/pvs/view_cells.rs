@@ -288,7 +288,7 @@ fn sample(
     // Anywhere.
     let each = (budget as f64 * ANYWHERE) as u64 / views.len().max(1) as u64;
     let anywhere = |v: usize, rows: &ViewRows| {
-        let mut random = Random(mix(seed, 0xb1 << 32 | v as u64));
+        let mut random = Random::new(mix(seed, 0xb1 << 32 | v as u64));
         origins[v].anywhere(prover, rows.lower.row(v), each, &mut random)
     };
     let shown = work.map(&all, |&v| anywhere(v, rows))?;
@@ -311,14 +311,14 @@ fn sample(
             break;
         }
         let aimed = |&v: &usize| {
-            let mut random = Random(mix(mix(seed, u64::from(round) << 32 | 0xb2), v as u64));
+            let mut random = Random::new(mix(mix(seed, u64::from(round) << 32 | 0xb2), v as u64));
             let mut shown = Shown::default();
             for &object in &left[v] {
                 let near = portals_of(object);
                 let any = |random: &mut Random, of: &[u32]| {
                     let portal = match of.len() as u64 {
-                        0 => graph.portals.get((random.next() % graph.portals.len().max(1) as u64) as usize),
-                        n => Some(&graph.portals[of[(random.next() % n) as usize] as usize]),
+                        0 => graph.portals.get((random.bits() % graph.portals.len().max(1) as u64) as usize),
+                        n => Some(&graph.portals[of[(random.bits() % n) as usize] as usize]),
                     };
                     portal.map(|portal| between(&portal.winding, random))
                 };
@@ -369,7 +369,7 @@ fn test(
 ) -> Result<Vec<f64>, Stopped> {
     let from = |&(v, view): &(usize, &ViewCell)| {
         let region = Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)));
-        let mut random = Random(mix(mix(seed, 0xb3), v as u64));
+        let mut random = Random::new(mix(mix(seed, 0xb3), v as u64));
         let (mut row, mut bound) = (rows.lower.row(v).to_vec(), Bound::NONE);
         let mut shown = Shown { rays: each, proofs: Vec::new() };
         for count in looks(each) {
@@ -429,13 +429,13 @@ impl<'a> Origins<'a> {
 
     /// A random point of the view cell, most often on its boundary; `None` where it is thinner than the clearance there.
     fn draw(&self, random: &mut Random) -> Option<DVec3> {
-        let set = self.sets.get((random.next() % self.sets.len().max(1) as u64) as usize)?;
+        let set = self.sets.get((random.bits() % self.sets.len().max(1) as u64) as usize)?;
         Some(between(set, random)).filter(|&p| self.holds(p))
     }
 
     /// A random point of the view cell on the line from `to` through `by`, on the side of `by`.
     fn through(&self, to: DVec3, by: DVec3, random: &mut Random) -> Option<DVec3> {
-        let piece = &self.pieces[(random.next() % self.pieces.len() as u64) as usize];
+        let piece = &self.pieces[(random.bits() % self.pieces.len() as u64) as usize];
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for plane in &piece.planes {
             let (at, step) = (plane.distance(to), plane.n.dot(by - to));
@@ -475,7 +475,7 @@ impl<'a> Origins<'a> {
 
 /// A random point between the corners of a convex set, never on its rim.
 fn between(set: &[DVec3], random: &mut Random) -> DVec3 {
-    let mut corner = || (set[(random.next() % set.len() as u64) as usize], -(1.0 - random.unit()).ln());
+    let mut corner = || (set[(random.bits() % set.len() as u64) as usize], -(1.0 - random.unit()).ln());
     let chosen = [corner(), corner(), corner(), (middle(set), 0.1)];
     let total: f64 = chosen.iter().map(|c| c.1).sum();
     chosen.iter().map(|&(p, weight)| p * (weight / total)).sum()

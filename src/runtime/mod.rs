@@ -71,14 +71,8 @@ impl Mode {
     pub const ALL: [Self; 5] = [Self::None, Self::Frustum, Self::Portals, Self::Pvs, Self::Both];
 
     /// Its name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Frustum => "frustum",
-            Self::Portals => "portals",
-            Self::Pvs => "pvs",
-            Self::Both => "both",
-        }
+    pub fn name(self) -> &'static str {
+        FrameMode::from(self).name()
     }
 }
 

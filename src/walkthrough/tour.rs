@@ -8,6 +8,7 @@
 use super::path::{CameraPath, PathFrame};
 use crate::file::PvsFile;
 use crate::geom::{Aabb, Plane, clip};
+use crate::random::mixed;
 use crate::types::portal::PortalKind;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
@@ -309,14 +310,6 @@ fn spanning_tree(file: &PvsFile, seed: u64) -> Vec<Vec<(usize, usize)>> {
         }
     }
     tree
-}
-
-/// SplitMix64's finaliser (Steele, Lea, Flood 2014).
-fn mixed(x: u64) -> u64 {
-    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }
 
 /// A line through points, in legs that don't join.

@@ -7,8 +7,8 @@
 
 use crate::cells::Portal;
 use crate::cells::complex::coverage::Shape;
-use crate::cells::validate::Random;
 use crate::geom::middle;
+use crate::random::SplitMix;
 use crate::scene::rays::{Hit, RayScene};
 use crate::tolerance::DOORWAY;
 use glam::{DVec2, DVec3};
@@ -56,7 +56,7 @@ pub(in crate::cells) fn lets_through(
     };
     let normal = face.along[0].cross(face.along[1]) * (DOORWAY * diagonal);
     let clearance = rays.tolerance().clearance;
-    let mut random = Random(seed);
+    let mut random = SplitMix::new(seed);
     let mut glass: Vec<Hit> = Vec::new();
     (0..LINES).any(|i| {
         let shape = if i.is_multiple_of(2) && !uncovered.is_empty() { &uncovered[i / 2 % uncovered.len()] } else { &rim };
@@ -88,20 +88,20 @@ fn bounds(shape: &Shape) -> (DVec2, DVec2) {
 }
 
 /// A point of the shape, if the first that is tried in its bounds is in it.
-fn anywhere(shape: &Shape, random: &mut Random) -> Option<DVec2> {
+fn anywhere(shape: &Shape, random: &mut SplitMix) -> Option<DVec2> {
     let (low, high) = bounds(shape);
     let p = low + (high - low) * DVec2::new(random.unit(), random.unit());
     inside(shape, p).then_some(p)
 }
 
 /// A point of the shape beside one of its edges, as likely within a millimetre as within a centimetre.
-fn near_an_edge(shape: &Shape, diagonal: f64, random: &mut Random) -> Option<DVec2> {
-    let contour = &shape[(random.next() % shape.len() as u64) as usize];
-    let k = (random.next() % contour.len() as u64) as usize;
+fn near_an_edge(shape: &Shape, diagonal: f64, random: &mut SplitMix) -> Option<DVec2> {
+    let contour = &shape[(random.bits() % shape.len() as u64) as usize];
+    let k = (random.bits() % contour.len() as u64) as usize;
     let [a, b] = [contour[k], contour[(k + 1) % contour.len()]].map(DVec2::from);
     let off = diagonal * RIM.powf(random.unit());
     let p = a.lerp(b, random.unit())
-        + (b - a).normalize_or_zero().perp() * if random.next().is_multiple_of(2) { off } else { -off };
+        + (b - a).normalize_or_zero().perp() * if random.bits().is_multiple_of(2) { off } else { -off };
     inside(shape, p).then_some(p)
 }
 

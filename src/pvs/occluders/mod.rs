@@ -77,7 +77,7 @@ pub(super) fn decide(
     let most = budget(ROUNDS[1], left, sides.iter().map(|s| s.objects.len()).sum());
     let ask = |(): &mut (), side: &narrow::Side| {
         let cell = graph.portals[side.portal.portal().index()].cells[side.portal.side()];
-        let random = Random(mix(mix(options.seed, 0x4e), u64::from(side.portal.0)));
+        let random = Random::new(mix(mix(options.seed, 0x4e), u64::from(side.portal.0)));
         let mut task = asker.task(cell, &side.objects, most, random);
         task.strict = true;
         if side.can_be_asked {
@@ -116,7 +116,7 @@ pub(super) fn decide(
             break;
         }
         let ask = |(): &mut (), (c, objects): &(usize, Vec<u32>)| {
-            let random = Random(mix(mix(options.seed, 0x5e + round as u64), *c as u64));
+            let random = Random::new(mix(mix(options.seed, 0x5e + round as u64), *c as u64));
             let mut task = asker.task(CellId(*c as u32), objects, budget, random);
             for &portal in &graph.cells[*c].portals {
                 task.through(portal);
@@ -339,13 +339,13 @@ impl Task<'_> {
         // A segment to a random point of the target.
         let (k, tri, goal) = match target {
             Target::Objects(list) => {
-                let k = list[(self.random.next() % list.len() as u64) as usize];
+                let k = list[(self.random.bits() % list.len() as u64) as usize];
                 let range = &self.scene.objects[self.objects[k as usize] as usize].triangles;
-                let tri = range.start + (self.random.next() % u64::from(range.end - range.start)) as u32;
+                let tri = range.start + (self.random.bits() % u64::from(range.end - range.start)) as u32;
                 (k, tri, within(&self.scene.corners(tri as usize), &mut self.random))
             }
             Target::Parts(k, parts) => {
-                let (tri, points) = &parts[(self.random.next() % parts.len() as u64) as usize];
+                let (tri, points) = &parts[(self.random.bits() % parts.len() as u64) as usize];
                 (*k, *tri, within(points, &mut self.random))
             }
         };

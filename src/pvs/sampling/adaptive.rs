@@ -142,7 +142,7 @@ impl<'a, 'c> Adaptive<'a, 'c> {
                 Some(Site { at, cells: *cells, normal: plane.n, portal: Some(PortalId(patch.portal)) })
             }
             At::Cell(cell, _) => {
-                let mut random = Random(mix(place.key, 1));
+                let mut random = Random::new(mix(place.key, 1));
                 let eyes = &mut self.eyes[cell.index()];
                 let far = |at: &DVec3| eyes.iter().map(|eye| eye.distance_squared(*at)).fold(f64::INFINITY, f64::min);
                 let candidates = (0..CANDIDATES).filter_map(|_| self.regions[cell.index()].draw(&mut random));

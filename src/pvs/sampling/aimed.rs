@@ -65,7 +65,7 @@ pub(in crate::pvs) fn sample(
         for batch in undecided.iter().enumerate().collect::<Vec<_>>().chunks(BATCH) {
             let results: Vec<Found> = work.map(batch, |&(c, (objects, cells))| {
                 let (cell, mut found) = (CellId(c as u32), Found::default());
-                let mut random = Random(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
+                let mut random = Random::new(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
                 for &object in objects {
                     for attempt in 0..attempts {
                         let (to, hit) = point_on(scene, object, &mut random);
@@ -101,7 +101,7 @@ pub(in crate::pvs) fn sample(
 /// A random point on a random triangle of an object.
 pub(in crate::pvs) fn point_on(scene: &Scene, object: usize, random: &mut Random) -> (DVec3, Hit) {
     let triangles = &scene.objects[object].triangles;
-    let triangle = triangles.start + (random.next() % u64::from(triangles.end - triangles.start)) as u32;
+    let triangle = triangles.start + (random.bits() % u64::from(triangles.end - triangles.start)) as u32;
     let [a, b, c] = scene.corners(triangle as usize);
     let (mut x, mut y) = (random.unit(), random.unit());
     if x + y > 1.0 {
@@ -115,7 +115,7 @@ fn before(rays: &RayScene<'_>, to: DVec3, hit: Hit, random: &mut Random) -> DVec
     let [a, b, c] = rays.scene().corners(hit.triangle as usize);
     let (near, far) = (8.0 * rays.tolerance().clearance, 0.1 * rays.bounds().diagonal());
     let distance = near * (far / near).powf(random.unit());
-    let side = if random.next().is_multiple_of(2) { distance } else { -distance };
+    let side = if random.bits().is_multiple_of(2) { distance } else { -distance };
     to + (b - a).cross(c - a).normalize_or(DVec3::Y) * side
 }
 
@@ -144,11 +144,11 @@ impl Origins {
 
     /// A random point of one of them: two times of three on a portal.
     fn draw(&self, random: &mut Random) -> Option<DVec3> {
-        let portals = self.pieces.is_empty() || (!self.portals.is_empty() && !random.next().is_multiple_of(3));
+        let portals = self.pieces.is_empty() || (!self.portals.is_empty() && !random.bits().is_multiple_of(3));
         let sets = if portals { &self.portals } else { &self.pieces };
-        let set = sets.get((random.next() % sets.len().max(1) as u64) as usize)?;
+        let set = sets.get((random.bits() % sets.len().max(1) as u64) as usize)?;
         // A point between three random corners and, a little, the middle: never on the rim.
-        let mut corner = || (set[(random.next() % set.len() as u64) as usize], -(1.0 - random.unit()).ln());
+        let mut corner = || (set[(random.bits() % set.len() as u64) as usize], -(1.0 - random.unit()).ln());
         let chosen = [corner(), corner(), corner(), (geom::middle(set), 0.1)];
         let total: f64 = chosen.iter().map(|c| c.1).sum();
         Some(chosen.iter().map(|&(p, weight)| p * (weight / total)).sum())

@@ -113,7 +113,7 @@ impl<'a> Eyes<'a> {
         if before < few {
             (before..few.min(before + count)).for_each(|place| shown.some[place] = (first + place - before) as u32);
         }
-        let draw = random.next();
+        let draw = random.bits();
         let place = ((draw >> 32) as usize * (before + count)) >> 32;
         if before >= few && place < few * count {
             shown.some[place % few] = (first + ((draw as u32 as usize * count) >> 32)) as u32;
@@ -123,7 +123,7 @@ impl<'a> Eyes<'a> {
     /// One cube: what it sees, and what that proves.
     fn cube(&mut self, caster: &Caster<'_>, site: Site, seed: u64, known: &Lower) -> ((Seen, f64), Found) {
         let sampler = caster.sampler;
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         // Turned by chance, so that pixels of neighbours don't fall on the same places.
         let turn = DQuat::from_euler(glam::EulerRot::XYZ, random.unit() * TAU, random.unit() * TAU, random.unit() * TAU);
         let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: SIZE };

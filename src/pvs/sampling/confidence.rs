@@ -89,7 +89,7 @@ pub(in crate::pvs) fn test(
         let known = &*lower;
         let from_cell = |&c: &usize| {
             let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
-            let mut random = Random(mix(mix(seed, 0xd1 << 8 | number), c as u64));
+            let mut random = Random::new(mix(mix(seed, 0xd1 << 8 | number), c as u64));
             let mut missed = |from: DVec3, direction: DVec3, _: Hit| {
                 line.direction = direction;
                 sampler.trace(Site::inside(CellId(c as u32), from), &mut line, &mut crossings);

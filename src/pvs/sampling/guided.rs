@@ -41,7 +41,7 @@ impl<'a> Guided<'a> {
 
     /// Border and reverse samples of one proof.
     fn follow(&self, witness: &Witness, seed: u64, known: &Lower) -> Found {
-        let (mut random, mut found) = (Random(seed), Found::default());
+        let (mut random, mut found) = (Random::new(seed), Found::default());
         let rays = self.sampler.prover.rays;
         let (mut line, mut crossings) = (Line::default(), Vec::new());
         let way = witness.to - witness.from;
@@ -71,7 +71,7 @@ impl<'a> Guided<'a> {
         let middle = corners.iter().sum::<DVec3>() / 3.0;
         corners.map(|corner| {
             // By any angle in the triangle's plane between two corners, so that edges are passed as well as corners.
-            let along = corners[(random.next() % 3) as usize];
+            let along = corners[(random.bits() % 3) as usize];
             let on_edge = corner.lerp(along, random.unit());
             on_edge + (on_edge - middle) * (OUT[0] * (OUT[1] / OUT[0]).powf(random.unit()))
         })

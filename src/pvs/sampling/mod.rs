@@ -21,6 +21,8 @@ pub use schedule::{Spent, Strategy, sample_alone};
 
 use crate::cells::{CellGraph, Locator};
 use crate::geom::Aabb;
+pub(in crate::pvs) use crate::random::SplitMix as Random;
+use crate::random::mixed;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{CellId, PortalId};
 use glam::DVec3;
@@ -104,38 +106,7 @@ impl Site {
     }
 }
 
-/// A seeded sequence (Steele, Lea, Flood, *Fast splittable pseudorandom number generators*, 2014).
-pub(in crate::pvs) struct Random(pub u64);
-
-impl Random {
-    /// The next number of all 64-bit ones.
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// The next number in `0..1`.
-    pub fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform over the sphere (Marsaglia, *Choosing a point from the surface of a sphere*, 1972, whose method takes a square root and
-    /// no more, so that it gives the same bits on every machine).
-    pub fn direction(&mut self) -> DVec3 {
-        loop {
-            let (x, y) = (2.0 * self.unit() - 1.0, 2.0 * self.unit() - 1.0);
-            let s = x * x + y * y;
-            if s < 1.0 {
-                let r = 2.0 * (1.0 - s).sqrt();
-                return DVec3::new(x * r, y * r, 1.0 - 2.0 * s);
-            }
-        }
-    }
-}
-
 /// A seed made of a seed and a number.
 pub(in crate::pvs) fn mix(seed: u64, number: u64) -> u64 {
-    Random(seed ^ number.wrapping_mul(0xd6e8_feb8_6659_fd93)).next()
+    mixed(seed ^ number.wrapping_mul(0xd6e8_feb8_6659_fd93))
 }

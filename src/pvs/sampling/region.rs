@@ -90,7 +90,7 @@ mod tests {
         let within = Aabb { min: DVec3::splat(-9.0), max: DVec3::new(3.5, 9.0, 9.0) };
         let region = Region::new(&[wedge, long], within);
         assert!((region.volume() - 2.0).abs() < 1e-9, "{}", region.volume());
-        let (mut random, n) = (Random(1), 100_000);
+        let (mut random, n) = (Random::new(1), 100_000);
         let (mut in_wedge, mut low, mut corner) = (0, 0, 0);
         for _ in 0..n {
             let p = region.draw(&mut random).unwrap();
@@ -110,6 +110,6 @@ mod tests {
 
     #[test]
     fn nothing_has_no_points() {
-        assert!(Region::new(&[], Aabb { min: DVec3::ZERO, max: DVec3::ONE }).draw(&mut Random(1)).is_none());
+        assert!(Region::new(&[], Aabb { min: DVec3::ZERO, max: DVec3::ONE }).draw(&mut Random::new(1)).is_none());
     }
 }

@@ -40,7 +40,7 @@ impl Source for Rays<'_> {
             let share = |&i: &u64| {
                 let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
                 for n in self.count + i * SHARE..self.count + batch.min((i + 1) * SHARE) {
-                    let mut random = Random(mix(mix(self.sampler.seed, 0xc1), n));
+                    let mut random = Random::new(mix(mix(self.sampler.seed, 0xc1), n));
                     let cell = (n % self.regions.len() as u64) as usize;
                     found.rays += 2;
                     if let Some(at) = self.regions[cell].draw(&mut random) {
@@ -84,7 +84,7 @@ impl Source for Uniform<'_, '_> {
             let site = |n: u64| {
                 let seed = mix(mix(self.sampler.seed, 0xc2), n);
                 let cell = (n % self.regions.len() as u64) as usize;
-                let at = self.regions[cell].draw(&mut Random(mix(seed, 1)))?;
+                let at = self.regions[cell].draw(&mut Random::new(mix(seed, 1)))?;
                 Some((seed, Site::inside(CellId(cell as u32), at)))
             };
             let sites: Vec<(u64, Site)> = (self.count..self.count + batch).filter_map(site).collect();
