@@ -1,9 +1,9 @@
 //! Where two pieces meet, and what is open there.
 
 use super::arrange::Plan;
-use super::bands::Band;
-use super::columns::{Columns, Cut, Slice, counter_clockwise};
-use super::coverage::{Open, area, open_part, shape_area, shared, shared_area, width};
+use super::bands::{Band, Cut};
+use super::columns::{Columns, Slice};
+use super::coverage::{Open, area, counter_clockwise, open_part, shape_area, shared, shared_area, width};
 use super::facets::{Facets, Matter, Wall};
 use super::to_plan;
 use crate::cells::locate::BoxTree;

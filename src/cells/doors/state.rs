@@ -6,8 +6,7 @@
 //! A leaf is what the model calls a door's or a window's ([`Role::Door`], [`Role::Window`]) and lies along the portal, near it:
 //! triangles turned by more than about 25 degrees, or farther away than a third of their object's size, stand aside.
 
-use crate::cells::complex::columns::counter_clockwise;
-use crate::cells::complex::coverage::{Open, Shape, convex_hull, open_part, shape_area, shared_area};
+use crate::cells::complex::coverage::{Open, Shape, convex_hull, counter_clockwise, open_part, shape_area, shared_area};
 use crate::cells::doors::gap::{Face, lets_through};
 use crate::cells::locate::BoxTree;
 use crate::cells::{Portal, PortalKind, PortalState};

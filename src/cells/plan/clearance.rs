@@ -6,7 +6,8 @@
 
 use crate::cells::complex::HumanScale;
 use crate::cells::complex::arrange::Plan;
-use crate::cells::complex::columns::{Columns, Cut};
+use crate::cells::complex::bands::Cut;
+use crate::cells::complex::columns::Columns;
 use crate::cells::complex::coverage::{Open, points};
 use crate::cells::complex::faces::{Face, Surface};
 use crate::cells::complex::facets::Facets;

@@ -4,11 +4,10 @@
 //! it is the normal of the best plane without a fit. A plane that is nearly upright, level or parallel to a wall is made so,
 //! and one that lies within a voxel and a half of a wall's plane becomes that: doorways get portals that are flush with walls.
 
-use super::adjacency::{Contact, Flat, push};
+use super::adjacency::{Contact, Flat, open_around, push};
 use super::bsp::{Bsp, reach};
 use super::grid::Grid;
 use super::labels::{Labels, VOID, VoxelFace};
-use super::leaf_labels::{at_rim, open_around};
 use super::shell::Shell;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::locate::BoxTree;
@@ -255,7 +254,7 @@ fn patches(steps: Vec<(DVec3, DVec3)>) -> Vec<Vec<(DVec3, DVec3)>> {
 /// Leaves on the wrong side of a ridge that hang together and reach it go over to the other region, where that makes less
 /// open between regions.
 pub fn straighten(bsp: &Bsp, contacts: &[Contact], ridges: &[Ridge], leaves: &mut [Option<u32>]) {
-    let (around, rim) = (open_around(contacts, leaves.len()), at_rim(bsp));
+    let (around, rim) = (open_around(contacts, leaves.len()), bsp.leaves_at_rim());
     for ridge in ridges {
         let [a, b, _, d] = ridge.corners;
         let (u, v) = (b - a, d - a);
