@@ -5,7 +5,7 @@
 //! from a front to a front cross rooms and those from a back to a back slabs, or the other way round in solids turned inside out:
 //! the ones that cross more space count.
 
-use crate::geom::newell;
+use crate::geom::{Aabb, newell};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
@@ -27,6 +27,10 @@ const HALL_HEIGHT: f64 = 4.5;
 const PLAUSIBLE: [f64; 2] = [0.25, 6.0];
 /// Less of a wall or a sheet than this makes no cut, square metres of a person.
 const LEAST_CUT: f64 = 0.1;
+/// Around the model lies so much more space, as a share of its diagonal, and at most so many metres of a person. More: cells outside that
+/// nobody walks in. None: the outside has no pieces.
+const MARGIN_SHARE: f64 = 0.05;
+const MOST_MARGIN: f64 = 3.0;
 /// Lines that are cast at most.
 const LINES: usize = 4096;
 
@@ -57,6 +61,17 @@ impl HumanScale {
     /// What a person's cubic metres are in the model.
     pub fn cubic_metres(&self, cubic_metres: f64) -> f64 {
         cubic_metres * self.metre.powi(3)
+    }
+
+    /// The space that is split: the model and some of what lies around it.
+    pub fn domain(&self, model: Aabb) -> Aabb {
+        model.inflated((MARGIN_SHARE * model.diagonal()).min(self.metres(MOST_MARGIN)))
+    }
+
+    /// A line for the report where the model is not in metres.
+    pub fn note(&self) -> Option<String> {
+        let text = || format!("the model is plainly not in metres: a person's metre is taken as {} units", self.metre);
+        (self.metre != 1.0).then(text)
     }
 
     /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or

@@ -70,8 +70,7 @@ fn from_columns(scene: &Scene, human: HumanScale, strategy: Strategy, reason: St
     let with_rooms = strategy == Strategy::Authored;
 
     // 1. Planes, plan, pieces.
-    let bounds = scene.bounds();
-    let domain = bounds.inflated((MARGIN_SHARE * bounds.diagonal()).min(human.metres(MOST_MARGIN)));
+    let domain = human.domain(scene.bounds());
     let (found, levels, bands) = storeys(scene, human, with_rooms, domain);
     let plan = arrange(&bands, domain, tolerance.coplanar, human.metres(MEETING));
     let columns = columns(&plan, &bands, &found, tolerance.coplanar, &levels, human.metres(LEVEL_AWAY));
@@ -120,10 +119,6 @@ const MOST_LINES: usize = 24_000;
 const MOST_LINES_A_SQUARE_METRE: f64 = 5.0;
 const MOST_LINES_EVER: usize = 400_000;
 
-/// Around the model lies so much more space, as a share of its diagonal, and at most so many metres of a person. More: cells outside that
-/// nobody walks in. None: the outside has no pieces.
-const MARGIN_SHARE: f64 = 0.05;
-const MOST_MARGIN: f64 = 3.0;
 /// A line of the plan that stops this short of another meets it, metres of a person. Larger: real gaps close in plan, which only cuts
 /// more. Smaller: slits beside walls.
 const MEETING: f64 = 0.03;
@@ -219,9 +214,7 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
 
 fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<String> {
     let mut notes = vec![format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len())];
-    if human.metre != 1.0 {
-        notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
-    }
+    notes.extend(human.note());
     for (i, room) in scene.hints.rooms.iter().enumerate().take(unsound.len()) {
         if labels.regions.iter().all(|r| r.room != Some(i as u32)) {
             let what = if unsound[i] { "is unsound and names no cell" } else { "holds no free space" };

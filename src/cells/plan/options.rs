@@ -238,7 +238,7 @@ thresholds! {
     /// forecourts are rooms. Smaller: roofless halls are outside.
     open_sides: f64 = 0.15, in 0.05 to 0.25;
     /// Share of a region's ceiling. A forecourt is open to the sky over at least this. Larger: a canopy makes a room of it. Smaller:
-    /// halls with a skylight and a gate are outside.
+    /// halls with a skylight and a wide door are outside.
     half_sky: f64 = 0.5, in 0.1 to 0.9;
     /// Share of a region's ceiling. Where a building has roofs (`roofed`), what is open to the sky over this is a yard, and outside.
     /// Larger: yards with a tree are rooms. Smaller: rooms under torn roofs are outside.

@@ -32,9 +32,9 @@ pub struct Ridge {
 /// A patch of fewer faces is none.
 const LEAST_FACES: usize = 3;
 /// Normals nearer than this to an axis or a wall are made parallel: cosine of 20 degrees.
-const PARALLEL: f64 = 0.94;
+const SNAP_COSINE: f64 = 0.94;
 /// Normals whose vertical part is less than this are made level: up to 30 degrees, as those square to most ramps are.
-const UPRIGHT: f64 = 0.5;
+const UPRIGHT_NORMAL: f64 = 0.5;
 /// Planes of walls within this many voxels are taken.
 const FLUSH: f64 = 1.5;
 /// Most voxels that labels are straightened off a plane.
@@ -183,11 +183,11 @@ impl<'s> Fitter<'s> {
         }
         let mut n = sum.normalize();
         // Upright, where nearly so.
-        if n.y.abs() < UPRIGHT {
+        if n.y.abs() < UPRIGHT_NORMAL {
             n = n.with_y(0.0).normalize();
         }
         for axis in self.axes {
-            if n.dot(axis).abs() > PARALLEL {
+            if n.dot(axis).abs() > SNAP_COSINE {
                 n = axis * n.dot(axis).signum();
             }
         }
@@ -199,7 +199,7 @@ impl<'s> Fitter<'s> {
         self.tree.in_box(&near, &mut |i| {
             let (t, p) = &self.shell.triangles[i as usize];
             let wall = &self.shell.planes[*p as usize];
-            if wall.n.dot(n).abs() > PARALLEL && wall.distance(centre).abs() <= FLUSH * voxel {
+            if wall.n.dot(n).abs() > SNAP_COSINE && wall.distance(centre).abs() <= FLUSH * voxel {
                 *walls.entry(*p).or_default() += area(t);
             }
         });
