@@ -11,14 +11,14 @@ use crate::geom::newell;
 use crate::scene::{Role, Scene};
 
 /// Rooms of an author are taken where at least this share of them is sound.
-const SOUND: f64 = 0.5;
+const SOUND_SHARE: f64 = 0.5;
 /// A plan is tried where this share of what isn't level stands upright: in houses with roofs 0.75 and more.
-const UPRIGHT: f64 = 0.5;
+const UPRIGHT_SHARE: f64 = 0.5;
 /// A plan with more portals than this to a cell is ragged: buildings have 1 to 20, a villa with a dome 24.
-const RAGGED: f64 = 28.0;
-/// The vertical part of a wall's unit normal is at most this; that of a floor's is at least `LEVEL`.
-const WALL: f64 = 0.05;
-const LEVEL: f64 = 0.98;
+const RAGGED_PORTALS: f64 = 28.0;
+/// The vertical part of a wall's unit normal is at most this; that of a floor's is at least `FLOOR_NORMAL`.
+const WALL_NORMAL: f64 = 0.05;
+const FLOOR_NORMAL: f64 = 0.98;
 
 /// The strategy, and why.
 pub(super) fn choose(scene: &Scene) -> (Strategy, String) {
@@ -28,7 +28,7 @@ pub(super) fn choose(scene: &Scene) -> (Strategy, String) {
         return (strategy, format!("the model names no rooms; {why}"));
     }
     let audit = audit_rooms(scene);
-    if audit.sound_share() >= SOUND {
+    if audit.sound_share() >= SOUND_SHARE {
         return (Strategy::Authored, format!("{} of the {rooms} rooms that the model names are sound", audit.sound_rooms));
     }
     (strategy, format!("only {} of the {rooms} rooms that the model names are sound; {why}", audit.sound_rooms))
@@ -41,14 +41,14 @@ fn by_shape(scene: &Scene) -> (Strategy, String) {
             let c = scene.corners(t as usize);
             let n = newell(&c.map(|p| p - c[0]));
             let (area, up) = (n.length(), n.y.abs());
-            if up <= LEVEL * area {
+            if up <= FLOOR_NORMAL * area {
                 steep += area;
-                upright += if up <= WALL * area { area } else { 0.0 };
+                upright += if up <= WALL_NORMAL * area { area } else { 0.0 };
             }
         }
     }
     let share: f64 = if steep > 0.0 { upright / steep } else { 1.0 };
-    let strategy = if share >= UPRIGHT { Strategy::Plan } else { Strategy::Volume };
+    let strategy = if share >= UPRIGHT_SHARE { Strategy::Plan } else { Strategy::Volume };
     (strategy, format!("{:.0} % of what is not level stands upright", 100.0 * share))
 }
 
@@ -58,7 +58,7 @@ fn portals_a_cell(graph: &CellGraph) -> f64 {
 
 /// True where voxels may do better than this plan.
 pub(super) fn ragged(graph: &CellGraph) -> bool {
-    portals_a_cell(graph) > RAGGED
+    portals_a_cell(graph) > RAGGED_PORTALS
 }
 
 /// The plan, or what voxels give, whichever has fewer portals to a cell; voxels only where they validate, to `tolerance` metres.

@@ -10,8 +10,8 @@ use glam::DVec3;
 /// Most planes of a piece that anyone may give.
 pub(super) const MAX_PLANES: usize = 128;
 
-/// Sines below this are taken for 0.
-const PARALLEL: f64 = 1e-9;
+/// Directions whose angle has a smaller sine than this are parallel.
+const LEAST_SINE: f64 = 1e-9;
 
 /// The box around the points inside every plane, infinite where they go on without end; `None` where they have no volume.
 /// Corners within `eps` metres of a plane count as inside it.
@@ -27,15 +27,15 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     for (i, a) in all.iter().enumerate() {
         for (j, b) in all.iter().enumerate().skip(i + 1) {
             let edge = a.n.cross(b.n);
-            if edge.length() < PARALLEL {
+            if edge.length() < LEAST_SINE {
                 continue;
             }
             let direction = edge.normalize();
-            rays.extend([direction, -direction].into_iter().filter(|v| all.iter().all(|p| p.n.dot(*v) <= PARALLEL)));
+            rays.extend([direction, -direction].into_iter().filter(|v| all.iter().all(|p| p.n.dot(*v) <= LEAST_SINE)));
             for c in &all[j + 1..] {
                 // Cramer's rule.
                 let determinant = edge.dot(c.n);
-                if determinant.abs() < PARALLEL * PARALLEL.sqrt() {
+                if determinant.abs() < LEAST_SINE * LEAST_SINE.sqrt() {
                     continue;
                 }
                 let corner = (b.n.cross(c.n) * a.d + c.n.cross(a.n) * b.d + edge * c.d) / determinant;
@@ -56,9 +56,9 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     }
     for ray in rays {
         for axis in 0..3 {
-            if ray[axis] > PARALLEL {
+            if ray[axis] > LEAST_SINE {
                 corners.max[axis] = f64::INFINITY;
-            } else if ray[axis] < -PARALLEL {
+            } else if ray[axis] < -LEAST_SINE {
                 corners.min[axis] = f64::NEG_INFINITY;
             }
         }
@@ -89,12 +89,12 @@ fn free_directions(planes: &[Plane]) -> Vec<DVec3> {
     };
     let widest = |directions: &mut dyn Iterator<Item = DVec3>| directions.max_by(|a, b| a.length().total_cmp(&b.length()));
     let line = widest(&mut planes.iter().map(|p| first.n.cross(p.n))).unwrap_or_default();
-    if line.length() < PARALLEL {
+    if line.length() < LEAST_SINE {
         let (a, b) = first.n.any_orthonormal_pair();
         return vec![a, b];
     }
     let line = line.normalize();
-    if planes.iter().all(|p| p.n.dot(line).abs() < PARALLEL) { vec![line] } else { Vec::new() }
+    if planes.iter().all(|p| p.n.dot(line).abs() < LEAST_SINE) { vec![line] } else { Vec::new() }
 }
 
 #[cfg(test)]

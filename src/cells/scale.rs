@@ -5,7 +5,7 @@
 //! from a front to a front cross rooms and those from a back to a back slabs, or the other way round in solids turned inside out:
 //! the ones that cross more space count.
 
-use crate::geom::newell;
+use crate::geom::{Aabb, newell};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
@@ -18,11 +18,19 @@ pub(super) struct HumanScale {
     pub metre: f64,
 }
 
+/// A person can't pass where it is narrower, metres of a person.
+pub(super) const LEAST_WIDTH: f64 = 0.6;
 /// How high rooms are, metres; and the halls of games, whose units are their own.
-const CEILING: f64 = 2.7;
-const HALL: f64 = 4.5;
+const CEILING_HEIGHT: f64 = 2.7;
+const HALL_HEIGHT: f64 = 4.5;
 /// Rooms from 0.68 to 16 m high are taken to be in metres: crawl spaces and cathedrals are.
 const PLAUSIBLE: [f64; 2] = [0.25, 6.0];
+/// Less of a wall or a sheet than this makes no cut, square metres of a person.
+const LEAST_CUT: f64 = 0.1;
+/// Around the model lies so much more space, as a share of its diagonal, and at most so many metres of a person. More: cells outside that
+/// nobody walks in. None: the outside has no pieces.
+const MARGIN_SHARE: f64 = 0.05;
+const MOST_MARGIN: f64 = 3.0;
 /// Lines that are cast at most.
 const LINES: usize = 4096;
 
@@ -35,20 +43,46 @@ impl HumanScale {
             let diagonal = scene.bounds().diagonal();
             return Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } };
         };
-        let ratio = height / CEILING;
+        let ratio = height / CEILING_HEIGHT;
         let fits = |unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit));
-        Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL) }
+        Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL_HEIGHT) }
+    }
+
+    /// What a person's metres are in the model.
+    pub fn metres(&self, metres: f64) -> f64 {
+        metres * self.metre
+    }
+
+    /// What a person's square metres are in the model.
+    pub fn square_metres(&self, square_metres: f64) -> f64 {
+        square_metres * self.metre * self.metre
+    }
+
+    /// What a person's cubic metres are in the model.
+    pub fn cubic_metres(&self, cubic_metres: f64) -> f64 {
+        cubic_metres * self.metre.powi(3)
+    }
+
+    /// The space that is split: the model and some of what lies around it.
+    pub fn domain(&self, model: Aabb) -> Aabb {
+        model.inflated((MARGIN_SHARE * model.diagonal()).min(self.metres(MOST_MARGIN)))
+    }
+
+    /// A line for the report where the model is not in metres.
+    pub fn note(&self) -> Option<String> {
+        let text = || format!("the model is plainly not in metres: a person's metre is taken as {} units", self.metre);
+        (self.metre != 1.0).then(text)
     }
 
     /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
     /// a moulding less.
     pub fn least_wall(&self) -> f64 {
-        0.1 * self.metre * self.metre
+        self.square_metres(LEAST_CUT)
     }
 
     /// Less floor, ceiling or roof than this in one plane makes no cut, square metres.
     pub fn least_sheet(&self) -> f64 {
-        0.1 * self.metre * self.metre
+        self.square_metres(LEAST_CUT)
     }
 }
 

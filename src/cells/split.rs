@@ -12,8 +12,10 @@ use crate::cells::complex::facets::{Facets, Matter, facets};
 use crate::cells::complex::{HumanScale, lift};
 use crate::cells::doors::kinds::name_openings;
 use crate::cells::doors::state::find_states;
-use crate::cells::plan::courtyards::part_courts;
-use crate::cells::plan::rooms::{Labels, label};
+use crate::cells::plan::courtyards::part_courtyards;
+use crate::cells::plan::options::PlanOptions;
+use crate::cells::plan::rooms::label;
+use crate::cells::plan::space::{Input, Labels};
 use crate::cells::volume::volume;
 use crate::geom::Aabb;
 use crate::scene::{Role, Scene};
@@ -68,32 +70,27 @@ fn from_columns(scene: &Scene, human: HumanScale, strategy: Strategy, reason: St
     let with_rooms = strategy == Strategy::Authored;
 
     // 1. Planes, plan, pieces.
-    let bounds = scene.bounds();
-    let domain = bounds.inflated((0.05 * bounds.diagonal()).min(3.0 * human.metre));
+    let domain = human.domain(scene.bounds());
     let (found, levels, bands) = storeys(scene, human, with_rooms, domain);
-    let plan = arrange(&bands, domain, tolerance.coplanar, 0.03 * human.metre);
-    let columns = columns(&plan, &bands, &found, tolerance.coplanar, &levels, 0.45 * human.metre);
+    let plan = arrange(&bands, domain, tolerance.coplanar, human.metres(MEETING));
+    let columns = columns(&plan, &bands, &found, tolerance.coplanar, &levels, human.metres(LEVEL_AWAY));
     // 2. What is open between them.
     let faces = faces(&plan, &bands, &columns, &found, tolerance.coplanar, tolerance.seal);
     // 3. Labels.
+    let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
     let unsound = if with_rooms { unsound(&scene.hints, human.metre) } else { Vec::new() };
     let claims = if with_rooms {
-        let centres: Vec<DVec3> = (0..columns.pieces() as u32)
-            .map(|p| {
-                let (column, _) = columns.of_piece(p);
-                let q = plan.triangles[column].iter().map(|&i| plan.points[i as usize]).sum::<glam::DVec2>() / 3.0;
-                let (floor, ceiling) = columns.heights(p);
-                lift(q, (0..3).map(|i| floor[i] + ceiling[i]).sum::<f64>() / 6.0)
-            })
-            .collect();
-        authored::claims(&centres, &scene.hints, &unsound)
+        authored::claims(&middles(&complex), &scene.hints, &unsound)
     } else {
         authored::Claims::none(columns.pieces())
     };
-    let mut labels = label(&plan, &columns, &faces, &found, human, tolerance.seal, &claims, !scene.hints.storeys.is_empty());
-    part_courts(&plan, &columns, &faces, tolerance.seal, &mut labels);
+    let options = PlanOptions::default();
+    debug_assert_eq!(options.validate(), Ok(()));
+    let storeys_part = !scene.hints.storeys.is_empty();
+    let input = Input { complex: &complex, claims: &claims, storeys_part, options: &options, human, seal: tolerance.seal };
+    let mut labels = label(&input);
+    part_courtyards(&input, &mut labels);
     // 4. The graph.
-    let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
     CellGraph {
         strategy,
         reason,
@@ -104,12 +101,40 @@ fn from_columns(scene: &Scene, human: HumanScale, strategy: Strategy, reason: St
     }
 }
 
+/// The middle of each piece.
+fn middles(Complex { plan, columns, .. }: &Complex<'_>) -> Vec<DVec3> {
+    let middle = |p: u32| {
+        let (column, _) = columns.of_piece(p);
+        let q = plan.triangles[column].iter().map(|&i| plan.points[i as usize]).sum::<glam::DVec2>() / 3.0;
+        let (floor, ceiling) = columns.heights(p);
+        lift(q, (0..3).map(|i| floor[i] + ceiling[i]).sum::<f64>() / 6.0)
+    };
+    (0..columns.pieces() as u32).map(middle).collect()
+}
+
 /// Most lines in the plan of a band: so many, or so many for each square metre of it, whichever is more, but never more than the last;
 /// beyond it the least wall and the least sheet are doubled until it fits. Offices have 2 to 3 a square metre; where walls are as dense as
 /// rubble, what they cut of each other grows with the square of their number.
 const MOST_LINES: usize = 24_000;
 const MOST_LINES_A_SQUARE_METRE: f64 = 5.0;
 const MOST_LINES_EVER: usize = 400_000;
+
+/// A line of the plan that stops this short of another meets it, metres of a person. Larger: real gaps close in plan, which only cuts
+/// more. Smaller: slits beside walls.
+const MEETING: f64 = 0.03;
+/// A level cuts where no sheet is this near, metres of a person. Larger: storeys whose slab is at another height flow into one another.
+/// Smaller: chinks between slab and level.
+const LEVEL_AWAY: f64 = 0.45;
+/// A floor faces up by at least this, the upward part of its normal.
+const LEVEL_NORMAL: f64 = 0.999;
+/// Levels are this far apart, metres of a person: no storey is lower.
+const LEVELS_APART: f64 = 2.2;
+/// A level has this share of the largest floor, and so many square metres of a person. Less: landings and tables are levels. More: split
+/// levels aren't.
+const LEVEL_SHARE: f64 = 0.15;
+const LEAST_LEVEL: f64 = 8.0;
+/// The model's own rim is a level where none is this near, metres of a person.
+const RIM_AWAY: f64 = 0.5;
 
 /// The planes worth a cut, the levels, and the bands between them.
 fn storeys(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb) -> (Facets, Vec<f64>, Vec<Band>) {
@@ -141,21 +166,21 @@ fn levels(scene: &Scene, found: &Facets, human: HumanScale) -> Vec<f64> {
             areas[f.owner as usize] += crate::geom::area(&f.corners);
         }
         for (plane, area) in found.sheets.iter().map(|s| s.plane).zip(areas) {
-            if plane.n.y > 0.999 && area > 0.0 {
+            if plane.n.y > LEVEL_NORMAL && area > 0.0 {
                 floors.push((area, plane.d / plane.n.y));
             }
         }
         floors.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
         let most = floors.first().map_or(0.0, |f| f.0);
         for (area, y) in floors {
-            let clear = levels.iter().all(|l: &f64| (l - y).abs() >= 2.2 * human.metre);
-            if clear && area >= 0.15 * most && area >= 8.0 * human.metre.powi(2) {
+            let clear = levels.iter().all(|l: &f64| (l - y).abs() >= human.metres(LEVELS_APART));
+            if clear && area >= LEVEL_SHARE * most && area >= LEAST_LEVEL * human.metre.powi(2) {
                 levels.push(y);
             }
         }
     }
     for rim in [bounds.min.y, bounds.max.y] {
-        if levels.iter().all(|l| (l - rim).abs() > 0.5 * human.metre) {
+        if levels.iter().all(|l| (l - rim).abs() > human.metres(RIM_AWAY)) {
             levels.push(rim);
         }
     }
@@ -178,10 +203,10 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
             let name = match hint {
                 Some(h) if !h.name.is_empty() => h.name.clone(),
                 _ if region.outside => "outside".to_owned(),
-                _ if region.court => format!("court {i}"),
+                _ if region.courtyard => format!("court {i}"),
                 _ => format!("cell {i}"),
             };
-            let open = region.outside || region.court || region.room.is_some_and(|r| open_air[r as usize]);
+            let open = region.outside || region.courtyard || region.room.is_some_and(|r| open_air[r as usize]);
             Cell { name, source: hint.map(|h| h.id.clone()), open, pieces, portals: Vec::new() }
         })
         .collect()
@@ -189,9 +214,7 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
 
 fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<String> {
     let mut notes = vec![format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len())];
-    if human.metre != 1.0 {
-        notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
-    }
+    notes.extend(human.note());
     for (i, room) in scene.hints.rooms.iter().enumerate().take(unsound.len()) {
         if labels.regions.iter().all(|r| r.room != Some(i as u32)) {
             let what = if unsound[i] { "is unsound and names no cell" } else { "holds no free space" };

@@ -4,7 +4,8 @@
 //! hull (split first where the hull would be much larger), and the hull grows by the width that coverage took away.
 
 use super::arrange::Plan;
-use super::columns::{Columns, Cut};
+use super::bands::Cut;
+use super::columns::Columns;
 use super::coverage::{Open, Shape, area, convex_hull, points, shape_area};
 use super::faces::{Face, Surface};
 use super::facets::Facets;

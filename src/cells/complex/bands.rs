@@ -4,7 +4,6 @@
 //! storeys. A band lies between two levels; its plan has the lines of what stands in it, and where two bands meet, the pieces
 //! below and above share a face for every two triangles that overlap ([`super::faces`]). Low buildings have one band.
 
-use super::columns::Cut;
 use super::facets::Facets;
 use super::{HumanScale, to_plan};
 use crate::geom::{Plane, area, clip};
@@ -17,6 +16,19 @@ const LEAST_STOREYS: usize = 5;
 const MANY_LINES: usize = 24_000;
 /// Levels nearer to the last one than this share its band, metres.
 const LEAST_STOREY: f64 = 2.0;
+
+/// What cuts a column.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Cut {
+    /// The lower rim of the domain.
+    Bottom,
+    /// A sheet of [`Facets::sheets`].
+    Sheet(u32),
+    /// A storey's level where nothing real is, by its index.
+    Level(u32),
+    /// The upper rim of the domain.
+    Top,
+}
 
 /// The space between two levels, or all of it.
 #[derive(Clone, Debug)]

@@ -1,26 +1,13 @@
 //! Columns over the triangles of the plan, cut into pieces by the sheets that cross them.
 
 use super::arrange::Plan;
-use super::bands::Band;
-use super::coverage::shared_area;
+use super::bands::{Band, Cut};
+use super::coverage::{counter_clockwise, shared_area};
 use super::facets::{Facets, Matter};
 use super::to_plan;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
-
-/// What cuts a column.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub enum Cut {
-    /// The lower rim of the domain.
-    Bottom,
-    /// A sheet of [`Facets::sheets`].
-    Sheet(u32),
-    /// A storey's level where nothing real is, by its index.
-    Level(u32),
-    /// The upper rim of the domain.
-    Top,
-}
 
 /// A cut of one column.
 #[derive(Clone, Debug)]
@@ -222,9 +209,4 @@ fn facets_over(corners: &[[DVec2; 3]], facets: &Facets, some: &[u32]) -> Vec<Vec
             out
         })
         .collect()
-}
-
-/// The triangle, counter-clockwise.
-pub fn counter_clockwise(q: [DVec2; 3]) -> [DVec2; 3] {
-    if (q[1] - q[0]).perp_dot(q[2] - q[0]) < 0.0 { [q[0], q[2], q[1]] } else { q }
 }

@@ -78,8 +78,7 @@ fn at_a_glance(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Option<bo
     if wide <= NARROW * seal {
         return None;
     }
-    let over: Vec<[DVec2; 3]> =
-        triangles.iter().map(|&t| super::columns::counter_clockwise(t)).filter(|t| meet(face, t)).collect();
+    let over: Vec<[DVec2; 3]> = triangles.iter().map(|&t| counter_clockwise(t)).filter(|t| meet(face, t)).collect();
     if over.is_empty() {
         return (wide > WIDE * seal).then_some(true);
     }
@@ -153,6 +152,11 @@ pub fn area(contour: &[DVec2]) -> f64 {
     let o = contour.first().copied().unwrap_or_default();
     let next = contour.iter().cycle().skip(1);
     contour.iter().zip(next).map(|(a, b)| (*a - o).perp_dot(*b - o)).sum::<f64>() * 0.5
+}
+
+/// The triangle, counter-clockwise.
+pub fn counter_clockwise(q: [DVec2; 3]) -> [DVec2; 3] {
+    if (q[1] - q[0]).perp_dot(q[2] - q[0]) < 0.0 { [q[0], q[2], q[1]] } else { q }
 }
 
 /// Area of a shape less its holes.

@@ -1,9 +1,9 @@
 //! Where two pieces meet, and what is open there.
 
 use super::arrange::Plan;
-use super::bands::Band;
-use super::columns::{Columns, Cut, Slice, counter_clockwise};
-use super::coverage::{Open, area, open_part, shape_area, shared, shared_area, width};
+use super::bands::{Band, Cut};
+use super::columns::{Columns, Slice};
+use super::coverage::{Open, area, counter_clockwise, open_part, shape_area, shared, shared_area, width};
 use super::facets::{Facets, Matter, Wall};
 use super::to_plan;
 use crate::cells::locate::BoxTree;
@@ -68,183 +68,208 @@ pub struct Face {
     pub leaves: f64,
 }
 
+/// Walls within this many coplanar tolerances of an edge of the plan lie on it. Larger: walls beside it close it. Smaller: rounding of
+/// corners to the plan's grid takes walls off their own edges.
+const ON_LINE: f64 = 1.5;
+/// Thinner than this, in seals, is nothing: coverage would take it away.
+const CRUMB: f64 = 1e-3;
+
 /// All faces between pieces, in a fixed order: bands ascending; in each its columns, each with its cuts, then its edges; then the
 /// faces to the next band.
 pub fn faces(plan: &Plan, bands: &[Band], columns: &Columns, facets: &Facets, coplanar: f64, seal: f64) -> Vec<Face> {
     let of_band = |k: usize| {
         let grid = WallGrid::new(facets, &bands[k].wall_facets);
-        let mut out = faces_of(plan, plan.bands[k].clone(), columns, facets, &grid, coplanar, seal);
+        let around = Around { plan, columns, facets, grid, coplanar, seal };
+        let mut out = around.faces(plan.bands[k].clone());
         if k + 1 < bands.len() {
-            out.extend(between_bands(plan, [k, k + 1], columns, facets, seal));
+            out.extend(around.between_bands([k, k + 1]));
         }
         out
     };
     (0..bands.len()).into_par_iter().map(of_band).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-fn faces_of(
-    plan: &Plan,
-    triangles: Range<usize>,
-    columns: &Columns,
-    facets: &Facets,
-    grid: &WallGrid,
+/// What lies around the faces of a band.
+struct Around<'a> {
+    plan: &'a Plan,
+    columns: &'a Columns,
+    facets: &'a Facets,
+    /// The walls of the band.
+    grid: WallGrid,
+    /// Metres, as in [`crate::tolerance::Tolerance`].
     coplanar: f64,
     seal: f64,
-) -> Vec<Face> {
-    let of_column = |t: usize| {
-        let mut out = Vec::new();
-        cuts(t, plan, columns, facets, seal, &mut out);
-        for e in 0..3 {
-            if let Some(n) = plan.neighbours[t][e]
-                && (n as usize) > t
-            {
-                sides(t, e, n as usize, plan, columns, facets, grid, coplanar, seal, &mut out);
-            }
-        }
-        out
-    };
-    triangles.into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-/// The faces between the uppermost pieces of a band and the lowest of the next: what every two triangles share.
-fn between_bands(plan: &Plan, [low, high]: [usize; 2], columns: &Columns, facets: &Facets, seal: f64) -> Vec<Face> {
-    let corners = |t: usize| plan.triangles[t].map(|i| plan.points[i as usize]);
-    let reach = |t: usize| {
-        let q = corners(t);
-        (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
-    };
-    let flat = |p: DVec2| DVec3::new(p.x, p.y, 0.0);
-    let boxes: Vec<Aabb> = plan.bands[high].clone().map(reach).map(|(a, b)| Aabb { min: flat(a), max: flat(b) }).collect();
-    let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
-    let of_column = |t: usize| {
-        let (a, b) = reach(t);
-        let mut above = Vec::new();
-        tree.in_box(&Aabb { min: flat(a), max: flat(b) }, &mut |i| above.push(plan.bands[high].start + i as usize));
-        above.sort_unstable();
-        let mut out = Vec::new();
-        for n in above {
-            let polygon = shared(corners(n), &corners(t));
-            let whole = area(&polygon);
-            // Thinner than what coverage takes away.
-            if polygon.len() < 3 || width(&polygon) <= 1e-3 * seal {
-                continue;
+/// What of an upright face lies where: its columns, its polygon, and how its coordinate runs.
+struct Line<'l> {
+    /// The ends of the edge of the plan.
+    ends: [DVec2; 2],
+    /// Coordinates of the ends, along the first wall's line, so that faces of one wall share coordinates.
+    at: [f64; 2],
+    /// The walls on it, each with its triangles.
+    walls: &'l [(u32, Vec<u32>)],
+}
+
+impl Around<'_> {
+    fn faces(&self, triangles: Range<usize>) -> Vec<Face> {
+        let of_column = |t: usize| {
+            let mut out = Vec::new();
+            self.cuts(t, &mut out);
+            for e in 0..3 {
+                if let Some(n) = self.plan.neighbours[t][e]
+                    && (n as usize) > t
+                {
+                    self.sides(t, e, n as usize, &mut out);
+                }
             }
-            let (rim, floor) = (&columns.slices[t][columns.slices[t].len() - 1], &columns.slices[n][0]);
-            let mut on = [rim.facets.as_slice(), floor.facets.as_slice()].concat();
-            on.sort_unstable();
-            on.dedup();
+            out
+        };
+        triangles.into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// The faces between the uppermost pieces of a band and the lowest of the next: what every two triangles share.
+    fn between_bands(&self, [low, high]: [usize; 2]) -> Vec<Face> {
+        let Self { plan, columns, facets, seal, .. } = self;
+        let corners = |t: usize| plan.triangles[t].map(|i| plan.points[i as usize]);
+        let reach = |t: usize| {
+            let q = corners(t);
+            (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
+        };
+        let flat = |p: DVec2| DVec3::new(p.x, p.y, 0.0);
+        let boxes: Vec<Aabb> =
+            plan.bands[high].clone().map(reach).map(|(a, b)| Aabb { min: flat(a), max: flat(b) }).collect();
+        let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+        let of_column = |t: usize| {
+            let (a, b) = reach(t);
+            let mut above = Vec::new();
+            tree.in_box(&Aabb { min: flat(a), max: flat(b) }, &mut |i| above.push(plan.bands[high].start + i as usize));
+            above.sort_unstable();
+            let mut out = Vec::new();
+            for n in above {
+                let polygon = shared(corners(n), &corners(t));
+                let whole = area(&polygon);
+                // Thinner than what coverage takes away.
+                if polygon.len() < 3 || width(&polygon) <= CRUMB * seal {
+                    continue;
+                }
+                let (rim, floor) = (&columns.slices[t][columns.slices[t].len() - 1], &columns.slices[n][0]);
+                let mut on = [rim.facets.as_slice(), floor.facets.as_slice()].concat();
+                on.sort_unstable();
+                on.dedup();
+                let mut fronts = [0.0; 2];
+                let mut triangles = Vec::new();
+                let mut sheet = None;
+                for facet in on.iter().map(|&f| &facets.sheet_facets[f as usize]) {
+                    let q = counter_clockwise(facet.corners.map(to_plan));
+                    let over = shared_area(q, &polygon);
+                    if over > 0.0 {
+                        sheet = sheet.or(Some(facet.owner));
+                    }
+                    if facet.matter == Matter::Opaque {
+                        fronts[usize::from(facet.front)] += over;
+                        triangles.push(q);
+                    }
+                }
+                let a = columns.first_piece[t] + columns.slices[t].len() as u32 - 2;
+                let surface = Surface::Cut(sheet.map_or(floor.cut, Cut::Sheet));
+                let open = open_part(&polygon, &triangles, *seal);
+                out.push(Face::new([a, columns.first_piece[n]], surface, true, polygon, whole, open, fronts));
+            }
+            out
+        };
+        plan.bands[low].clone().into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// The face between the pieces below and above each cut of column `t`.
+    fn cuts(&self, t: usize, out: &mut Vec<Face>) {
+        let Self { plan, columns, facets, seal, .. } = self;
+        let polygon: Vec<DVec2> = plan.triangles[t].iter().map(|&i| plan.points[i as usize]).collect();
+        let whole = area(&polygon);
+        let slices = &columns.slices[t];
+        for (k, slice) in slices.iter().enumerate().skip(1).take(slices.len().saturating_sub(2)) {
             let mut fronts = [0.0; 2];
             let mut triangles = Vec::new();
-            let mut sheet = None;
-            for facet in on.iter().map(|&f| &facets.sheet_facets[f as usize]) {
+            for facet in
+                slice.facets.iter().map(|&f| &facets.sheet_facets[f as usize]).filter(|f| f.matter == Matter::Opaque)
+            {
                 let q = counter_clockwise(facet.corners.map(to_plan));
-                let over = shared_area(q, &polygon);
-                if over > 0.0 {
-                    sheet = sheet.or(Some(facet.owner));
-                }
-                if facet.matter == Matter::Opaque {
-                    fronts[usize::from(facet.front)] += over;
-                    triangles.push(q);
-                }
+                fronts[usize::from(facet.front)] += shared_area(q, &polygon);
+                triangles.push(q);
             }
-            let a = columns.first_piece[t] + columns.slices[t].len() as u32 - 2;
-            let surface = Surface::Cut(sheet.map_or(floor.cut, Cut::Sheet));
-            let open = open_part(&polygon, &triangles, seal);
-            out.push(Face::new([a, columns.first_piece[n]], surface, true, polygon, whole, open, fronts));
+            let a = columns.first_piece[t] + k as u32 - 1;
+            let open = open_part(&polygon, &triangles, *seal);
+            out.push(Face::new([a, a + 1], Surface::Cut(slice.cut), true, polygon.clone(), whole, open, fronts));
         }
-        out
-    };
-    plan.bands[low].clone().into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
-}
-
-/// The face between the pieces below and above each cut of column `t`.
-fn cuts(t: usize, plan: &Plan, columns: &Columns, facets: &Facets, seal: f64, out: &mut Vec<Face>) {
-    let polygon: Vec<DVec2> = plan.triangles[t].iter().map(|&i| plan.points[i as usize]).collect();
-    let whole = area(&polygon);
-    let slices = &columns.slices[t];
-    for (k, slice) in slices.iter().enumerate().skip(1).take(slices.len().saturating_sub(2)) {
-        let mut fronts = [0.0; 2];
-        let mut triangles = Vec::new();
-        for facet in slice.facets.iter().map(|&f| &facets.sheet_facets[f as usize]).filter(|f| f.matter == Matter::Opaque) {
-            let q = counter_clockwise(facet.corners.map(to_plan));
-            fronts[usize::from(facet.front)] += shared_area(q, &polygon);
-            triangles.push(q);
-        }
-        let a = columns.first_piece[t] + k as u32 - 1;
-        let open = open_part(&polygon, &triangles, seal);
-        out.push(Face::new([a, a + 1], Surface::Cut(slice.cut), true, polygon.clone(), whole, open, fronts));
     }
-}
 
-/// The faces between the pieces of two columns that share an edge of the plan.
-#[allow(clippy::too_many_arguments)]
-fn sides(
-    t: usize,
-    e: usize,
-    n: usize,
-    plan: &Plan,
-    columns: &Columns,
-    facets: &Facets,
-    grid: &WallGrid,
-    coplanar: f64,
-    seal: f64,
-    out: &mut Vec<Face>,
-) {
-    let (ia, ib) = (plan.triangles[t][e], plan.triangles[t][(e + 1) % 3]);
-    let (pa, pb) = (plan.points[ia as usize], plan.points[ib as usize]);
-    let corner = |c: usize, i: u32| (0..3).find(|&k| plan.triangles[c][k] == i).unwrap_or(0);
-    let (ta, tb, na, nb) = (corner(t, ia), corner(t, ib), corner(n, ia), corner(n, ib));
-    let walls = if plan.constrained[t][e] { grid.along(pa, pb, facets, coplanar * 1.5) } else { Vec::new() };
-    // The coordinate along the edge follows the first wall's line, so that faces of one wall share coordinates.
-    let first = walls.first().map(|&(w, _)| (w, &facets.walls[w as usize]));
-    let (ua, ub, surface) = match first {
-        Some((w, wall)) => (wall.along().dot(pa), wall.along().dot(pb), Surface::Wall(w)),
-        None => (0.0, pa.distance(pb), Surface::Edge { triangle: t as u32, edge: e as u32 }),
-    };
-    let (lower, upper) = (&columns.slices[t], &columns.slices[n]);
-    let ends = |slice: &Slice, a: usize, b: usize| [slice.heights[a], slice.heights[b]];
-    let apart = |floor: [f64; 2], ceiling: [f64; 2]| floor[0] >= ceiling[0] && floor[1] >= ceiling[1];
-    for i in 0..lower.len() - 1 {
-        let (floor_t, ceiling_t) = (ends(&lower[i], ta, tb), ends(&lower[i + 1], ta, tb));
-        for j in 0..upper.len() - 1 {
-            let (floor_n, ceiling_n) = (ends(&upper[j], na, nb), ends(&upper[j + 1], na, nb));
-            if apart(floor_t, ceiling_n) || apart(floor_n, ceiling_t) {
-                continue;
+    /// The faces between the pieces of two columns, `t` and `n`, that share edge `e` of the first.
+    fn sides(&self, t: usize, e: usize, n: usize, out: &mut Vec<Face>) {
+        let Self { plan, columns, facets, .. } = self;
+        let (ia, ib) = (plan.triangles[t][e], plan.triangles[t][(e + 1) % 3]);
+        let (pa, pb) = (plan.points[ia as usize], plan.points[ib as usize]);
+        let corner = |c: usize, i: u32| (0..3).find(|&k| plan.triangles[c][k] == i).unwrap_or(0);
+        let (ta, tb, na, nb) = (corner(t, ia), corner(t, ib), corner(n, ia), corner(n, ib));
+        let tolerance = self.coplanar * ON_LINE;
+        let walls = if plan.constrained[t][e] { self.grid.along(pa, pb, facets, tolerance) } else { Vec::new() };
+        let (ua, ub, surface) = match walls.first().map(|&(w, _)| (w, &facets.walls[w as usize])) {
+            Some((w, wall)) => (wall.along().dot(pa), wall.along().dot(pb), Surface::Wall(w)),
+            None => (0.0, pa.distance(pb), Surface::Edge { triangle: t as u32, edge: e as u32 }),
+        };
+        let line = Line { ends: [pa, pb], at: [ua, ub], walls: &walls };
+        let (lower, upper) = (&columns.slices[t], &columns.slices[n]);
+        let ends = |slice: &Slice, a: usize, b: usize| [slice.heights[a], slice.heights[b]];
+        let apart = |floor: [f64; 2], ceiling: [f64; 2]| floor[0] >= ceiling[0] && floor[1] >= ceiling[1];
+        for i in 0..lower.len() - 1 {
+            let (floor_t, ceiling_t) = (ends(&lower[i], ta, tb), ends(&lower[i + 1], ta, tb));
+            for j in 0..upper.len() - 1 {
+                let (floor_n, ceiling_n) = (ends(&upper[j], na, nb), ends(&upper[j + 1], na, nb));
+                if apart(floor_t, ceiling_n) || apart(floor_n, ceiling_t) {
+                    continue;
+                }
+                let polygon = between(ua, ub, &[floor_t, floor_n], &[ceiling_t, ceiling_n]);
+                let pieces = [columns.first_piece[t] + i as u32, columns.first_piece[n] + j as u32];
+                out.extend(self.side(&line, pieces, surface, polygon));
             }
-            let polygon = between(ua, ub, &[floor_t, floor_n], &[ceiling_t, ceiling_n]);
-            let whole = area(&polygon);
-            if polygon.len() < 3 || whole <= 0.0 {
-                continue;
-            }
-            let mut triangles = Vec::new();
-            let (mut fronts, mut leaves) = ([0.0; 2], 0.0);
-            let (lo, hi) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)));
-            for (w, list) in &walls {
-                let wall = &facets.walls[*w as usize];
-                // Another wall on the same line may run the other way.
-                let sign = first.map_or(1.0, |(_, f)| f.along().dot(wall.along()).signum());
-                let shift = ua - sign * wall.along().dot(pa);
-                // Left of a -> b is `t`; the wall's normal is left of its `along`.
-                let normal_into_t = (pb - pa).dot(wall.along()) > 0.0;
-                for facet in list.iter().map(|&f| &facets.wall_facets[f as usize]) {
-                    let q = facet.corners.map(|p| DVec2::new(sign * wall.along().dot(to_plan(p)) + shift, p.y));
-                    let (a, b) = (q[0].min(q[1]).min(q[2]) - seal, q[0].max(q[1]).max(q[2]) + seal);
-                    if a.cmple(hi).all() && lo.cmple(b).all() {
-                        let q = counter_clockwise(q);
-                        let shared = shared_area(q, &polygon);
-                        if facet.matter == Matter::Leaf {
-                            leaves += shared;
-                        } else {
-                            fronts[usize::from(facet.front != normal_into_t)] += shared;
-                            triangles.push(q);
-                        }
+        }
+    }
+
+    /// The face between two pieces on an edge of the plan; `None` where it has no area.
+    fn side(&self, line: &Line<'_>, pieces: [u32; 2], surface: Surface, polygon: Vec<DVec2>) -> Option<Face> {
+        let (facets, seal) = (self.facets, self.seal);
+        let ([pa, pb], [ua, ub]) = (line.ends, line.at);
+        let whole = area(&polygon);
+        if polygon.len() < 3 || whole <= 0.0 {
+            return None;
+        }
+        let first = line.walls.first().map(|&(w, _)| &facets.walls[w as usize]);
+        let mut triangles = Vec::new();
+        let (mut fronts, mut leaves) = ([0.0; 2], 0.0);
+        let (lo, hi) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)));
+        for (w, list) in line.walls {
+            let wall = &facets.walls[*w as usize];
+            // Another wall on the same line may run the other way.
+            let sign = first.map_or(1.0, |f| f.along().dot(wall.along()).signum());
+            let shift = ua - sign * wall.along().dot(pa);
+            // Left of a -> b is the first piece; the wall's normal is left of its `along`.
+            let normal_into_first = (pb - pa).dot(wall.along()) > 0.0;
+            for facet in list.iter().map(|&f| &facets.wall_facets[f as usize]) {
+                let q = facet.corners.map(|p| DVec2::new(sign * wall.along().dot(to_plan(p)) + shift, p.y));
+                let (a, b) = (q[0].min(q[1]).min(q[2]) - seal, q[0].max(q[1]).max(q[2]) + seal);
+                if a.cmple(hi).all() && lo.cmple(b).all() {
+                    let q = counter_clockwise(q);
+                    let shared = shared_area(q, &polygon);
+                    if facet.matter == Matter::Leaf {
+                        leaves += shared;
+                    } else {
+                        fronts[usize::from(facet.front != normal_into_first)] += shared;
+                        triangles.push(q);
                     }
                 }
             }
-            let open = open_part(&polygon, &triangles, seal);
-            let (a, b) = (columns.first_piece[t] + i as u32, columns.first_piece[n] + j as u32);
-            out.push(Face { leaves, ..Face::new([a, b], surface, ua <= ub, polygon, whole, open, fronts) });
         }
+        let open = open_part(&polygon, &triangles, seal);
+        Some(Face { leaves, ..Face::new(pieces, surface, ua <= ub, polygon, whole, open, fronts) })
     }
 }
 

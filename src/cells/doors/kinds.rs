@@ -18,7 +18,7 @@ const LEAF_AWAY: f64 = 0.5;
 /// A portal lies this far beyond the wall's sides at most, metres.
 const BEYOND: f64 = 0.1;
 /// Cosine of the angle within which a portal lies along an opening.
-const ALONG: f64 = 0.8;
+const ALONG_OPENING_COSINE: f64 = 0.8;
 /// What hangs in a wall is no thicker than this, metres; a leaf that stands open makes its door thicker.
 const THICK: f64 = 0.6;
 
@@ -147,7 +147,7 @@ impl<'s> Slab<'s> {
     fn cost(&self, portal: &Portal) -> Option<f64> {
         let [through, along, up] = self.axes;
         let off = (middle(&portal.winding) - self.centre).dot(through).abs();
-        if off > self.half[0] + self.reach || portal.plane.n.dot(through).abs() < ALONG {
+        if off > self.half[0] + self.reach || portal.plane.n.dot(through).abs() < ALONG_OPENING_COSINE {
             return None;
         }
         let overlaps = |axis: DVec3, half: f64| {

@@ -6,8 +6,7 @@
 //! A leaf is what the model calls a door's or a window's ([`Role::Door`], [`Role::Window`]) and lies along the portal, near it:
 //! triangles turned by more than about 25 degrees, or farther away than a third of their object's size, stand aside.
 
-use crate::cells::complex::columns::counter_clockwise;
-use crate::cells::complex::coverage::{Open, Shape, convex_hull, open_part, shape_area, shared_area};
+use crate::cells::complex::coverage::{Open, Shape, convex_hull, counter_clockwise, open_part, shape_area, shared_area};
 use crate::cells::doors::gap::{Face, lets_through};
 use crate::cells::locate::BoxTree;
 use crate::cells::{Portal, PortalKind, PortalState};
@@ -22,10 +21,10 @@ use std::sync::OnceLock;
 /// and a letter-box 0.9.
 const SHUT_SHARE: f64 = 0.5;
 /// Cosine of the angle from which on a leaf stands aside.
-const ALONG: f64 = 0.9;
+const ALONG_PORTAL_COSINE: f64 = 0.9;
 /// A leaf hangs within this many times its half diagonal of the portal's plane: 0.4 m for a door of 0.9 x 2.1 m. A door is not
 /// taken for smaller than its portal, nor for more than four times as large.
-const NEAR: f64 = 0.35;
+const LEAF_NEAR_SHARE: f64 = 0.35;
 const MOST_TIMES: f64 = 4.0;
 
 /// Gives every portal its state, by its kind and by what the model hangs in it.
@@ -63,17 +62,17 @@ struct Leaf {
 impl Leaf {
     fn new(scene: &Scene, tree: &BoxTree, portal: &Portal, face: &Face, rim: &[DVec2]) -> Self {
         let (n, whole) = (portal.plane.n, area(&portal.winding));
-        let around = Aabb::of(portal.winding.iter().copied()).inflated(NEAR * MOST_TIMES * whole.sqrt());
+        let around = Aabb::of(portal.winding.iter().copied()).inflated(LEAF_NEAR_SHARE * MOST_TIMES * whole.sqrt());
         let mut objects = Vec::new();
         tree.in_box(&around, &mut |i| objects.push(i as usize));
         objects.sort_unstable();
         let (mut triangles, mut glass) = (Vec::new(), false);
         for object in objects.into_iter().map(|i| &scene.objects[i]) {
             let size = (0.5 * object.bounds.diagonal()).clamp(whole.sqrt(), MOST_TIMES * whole.sqrt());
-            let slab = [1.0, -1.0].map(|side| Plane { n: n * side, d: portal.plane.d * side + NEAR * size });
+            let slab = [1.0, -1.0].map(|side| Plane { n: n * side, d: portal.plane.d * side + LEAF_NEAR_SHARE * size });
             for corners in object.triangles.clone().map(|t| scene.corners(t as usize)) {
                 let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
-                if across.dot(n).abs() < ALONG {
+                if across.dot(n).abs() < ALONG_PORTAL_COSINE {
                     continue;
                 }
                 let near = slab.iter().fold(corners.to_vec(), |rest, plane| clip(&rest, plane, 0.0));

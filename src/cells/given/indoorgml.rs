@@ -16,11 +16,11 @@ use rayon::prelude::*;
 
 /// Two solids' drawings of one surface lie at most this far apart, in coplanar tolerances, and face each other to this cosine.
 const TOGETHER: f64 = 10.0;
-const PARALLEL: f64 = 0.999;
+const SAME_PLANE_COSINE: f64 = 0.999;
 /// Shared surfaces smaller than this, square metres, are edges.
 const LEAST_SHARED: f64 = 1e-2;
 /// How far beyond a drawn door's plane its cells may begin, metres: solids of rooms that leave the wall between them out.
-const WALL: f64 = 0.5;
+const MOST_WALL: f64 = 0.5;
 /// Parts of a shared surface become one portal where their hull is at most this much larger.
 const LOOSE: f64 = 1.0 + 1e-3;
 
@@ -143,7 +143,7 @@ fn drawn(door: &Boundary, [from, to]: [&[Convex]; 2], eps: f64) -> Option<(Plane
     let holds = |solid: &[Convex], p: DVec3| solid.iter().any(|c| c.faces.iter().all(|(plane, _)| plane.distance(p) <= eps));
     // Just past the door, or past the wall that it stands in.
     let leads = |n: DVec3| {
-        let steps = [4.0 * eps, 0.1 * WALL, 0.5 * WALL, WALL];
+        let steps = [4.0 * eps, 0.1 * MOST_WALL, 0.5 * MOST_WALL, MOST_WALL];
         let reaches = |solid, way: DVec3| steps.iter().any(|step| holds(solid, centre + way * *step));
         reaches(from, -n) && reaches(to, n)
     };
@@ -164,7 +164,7 @@ fn shared([from, to]: [&[Convex]; 2], eps: f64) -> Vec<(Plane, Vec<DVec3>)> {
         for b in to.iter().filter(|b| near.touches(&b.bounds())) {
             for (plane, winding) in &a.faces {
                 for (other, outline) in &b.faces {
-                    let facing = plane.n.dot(other.n) < -PARALLEL;
+                    let facing = plane.n.dot(other.n) < -SAME_PLANE_COSINE;
                     if !facing || outline.iter().any(|&p| plane.distance(p).abs() > TOGETHER * eps) {
                         continue;
                     }
@@ -207,7 +207,7 @@ fn within(winding: &[DVec3], outline: &[DVec3], n: DVec3) -> Vec<DVec3> {
 /// Two windings of one plane as one, where that is convex.
 fn union((plane, a): &(Plane, Vec<DVec3>), (other, b): &(Plane, Vec<DVec3>), eps: f64) -> Option<Vec<DVec3>> {
     let close = Aabb::of(a.iter().copied()).inflated(eps).touches(&Aabb::of(b.iter().copied()));
-    if !close || plane.n.dot(other.n) < PARALLEL || b.iter().any(|&p| plane.distance(p).abs() > eps) {
+    if !close || plane.n.dot(other.n) < SAME_PLANE_COSINE || b.iter().any(|&p| plane.distance(p).abs() > eps) {
         return None;
     }
     let centre = middle(a);

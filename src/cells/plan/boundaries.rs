@@ -9,34 +9,25 @@
 //! would be eaten up.
 
 use crate::cells::complex::faces::{Face, Surface};
+use crate::cells::plan::options::PlanOptions;
+use crate::cells::plan::space::Labels;
 use std::collections::VecDeque;
 
-/// A region keeps this share of its volume.
-const KEPT: f64 = 0.7;
-/// How much more a square metre of boundary costs that lies on no wall, sheet or level. At 1 boundaries wander off the walls
-/// where that saves a hair of area; well above, they stay in the zigzag of the reveal's corners.
-const OFF_WALL: f64 = 1.25;
-
-/// Lowers the open area between the regions `of_piece`; pieces that are `fixed` stay where they are.
-pub(in crate::cells) fn smooth(
-    faces: &[Face],
-    volumes: &[f64],
-    fixed: &[bool],
-    of_piece: &mut [Option<u32>],
-    regions: usize,
-) {
+/// Lowers the open area between regions; pieces that are `fixed` stay where they are.
+pub(in crate::cells) fn smooth(faces: &[Face], volumes: &[f64], fixed: &[bool], options: &PlanOptions, labels: &mut Labels) {
+    let (of_piece, regions) = (&mut labels.of_piece, labels.regions.len());
     let mut contacts: Vec<Vec<(u32, f64)>> = vec![Vec::new(); of_piece.len()];
     for f in
         faces.iter().filter(|f| f.open_area > 0.0 && of_piece[f.a as usize].is_some() && of_piece[f.b as usize].is_some())
     {
-        let cost = f.open_area * if matches!(f.surface, Surface::Edge { .. }) { OFF_WALL } else { 1.0 };
+        let cost = f.open_area * if matches!(f.surface, Surface::Edge { .. }) { options.off_wall } else { 1.0 };
         contacts[f.a as usize].push((f.b, cost));
         contacts[f.b as usize].push((f.a, cost));
     }
     let mut spare = vec![0.0f64; regions];
     for (p, region) in of_piece.iter().enumerate() {
         if let Some(r) = region {
-            spare[*r as usize] += volumes[p] * (1.0 - KEPT);
+            spare[*r as usize] += volumes[p] * (1.0 - options.kept);
         }
     }
     let mut queued = vec![true; of_piece.len()];
@@ -66,7 +57,7 @@ pub(in crate::cells) fn smooth(
             let best = shares.iter().filter(|s| s.0 != from).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
             // A gain that rounding could make would go to and fro.
             if let Some(&(to, there)) = best
-                && there > here * (1.0 + 1e-9)
+                && there > here * (1.0 + options.rounding)
             {
                 spare[from as usize] -= volume;
                 spare[to as usize] += volume;

@@ -1,27 +1,20 @@
-//! Courts: parts of the outside that the building itself shuts off from each other.
+//! Courtyards: parts of the outside that the building itself shuts off from each other.
 //!
-//! Whoever looks out into one court of a building with wings sees that court and no other, but if all of the outside is one cell, portals
-//! don't tell: windows of all courts lead into the same cell, and each seems to be seen from those that face it, however many wings
+//! Whoever looks out into one courtyard of a building with wings sees that courtyard and no other, but if all of the outside is one cell, portals
+//! don't tell: windows of all courtyards lead into the same cell, and each seems to be seen from those that face it, however many wings
 //! stand between. So what lies between wings, within the hull of all rooms in plan and no higher than they are, gets cells of its own.
 
-use crate::cells::complex::arrange::Plan;
-use crate::cells::complex::assemble::has_portal;
-use crate::cells::complex::columns::Columns;
+use crate::cells::complex::assemble::{Complex, has_portal};
 use crate::cells::complex::coverage::convex_hull;
 use crate::cells::complex::faces::Face;
 use crate::cells::disjoint_sets::DisjointSets;
-use crate::cells::plan::rooms::{Labels, Region};
+use crate::cells::plan::space::{Input, Labels, Region};
 use glam::DVec2;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A court has openings from so many cells, or it is a niche. Smaller: balconies and bays become cells, for which nobody sees less.
-const ROOMS: usize = 4;
-/// Shares of the rooms that look out above which courts may end: under low roofs beside a tower, several courts are one where they
-/// reach up to the tower's rooms.
-const TOPS: [f64; 5] = [1.0, 0.95, 0.9, 0.75, 0.5];
-
-/// Gives courts cells of their own where there are two or more: with one there is no wing between two.
-pub(in crate::cells) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Face], seal: f64, labels: &mut Labels) {
+/// Gives courtyards cells of their own where there are two or more: with one there is no wing between two.
+pub(in crate::cells) fn part_courtyards(input: &Input<'_>, labels: &mut Labels) {
+    let Complex { plan, columns, faces, .. } = input.complex;
     let Some(outside) = labels.regions.iter().position(|r| r.outside).map(|r| r as u32) else { return };
     let label = |piece: u32| labels.of_piece[piece as usize];
     let corners = |piece: u32| plan.triangles[columns.of_piece(piece).0].map(|i| plan.points[i as usize]);
@@ -35,7 +28,7 @@ pub(in crate::cells) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Fac
         _ => None,
     };
     let windows: Vec<(u32, u32, u32)> =
-        faces.iter().filter(open).filter(|f| has_portal(f, seal)).filter_map(looks_out).collect();
+        faces.iter().filter(open).filter(|f| has_portal(f, input.seal)).filter_map(looks_out).collect();
     let indoors = (0..columns.pieces() as u32).filter(|&p| label(p).is_some_and(|l| l != outside));
     let hull = convex_hull(indoors.flat_map(corners).collect());
     let mut tops: Vec<f64> = windows.iter().map(|&(_, inner, _)| mean(columns.heights(inner).1)).collect();
@@ -50,7 +43,7 @@ pub(in crate::cells) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Fac
         (0..hull.len()).all(|i| (hull[(i + 1) % hull.len()] - hull[i]).perp_dot(middle - hull[i]) > 0.0)
     };
     let among: Vec<bool> = (0..columns.pieces() as u32).map(|p| label(p) == Some(outside) && within(p)).collect();
-    let courts_below = |top: f64| {
+    let courtyards_below = |top: f64| {
         let is_low = |p: u32| {
             let (floor, ceiling) = columns.heights(p);
             among[p as usize] && 0.5 * (mean(floor) + mean(ceiling)) < top
@@ -63,14 +56,14 @@ pub(in crate::cells) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Fac
         for &(outer, _, room) in windows.iter().filter(|w| is_low(w.0)) {
             rooms.entry(parts.find(outer)).or_default().insert(room);
         }
-        rooms.retain(|_, rooms| rooms.len() >= ROOMS);
+        rooms.retain(|_, rooms| rooms.len() >= input.options.courtyard_rooms);
         let of_piece: Vec<Option<u32>> = (0..columns.pieces() as u32)
             .map(|p| Some(parts.find(p)).filter(|part| is_low(p) && rooms.contains_key(part)))
             .collect();
         (rooms.len(), of_piece)
     };
     let at = |share: &f64| tops[((tops.len() - 1) as f64 * share) as usize];
-    let tried = TOPS.iter().map(|share| courts_below(at(share)));
+    let tried = input.options.courtyard_tops.iter().map(|share| courtyards_below(at(share)));
     let Some((count, of_piece)) = tried.reduce(|best, other| if other.0 > best.0 { other } else { best }) else { return };
     if count < 2 {
         return;
@@ -83,7 +76,7 @@ pub(in crate::cells) fn part_courts(plan: &Plan, columns: &Columns, faces: &[Fac
         let next = labels.regions.len() as u32;
         let id = *number.entry(part).or_insert(next);
         if id == next {
-            labels.regions.push(Region { room: None, outside: false, court: true });
+            labels.regions.push(Region { room: None, outside: false, courtyard: true });
         }
         labels.of_piece[piece] = Some(id);
     }

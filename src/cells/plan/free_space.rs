@@ -1,26 +1,15 @@
 //! Free space against solid matter: what is reached from outside or from an author's room, and what is sealed but looks like a room.
 
-use crate::cells::complex::HumanScale;
 use crate::cells::complex::faces::Face;
 use crate::cells::disjoint_sets::DisjointSets;
-use crate::cells::plan::rooms::LEAST_WIDTH;
-
-/// Within solid matter this share of the boundary shows its back, and less than that its front.
-const BACKS: f64 = 0.98;
-const FRONTS: f64 = 0.9;
+use crate::cells::plan::options::PlanOptions;
+use crate::cells::plan::space::{Input, Pieces};
 
 /// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward
 /// (or, where the model is wound both ways, that are as large as a room), the cavities of walls apart. A wrong answer costs
 /// culling, not correctness: no line leaves a sealed piece.
-pub(in crate::cells) fn free_space(
-    faces: &[Face],
-    rim: &[bool],
-    rooms: &[Option<u32>],
-    widths: &[f64],
-    volumes: &[f64],
-    human: HumanScale,
-) -> Vec<bool> {
-    let n = rim.len();
+pub(in crate::cells) fn free_space(input: &Input<'_>, pieces: &Pieces) -> Vec<bool> {
+    let (faces, n) = (input.complex.faces, pieces.rim.len());
     let mut regions = DisjointSets::new(n);
     for f in faces.iter().filter(|f| f.open_area > 0.0) {
         regions.join(f.a, f.b);
@@ -28,16 +17,16 @@ pub(in crate::cells) fn free_space(
     let mut parts = vec![Part::default(); n];
     for p in 0..n {
         let part = &mut parts[regions.find(p as u32) as usize];
-        part.known |= rim[p] || rooms[p].is_some();
-        part.rim |= rim[p];
-        part.width = part.width.max(widths[p]);
-        part.volume += volumes[p];
+        part.known |= pieces.rim[p] || input.claims.rooms[p].is_some();
+        part.rim |= pieces.rim[p];
+        part.width = part.width.max(pieces.widths[p]);
+        part.volume += pieces.volumes[p];
     }
     look(faces, &mut regions, &mut parts);
     if inside_out(&parts) {
         parts.iter_mut().for_each(Part::turn);
     }
-    (0..n as u32).map(|p| parts[regions.find(p) as usize].free(human)).collect()
+    (0..n as u32).map(|p| parts[regions.find(p) as usize].is_free(input)).collect()
 }
 
 /// Adds up what looks into each region.
@@ -81,15 +70,17 @@ impl Part {
     }
 
     /// Solid all around, whatever else stands against it, as a pier between two slabs.
-    fn solid(&self) -> bool {
-        self.covered[1] >= BACKS * self.boundary && self.covered[0] < FRONTS * self.boundary
+    fn is_solid(&self, options: &PlanOptions) -> bool {
+        self.covered[1] >= options.backs * self.boundary && self.covered[0] < options.fronts * self.boundary
     }
 
-    fn free(&self, human: HumanScale) -> bool {
-        let wide = |metres: f64| self.width >= metres * human.metre;
+    fn is_free(&self, input: &Input<'_>) -> bool {
+        let options = input.options;
+        let wide = |metres: f64| self.width >= input.human.metres(metres);
         let [inward, outward] = self.looks;
-        self.known
-            || !self.solid() && ((inward > 1.5 * outward && wide(LEAST_WIDTH)) || (inward > 0.67 * outward && wide(1.0)))
+        let passable = inward > options.inward * outward && wide(options.least_width);
+        let roomy = inward > options.mixed * outward && wide(options.mixed_width);
+        self.known || !self.is_solid(options) && (passable || roomy)
     }
 }
 

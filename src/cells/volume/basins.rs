@@ -82,6 +82,84 @@ struct Slabs<'g> {
     limit: usize,
 }
 
+/// Where the ways of a slab end. Nodes are the ends in each brick with details, then bricks, then what lies outside the slab.
+struct Slab {
+    bricks: Range<usize>,
+    /// The first brick with details, by its place among those.
+    first_detail: usize,
+    /// The ways in each brick with details, and the node of its first end.
+    ways: Vec<Ways>,
+    start: Vec<u32>,
+    /// The node of the first brick, and of the first place beyond.
+    first_brick: u32,
+    known: u32,
+    /// Places outside the slab that ways lead to, as keys, ascending.
+    beyond: Vec<u64>,
+    /// The node that each node's way ends at.
+    root: Vec<u32>,
+}
+
+impl Slab {
+    fn new(grid: &Grid, levels: &Levels<'_>, bricks: Range<usize>) -> Self {
+        // 1. Within each brick, where the ways end: at a peak, or at a voxel of another brick.
+        let details = grid.details(bricks.clone());
+        let ways: Vec<Ways> = details.clone().into_par_iter().map(|d| ways(grid, levels, d)).collect();
+        let above: Vec<u64> = bricks
+            .clone()
+            .into_par_iter()
+            .map(|b| if grid.detail(b).is_some() { key(b, 0) } else { above_brick(grid, levels, b) })
+            .collect();
+        let mut start: Vec<u32> = Vec::with_capacity(ways.len());
+        let mut first_brick = 0u32;
+        for way in &ways {
+            start.push(first_brick);
+            first_brick += way.ends.len() as u32;
+        }
+        let leaves = |key: &u64| !bricks.contains(&brick_and_voxel(*key).0);
+        let mut beyond: Vec<u64> =
+            ways.par_iter().flat_map_iter(|w| &w.ends).chain(&above).copied().filter(leaves).collect();
+        beyond.par_sort_unstable();
+        beyond.dedup();
+        let known = first_brick + bricks.len() as u32;
+        let mut slab = Self {
+            bricks: bricks.clone(),
+            first_detail: details.start,
+            ways,
+            start,
+            first_brick,
+            known,
+            beyond,
+            root: Vec::new(),
+        };
+        // 2. From end to end.
+        let node = |key: u64| slab.node(grid, key);
+        let mut root: Vec<u32> = slab.ways.par_iter().flat_map_iter(|w| w.ends.iter().map(|&e| node(e))).collect();
+        root.par_extend(bricks.clone().into_par_iter().map(|b| match grid.detail(b) {
+            Some(_) => slab.node_of_brick(b),
+            None => node(above[b - bricks.start]),
+        }));
+        root.extend(known..known + slab.beyond.len() as u32);
+        to_roots(&mut root);
+        slab.root = root;
+        slab
+    }
+
+    fn node_of_brick(&self, brick: usize) -> u32 {
+        self.first_brick + (brick - self.bricks.start) as u32
+    }
+
+    fn node(&self, grid: &Grid, key: u64) -> u32 {
+        let (brick, v) = brick_and_voxel(key);
+        if !self.bricks.contains(&brick) {
+            return self.known + self.beyond.partition_point(|&b| b < key) as u32;
+        }
+        match grid.detail(brick) {
+            Some(d) => self.start[d - self.first_detail] + u32::from(self.ways[d - self.first_detail].choice[v]),
+            None => self.node_of_brick(brick),
+        }
+    }
+}
+
 /// All basins.
 pub fn basins(grid: &Grid, distance: &Distance<'_>) -> Basins {
     by_slabs(grid, distance, (SLAB / (grid.bricks[0] * grid.bricks[1])).max(1))
@@ -107,53 +185,37 @@ fn by_slabs(grid: &Grid, distance: &Distance<'_>, of_slab: usize) -> Basins {
 impl Slabs<'_> {
     /// Labels the bricks of a slab.
     fn add(&mut self, levels: &Levels<'_>, bricks: Range<usize>) {
-        // 1. Within each brick, where the ways end: at a peak, or at a voxel of another brick.
-        let (grid, details) = (self.grid, self.grid.details(bricks.clone()));
-        let ways: Vec<Ways> = details.clone().into_par_iter().map(|d| ways(grid, levels, d)).collect();
-        let above: Vec<u64> = bricks
-            .clone()
-            .into_par_iter()
-            .map(|b| if grid.detail(b).is_some() { key(b, 0) } else { above_brick(grid, levels, b) })
-            .collect();
-        // Nodes: the ends in each brick, then bricks, then what lies outside the slab.
-        let mut start: Vec<u32> = Vec::with_capacity(ways.len());
-        let mut total = 0u32;
-        for way in &ways {
-            start.push(total);
-            total += way.ends.len() as u32;
+        let grid = self.grid;
+        let slab = Slab::new(grid, levels, bricks.clone());
+        // 1. Parts.
+        let (number, pending) = self.number(&slab, levels);
+        // 2. Labels.
+        let label = |node: u32| number[slab.root[node as usize] as usize];
+        for brick in bricks.clone().filter(|&b| grid.detail(b).is_none()) {
+            self.labels.set_brick(brick, label(slab.node_of_brick(brick)));
         }
-        let leaves = |key: &u64| !bricks.contains(&((key >> 9) as usize));
-        let mut beyond: Vec<u64> =
-            ways.par_iter().flat_map_iter(|w| &w.ends).chain(&above).copied().filter(leaves).collect();
-        beyond.par_sort_unstable();
-        beyond.dedup();
-        let known = total + bricks.len() as u32;
-        let node = |key: u64| {
-            let (brick, v) = ((key >> 9) as usize, (key & 511) as usize);
-            match grid.detail(brick) {
-                _ if leaves(&key) => known + beyond.partition_point(|&b| b < key) as u32,
-                Some(d) => start[d - details.start] + u32::from(ways[d - details.start].choice[v]),
-                None => total + (brick - bricks.start) as u32,
-            }
-        };
-        // 2. From end to end.
-        let mut next: Vec<u32> = ways.par_iter().flat_map_iter(|w| w.ends.iter().map(|&e| node(e))).collect();
-        next.par_extend(bricks.clone().into_par_iter().map(|b| match grid.detail(b) {
-            Some(_) => total + (b - bricks.start) as u32,
-            None => node(above[b - bricks.start]),
-        }));
-        next.extend(known..known + beyond.len() as u32);
-        to_roots(&mut next);
-        // 3. Parts.
-        let mut number: Vec<u32> = vec![NONE; next.len()];
+        let Slab { ways, start, .. } = &slab;
+        let palette = |(way, &start): (&Ways, &u32)| ((start..).take(way.ends.len()).map(label).collect(), way.choice);
+        self.labels.append(ways.par_iter().zip(start).map(palette));
+        // 3. What left the slab before came here.
+        for (part, key) in std::mem::replace(&mut self.pending, pending) {
+            self.next[part as usize] = label_at(grid, &self.labels, key);
+        }
+        self.labels.map_last_but_one(|l| root(&self.next, l));
+    }
+
+    /// Adds up the parts of a slab: the part of each root, and the parts whose ways leave the slab upwards, with where.
+    fn number(&mut self, slab: &Slab, levels: &Levels<'_>) -> (Vec<u32>, Vec<(u32, u64)>) {
+        let grid = self.grid;
+        let mut number: Vec<u32> = vec![NONE; slab.root.len()];
         let mut pending: Vec<(u32, u64)> = Vec::new();
         let mut count = |node: u32, of: Region| {
-            let root = next[node as usize];
+            let root = slab.root[node as usize];
             let part = &mut number[root as usize];
             if *part == NONE {
-                let end = root.checked_sub(known).map(|i| beyond[i as usize]);
+                let end = root.checked_sub(slab.known).map(|i| slab.beyond[i as usize]);
                 *part = match end {
-                    Some(end) if end < key(bricks.start, 0) => label_at(grid, &self.labels, end),
+                    Some(end) if end < key(slab.bricks.start, 0) => label_at(grid, &self.labels, end),
                     _ => {
                         let new = self.parts.len() as u32;
                         self.parts.push(Region::EMPTY);
@@ -165,18 +227,15 @@ impl Slabs<'_> {
             }
             self.parts[*part as usize] = self.parts[*part as usize].with(of);
         };
-        for brick in bricks.clone() {
+        for brick in slab.bricks.clone() {
             let outside = grid.at_rim(brick);
             match grid.detail(brick) {
                 None => {
                     let width = 2.0 * voxels_of(levels.get(brick, None, 0));
-                    count(
-                        total + (brick - bricks.start) as u32,
-                        Region { outside, volume: CELLS as f64, width, walls: 0.0 },
-                    );
+                    count(slab.node_of_brick(brick), Region { outside, volume: CELLS as f64, width, walls: 0.0 });
                 }
                 Some(d) => {
-                    let of = &ways[d - details.start];
+                    let of = &slab.ways[d - slab.first_detail];
                     let mut found: Vec<Region> =
                         of.walls.iter().map(|&w| Region { outside, walls: f64::from(w), ..Region::EMPTY }).collect();
                     for (v, &c) in of.choice.iter().enumerate().filter(|(_, c)| **c != OCCUPIED) {
@@ -184,22 +243,11 @@ impl Slabs<'_> {
                         f.volume += 1.0;
                         f.width = f.width.max(2.0 * voxels_of(levels.get(brick, Some(d), v)));
                     }
-                    (start[d - details.start]..).zip(found).for_each(|(node, f)| count(node, f));
+                    (slab.start[d - slab.first_detail]..).zip(found).for_each(|(node, f)| count(node, f));
                 }
             }
         }
-        // 4. Labels.
-        let label = |node: u32| number[next[node as usize] as usize];
-        for brick in bricks.clone().filter(|&b| grid.detail(b).is_none()) {
-            self.labels.set_brick(brick, label(total + (brick - bricks.start) as u32));
-        }
-        let palette = |(way, &start): (Ways, &u32)| ((start..).take(way.ends.len()).map(label).collect(), way.choice);
-        self.labels.append(ways.into_par_iter().zip(&start).map(palette));
-        // 5. What left the slab before came here.
-        for (part, key) in std::mem::replace(&mut self.pending, pending) {
-            self.next[part as usize] = label_at(grid, &self.labels, key);
-        }
-        self.labels.map_last_but_one(|l| root(&self.next, l));
+        (number, pending)
     }
 
     /// Adds where parts meet, of bricks whose upper neighbours are labelled.
@@ -264,7 +312,8 @@ impl Slabs<'_> {
 
 /// The label of what a key stands for.
 fn label_at(grid: &Grid, labels: &Labels, key: u64) -> u32 {
-    labels.get(grid, (key >> 9) as usize, (key & 511) as usize)
+    let (brick, voxel) = brick_and_voxel(key);
+    labels.get(grid, brick, voxel)
 }
 
 /// Where a way ends, as far as that is known.
@@ -304,6 +353,11 @@ fn merge(met: &mut Vec<Met>) {
 /// An element as a key: its brick, then its voxel (0 for an undivided brick).
 fn key(brick: usize, voxel: usize) -> u64 {
     (brick as u64) << 9 | voxel as u64
+}
+
+/// The brick and the voxel of a key.
+fn brick_and_voxel(key: u64) -> (usize, usize) {
+    ((key >> 9) as usize, (key & 511) as usize)
 }
 
 /// Where the ways of a brick's voxels end.

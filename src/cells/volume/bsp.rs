@@ -6,7 +6,7 @@
 //! planes with the most area and a few others; while there are many triangles, also of three planes along the grid's axes, so that
 //! the work stays n log n.
 
-use super::shell::Shell;
+use super::shell::{Shell, TOUCH};
 use crate::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -86,6 +86,13 @@ pub struct Bsp {
     pub thin: f64,
 }
 
+impl Bsp {
+    /// Whether each leaf lies at the rim.
+    pub fn leaves_at_rim(&self) -> Vec<bool> {
+        self.leaves.iter().map(|l| l.poly.faces.iter().any(|f| f.node == RIM)).collect()
+    }
+}
+
 enum Tree {
     Leaf(Poly, Vec<Vec<DVec3>>),
     Node(Plane, Vec<Vec<DVec3>>, Box<[Tree; 2]>),
@@ -97,9 +104,6 @@ const MANY: usize = 400;
 const TRIED: usize = 200;
 /// What a cut triangle costs, in triangles.
 const CUT: f64 = 1.5;
-/// What is nearer than this share of the coplanar tolerance to a cut isn't cut. Where surfaces meet at an angle, that leaves a
-/// slit as much wider as the angle is shallow; down to half a degree the seal still closes it. Less would cut along rounding.
-pub const TOUCH: f64 = 0.02;
 
 /// Builds the tree in `domain`; `axes` are the grid's, `coplanar` in metres.
 pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64) -> Bsp {

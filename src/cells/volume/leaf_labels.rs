@@ -5,8 +5,8 @@
 //! *Classification and regression trees*, 1984, by the Gini impurity). Leaves without voxels take the region that they are most
 //! open to, widest openings first, so that what is sealed off stays solid, and what a crack opens goes to one region whole.
 
-use super::adjacency::{Contact, push};
-use super::bsp::{Bsp, Child, Leaf, RIM};
+use super::adjacency::{Contact, open_around, push};
+use super::bsp::{Bsp, Child, Leaf};
 use super::grid::{CELLS, Grid, SIDE, place_of};
 use super::labels::{Labels, VOID};
 use super::ridges::Ridge;
@@ -301,11 +301,6 @@ pub struct Owners {
     pub beyond: Option<u32>,
 }
 
-/// Whether each leaf lies at the rim.
-pub fn at_rim(bsp: &Bsp) -> Vec<bool> {
-    bsp.leaves.iter().map(|l| l.poly.faces.iter().any(|f| f.node == RIM)).collect()
-}
-
 /// How far the leaf reaches from the face that it reaches least far from, metres.
 fn thickness(leaf: &Leaf) -> f64 {
     let faces = &leaf.poly.faces;
@@ -319,7 +314,7 @@ fn thickness(leaf: &Leaf) -> f64 {
 /// free at one end and to what is solid at the other, with no way between that anything would fit through. So they pass nothing
 /// on, until all else has its region; and then nothing to what hangs together with the void around a level.
 pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outside: Option<u32>, thin: f64) -> Owners {
-    let rim = at_rim(bsp);
+    let rim = bsp.leaves_at_rim();
     let void = |leaf: usize| if rim[leaf] { outside.is_none() } else { counts[leaf].iter().any(|c| c.0 == VOID) };
     let sliver: Vec<bool> = bsp.leaves.par_iter().map(|l| thickness(l) < thin).collect();
     let most = |c: &Vec<(u32, f64)>| {
@@ -383,15 +378,6 @@ fn around_void(contacts: &[Contact], leaves: &[Option<u32>], sliver: &[bool], vo
     (0..leaves.len()).map(|l| holds[set.find(l as u32) as usize]).collect()
 }
 
-/// The contacts of each leaf that are open, rounding aside.
-pub fn open_around(contacts: &[Contact], leaves: usize) -> Vec<Vec<u32>> {
-    let mut around: Vec<Vec<u32>> = vec![Vec::new(); leaves];
-    for (i, c) in contacts.iter().enumerate().filter(|(_, c)| c.wide) {
-        c.leaves.iter().for_each(|&l| around[l as usize].push(i as u32));
-    }
-    around
-}
-
 /// What a voxel in a leaf of another region costs, in faces of voxels.
 const ASTRAY: f64 = 0.25;
 /// Most times that all leaves are looked at.
@@ -402,7 +388,7 @@ const MOST_SWEEPS: usize = 16;
 /// pictures*, 1986). `face`: a voxel's, square metres.
 pub fn smooth(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], face: f64, leaves: &mut [Option<u32>]) {
     let around = open_around(contacts, leaves.len());
-    let rim = at_rim(bsp);
+    let rim = bsp.leaves_at_rim();
     let mut awake = vec![true; leaves.len()];
     for _ in 0..MOST_SWEEPS {
         let mut moved = false;

@@ -27,7 +27,7 @@ use super::complex::assemble::{around, hulls};
 use super::complex::coverage::{Open, Shape, area, convex_hull, width};
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
-use crate::geom::{Plane, newell};
+use crate::geom::{Aabb, Plane, newell};
 use crate::scene::{Role, Scene};
 use adjacency::{Contact, Flat};
 use glam::{DVec2, DVec3};
@@ -45,7 +45,7 @@ const FINEST: f64 = 0.1;
 /// What hulls grow by on every side, in seals.
 const GROWN: f64 = 1.5;
 /// Voxels along the diagonal of a small scene.
-const ALONG: f64 = 300.0;
+const VOXELS_ALONG: f64 = 300.0;
 
 /// Splits a scene; `voxel` in metres, `None` takes what fits.
 pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reason: String) -> CellGraph {
@@ -53,7 +53,7 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
     let bounds = scene.bounds();
     let opaque = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
     let triangles: Vec<[DVec3; 3]> = opaque.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
-    let fitting = (bounds.diagonal() / ALONG).clamp(FINEST * human.metre, VOXEL * human.metre);
+    let fitting = (bounds.diagonal() / VOXELS_ALONG).clamp(FINEST * human.metre, VOXEL * human.metre);
     let size = bounds.size() / grid::SIDE as f64;
     let least = (size.x.max(1e-9) * size.y.max(1e-9) * size.z.max(1e-9) / MOST_BRICKS).cbrt();
     let voxel = voxel.unwrap_or(fitting).max(least).max(bounds.diagonal() * 1e-5);
@@ -66,7 +66,7 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
     let fitter = Fitter::new(&shell, &grid);
     let ridges = fitter.ridges(&grid, &labels);
     // 3. The leaves and their labels.
-    let domain = bounds.inflated((0.05 * bounds.diagonal()).min(3.0 * human.metre));
+    let domain = human.domain(bounds);
     let axes = DVec3::AXES.map(|a| grid.frame.direction(a));
     let mut bsp = bsp::bsp(&shell, domain, axes, tolerance.coplanar);
     leaf_labels::cut_along(&mut bsp, &ridges, |_, _| ());
@@ -87,8 +87,40 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
     pieces::fill(&contacts, &bsp, &mut of_leaf);
     // 4. The graph.
     let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar);
+    let (cells, number) = cells(pieces, beyond, domain);
+    let of_leaf: Vec<Option<u32>> = of_leaf.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
+    let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal);
+    let count = cells.iter().map(|c| c.pieces.len()).sum::<usize>();
+    let mut notes = vec![
+        format!("voxels of {voxel:.3} m: {} bricks, {} of them touched by surfaces", grid.len(), grid.occupied.len()),
+        format!(
+            "{} planes of {} triangles part space, {} triangles stand free in it",
+            shell.planes.len(),
+            shell.triangles.len(),
+            shell.free_standing
+        ),
+        format!(
+            "{} leaves make {count} convex pieces; {} narrowings, {} of them ragged",
+            bsp.leaves.len(),
+            ridges.len(),
+            ragged.len()
+        ),
+    ];
+    notes.extend(human.note());
+    CellGraph {
+        strategy: Strategy::Volume,
+        reason,
+        cells,
+        portals,
+        smallest_hole: adjacency::smallest_hole(&tolerance),
+        notes,
+    }
+}
+
+/// Cells of the regions that have pieces, and the cell of each region; `beyond` is the one beyond the rim of the domain.
+fn cells(pieces: Vec<Vec<Piece>>, beyond: Option<u32>, domain: Aabb) -> (Vec<Cell>, Vec<Option<u32>>) {
     let mut cells: Vec<Cell> = Vec::new();
-    let mut number: Vec<Option<u32>> = vec![None; regions.len()];
+    let mut number: Vec<Option<u32>> = vec![None; pieces.len()];
     for (r, mut pieces) in pieces.into_iter().enumerate() {
         if pieces.is_empty() {
             continue;
@@ -108,35 +140,7 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
         pieces.push(Piece { planes: planes.collect(), bounds: domain });
         cells.push(Cell { name: "everything".to_owned(), source: None, open: true, pieces, portals: Vec::new() });
     }
-    let of_leaf: Vec<Option<u32>> = of_leaf.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
-    let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal);
-    let count = cells.iter().map(|c| c.pieces.len()).sum::<usize>();
-    let mut notes = vec![
-        format!("voxels of {voxel:.3} m: {} bricks, {} of them touched by surfaces", grid.len(), grid.occupied.len()),
-        format!(
-            "{} planes of {} triangles part space, {} triangles stand free in it",
-            shell.planes.len(),
-            shell.triangles.len(),
-            shell.free_standing
-        ),
-        format!(
-            "{} leaves make {count} convex pieces; {} narrowings, {} of them ragged",
-            bsp.leaves.len(),
-            ridges.len(),
-            ragged.len()
-        ),
-    ];
-    if human.metre != 1.0 {
-        notes.push(format!("the model is plainly not in metres: a person's metre is taken as {} units", human.metre));
-    }
-    CellGraph {
-        strategy: Strategy::Volume,
-        reason,
-        cells,
-        portals,
-        smallest_hole: adjacency::smallest_hole(&tolerance),
-        notes,
-    }
+    (cells, number)
 }
 
 /// The direction in plan (x and z) that most wall area runs along or across.

@@ -4,11 +4,10 @@
 //! it is the normal of the best plane without a fit. A plane that is nearly upright, level or parallel to a wall is made so,
 //! and one that lies within a voxel and a half of a wall's plane becomes that: doorways get portals that are flush with walls.
 
-use super::adjacency::{Contact, Flat, push};
+use super::adjacency::{Contact, Flat, open_around, push};
 use super::bsp::{Bsp, reach};
 use super::grid::Grid;
 use super::labels::{Labels, VOID, VoxelFace};
-use super::leaf_labels::{at_rim, open_around};
 use super::shell::Shell;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::locate::BoxTree;
@@ -33,9 +32,9 @@ pub struct Ridge {
 /// A patch of fewer faces is none.
 const LEAST_FACES: usize = 3;
 /// Normals nearer than this to an axis or a wall are made parallel: cosine of 20 degrees.
-const PARALLEL: f64 = 0.94;
+const SNAP_COSINE: f64 = 0.94;
 /// Normals whose vertical part is less than this are made level: up to 30 degrees, as those square to most ramps are.
-const UPRIGHT: f64 = 0.5;
+const UPRIGHT_NORMAL: f64 = 0.5;
 /// Planes of walls within this many voxels are taken.
 const FLUSH: f64 = 1.5;
 /// Most voxels that labels are straightened off a plane.
@@ -184,11 +183,11 @@ impl<'s> Fitter<'s> {
         }
         let mut n = sum.normalize();
         // Upright, where nearly so.
-        if n.y.abs() < UPRIGHT {
+        if n.y.abs() < UPRIGHT_NORMAL {
             n = n.with_y(0.0).normalize();
         }
         for axis in self.axes {
-            if n.dot(axis).abs() > PARALLEL {
+            if n.dot(axis).abs() > SNAP_COSINE {
                 n = axis * n.dot(axis).signum();
             }
         }
@@ -200,7 +199,7 @@ impl<'s> Fitter<'s> {
         self.tree.in_box(&near, &mut |i| {
             let (t, p) = &self.shell.triangles[i as usize];
             let wall = &self.shell.planes[*p as usize];
-            if wall.n.dot(n).abs() > PARALLEL && wall.distance(centre).abs() <= FLUSH * voxel {
+            if wall.n.dot(n).abs() > SNAP_COSINE && wall.distance(centre).abs() <= FLUSH * voxel {
                 *walls.entry(*p).or_default() += area(t);
             }
         });
@@ -255,7 +254,7 @@ fn patches(steps: Vec<(DVec3, DVec3)>) -> Vec<Vec<(DVec3, DVec3)>> {
 /// Leaves on the wrong side of a ridge that hang together and reach it go over to the other region, where that makes less
 /// open between regions.
 pub fn straighten(bsp: &Bsp, contacts: &[Contact], ridges: &[Ridge], leaves: &mut [Option<u32>]) {
-    let (around, rim) = (open_around(contacts, leaves.len()), at_rim(bsp));
+    let (around, rim) = (open_around(contacts, leaves.len()), bsp.leaves_at_rim());
     for ridge in ridges {
         let [a, b, _, d] = ridge.corners;
         let (u, v) = (b - a, d - a);

@@ -3,7 +3,6 @@
 //! A closed thing that stands free in one region (a pipe, a tank, a column) parts nothing: its inside may count as the region's,
 //! and nothing is lost but a few convex pieces fewer. The rest is the *shell*.
 
-use super::bsp::TOUCH;
 use super::grid::Grid;
 use super::labels::{Labels, NONE, VOID};
 use crate::cells::disjoint_sets::DisjointSets;
@@ -11,6 +10,10 @@ use crate::geom::{Aabb, Plane, newell};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
+
+/// What is nearer than this share of the coplanar tolerance to a cut isn't cut. Where surfaces meet at an angle, that leaves a
+/// slit as much wider as the angle is shallow; down to half a degree the seal still closes it. Less would cut along rounding.
+pub const TOUCH: f64 = 0.02;
 
 /// Triangles and their planes.
 pub struct Shell {

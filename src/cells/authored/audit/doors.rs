@@ -4,7 +4,7 @@ use super::{Finding, FindingKind, called};
 use crate::CellId;
 use crate::cells::{CellGraph, Locator, PortalKind};
 use crate::geom::{Aabb, area, middle, newell};
-use crate::scene::{Hints, OpeningHint, OpeningKind};
+use crate::scene::{Hints, OpeningHint, OpeningKind, RoomHint};
 use glam::DVec3;
 use std::collections::BTreeSet;
 
@@ -12,9 +12,12 @@ use std::collections::BTreeSet;
 /// not through the next wall.
 const STEPS: [f64; 4] = [0.3, 0.5, 0.15, 0.05];
 /// A portal this near to a door is the door's, metres.
-const NEAR: f64 = 0.35;
+const PORTAL_NEAR: f64 = 0.35;
 /// What one can go through is at least so wide, metres, and so large, square metres.
 const PASSABLE: (f64, f64) = (0.4, 0.5);
+
+/// The vertical part of the unit normal of a hatch is more than this: steeper than 45 degrees it is a door.
+const LYING: f64 = 0.7;
 
 /// What is wrong with openings, and rooms that none leads out of.
 pub(super) fn findings(
@@ -24,87 +27,126 @@ pub(super) fn findings(
     room_of: &[Option<usize>],
     metre: f64,
 ) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let near: Vec<Aabb> = graph.portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
-    let room = |cell: Option<CellId>| cell.and_then(|c| room_of[c.index()]);
-    let name = |cell: Option<CellId>| match (room(cell), cell) {
-        (Some(r), _) => called(&hints.rooms[r]),
-        (None, Some(c)) if graph.cells[c.index()].open => "the outside".to_owned(),
-        (None, Some(c)) => graph.cells[c.index()].name.clone(),
-        (None, None) => "solid matter".to_owned(),
-    };
-    for opening in &hints.openings {
+    let boxes = graph.portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
+    let audit = Doors { hints, graph, locator, room_of, metre, boxes };
+    let mut findings: Vec<Finding> = hints.openings.iter().flat_map(|opening| audit.of_opening(opening)).collect();
+    findings.extend(audit.closed_rooms());
+    findings
+}
+
+/// What openings are held against.
+struct Doors<'d> {
+    hints: &'d Hints,
+    graph: &'d CellGraph,
+    locator: &'d Locator<'d>,
+    /// The author's room of each cell.
+    room_of: &'d [Option<usize>],
+    metre: f64,
+    /// Around each portal.
+    boxes: Vec<Aabb>,
+}
+
+impl Doors<'_> {
+    fn room(&self, cell: Option<CellId>) -> Option<usize> {
+        cell.and_then(|c| self.room_of[c.index()])
+    }
+
+    fn name(&self, cell: Option<CellId>) -> String {
+        match (self.room(cell), cell) {
+            (Some(r), _) => called(&self.hints.rooms[r]),
+            (None, Some(c)) if self.is_open(c) => "the outside".to_owned(),
+            (None, Some(c)) => self.graph.cells[c.index()].name.clone(),
+            (None, None) => "solid matter".to_owned(),
+        }
+    }
+
+    fn is_open(&self, cell: CellId) -> bool {
+        self.graph.cells[cell.index()].open
+    }
+
+    /// What is wrong with one opening.
+    fn of_opening(&self, opening: &OpeningHint) -> Vec<Finding> {
         let what = match opening.kind {
             OpeningKind::Door => "door",
             OpeningKind::Window => "window",
             OpeningKind::Opening => "opening",
             // Drawn by rooms, and open wherever the triangles say so.
-            OpeningKind::Virtual => continue,
+            OpeningKind::Virtual => return Vec::new(),
         };
-        let sides = sides(opening, locator, metre);
-        let found = sides.map(room);
-        let mut tell = |kind, rooms: &[usize], text: String| {
-            let rooms = rooms.iter().map(|&r| hints.rooms[r].id.clone());
+        let sides = sides(opening, self.locator, self.metre);
+        let names = || sides.map(|side| self.name(side));
+        let tell = |kind, rooms: &[usize], text: String| {
+            let rooms = rooms.iter().map(|&r| self.hints.rooms[r].id.clone());
             let ids = std::iter::once(opening.id.clone()).chain(rooms).collect();
-            findings.push(Finding { kind, ids, text: format!("{what} {} {text}", opening.id) });
+            Finding { kind, ids, text: format!("{what} {} {text}", opening.id) }
         };
         let said: BTreeSet<usize> = opening.rooms.into_iter().flatten().collect();
-        let is: BTreeSet<usize> = found.into_iter().flatten().collect();
+        let is: BTreeSet<usize> = sides.into_iter().filter_map(|side| self.room(side)).collect();
         let rooms: Vec<usize> = is.iter().copied().collect();
         // 1. Is anything there? Holes that end in a wall are niches.
         if opening.kind == OpeningKind::Opening && sides.contains(&None) {
-            continue;
+            return Vec::new();
         }
         if let ([Some(a), Some(b)], false) = (sides, said == is && !is.is_empty())
             && a == b
-            && !graph.cells[a.index()].open
+            && !self.is_open(a)
         {
-            tell(FindingKind::DoorWithoutRooms, &rooms, format!("stands inside {}", name(sides[0])));
-            continue;
+            return vec![tell(FindingKind::DoorWithoutRooms, &rooms, format!("stands inside {}", self.name(sides[0])))];
         }
         if is.is_empty() {
             // Space without a room is told once, with the doors that lead there.
-            if sides.iter().flatten().all(|c| graph.cells[c.index()].open) {
-                let text = format!("has no room on either side: {} and {}", name(sides[0]), name(sides[1]));
-                tell(FindingKind::DoorWithoutRooms, &[], text);
-            }
-            continue;
+            let outside = sides.iter().flatten().all(|&c| self.is_open(c));
+            let [one, other] = names();
+            let text = format!("has no room on either side: {one} and {other}");
+            return if outside { vec![tell(FindingKind::DoorWithoutRooms, &[], text)] } else { Vec::new() };
         }
-        // What is open there may belong to a third cell: a reveal, the space over a skylight.
-        let around = Aabb::of(opening.winding.iter().copied()).inflated(0.5 * opening.thickness + NEAR * metre);
-        let is_there = |i: &usize| {
-            let cells = graph.portals[*i].cells;
-            near[*i].touches(&around) && sides.iter().flatten().any(|c| cells.contains(c))
-        };
-        if sides[0] != sides[1] && !(0..graph.portals.len()).any(|i| is_there(&i)) {
-            let text = format!("is walled up: nothing is open between {} and {}", name(sides[0]), name(sides[1]));
-            tell(FindingKind::DoorWalledUp, &rooms, text);
+        let mut findings = Vec::new();
+        if sides[0] != sides[1] && !self.has_portal(opening, sides) {
+            let [one, other] = names();
+            let text = format!("is walled up: nothing is open between {one} and {other}");
+            findings.push(tell(FindingKind::DoorWalledUp, &rooms, text));
         }
         // 2. Do the relations say so?
         if !said.is_empty() && said != is {
-            let list =
-                |set: &BTreeSet<usize>| set.iter().map(|&r| called(&hints.rooms[r])).collect::<Vec<_>>().join(" and ");
+            let list: Vec<String> = said.iter().map(|&r| called(&self.hints.rooms[r])).collect();
             let all: Vec<usize> = is.union(&said).copied().collect();
-            let text = format!("joins {} and {}; its relations say {}", name(sides[0]), name(sides[1]), list(&said));
-            tell(FindingKind::DoorElsewhere, &all, text);
+            let [one, other] = names();
+            let text = format!("joins {one} and {other}; its relations say {}", list.join(" and "));
+            findings.push(tell(FindingKind::DoorElsewhere, &all, text));
         }
+        findings
     }
-    // 3. Rooms that one can't go into.
-    let mut reached = vec![false; hints.rooms.len()];
-    for portal in graph.portals.iter().filter(|p| p.kind != PortalKind::Window) {
-        let size = Aabb::of(portal.winding.iter().copied()).size();
-        let wide = if portal.plane.n.y.abs() > 0.7 { size.x.min(size.z) } else { size.x.hypot(size.z) };
-        if wide >= PASSABLE.0 * metre && area(&portal.winding) >= PASSABLE.1 * metre * metre {
-            portal.cells.iter().filter_map(|&c| room(Some(c))).for_each(|r| reached[r] = true);
+
+    /// True where a portal of a cell on either side is near. What is open there may belong to a third cell: a reveal, the space over a
+    /// skylight.
+    fn has_portal(&self, opening: &OpeningHint, sides: [Option<CellId>; 2]) -> bool {
+        let reach = 0.5 * opening.thickness + PORTAL_NEAR * self.metre;
+        let around = Aabb::of(opening.winding.iter().copied()).inflated(reach);
+        self.boxes
+            .iter()
+            .zip(&self.graph.portals)
+            .any(|(near, portal)| near.touches(&around) && sides.iter().flatten().any(|c| portal.cells.contains(c)))
+    }
+
+    /// Rooms that one can't go into.
+    fn closed_rooms(&self) -> Vec<Finding> {
+        let (hints, metre) = (self.hints, self.metre);
+        let mut reached = vec![false; hints.rooms.len()];
+        for portal in self.graph.portals.iter().filter(|p| p.kind != PortalKind::Window) {
+            let size = Aabb::of(portal.winding.iter().copied()).size();
+            let lies = portal.plane.n.y.abs() > LYING;
+            let wide = if lies { size.x.min(size.z) } else { size.x.hypot(size.z) };
+            if wide >= PASSABLE.0 * metre && area(&portal.winding) >= PASSABLE.1 * metre * metre {
+                portal.cells.iter().filter_map(|&c| self.room(Some(c))).for_each(|r| reached[r] = true);
+            }
         }
-    }
-    for (i, hint) in hints.rooms.iter().enumerate() {
-        if !reached[i] && room_of.contains(&Some(i)) {
+        let closed = hints.rooms.iter().enumerate().filter(|(i, _)| !reached[*i] && self.room_of.contains(&Some(*i)));
+        let of_room = |(_, hint): (usize, &RoomHint)| {
             let text = format!("{}: no door, passage or open side leads out of it", called(hint));
-            findings.push(Finding { kind: FindingKind::NoDoor, ids: vec![hint.id.clone()], text });
-        }
+            Finding { kind: FindingKind::NoDoor, ids: vec![hint.id.clone()], text }
+        };
+        closed.map(of_room).collect()
     }
-    findings
 }
 
 /// The cells on the side of an opening's normal and on the other.

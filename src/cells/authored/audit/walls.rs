@@ -18,8 +18,8 @@ const MOST_POINTS: usize = 48;
 /// A side is bounded by walls where at least this share of its points has one near.
 const BOUNDED: f64 = 0.6;
 /// Triangles of one side agree in direction to this cosine, and lie this near to its plane, metres.
-const PARALLEL: f64 = 0.9995;
-const SAME: f64 = 0.01;
+const SAME_SIDE_COSINE: f64 = 0.9995;
+const SAME_SIDE_OFFSET: f64 = 0.01;
 
 /// Triangles of a room's surface in one plane.
 struct Side {
@@ -59,7 +59,7 @@ fn sides(room: &RoomHint, metre: f64) -> Vec<Side> {
         let (d, area) = (n.dot(t[0]), 0.5 * cross.length());
         let fits = |s: &&mut Side| {
             let along = s.n.dot(n);
-            along.abs() > PARALLEL && (s.d - d * along.signum()).abs() < SAME * metre
+            along.abs() > SAME_SIDE_COSINE && (s.d - d * along.signum()).abs() < SAME_SIDE_OFFSET * metre
         };
         match sides.iter_mut().find(fits) {
             Some(side) => {
@@ -87,7 +87,7 @@ fn offset(side: &Side, rays: &RayScene<'_>, metre: f64) -> Option<f64> {
             let p = t[0] + (t[1] - t[0]) * a + (t[2] - t[0]) * b;
             count += 1;
             // Begun a little before the side, so that a wall in its very plane is met.
-            let before = SAME * metre;
+            let before = SAME_SIDE_OFFSET * metre;
             let nearest = [side.n, -side.n].into_iter().filter_map(|way| {
                 let hit = rays.first_opaque(p - way * before, way, REACH * metre + before)?;
                 let role = rays.scene().objects[hit.object.index()].role;

@@ -1,0 +1,177 @@
+//! What the steps of this room share: what they read, the regions while those are joined, and the labels that come out.
+
+use crate::cells::authored::Claims;
+use crate::cells::complex::assemble::Complex;
+use crate::cells::complex::faces::Face;
+use crate::cells::disjoint_sets::DisjointSets;
+use crate::cells::plan::options::PlanOptions;
+use crate::cells::scale::HumanScale;
+use std::collections::BTreeMap;
+
+/// What every step reads.
+pub(in crate::cells) struct Input<'i> {
+    /// Pieces, and the faces between them.
+    pub complex: &'i Complex<'i>,
+    /// The pieces that the author's rooms hold.
+    pub claims: &'i Claims,
+    /// Levels always part cells: they are the author's storeys.
+    pub storeys_part: bool,
+    /// The thresholds.
+    pub options: &'i PlanOptions,
+    /// What a person's metre is.
+    pub human: HumanScale,
+    /// [`crate::tolerance::Tolerance::seal`].
+    pub seal: f64,
+}
+
+/// What each piece is by itself.
+pub(in crate::cells) struct Pieces {
+    /// It touches the rim of the domain, so it is outside.
+    pub rim: Vec<bool>,
+    /// How wide the space around its middle is, metres.
+    pub widths: Vec<f64>,
+    /// Cubic metres.
+    pub volumes: Vec<f64>,
+}
+
+/// Whose a piece or a region is, whatever the bottlenecks say.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(in crate::cells) enum Claim {
+    /// The outside.
+    Outside,
+    /// A plenum over several rooms, by one of its pieces.
+    Plenum(u32),
+    /// An author's room, index into [`crate::scene::Hints::rooms`].
+    Room(u32),
+}
+
+impl Claim {
+    /// The author's room, where it is one.
+    pub fn room(self) -> Option<u32> {
+        match self {
+            Claim::Room(room) => Some(room),
+            Claim::Outside | Claim::Plenum(_) => None,
+        }
+    }
+}
+
+/// Regions, each with what it measures under the number of its first piece.
+pub(in crate::cells) struct Space {
+    /// The pieces of each region.
+    pub regions: DisjointSets,
+    /// How wide, metres.
+    pub width: Vec<f64>,
+    /// How high, metres.
+    pub height: Vec<f64>,
+    /// Cubic metres.
+    pub volume: Vec<f64>,
+    /// Whose it is.
+    pub claim: Vec<Option<Claim>>,
+    /// How much each of the author's rooms may measure with what nobody claims, cubic metres.
+    pub most: BTreeMap<u32, f64>,
+}
+
+impl Space {
+    /// The pieces that claim the same are one region, every other piece is one by itself. `heights` are those of the pieces' runs.
+    pub fn new(pieces: &Pieces, heights: &[f64], claim: Vec<Option<Claim>>, most: BTreeMap<u32, f64>) -> Self {
+        let n = claim.len();
+        let mut regions = DisjointSets::new(n);
+        let mut first_of: BTreeMap<Claim, u32> = BTreeMap::new();
+        for (p, claim) in claim.iter().enumerate() {
+            if let Some(claim) = *claim {
+                let first = *first_of.entry(claim).or_insert(p as u32);
+                regions.join(first, p as u32);
+            }
+        }
+        let (width, height, volume) = (pieces.widths.clone(), heights.to_vec(), pieces.volumes.clone());
+        let mut space = Self { regions, width, height, volume, claim, most };
+        for p in 0..n as u32 {
+            let r = space.regions.find(p) as usize;
+            if r != p as usize {
+                space.take(r, p as usize);
+            }
+        }
+        // The outside goes on beyond the rim.
+        for r in (0..n as u32).filter(|&r| space.is_outside(r)).collect::<Vec<_>>() {
+            (space.width[r as usize], space.height[r as usize]) = (f64::INFINITY, f64::INFINITY);
+        }
+        space
+    }
+
+    /// True where the region is somebody's.
+    pub fn is_claimed(&self, region: u32) -> bool {
+        self.claim[region as usize].is_some()
+    }
+
+    /// True where the region is the outside.
+    pub fn is_outside(&self, region: u32) -> bool {
+        self.claim[region as usize] == Some(Claim::Outside)
+    }
+
+    /// Whether two regions must stay apart: both are somebody's, or an author's room would take in more than it may.
+    pub fn must_part(&self, a: u32, b: u32) -> bool {
+        self.is_claimed(a) && self.is_claimed(b) || self.is_outgrown(a, b)
+    }
+
+    /// True where an author's room would take in more than it may.
+    fn is_outgrown(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (a as usize, b as usize);
+        let claim = self.claim[a].xor(self.claim[b]);
+        let most = claim.and_then(Claim::room).and_then(|room| self.most.get(&room));
+        most.is_some_and(|most| self.volume[a] + self.volume[b] > *most)
+    }
+
+    /// The width of the narrower of two regions, metres.
+    pub fn narrower(&self, a: u32, b: u32) -> f64 {
+        self.width[a as usize].min(self.width[b as usize])
+    }
+
+    /// The height of the lower of two regions, metres.
+    pub fn lower(&self, a: u32, b: u32) -> f64 {
+        self.height[a as usize].min(self.height[b as usize])
+    }
+
+    /// The regions on both sides of a face.
+    pub fn sides(&mut self, face: &Face) -> (u32, u32) {
+        (self.regions.find(face.a), self.regions.find(face.b))
+    }
+
+    /// Region `r` gets what `other` measures.
+    fn take(&mut self, r: usize, other: usize) {
+        self.width[r] = self.width[r].max(self.width[other]);
+        self.height[r] = self.height[r].max(self.height[other]);
+        self.volume[r] += self.volume[other];
+        self.claim[r] = self.claim[r].or(self.claim[other]);
+    }
+
+    /// Two regions become one.
+    pub fn unite(&mut self, a: u32, b: u32) {
+        let r = self.regions.join(a, b) as usize;
+        self.take(r, a as usize + b as usize - r);
+    }
+}
+
+/// True where a face lets through from free space to free space.
+pub(in crate::cells) fn is_passage(face: &Face, free: &[bool]) -> bool {
+    face.open_area > 0.0 && free[face.a as usize] && free[face.b as usize]
+}
+
+/// What the author or the geometry calls a region.
+#[derive(Clone, PartialEq, Debug)]
+pub(in crate::cells) struct Region {
+    /// Index into [`crate::scene::Hints::rooms`].
+    pub room: Option<u32>,
+    /// The outside.
+    pub outside: bool,
+    /// A part of the outside among wings.
+    pub courtyard: bool,
+}
+
+/// A region for every piece of free space.
+#[derive(Debug)]
+pub(in crate::cells) struct Labels {
+    /// Region of each piece; `None` in solid matter.
+    pub of_piece: Vec<Option<u32>>,
+    /// The regions, in the order of their first piece.
+    pub regions: Vec<Region>,
+}
