@@ -6,9 +6,9 @@
 
 use enfilade::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy, validate};
 use enfilade::geom::{Plane, middle, newell};
+use enfilade::job::Job;
+use enfilade::level::{Level, LevelPortal, VisOptions, vis};
 use enfilade::pvs::flow::{FlowInput, flow};
-use enfilade::vis::{Level, LevelPortal, VisOptions, vis};
-use enfilade::work::Work;
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
 
@@ -73,7 +73,7 @@ impl Bytes<'_> {
 pub fn level(bytes: &[u8]) -> bool {
     let Some(level) = Bytes(bytes.iter()).level().filter(|l| !l.portals.is_empty()) else { return false };
     let options = VisOptions { steps: 2_000, lines: 4, ..VisOptions::default() };
-    let found = vis(&level, &options, None, &Work::quiet()).expect("cells in range");
+    let found = vis(&level, &options, None, &Job::quiet()).expect("cells in range");
     assert_eq!(found.lower.first_outside(&found.upper), None);
     for cell in 0..level.cells {
         assert!(found.lower.get(cell, cell));
@@ -125,7 +125,7 @@ pub fn flown(graph: &CellGraph) {
         max_steps: 2_000,
         coplanar: 1e-5,
     };
-    let found = flow(&input, &Work::quiet()).expect("nobody stops it");
+    let found = flow(&input, &Job::quiet()).expect("nobody stops it");
     assert_eq!((found.cells_upper.rows(), found.cells_upper.columns()), (n, n));
     for cell in 0..n {
         assert!(found.cells_upper.get(cell, cell));

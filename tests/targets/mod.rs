@@ -1,34 +1,21 @@
 //! What reads bytes that anyone may have written, a function each: `fuzz/` gives them to libFuzzer, `tests/hostile.rs` bounded numbers
 //! of mutants. Each panics where a promise is broken, and says whether the bytes were taken for what they claim to be.
 
-#[path = "../boxes/mod.rs"]
-mod boxes;
-#[path = "../forge/mod.rs"]
-pub mod forge;
 mod graph;
-#[cfg(feature = "ifc")]
-#[allow(dead_code, reason = "each test binary uses its part")]
-#[path = "../house/mod.rs"]
-mod house;
-#[path = "../common/prt_texts.rs"]
-mod prt_texts;
-#[cfg(feature = "quake")]
-#[allow(dead_code, reason = "each test binary uses its part")]
-#[path = "../quake/mod.rs"]
-mod quake;
 mod seeds;
 
 use enfilade::cells::{read_cells, read_indoorgml, read_view_cells, validate};
 use enfilade::file::{Container, PvsFile, SectionId};
-use enfilade::report::check::rooms::RoomsFile;
-use enfilade::report::check::score_rooms;
-use enfilade::report::path::CameraPath;
+use enfilade::level::prt::{Prt, read_prt};
+use enfilade::level::rows::read_rows;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
 use enfilade::scene::{ImportOptions, Scene, gltf, indoorgml, obj};
-use enfilade::vis::prt::{Prt, read_prt};
-use enfilade::vis::rows::read_rows;
+use enfilade::verify::rooms::RoomsFile;
+use enfilade::verify::score_rooms;
+use enfilade::walkthrough::path::CameraPath;
 use glam::{DVec3, Vec3};
 use std::sync::OnceLock;
+use testing::boxes;
 
 /// A reader, or the core behind readers.
 pub struct Target {
@@ -235,7 +222,7 @@ fn rooms(bytes: &[u8]) -> bool {
 
 #[cfg(feature = "quake")]
 fn bsp(bytes: &[u8]) -> bool {
-    use enfilade::vis::bsp::Bsp;
+    use enfilade::level::bsp::Bsp;
     let Ok(bsp) = Bsp::read(bytes.to_vec()) else { return false };
     if let Ok(derived) = bsp.level() {
         assert!(derived.level.portals.iter().flat_map(|p| p.cells).all(|c| (c as usize) < derived.level.cells));
