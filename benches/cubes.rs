@@ -22,11 +22,9 @@ use obvhs::triangle::Triangle;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
+use testing::explain;
 
-#[path = "../tests/common/explain.rs"]
-#[allow(dead_code)]
-mod explain;
-use explain::{EXACT, is_explained};
+use testing::explain::{EXACT, is_explained};
 
 const SIZE: u32 = 256;
 const REPEATS: usize = 7;

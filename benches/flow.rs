@@ -14,9 +14,8 @@ use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
 use std::hint::black_box;
 
-#[path = "../tests/common/grid.rs"]
-mod grid;
-use grid::{Grid, Random, Recipe, graph, inside, rectangle};
+use testing::grid::{Grid, Recipe, graph, inside, rectangle};
+use testing::random::Random;
 
 struct World {
     graph: CellGraph,
@@ -62,7 +61,7 @@ fn grid_world(rooms: usize) -> World {
     let result = world.flow();
     world.describe(&format!("grid {rooms}"), &result);
     let (mut cells, mut objects) = (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
-    let (mut random, mut path) = (Random(1), Vec::new());
+    let (mut random, mut path) = (Random::new(1), Vec::new());
     for k in 0..4_000 * rooms {
         let (room, p, direction) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
         grid.walk(room, p, direction, &mut path);
@@ -85,7 +84,7 @@ fn grid_world(rooms: usize) -> World {
 
 /// Two facades, `rooms` rooms in all, checked. Cell 0 is the street.
 fn street_world(rooms: usize) -> World {
-    let (storeys, mut random) = (10, Random(2));
+    let (storeys, mut random) = (10, Random::new(2));
     let along = rooms / 2 / storeys;
     let id = |side: usize, storey: usize, k: usize| (1 + (side * storeys + storey) * along + k) as u32;
     let (mut portals, mut bounds, mut home) = (Vec::new(), Vec::new(), Vec::new());

@@ -13,6 +13,7 @@ use enfilade::pvs::{Guarantee, PvsStats};
 use enfilade::{BitMatrix, CellId};
 use glam::{DVec3, Vec3, Vec4};
 use std::time::Instant;
+use testing::random::Random;
 
 const SIDES: [usize; 4] = [8, 16, 32, 64];
 const OBJECTS: usize = 10;
@@ -76,21 +77,13 @@ fn measure(name: &str, file: &PvsFile) {
     eprintln!("{name}: written in {write:.2} s, {} bytes", bytes.len());
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
-fn random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (*state ^ *state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ z >> 31
-}
-
 /// A floor of `side` x `side` rooms, most doors open at random: a room sees along its row and its column until a door is shut,
 /// and of the objects that stand there the fewer the further they are.
 fn floor(side: usize) -> PvsFile {
-    let state = &mut 9;
+    let random = &mut Random::new(9);
     let rooms = side * side;
-    let doors: Vec<[bool; 2]> = (0..rooms).map(|_| [(); 2].map(|()| !random(state).is_multiple_of(5))).collect();
-    let reach: Vec<u64> = (0..rooms * OBJECTS).map(|_| 1 + random(state) % 9).collect();
+    let doors: Vec<[bool; 2]> = (0..rooms).map(|_| [(); 2].map(|()| !random.word().is_multiple_of(5))).collect();
+    let reach: Vec<u64> = (0..rooms * OBJECTS).map(|_| 1 + random.word() % 9).collect();
     let (mut cells, mut objects) = (BitMatrix::new(rooms, rooms), BitMatrix::new(rooms, rooms * OBJECTS));
     let mut placement = BitMatrix::new(rooms, rooms * OBJECTS);
     let mut portals = Vec::new();

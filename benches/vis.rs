@@ -6,9 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use enfilade::job::Job;
 use enfilade::level::{Level, Vis, VisOptions, vis};
 use std::hint::black_box;
-
-#[path = "../tests/common/prt.rs"]
-mod prt;
+use testing::prt;
 
 /// Levels, and the CPU seconds that the reference takes for each at one thread, on a machine that is not this one.
 const LEVELS: [(&str, f64); 7] = [

@@ -1,23 +1,12 @@
 //! What an author wrote wrongly is found, by its name, and what is right is left alone.
 
 use enfilade::cells::{Audit, FindingKind, Locator, SplitOptions, Strategy, audit, audit_rooms, split};
-use enfilade::scene::{ImportOptions, Mesh, OpeningHint, OpeningKind, Role, RoomHint, Scene, SceneBuilder, Source};
+use enfilade::scene::{OpeningHint, OpeningKind, Role, RoomHint, Scene};
 use glam::DVec3;
-
-type Quad = [DVec3; 4];
+use testing::meshes::{Quad, builder, halves, sides, soup};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
-}
-
-fn cuboid(min: DVec3, max: DVec3) -> Vec<Quad> {
-    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
-    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    sides.map(|s: [usize; 4]| s.map(corner)).to_vec()
-}
-
-fn triangles(quads: &[Quad]) -> Vec<[DVec3; 3]> {
-    quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect()
 }
 
 /// Height of the rooms, the door's height, where it begins and ends along z.
@@ -35,7 +24,7 @@ struct House {
 }
 
 fn room(id: &str, min: DVec3, max: DVec3) -> RoomHint {
-    let surface = triangles(&cuboid(min, max));
+    let surface = halves(&sides(min, max));
     RoomHint { id: id.into(), name: format!("the {id}"), storey: None, surface, outside: false, drawn: true }
 }
 
@@ -47,12 +36,9 @@ fn door(id: &str, x: f64, thickness: f64, rooms: [Option<usize>; 2]) -> OpeningH
 }
 
 fn built(parts: &[Vec<Quad>], rooms: &[RoomHint], openings: &[OpeningHint]) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    let mut builder = builder();
     for (i, quads) in parts.iter().enumerate() {
-        let positions: Vec<DVec3> = triangles(quads).into_iter().flatten().collect();
-        let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        let node = format!("part {i}");
-        builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        builder.add(soup(&format!("part {i}"), Role::Structure, true, &halves(quads))).unwrap();
     }
     builder.hints.rooms = rooms.to_vec();
     builder.hints.openings = openings.to_vec();
@@ -71,7 +57,7 @@ impl House {
 
     fn scene(&self) -> Scene {
         let wall = |x: [f64; 2], hole: bool| -> Vec<Quad> {
-            let part = |z: [f64; 2], y: [f64; 2]| cuboid(v(x[0], y[0], z[0]), v(x[1], y[1], z[1]));
+            let part = |z: [f64; 2], y: [f64; 2]| sides(v(x[0], y[0], z[0]), v(x[1], y[1], z[1]));
             if hole {
                 let over = part(JAMBS, [HEAD, HEIGHT]);
                 [part([0., JAMBS[0]], [0., HEIGHT]), part([JAMBS[1], 5.], [0., HEIGHT]), over].concat()
@@ -80,15 +66,15 @@ impl House {
             }
         };
         let mut parts = vec![
-            cuboid(v(-0.3, -0.2, -0.3), v(8.5, 0., 5.3)),
-            cuboid(v(-0.3, 0., -0.3), v(8.5, HEIGHT, 0.)),
-            cuboid(v(-0.3, 0., 5.), v(8.5, HEIGHT, 5.3)),
+            sides(v(-0.3, -0.2, -0.3), v(8.5, 0., 5.3)),
+            sides(v(-0.3, 0., -0.3), v(8.5, HEIGHT, 0.)),
+            sides(v(-0.3, 0., 5.), v(8.5, HEIGHT, 5.3)),
             wall([-0.3, 0.], true),
             wall([4., 4.2], self.inner_door),
             wall([8.2, 8.5], false),
         ];
         if self.roof {
-            parts.push(cuboid(v(-0.3, HEIGHT, -0.3), v(8.5, HEIGHT + 0.2, 5.3)));
+            parts.push(sides(v(-0.3, HEIGHT, -0.3), v(8.5, HEIGHT + 0.2, 5.3)));
         }
         built(&parts, &self.rooms, &self.openings)
     }
@@ -232,12 +218,12 @@ fn a_room_drawn_lower_than_its_hall_stays_as_low_but_for_a_ceilings_void() {
     let hall = |height: f64| {
         let (x, z) = (5.0, 6.0);
         let parts = [
-            cuboid(v(-0.3, -0.2, -0.3), v(x + 0.3, 0., z + 0.3)),
-            cuboid(v(-0.3, height, -0.3), v(x + 0.3, height + 0.2, z + 0.3)),
-            cuboid(v(-0.3, 0., -0.3), v(0., height, z + 0.3)),
-            cuboid(v(x, 0., -0.3), v(x + 0.3, height, z + 0.3)),
-            cuboid(v(0., 0., -0.3), v(x, height, 0.)),
-            cuboid(v(0., 0., z), v(x, height, z + 0.3)),
+            sides(v(-0.3, -0.2, -0.3), v(x + 0.3, 0., z + 0.3)),
+            sides(v(-0.3, height, -0.3), v(x + 0.3, height + 0.2, z + 0.3)),
+            sides(v(-0.3, 0., -0.3), v(0., height, z + 0.3)),
+            sides(v(x, 0., -0.3), v(x + 0.3, height, z + 0.3)),
+            sides(v(0., 0., -0.3), v(x, height, 0.)),
+            sides(v(0., 0., z), v(x, height, z + 0.3)),
         ];
         let scene = built(&parts, &[room("stage", v(0., 0., 0.), v(x, 3., z))], &[]);
         let options = SplitOptions { strategy: Some(Strategy::Authored), ..SplitOptions::default() };

@@ -1,25 +1,18 @@
 //! Which strategy a scene gets when nobody asks for one, and the line that says why.
 
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
-use enfilade::scene::{ImportOptions, Mesh, Role, RoomHint, Scene, SceneBuilder, Source};
+use enfilade::scene::{Role, RoomHint, Scene};
 use glam::{DVec2, DVec3};
+use testing::meshes::{builder, cuboid, soup};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-fn cuboid(min: DVec3, max: DVec3) -> Vec<[DVec3; 3]> {
-    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
-    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    sides.iter().flat_map(|s| [[s[0], s[1], s[2]], [s[0], s[2], s[3]]]).map(|t: [usize; 3]| t.map(corner)).collect()
-}
-
 fn scene(parts: &[Vec<[DVec3; 3]>], rooms: Vec<RoomHint>) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    let mut builder = builder();
     for (i, part) in parts.iter().enumerate() {
-        let triangles = (0..part.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        let (node, positions) = (format!("part {i}"), part.concat());
-        builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        builder.add(soup(&format!("part {i}"), Role::Structure, true, part)).unwrap();
     }
     builder.hints.rooms = rooms;
     builder.finish("scene").unwrap()

@@ -1,5 +1,6 @@
 //! Whole bakes of generated buildings: the same bytes on any number of threads, both sides in order, nothing missed.
 
+use crate::cli::building;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
@@ -10,11 +11,7 @@ use enfilade::scene::{ImportOptions, Scene, gltf::from_slice, import};
 use enfilade::verify::{CheckOptions, check};
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::walk::{WalkOptions, walk};
-use std::path::{Path, PathBuf};
-
-fn building(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(file)
-}
+use std::path::Path;
 
 fn options() -> BakeOptions {
     let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };

@@ -1,11 +1,6 @@
 //! Quake levels: portals out of the tree, rows into the file and out again, and everything else as it was.
 #![cfg(feature = "quake")]
 
-#[path = "common/data.rs"]
-mod data;
-mod quake;
-
-use data::data;
 use enfilade::BitMatrix;
 use enfilade::geom::{area, newell};
 use enfilade::level::bsp::{Bsp, BspError};
@@ -13,8 +8,9 @@ use enfilade::level::prt::{Dialect, Prt};
 use glam::DVec3;
 use proptest::prelude::*;
 use qbsp::prelude::*;
-use quake::{AIR, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms};
 use std::collections::BTreeSet;
+use testing::data::data;
+use testing::quake::{AIR, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms};
 
 const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
 const VISIBILITY: usize = 4;

@@ -1,13 +1,14 @@
 //! Splitting hand-made buildings, whose rooms and openings are known, and a generated one, whose plan is.
 
+use crate::cli::building;
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, Portal, PortalKind, SplitOptions, split, validate};
 use enfilade::geom::{Aabb, area};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::scene::{ImportOptions, Role, Scene, import};
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::Value;
-use std::path::Path;
+use testing::meshes::{self, Quad, quads, sides};
 
 /// A door of 0.9 x 2.1 m, a window of 1.5 x 1.2 m.
 const DOOR: DVec2 = DVec2::new(0.9, 2.1);
@@ -16,17 +17,8 @@ const WINDOW: DVec2 = DVec2::new(1.5, 1.2);
 const HEIGHT: f64 = 2.8;
 const EYE: f64 = 1.5;
 
-type Quad = [DVec3; 4];
-
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
-}
-
-/// The six sides of a box, counter-clockwise from outside.
-fn solid(min: DVec3, max: DVec3) -> Vec<Quad> {
-    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
-    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    sides.map(|s: [usize; 4]| s.map(corner)).to_vec()
 }
 
 /// A wall of a building: from `x` to `x + thickness`, from `z[0]` to `z[1]`, from `y[0]` to `y[1]`, around a hole given by its
@@ -36,7 +28,7 @@ fn wall_with_hole(x: f64, thickness: f64, z: [f64; 2], y: [f64; 2], hole: [[f64;
     let parts = [([z[0], hz[0]], y), ([hz[1], z[1]], y), (hz, [y[0], hy[0]]), (hz, [hy[1], y[1]])];
     let part = |(z, y): ([f64; 2], [f64; 2])| {
         if thickness > 0.0 {
-            solid(v(x, y[0], z[0]), v(x + thickness, y[1], z[1]))
+            sides(v(x, y[0], z[0]), v(x + thickness, y[1], z[1]))
         } else {
             vec![[v(x, y[0], z[0]), v(x, y[1], z[0]), v(x, y[1], z[1]), v(x, y[0], z[1])]]
         }
@@ -61,27 +53,25 @@ impl Place {
 }
 
 fn scene(parts: &[Vec<Quad>], place: Place) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    for (i, quads) in parts.iter().enumerate() {
-        let positions = quads.iter().flatten().map(|&p| place.turn * p + place.shift).collect();
-        let triangles = (0..quads.len() as u32).flat_map(|q| [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| 4 * q + k))).collect();
-        builder.add(Mesh { node: format!("part {i}"), role: Role::Structure, opaque: true, positions, triangles }).unwrap();
-    }
-    builder.finish("hand-made").unwrap()
+    let put = |quad: &Quad| quad.map(|p| place.turn * p + place.shift);
+    let part = |(i, part): (usize, &Vec<Quad>)| {
+        quads(&format!("part {i}"), Role::Structure, true, &part.iter().map(put).collect::<Vec<_>>())
+    };
+    meshes::scene(parts.iter().enumerate().map(part))
 }
 
 /// Outer walls of 0.3 m around 0..x, 0..z from floor to ceiling, the one at `+x` left out; slabs of 0.2 m below and above.
 fn shell(x: f64, z: f64, y: [f64; 2]) -> Vec<Vec<Quad>> {
     let [floor, ceiling] = y;
     vec![
-        solid(v(-0.3, floor, -0.3), v(0.0, ceiling, z + 0.3)),
-        solid(v(0.0, floor, -0.3), v(x + 0.3, ceiling, 0.0)),
-        solid(v(0.0, floor, z), v(x + 0.3, ceiling, z + 0.3)),
+        sides(v(-0.3, floor, -0.3), v(0.0, ceiling, z + 0.3)),
+        sides(v(0.0, floor, -0.3), v(x + 0.3, ceiling, 0.0)),
+        sides(v(0.0, floor, z), v(x + 0.3, ceiling, z + 0.3)),
     ]
 }
 
 fn slab(x: f64, z: f64, top: f64) -> Vec<Quad> {
-    solid(v(-0.3, top - 0.2, -0.3), v(x + 0.3, top, z + 0.3))
+    sides(v(-0.3, top - 0.2, -0.3), v(x + 0.3, top, z + 0.3))
 }
 
 const LONG: f64 = 8.15;
@@ -174,14 +164,14 @@ fn a_stair_hole_in_a_slab_is_a_horizontal_portal() {
     let mut parts = vec![slab(x, z, 0.0), slab(x, z, upper + HEIGHT + 0.2)];
     for y in [[0.0, HEIGHT], [upper, upper + HEIGHT]] {
         parts.extend(shell(x, z, y));
-        parts.push(solid(v(x, y[0], 0.0), v(x + 0.3, y[1], z)));
+        parts.push(sides(v(x, y[0], 0.0), v(x + 0.3, y[1], z)));
     }
     // The slab between the storeys, around a hole from (4, 1).
     let (hx, hz) = ([4.0, 4.0 + STAIR.x], [1.0, 1.0 + STAIR.y]);
     for ([x0, x1], [z0, z1]) in
         [([-0.3, hx[0]], [-0.3, z + 0.3]), ([hx[1], x + 0.3], [-0.3, z + 0.3]), (hx, [-0.3, hz[0]]), (hx, [hz[1], z + 0.3])]
     {
-        parts.push(solid(v(x0, HEIGHT, z0), v(x1, upper, z1)));
+        parts.push(sides(v(x0, HEIGHT, z0), v(x1, upper, z1)));
     }
     let scene = scene(&parts, HERE);
     let graph = split_scene(&scene);
@@ -203,7 +193,7 @@ fn a_stair_hole_in_a_slab_is_a_horizontal_portal() {
 fn a_sealed_room_has_no_portals() {
     let mut parts = shell(4.0, DEEP, [0.0, HEIGHT]);
     parts.extend([slab(4.0, DEEP, 0.0), slab(4.0, DEEP, HEIGHT + 0.2)]);
-    parts.push(solid(v(4.0, 0.0, 0.0), v(4.3, HEIGHT, DEEP)));
+    parts.push(sides(v(4.0, 0.0, 0.0), v(4.3, HEIGHT, DEEP)));
     let scene = scene(&parts, HERE);
     let graph = split_scene(&scene);
     assert_eq!((graph.cells.len(), graph.portals.len()), (2, 0));
@@ -215,9 +205,8 @@ fn a_sealed_room_has_no_portals() {
 
 #[test]
 fn the_villa_has_its_rooms() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
-    let known: Value = serde_json::from_slice(&std::fs::read(folder.join("villa_rotonda.rooms.json")).unwrap()).unwrap();
-    let scene = import(&folder.join("villa_rotonda.glb"), &ImportOptions::default()).unwrap();
+    let known: Value = serde_json::from_slice(&std::fs::read(building("villa_rotonda.rooms.json")).unwrap()).unwrap();
+    let scene = import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap();
     let graph = split_scene(&scene);
     let locator = Locator::new(&graph);
     let mut found = Vec::new();
@@ -236,10 +225,9 @@ fn the_villa_has_its_rooms() {
 
 #[test]
 fn the_gallery_has_its_rooms_and_doors() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
-    let expected: Value = serde_json::from_slice(&std::fs::read(folder.join("gallery100.expected.json")).unwrap()).unwrap();
+    let expected: Value = serde_json::from_slice(&std::fs::read(building("gallery100.expected.json")).unwrap()).unwrap();
     let number = |key: &str| expected[key].as_u64().unwrap() as usize;
-    let scene = import(&folder.join("gallery100.glb"), &ImportOptions::default()).unwrap();
+    let scene = import(&building("gallery100.glb"), &ImportOptions::default()).unwrap();
     let graph = split_scene(&scene);
     assert_eq!((graph.cells.len(), graph.portals.len()), (101, 123));
     assert_eq!(graph.cells.iter().filter(|c| !c.open).count(), number("rooms"));

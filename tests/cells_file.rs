@@ -1,10 +1,6 @@
 //! Cells that come back: what `dump --json` writes goes into `bake --cells-file`, and edited by hand it is checked.
 
-#[allow(dead_code)]
-#[path = "common/cli.rs"]
-mod cli;
-
-use cli::{folder, refused, run};
+use crate::cli::{folder, refused, run};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

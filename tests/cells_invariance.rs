@@ -1,10 +1,7 @@
 //! A building is the same building wherever it stands, in whatever unit it comes and however its triangles are ordered: the
 //! plan strategy finds the same rooms and the same doors and windows.
 
-#[cfg(feature = "ifc")]
-#[path = "common/data.rs"]
-mod data;
-
+use crate::cli::folder;
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitOptions, Strategy, split};
 use enfilade::generate::{Kind, generate};
@@ -12,7 +9,8 @@ use enfilade::geom::middle;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, import};
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+#[cfg(feature = "ifc")]
+use testing::data;
 
 /// What is done to a model.
 #[derive(Clone, Copy)]
@@ -157,7 +155,7 @@ fn check(test: &str, scene: &Scene) {
 }
 
 fn generated(test: &str, kind: Kind) {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cells_invariance_{test}.glb"));
+    let path = folder(test).join("model.glb");
     std::fs::write(&path, generate(kind, 3).unwrap().glb).unwrap();
     check(test, &import(&path, &ImportOptions::default()).unwrap());
 }

@@ -1,14 +1,15 @@
 //! The check must find what is wrong with a file: a good file of two rooms and a door, then the same with one thing damaged.
 
+use crate::cli::{enfilade, folder};
 use enfilade::cells::{PortalKind, PortalState, Strategy};
 use enfilade::file::{FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
 use enfilade::generate::{Kind, generate};
 use enfilade::pvs::{Guarantee, PvsStats};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
 use enfilade::verify::{CheckError, CheckOptions, CheckReport, FaultKind, Violation, check};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
-use std::process::Command;
+use testing::meshes::{Quad, builder, quads, sides};
 
 const RAYS: CheckOptions = CheckOptions { rays: 40_000, views: 20, seed: 1, leaks: false };
 
@@ -18,17 +19,13 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
 
 /// A rectangle from a corner along two edges.
 fn sheet(node: &str, opaque: bool, rectangles: &[[DVec3; 3]]) -> Mesh {
-    let positions = rectangles.iter().flat_map(|&[p, u, v]| [p, p + u, p + u + v, p + v]).collect();
-    let triangles =
-        (0..rectangles.len() as u32).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect();
-    let role = if opaque { Role::Structure } else { Role::Window };
-    Mesh { node: node.into(), role, opaque, positions, triangles }
+    let corners: Vec<Quad> = rectangles.iter().map(|&[p, u, v]| [p, p + u, p + u + v, p + v]).collect();
+    quads(node, if opaque { Role::Structure } else { Role::Window }, opaque, &corners)
 }
 
 /// A box's six sides.
 fn cuboid(node: &str, min: DVec3, max: DVec3) -> Mesh {
-    let [x, y, z] = [0, 1, 2].map(|k| DVec3::AXES[k] * (max - min)[k]);
-    sheet(node, true, &[[min, x, y], [min, y, z], [min, z, x], [max, -x, -y], [max, -y, -z], [max, -z, -x]])
+    quads(node, Role::Structure, true, &sides(min, max))
 }
 
 // Objects, as they are added.
@@ -39,7 +36,7 @@ const PANE: ObjectId = ObjectId(4);
 /// slit of `slit` metres from floor to ceiling at z = 3. A vase in the first room, a statue in the second, opposite the door,
 /// and a pane in the door if `glazed`. Every coordinate is exact in `f32`.
 fn scene(slit: f64, glazed: bool) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    let mut builder = builder();
     builder.add(cuboid("shell", DVec3::ZERO, v(8.0, 3.0, 4.0))).unwrap();
     let (up, deep) = (DVec3::Y * 3.0, DVec3::Z);
     let wall = |z: f64, width: f64| [v(4.0, 0.0, z), up, deep * width];
@@ -297,18 +294,14 @@ fn results_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
-    let folder = std::env::temp_dir().join(format!("enfilade-check-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("exits");
     let [glb, other, pvs] = ["gallery.glb", "other.glb", "gallery.pvs"].map(|n| folder.join(n));
     std::fs::write(&glb, generate(Kind::Gallery { rooms: 4 }, 1).unwrap().glb).unwrap();
     std::fs::write(&other, generate(Kind::Gallery { rooms: 4 }, 2).unwrap().glb).unwrap();
-    let enfilade =
-        |command: &[&std::ffi::OsStr]| Command::new(env!("CARGO_BIN_EXE_enfilade")).args(command).output().unwrap();
-    let baked = enfilade(&["bake".as_ref(), glb.as_ref(), "-o".as_ref(), pvs.as_ref(), "--rays".as_ref(), "500k".as_ref()]);
+    let baked = enfilade!("bake", &glb, "-o", &pvs, "--rays", "500k");
     assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
     let check = |model: &std::path::Path| {
-        let flags = ["--rays", "20000", "--views", "2", "--json"].map(std::ffi::OsStr::new);
-        let out = enfilade(&[&["check".as_ref(), pvs.as_ref(), "--model".as_ref(), model.as_ref()], &flags[..]].concat());
+        let out = enfilade!("check", &pvs, "--model", model, "--rays", "20000", "--views", "2", "--json");
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
         (out.status.code(), text(out.stdout), text(out.stderr))
     };
@@ -342,7 +335,6 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     let (code, stdout, stderr) = check(&other);
     assert_eq!((code, stdout.as_str()), (Some(2), ""));
     assert!(stderr.contains("other.glb: is not the model") && stderr.trim_end().lines().count() == 1, "{stderr}");
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

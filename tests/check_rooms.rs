@@ -11,8 +11,7 @@ use enfilade::verify::rooms::{RoomScore, RoomsFile};
 use enfilade::verify::score_rooms;
 use serde_json::{Value, json};
 
-mod boxes;
-use boxes::{Building, block, p};
+use testing::boxes::{Building, block, p};
 
 const DEEP: f64 = 5.0;
 const HIGH: f64 = 3.0;

@@ -1,40 +1,20 @@
 //! Bad input on the command line: exit 2, one line that names the file, and never a panic.
 
-#[allow(dead_code)]
-mod house;
-
+use crate::cli::{folder, maze, run_words, text};
 use enfilade::file::PvsFile;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use testing::house;
+use testing::random::Random;
 
-fn enfilade(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_enfilade")).args(arguments).output().unwrap()
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-/// The same bytes everywhere (SplitMix64; Steele, Lea, Flood 2014), and no format's.
+/// The same bytes everywhere, and no format's.
 fn random_bytes() -> Vec<u8> {
-    let mut state = 7u64;
-    let mut word = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB)
-    };
-    (0..512).flat_map(|_| word().to_le_bytes()).collect()
+    let mut random = Random::new(7);
+    (0..512).flat_map(|_| random.word().to_le_bytes()).collect()
 }
 
 /// Runs a command on a bad file and checks how it ends.
 fn refused(case: &str, bad: &Path, arguments: &[&str]) {
-    let out = enfilade(arguments);
+    let out = run_words(arguments);
     let error = String::from_utf8(out.stderr).expect("what is printed is text");
     assert_eq!(out.status.code(), Some(2), "{case}: {error}");
     assert_eq!(error.lines().count(), 1, "{case}: {error}");
@@ -46,7 +26,7 @@ fn refused(case: &str, bad: &Path, arguments: &[&str]) {
 
 /// Writes each case under `extension` and bakes it; nothing may be written.
 fn bake_refuses(extension: &str, cases: &[(&str, Vec<u8>)]) {
-    let folder = folder(&format!("cli_errors_{extension}"));
+    let folder = folder(extension);
     for (case, bytes) in cases {
         let (bad, out) = (folder.join(format!("{case}.{extension}")), folder.join(format!("{case}.pvs")));
         std::fs::write(&bad, bytes).unwrap();
@@ -106,7 +86,7 @@ fn bad_glb() {
 
 #[test]
 fn bad_gltf() {
-    let buffers = folder("cli_errors_gltf");
+    let buffers = folder("gltf");
     std::fs::write(buffers.join("whole.bin"), triangle(0.0)).unwrap();
     std::fs::write(buffers.join("nan.bin"), triangle(f32::NAN)).unwrap();
     std::fs::write(buffers.join("cut.bin"), &triangle(0.0)[..20]).unwrap();
@@ -166,17 +146,9 @@ fn bad_ifc() {
     );
 }
 
-/// A small maze, baked: the model and its file.
-fn maze(folder: &Path) -> (PathBuf, PathBuf) {
-    let (model, file) = (folder.join("maze.glb"), folder.join("maze.pvs"));
-    assert!(enfilade(&["generate", "maze", "--rooms", "4", "-o", text(&model)]).status.success());
-    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "100k"]).status.success());
-    (model, file)
-}
-
 #[test]
 fn bad_pvs() {
-    let folder = folder("cli_errors_pvs");
+    let folder = folder("pvs");
     let (model, file) = maze(&folder);
     let whole = std::fs::read(&file).unwrap();
     let mut nan = PvsFile::load(&file).unwrap();
@@ -214,7 +186,7 @@ fn bad_pvs() {
 
 #[test]
 fn bad_camera_paths() {
-    let folder = folder("cli_errors_path");
+    let folder = folder("path");
     let (model, file) = maze(&folder);
     let whole = r#"{"name":"p","fov_y_degrees":60,"near":0.05,"frames":[{"eye":[0,1.6,0],"target":[1,1.6,0]}]}"#;
     let cases: [(&str, Vec<u8>); 6] = [
@@ -234,7 +206,7 @@ fn bad_camera_paths() {
 
 #[test]
 fn bad_cells_files() {
-    let folder = folder("cli_errors_cells");
+    let folder = folder("cells");
     let (model, _) = maze(&folder);
     let whole = r#"{"cells":[{"id":0,"min":[0,0,0],"max":[4,3,4]},{"id":1,"min":[4,0,0],"max":[8,3,4]}],
         "portals":[{"cells":[0,1],"winding":[[4,0,1],[4,2,1],[4,2,2],[4,0,2]]}]}"#;
@@ -260,7 +232,7 @@ fn bad_cells_files() {
 #[test]
 fn cubes_by_what_is_not_built() {
     let (model, _) = maze(&folder("cubes"));
-    let out = enfilade(&["bake", text(&model), "--cubes", "gpu"]);
+    let out = run_words(&["bake", text(&model), "--cubes", "gpu"]);
     let said = String::from_utf8(out.stderr).unwrap();
     assert_eq!((out.status.code(), said.lines().count()), (Some(2), 1), "{said}");
     assert!(said.contains("--features gpu"), "{said}");
@@ -303,14 +275,14 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
         ("elsewhere", document(core, square, "other.gml#S1", "S1").into_bytes(), "is in another file"),
         ("twice", document(core, square, "#S1", "C1").into_bytes(), "gml:id `C1` is given twice; its first place is line 2"),
     ];
-    let folder = folder("cli_errors_gml");
+    let folder = folder("gml");
     let (model, _) = maze(&folder);
     for (case, bytes, what) in cases {
         let (bad, out) = (folder.join(format!("{case}.gml")), folder.join(format!("{case}.pvs")));
         std::fs::write(&bad, bytes).unwrap();
         refused(case, &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "10k"]);
         refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "10k"]);
-        let error = String::from_utf8(enfilade(&["bake", text(&bad), "-o", text(&out)]).stderr).unwrap();
+        let error = String::from_utf8(run_words(&["bake", text(&bad), "-o", text(&out)]).stderr).unwrap();
         assert!(error.contains(what), "{case}: {error}");
         assert!(!out.exists(), "{case} left a file");
     }

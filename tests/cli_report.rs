@@ -1,27 +1,10 @@
 //! `enfilade report` as a user runs it: what the page and the table say is what `vis` says.
 
-#[path = "common/cli.rs"]
-mod cli;
-#[path = "common/data.rs"]
-mod data;
-#[path = "common/page.rs"]
-mod page;
-
-use cli::{LEVEL, folder, refused, run};
-use data::data;
-use page::check_page;
+use crate::cli::{LEVEL, enfilade, folder, json, refused};
 use serde_json::Value;
 use std::path::Path;
-use std::process::Output;
-
-macro_rules! enfilade {
-    ($($argument:expr),+ $(,)?) => { run(&[$(Path::new($argument)),+]) };
-}
-
-fn json(out: &Output) -> Value {
-    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-    serde_json::from_slice(&out.stdout).unwrap()
-}
+use testing::data::data;
+use testing::page::check_page;
 
 /// Lines of a table: method, stage, lines, steps, seconds, lower, upper.
 fn table(path: &Path) -> Vec<Vec<String>> {

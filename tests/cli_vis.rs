@@ -1,28 +1,12 @@
 //! `enfilade vis` and `enfilade check` on levels, as a user runs them.
 
-#[path = "common/cli.rs"]
-mod cli;
-#[path = "common/data.rs"]
-mod data;
-#[cfg(feature = "quake")]
-#[allow(dead_code)]
-mod quake;
-
-use cli::{LEVEL, command, folder, refused, run};
-use data::data;
+use crate::cli::{LEVEL, command, done, enfilade, folder, refused};
 use enfilade::level::prt::read_prt;
 use enfilade::level::rows::read_rows;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
-
-macro_rules! enfilade {
-    ($($argument:expr),+ $(,)?) => { run(&[$(Path::new($argument)),+]) };
-}
-
-fn done(out: &Output) {
-    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-}
+use std::process::{Command, Stdio};
+use testing::data::data;
 
 const ROWS: &str = "0 3: 0 1 2\n1 4: 0 1 2 3\n2 4: 0 1 2 3\n3 3: 1 2 3\n";
 /// As `LEVEL`, but the last door is in line with the others.
@@ -195,7 +179,7 @@ fn check_line(level: &enfilade::level::Level, rows: &enfilade::BitMatrix, line: 
 mod levels {
     use super::*;
     use enfilade::level::bsp::Bsp;
-    use quake::{AIR, Layout, bsp, lumps, three_rooms};
+    use testing::quake::{AIR, Layout, bsp, lumps, three_rooms};
 
     #[test]
     fn a_level_is_written_back() {

@@ -1,32 +1,14 @@
 //! `enfilade walk`, from the command line: what it prints, and what it refuses.
 
+use crate::cli::{folder, maze, run_words, text};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn enfilade(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_enfilade")).args(arguments).output().unwrap()
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
-/// A small maze, baked: the model and its file.
-fn maze(folder: &Path) -> (PathBuf, PathBuf) {
-    std::fs::create_dir_all(folder).unwrap();
-    let (model, file) = (folder.join("maze.glb"), folder.join("maze.pvs"));
-    assert!(enfilade(&["generate", "maze", "--rooms", "4", "-o", text(&model)]).status.success());
-    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "100k"]).status.success());
-    (model, file)
-}
 
 #[test]
 fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_walk_lines");
+    let folder = folder("lines");
     let (model, file) = maze(&folder);
     let common = ["walk", text(&file), "--model", text(&model), "--size", "96x54", "--every", "10"];
-    let out = enfilade(&[&common[..], &["--mode", "all", "--verify-pixels", "--json"]].concat());
+    let out = run_words(&[&common[..], &["--mode", "all", "--verify-pixels", "--json"]].concat());
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
     let lines: Vec<Value> =
         String::from_utf8(out.stdout).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
@@ -56,7 +38,7 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     // Pictures, and nothing on stdout without --json.
     let pictures = folder.join("pictures");
     let _ = std::fs::remove_dir_all(&pictures);
-    let out = enfilade(&[&common[..], &["--frames", text(&pictures)]].concat());
+    let out = run_words(&[&common[..], &["--frames", text(&pictures)]].concat());
     assert!(out.status.success() && out.stdout.is_empty());
     assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), frames.len() / 8);
     assert!(std::fs::read(pictures.join("frame_00000_both.png")).unwrap().starts_with(b"\x89PNG"));
@@ -64,10 +46,10 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
 
 #[test]
 fn bad_input_is_one_line_and_exit_2() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_walk_refuses");
+    let folder = folder("refuses");
     let (model, file) = maze(&folder);
     let other = folder.join("other.glb");
-    assert!(enfilade(&["generate", "maze", "--rooms", "4", "--seed", "1", "-o", text(&other)]).status.success());
+    assert!(run_words(&["generate", "maze", "--rooms", "4", "--seed", "1", "-o", text(&other)]).status.success());
     let path = folder.join("path.json");
     let frame = r#"{"eye": [0, 1, 0], "target": [0, 1, 0]}"#;
     std::fs::write(&path, format!(r#"{{"name": "p", "fov_y_degrees": 60, "near": 0.1, "frames": [{frame}]}}"#)).unwrap();
@@ -81,7 +63,7 @@ fn bad_input_is_one_line_and_exit_2() {
         (&["walk", f, "--model", f], "maze.pvs: no importer"),
     ];
     for (arguments, expected) in cases {
-        let out = enfilade(arguments);
+        let out = run_words(arguments);
         let message = String::from_utf8(out.stderr).unwrap();
         assert_eq!((out.status.code(), message.lines().count()), (Some(2), 1), "{arguments:?}: {message}");
         assert!(message.contains(expected) && out.stdout.is_empty(), "{arguments:?}: {message}");
@@ -92,14 +74,13 @@ fn bad_input_is_one_line_and_exit_2() {
 /// drawn.
 #[test]
 fn random_views_miss_no_pixel_in_any_mode() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_walk_random");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("random");
     let (model, file) = (folder.join("office.glb"), folder.join("office.pvs"));
-    assert!(enfilade(&["generate", "office", "--rooms", "6", "--furnished", "-o", text(&model)]).status.success());
-    assert!(enfilade(&["bake", text(&model), "-o", text(&file), "--rays", "200k"]).status.success());
+    assert!(run_words(&["generate", "office", "--rooms", "6", "--furnished", "-o", text(&model)]).status.success());
+    assert!(run_words(&["bake", text(&model), "-o", text(&file), "--rays", "200k"]).status.success());
     let common = ["walk", text(&file), "--model", text(&model), "--size", "64x36", "--random", "60", "--seed", "3"];
     let walk = |more: &[&str]| {
-        let out = enfilade(&[&common[..], more, &["--mode", "all", "--verify-pixels", "--json"]].concat());
+        let out = run_words(&[&common[..], more, &["--mode", "all", "--verify-pixels", "--json"]].concat());
         assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
         let lines = String::from_utf8(out.stdout).unwrap();
         let summaries =
@@ -117,6 +98,6 @@ fn random_views_miss_no_pixel_in_any_mode() {
     }
     assert!(triangles("chc") < 0.9 * triangles("both") && triangles("chc") >= exact);
 
-    let out = enfilade(&[&common[..], &["--path", "x.json"]].concat());
+    let out = run_words(&[&common[..], &["--path", "x.json"]].concat());
     assert_eq!(out.status.code(), Some(2));
 }

@@ -1,22 +1,17 @@
 //! `enfilade why`: three rooms in a row with a cupboard in the second, told from the command line and held against their plan.
 
-#[allow(dead_code, reason = "each test binary uses its part")]
-#[path = "common/cli.rs"]
-mod cli;
-#[allow(dead_code, reason = "each test binary uses its part")]
-mod rooms;
-
-use cli::{folder, refused, run};
+use crate::cli::{folder, refused, run};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::proof::{Asker, Doubt, Goal, Shield, Why, WhyError};
 use enfilade::pvs::{Guarantee, PvsOptions, bake};
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade::{CellId, DirectedPortal, ObjectId};
-use rooms::{row, solid};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Output;
+use testing::meshes::solid;
+use testing::rooms::row;
 
 /// Doors are at x = 4.2 and x = 8.4, each z = 1.8 to 2.7, y = 0 to 2.1. The cupboard leaves neither the room's second door nor
 /// `behind` in view from the first room: it reaches from wall to wall but for a way along the south wall.

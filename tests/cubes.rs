@@ -1,59 +1,24 @@
 //! Visibility cubes: the fast engines give the same bits, and what one ray after the other says in `f64`, but for differences that the
 //! stated tolerance explains. Every differing pixel is looked at.
 
-#[path = "common/explain.rs"]
-mod explain;
-
-use allocation_counter::measure;
+use crate::cli::{building, folder};
 use enfilade::generate::{Kind, generate};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays, settle};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
-use explain::{EXACT, compare, is_explained};
-use glam::{DMat3, DQuat, DVec3};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, import};
+use glam::{DMat3, DVec3};
 use proptest::prelude::*;
-use std::path::Path;
+use testing::explain::{EXACT, compare, is_explained};
+use testing::meshes::{Triangle, cuboid, scene, soup};
+use testing::random::Places;
 
-/// Seeded numbers in `0..1`.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn point(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.unit() * n as f64) as usize
-    }
-
-    fn frame(&mut self) -> DMat3 {
-        DMat3::from_quat(DQuat::from_scaled_axis(self.point() * 3.0))
-    }
-}
-
-fn mesh(opaque: bool, corners: &[[DVec3; 3]]) -> Mesh {
-    let triangles = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    let positions = corners.iter().flatten().copied().collect();
-    Mesh { node: "soup".into(), role: Role::Unknown, opaque, positions, triangles }
+fn mesh(opaque: bool, corners: &[Triangle]) -> Mesh {
+    soup("soup", Role::Unknown, opaque, corners)
 }
 
 /// A closed box.
-fn cuboid(opaque: bool, from: f64, to: f64) -> Mesh {
-    let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { from } else { to }));
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let halves = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]].map(|t| t.map(corner));
-    mesh(opaque, &quads.into_iter().flat_map(halves).collect::<Vec<_>>())
-}
-
-fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    meshes.into_iter().for_each(|m| builder.add(m).unwrap());
-    builder.finish("test").unwrap()
+fn cube(opaque: bool, from: f64, to: f64) -> Mesh {
+    mesh(opaque, &cuboid(DVec3::splat(from), DVec3::splat(to)))
 }
 
 /// Makes a cube by both engines and compares; returns how many pixels differ from the truth, all of them explained.
@@ -65,7 +30,7 @@ fn check(scene: &Scene, rays: &RayScene<'_>, ready: &CubeScene, view: &CubeView)
 }
 
 /// Eyes a hair from triangles: off the middle of some, by a fraction of the triangle's size.
-fn near(scene: &Scene, random: &mut Random, count: usize, off: f64) -> Vec<DVec3> {
+fn near(scene: &Scene, random: &mut Places, count: usize, off: f64) -> Vec<DVec3> {
     let beside = |_| {
         let [a, b, c] = scene.corners(random.below(scene.triangles.len()));
         let normal = (b - a).cross(c - a);
@@ -78,7 +43,7 @@ fn near(scene: &Scene, random: &mut Random, count: usize, off: f64) -> Vec<DVec3
 
 #[test]
 fn pixels_cover_the_sphere() {
-    let mut random = Random(3);
+    let mut random = Places::new(3);
     for size in [1, 2, 7, 64] {
         let frame = random.frame();
         let view = CubeView { eye: DVec3::ONE, frame, size };
@@ -152,7 +117,7 @@ fn a_room_is_seen_from_inside() {
 
 #[test]
 fn nothing_is_seen_of_nothing_or_from_nowhere() {
-    let empty = scene([cuboid(false, 0.0, 1.0)]);
+    let empty = scene([cube(false, 0.0, 1.0)]);
     let ready = CubeScene::new(&empty);
     let mut cube = Cube::default();
     let mut engine = Raster::new(&ready);
@@ -164,10 +129,9 @@ fn nothing_is_seen_of_nothing_or_from_nowhere() {
 
 #[test]
 fn real_buildings_agree_with_the_truth() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
     let (mut differ, mut pixels) = (0, 0);
     for name in ["villa_rotonda", "office", "gallery100"] {
-        let scene = import(&folder.join(format!("{name}.glb")), &ImportOptions::default()).unwrap();
+        let scene = import(&building(&format!("{name}.glb")), &ImportOptions::default()).unwrap();
         (differ, pixels) = views(&scene, 5, 40, (differ, pixels));
     }
     println!("{differ} of {pixels} pixels differ");
@@ -176,7 +140,7 @@ fn real_buildings_agree_with_the_truth() {
 #[test]
 fn furnished_offices_agree_with_the_truth() {
     let office = generate(Kind::Office { rooms: 30, storeys: Some(2), furnished: true }, 5).unwrap();
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cubes_office.glb");
+    let path = folder("office").join("office.glb");
     std::fs::write(&path, &office.glb).unwrap();
     let scene = import(&path, &ImportOptions::default()).unwrap();
     let (differ, pixels) = views(&scene, 6, 64, (0, 0));
@@ -186,7 +150,7 @@ fn furnished_offices_agree_with_the_truth() {
 /// Cubes anywhere in a scene, straight and turned, and a tenth of a millimetre from surfaces.
 fn views(scene: &Scene, count: usize, size: u32, mut sum: (usize, usize)) -> (usize, usize) {
     let (rays, ready) = (RayScene::new(scene), CubeScene::new(scene));
-    let (bounds, mut random) = (scene.bounds(), Random(11));
+    let (bounds, mut random) = (scene.bounds(), Places::new(11));
     let anywhere = (0..count).map(|_| bounds.centre() + random.point() * bounds.size() / 2.0).collect::<Vec<_>>();
     let beside = near(scene, &mut random, count, 1e-4);
     for (i, eye) in anywhere.into_iter().chain(beside).enumerate() {
@@ -203,7 +167,7 @@ proptest! {
     /// Random triangles, needles and crumbs among them, at sizes from a millimetre to a thousand kilometres.
     #[test]
     fn soups_agree_with_the_truth(seed in any::<u64>(), scale in -3i32..=6, size in 1u32..36, thin in 0i32..9, apart in 0i32..6) {
-        let (mut random, scale) = (Random(seed), 10f64.powi(scale));
+        let (mut random, scale) = (Places::new(seed), 10f64.powi(scale));
         let apart = 10f64.powi(-apart);
         let objects = (0..24).map(|i| {
             let triangles: Vec<[DVec3; 3]> = (0..8)
@@ -235,7 +199,7 @@ proptest! {
 #[test]
 fn far_from_the_origin_is_as_good_as_near() {
     let far = DVec3::new(9e5, 2e3, -7e5);
-    let mut random = Random(23);
+    let mut random = Places::new(23);
     let room: Vec<[DVec3; 3]> = (0..300)
         .map(|_| {
             let p = far + random.point();
@@ -255,7 +219,7 @@ fn far_from_the_origin_is_as_good_as_near() {
 /// With an engine that is wrong, the check finds it: a triangle is left out, or another one is named.
 #[test]
 fn the_check_can_fail() {
-    let scene = scene([cuboid(true, 0.0, 1.0)]);
+    let scene = scene([cube(true, 0.0, 1.0)]);
     let view = CubeView::new(DVec3::new(0.31, 0.47, 0.53) - scene.origin, 32);
     let mut cube = Cube::default();
     Raster::new(&CubeScene::new(&scene)).cube(&view, &mut cube);
@@ -265,15 +229,4 @@ fn the_check_can_fail() {
     };
     let found = (0..view.pixels()).filter(wrong).count();
     assert!(found * 100 > view.pixels() * 99, "{found} of {}", view.pixels());
-}
-
-#[test]
-fn a_warm_engine_allocates_nothing() {
-    let scene = scene([cuboid(true, 0.0, 9.0), cuboid(false, 4.0, 5.0)]);
-    let ready = CubeScene::new(&scene);
-    let (mut engine, mut cube) = (Raster::new(&ready), Cube::default());
-    let view = CubeView::new(DVec3::splat(2.0) - scene.origin, 50);
-    engine.cube(&view, &mut cube);
-    let taken = measure(|| (0..5).for_each(|_| engine.cube(&view, &mut cube)));
-    assert_eq!(taken.count_total, 0);
 }

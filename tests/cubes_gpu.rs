@@ -3,12 +3,7 @@
 
 #![cfg(feature = "gpu")]
 
-#[path = "common/cli.rs"]
-#[allow(dead_code)]
-mod cli;
-#[path = "common/explain.rs"]
-mod explain;
-
+use crate::cli;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
@@ -17,46 +12,22 @@ use enfilade::pvs::cubes::gpu::{CORNERS, EDGE, GpuCubes, GpuError, GpuScene, NEA
 use enfilade::pvs::cubes::{Choice, Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
-use explain::{Allowed, compare, is_explained};
 use glam::{DMat3, DQuat, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use testing::explain::{Allowed, compare, is_explained};
+use testing::meshes::{Triangle, scene, soup};
+use testing::random::Places;
 
 const GPU: Allowed = Allowed { edge: EDGE, corners: CORNERS, near: NEAR as f64 };
 
-/// Seeded numbers in `0..1`.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn point(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-
-    fn frame(&mut self) -> DMat3 {
-        DMat3::from_quat(DQuat::from_scaled_axis(self.point() * 3.0))
-    }
-}
-
-fn mesh(opaque: bool, corners: &[[DVec3; 3]]) -> Mesh {
-    let triangles = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    let positions = corners.iter().flatten().copied().collect();
-    Mesh { node: "soup".into(), role: Role::Unknown, opaque, positions, triangles }
+fn mesh(opaque: bool, corners: &[Triangle]) -> Mesh {
+    soup("soup", Role::Unknown, opaque, corners)
 }
 
 /// A rectangle in two triangles: `at`, and along two sides.
 fn pane(opaque: bool, at: DVec3, u: DVec3, v: DVec3) -> Mesh {
     mesh(opaque, &[[at, at + u, at + u + v], [at, at + u + v, at + v]])
-}
-
-fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    meshes.into_iter().for_each(|m| builder.add(m).unwrap());
-    builder.finish("test").unwrap()
 }
 
 /// The scene on the device, or `None` after saying that the test wasn't run.
@@ -74,7 +45,7 @@ fn on_gpu(test: &str, scene: &Scene) -> Option<Arc<GpuScene>> {
 
 fn office(name: &str, rooms: usize) -> (PathBuf, Scene) {
     let office = generate(Kind::Office { rooms, storeys: Some(2), furnished: true }, 5).unwrap();
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cubes_gpu_{name}.glb"));
+    let path = cli::folder(name).join("office.glb");
     std::fs::write(&path, &office.glb).unwrap();
     let scene = import(&path, &ImportOptions::default()).unwrap();
     (path, scene)
@@ -134,7 +105,7 @@ fn offices_agree_with_rays() {
     let Some(gpu) = on_gpu("offices_agree_with_rays", &scene) else { return };
     let (rays, ready) = (RayScene::new(&scene), CubeScene::new(&scene));
     let mut engine = GpuCubes::new(gpu, &ready);
-    let (bounds, mut random) = (scene.bounds(), Random(11));
+    let (bounds, mut random) = (scene.bounds(), Places::new(11));
     let (mut differ, mut pixels) = (0, 0);
     for (i, size) in [64, 64, 65, 100, 128, 256].into_iter().enumerate() {
         let eye = bounds.centre() + random.point() * bounds.size() * 0.45;
@@ -158,7 +129,7 @@ fn offices_agree_with_rays() {
 /// Triangles of all shapes, at sizes from a millimetre to a thousand kilometres.
 #[test]
 fn soups_agree_with_rays() {
-    let mut random = Random(7);
+    let mut random = Places::new(7);
     for (case, scale) in [-3, -1, 0, 0, 2, 6].into_iter().enumerate() {
         let scale = 10f64.powi(scale);
         let soup = (0..24).map(|i| {
@@ -190,7 +161,7 @@ fn soups_agree_with_rays() {
 /// for what the tolerance explains.
 #[test]
 fn far_from_the_origin_is_as_good_as_near() {
-    let mut random = Random(23);
+    let mut random = Places::new(23);
     let crumbs: Vec<[DVec3; 3]> = (0..250)
         .map(|_| {
             let p = random.point();
@@ -296,7 +267,7 @@ fn a_batch_gives_the_same_cubes() {
     let Some(gpu) = on_gpu("a_batch_gives_the_same_cubes", &scene) else { return };
     let ready = CubeScene::new(&scene);
     let (mut together, mut alone) = (GpuCubes::new(gpu.clone(), &ready), GpuCubes::new(gpu.clone(), &ready));
-    let (bounds, mut random) = (scene.bounds(), Random(3));
+    let (bounds, mut random) = (scene.bounds(), Places::new(3));
     let sizes = [32; 5].into_iter().chain([500; 3]).chain([33; 3]);
     let mut views: Vec<CubeView> = sizes
         .map(|size| CubeView { eye: bounds.centre() + random.point() * bounds.size() * 0.4, frame: random.frame(), size })
@@ -318,7 +289,7 @@ fn counts_on_the_device_are_those_of_the_ids() {
     let Some(gpu) = on_gpu("counts_on_the_device_are_those_of_the_ids", &scene) else { return };
     let ready = CubeScene::new(&scene);
     let mut engine = GpuCubes::new(gpu, &ready);
-    let (bounds, mut random) = (scene.bounds(), Random(3));
+    let (bounds, mut random) = (scene.bounds(), Places::new(3));
     let sizes = [64, 64, 100, 600, 600, 1];
     let mut views = sizes.map(|size| CubeView::new(bounds.centre() + random.point() * bounds.size() * 0.4, size));
     views[3].eye.x = f64::NAN;
@@ -377,7 +348,7 @@ fn the_command_says_that_there_is_no_adapter() {
     let (path, _) = office("none", 2);
     let arguments = ["bake", path.to_str().unwrap(), "--cubes", "gpu"];
     let mut command = cli::command(&arguments.map(Path::new));
-    let none = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-such-driver.json");
+    let none = cli::folder("driver").join("no-such-driver.json");
     let out = command.env("VK_DRIVER_FILES", &none).env("VK_ICD_FILENAMES", &none).output().unwrap();
     cli::refused(&out, &["--cubes gpu", "no graphics processor can be used", "Vulkan"]);
 }

@@ -1,11 +1,7 @@
 //! What goes wrong around a bake: no space, no right to write, an input that vanishes, two bakes at one output, too little memory. Each
 //! ends with one line and exit 2 or with the right file, leaves what stood there before, and no litter. (Kills: `resume.rs`.)
 
-#[path = "common/cli.rs"]
-#[allow(dead_code)]
-mod cli;
-
-use cli::{command, folder, refused, run};
+use crate::cli::{command, folder, refused, run};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::matrix_bytes;
 use enfilade::file::PvsFile;

@@ -1,13 +1,14 @@
 //! Generated scenes against their own plans: closed solids, sealed rooms, walks that go through doors, the committed files;
 //! teapots and cities against the studies that they are made after.
 
+use crate::cli::{building, folder, run_words, text};
 use enfilade::generate::{Generated, Kind, MAX_ROOMS, MAX_TEAPOTS, generate, pretty};
 use enfilade::scene::{ImportOptions, Role, Scene, gltf::from_slice};
 use glam::{DMat4, DVec2, DVec3};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::process::Command;
+use testing::random::Random;
 
 /// The committed buildings: file name, options, seed.
 const COMMITTED: [(&str, Kind, u64); 3] = [
@@ -47,36 +48,15 @@ fn hit(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
 }
 
-/// Numbers without a pattern; the tests' own (SplitMix64).
-struct Numbers(u64);
-
-impl Numbers {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        let y = 2.0 * self.unit() - 1.0;
-        let (sin, cos) = (std::f64::consts::TAU * self.unit()).sin_cos();
-        let r = (1.0 - y * y).sqrt();
-        DVec3::new(r * cos, y, r * sin)
-    }
-}
-
 #[test]
 fn committed_buildings_are_made_again_byte_for_byte() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
     for (name, kind, seed) in COMMITTED {
         let made = make(kind, seed);
         let texts = [("path", &made.path), ("rooms", &made.rooms), ("expected", &made.expected)];
         let mut files = vec![("glb".to_owned(), made.glb.clone())];
         files.extend(texts.map(|(what, value)| (format!("{what}.json"), pretty(value).into_bytes())));
         for (extension, bytes) in files {
-            let path = folder.join(format!("{name}.{extension}"));
+            let path = building(&format!("{name}.{extension}"));
             let there = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
             assert!(there == bytes, "{}: differs from what the generator makes", path.display());
             assert!(bytes.len() < 1_500_000, "{name}");
@@ -159,7 +139,7 @@ fn rooms_are_sealed_but_for_the_openings_that_the_plan_names() {
             .flat_map(|o| o.triangles.clone())
             .map(|t| scene.corners(t as usize).map(|p| p + scene.origin))
             .collect();
-        let mut numbers = Numbers(seed);
+        let mut numbers = Random::new(seed);
         let (mut stopped, mut left) = (0, 0);
         for room in list(&made.rooms["rooms"]) {
             let ring: Vec<DVec2> =
@@ -178,7 +158,11 @@ fn rooms_are_sealed_but_for_the_openings_that_the_plan_names() {
                 // The hall's footprint is round: stay away from its bounds' corners.
                 let eye = min
                     + (max - min)
-                        * DVec3::new(0.2 + 0.6 * numbers.unit(), 0.05 + 0.9 * numbers.unit(), 0.2 + 0.6 * numbers.unit());
+                        * DVec3::new(
+                            0.2 + 0.6 * numbers.real(0.0, 1.0),
+                            0.05 + 0.9 * numbers.real(0.0, 1.0),
+                            0.2 + 0.6 * numbers.real(0.0, 1.0),
+                        );
                 let direction = numbers.direction();
                 let exit = ((min - reach - eye) / direction).max((max + reach - eye) / direction).min_element();
                 if near.iter().any(|t| hit(eye, direction, *t).is_some_and(|t| t < exit)) {
@@ -584,15 +568,9 @@ fn cities_have_the_buildings_the_levels_and_the_density_of_the_study() {
 
 #[test]
 fn the_command_line_makes_a_dense_city_unless_told_and_says_what_is_out_of_range() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let folder = folder("command");
     let run = |arguments: &[&str], output: &Path| {
-        let out = Command::new(env!("CARGO_BIN_EXE_enfilade"))
-            .arg("generate")
-            .args(arguments)
-            .arg("-o")
-            .arg(output)
-            .output()
-            .unwrap();
+        let out = run_words(&[&["generate"], arguments, &["-o", text(output)]].concat());
         (out.status.code(), String::from_utf8(out.stderr).unwrap())
     };
     for (flags, dense) in [(&[][..], true), (&["--dense"], true), (&["--sparse"], false)] {

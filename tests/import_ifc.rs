@@ -2,19 +2,16 @@
 //! every number of it.
 #![cfg(feature = "ifc")]
 
-#[path = "common/data.rs"]
-mod data;
-mod house;
-
-use data::data;
 use enfilade::geom::{Aabb, area, middle, newell};
 use enfilade::scene::ifc::import_bytes;
 use enfilade::scene::{ImportError, ImportOptions, OpeningHint, OpeningKind, Role, RoomHint, Scene};
 use glam::{DVec2, DVec3};
-use house::{House, Schema};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
+use testing::data::data;
+use testing::house;
+use testing::house::{House, Schema};
 
 /// Real buildings: path, storeys, spaces, doors, windows as counted in the files' text.
 const FILES: [(&str, [usize; 4]); 7] = [

@@ -1,14 +1,12 @@
 //! IndoorGML, by hand and as others wrote it: a ready graph, and a scene of its own.
 
-#[path = "common/data.rs"]
-mod data;
-
 use enfilade::CellId;
 use enfilade::cells::{Locator, PortalKind, read_indoorgml, validate};
 use enfilade::geom::{Aabb, area};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, OpeningKind, Scene, import, indoorgml};
 use glam::DVec3;
+use testing::data;
 
 type Ring = Vec<[f64; 3]>;
 

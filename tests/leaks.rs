@@ -1,26 +1,21 @@
 //! Holes of hand-made houses, as lines of known length; houses without any.
 
-#[path = "common/solids.rs"]
-mod solids;
-
 use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{SplitOptions, Strategy, read_cells};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, Mesh, Role, RoomHint, Scene, SceneBuilder, Source, import};
+use enfilade::scene::{ImportOptions, Role, RoomHint, Scene, import};
 use enfilade::verify::{CheckOptions, CheckReport, Leak, LeakKind, check};
 use glam::DVec3;
 use serde_json::Value;
-use solids::{Box3, less};
 use std::fmt::Write as _;
 use std::path::Path;
+use testing::meshes::{builder, cuboid, quads, sides};
+use testing::solids::{Box3, less};
 
-#[path = "common/cli.rs"]
-#[allow(dead_code, reason = "each test binary uses its part")]
-mod cli;
-use cli::{folder, run};
+use crate::cli::{folder, run};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -56,19 +51,10 @@ fn house(holes: &[Box3], roof: bool) -> Vec<Box3> {
     boxes
 }
 
-/// Corners and outward quads.
-fn quads([min, max]: Box3) -> Vec<[DVec3; 4]> {
-    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
-    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    sides.map(|s: [usize; 4]| s.map(corner)).to_vec()
-}
-
 fn scene(boxes: &[Box3], rooms: Vec<RoomHint>) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    for (i, &solid) in boxes.iter().enumerate() {
-        let positions = quads(solid).concat();
-        let triangles = (0..6u32).flat_map(|q| [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| 4 * q + k))).collect();
-        builder.add(Mesh { node: format!("box {i}"), role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+    let mut builder = builder();
+    for (i, &[min, max]) in boxes.iter().enumerate() {
+        builder.add(quads(&format!("box {i}"), Role::Structure, true, &sides(min, max))).unwrap();
     }
     builder.hints.rooms = rooms;
     builder.finish("house").unwrap()
@@ -149,7 +135,7 @@ fn the_line_goes_up_the_chimney() {
 
 /// A room's surface as its author drew it.
 fn room(name: &str, solid: Box3, outside: bool) -> RoomHint {
-    let surface = quads(solid).iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    let surface = cuboid(solid[0], solid[1]);
     RoomHint { id: name.into(), name: name.into(), storey: None, surface, outside, drawn: true }
 }
 
@@ -198,9 +184,9 @@ fn an_authors_open_air_is_no_leak() {
 
 fn obj(boxes: &[Box3]) -> String {
     let (mut out, mut n) = (String::new(), 0);
-    for (i, &solid) in boxes.iter().enumerate() {
+    for (i, &[min, max]) in boxes.iter().enumerate() {
         let _ = writeln!(out, "o box{i}");
-        for quad in quads(solid) {
+        for quad in sides(min, max) {
             for p in quad {
                 let _ = writeln!(out, "v {} {} {}", p.x, p.y, p.z);
             }

@@ -1,15 +1,12 @@
 //! Random lines that check a level's rows: they find every bit that is missing, and nothing else.
 
-#[path = "common/data.rs"]
-mod data;
-
-use data::data;
 use enfilade::BitMatrix;
 use enfilade::level::Level;
 use enfilade::level::prt::read_prt;
 use enfilade::level::rows::read_rows;
 use enfilade::verify::level_lines::{LineOptions, LineReport, check_rows};
 use std::io::Read;
+use testing::data::data;
 
 /// Four rooms in a row along x, doors at x = 4, 8, 12; `shift` is how far along y the last door is.
 fn row(shift: f64) -> Level {

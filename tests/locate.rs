@@ -1,21 +1,20 @@
 //! Where is a point: against looking at every piece of every cell of buildings that were split.
 
+use crate::cli::building;
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
 use enfilade::geom::{Aabb, middle};
 use enfilade::scene::{ImportOptions, Scene, import};
 use glam::DVec3;
 use proptest::prelude::*;
-use std::path::Path;
 use std::sync::OnceLock;
 
 /// The villa and the gallery, split by their walls.
 fn buildings() -> &'static [(Scene, CellGraph)] {
     static BUILDINGS: OnceLock<Vec<(Scene, CellGraph)>> = OnceLock::new();
     BUILDINGS.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings");
         let split_one = |name: &str| {
-            let scene = import(&folder.join(name).with_extension("glb"), &ImportOptions::default()).unwrap();
+            let scene = import(&building(name).with_extension("glb"), &ImportOptions::default()).unwrap();
             let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).unwrap();
             (scene, graph)
         };

@@ -1,6 +1,7 @@
 //! Pictures of real buildings with mirrors on their walls, by rays: whatever a pixel shows, after however many mirrors, is in the set of that
 //! reflection, in every mode. `MIRROR_VIEWS` says how many views a building (40); `just torture` asks for ten thousand.
 
+use crate::cli::building;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
@@ -12,7 +13,6 @@ use enfilade::verify::random_path;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
-use std::path::Path;
 
 const DEPTH: u32 = 2;
 const MIRRORS: usize = 12;
@@ -97,7 +97,7 @@ fn pictures_with_mirrors_miss_nothing_in_any_mode() {
     let views = std::env::var("MIRROR_VIEWS").map_or(40, |n| n.parse().expect("a number"));
     println!("| building | mirrors | views | pixels | by one mirror | by two | missed |");
     for name in ["gallery100", "villa_rotonda", "office"] {
-        let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(name).with_extension("glb");
+        let model = building(name).with_extension("glb");
         let mut scene = import(&model, &ImportOptions::default()).unwrap();
         let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
         let options = BakeOptions { pvs, ..BakeOptions::default() };

@@ -1,8 +1,6 @@
 //! A frame takes no memory: in a binary of its own, since the counter is the allocator of all of it. What the test's thread
 //! takes counts, not what the harness takes beside it.
 
-mod boxes;
-
 use allocation_counter::measure;
 use enfilade::PortalId;
 use enfilade::occlusion::chc::{Chc, Reduction};
@@ -12,8 +10,12 @@ use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
 use enfilade::occlusion::view::{Frustum, View};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
 use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Place, Scratch};
+use enfilade::scene::Role;
 use glam::DVec3;
+use testing::boxes;
+use testing::meshes::{cuboid, scene, soup};
 
 #[test]
 fn culling_allocates_nothing() {
@@ -101,4 +103,18 @@ fn culling_with_an_oracle_allocates_nothing_after_the_first_frame_of_each_method
         assert_eq!(taken.count_total, 0, "{mode:?}");
         assert!(drawn > 100, "{drawn} objects: a test of nothing");
     }
+}
+
+/// Visibility cubes, once they have their buffers.
+#[test]
+fn a_warm_engine_allocates_nothing() {
+    let cube =
+        |opaque, from: f64, to: f64| soup("cube", Role::Unknown, opaque, &cuboid(DVec3::splat(from), DVec3::splat(to)));
+    let scene = scene([cube(true, 0.0, 9.0), cube(false, 4.0, 5.0)]);
+    let ready = CubeScene::new(&scene);
+    let (mut engine, mut cube) = (Raster::new(&ready), Cube::default());
+    let view = CubeView::new(DVec3::splat(2.0) - scene.origin, 50);
+    engine.cube(&view, &mut cube);
+    let taken = measure(|| (0..5).for_each(|_| engine.cube(&view, &mut cube)));
+    assert_eq!(taken.count_total, 0);
 }

@@ -2,17 +2,14 @@
 //!
 //! Metres, +Y up. Walls are 0.2 m thick unless something else is said, storeys 2.8 m high, doorways 0.9 x 2.1 m.
 
-#[path = "common/solids.rs"]
-mod solids;
-
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitOptions, Strategy, split, validate};
 use enfilade::geom::{Plane, newell};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use glam::{DVec2, DVec3};
-use solids::{Box3, less};
 use std::collections::{BTreeMap, BTreeSet};
+use testing::solids::{Box3, less};
 
 const HIGH: f64 = 2.8;
 const WALL: f64 = 0.2;

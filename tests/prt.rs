@@ -1,11 +1,5 @@
 //! Portal files and rows: what is right is read, what is wrong is named with its line and field, and nothing panics.
 
-#[path = "common/data.rs"]
-mod data;
-#[path = "common/prt_texts.rs"]
-mod texts;
-
-use data::data;
 use enfilade::BitMatrix;
 use enfilade::geom::newell;
 use enfilade::level::prt::{Dialect, MOST_CLUSTERS, MOST_ISOLATED, PrtFault, read_prt};
@@ -13,7 +7,8 @@ use enfilade::level::rows::{RowsFault, read_rows, write_rows};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::io::Read;
-use texts::{PRT1, PRT1_AM, PRT2};
+use testing::data::data;
+use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
 
 #[test]
 fn the_dialects_say_the_same() {

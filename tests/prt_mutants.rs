@@ -1,13 +1,10 @@
 //! Damaged portal files: no panic, and memory in proportion to the file. A binary of its own, because memory is counted for the
 //! whole process.
 
-#[path = "common/prt_texts.rs"]
-mod texts;
-
 use allocation_counter::measure;
 use enfilade::level::prt::read_prt;
 use proptest::prelude::*;
-use texts::{PRT1, PRT1_AM, PRT2};
+use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]

@@ -1,7 +1,5 @@
 //! The lower bound: rays, clearance, placement, witnesses, repairs, each against what is known without them.
 
-mod rooms;
-
 use enfilade::cells::{Locator, place_objects};
 use enfilade::geom::Aabb;
 use enfilade::job::Job;
@@ -10,48 +8,27 @@ use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
-use rooms::solid;
 use std::path::{Path, PathBuf};
+use testing::data::data;
+use testing::meshes::{scene, solid, soup as mesh};
+use testing::random::Places;
+use testing::rooms;
 
-/// Seeded numbers in `0..1`.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn point(&mut self, scale: f64) -> DVec3 {
-        (DVec3::new(self.unit(), self.unit(), self.unit()) - 0.5) * scale
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.unit() * n as f64) as usize
-    }
-}
-
-fn mesh(node: &str, opaque: bool, corners: &[[DVec3; 3]]) -> Mesh {
-    let triangles = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Mesh {
-        node: node.into(),
-        role: Role::Unknown,
-        opaque,
-        positions: corners.iter().flatten().copied().collect(),
-        triangles,
-    }
+/// A place in a cube of this side around the origin.
+fn place(random: &mut Places, side: f64) -> DVec3 {
+    random.point() * (side / 2.0)
 }
 
 /// Objects of ten random triangles each, every third one see-through.
-fn soup(random: &mut Random, objects: usize, extent: f64) -> Scene {
-    rooms::scene((0..objects).map(|i| {
+fn soup(random: &mut Places, objects: usize, extent: f64) -> Scene {
+    scene((0..objects).map(|i| {
         let triangles: Vec<[DVec3; 3]> = (0..10)
             .map(|_| {
-                let p = random.point(extent);
-                [p, p + random.point(0.3 * extent), p + random.point(0.3 * extent)]
+                let p = place(random, extent);
+                [p, p + place(random, 0.3 * extent), p + place(random, 0.3 * extent)]
             })
             .collect();
-        mesh(&format!("soup {i}"), i % 3 != 0, &triangles)
+        mesh(&format!("soup {i}"), Role::Unknown, i % 3 != 0, &triangles)
     }))
 }
 
@@ -80,15 +57,15 @@ fn opaque_triangles(scene: &Scene) -> Vec<usize> {
 #[test]
 fn rays_hit_what_a_loop_over_all_triangles_hits_at_every_scale() {
     for extent in [1e-3, 30.0, 1e5] {
-        let mut random = Random(7);
+        let mut random = Places::new(7);
         let scene = soup(&mut random, 60, extent);
         let rays = RayScene::new(&scene);
         let opaque = opaque_triangles(&scene);
         let mut hits = 0;
         for i in 0..3000 {
             // From inside, and from far away.
-            let origin = random.point(extent * if i % 4 == 0 { 1000.0 } else { 1.5 });
-            let direction = (random.point(extent) - origin) * random.unit();
+            let origin = place(&mut random, extent * if i % 4 == 0 { 1000.0 } else { 1.5 });
+            let direction = (place(&mut random, extent) - origin) * random.unit();
             let limit = if i % 2 == 0 { f64::INFINITY } else { 1.0 };
             let of = |t: usize| meets(origin, direction, scene.corners(t)).filter(|&x| x <= limit).map(|x| (x, t));
             let first = opaque.iter().filter_map(|&t| of(t)).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -119,13 +96,13 @@ fn rays_hit_what_a_loop_over_all_triangles_hits_at_every_scale() {
 
 #[test]
 fn a_closed_surface_leaks_no_ray_at_its_edges_and_corners() {
-    let scene = rooms::scene([rooms::ball("ball", DVec3::new(0.3, 0.7, -0.2), 1.7, 9)]);
+    let scene = scene([rooms::ball("ball", DVec3::new(0.3, 0.7, -0.2), 1.7, 9)]);
     let rays = RayScene::new(&scene);
-    let mut random = Random(3);
+    let mut random = Places::new(3);
     for triangle in 0..scene.triangles.len() {
         let [a, b, c] = scene.corners(triangle);
         for target in [a, b, c, a.midpoint(b), b.midpoint(c), c.midpoint(a), a.lerp(b, random.unit())] {
-            let from = random.point(1.0);
+            let from = place(&mut random, 1.0);
             assert!(rays.first_opaque(from, target - from, f64::INFINITY).is_some(), "out through triangle {triangle}");
             assert!(rays.first_opaque(target + (target - from) * 50.0, from - target, f64::INFINITY).is_some());
         }
@@ -134,14 +111,14 @@ fn a_closed_surface_leaks_no_ray_at_its_edges_and_corners() {
 
 #[test]
 fn clearance_agrees_with_distances_measured_point_by_point() {
-    let mut random = Random(11);
+    let mut random = Places::new(11);
     let scene = soup(&mut random, 40, 20.0);
     let rays = RayScene::new(&scene);
     let opaque = opaque_triangles(&scene);
     let (mut clear, mut blocked) = (0, 0);
     for i in 0..1000 {
-        let a = random.point(20.0);
-        let b = if i % 10 == 0 { a } else { a + random.point(6.0) };
+        let a = place(&mut random, 20.0);
+        let b = if i % 10 == 0 { a } else { a + place(&mut random, 6.0) };
         let clearance = 0.6 * random.unit();
         let steps = 200;
         let nearest = (0..=steps)
@@ -168,7 +145,7 @@ fn no_segment_is_clear_through_a_crack_and_one_may_end_on_its_target() {
     // A wall of two panels with a 0.1 mm crack at x = 0 (tolerance at this size: 0.15 mm), a plate behind it.
     let panels =
         [solid("left", [-5.0, 0.0, 0.0], [-0.000_05, 3.0, 0.1]), solid("right", [0.000_05, 0.0, 0.0], [5.0, 3.0, 0.1])];
-    let scene = rooms::scene(panels.into_iter().chain([solid("plate", [-1.0, 1.0, 4.0], [1.0, 2.0, 4.1])]));
+    let scene = scene(panels.into_iter().chain([solid("plate", [-1.0, 1.0, 4.0], [1.0, 2.0, 4.1])]));
     let rays = RayScene::new(&scene);
     let clearance = scene.tolerance().clearance;
     let (from, to) = (DVec3::new(0.0, 1.5, -3.0) - scene.origin, DVec3::new(0.0, 1.5, 4.0) - scene.origin);
@@ -185,9 +162,9 @@ fn no_segment_is_clear_through_a_crack_and_one_may_end_on_its_target() {
 
 #[test]
 fn placement_is_triangle_box_overlap() {
-    let mut random = Random(5);
+    let mut random = Places::new(5);
     let scene = soup(&mut random, 300, 10.0);
-    let boxes: Vec<Aabb> = (0..60).map(|_| Aabb::of([random.point(10.0), random.point(10.0)])).collect();
+    let boxes: Vec<Aabb> = (0..60).map(|_| Aabb::of([place(&mut random, 10.0), place(&mut random, 10.0)])).collect();
     let pieces = boxes.iter().map(|b| vec![rooms::box_piece(b.min.into(), b.max.into(), DVec3::ZERO)]).collect();
     let graph = rooms::graph(pieces, Vec::new());
     let mut set = 0;
@@ -366,7 +343,7 @@ fn an_unbounded_outside_sees_in_and_is_seen() {
         solid("tree", [20.0, 0.0, 1.0], [21.0, 5.0, 2.0]),
         solid("sign", [-3.0, 1.0, 1.0], [-2.9, 2.0, 2.0]),
     ];
-    let scene = rooms::scene(meshes);
+    let scene = scene(meshes);
     let room = rooms::box_piece([0.2, 0.0, 0.0], [4.2, 2.6, 4.0], scene.origin);
     let half_space = |n: DVec3, at: DVec3| {
         let bounds = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
@@ -388,13 +365,7 @@ fn an_unbounded_outside_sees_in_and_is_seen() {
 
 /// The scenes with exact answers, or `None` where they may be absent and are.
 fn exact_scenes(test: &str) -> Option<Vec<PathBuf>> {
-    let data = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    let Ok(entries) = std::fs::read_dir(data.join("exact")) else {
-        assert!(std::env::var_os("CI").is_none(), "no data folder: set ENFILADE_DATA");
-        eprintln!("not run: {test}: no data folder");
-        return None;
-    };
+    let entries = std::fs::read_dir(data(test)?.join("exact")).expect("the scenes with exact answers");
     let mut scenes: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()).collect();
     scenes.sort();
     Some(scenes)
@@ -407,7 +378,7 @@ fn read_exact(folder: &Path) -> (Scene, Vec<Aabb>, Vec<serde_json::Value>) {
     for line in text("scene.obj").lines() {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words.as_slice() {
-            ["o", name] => meshes.push(mesh(name, true, &[])),
+            ["o", name] => meshes.push(mesh(name, Role::Unknown, true, &[])),
             ["v", x, y, z] => positions.push(DVec3::from([x, y, z].map(|s| s.parse().expect("a number")))),
             ["f", corners @ ..] => {
                 let index = |s: &&str| s.split('/').next().and_then(|s| s.parse::<u32>().ok()).expect("an index") - 1;
@@ -460,7 +431,7 @@ fn exact_scenes_visible_pairs_have_clear_witnesses() {
 #[test]
 fn exact_scenes_hidden_pairs_have_no_clear_segment() {
     let Some(folders) = exact_scenes("exact_scenes_hidden_pairs_have_no_clear_segment") else { return };
-    let mut random = Random(17);
+    let mut random = Places::new(17);
     let mut checked = 0;
     for folder in folders {
         let (scene, cells, pairs) = read_exact(&folder);
@@ -471,7 +442,7 @@ fn exact_scenes_hidden_pairs_have_no_clear_segment() {
             let object = ObjectId(pair["object"].as_u64().expect("an id") as u32);
             let triangles = &scene.objects[object.index()].triangles;
             for _ in 0..1500 {
-                let from = cell.min + (random.point(1.0) + 0.5) * cell.size() - scene.origin;
+                let from = cell.min + (place(&mut random, 1.0) + 0.5) * cell.size() - scene.origin;
                 let [a, b, c] = scene.corners(triangles.start as usize + random.below(triangles.len()));
                 let (x, y) = (random.unit(), random.unit());
                 let (x, y) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };

@@ -1,15 +1,14 @@
 //! The upper bound: nothing that a line can reach is ever missing, and what is known to be hidden is.
 
-#[path = "common/grid.rs"]
-mod grid;
-
 use enfilade::cells::{Cell, CellGraph, Portal};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::job::Job;
 use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
 use enfilade::{BitMatrix, CellId};
 use glam::{DAffine3, DQuat, DVec3};
-use grid::{Grid, Random, Recipe, graph, rectangle};
+use testing::grid;
+use testing::grid::{Grid, Recipe, graph, rectangle};
+use testing::random::Random;
 
 /// Flow over cells alone.
 fn upper(graph: &CellGraph) -> BitMatrix {
@@ -276,7 +275,7 @@ fn no_line_ever_reaches_beyond_the_upper_bound() {
             let grid = Grid::random(recipe, 100 * r as u64 + seed);
             let result = grid_flow(&grid, 1_000_000);
             assert_eq!(result.capped, 0);
-            let (u, mut random, mut path) = (&result.cells_upper, Random(seed), Vec::new());
+            let (u, mut random, mut path) = (&result.cells_upper, Random::new(seed), Vec::new());
             for k in 0..200_000 {
                 let (room, p, direction) =
                     if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
@@ -322,7 +321,7 @@ fn what_dense_lines_dont_witness_is_little() {
         let grid = Grid::random(Recipe { size: [8, 1, 8], doors: 0.7, joined, outside, objects: 150 }, seed);
         let (g, result) = (grid.graph(), grid_flow(&grid, 1_000_000));
         let (mut cells, mut objects) = (BitMatrix::new(grid.cells, grid.cells), grid.placement());
-        let (mut random, mut path) = (Random(seed), Vec::new());
+        let (mut random, mut path) = (Random::new(seed), Vec::new());
         let on_portal = |cell: usize, random: &mut Random| {
             let out = &g.cells[cell].portals;
             (!out.is_empty()).then(|| {

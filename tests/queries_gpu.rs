@@ -3,10 +3,6 @@
 
 #![cfg(feature = "gpu")]
 
-#[path = "common/crowd.rs"]
-mod crowd;
-
-use crowd::{Picture, Random, bounds, crowd as boxes, of_meshes, scene, turned};
 use enfilade::ObjectId;
 use enfilade::gpu::GpuError;
 use enfilade::occlusion::bounds::{Bounds, Fit};
@@ -22,6 +18,8 @@ use enfilade::occlusion::stats::OnlineStats;
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::scene::Scene;
 use glam::{DQuat, DVec2, DVec3};
+use testing::crowd::{Picture, bounds, crowd as boxes, of_meshes, scene, turned};
+use testing::random::Places;
 
 /// Views of each crowd.
 const ROUNDS: usize = 20;
@@ -55,7 +53,7 @@ fn all(scene: &Scene) -> Vec<ObjectId> {
 }
 
 /// A box for an object, along the axes or not, in turns; and boxes where nothing is.
-fn asked(scene: &Scene, random: &mut Random) -> Vec<Bounds> {
+fn asked(scene: &Scene, random: &mut Places) -> Vec<Bounds> {
     let of_object = |o: ObjectId| {
         let triangles = scene.objects[o.index()].triangles.clone();
         let corners: Vec<DVec3> = triangles.flat_map(|t| scene.corners(t as usize)).collect();
@@ -69,7 +67,7 @@ fn asked(scene: &Scene, random: &mut Random) -> Vec<Bounds> {
 #[test]
 fn what_is_called_hidden_has_no_pixel_and_little_else_has_none() {
     let test = "what_is_called_hidden_has_no_pixel_and_little_else_has_none";
-    let mut random = Random(2);
+    let mut random = Places::new(2);
     let (mut hidden, mut called, mut shown) = (0, 0, 0);
     for size in [[64, 48], [75, 50], [64, 48], [200, 130]] {
         let scene = scene(&boxes(40, &mut random));
@@ -120,7 +118,7 @@ fn a_hole_smaller_than_a_pixel_shows_what_is_behind() {
         let ndc = DVec2::new(x * 2.0 / 320.0 - 1.0, 1.0 - y * 2.0 / 200.0) * distance;
         DVec3::new(ndc.x / view.x.x, ndc.y / view.y.y, -distance)
     };
-    let mut random = Random(5);
+    let mut random = Places::new(5);
     for round in 0..40 {
         let pixel = [(random.unit() * 300.0).floor() + 10.5, (random.unit() * 180.0).floor() + 10.5];
         // The hole ends so far from the middle on the left, on the right, above and below.
@@ -180,7 +178,7 @@ impl Culler {
 }
 
 /// A walk with a jump every fifth frame, a look back, and stops.
-fn path(random: &mut Random, frames: usize) -> Vec<View> {
+fn path(random: &mut Places, frames: usize) -> Vec<View> {
     let mut views: Vec<View> = Vec::new();
     for frame in 0..frames {
         let next = match (views.last(), frame % 5) {
@@ -236,7 +234,7 @@ fn walk(test: &str, scene: &Scene, views: &[View], size: [usize; 2]) -> Option<[
 /// However late answers come, and whatever the camera did before.
 #[test]
 fn whatever_has_a_pixel_is_drawn_in_the_same_frame() {
-    let mut random = Random(3);
+    let mut random = Places::new(3);
     let mut scene = scene(&boxes(120, &mut random));
     // Glass shows what is behind it.
     scene.objects[4].opaque = false;
@@ -252,7 +250,7 @@ fn whatever_has_a_pixel_is_drawn_in_the_same_frame() {
 #[test]
 fn far_from_the_origin_is_as_good_as_near() {
     let test = "far_from_the_origin_is_as_good_as_near";
-    let mut random = Random(7);
+    let mut random = Places::new(7);
     let size = [120, 80];
     // To numbers that are the same far away.
     let whole = |v: DVec3| (v * 1048576.0).round() / 1048576.0;
@@ -377,7 +375,7 @@ fn answers_come_in_any_number_and_not_from_an_earlier_frame() {
 #[test]
 fn what_the_device_cannot_do_shows() {
     let test = "what_the_device_cannot_do_shows";
-    let mut random = Random(1);
+    let mut random = Places::new(1);
     let scene = scene(&boxes(60, &mut random));
     let Some(mut gpu) = on_gpu(test, &scene, [64, 48]) else { return };
     assert!(matches!(GpuQueries::new(&scene, 1 << 20, 4), Err(GpuError::TooLarge { .. })));

@@ -1,10 +1,6 @@
 //! Real buildings, from the model to a checked file: rooms as their authors named them, nothing missed.
 #![cfg(feature = "ifc")]
 
-#[path = "common/data.rs"]
-mod data;
-
-use data::data;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
@@ -12,6 +8,7 @@ use enfilade::scene::{ImportOptions, import};
 use enfilade::verify::{CheckOptions, check};
 use serde_json::Value;
 use std::collections::BTreeSet;
+use testing::data::data;
 
 fn check_building(test: &str, model: &str) {
     let Some(folder) = data(test) else { return };

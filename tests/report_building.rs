@@ -1,12 +1,6 @@
 //! `enfilade report` of a building: what the page and the tables say is what `bake` and `check` say.
 
-#[allow(dead_code, reason = "each test binary uses its part")]
-#[path = "common/cli.rs"]
-mod cli;
-#[path = "common/page.rs"]
-mod page;
-
-use cli::{LEVEL, folder, refused, run};
+use crate::cli::{self, LEVEL, building, folder, refused, run};
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
@@ -17,18 +11,12 @@ use enfilade::pages::undecided::{closed_and_open, hardest, kinds, of_cell};
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::verify::{CheckOptions, check};
-use page::check_page;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-
-fn building(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(name)
-}
+use std::path::Path;
+use testing::page::check_page;
 
 fn json(arguments: &[&str]) -> Value {
-    let out = run(&arguments.iter().map(Path::new).collect::<Vec<_>>());
-    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-    serde_json::from_slice(&out.stdout).unwrap()
+    cli::json(&cli::run_words(arguments))
 }
 
 fn text(path: &Path) -> String {

@@ -1,22 +1,14 @@
 //! Bakes that are cut off go on to the bytes of an undisturbed one: stopped, killed, with a state that is damaged or another's.
 
-#[path = "common/cli.rs"]
-#[allow(dead_code)]
-mod cli;
-
-use cli::{command, folder, refused, run};
+use crate::cli::{building, command, folder, refused, run};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest};
 use enfilade::job::{Job, Journal, JournalError};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene, import};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::time::{Duration, Instant};
-
-fn building(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(file)
-}
 
 fn villa() -> (Scene, BakeOptions) {
     let scene = import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap();

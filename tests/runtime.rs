@@ -1,10 +1,5 @@
 //! What the culler must say about buildings whose answers are known, and about random ones by brute force.
 
-mod boxes;
-#[path = "common/maze.rs"]
-mod maze;
-
-use boxes::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Culler, Mode, Narrowing, Rect, Scratch};
@@ -14,7 +9,9 @@ use enfilade::walkthrough::tour::tour;
 use enfilade::walkthrough::walk::{Summary, WalkOptions, walk};
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3};
-use maze::{Face, Grid, Random};
+use testing::boxes::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
+use testing::maze::{Face, Grid};
+use testing::random::Places;
 
 /// What a set holds, sorted.
 #[derive(Clone, PartialEq, Debug)]
@@ -247,7 +244,7 @@ fn rounded_windings_lose_nothing_at_their_edges() {
     b.thing("", p(999., 8., 999.), p(1000., 9., 1000.));
     let (_, file) = b.finish();
     let culler = Culler::new(&file);
-    let mut random = Random(3);
+    let mut random = Places::new(3);
     let sees = |eye: DVec3, target: DVec3| {
         // The eye as the culler gets it.
         let eye = (eye - file.origin).as_vec3().as_dvec3();
@@ -255,9 +252,9 @@ fn rounded_windings_lose_nothing_at_their_edges() {
         see(&culler, &camera, Mode::Portals).cells.contains(&east)
     };
     for _ in 0..500 {
-        let eye = p(777.7 - 0.3 - random.next() * 20.0, 1.0, 690.0 + random.next() * 20.0);
-        let y = 0.2 + random.next() * 1.8;
-        let (edge, out) = if random.next() < 0.5 { (z0, -1.0) } else { (z1, 1.0) };
+        let eye = p(777.7 - 0.3 - random.unit() * 20.0, 1.0, 690.0 + random.unit() * 20.0);
+        let y = 0.2 + random.unit() * 1.8;
+        let (edge, out) = if random.unit() < 0.5 { (z0, -1.0) } else { (z1, 1.0) };
         assert!(sees(eye, p(777.7, y, edge - out * 2e-5)), "inside the edge, from {eye}");
         assert!(sees(eye, p(777.7, y, edge + out * 0.9 * culler.tolerance())), "within the tolerance, from {eye}");
     }
@@ -308,7 +305,7 @@ fn thin_portals_and_extreme_angles_lose_nothing() {
 /// the camera reaches is in the set, and the modes nest.
 #[test]
 fn everything_that_a_ray_reaches_is_in_the_set() {
-    let mut random = Random(11);
+    let mut random = Places::new(11);
     let (mut rays, mut kept, mut kept_by_octagons, mut all, mut found, mut through) = (0u64, 0u64, 0u64, 0u64, 0u64, 0u64);
     for round in 0..60 {
         let grid = Grid::random(&mut random);
@@ -326,7 +323,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
             if frame % 2 == 0 && !doors.is_empty() {
                 let (axis, a, b) = doors[random.below(doors.len())];
                 let off = [0.0, -1e-6, 1e-6, -1e-4, -1e-2][random.below(5)];
-                eye = if random.next() < 0.7 { random.between(a, b) } else { random.between(low, high) };
+                eye = if random.unit() < 0.7 { random.between(a, b) } else { random.between(low, high) };
                 eye[axis] = a[axis] + off;
             }
             // What the culler gets: rounded.
@@ -370,7 +367,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
 
             let (mut cells, mut things) = (Vec::new(), Vec::new());
             for _ in 0..150 {
-                let ndc = DVec2::new(random.next(), random.next()) * 2.0 - 1.0;
+                let ndc = DVec2::new(random.unit(), random.unit()) * 2.0 - 1.0;
                 grid.walk(i, eye, camera.ray(ndc), 0, &mut |_, cell, thing| {
                     cells.push(cell);
                     things.extend(thing);

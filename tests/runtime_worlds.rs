@@ -1,19 +1,16 @@
 //! Doors, one-way windows, mirrors and sets without a camera, by brute force on random buildings: rays are walked from box to box.
 
-mod boxes;
-#[path = "common/maze.rs"]
-mod maze;
-
-use boxes::{A, B, CORRIDOR, flat, p};
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Culler, Mirror, Mode, Place, Reflections, Scratch};
 use enfilade::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{DVec2, DVec3, Vec3, Vec4};
-use maze::{Grid, Random};
 use std::collections::{BTreeMap, BTreeSet};
+use testing::boxes::{A, B, CORRIDOR, flat, p};
+use testing::maze::Grid;
+use testing::random::Places;
 
 /// A camera somewhere in the building, and the box that its eye is in.
-fn camera(grid: &Grid, file: &PvsFile, random: &mut Random) -> (Camera, DVec3, usize) {
+fn camera(grid: &Grid, file: &PvsFile, random: &mut Places) -> (Camera, DVec3, usize) {
     let i = random.below(grid.faces.len());
     let (low, high) = grid.bounds(i);
     let eye = random.between(low.lerp(high, 0.01), high.lerp(low, 0.01));
@@ -79,7 +76,7 @@ fn doors_as_found_are_shut_where_the_file_says_so() {
 /// With doors shut at random, both ways or one: everything that a ray reaches is in the set, and much that it doesn't isn't.
 #[test]
 fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
-    let mut random = Random(5);
+    let mut random = Places::new(5);
     let (mut found, mut kept, mut kept_open) = (0, 0, 0);
     for round in 0..60 {
         let mut grid = Grid::random(&mut random);
@@ -87,7 +84,7 @@ fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
         let (open, mut culler) = (Culler::new(&file), Culler::new(&file));
         for (portal, (i, axis)) in grid.doors().into_iter().enumerate() {
             for side in 0..2 {
-                if random.next() < 0.4 {
+                if random.unit() < 0.4 {
                     grid.blocked.insert((i, axis, side == 0));
                     culler.set_see_through(PortalId(portal as u32).directed(side), false);
                 }
@@ -98,7 +95,7 @@ fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
             let (camera, eye, i) = camera(&grid, &file, &mut random);
             let mut things = BTreeSet::new();
             for _ in 0..150 {
-                let ndc = DVec2::new(random.next(), random.next()) * 2.0 - 1.0;
+                let ndc = DVec2::new(random.unit(), random.unit()) * 2.0 - 1.0;
                 grid.walk(i, eye, camera.ray(ndc), 0, &mut |_, _, thing| things.extend(thing));
             }
             found += things.len();
@@ -119,14 +116,14 @@ fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
 /// every eye that stands in an equal place, and leaves out much that open doors would show.
 #[test]
 fn what_is_seen_around_an_eye_is_what_it_sees_in_all_directions() {
-    let mut random = Random(11);
+    let mut random = Places::new(11);
     let (mut kept, mut kept_open, mut again) = (0, 0, 0);
     for round in 0..60 {
         let grid = Grid::random(&mut random);
         let (_, file) = grid.building();
         let (open, mut culler) = (Culler::new(&file), Culler::new(&file));
         for side in (0..2 * file.portals.len() as u32).map(DirectedPortal) {
-            culler.set_see_through(side, random.next() < 0.4);
+            culler.set_see_through(side, random.unit() < 0.4);
         }
         let (mut scratch, mut place, mut known) = (Scratch::for_culler(&culler), Place::default(), Vec::new());
         for _ in 0..30 {
@@ -190,7 +187,7 @@ fn mirrors(grid: &Grid, file: &PvsFile) -> Vec<Mirror> {
 #[test]
 fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
     const DEPTH: usize = 3;
-    let mut random = Random(23);
+    let mut random = Places::new(23);
     let (mut found, mut deep, mut kept, mut all) = (0, 0, 0, 0);
     for round in 0..60 {
         let mut grid = Grid::random(&mut random);
@@ -202,7 +199,7 @@ fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
             let (camera, eye, i) = camera(&grid, &file, &mut random);
             let mut things: BTreeMap<Vec<usize>, BTreeSet<ObjectId>> = BTreeMap::new();
             for _ in 0..200 {
-                let ndc = DVec2::new(random.next(), random.next()) * 2.0 - 1.0;
+                let ndc = DVec2::new(random.unit(), random.unit()) * 2.0 - 1.0;
                 let mut visit = |turned: &[usize], _, thing| {
                     if !turned.is_empty() {
                         things.entry(turned.to_vec()).or_default().extend(thing);
@@ -298,13 +295,13 @@ fn two_facing_mirrors_are_bounded_and_say_so() {
 /// Hops by a search of its own, rows as the file has them, and volumes against every box.
 #[test]
 fn sets_without_a_camera_are_what_they_are_called() {
-    let (mut random, mut with_rows) = (Random(77), 0);
+    let (mut random, mut with_rows) = (Places::new(77), 0);
     for _ in 0..40 {
         let grid = Grid::random(&mut random);
         let (_, file) = grid.building();
         let mut culler = Culler::new(&file);
         let mut scratch = Scratch::for_culler(&culler);
-        let shut: Vec<PortalId> = (0..file.portals.len() as u32).map(PortalId).filter(|_| random.next() < 0.2).collect();
+        let shut: Vec<PortalId> = (0..file.portals.len() as u32).map(PortalId).filter(|_| random.unit() < 0.2).collect();
         shut.iter().for_each(|&portal| culler.set_open(portal, false));
         for c in (0..file.cells.len() as u32).map(CellId) {
             // How many portals away each cell is: relaxed until nothing changes.
@@ -338,7 +335,7 @@ fn sets_without_a_camera_are_what_they_are_called() {
         for _ in 0..20 {
             let planes: Vec<Vec4> = (0..1 + random.below(6))
                 .map(|_| {
-                    let n = random.between(DVec3::NEG_ONE, DVec3::ONE) * 10f64.powf(random.next() * 6.0 - 3.0);
+                    let n = random.between(DVec3::NEG_ONE, DVec3::ONE) * 10f64.powf(random.unit() * 6.0 - 3.0);
                     let through = random.between(DVec3::splat(-10.0), DVec3::splat(10.0));
                     n.extend(n.dot(through)).as_vec4()
                 })

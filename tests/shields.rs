@@ -1,13 +1,11 @@
 //! What stands within a cell hides, too: two rooms with a door between them, and a cupboard behind which a box stands.
 
-#[allow(dead_code, reason = "each test binary uses its part")]
-mod rooms;
-
 use enfilade::cells::Strategy;
 use enfilade::job::Job;
 use enfilade::pvs::{Pvs, PvsOptions, bake};
 use enfilade::scene::{Mesh, Scene};
-use rooms::{row, solid};
+use testing::meshes::solid;
+use testing::rooms::row;
 
 /// A bake of two rooms in a row with `extra` in the second, whose door is at x = 4.2, z = 1.8 to 2.7.
 fn baked(extra: Vec<Mesh>, ray_budget: u64) -> (Scene, Pvs) {

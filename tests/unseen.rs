@@ -1,8 +1,5 @@
 //! The bound of what is unseen: on scenes with view cells (`exact/` in the data folder), against the truth by counting many rays.
 
-#[path = "common/data.rs"]
-mod data;
-
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{ViewCell, read_view_cells};
@@ -13,6 +10,7 @@ use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::types::bounds::CONFIDENCE;
 use glam::DVec3;
 use std::path::Path;
+use testing::data;
 
 /// A generator of its own, so that nothing is shared with what is tested (Marsaglia, *Xorshift RNGs*, 2003).
 struct Xorshift(u64);

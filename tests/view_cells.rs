@@ -1,12 +1,7 @@
 //! View cells: against exact answers (`exact/` in the data folder; its README says how they were found), against the cells of a
 //! building, and on the command line.
 
-#[allow(dead_code, reason = "each test binary uses its part")]
-#[path = "common/cli.rs"]
-mod cli;
-#[path = "common/data.rs"]
-mod data;
-
+use crate::cli;
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::cells::{ViewCell, read_view_cells};
@@ -17,6 +12,7 @@ use enfilade::pvs::view_cells::ViewRows;
 use enfilade::scene::{ImportOptions, Scene, import};
 use serde_json::Value;
 use std::path::Path;
+use testing::data;
 
 fn baked(scene: &Scene, view_cells: Vec<ViewCell>, rays: u64) -> (Baked, ViewRows) {
     let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
@@ -81,7 +77,7 @@ fn both_bounds_hold_on_every_scene_with_an_exact_answer() {
 
 #[test]
 fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
-    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings/villa_rotonda.glb");
+    let model = cli::building("villa_rotonda.glb");
     let scene = import(&model, &ImportOptions::default()).unwrap();
     let options = BakeOptions { pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() }, ..BakeOptions::default() };
     let cells = bake(&scene, options, &Job::quiet()).unwrap().file.cells;

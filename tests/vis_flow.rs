@@ -1,19 +1,17 @@
 //! `vis`: both bounds hold, every line is one, and results don't depend on threads or interruptions.
 
-#[path = "common/grid.rs"]
-#[expect(dead_code, reason = "there are no objects here")]
-mod grid;
-#[path = "common/prt.rs"]
-mod prt;
-
+use crate::cli::folder;
 use enfilade::BitMatrix;
 use enfilade::cells::CellGraph;
 use enfilade::job::{Job, Journal};
 use enfilade::level::{Level, LevelPortal, Line, Vis, VisError, VisOptions, Why, digest, vis, why};
 use glam::DVec3;
-use grid::{Grid, Random, Recipe};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use testing::data::data;
+use testing::grid::{Grid, Recipe};
+use testing::prt;
+use testing::random::Random;
 
 const OPTIONS: VisOptions = VisOptions { seed: 1, steps: 1_000_000, lines: 4 };
 
@@ -127,7 +125,7 @@ fn margin(intervals: &[(f64, [f64; 2])]) -> f64 {
 
 #[test]
 fn rows_of_doors_are_decided_exactly() {
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let (mut seen, mut hidden, mut close) = (0, 0, 0);
     for _ in 0..400 {
         let n = 3 + random.below(6);
@@ -173,7 +171,7 @@ fn grids_agree_with_a_walker_both_ways() {
         let level = level(&grid.graph());
         let result = run(&level);
         check_shape(&level, &result);
-        let (mut random, mut path) = (Random(seed), Vec::new());
+        let (mut random, mut path) = (Random::new(seed), Vec::new());
         for k in 0..100_000 {
             let (room, p, d) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
             grid.walk(room, p, d, &mut path);
@@ -201,7 +199,7 @@ fn cells_that_are_not_convex_lose_nothing() {
         let recipe = Recipe { size: [6, 1, 6], doors: 0.6, joined: 0.2, outside: seed % 2 == 0, objects: 0 };
         let grid = Grid::random(recipe, seed);
         let result = run(&level(&grid.graph()));
-        let (mut random, mut path) = (Random(seed), Vec::new());
+        let (mut random, mut path) = (Random::new(seed), Vec::new());
         for k in 0..100_000 {
             let (room, p, d) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
             grid.walk(room, p, d, &mut path);
@@ -332,7 +330,7 @@ fn an_interrupted_run_goes_on_to_the_same_result() {
     let grid = Grid::random(Recipe { size: [5, 2, 5], doors: 0.6, joined: 0.0, outside: false, objects: 0 }, 4);
     let level = level(&grid.graph());
     let whole = run(&level);
-    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("vis_flow.state");
+    let path = folder("state").join("vis_flow.state");
     let _ = std::fs::remove_file(&path);
     let journal = || Journal::open(&path, digest(&level, &OPTIONS)).expect("a state");
     // Each run is stopped a few searches after it has begun with new ones, until one isn't.
@@ -419,7 +417,7 @@ fn check_separation(level: &Level, chain: &[u32], planes: &[enfilade::geom::Plan
     let source = |d: u32| level.portals[d as usize / 2].cells[d as usize % 2];
     assert!(pair.contains(&source(chain[0])));
     assert!(chain.windows(2).all(|w| target(w[0]) == source(w[1])));
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let mut point = |d: u32| {
         let winding = &level.portals[d as usize / 2].winding;
         let weights: Vec<f64> = winding.iter().map(|_| random.real(0.01, 1.0)).collect();
@@ -482,16 +480,12 @@ fn walk(level: &Level, out: &[Vec<u32>], first: u32, o: DVec3, d: DVec3, cells: 
 
 #[test]
 fn rays_through_real_levels_stay_in_the_rows() {
-    let Some(folder) = prt::folder() else {
-        assert!(std::env::var_os("CI").is_none(), "no data folder");
-        eprintln!("not run: rays_through_real_levels_stay_in_the_rows: no data folder");
-        return;
-    };
+    let Some(folder) = data("rays_through_real_levels_stay_in_the_rows") else { return };
     // More with ENFILADE_RAYS; the release check takes 100 million a level.
     let rays: usize = std::env::var("ENFILADE_RAYS").ok().and_then(|n| n.parse().ok()).unwrap_or(200_000);
     let mut settled = 0;
     for name in ["lqdm12", "id_dm4", "lq_e0m1"] {
-        let level = prt::level(&folder.join(format!("{name}.prt")));
+        let level = prt::level(&folder.join(format!("prt/{name}.prt")));
         let reference = prt::rows(&folder.join(format!("{name}.vis.txt.gz")), level.cells);
         let result = run_with(&level, &VisOptions::default()).expect("a result");
         check_shape(&level, &result);
@@ -506,7 +500,7 @@ fn rays_through_real_levels_stay_in_the_rows() {
         for id in 0..2 * level.portals.len() as u32 {
             out[level.portals[id as usize / 2].cells[id as usize % 2] as usize].push(id);
         }
-        let (mut random, mut cells) = (Random(9), Vec::new());
+        let (mut random, mut cells) = (Random::new(9), Vec::new());
         for _ in 0..rays {
             let id = random.below(2 * level.portals.len()) as u32;
             let winding = &level.portals[id as usize / 2].winding;

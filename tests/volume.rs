@@ -4,11 +4,10 @@ use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, Portal, SplitOptions, Strategy, split, validate};
 use enfilade::geom::{Aabb, area};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{Role, Scene};
 use glam::{DMat3, DVec2, DVec3};
 use std::collections::BTreeMap;
-
-type Triangle = [DVec3; 3];
+use testing::meshes::{self, Triangle, cuboid, halves, soup};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -34,17 +33,11 @@ impl Place {
 }
 
 fn scene(parts: &[Vec<Triangle>], place: Place) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    for (i, part) in parts.iter().enumerate() {
-        let positions = part.iter().flatten().map(|&p| place.turn * p + place.shift).collect();
-        let triangles = (0..part.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        builder.add(Mesh { node: format!("part {i}"), role: Role::Structure, opaque: true, positions, triangles }).unwrap();
-    }
-    builder.finish("hand-made").unwrap()
-}
-
-fn quad([a, b, c, d]: [DVec3; 4]) -> Vec<Triangle> {
-    vec![[a, b, c], [a, c, d]]
+    let put = |triangle: &Triangle| triangle.map(|p| place.turn * p + place.shift);
+    let part = |(i, part): (usize, &Vec<Triangle>)| {
+        soup(&format!("part {i}"), Role::Structure, true, &part.iter().map(put).collect::<Vec<_>>())
+    };
+    meshes::scene(parts.iter().enumerate().map(part))
 }
 
 /// A convex outline in (z, y), counter-clockwise seen from +x, swept from `x[0]` to `x[1]`: a closed solid, wound outwards.
@@ -54,7 +47,7 @@ fn prism(outline: &[DVec2], x: [f64; 2]) -> Vec<Triangle> {
     let mut out = Vec::new();
     for i in 0..n {
         let (a, b) = (outline[i], outline[(i + 1) % n]);
-        out.extend(quad([at(x[0], a), at(x[1], a), at(x[1], b), at(x[0], b)]));
+        out.extend(halves(&[[at(x[0], a), at(x[1], a), at(x[1], b), at(x[0], b)]]));
         if i > 1 {
             let (o, p) = (outline[0], outline[i - 1]);
             out.push([at(x[1], o), at(x[1], a), at(x[1], p)]);
@@ -62,11 +55,6 @@ fn prism(outline: &[DVec2], x: [f64; 2]) -> Vec<Triangle> {
         }
     }
     out
-}
-
-fn cuboid(min: DVec3, max: DVec3) -> Vec<Triangle> {
-    let p = DVec2::new;
-    prism(&[p(min.z, min.y), p(max.z, min.y), p(max.z, max.y), p(min.z, max.y)], [min.x, max.x])
 }
 
 /// The surface between `free` (negative) and solid, on a lattice of tetrahedra (Doi, Koide, *An efficient method of
@@ -199,7 +187,7 @@ fn ramp() -> Vec<Vec<Triangle>> {
     // Every quad is turned to look at a point in the space that it bounds.
     let mut sheet = |q: [DVec3; 4], inside: DVec3| {
         let n = (q[1] - q[0]).cross(q[2] - q[0]);
-        out.extend(quad(if n.dot(inside - q[0]) > 0.0 { q } else { [q[3], q[2], q[1], q[0]] }));
+        out.extend(halves(&[if n.dot(inside - q[0]) > 0.0 { q } else { [q[3], q[2], q[1], q[0]] }]));
     };
     for (x, y, mouth) in [([0.0, 6.0], 0.0, 6.0), ([14.0, 20.0], 4.0, 14.0)] {
         let inside = v((x[0] + x[1]) / 2.0, y + 1.5, 2.5);
@@ -319,7 +307,7 @@ fn two_rooms(thickness: f64, degrees: f64) -> Vec<Vec<Triangle>> {
         let part = if thickness > 0.0 {
             cuboid(v(-thickness / 2.0, y[0], z[0]), v(thickness / 2.0, y[1], z[1]))
         } else {
-            quad([v(0.0, y[0], z[0]), v(0.0, y[0], z[1]), v(0.0, y[1], z[1]), v(0.0, y[1], z[0])])
+            halves(&[[v(0.0, y[0], z[0]), v(0.0, y[0], z[1]), v(0.0, y[1], z[1]), v(0.0, y[1], z[0])]])
         };
         parts.push(part.iter().map(|t| t.map(|p| turn * p + v(4.0, 0.0, 2.5))).collect());
     }

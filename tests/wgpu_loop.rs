@@ -7,15 +7,15 @@
 #[allow(dead_code, reason = "its main")]
 mod wgpu_loop;
 
+use crate::cli::folder;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, import};
-use std::path::Path;
 
 #[test]
 fn frames_are_those_of_everything_unless_rows_lie() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let folder = folder("frames");
     let [model, pvs, lying] = ["glb", "pvs", "lying.pvs"].map(|end| folder.join("wgpu_loop").with_extension(end));
     let office = generate(Kind::Office { rooms: 6, storeys: None, furnished: true }, 5).unwrap();
     std::fs::write(&model, &office.glb).unwrap();

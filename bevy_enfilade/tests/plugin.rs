@@ -1,8 +1,5 @@
 //! The plugin in a world without a window: buildings whose answers are known, and what is written, counted.
 
-#[path = "../../tests/boxes/mod.rs"]
-mod boxes;
-
 use bevy_app::{App, Last};
 use bevy_camera::visibility::Visibility::{self, Hidden, Inherited, Visible};
 use bevy_camera::{Camera, OrthographicProjection, PerspectiveProjection, Projection};
@@ -11,12 +8,13 @@ use bevy_enfilade::{Building, EnfiladeObject, EnfiladePlugin, NoSuchPortal, Port
 use bevy_math::Vec3;
 use bevy_transform::TransformPlugin;
 use bevy_transform::components::Transform;
-use boxes::{block, flat, p};
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Culler, Mode, Scratch};
 use enfilade::{ObjectId, PortalId};
 use glam::DVec3;
+use testing::boxes;
+use testing::boxes::{block, flat, p};
 
 /// Entities whose visibility was written since the update before.
 #[derive(Resource, Default)]

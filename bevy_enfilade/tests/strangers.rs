@@ -1,14 +1,12 @@
 //! Ids that the building doesn't have: in a binary of its own, since a log is the process's.
 
-#[path = "../../tests/boxes/mod.rs"]
-mod boxes;
-
 use bevy_app::App;
 use bevy_camera::visibility::Visibility;
 use bevy_enfilade::{Building, EnfiladeObject, EnfiladePlugin, PortalCamera};
 use bevy_transform::components::Transform;
 use enfilade::ObjectId;
 use std::sync::Mutex;
+use testing::boxes;
 
 /// The lines of the log.
 static LINES: Mutex<Vec<String>> = Mutex::new(Vec::new());

@@ -1,6 +1,6 @@
 //! What must hold of every world, wherever it stands, and what it cost.
 
-use crate::world::{Known, Motion, World};
+use super::world::{Known, Motion, World};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, Locator};
 use enfilade::file::{Bounds, PvsFile};

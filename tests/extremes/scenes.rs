@@ -1,7 +1,7 @@
 //! The worlds, each with what is known about it. Metres; doors are holes in walls without thickness.
 
-use crate::world::Known::{Hidden, Visible};
-use crate::world::{Room, World, p};
+use super::world::Known::{Hidden, Visible};
+use super::world::{Room, World, p};
 use glam::DVec3;
 
 /// A closet and a hall of `size` metres behind a keyhole of `hole` metres; a thing in the hall, one in another closet that has no way in.
@@ -74,7 +74,7 @@ pub fn row(name: &'static str, n: usize, long: f64, in_line: bool) -> World {
 }
 
 /// Three slits of a centimetre: from the first two the third is met at z from 0.99 to 1.02. Here the third begins at `low`.
-pub fn slits(name: &'static str, low: f64, known: crate::world::Known) -> World {
+pub fn slits(name: &'static str, low: f64, known: super::world::Known) -> World {
     let mut w = World::new(name);
     for (k, z) in [0.0, 0.0, 0.5, low].into_iter().enumerate() {
         let x = 4.0 * k as f64;

@@ -1,6 +1,6 @@
 //! Portals whose corners coincide, lie on one line, run backwards, or enclose nothing: read as what they are, or refused with a word.
 
-use crate::world::{Motion, World, p};
+use super::world::{Motion, World, p};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, read_cells};
 use enfilade::job::Job;
@@ -109,6 +109,6 @@ fn a_portal_that_single_precision_cannot_hold_is_named_in_the_file() {
     };
     let said = |notes: Vec<String>| notes.into_iter().filter(|n| n.contains("f32")).collect::<Vec<_>>();
     assert_eq!(said(notes(&three_rooms().0)), [""; 0]);
-    let fine = said(notes(&crate::scenes::hole_and_gate()));
+    let fine = said(notes(&super::scenes::hole_and_gate()));
     assert!(fine.len() == 1 && fine[0].starts_with("2 portals are narrower than "), "{fine:?}");
 }

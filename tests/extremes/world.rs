@@ -3,8 +3,9 @@
 use enfilade::CellId;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane, middle, newell};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{Role, Scene};
 use glam::{DQuat, DVec3};
+use testing::meshes::{Quad, builder, quads};
 
 /// A point.
 pub fn p(x: f64, y: f64, z: f64) -> DVec3 {
@@ -104,13 +105,10 @@ impl World {
     }
 
     pub fn scene(&self, motion: &Motion) -> Scene {
-        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-        let mut add = |node: String, role, polygons: Vec<[DVec3; 4]>| {
-            let positions: Vec<DVec3> = polygons.iter().flatten().map(|&q| motion.of(q)).collect();
-            let triangles = (0..polygons.len() as u32)
-                .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]])
-                .collect();
-            builder.add(Mesh { node, role, opaque: true, positions, triangles }).unwrap();
+        let mut builder = builder();
+        let mut add = |node: String, role, polygons: Vec<Quad>| {
+            let moved: Vec<Quad> = polygons.iter().map(|q| q.map(|p| motion.of(p))).collect();
+            builder.add(quads(&node, role, true, &moved)).unwrap();
         };
         for (i, room) in self.rooms.iter().enumerate() {
             let mut holes: Vec<Box3> = self

@@ -1,9 +1,9 @@
 //! A reject test for each clause of the format, but for those of matrices.
 
-use crate::forge::{Forged, Part, REQUIRED, ZSTD, sample, sign, u32s};
 use enfilade::cells::{PortalKind, PortalState};
 use enfilade::file::{FileError, PvsFile, encode_rows};
 use enfilade::{BitMatrix, CellId};
+use testing::forge::{Forged, Part, REQUIRED, ZSTD, sample, sign, u32s};
 
 /// Numbers of sections in docs/format.md.
 mod number {

@@ -1,6 +1,6 @@
 //! From a bake to a file, on disk, and on the command line.
 
-use crate::forge::sample;
+use crate::cli::{self, folder, run_words};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, read_cells};
 use enfilade::file::{Container, FileError, Gap, Import, PvsFile, entropy_bits_per_pair, replace_file};
 use enfilade::geom::{Aabb, Plane};
@@ -8,8 +8,8 @@ use enfilade::pvs::{Guarantee, Pvs, PvsStats, Witness};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use testing::forge::sample;
 
 /// Two rooms of 4 x 3 x 4 m joined by a door at x = 0 (scene coordinates); a wall beside the door, and a chair in each room.
 fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
@@ -145,39 +145,22 @@ fn one_room_carries_no_portals_and_no_rows() {
     );
 }
 
-/// A folder of its own for a test, gone afterwards.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("enfilade-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn files(&self) -> Vec<String> {
-        let mut names: Vec<String> =
-            self.0.read_dir().unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+fn files(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        folder.read_dir().unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
 }
 
 #[test]
 fn a_file_is_saved_whole_or_not_at_all() {
-    let folder = Folder::new("save");
-    let path = folder.0.join("a.pvs");
+    let folder = folder("save");
+    let path = folder.join("a.pvs");
     let file = sample();
     file.save(&path).unwrap();
     file.save(&path).unwrap();
     assert_eq!(PvsFile::load(&path).unwrap(), file);
-    assert_eq!(folder.files(), ["a.pvs"]);
+    assert_eq!(files(&folder), ["a.pvs"]);
 
     // A write that fails half-way leaves the old file and nothing else.
     let error = replace_file(&path, |out| {
@@ -186,21 +169,21 @@ fn a_file_is_saved_whole_or_not_at_all() {
     });
     assert_eq!(error.unwrap_err().to_string(), "the disk is full");
     assert_eq!(PvsFile::load(&path).unwrap(), file);
-    assert_eq!(folder.files(), ["a.pvs"]);
+    assert_eq!(files(&folder), ["a.pvs"]);
 
     // No such folder; a folder in the file's place.
-    assert!(matches!(file.save(&folder.0.join("none/a.pvs")), Err(FileError::Io(_))));
-    assert!(matches!(file.save(&folder.0), Err(FileError::Io(_))));
-    assert_eq!(folder.files(), ["a.pvs"]);
-    assert!(matches!(PvsFile::load(&folder.0.join("b.pvs")), Err(FileError::Io(_))));
+    assert!(matches!(file.save(&folder.join("none/a.pvs")), Err(FileError::Io(_))));
+    assert!(matches!(file.save(&folder), Err(FileError::Io(_))));
+    assert_eq!(files(&folder), ["a.pvs"]);
+    assert!(matches!(PvsFile::load(&folder.join("b.pvs")), Err(FileError::Io(_))));
 }
 
 #[cfg(unix)]
 #[test]
 fn a_link_stays_a_link_and_a_device_a_device() {
     use std::os::unix::fs::{FileTypeExt, symlink};
-    let folder = Folder::new("link");
-    let (path, link) = (folder.0.join("a.pvs"), folder.0.join("link.pvs"));
+    let folder = folder("link");
+    let (path, link) = (folder.join("a.pvs"), folder.join("link.pvs"));
     std::fs::write(&path, "old").unwrap();
     symlink(&path, &link).unwrap();
     sample().save(&link).unwrap();
@@ -217,20 +200,14 @@ fn a_folder_that_cannot_be_written_to_is_an_error() {
     assert!(matches!(sample().save(Path::new("/proc/self/fd/a.pvs")), Err(FileError::Io(_))));
 }
 
-fn enfilade(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_enfilade")).args(args).output().unwrap()
-}
-
 fn json(args: &[&str]) -> serde_json::Value {
-    let output = enfilade(args);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("JSON and nothing else")
+    cli::json(&run_words(args))
 }
 
 #[test]
 fn info_says_what_is_in_a_file() {
-    let folder = Folder::new("info");
-    let path = folder.0.join("a.pvs");
+    let folder = folder("info");
+    let path = folder.join("a.pvs");
     let (file, scene) = baked(Guarantee::Conservative, true);
     file.save(&path).unwrap();
     let path = path.to_str().unwrap();
@@ -259,14 +236,14 @@ fn info_says_what_is_in_a_file() {
     let table = 56 + 32 * info["sections"].as_array().unwrap().len() as u64;
     assert_eq!(info["file_bytes"].as_u64().unwrap(), bytes + table);
 
-    let prose = String::from_utf8(enfilade(&["info", path]).stdout).unwrap();
+    let prose = String::from_utf8(run_words(&["info", path]).stdout).unwrap();
     assert!(prose.contains("conservative") && prose.lines().count() <= 24, "{prose}");
 }
 
 #[test]
 fn dump_gives_what_a_cells_file_takes() {
-    let folder = Folder::new("dump");
-    let path = folder.0.join("a.pvs");
+    let folder = folder("dump");
+    let path = folder.join("a.pvs");
     let (file, scene) = baked(Guarantee::Conservative, true);
     file.save(&path).unwrap();
     let path = path.to_str().unwrap();
@@ -291,7 +268,7 @@ fn dump_gives_what_a_cells_file_takes() {
 
     let only = json(&["dump", path, "--json", "--rows", "cells"]);
     assert!(only["rows"].get("objects").is_none() && only["rows"]["cells"].is_array());
-    let text = |args: &[&str]| String::from_utf8(enfilade(args).stdout).unwrap();
+    let text = |args: &[&str]| String::from_utf8(run_words(args).stdout).unwrap();
     assert_eq!(text(&["dump", path, "--rows", "objects"]), "0 3: 0 1 2\n1 2: 0 2\n");
     assert!(text(&["dump", path]).contains("cell 1 \"east\": 1 pieces\n"));
 }
@@ -306,8 +283,8 @@ fn obj(lift: f64) -> String {
 
 #[test]
 fn dump_writes_the_model_that_was_baked_and_no_other() {
-    let folder = Folder::new("obj");
-    let at = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let folder = folder("obj");
+    let at = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let [pvs, model, other, out] = ["a.pvs", "a.obj", "b.obj", "scene.obj"].map(at);
     std::fs::write(&model, obj(0.0)).unwrap();
     std::fs::write(&other, obj(0.125)).unwrap();
@@ -319,7 +296,7 @@ fn dump_writes_the_model_that_was_baked_and_no_other() {
     file.import = Import { object_triangles: 1, metres_per_unit: Some(0.3048) };
     file.save(Path::new(&pvs)).unwrap();
 
-    let output = enfilade(&["dump", &pvs, "--obj", &out, "--model", &model]);
+    let output = run_words(&["dump", &pvs, "--obj", &out, "--model", &model]);
     assert!(output.status.success() && output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
     let written = std::fs::read_to_string(&out).unwrap();
     let groups: Vec<&str> = written.lines().filter(|line| line.starts_with("o ")).collect();
@@ -332,7 +309,7 @@ fn dump_writes_the_model_that_was_baked_and_no_other() {
     assert_eq!(corners(&again).len(), 9);
     assert!(corners(&again).iter().zip(corners(&scene)).all(|(a, b)| a.distance(b) < 1e-12));
 
-    let refused = enfilade(&["dump", &pvs, "--obj", &at("none.obj"), "--model", &other]);
+    let refused = run_words(&["dump", &pvs, "--obj", &at("none.obj"), "--model", &other]);
     let message = String::from_utf8(refused.stderr).unwrap();
     assert_eq!(refused.status.code(), Some(2));
     assert!(message.starts_with(&format!("enfilade: {other}: not the model that {pvs} was baked for")), "{message}");
@@ -341,17 +318,17 @@ fn dump_writes_the_model_that_was_baked_and_no_other() {
 
 #[test]
 fn bad_files_are_one_line_and_exit_2() {
-    let folder = Folder::new("bad");
-    let path = folder.0.join("a.pvs");
+    let folder = folder("bad");
+    let path = folder.join("a.pvs");
     std::fs::write(&path, "not one of ours").unwrap();
     let path = path.to_str().unwrap();
     for args in
         [&["info", path][..], &["dump", path, "--json"], &["info", "/nowhere/a.pvs"], &["dump", path, "--obj", "x.obj"]]
     {
-        let output = enfilade(args);
+        let output = run_words(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(output.stdout.is_empty());
     }
-    let message = String::from_utf8(enfilade(&["info", path]).stderr).unwrap();
+    let message = String::from_utf8(run_words(&["info", path]).stderr).unwrap();
     assert_eq!(message, format!("enfilade: {path}: not a .pvs file; give one that `enfilade bake` wrote\n"));
 }

@@ -1,9 +1,10 @@
 //! The rows' code: clause by clause, any matrix there and back, and how small it gets.
 
-use crate::forge::{Random, Shape, random_file};
 use enfilade::file::{Container, FileError, RowReader, SectionId, encode_rows, entropy_bits_per_pair};
 use enfilade::{BitMatrix, CellId};
 use proptest::prelude::*;
+use testing::forge::{Shape, random_file};
+use testing::random::Random;
 
 /// A coded matrix by hand; nothing in it compressed.
 struct Coded<'a> {
@@ -169,7 +170,7 @@ proptest! {
     fn any_matrix_is_read_as_it_was_written(
         seed: u64, rows in 0usize..40, columns in 0usize..300, eighths in 0usize..9, copies in 0usize..40, flips in 0usize..60,
     ) {
-        let r = &mut Random(seed);
+        let r = &mut Random::new(seed);
         let mut m = r.matrix(rows, columns, eighths);
         if rows > 0 && columns > 0 {
             // Rows that are equal, and rows that are nearly so.
@@ -205,7 +206,7 @@ fn uniform_matrices_are_their_size_and_a_byte() {
 
 #[test]
 fn equal_rows_are_stored_once() {
-    let mut r = Random(5);
+    let mut r = Random::new(5);
     let distinct = r.matrix(3, 2000, 4);
     let mut many = BitMatrix::new(900, 2000);
     (0..900).for_each(|row| many.row_mut(row).copy_from_slice(distinct.row(row % 3)));
@@ -219,7 +220,7 @@ fn equal_rows_are_stored_once() {
 fn rooms() -> BitMatrix {
     const SIDE: usize = 24;
     const OBJECTS: usize = 20;
-    let r = &mut Random(9);
+    let r = &mut Random::new(9);
     let doors: Vec<[bool; 2]> = (0..SIDE * SIDE).map(|_| [r.below(5) > 0, r.below(5) > 0]).collect();
     // How far along the line of sight an object is still seen.
     let reach: Vec<usize> = (0..SIDE * SIDE * OBJECTS).map(|_| 1 + r.below(9)).collect();

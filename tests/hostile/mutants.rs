@@ -7,24 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
-
-/// SplitMix64 (Steele, Lea, Flood 2014).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
-    }
-
-    /// Below `n`; 0 where there is nothing below.
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.next() % n.max(1) as u64) as usize
-    }
-}
+use testing::random::Random;
 
 /// Numbers that lengths and ids go wrong with.
 const NASTY: [u32; 10] = [0, 1, 2, 0x7f, 0x80, 0xff, 0xffff, 0x7fff_ffff, 0x8000_0000, u32::MAX];
@@ -54,12 +37,12 @@ const TEXTS: [&str; 18] = [
 pub fn change(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], r: &mut Random) {
     for _ in 0..1 + r.below(3) {
         if bytes.is_empty() {
-            bytes.push(r.next() as u8);
+            bytes.push(r.word() as u8);
         }
         let at = r.below(bytes.len());
         match r.below(9) {
             0 => bytes[at] ^= 1 << r.below(8),
-            1 => bytes[at] = r.next() as u8,
+            1 => bytes[at] = r.word() as u8,
             2 => {
                 let nasty = NASTY[r.below(NASTY.len())].to_le_bytes();
                 bytes.iter_mut().skip(at).zip(nasty).for_each(|(b, n)| *b = n);
@@ -94,7 +77,7 @@ fn number(bytes: &mut Vec<u8>, at: usize, r: &mut Random) {
 
 /// The mutant of a number. A `.glb` keeps a header that owns up to its length, or it would get no further.
 pub fn mutant(seeds: &[Vec<u8>], number: u64) -> Vec<u8> {
-    let r = &mut Random(number);
+    let r = &mut Random::new(number);
     let mut bytes = seeds[r.below(seeds.len())].clone();
     if r.below(2) == 0 && !bytes.is_empty() {
         // Numbers alone: what is around them stays whole.

@@ -1,5 +1,6 @@
 //! Files that a model names: read from the model's folder and below it, and from nowhere else.
 
+use crate::cli::folder;
 use enfilade::scene::{ImportError, ImportOptions, Scene, import};
 use std::path::{Path, PathBuf};
 
@@ -10,8 +11,7 @@ struct World {
 
 impl World {
     fn new(test: &str) -> Self {
-        let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("hostile_{test}"));
-        let _ = std::fs::remove_dir_all(&root);
+        let root = folder(test);
         std::fs::create_dir_all(root.join("model/sub")).unwrap();
         for place in ["secret.bin", "model/a b.bin", "model/sub/a.bin"] {
             std::fs::write(root.join(place), triangle()).unwrap();

@@ -1,10 +1,11 @@
 //! Broken `.pvs` files. With their checksums repaired they get as far as the deepest check; without, none is read.
 
-use super::mutants::{Random, Report, Run, change, run, settle, table};
-use super::targets::TARGETS;
-use super::targets::forge::{Forged, Shape, ZSTD, random_file, sample};
+use super::mutants::{Report, Run, change, run, settle, table};
 use super::wanted;
+use crate::targets::TARGETS;
 use enfilade::file::PvsFile;
+use testing::forge::{Forged, Shape, ZSTD, random_file, sample};
+use testing::random::Random;
 
 /// Numbers that a table's lengths go wrong with.
 const NASTY: [u64; 8] = [0, 1, 0x7f, 0xff, 0xffff, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff];
@@ -19,7 +20,7 @@ fn seeds() -> Vec<Forged> {
 
 /// A file with a few wrong sections, or sections in the wrong place, and right checksums.
 fn repaired(seeds: &[Forged], number: u64) -> Vec<u8> {
-    let r = &mut Random(number);
+    let r = &mut Random::new(number);
     let mut forged = seeds[r.below(seeds.len())].clone();
     for _ in 0..1 + r.below(2) {
         let k = r.below(forged.parts.len());
@@ -88,7 +89,7 @@ fn no_file_panics_lies_or_takes_memory_beyond_what_is_promised() {
     };
     let whole: Vec<Vec<u8>> = forged.iter().map(Forged::bytes).collect();
     let blind_one = |number: u64| {
-        let r = &mut Random(number);
+        let r = &mut Random::new(number);
         let mut bytes = whole[r.below(whole.len())].clone();
         change(&mut bytes, &whole, r);
         let accepted = !whole.contains(&bytes) && (target.run)(&bytes);

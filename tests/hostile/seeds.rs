@@ -1,6 +1,6 @@
 //! The corpora that fuzzing starts from: in `fuzz/corpus`, as the seeds here make them.
 
-use super::targets::TARGETS;
+use crate::targets::TARGETS;
 use std::path::{Path, PathBuf};
 
 fn folder(name: &str) -> PathBuf {

@@ -1,7 +1,8 @@
 //! glTF written by hand, with known triangles.
 
 use super::glb::{Glb, pack};
-use super::{TRIANGLE, assert_sound, assert_triangles, read_glb, scratch, world};
+use super::{TRIANGLE, assert_sound, assert_triangles, read_glb, world};
+use crate::cli::folder;
 use enfilade::geom;
 use enfilade::scene::{ImportOptions, OpeningKind, Role, Scene, import};
 use glam::DVec3;
@@ -434,7 +435,7 @@ fn buffers_come_from_the_chunk_from_the_uri_or_from_a_file_beside_it() {
     assert_eq!(read_glb(inline.json.to_string().as_bytes()).unwrap(), expected);
     assert_eq!(read_glb(&pack(inline.json.to_string().as_bytes(), None)).unwrap(), expected);
 
-    let folder = scratch("buffers_come_from");
+    let folder = folder("buffers_come_from");
     std::fs::create_dir(folder.join("sub")).unwrap();
     std::fs::write(folder.join("sub/my hall.bin"), &glb.bin).unwrap();
     let mut beside = glb.clone();

@@ -1,6 +1,7 @@
 //! OBJ written by hand, with known triangles.
 
-use super::{assert_sound, assert_triangles, read_obj, scratch, world};
+use super::{assert_sound, assert_triangles, read_obj, world};
+use crate::cli::folder;
 use enfilade::scene::{ImportError, ImportOptions, Role, import};
 use glam::DVec3;
 
@@ -65,7 +66,7 @@ fn groups_and_materials_make_objects_in_order_of_first_use() {
 
 #[test]
 fn a_material_library_says_what_is_see_through() {
-    let folder = scratch("a_material_library");
+    let folder = folder("a_material_library");
     let text = format!(
         "mtllib my lib.mtl\nmtllib none.mtl other.mtl\nmtllib ../up.mtl\n{SQUARE}\
          usemtl wall\nf 1 2 3\nusemtl glass\nf 1 2 3\nusemtl leaf\nf 1 2 3\nusemtl lost\nf 1 2 3\n"

@@ -1,21 +1,7 @@
 //! What reads bytes that anyone may have written, a function each: `fuzz/` gives them to libFuzzer, `tests/hostile.rs` bounded numbers
 //! of mutants. Each panics where a promise is broken, and says whether the bytes were taken for what they claim to be.
 
-#[path = "../boxes/mod.rs"]
-mod boxes;
-#[path = "../forge/mod.rs"]
-pub mod forge;
 mod graph;
-#[cfg(feature = "ifc")]
-#[allow(dead_code, reason = "each test binary uses its part")]
-#[path = "../house/mod.rs"]
-mod house;
-#[path = "../common/prt_texts.rs"]
-mod prt_texts;
-#[cfg(feature = "quake")]
-#[allow(dead_code, reason = "each test binary uses its part")]
-#[path = "../quake/mod.rs"]
-mod quake;
 mod seeds;
 
 use enfilade::cells::{read_cells, read_indoorgml, read_view_cells, validate};
@@ -29,6 +15,7 @@ use enfilade::verify::score_rooms;
 use enfilade::walkthrough::path::CameraPath;
 use glam::{DVec3, Vec3};
 use std::sync::OnceLock;
+use testing::boxes;
 
 /// A reader, or the core behind readers.
 pub struct Target {

@@ -1,11 +1,11 @@
 //! Small files that the targets accept, written here and by the project's other tests.
 
-use super::boxes::flat;
-use super::forge::{Shape, random_file, sample};
-use super::prt_texts::{PRT1, PRT1_AM, PRT2};
-#[cfg(feature = "quake")]
-use super::quake::{AIR, Layout, bsp as level, three_rooms};
 use serde_json::{Value, json};
+use testing::boxes::flat;
+use testing::forge::{Shape, random_file, sample};
+use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
+#[cfg(feature = "quake")]
+use testing::quake::{AIR, Layout, bsp as level, three_rooms};
 
 /// Cells of the level that rows are read for.
 pub const ROWS: usize = 4;
@@ -168,5 +168,5 @@ pub fn bsp() -> Vec<Vec<u8>> {
 
 #[cfg(feature = "ifc")]
 pub fn ifc() -> Vec<Vec<u8>> {
-    vec![super::house::House::default().text().into_bytes()]
+    vec![testing::house::House::default().text().into_bytes()]
 }

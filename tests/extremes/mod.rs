@@ -6,17 +6,17 @@ mod scenes;
 mod windings;
 mod world;
 
+use self::judge::{Effort, Row, flowed, judge, settle, table};
+use self::scenes::*;
+use self::world::{Known, Motion, World};
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::Bounds;
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use glam::{DQuat, DVec3};
-use judge::{Effort, Row, flowed, judge, settle, table};
-use scenes::*;
 use std::io::Write;
 use std::time::Instant;
-use world::{Known, Motion, World};
 
 const SHORT: Effort = Effort { rays: 60_000, checked: 20_000, frames: 6, pixels: true, threads: true, memory: 8 << 30 };
 

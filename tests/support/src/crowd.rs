@@ -1,5 +1,7 @@
 //! Crowds of boxes, cameras among them, and what rays in `f64` say that those see.
 
+use crate::meshes::TRIANGLES;
+use crate::random::Places;
 use enfilade::ObjectId;
 use enfilade::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
@@ -7,21 +9,7 @@ use enfilade::occlusion::view::View;
 use enfilade::scene::{Hints, Object, Role, Scene, Source};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Seeded numbers.
-pub struct Random(pub u64);
-
-impl Random {
-    /// In `0..1`.
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// In the cube from -1 to 1.
-    pub fn point(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-
+impl Places {
     /// A box turned any way, its middle within `reach` of the origin along each axis, so long at most.
     pub fn bounds(&mut self, reach: f64, half: DVec3) -> Bounds {
         let (centre, axis, size) = (self.point() * reach, self.point(), self.point().abs());
@@ -42,12 +30,7 @@ pub fn turned(centre: DVec3, turn: DQuat, half: DVec3) -> Bounds {
 
 /// A scene of boxes, each an opaque object of 12 triangles.
 pub fn scene(boxes: &[Bounds]) -> Scene {
-    const FACES: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let solid = |b: &Bounds| {
-        let triangles = FACES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-        (b.corners().to_vec(), triangles)
-    };
-    of_meshes(boxes.iter().map(solid))
+    of_meshes(boxes.iter().map(|b| (b.corners().to_vec(), TRIANGLES.to_vec())))
 }
 
 /// A scene of positions and triangles, each an opaque object.
@@ -78,7 +61,7 @@ pub fn of_meshes(meshes: impl IntoIterator<Item = (Vec<DVec3>, Vec<[u32; 3]>)>) 
 }
 
 /// Boxes of all sizes, turned all ways, in a cube of 20 m; some of them large and flat, like walls.
-pub fn crowd(count: usize, random: &mut Random) -> Vec<Bounds> {
+pub fn crowd(count: usize, random: &mut Places) -> Vec<Bounds> {
     let half = |i: usize| if i.is_multiple_of(4) { DVec3::new(4.0, 4.0, 0.05) } else { DVec3::splat(0.8) };
     (0..count).map(|i| random.bounds(10.0, half(i))).collect()
 }

@@ -7,11 +7,9 @@ mod mutants;
 mod paths;
 mod pvs;
 mod seeds;
-#[path = "../targets/mod.rs"]
-mod targets;
 
-use mutants::{Report, Run, run};
-use targets::{TARGETS, Target};
+use self::mutants::{Report, Run, run};
+use crate::targets::{TARGETS, Target};
 
 /// How many mutants of `.pvs` files, of two kinds each; of others there are fewer.
 fn wanted() -> u64 {

@@ -17,7 +17,6 @@ pub struct Allowed {
 }
 
 /// The engines that agree to the bit.
-#[allow(dead_code)]
 pub const EXACT: Allowed = Allowed { edge: EDGE, corners: 0.0, near: 0.0 };
 
 /// A triangle on the face of a pixel, as its corners' x, y and w.

@@ -1,30 +1,12 @@
-//! Random buildings that are simple enough to walk a ray through.
-#![allow(dead_code, reason = "each test binary uses its part")]
-
+//! Places buildings that are simple enough to walk a ray through.
 use crate::boxes::{Building, block};
+use crate::random::Places;
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
 use enfilade::scene::Scene;
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
 use std::collections::BTreeSet;
-
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.next() * n as f64) as usize
-    }
-
-    pub fn between(&mut self, a: DVec3, b: DVec3) -> DVec3 {
-        a + (b - a) * DVec3::new(self.next(), self.next(), self.next())
-    }
-}
 
 /// Is told the mirrors that turned a ray so far, the cell that it is in, and what it meets there.
 pub type Visit<'v> = dyn FnMut(&[usize], CellId, Option<ObjectId>) + 'v;
@@ -55,13 +37,13 @@ pub struct Grid {
 }
 
 impl Grid {
-    pub fn random(random: &mut Random) -> Self {
+    pub fn random(random: &mut Places) -> Self {
         let size = [2 + random.below(4), 1 + random.below(2), 2 + random.below(4)];
         let lines = size.map(|n| {
-            let mut at = random.next() * 50.0;
+            let mut at = random.unit() * 50.0;
             (0..=n)
                 .map(|_| {
-                    at += 1.0 + random.next() * 4.0;
+                    at += 1.0 + random.unit() * 4.0;
                     at
                 })
                 .collect::<Vec<f64>>()
@@ -80,7 +62,7 @@ impl Grid {
         for i in 0..n {
             for axis in 0..3 {
                 let Some(next) = grid.next(i, axis, true) else { continue };
-                let ((a, b), choice) = (grid.bounds(i), random.next());
+                let ((a, b), choice) = (grid.bounds(i), random.unit());
                 if choice < 0.25 {
                     grid.faces[i][axis] = Face::Open;
                     let (from, to) = (group[next], group[i]);
@@ -171,17 +153,17 @@ impl Grid {
     }
 
     /// Hangs mirrors on some of the walls, whole or in part.
-    pub fn hang_mirrors(&mut self, random: &mut Random, share: f64) {
+    pub fn hang_mirrors(&mut self, random: &mut Places, share: f64) {
         for i in 0..self.faces.len() {
             for (axis, up) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
                 let wall = match self.next(i, axis, up) {
                     None => true,
                     Some(next) => self.faces[if up { i } else { next }][axis] == Face::Wall,
                 };
-                if wall && random.next() < share {
+                if wall && random.unit() < share {
                     let (a, b) = self.bounds(i);
                     let (u, v) = (random.between(a, b), random.between(a, b));
-                    let (mut low, mut high) = if random.next() < 0.5 { (a, b) } else { (u.min(v), u.max(v)) };
+                    let (mut low, mut high) = if random.unit() < 0.5 { (a, b) } else { (u.min(v), u.max(v)) };
                     let at = if up { b[axis] } else { a[axis] };
                     (low[axis], high[axis]) = (at, at);
                     self.mirrors.push((i, axis, up, low, high));

@@ -2,13 +2,11 @@
 
 mod clauses;
 mod disk;
-#[path = "../forge/mod.rs"]
-mod forge;
 mod matrix;
 
 use enfilade::file::{FileError, MAGIC, PvsFile};
-use forge::{Shape, random_file, sample};
 use proptest::prelude::*;
+use testing::forge::{Shape, random_file, sample};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]

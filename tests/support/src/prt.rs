@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// The folder of portal files, where there is one.
 pub fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from)
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from)
         .join("prt");
     folder.is_dir().then_some(folder)
 }

@@ -60,22 +60,7 @@ fn assert_sound(scene: &Scene, options: &ImportOptions) {
     }
 }
 
-/// A file of the shared data, or `None` (said on stderr) where there is no such folder and this isn't a CI run.
+/// A file of the shared data, or `None` where there is none and needn't be.
 fn data(test: &str, file: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ENFILADE_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder.join(file));
-    }
-    assert!(std::env::var_os("CI").is_none(), "no data folder at {}; set ENFILADE_DATA", folder.display());
-    eprintln!("not run: {test}: no data folder");
-    None
-}
-
-/// A folder of this test's own, emptied.
-fn scratch(test: &str) -> PathBuf {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+    testing::data::data(test).map(|folder| folder.join(file))
 }

@@ -1,19 +1,11 @@
 //! Hand-made rooms: a grid of boxes with doors between neighbours, each with a wall of finite thickness, and its cell graph.
 
+use crate::meshes::{scene, solid};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{Mesh, Role, Scene};
 use enfilade::{CellId, geom};
 use glam::DVec3;
-
-/// A closed box as a mesh.
-pub fn solid(node: &str, min: [f64; 3], max: [f64; 3]) -> Mesh {
-    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let triangles = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    let role = Role::Unknown;
-    Mesh { node: node.to_owned(), role, opaque: true, positions: (0..8).map(corner).collect(), triangles }
-}
 
 /// A sphere of `16 * rings * rings` triangles or so.
 pub fn ball(node: &str, centre: DVec3, radius: f64, rings: u32) -> Mesh {
@@ -35,15 +27,6 @@ pub fn ball(node: &str, centre: DVec3, radius: f64, rings: u32) -> Mesh {
         .filter(|t| t[1] < rows * columns || t[2] < rows * columns)
         .collect();
     Mesh { node: node.to_owned(), role: Role::Furnishing, opaque: true, positions, triangles }
-}
-
-/// A scene of meshes.
-pub fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    for mesh in meshes {
-        builder.add(mesh).expect("a sound mesh");
-    }
-    builder.finish("hand-made").expect("a scene")
 }
 
 /// A box as a piece, relative to `origin`.

@@ -3,36 +3,11 @@
 //! Walls have no thickness, so a line is in one room or in the next, and crosses a wall inside its door or stops there. Joined
 //! rooms have no wall between them: their cell is an L, a U, a ring.
 
+use crate::random::Random;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
-
-/// A small generator (SplitMix64; Steele, Lea, Flood 2014), so that worlds and lines are the same everywhere.
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn word(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// In `low..high`.
-    pub fn real(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.word() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.word() % n as u64) as usize
-    }
-
-    pub fn chance(&mut self, p: f64) -> bool {
-        self.real(0.0, 1.0) < p
-    }
-}
 
 /// Rooms of `room` metres in a lattice; a door is a rectangle in the wall between room and the next along an axis.
 pub struct Grid {
@@ -62,7 +37,7 @@ pub struct Recipe {
 
 impl Grid {
     pub fn random(recipe: Recipe, seed: u64) -> Self {
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         let Recipe { size, .. } = recipe;
         let rooms = size[0] * size[1] * size[2];
         let mut grid = Self {

@@ -1,6 +1,5 @@
 //! Buildings made of boxes, by hand: scenes and `.pvs` files with known answers.
-#![allow(dead_code, reason = "each test binary uses its part")]
-
+use crate::meshes::soup;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::geom::{Aabb, Plane};
@@ -82,9 +81,7 @@ impl Building {
     }
 
     pub fn mesh(&mut self, node: &str, role: Role, opaque: bool, triangles: Vec<[DVec3; 3]>) -> ObjectId {
-        let positions = triangles.concat();
-        let triangles = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        self.meshes.push(Mesh { node: node.into(), role, opaque, positions, triangles });
+        self.meshes.push(soup(node, role, opaque, &triangles));
         ObjectId(self.meshes.len() as u32 - 1)
     }
 

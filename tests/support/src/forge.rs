@@ -1,8 +1,7 @@
 //! Files made by hand: a `.pvs` file taken apart, changed and put together again with right checksums. Written from
 //! docs/format.md, not with the library, so that the page is tested, too.
 
-#![allow(dead_code, reason = "each test binary uses its part")]
-
+use crate::random::Random;
 use enfilade::cells::{PortalKind, PortalState, Strategy};
 use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile};
 use enfilade::file::{ViewBounds, Views};
@@ -128,30 +127,9 @@ pub fn sign(bytes: &mut [u8]) {
     bytes[48..56].copy_from_slice(&checksum.to_le_bytes());
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
-pub struct Random(pub u64);
-
 impl Random {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
-    }
-
-    /// Below `n`.
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.next() % n.max(1) as u64) as usize
-    }
-
-    /// In -1..1.
-    pub fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
     fn point(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 50.0
+        DVec3::new(self.signed(), self.signed(), self.signed()) * 50.0
     }
 
     fn text(&mut self) -> String {
@@ -173,7 +151,7 @@ impl Random {
 
     fn plane(&mut self) -> glam::Vec4 {
         let n = (self.point() + DVec3::splat(0.5)).normalize_or(DVec3::Y);
-        n.as_vec3().extend(self.unit() as f32 * 30.0)
+        n.as_vec3().extend(self.signed() as f32 * 30.0)
     }
 
     /// Bits set with a probability of `eighths` / 8, and the diagonal.
@@ -201,7 +179,7 @@ pub struct Shape {
 
 /// A file whose fields agree with each other and are otherwise anything.
 pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
-    let r = &mut Random(seed);
+    let r = &mut Random::new(seed);
     let Shape { cells, objects, .. } = shape;
     let portals = if cells > 1 { shape.portals } else { 0 };
     let density = r.below(9);
@@ -242,13 +220,13 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
     let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume];
     let kinds = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
     PvsFile {
-        model_hash: u128::from(r.next()) << 64 | u128::from(r.next()),
+        model_hash: u128::from(r.word()) << 64 | u128::from(r.word()),
         origin: r.point().round(),
         guarantee,
         import: Import { object_triangles: 1 + r.below(1000) as u32, metres_per_unit: (r.below(2) == 1).then_some(0.3048) },
         strategy: strategies[r.below(4)],
         reason: r.text(),
-        smallest_hole: r.unit().abs(),
+        smallest_hole: r.signed().abs(),
         left_out: (0..r.below(4)).map(|_| r.text()).collect(),
         notes: (0..r.below(4)).map(|_| r.text()).collect(),
         cells: (0..cells)
@@ -298,12 +276,12 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
             Gap { closed_upper: pairs.upper, tolerance: part, inside: part, budget: undecided - 2 * part, open: 0 }
         }),
         stats: PvsStats {
-            rays: r.next(),
+            rays: r.word(),
             cubes: 3,
-            flow_steps: r.next(),
+            flow_steps: r.word(),
             flow_capped: 1,
             cracks: 2,
-            contradictions: r.next(),
+            contradictions: r.word(),
         },
         views: views(r, objects, guarantee, shape.keep_bounds),
     }

@@ -1,0 +1,18 @@
+//! What tests and benches share: scenes by hand, seeded numbers, files taken apart.
+
+pub mod boxes;
+pub mod crowd;
+pub mod data;
+pub mod explain;
+pub mod forge;
+pub mod grid;
+pub mod house;
+pub mod maze;
+pub mod meshes;
+pub mod page;
+pub mod prt;
+pub mod prt_texts;
+pub mod quake;
+pub mod random;
+pub mod rooms;
+pub mod solids;
