@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The commands of docs/results.md that take at most ten minutes each, on the models and levels of $ENFILADE_DATA. Builds once, then writes
-# a file a question to out/results. Files of models that are not there are left out, and so is everything that failed; both are said.
+# The commands of docs/results.md that take at most ten minutes each, on the models and levels of $ENFILADE_DATA. Builds once, then
+# writes a file a question to out/results. It leaves out models that are not there, names commands that failed, and then exits with 1.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 data=${ENFILADE_DATA:-../shared/data}
@@ -18,8 +18,8 @@ own=(villa_rotonda office gallery100)
 levels=(lqdm12 id_dm4 lq_e0m1 lqdm13 id_e1m3 lq_e0m3 lq_e0m2)
 failed=()
 
-# Runs a command for at most ten minutes and adds its name and its output to the file of a question: ask QUESTION COMMAND...
-ask() {
+# Runs a command for at most ten minutes and adds its name and its output to the file of a question: run QUESTION COMMAND...
+run() {
   local question=$1
   shift
   echo "$question: $*" >&2
@@ -37,60 +37,62 @@ rm -f "$out"/*.txt "$out"/*.log
 
 for model in "${models[@]}"; do
   has "$model" || continue
-  ask bounds "$enfilade" bake "$model" --keep-bounds --json -o "$out/files/$(name "$model").pvs"
+  run bounds "$enfilade" bake "$model" --keep-bounds --json -o "$out/files/$(name "$model").pvs"
 done
 
 if has "$data/godot-demos/zdm2.glb"; then
-  ask sampling "$enfilade" report "$data/godot-demos/zdm2.glb" --views 1000 --rays 6M --json -o "$out/files/zdm2.html"
+  run sampling "$enfilade" report "$data/godot-demos/zdm2.glb" --views 1000 --rays 6M --json -o "$out/files/zdm2.html"
 fi
 if has "$data/webifc-mpl/Office_A_20110811.ifc"; then
-  ask sampling "$enfilade" report "$data/webifc-mpl/Office_A_20110811.ifc" --views 1000 --rays 20M --json -o "$out/files/Office_A.html"
+  run sampling "$enfilade" report "$data/webifc-mpl/Office_A_20110811.ifc" --views 1000 --rays 20M --json -o "$out/files/Office_A.html"
 fi
 
-ask confidence cargo test --release --features full --test unseen -- --ignored
+run confidence cargo test --release --features full --test unseen -- --ignored
 
 for building in "${buildings[@]}"; do
   model=$data/$building rooms=$data/${building%.ifc}.rooms.json file=$out/files/$(name "$building").plan.pvs
   has "$model" || continue
-  ask rooms "$enfilade" bake "$model" --cells plan --rays 0 -o "$file" --json
-  ask rooms "$enfilade" check "$file" --model "$model" --rooms "$rooms" --rays 0 --views 0 --json
-  ask sealed "$enfilade" check "$file" --model "$model" --rays 1M --views 0 --json
+  run rooms "$enfilade" bake "$model" --cells plan --rays 0 -o "$file" --json
+  run rooms "$enfilade" check "$file" --model "$model" --rooms "$rooms" --rays 0 --views 0 --json
+  run sealed "$enfilade" check "$file" --model "$model" --rays 1M --views 0 --json
 done
 
-ask growth "$enfilade" report data/buildings/gallery100.glb --rays 1M --views 50 --growth 100,1000,5000 --json -o "$out/files/growth.html"
+run growth "$enfilade" report data/buildings/gallery100.glb --rays 1M --views 50 --growth 100,1000,5000 --json \
+  -o "$out/files/growth.html"
 
-ask volume "$enfilade" generate plant --size 125 -o "$out/files/plant.glb"
-ask volume "$enfilade" bake "$out/files/plant.glb" --cells volume --voxel 0.1 --rays 0 --json
+run volume "$enfilade" generate plant --size 125 -o "$out/files/plant.glb"
+run volume "$enfilade" bake "$out/files/plant.glb" --cells volume --voxel 0.1 --rays 0 --json
 
 for building in "${own[@]}"; do
   model=data/buildings/$building file=$out/files/$building.5M.pvs
-  ask modes "$enfilade" bake "$model.glb" --rays 5M -o "$file" --json
-  ask modes "$enfilade" walk "$file" --model "$model.glb" --path "$model.path.json" --mode all --verify-pixels --every 4 --size 320x180 --json
+  run modes "$enfilade" bake "$model.glb" --rays 5M -o "$file" --json
+  run modes "$enfilade" walk "$file" --model "$model.glb" --path "$model.path.json" --mode all --verify-pixels \
+    --every 4 --size 320x180 --json
   for narrowing in rectangles octagons; do
-    ask octagons "$enfilade" walk "$file" --model "$model.glb" --mode portals --mode both --narrowing "$narrowing" --json
+    run octagons "$enfilade" walk "$file" --model "$model.glb" --mode portals --mode both --narrowing "$narrowing" --json
   done
-  ask doors "$enfilade" walk "$file" --model "$model.glb" --random 10000 --size 160x90 --doors as-found --mode portals --mode both \
+  run doors "$enfilade" walk "$file" --model "$model.glb" --random 10000 --size 160x90 --doors as-found --mode portals --mode both \
     --verify-pixels
 done
 
-ask frames cargo bench --features full --bench frames
-ask outdoors cargo bench --features full --bench studies -- --cities
-ask cubes cargo bench --features full --bench cubes -- --quick
-ask difficult cargo test --release --features full --test extremes error_against_run_time -- --include-ignored --nocapture
+run frames cargo bench --features full --bench frames
+run outdoors cargo bench --features full --bench studies -- --cities
+run cubes cargo bench --features full --bench cubes -- --quick
+run difficult cargo test --release --features full --test extremes error_against_run_time -- --include-ignored --nocapture
 
 for level in "${levels[@]}"; do
   prt=$data/prt/$level.prt theirs=$out/files/$level.txt rows=$out/files/$level.rows state=$out/files/$level.state
   has "$prt" || continue
   gzip -dc "$data/prt/$level.vis.txt.gz" >"$theirs"
-  ask levels "$enfilade" vis "$prt" --against "$theirs" --rows "$rows" --state "$state" --threads 1 --json
-  ask lines "$enfilade" check "$prt" --rows "$rows" --rays 2M --json
-  ask closing "$enfilade" report "$prt" --rows "$theirs" --threads 1 -o "$out/files/$level.html" --json
+  run levels "$enfilade" vis "$prt" --against "$theirs" --rows "$rows" --state "$state" --threads 1 --json
+  run lines "$enfilade" check "$prt" --rows "$rows" --rays 2M --json
+  run closing "$enfilade" report "$prt" --rows "$theirs" --threads 1 -o "$out/files/$level.html" --json
 done
 
 for level in dm4 e1m1 e1m3 e2m2 start; do
   bsp=$data/quake-id-gpl/$level.bsp
   has "$bsp" || continue
-  ask quake "$enfilade" vis "$bsp" --against "$bsp" -o "$out/files/$level.bsp" --state "$out/files/$level.state" --json
+  run quake "$enfilade" vis "$bsp" --against "$bsp" -o "$out/files/$level.bsp" --state "$out/files/$level.state" --json
 done
 
 if [ ${#failed[@]} -gt 0 ]; then
