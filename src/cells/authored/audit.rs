@@ -5,60 +5,22 @@
 //! the graph shows. New: exporters' faults are usually looked for in the relations (MVD checkers), not in the geometry.
 
 mod doors;
+mod finding;
 mod solid;
 mod walls;
 
-use crate::cells::complex::HumanScale;
 use crate::cells::convex::Convex;
+use crate::cells::scale::HumanScale;
 use crate::cells::{CellGraph, Locator};
 use crate::scene::rays::RayScene;
 use crate::scene::{Hints, OpeningKind, RoomHint, Scene};
+use finding::called;
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use solid::Solid;
 use std::collections::BTreeMap;
 
-/// What is wrong.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FindingKind {
-    /// Two rooms, or two openings, have one id.
-    DuplicateId,
-    /// A room encloses next to nothing.
-    NoVolume,
-    /// A room's surface has holes.
-    NotClosed,
-    /// Two rooms hold one and the same space.
-    Overlap,
-    /// A room holds no free space: it lies in solid matter, or other rooms took all of it.
-    NoFreeSpace,
-    /// No door, passage or open side leads out of a room.
-    NoDoor,
-    /// Sides of a room lie off the walls that bound it.
-    Shifted,
-    /// A door or window has no room on either side, or stands in the middle of one.
-    DoorWithoutRooms,
-    /// A door or window joins other rooms than its relations say.
-    DoorElsewhere,
-    /// The wall is closed behind a door or window.
-    DoorWalledUp,
-    /// A room lies under the open sky, and its author doesn't say so.
-    OpenAir,
-    /// Free space indoors that no room claims.
-    Unclaimed,
-}
-
-/// One thing that is wrong.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Finding {
-    /// What.
-    pub kind: FindingKind,
-    /// The author's ids (GlobalIds, node names) of what it is about; none for space that nobody named.
-    pub ids: Vec<String>,
-    /// One line.
-    pub text: String,
-}
+pub use finding::{Finding, FindingKind};
 
 /// All that is wrong, and how much of the author's word stands.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -143,15 +105,6 @@ pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
 
 fn one(kind: FindingKind, room: &RoomHint, what: &str) -> Finding {
     Finding { kind, ids: vec![room.id.clone()], text: format!("{} {what}", called(room)) }
-}
-
-/// Id and name.
-fn called(room: &RoomHint) -> String {
-    if room.name.is_empty() || room.name == room.id {
-        format!("room {}", room.id)
-    } else {
-        format!("room {} ({})", room.id, room.name)
-    }
 }
 
 /// Ids, surfaces and overlaps, and which rooms are of no use.

@@ -1,5 +1,12 @@
 //! The author's rooms as labels: which piece lies in which room.
 //!
+//! In: the middles of pieces, and the author's [`Hints`]. Out: [`Claims`], the room that claims each piece; which rooms lie under the open
+//! sky; and, from [`audit`], what is wrong in what the author wrote.
+//!
+//! The steps: [`audit`] tells which rooms are sound; [`claims`] gives pieces to the smallest sound room that holds their middle, and the
+//! holes of doors to a room that they lead to; [`plan`](super::plan) does the rest, as if the claimed pieces were labelled already.
+//! A room holds a point where a line from it straight up leaves its surface an odd number of times (for polygons: Shimrat, *Algorithm 112*, 1962).
+//!
 //! Exporters get rooms wrong too often to take their walls for granted, so an author's room only names pieces; what closes it
 //! and where its doors are is read from the triangles.
 

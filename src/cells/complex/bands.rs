@@ -5,7 +5,8 @@
 //! below and above share a face for every two triangles that overlap ([`super::faces`]). Low buildings have one band.
 
 use super::facets::Facets;
-use super::{HumanScale, to_plan};
+use super::to_plan;
+use crate::cells::scale::HumanScale;
 use crate::geom::{Plane, area, clip};
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};

@@ -1,6 +1,7 @@
 //! Which planes bound space: vertical ones (walls, as lines in plan) and all others (sheets: floors, ceilings, roofs, ramps).
 
-use super::{HumanScale, to_plan};
+use super::to_plan;
+use crate::cells::scale::HumanScale;
 use crate::geom::{Plane, newell};
 use crate::scene::{OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};

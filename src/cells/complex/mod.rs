@@ -6,8 +6,12 @@
 //! the open parts of the faces between them, so the graph is sound by construction, and a poor labelling costs culling, never
 //! a missed pixel.
 //!
-//! The steps, one file each: [`facets`] (which planes), [`bands`] (storeys of tall buildings), [`arrange`] (the plan), [`columns`] (the pieces), [`faces`] with
-//! [`coverage`] (what is open), then the labelling, then [`assemble`].
+//! In: a scene, and the heights of its storeys. Out: pieces and the faces between them; and, once pieces have labels, convex pieces of
+//! cells and portals between them.
+//!
+//! The steps, one file each: [`facets`] (which planes are worth a cut), [`bands`] (storeys of tall buildings), [`arrange`] (the plan),
+//! [`columns`] (the pieces), [`faces`] with [`coverage`] (what is open), then the labelling ([`plan`](super::plan) or
+//! [`authored`](super::authored)), then [`assemble`]. No file uses one that uses it.
 //!
 //! Based on: Lerner, Chrysanthou, Cohen-Or, *Breaking the walls* (2003, 2006) for cells from a plan; Teller, *Visibility
 //! computations in densely occluded polyhedral environments* (1992) for portals as cell boundary less what is opaque. New here
@@ -21,7 +25,6 @@ pub(super) mod coverage;
 pub(super) mod faces;
 pub(super) mod facets;
 
-pub(super) use super::scale::HumanScale;
 use glam::{DVec2, DVec3};
 
 /// Plan coordinates: x to the east, -z to the north, so that counter-clockwise in plan is counter-clockwise seen from above.

@@ -5,8 +5,9 @@
 //! opening is nearer.
 
 use crate::cells::complex::coverage::convex_hull;
-use crate::cells::complex::{HumanScale, lift, to_plan};
+use crate::cells::complex::{lift, to_plan};
 use crate::cells::locate::BoxTree;
+use crate::cells::scale::HumanScale;
 use crate::cells::{Portal, PortalKind};
 use crate::geom::{Aabb, middle, newell};
 use crate::scene::{OpeningHint, OpeningKind, Role, Scene};

@@ -6,9 +6,11 @@
 //! leaves' faces between two labels, as in the column complex. The graph is sound by construction; a poor label costs
 //! culling, never a missed pixel.
 //!
-//! The steps, one file each: [`grid`] (sparse voxels), [`distance`], [`basins`] ([`labels`] of voxels), [`watershed`] (regions), [`shell`] (which triangles part
-//! space), [`ridges`] (planes between regions), [`bsp`] (the leaves), [`leaf_labels`] (labels of leaves), [`adjacency`] (what is open
-//! between them), [`pieces`].
+//! In: a scene, and the edge of a voxel. Out: a whole [`CellGraph`].
+//!
+//! The steps, one file each: [`grid`] (sparse voxels), [`distance`] (to the nearest surface), [`basins`] ([`labels`] of voxels),
+//! [`watershed`] (regions), [`shell`] (which triangles part space), [`bsp`] (the leaves), [`adjacency`] (what is open between them),
+//! [`ridges`] (planes between regions), [`leaf_labels`] (labels of leaves), [`pieces`]. No file uses one that uses it.
 
 mod adjacency;
 mod basins;
@@ -22,9 +24,9 @@ mod ridges;
 mod shell;
 mod watershed;
 
-use super::complex::HumanScale;
 use super::complex::assemble::{around, hulls};
 use super::complex::coverage::{Open, Shape, area, convex_hull, width};
+use super::scale::HumanScale;
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
 use crate::geom::{Aabb, Plane, newell};

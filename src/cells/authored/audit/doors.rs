@@ -1,6 +1,6 @@
 //! Doors, windows and passages: what is on their two sides, and whether their relations say so.
 
-use super::{Finding, FindingKind, called};
+use super::finding::{Finding, FindingKind, called};
 use crate::CellId;
 use crate::cells::{CellGraph, Locator, PortalKind};
 use crate::geom::{Aabb, area, middle, newell};

@@ -1,6 +1,6 @@
 //! How far the sides of rooms lie from the walls, floors and ceilings that bound them.
 
-use super::{Finding, FindingKind, called};
+use super::finding::{Finding, FindingKind, called};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, RoomHint};
 use glam::DVec3;
