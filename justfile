@@ -3,7 +3,7 @@
 export ENFILADE_DATA := env("ENFILADE_DATA", justfile_directory() / "../shared/data")
 
 # Everything, in CI's order.
-ci: fmt clippy doc test no-default test-full viewer bevy readme
+ci: fmt clippy doc features readme test-full viewer bevy guides package
 
 fmt:
     cargo fmt --all -- --check
@@ -19,8 +19,12 @@ doc:
 test:
     cargo test
 
-no-default:
-    cargo check --no-default-features
+# Each feature alone: that it builds, without a warning where there is no builder, and what it costs.
+features:
+    cargo clippy --no-default-features --lib -- -D warnings
+    cargo clippy --no-default-features --features gpu,simd --lib -- -D warnings
+    cargo clippy --no-default-features --features bake --lib -- -D warnings
+    bash scripts/features.sh
 
 # Every format, on the real buildings of $ENFILADE_DATA.
 test-full:
@@ -34,9 +38,17 @@ viewer:
 bevy:
     cargo test --profile plain -p bevy_enfilade
 
-# The README's commands, as written there.
+# The README's commands, as written there, its tests among them.
 readme:
     bash scripts/readme-commands.sh
+
+# The guides' commands, as written there.
+guides:
+    bash scripts/guides.sh
+
+# What would be published: it must be complete, and small.
+package:
+    cargo package --locked --allow-dirty --no-verify -p enfilade
 
 # The long part: ten million rays on every real building, every frame's pixels. Writes out/torture.
 torture:

@@ -1,11 +1,13 @@
 //! Enfilade: cells, portals and potentially visible sets for buildings and game levels.
 //!
-//! Data flows one way, and a module uses only what stands before it:
+//! Data flows one way, and a room uses only those before it:
 //!
 //! ```text
-//! scene  ->  cells  ->  pvs  ->  file  ->  runtime  ->  report
-//! (import)   (split)    (bake)   (container) (per frame)  (check, walk, pictures)
+//! scene  ->  cells  ->  pvs  ->  file  ->  runtime  ->  walkthrough, verify, pages
+//! (import)   (split)    (bake)   (container) (per frame)  (measure, check, tell)
 //! ```
+//!
+//! Without default features the crate is [`file`] (reading), [`runtime`] and [`occlusion`]; `bake` adds the builder, `cli` the command line.
 //!
 //! # Conventions
 //!
@@ -73,6 +75,11 @@ mod simd;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// The engine guide's program compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guide-engine.md")]
+struct EngineGuide;
 
 pub use bits::BitMatrix;
 pub use ids::{CellId, DirectedPortal, ObjectId, PortalId};
