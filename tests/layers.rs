@@ -1,7 +1,8 @@
 //! Data flows one way: a module uses only what stands before it. The arrows are read from the source text.
 
+use crate::sources::{Named, module, sources, tree, without_comments};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What each room may use, beside [`BASE`] and itself. `room` allows all of it, `room::item` that item only. The first three are what is built
 /// without default features, and know nothing of the builder.
@@ -63,53 +64,6 @@ impl Arrow {
     }
 }
 
-fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, into);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            into.push(path);
-        }
-    }
-}
-
-/// Source text without its `//` comments; no source has `//` in a string before an arrow on the same line.
-fn without_comments(text: &str) -> String {
-    text.lines().map(|l| l.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
-}
-
-/// The paths of a use tree, cut to two segments: `a::{b, c::d}` is `a::b`, `a::c`. Returns what follows the tree.
-fn tree<'t>(text: &'t str, prefix: &[&'t str], into: &mut Vec<Vec<&'t str>>) -> &'t str {
-    let text = text.trim_start();
-    if let Some(mut rest) = text.strip_prefix('{') {
-        loop {
-            rest = rest.trim_start();
-            if let Some(after) = rest.strip_prefix('}') {
-                return after;
-            }
-            rest = tree(rest, prefix, into).trim_start();
-            if let Some(after) = rest.strip_prefix(',') {
-                rest = after;
-            } else if let Some(after) = rest.strip_prefix("as ") {
-                rest = after.trim_start().trim_start_matches(|c: char| c.is_alphanumeric() || c == '_');
-            } else {
-                assert!(rest.starts_with('}'), "a use tree that this test can't read: {}", &text[..text.len().min(80)]);
-            }
-        }
-    }
-    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '*')).unwrap_or(text.len());
-    let path: Vec<&str> = prefix.iter().copied().chain([&text[..end]]).collect();
-    match text[end..].strip_prefix("::") {
-        // `module::<T>` is no path of modules; a turbofish ends it.
-        Some(rest) if !rest.trim_start().starts_with('<') => tree(rest, &path, into),
-        _ => {
-            into.push(path);
-            &text[end..]
-        }
-    }
-}
-
 /// The module that a path from the crate's root leads to, and the item in it.
 fn target(path: &[&str]) -> (String, Option<String>) {
     let owned = |s: &&str| (*s).to_owned();
@@ -124,7 +78,7 @@ fn target(path: &[&str]) -> (String, Option<String>) {
 fn arrows_of(file: &Path, text: &str) -> Vec<Arrow> {
     let text = without_comments(text);
     let name = file.to_str().unwrap().replace('\\', "/");
-    let parts: Vec<&str> = name.trim_end_matches(".rs").trim_end_matches("/mod").split('/').collect();
+    let parts = module(&name);
     let mut paths = Vec::new();
     for (at, _) in text.match_indices("crate::") {
         let inside_a_name = text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '$');
@@ -144,27 +98,18 @@ fn arrows_of(file: &Path, text: &str) -> Vec<Arrow> {
         }
         at = text.len() - rest.len();
     }
-    let arrow = |path: Vec<&str>| {
-        let (to, item) = target(&path);
+    let arrow = |named: Named| {
+        let (to, item) = target(&named.path);
         Arrow { file: name.clone(), from: room(&name).to_owned(), to, item }
     };
     paths.into_iter().map(arrow).collect()
 }
 
 fn arrows() -> BTreeSet<Arrow> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    sources(&source, &mut files);
-    let mut all = BTreeSet::new();
-    for path in files {
-        let relative = path.strip_prefix(&source).unwrap();
-        // The crate's root names every module; the binary stands outside of the library.
-        if ["lib.rs", "main.rs"].iter().any(|f| relative == Path::new(f)) || relative.starts_with("cli") {
-            continue;
-        }
-        all.extend(arrows_of(relative, &std::fs::read_to_string(&path).unwrap()));
-    }
-    all
+    // The crate's root names every module; the binary stands outside of the library.
+    let inside = |name: &str| !["lib.rs", "main.rs"].contains(&name) && !name.starts_with("cli/");
+    let files = sources().into_iter().filter(|(name, _)| inside(name));
+    files.flat_map(|(name, text)| arrows_of(Path::new(&name), &text)).collect()
 }
 
 fn list(arrows: &[&Arrow]) -> String {

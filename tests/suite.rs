@@ -1,6 +1,7 @@
 //! The integration tests: a module a subject, one program, since each links the whole library. Those that count memory are in `counted.rs`.
 
 mod cli;
+mod sources;
 
 mod audit;
 mod auto;
@@ -12,6 +13,7 @@ mod cells_invariance;
 mod check;
 mod check_damage;
 mod check_rooms;
+mod circles;
 mod cli_errors;
 mod cli_report;
 mod cli_vis;
@@ -29,12 +31,14 @@ mod import_mesh;
 mod indoorgml;
 mod layers;
 mod leaks;
+mod lengths;
 mod level_lines;
 mod licences;
 mod locate;
 mod mirrors_drawn;
 mod plan_scenes;
 mod prt;
+mod public_api;
 mod pvs_lower;
 mod pvs_upper;
 mod queries_gpu;
