@@ -35,8 +35,26 @@ enum Command {
     Generate(cli::generate::Args),
 }
 
+/// The arguments; where they can't be understood, one line says why.
+fn arguments() -> Result<Args, ExitCode> {
+    Args::try_parse().map_err(|error| {
+        if !error.use_stderr() {
+            // Help, or the version.
+            error.exit();
+        }
+        let text = error.render().to_string();
+        let lines: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
+        eprintln!("enfilade: {} (try --help)", lines.join(" ").trim_start_matches("error: "));
+        ExitCode::from(2)
+    })
+}
+
 fn main() -> ExitCode {
-    let result = match Args::parse().command {
+    let args = match arguments() {
+        Ok(args) => args,
+        Err(code) => return code,
+    };
+    let result = match args.command {
         Command::Bake(args) => cli::bake::run(args),
         Command::Check(args) => cli::check::run(args),
         Command::Walk(args) => cli::walk::run(args),

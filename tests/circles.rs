@@ -46,13 +46,7 @@ const TO_BE_BROKEN: [&[&str]; 7] = [
         "pvs/sampling/witness.rs",
     ],
     &["runtime/culler.rs", "runtime/objects.rs", "runtime/portals.rs", "runtime/scratch.rs"],
-    &[
-        "scene/gltf.rs",
-        "scene/gltf/authored.rs",
-        "scene/indoorgml.rs",
-        "scene/indoorgml/surfaces.rs",
-        "scene/mod.rs",
-    ],
+    &["scene/gltf.rs", "scene/gltf/authored.rs", "scene/indoorgml.rs", "scene/indoorgml/surfaces.rs", "scene/mod.rs"],
 ];
 
 /// From the crate's root.

@@ -1,7 +1,7 @@
 //! Is a cell graph what it says it is: ids, windings, pieces, and sealed.
 
 use super::{CellGraph, Locator, Piece, Stretch, polyhedron};
-use crate::cells::complex::coverage::convex_hull;
+use crate::cells::complex::polygon::convex_hull;
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
 use crate::random::SplitMix;

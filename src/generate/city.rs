@@ -12,7 +12,7 @@
 //! * The plane's size, the heights and the way of the camera aren't published. The camera goes at a steady speed from where
 //!   buildings stand all around to the rim, where half of the view is empty.
 
-use super::Building;
+use super::building::Building;
 use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;

@@ -4,12 +4,12 @@
 //! random order (J. Kruskal, 1956), which gives short branches; that of the maze walks on until it is stuck and then backs up,
 //! which gives long ways. Doorways are mostly off each other's axes, so that views through many rooms exist but are rare.
 
+use super::building::{Building, ground};
 use super::facts::{Facts, Fill};
 use super::furniture;
 use super::model::{Material, Model, Placement};
 use super::path::CameraPath;
 use super::plan::{Hole, Plan, PlanRoom, Style, metres};
-use super::{Building, ground};
 use crate::random::Prng;
 use crate::scene::Role;
 use glam::{DVec2, DVec3};

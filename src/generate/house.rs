@@ -11,7 +11,7 @@
 //! The plan is the same in its mirror images in x and in z, so each part is made once for every sign of x and z. The large
 //! rooms' doors line up along x, large and small rooms' along z, and the porticoes' across the hall along both.
 
-use super::Building;
+use super::building::Building;
 use super::facts::{Facts, Fill, Opening, Room};
 use super::furniture;
 use super::model::{Material, Model, Placement};

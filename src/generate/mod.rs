@@ -5,6 +5,7 @@
 //! cities, made after two studies of occlusion culling, to compare with their tables. The same options and seed give the same
 //! bytes on every machine.
 
+mod building;
 mod city;
 mod facts;
 mod furniture;
@@ -19,12 +20,8 @@ mod plant;
 mod solid;
 mod teapots;
 
-use crate::scene::Role;
-use facts::{Facts, Fill};
-use glam::DVec3;
-use model::{Material, Model};
-use path::CameraPath;
-use plan::Plan;
+use building::Building;
+use facts::Fill;
 use serde_json::{Value, json};
 
 /// Most rooms that a scene may be asked for.
@@ -158,17 +155,6 @@ pub fn generate(kind: Kind, seed: u64) -> Result<Generated, GenerateError> {
     Ok(building.finish())
 }
 
-/// What each generator hands back.
-struct Building {
-    name: String,
-    seed: u64,
-    /// What the caller counted, and how many of each.
-    counted: Vec<(&'static str, usize)>,
-    model: Model,
-    facts: Facts,
-    path: CameraPath,
-}
-
 impl Building {
     fn finish(self) -> Generated {
         let Self { name, seed, counted, model, facts, path } = self;
@@ -189,17 +175,6 @@ impl Building {
         }
         Generated { glb: glb::write(&model, &name), path: path.json(&name), rooms: facts.rooms_json(&name), expected }
     }
-}
-
-/// The ground around and under a plan, `margin` metres wider on every side, its top where the ground floor's slab stands.
-fn ground(model: &mut Model, plan: &Plan, margin: f64) {
-    let ends = |pick: fn(&plan::PlanRoom) -> [i32; 2]| {
-        let (from, to) = plan.rooms.iter().map(pick).fold((i32::MAX, i32::MIN), |(a, b), r| (a.min(r[0]), b.max(r[1])));
-        [plan::metres(from) - margin, plan::metres(to) + margin]
-    };
-    let (x, z, top) = (ends(|r| r.x), ends(|r| r.z), -plan::metres(plan.style.slab));
-    let solid = solid::cuboid(DVec3::new(x[0], top - 0.2, z[0]), DVec3::new(x[1], top, z[1]));
-    model.add("ground", Role::Structure, Material::Ground, solid);
 }
 
 /// JSON for people and for `diff`: each key on a line of its own, and each element of a list of objects.

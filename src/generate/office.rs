@@ -10,13 +10,13 @@
 //!                  | e | office  | office | office |
 //! ```
 
+use super::building::{Building, ground};
 use super::facts::{Facts, Fill, Stair};
 use super::furniture;
 use super::model::{Material, Model, Placement};
 use super::path::CameraPath;
 use super::plan::{Hole, Plan, PlanRoom, Style, metres};
 use super::solid::{Solid, cuboid, extrude};
-use super::{Building, ground};
 use crate::geom::Aabb;
 use crate::random::Prng;
 use crate::scene::Role;

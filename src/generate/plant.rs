@@ -4,7 +4,7 @@
 //! parts nothing. Blocks of 50 m stand in a grid; a seeded choice says what stands on each. Pipes, tanks and gratings are
 //! closed solids that share their meshes.
 
-use super::Building;
+use super::building::Building;
 use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Placement};
 use super::path::CameraPath;

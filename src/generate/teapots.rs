@@ -9,7 +9,7 @@
 //! The second fits a cube of 40 m for the teapots' middles; that his box is a cube is assumed. His camera paths aren't
 //! published. This one changes what his did: how much is in view and how much of that is hidden.
 
-use super::Building;
+use super::building::Building;
 use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;

@@ -5,8 +5,10 @@
 //! Single pairs once more, with the reason: `pair_proof`.
 
 pub mod cubes;
+mod facets;
 pub mod flow;
 mod occluders;
+mod options;
 pub mod pair_proof;
 mod repair;
 pub mod sampling;
@@ -16,6 +18,7 @@ pub use crate::types::bounds::{CONFIDENCE, Unseen};
 pub use crate::types::guarantee::Guarantee;
 pub use crate::types::proof::{Repair, Witness};
 pub use crate::types::stats::PvsStats;
+pub use options::PvsOptions;
 
 use crate::BitMatrix;
 use crate::cells::{CellGraph, place_objects};
@@ -23,43 +26,11 @@ use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
-use cubes::Choice;
 use flow::{FlowInput, FlowResult, flow};
 use glam::DVec3;
 use sampling::confidence;
 use sampling::witness::{Lower, PLACEMENT_MARGIN};
 use sampling::{Plan, Strategy, aimed};
-
-/// How to bake.
-#[derive(Clone, PartialEq, Debug)]
-pub struct PvsOptions {
-    /// Which side the rows take.
-    pub ship: Guarantee,
-    /// Seed of every random choice.
-    pub seed: u64,
-    /// Rays over the whole bake: the sampling budget; a count, so that the bytes don't depend on the machine. What flow leaves undecided
-    /// is then asked of the triangles, one shaft for five of them: 0 leaves out both.
-    pub ray_budget: u64,
-    /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
-    pub flow_steps: u64,
-    /// Which engine makes visibility cubes.
-    pub cubes: Choice,
-    /// Most witnesses that are kept; pairs beyond them stay undecided.
-    pub most_witnesses: usize,
-}
-
-impl Default for PvsOptions {
-    fn default() -> Self {
-        Self {
-            ship: Guarantee::Conservative,
-            seed: 0,
-            ray_budget: 20_000_000,
-            flow_steps: 20_000,
-            cubes: Choice::default(),
-            most_witnesses: usize::MAX,
-        }
-    }
-}
 
 /// The result of a bake: lower and upper sets over cells and over objects. `lower` is a subset of `upper`.
 #[derive(Clone, PartialEq, Debug)]

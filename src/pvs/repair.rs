@@ -5,12 +5,13 @@
 //! cell, a portal is added: the facet that the two pieces share, or, across a gap, the facet through which the segment left.
 //! The whole facet, since how far the hole extends is not known: the upper bound may only grow.
 
-use super::Repair;
+use super::facets::{facet, square};
 use super::sampling::lines::{self, PortalTree, Span, Start};
 use super::sampling::witness::Lower;
-use crate::cells::{CellGraph, Locator, Piece, Portal, PortalKind, PortalState, Stretch};
+use crate::cells::{CellGraph, Locator, Portal, PortalKind, PortalState, Stretch};
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::Scene;
+use crate::types::proof::Repair;
 use crate::{CellId, PortalId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -153,72 +154,4 @@ fn passage(graph: &CellGraph, hole: &Hole, within: Aabb, clearance: f64) -> Port
     }
     let cells = [hole.from.cell, hole.to.cell];
     Portal { cells, plane, winding, kind: PortalKind::Opening, state: PortalState::default(), source: None }
-}
-
-/// The facet of a piece in its plane number `plane`, as far as it is in `within`: counter-clockwise seen from outside, empty
-/// where there is none.
-pub(super) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
-    let face = piece.planes[plane];
-    let middle = within.centre() - face.n * face.distance(within.centre());
-    let half = within.diagonal() + middle.distance(within.centre());
-    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
-    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
-    let others = piece.planes.iter().enumerate().filter(|&(i, _)| i != plane).map(|(_, &p)| p);
-    others.chain(walls).fold(square(middle, face.n, half), |winding, p| geom::clip(&winding, &p, 1e-12 * half))
-}
-
-/// The corners of the part of a piece that is in `within`, each as often as it has facets there; none where that is empty.
-pub(super) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
-    facets(piece, within).into_iter().flatten().collect()
-}
-
-/// All facets of the part of a piece that is in `within`: its own, and those that `within` cuts it with; each once, some empty.
-pub(super) fn facets(piece: &Piece, within: Aabb) -> Vec<Vec<DVec3>> {
-    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
-    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
-    let own = |wall: &Plane| piece.planes.iter().any(|p| p.n == wall.n && (p.d - wall.d).abs() <= 1e-12 * (1.0 + p.d.abs()));
-    let walls = walls.filter(|wall| !own(wall));
-    let cut = Piece { planes: piece.planes.iter().copied().chain(walls).collect(), bounds: piece.bounds };
-    (0..cut.planes.len()).map(|i| facet(&cut, i, within)).collect()
-}
-
-/// A square of the given half edge, counter-clockwise seen from the tip of `n`.
-fn square(middle: DVec3, n: DVec3, half: f64) -> Vec<DVec3> {
-    let u = n.any_orthonormal_vector() * half;
-    let v = n.cross(u);
-    vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn cube() -> Piece {
-        let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
-        let planes = axes.flat_map(|n| [Plane { n, d: 1.0 }, Plane { n: -n, d: 0.0 }]).collect();
-        Piece { planes, bounds: Aabb { min: DVec3::ZERO, max: DVec3::ONE } }
-    }
-
-    #[test]
-    fn facets_face_out_and_have_their_area() {
-        let within = Aabb { min: DVec3::splat(-3.0), max: DVec3::splat(5.0) };
-        for i in 0..6 {
-            let winding = facet(&cube(), i, within);
-            let area = geom::newell(&winding) * 0.5;
-            assert!((area - cube().planes[i].n).length() < 1e-9, "{area}");
-        }
-        let half_space = Piece { planes: vec![Plane { n: DVec3::Y, d: 1.0 }], bounds: Aabb::EMPTY };
-        assert!((geom::area(&facet(&half_space, 0, within)) - 64.0).abs() < 1e-9);
-        let above = Aabb { min: DVec3::splat(2.0), ..within };
-        assert!(facet(&half_space, 0, above).is_empty());
-    }
-
-    #[test]
-    fn corners_are_those_of_the_part_within() {
-        let within = Aabb { min: DVec3::splat(-3.0), max: DVec3::new(0.5, 5.0, 5.0) };
-        let all = corners(&cube(), within);
-        assert_eq!(all.len(), 24, "eight corners, three facets each");
-        assert!((Aabb::of(all.iter().copied()).max - DVec3::new(0.5, 1.0, 1.0)).length() < 1e-9);
-        assert!(corners(&cube(), Aabb { min: DVec3::splat(2.0), max: DVec3::splat(3.0) }).is_empty());
-    }
 }

@@ -10,14 +10,15 @@
 //! that flow left undecided, from random points of the region, and through random points of portals, where the small are as
 //! likely as the large: behind a keyhole, a line through the keyhole is the only one.
 
+use super::Pvs;
+use super::facets::{corners, facet};
 use super::flow::{FlowInput, flow};
-use super::repair::{corners, facet};
+use super::options::PvsOptions;
 use super::sampling::aimed;
 use super::sampling::confidence::{Bound, look, looks};
 use super::sampling::region::Region;
+use super::sampling::sampler::{Random, mix};
 use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
-use super::sampling::{Random, mix};
-use super::{Pvs, PvsOptions};
 use crate::cells::{Cell, CellGraph, Locator, Piece, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip, middle};
 use crate::job::{Job, Stopped};

@@ -5,7 +5,7 @@
 //! of them are in the row. So a walk over such portals that keeps to the row finds every cell that is seen into, and what [`super::doors`]
 //! says of shut portals holds here, too: what is in the doorway is seen.
 
-use super::Culler;
+use super::culler::{Culler, directed_plane, target};
 use super::portals;
 use super::scratch::Scratch;
 use crate::bits::ones;
@@ -64,14 +64,14 @@ impl Culler {
             next += 1;
             self.take_in_cell(cell, |_| true, scratch);
             for &portal in self.cell_portals.get(cell.index()) {
-                let target = portals::target(self, portal);
+                let target = target(self, portal);
                 if !self.may_enter(target, scratch) {
                     continue;
                 }
                 if self.is_open(portal) || place.doorways.binary_search(&portal.portal()).is_ok() {
                     scratch.reach(target);
                 } else {
-                    let (n, d) = portals::directed_plane(self, portal);
+                    let (n, d) = directed_plane(self, portal);
                     let doorway = (n, d, self.doorway(portal));
                     self.take_in_cell(target, |object| self.is_in(doorway, object), scratch);
                 }

@@ -9,8 +9,9 @@
 
 use super::Mode;
 use super::culler::Culler;
+use super::culler::{directed_plane, target};
 use super::frustum::{Camera, Octagon, Rect};
-use super::portals::{self, Eye, directed_plane, is_beyond, target};
+use super::portals::{self, Eye, is_beyond};
 use super::scratch::{FrameStats, Scratch};
 use crate::geom::newell;
 use crate::{CellId, ObjectId};

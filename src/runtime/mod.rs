@@ -28,12 +28,14 @@
 mod around;
 mod auto;
 mod boxes;
+mod cull;
 mod culler;
 mod doors;
 mod frame_culler;
 mod frustum;
 mod locate;
 mod mirrors;
+mod mode;
 mod objects;
 mod online;
 mod portals;
@@ -46,49 +48,6 @@ pub use culler::Culler;
 pub use frame_culler::{AutoOptions, FrameCuller, FrameMode};
 pub use frustum::{Camera, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
+pub use mode::{Mode, Narrowing};
 pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
 pub use sets::MOST_PLANES;
-
-use std::fmt;
-
-/// How to cull.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Mode {
-    /// Everything: what the others are measured against.
-    None,
-    /// Objects whose box meets the view frustum.
-    Frustum,
-    /// Through portals, with the frustum narrowed at each.
-    Portals,
-    /// The row of the eye's cell, and the frustum.
-    Pvs,
-    /// Through portals into cells of the row, and of those the objects of the row.
-    Both,
-}
-
-impl Mode {
-    /// Every mode, the least culling first.
-    pub const ALL: [Self; 5] = [Self::None, Self::Frustum, Self::Portals, Self::Pvs, Self::Both];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        FrameMode::from(self).name()
-    }
-}
-
-/// What a portal narrows the view to.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Narrowing {
-    /// The rectangle around it on the screen.
-    #[default]
-    Rectangles,
-    /// An octagon with upright, level and diagonal sides: less of what is beside a portal that stands slanted on the screen, at more
-    /// cost a portal and an object. What the difference is, is measured in docs/results.md.
-    Octagons,
-}
-
-impl fmt::Display for Mode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}

@@ -1,9 +1,8 @@
 //! What is to be seen in the cells that a frame came to: the objects of a cell where portals open it, in blocks of boxes.
 
 use super::boxes::{HalfSpaces, LANES};
-use super::culler::{Culler, bit};
+use super::culler::{Culler, bit, directed_plane, target};
 use super::frustum::{Camera, Octagon};
-use super::portals::{directed_plane, target};
 use super::scratch::{PortalState, Scratch};
 use crate::CellId;
 use crate::bits::ones;

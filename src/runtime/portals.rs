@@ -24,7 +24,7 @@
 //!   ("the eye stands in it"). An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
 
 use super::Narrowing;
-use super::culler::Culler;
+use super::culler::{Culler, directed_plane, target};
 use super::frustum::{Camera, Octagon, Rect};
 use super::objects::{Take, group};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
@@ -177,12 +177,6 @@ pub(super) fn is_in_doorway(culler: &Culler, at: DVec3, portal: PortalId) -> boo
     side.abs() <= depth && distance(at, culler.portal_corners.get(portal.index())) <= depth
 }
 
-pub(super) fn directed_plane(culler: &Culler, portal: DirectedPortal) -> (Vec3, f32) {
-    let plane = culler.portal_planes[portal.portal().index()];
-    let plane = if portal.side() == 0 { plane } else { -plane };
-    (plane.truncate(), plane.w)
-}
-
 /// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the cells that its eye is in, on `open`.
 pub(super) fn traverse(
     culler: &Culler,
@@ -224,10 +218,6 @@ pub(super) fn traverse(
     vectorized(Take { culler, camera, front: eye.front, homes, open, scratch: &mut *scratch });
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
-}
-
-pub(super) fn target(culler: &Culler, portal: DirectedPortal) -> CellId {
-    culler.portal_cells[portal.portal().index()][1 - portal.side()]
 }
 
 /// A cell is seen on `open`, through portal `through` (or from the eye): of its portals, those of which that opens more than

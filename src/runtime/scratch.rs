@@ -1,7 +1,7 @@
 //! What one camera needs from frame to frame: marks, queues and results, all at their final size from the start.
 
-use super::Culler;
 use super::boxes::HalfSpaces;
+use super::culler::Culler;
 use super::frustum::{Octagon, Rect};
 use super::locate::MOST_HOMES;
 use crate::{CellId, DirectedPortal, ObjectId};

@@ -43,7 +43,7 @@ impl Culler {
                 break;
             }
             for &portal in self.cell_portals.get(cell.index()) {
-                let target = super::portals::target(self, portal);
+                let target = super::culler::target(self, portal);
                 let mark = &mut scratch.cell_marks[target.index()];
                 if self.is_open(portal) && *mark != scratch.frame {
                     *mark = scratch.frame;

@@ -29,7 +29,7 @@ pub struct Plan {
 impl Plan {
     /// Area of a triangle, square metres.
     pub fn area(&self, triangle: usize) -> f64 {
-        super::coverage::area(&self.triangles[triangle].map(|i| self.points[i as usize]))
+        super::polygon::area(&self.triangles[triangle].map(|i| self.points[i as usize]))
     }
 }
 

@@ -6,10 +6,11 @@
 use super::arrange::Plan;
 use super::bands::Cut;
 use super::columns::Columns;
-use super::coverage::{Open, Shape, area, convex_hull, points, shape_area};
+use super::coverage::Open;
 use super::faces::{Face, Surface};
 use super::facets::Facets;
 use super::lift;
+use super::polygon::{Shape, area, convex_hull, points, shape_area};
 use crate::CellId;
 use crate::cells::{Piece, Portal, PortalKind, PortalState};
 use crate::geom::{Aabb, Plane};

@@ -2,8 +2,8 @@
 
 use super::arrange::Plan;
 use super::bands::{Band, Cut};
-use super::coverage::{counter_clockwise, shared_area};
 use super::facets::{Facets, Matter};
+use super::polygon::{counter_clockwise, shared_area};
 use super::to_plan;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -100,7 +100,7 @@ fn columns_of(
                     entry.1.push(f);
                 }
             }
-            let whole = super::coverage::area(q).max(f64::MIN_POSITIVE);
+            let whole = super::polygon::area(q).max(f64::MIN_POSITIVE);
             let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].matter == Matter::Opaque);
             let mut uncut = 0.0;
             let mut by_share: Vec<(u32, f64, Vec<u32>)> =

@@ -3,8 +3,9 @@
 use super::arrange::Plan;
 use super::bands::{Band, Cut};
 use super::columns::{Columns, Slice};
-use super::coverage::{Open, area, counter_clockwise, open_part, shape_area, shared, shared_area, width};
+use super::coverage::{Open, open_part};
 use super::facets::{Facets, Matter, Wall};
+use super::polygon::{area, counter_clockwise, shape_area, shared, shared_area, width};
 use super::to_plan;
 use crate::cells::locate::BoxTree;
 use crate::geom::Aabb;

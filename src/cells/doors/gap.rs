@@ -6,7 +6,7 @@
 //! slopes are spread over all magnitudes, since a gap as deep as its leaf lets only steep lines through.
 
 use crate::cells::Portal;
-use crate::cells::complex::coverage::Shape;
+use crate::cells::complex::polygon::Shape;
 use crate::geom::middle;
 use crate::random::SplitMix;
 use crate::scene::rays::{Hit, RayScene};

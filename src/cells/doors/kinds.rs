@@ -4,7 +4,7 @@
 //! changes nothing. A portal is the opening's where the two lie along each other, overlap by half of the smaller, and no other
 //! opening is nearer.
 
-use crate::cells::complex::coverage::convex_hull;
+use crate::cells::complex::polygon::convex_hull;
 use crate::cells::complex::{lift, to_plan};
 use crate::cells::locate::BoxTree;
 use crate::cells::scale::HumanScale;

@@ -6,7 +6,8 @@
 //! A leaf is what the model calls a door's or a window's ([`Role::Door`], [`Role::Window`]) and lies along the portal, near it:
 //! triangles turned by more than about 25 degrees, or farther away than a third of their object's size, stand aside.
 
-use crate::cells::complex::coverage::{Open, Shape, convex_hull, counter_clockwise, open_part, shape_area, shared_area};
+use crate::cells::complex::coverage::{Open, open_part};
+use crate::cells::complex::polygon::{Shape, convex_hull, counter_clockwise, shape_area, shared_area};
 use crate::cells::doors::gap::{Face, lets_through};
 use crate::cells::locate::BoxTree;
 use crate::cells::{Portal, PortalKind, PortalState};

@@ -6,6 +6,7 @@
 //! One that has neither leads through nothing, and is told in the notes.
 
 use crate::CellId;
+use crate::cells::complex::polygon::convex_hull;
 use crate::cells::convex::{Convex, convex_pieces, joined};
 use crate::cells::{Cell, CellGraph, GivenError, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
@@ -215,6 +216,6 @@ fn union((plane, a): &(Plane, Vec<DVec3>), (other, b): &(Plane, Vec<DVec3>), eps
     let (u, v) = if u.cross(v).dot(plane.n) > 0.0 { (u, v) } else { (v, u) };
     let flat = a.iter().chain(b).map(|&p| glam::DVec2::new((p - centre).dot(u), (p - centre).dot(v)));
     let lift = |q: glam::DVec2| centre - plane.n * plane.distance(centre) + u * q.x + v * q.y;
-    let hull: Vec<DVec3> = crate::cells::complex::coverage::convex_hull(flat.collect()).into_iter().map(lift).collect();
+    let hull: Vec<DVec3> = convex_hull(flat.collect()).into_iter().map(lift).collect();
     (area(&hull) <= LOOSE * (area(a) + area(b))).then_some(hull)
 }

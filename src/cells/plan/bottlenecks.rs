@@ -7,9 +7,10 @@
 use crate::cells::complex::arrange::Plan;
 use crate::cells::complex::assemble::Complex;
 use crate::cells::complex::bands::Cut;
-use crate::cells::complex::coverage::{Open, points};
+use crate::cells::complex::coverage::Open;
 use crate::cells::complex::faces::{Face, Surface};
 use crate::cells::complex::facets::Facets;
+use crate::cells::complex::polygon::points;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::plan::clearance::{Clearance, extent, without_ends};
 use crate::cells::plan::options::PlanOptions;

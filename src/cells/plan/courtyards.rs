@@ -5,8 +5,8 @@
 //! stand between. So what lies between wings, within the hull of all rooms in plan and no higher than they are, gets cells of its own.
 
 use crate::cells::complex::assemble::{Complex, has_portal};
-use crate::cells::complex::coverage::convex_hull;
 use crate::cells::complex::faces::Face;
+use crate::cells::complex::polygon::convex_hull;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::plan::space::{Input, Labels, Region};
 use glam::DVec2;

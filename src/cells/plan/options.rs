@@ -5,6 +5,9 @@
 //! where people build round ones: rounding would decide.
 //!
 //! No threshold bears on soundness. A poor value gives cells that cull less.
+//!
+//! Where a comment gives numbers or a building, they were measured. The rest of what larger and smaller values break, and the ranges, is
+//! reasoned from what the threshold does.
 
 /// A threshold, or a few that belong together.
 trait Threshold {

@@ -175,3 +175,42 @@ pub(in crate::cells) struct Labels {
     /// The regions, in the order of their first piece.
     pub regions: Vec<Region>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces of 2 m by 3 m and 10 cubic metres with these claims; room 0 may measure 25.
+    fn space(claims: &[Option<Claim>]) -> Space {
+        let n = claims.len();
+        let pieces = Pieces { rim: vec![false; n], widths: vec![2.0; n], volumes: vec![10.0; n] };
+        Space::new(&pieces, &vec![3.0; n], claims.to_vec(), BTreeMap::from([(0, 25.0)]))
+    }
+
+    #[test]
+    fn pieces_of_one_claim_are_one_region() {
+        let mut space = space(&[None, Some(Claim::Room(0)), Some(Claim::Plenum(2)), Some(Claim::Room(0))]);
+        let roots: Vec<u32> = (0..4).map(|p| space.regions.find(p)).collect();
+        assert_eq!(roots, [0, 1, 2, 1]);
+        assert_eq!(space.volume[1], 20.0);
+    }
+
+    #[test]
+    fn claims_never_join_each_other_and_rooms_grow_no_more_than_they_may() {
+        let mut space = space(&[Some(Claim::Room(0)), None, None, Some(Claim::Room(1)), Some(Claim::Outside)]);
+        assert!(space.must_part(0, 3) && space.must_part(3, 4));
+        assert!(!space.must_part(0, 1) && !space.must_part(1, 2) && !space.must_part(2, 4));
+        space.unite(0, 1);
+        assert_eq!((space.claim[0], space.volume[0]), (Some(Claim::Room(0)), 20.0));
+        // 30 cubic metres are more than 25; of room 1 and of the outside nothing is said.
+        assert!(space.must_part(0, 2) && !space.must_part(2, 3));
+    }
+
+    #[test]
+    fn the_outside_has_no_end() {
+        let space = space(&[None, Some(Claim::Outside)]);
+        assert_eq!((space.width[0], space.height[0]), (2.0, 3.0));
+        assert_eq!((space.width[1], space.height[1]), (f64::INFINITY, f64::INFINITY));
+        assert!(space.is_outside(1) && !space.is_outside(0));
+    }
+}

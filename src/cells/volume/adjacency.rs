@@ -4,7 +4,8 @@
 //! no shell triangle on that plane covers is open (Teller 1992; see [`crate::cells::complex::coverage`] for why that is sound).
 
 use super::bsp::{Bsp, Child, Face, RIM, cut, reach};
-use crate::cells::complex::coverage::{Open, area, convex_hull, open_part, points as corners, shape_area, width};
+use crate::cells::complex::coverage::{Open, open_part};
+use crate::cells::complex::polygon::{area, convex_hull, points as corners, shape_area, width};
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, clip};
 use crate::tolerance::Tolerance;

@@ -25,7 +25,8 @@ mod shell;
 mod watershed;
 
 use super::complex::assemble::{around, hulls};
-use super::complex::coverage::{Open, Shape, area, convex_hull, width};
+use super::complex::coverage::Open;
+use super::complex::polygon::{Shape, area, convex_hull, width};
 use super::scale::HumanScale;
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;

@@ -3,8 +3,9 @@
 //! A row has a bit for each leaf of the world but the solid one, lowest bit first. A byte that isn't zero stands for itself; a
 //! zero is followed by how many there are, 1 to 255. A leaf has the offset of its row, or -1: it sees everything.
 
+use super::Bsp;
+use super::layout::{BspError, HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
 use super::tree::Tree;
-use super::{Bsp, BspError, HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
 use crate::BitMatrix;
 use qbsp::BspFormat;
 use std::collections::HashMap;

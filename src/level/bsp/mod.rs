@@ -7,98 +7,20 @@
 //! What can be looked through: air and liquids (with or without translucent water in the game, nothing is missing); not what is
 //! solid, and not sky, behind which games draw nothing.
 
+mod layout;
 mod lump;
 mod portals;
 mod tree;
 
-use super::{Level, LevelPortal};
+use super::LevelPortal;
 use crate::BitMatrix;
-use crate::level::prt::{MOST_CLUSTERS, Prt};
+use crate::level::prt::Prt;
 use glam::DVec3;
+use layout::*;
+pub use layout::{BspError, Derived};
 use qbsp::BspFormat;
 use qbsp::reader::BspParseContext;
 use tree::Tree;
-
-/// Lumps of a Quake 1 level, in the directory's order.
-const LUMPS: [&str; 15] = [
-    "entities",
-    "planes",
-    "textures",
-    "vertices",
-    "visibility",
-    "nodes",
-    "texture infos",
-    "faces",
-    "lighting",
-    "clip nodes",
-    "leaves",
-    "mark surfaces",
-    "edges",
-    "surface edges",
-    "models",
-];
-const PLANES: usize = 1;
-const TEXTURES: usize = 2;
-const VERTICES: usize = 3;
-const VISIBILITY: usize = 4;
-const NODES: usize = 5;
-const TEXTURE_INFOS: usize = 6;
-const FACES: usize = 7;
-const LEAVES: usize = 10;
-const MODELS: usize = 14;
-/// Magic or version, then offset and length of each lump.
-const HEADER: usize = 4 + 8 * LUMPS.len();
-
-/// What is wrong with a level.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum BspError {
-    /// Another format.
-    #[error("{0} is not read; Quake's bsp29 and BSP2 are")]
-    Format(String),
-    /// Shorter than its header.
-    #[error("ends after {0} bytes, within the header")]
-    Cut(usize),
-    /// A lump is beyond the end, or not a whole number of entries.
-    #[error("lump {lump} {what}")]
-    Lump {
-        /// Name of the lump.
-        lump: &'static str,
-        /// What is wrong with it.
-        what: String,
-    },
-    /// An entry of a lump.
-    #[error("lump {lump}, entry {entry}: {what}")]
-    Entry {
-        /// Name of the lump.
-        lump: &'static str,
-        /// Index, from 0.
-        entry: usize,
-        /// What is wrong with it.
-        what: String,
-    },
-    /// See-through faces on solid leaves.
-    #[error(
-        "{0} faces of the world bear textures named {{..., which games look through, but the leaves behind are solid: the tree doesn't tell what is seen; put the level's .prt beside it"
-    )]
-    Fences(usize),
-    /// A file too long for its own offsets.
-    #[error("would be longer than 2 GiB")]
-    TooLong,
-}
-
-/// Where a lump lies.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-struct Lump {
-    offset: usize,
-    length: usize,
-}
-
-impl Lump {
-    fn end(self) -> usize {
-        self.offset + self.length
-    }
-}
 
 /// A level, whole, with its tree checked.
 #[derive(Clone, Debug)]
@@ -107,15 +29,6 @@ pub struct Bsp {
     format: BspFormat,
     lumps: [Lump; LUMPS.len()],
     tree: Tree,
-}
-
-/// Portals of a level, and where they come from.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Derived {
-    /// Cells (leaf `i + 1` is cell `i`) and portals.
-    pub level: Level,
-    /// Slivers left out: portals narrower than [`Bsp::rounding`].
-    pub slivers: usize,
 }
 
 impl Bsp {
@@ -208,33 +121,6 @@ impl Bsp {
     }
 }
 
-/// What lumps are read from.
-struct Source<'s> {
-    bytes: &'s [u8],
-    lumps: &'s [Lump; LUMPS.len()],
-    context: BspParseContext,
-}
-
-impl<'s> Source<'s> {
-    fn lump(&self, lump: usize) -> &'s [u8] {
-        let Lump { offset, length } = self.lumps[lump];
-        &self.bytes[offset..offset + length]
-    }
-
-    /// The entries of a lump.
-    fn entries<T: qbsp::reader::BspValue>(&self, lump: usize) -> Result<Vec<T>, BspError> {
-        let Lump { offset, length } = self.lumps[lump];
-        let size = T::bsp_struct_size(&self.context);
-        let fault = |what: String| BspError::Lump { lump: LUMPS[lump], what };
-        if !length.is_multiple_of(size) {
-            return Err(fault(format!("has {length} bytes, not a multiple of {size}")));
-        }
-        // `directory` has checked that both fit.
-        let entry = qbsp::data::LumpEntry { offset: offset as u32, len: length as u32 };
-        qbsp::read_lump(self.bytes, entry, LUMPS[lump], &self.context).map_err(|e| fault(format!("can't be read: {e}")))
-    }
-}
-
 fn format(bytes: &[u8]) -> Result<BspFormat, BspError> {
     let Some(magic) = bytes.first_chunk::<4>() else { return Err(BspError::Cut(bytes.len())) };
     let other = |name: &str| Err(BspError::Format(name.to_owned()));
@@ -268,13 +154,4 @@ fn directory(bytes: &[u8]) -> Result<[Lump; LUMPS.len()], BspError> {
         }
     }
     Ok(lumps)
-}
-
-/// Whether a number of leaves is one that rows can be made for.
-fn countable(leaves: usize) -> Result<(), BspError> {
-    if leaves as u64 > MOST_CLUSTERS {
-        let what = format!("has {leaves} leaves in the world, more than {MOST_CLUSTERS}");
-        return Err(BspError::Lump { lump: LUMPS[LEAVES], what });
-    }
-    Ok(())
 }

@@ -9,7 +9,7 @@
 //! edge overlap by a rounding. Faces narrower than that ([`super::Bsp::rounding`], 0.001 units in a level of 4096) are slivers
 //! of this kind, and counted.
 
-use super::Derived;
+use super::layout::Derived;
 use super::tree::{Child, Tree};
 use crate::geom::{Aabb, Plane, clip};
 use crate::level::{Level, LevelPortal};

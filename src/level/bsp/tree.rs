@@ -1,6 +1,8 @@
 //! A level's tree of planes: read, and checked to be a tree.
 
-use super::{BspError, FACES, LEAVES, LUMPS, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable};
+use super::layout::{
+    BspError, FACES, LEAVES, LUMPS, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable,
+};
 use crate::geom::{Aabb, Plane};
 use crate::level::prt::FARTHEST;
 use glam::DVec3;

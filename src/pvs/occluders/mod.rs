@@ -13,9 +13,9 @@ mod mesh;
 mod narrow;
 mod shaft;
 
-use super::PvsOptions;
+use super::options::PvsOptions;
+use super::sampling::sampler::{Random, mix};
 use super::sampling::witness::{Found, Lower, Prover};
-use super::sampling::{Random, mix};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb, Plane};
 use crate::job::{Job, Stopped};

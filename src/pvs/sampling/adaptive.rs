@@ -12,10 +12,11 @@
 //!   a cell need proofs too), in the order of what cubes there are expected to show.
 
 use super::cast::{BATCH, COST, Caster, Seen};
+use super::lines;
 use super::region::Region;
+use super::sampler::{Random, Sampler, Site, mix};
 use super::schedule::Source;
 use super::witness::Lower;
-use super::{Random, Sampler, Site, lines, mix};
 use crate::cells::Portal;
 use crate::geom::{self, Plane};
 use crate::job::{Job, Stopped};

@@ -5,13 +5,13 @@
 //! also from random points straight before it. Pairs are tried in rounds of more and
 //! more attempts, so that easy ones don't wait for hopeless ones.
 
+use super::sampler::{Random, mix};
 use super::witness::{Found, Lower, Prover};
-use super::{Random, mix};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb};
 use crate::job::{Job, Stopped};
-use crate::pvs::PvsOptions;
-use crate::pvs::repair::corners;
+use crate::pvs::facets::corners;
+use crate::pvs::options::PvsOptions;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{BitMatrix, CellId, ObjectId};

@@ -3,8 +3,8 @@
 //! A cube tells of hundreds of thousands of directions for the price of some thousand rays, but only along the way to the first
 //! triangle and without a witness's clearance. So it chooses where lines go, and the lines do the proving, both ways.
 
+use super::sampler::{Random, Sampler, Site};
 use super::witness::{Found, Line, Lower};
-use super::{Random, Sampler, Site};
 use crate::PortalId;
 use crate::job::{Job, Stopped};
 use crate::pvs::cubes::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, NONE};

@@ -13,9 +13,9 @@
 //! binomial one with the same mean (Hoeffding, *On the distribution of the number of successes in independent trials*, 1956).
 
 use super::region::Region;
+use super::sampler::{Random, Sampler, Site, mix};
 use super::uniform::regions;
 use super::witness::{Found, Line, Lower};
-use super::{Random, Sampler, Site, mix};
 use crate::CellId;
 use crate::cells::{CellGraph, Locator};
 use crate::job::{Job, Stopped};

@@ -7,13 +7,13 @@
 //! moved out is drawn anew each time, over three orders of magnitude, since the distance to the next thing has no scale; and a reverse
 //! sample is the whole line, which serves whatever cells it comes through.
 
+use super::sampler::{Random, Sampler, Site, mix};
 use super::schedule::Source;
 use super::witness::{Found, Line, Lower};
-use super::{Random, Sampler, Site, mix};
 use crate::PortalId;
 use crate::job::{Job, Stopped};
-use crate::pvs::Witness;
 use crate::scene::rays::Hit;
+use crate::types::proof::Witness;
 use glam::DVec3;
 
 /// Proofs followed up between two looks at what is known; fixed, so that results don't depend on the number of threads.

@@ -1,9 +1,9 @@
 //! Points drawn uniformly from a union of convex pieces.
 
-use super::Random;
+use super::sampler::Random;
 use crate::cells::Piece;
 use crate::geom::{self, Aabb};
-use crate::pvs::repair::facets;
+use crate::pvs::facets::facets;
 use glam::DVec3;
 
 /// Pieces cut into tetrahedra; where pieces overlap, points are as many times as dense.

@@ -1,9 +1,9 @@
 //! Who gets the rays: cubes two parts of three, and the strategy that proved most for its last ones the third.
 
-use super::Sampler;
 use super::adaptive::Adaptive;
 use super::cast::Caster;
 use super::guided::Guided;
+use super::sampler::Sampler;
 use super::uniform::{Rays, Uniform, regions};
 use super::witness::Lower;
 use crate::BitMatrix;

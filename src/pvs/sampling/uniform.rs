@@ -2,9 +2,9 @@
 
 use super::cast::{BATCH, COST, Caster};
 use super::region::Region;
+use super::sampler::{Random, Sampler, Site, mix};
 use super::schedule::Source;
 use super::witness::{Found, Line, Lower};
-use super::{Random, Sampler, Site, mix};
 use crate::CellId;
 use crate::job::{Job, Stopped};
 use rayon::prelude::*;

@@ -11,8 +11,8 @@
 
 use super::lines::Span;
 use crate::cells::Locator;
-use crate::pvs::Witness;
 use crate::scene::rays::{Hit, RayScene};
+use crate::types::proof::Witness;
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

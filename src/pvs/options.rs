@@ -1,0 +1,35 @@
+//! How visibility is worked out.
+
+use super::cubes::Choice;
+use crate::types::guarantee::Guarantee;
+
+/// How to bake.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PvsOptions {
+    /// Which side the rows take.
+    pub ship: Guarantee,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// Rays over the whole bake: the sampling budget; a count, so that the bytes don't depend on the machine. What flow leaves undecided
+    /// is then asked of the triangles, one shaft for five of them: 0 leaves out both.
+    pub ray_budget: u64,
+    /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
+    pub flow_steps: u64,
+    /// Which engine makes visibility cubes.
+    pub cubes: Choice,
+    /// Most witnesses that are kept; pairs beyond them stay undecided.
+    pub most_witnesses: usize,
+}
+
+impl Default for PvsOptions {
+    fn default() -> Self {
+        Self {
+            ship: Guarantee::Conservative,
+            seed: 0,
+            ray_budget: 20_000_000,
+            flow_steps: 20_000,
+            cubes: Choice::default(),
+            most_witnesses: usize::MAX,
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! A frame without queries: by nothing, the frustum, portals, rows, or portals and rows.
+
+use super::boxes::{Boxes, HalfSpaces, LANES};
+use super::culler::{Culler, bit};
+use super::frustum::{Camera, Octagon};
+use super::locate::Homes;
+use super::mode::Mode;
+use super::portals::{self, Eye};
+use super::scratch::{Scratch, VisibleSet};
+use crate::bits::{BitMatrix, ones};
+use crate::simd::{Vectorize, vectorized};
+use crate::{CellId, ObjectId};
+use glam::Vec3;
+
+impl Culler {
+    /// What is to draw from this camera. Allocates nothing, as long as `scratch` was made for this culler.
+    pub fn cull<'s>(&self, camera: &Camera, mode: Mode, scratch: &'s mut Scratch) -> VisibleSet<'s> {
+        scratch.begin(self);
+        let homes = match mode {
+            Mode::None | Mode::Frustum => Homes::NONE,
+            Mode::Portals | Mode::Pvs | Mode::Both => self.locate(camera.eye, scratch),
+        };
+        scratch.stats.capped += u64::from(homes.overflow);
+        let lost = homes.overflow || homes.as_slice().is_empty();
+        match mode {
+            Mode::None => self.take(None, scratch),
+            Mode::Frustum => self.take_frustum(camera, scratch),
+            Mode::Portals | Mode::Pvs | Mode::Both if lost => self.take_frustum(camera, scratch),
+            Mode::Pvs => {
+                self.join_rows(homes.as_slice(), scratch);
+                self.take(Some(camera), scratch);
+                scratch.stats.cells = scratch.cell_row.iter().map(|w| u64::from(w.count_ones())).sum();
+            }
+            Mode::Portals | Mode::Both => {
+                self.join_rows(if mode == Mode::Both { homes.as_slice() } else { &[] }, scratch);
+                let eye = Eye::new(camera, self, None);
+                portals::traverse(self, camera, &eye, homes.as_slice(), &Octagon::FULL, scratch);
+            }
+        }
+        scratch.homes.extend_from_slice(if lost { &[] } else { homes.as_slice() });
+        let home = scratch.homes.first().copied();
+        scratch.finish(self, home)
+    }
+
+    /// The cells that an eye is in.
+    pub(super) fn locate(&self, eye: Vec3, scratch: &mut Scratch) -> Homes {
+        self.locator.locate(eye, self.tolerance, &mut scratch.last_piece)
+    }
+
+    fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {
+        self.join_rows(&[], scratch);
+        self.take(Some(camera), scratch);
+    }
+
+    /// Takes what the modes without portals take, of the rows that were joined.
+    pub(super) fn take_all(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
+        self.take((mode != Mode::None).then_some(camera), scratch);
+    }
+
+    /// Takes the objects of the joined row that are not certainly off a camera's screen; without one, every object.
+    fn take(&self, camera: Option<&Camera>, scratch: &mut Scratch) {
+        match camera {
+            None => scratch.objects.extend((0..self.object_count() as u32).map(ObjectId)),
+            Some(camera) => {
+                let (boxes, screen) = (&self.boxes, HalfSpaces::of(camera, &Octagon::FULL));
+                vectorized(InRow { boxes, screen, row: &scratch.object_row, objects: &mut scratch.objects });
+            }
+        }
+    }
+
+    /// Joins the rows of some cells; where there are no rows, or no cells are given, everything.
+    pub(super) fn join_rows(&self, cells: &[CellId], scratch: &mut Scratch) {
+        let join = |rows: Option<&BitMatrix>, columns: usize, out: &mut [u64]| match rows {
+            Some(rows) if !cells.is_empty() => {
+                out.fill(0);
+                for cell in cells {
+                    for (out, word) in out.iter_mut().zip(rows.row(cell.index())) {
+                        *out |= word;
+                    }
+                }
+            }
+            _ => (0..out.len()).for_each(|word| out[word] = all_ones(columns, word)),
+        };
+        join(self.object_rows.as_ref(), self.object_count(), &mut scratch.object_row);
+        join(self.cell_rows.as_ref(), self.cell_count(), &mut scratch.cell_row);
+    }
+
+    /// Whether the traversal may go into a cell. Rows that are only sampled prune objects, not the way to them: a cell that
+    /// no sample fell into may still be seen through.
+    #[inline]
+    pub(super) fn may_enter(&self, cell: CellId, scratch: &Scratch) -> bool {
+        !self.cell_rows_prune || bit(&scratch.cell_row, cell.index())
+    }
+}
+
+/// Takes the objects of a row that meet the screen.
+struct InRow<'a> {
+    boxes: &'a Boxes,
+    screen: HalfSpaces,
+    row: &'a [u64],
+    objects: &'a mut Vec<ObjectId>,
+}
+
+impl Vectorize for InRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        for (word, &row) in self.row.iter().enumerate() {
+            for first in (0..64).step_by(LANES) {
+                let row = (row >> first) as u32 & ((1 << LANES) - 1);
+                if row != 0 {
+                    let start = word * 64 + first;
+                    for i in ones(&[u64::from(row & self.screen.meet(self.boxes, start))]) {
+                        self.objects.push(ObjectId((start + i) as u32));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A word of a row of `columns` ones.
+fn all_ones(columns: usize, word: usize) -> u64 {
+    match columns.saturating_sub(word * 64) {
+        0 => 0,
+        rest @ 1..64 => (1 << rest) - 1,
+        _ => u64::MAX,
+    }
+}
