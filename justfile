@@ -15,14 +15,14 @@ clippy:
 doc:
     RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace
 
-# The README's own test command.
+# The README's own test command: the short tests.
 test:
     cargo test
 
 no-default:
     cargo check --no-default-features
 
-# Every format, on the real buildings of $ENFILADE_DATA.
+# Every test and every format, on the real buildings of $ENFILADE_DATA.
 test-full:
     cargo test --release --features full
 

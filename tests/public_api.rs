@@ -134,7 +134,8 @@ impl Crate {
         let (item, home) = full.split_last().expect("a name");
         let Some(file) = self.files.get(home) else { return };
         let label = [shown, &[name.to_owned()]].concat().join("::");
-        let own = file.iter().find(|i| declared(&i.head).is_some_and(|(kind, n)| n == item && kind != "use" && kind != "mod"));
+        let own =
+            file.iter().find(|i| declared(&i.head).is_some_and(|(kind, n)| n == item && kind != "use" && kind != "mod"));
         if let Some(own) = own {
             let mut lines = vec![format!("{label}: {}", signature(&own.head))];
             if own.head.ends_with('{') && !own.head.contains(" fn ") {
@@ -153,7 +154,8 @@ impl Crate {
             self.listed.extend(lines);
         } else if depth < 8 {
             // Passed on from elsewhere.
-            let passed_on: Vec<String> = file.iter().filter_map(|i| i.head.strip_prefix("pub use ")).map(str::to_owned).collect();
+            let passed_on: Vec<String> =
+                file.iter().filter_map(|i| i.head.strip_prefix("pub use ")).map(str::to_owned).collect();
             let private: Vec<String> =
                 file.iter().filter_map(|i| i.head.strip_prefix("pub(crate) use ")).map(str::to_owned).collect();
             let home = home.to_vec();
