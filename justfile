@@ -15,7 +15,7 @@ clippy:
 doc:
     RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace
 
-# The README's own test command.
+# The README's own test command: the short tests.
 test:
     cargo test
 
@@ -26,7 +26,7 @@ features:
     cargo clippy --no-default-features --features bake --lib -- -D warnings
     bash scripts/features.sh
 
-# Every format, on the real buildings of $ENFILADE_DATA.
+# Every test and every format, on the real buildings of $ENFILADE_DATA.
 test-full:
     cargo test --release --features full
 

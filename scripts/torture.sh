@@ -31,8 +31,8 @@ for model in "${models[@]}"; do
   fi
   echo "$name baked, checked, walked: $([ $failed = 0 ] && echo passed || echo FAILED)"
 done
-[ "${ONLY:-}" = extremes ] || cargo test --release --features full --test unseen -- --ignored || failed=1
-ENFILADE_MUTANTS=${MUTANTS:-1000000} cargo test --release --features full --test hostile 2>&1 | tee out/torture/hostile.txt || failed=1
-ENFILADE_KILLS=${KILLS:-50} cargo test --release --features full --test resume -- a_killed_bake 2>&1 | tee out/torture/kills.txt || failed=1
-cargo test --release --features full --test extremes -- --include-ignored --test-threads 1 2>&1 | tee out/torture/extremes.txt || failed=1
+[ "${ONLY:-}" = extremes ] || cargo test --release --features full --test suite -- --ignored unseen:: || failed=1
+ENFILADE_MUTANTS=${MUTANTS:-1000000} cargo test --release --features full --test counted -- hostile:: 2>&1 | tee out/torture/hostile.txt || failed=1
+ENFILADE_KILLS=${KILLS:-50} cargo test --release --features full --test suite -- resume::a_killed_bake 2>&1 | tee out/torture/kills.txt || failed=1
+cargo test --release --features full --test suite -- extremes:: --include-ignored --test-threads 1 2>&1 | tee out/torture/extremes.txt || failed=1
 exit $failed

@@ -48,11 +48,13 @@ fn check_bake(name: &str) -> (Scene, PvsFile) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn the_villa_is_baked_the_same_everywhere_and_passes_its_check() {
     check_bake("villa_rotonda");
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
     let (scene, file) = check_bake("gallery100");
     let path = CameraPath::load(&building("gallery100.path.json")).unwrap();

@@ -161,6 +161,7 @@ fn generated(test: &str, kind: Kind) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn an_office() {
     generated("an_office", Kind::Office { rooms: 24, storeys: Some(2), furnished: true });
 }

@@ -170,6 +170,7 @@ fn baked() -> (Scene, PvsFile) {
 const OPTIONS: CheckOptions = CheckOptions { rays: 80_000, views: 0, seed: 5, leaks: false };
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn every_kind_of_damage_is_seen_and_named() {
     let (scene, good) = baked();
     let report = check(&good, &scene, &OPTIONS).unwrap();

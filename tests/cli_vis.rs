@@ -116,6 +116,7 @@ fn rows_of_another_tool_are_compared() {
 
 /// The reference's rows of real levels: what is counted is what is there, and each line that they lack is one.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn what_a_reference_lacks_lies_on_lines() {
     let Some(data) = data("what_a_reference_lacks_lies_on_lines") else { return };
     let folder = folder("reference");
@@ -294,6 +295,7 @@ fn bad_input_is_one_line_and_exit_2() {
 
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn an_interrupted_run_leaves_a_state() {
     let Some(data) = data("an_interrupted_run_leaves_a_state") else { return };
     let folder = folder("interrupt");

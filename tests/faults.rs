@@ -179,6 +179,7 @@ fn what_a_killed_write_left_behind_is_taken_away() {
 
 /// With less memory cells are joined: every cell's row holds what the cells in it saw, and nothing visible is missed.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn too_little_memory_gives_coarser_rows_that_miss_nothing() {
     let scene = scene();
     let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };

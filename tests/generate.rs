@@ -303,6 +303,7 @@ fn an_office_building_has_the_offices_asked_for_each_with_one_door_to_its_corrid
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn a_thousand_furnished_offices_are_about_a_million_triangles_and_ten_thousand_rooms_are_made() {
     let triangles = |kind| number(&make(kind, 0).expected["triangles"]);
     let thousand = triangles(Kind::Office { rooms: 1000, storeys: None, furnished: true });
@@ -491,6 +492,7 @@ fn parted(a: &[DVec2], b: &[DVec2]) -> bool {
 
 /// V. Cunha's and M. Leitão's figures: numbers of objects (table 1), levels of the scene graph, shares of the plane.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn cities_have_the_buildings_the_levels_and_the_density_of_the_study() {
     for (dense, buildings, trees, share) in [(true, 25_426, 10_862, 0.22), (false, 2_028, 4_056, 0.02)] {
         let made = make(Kind::City { dense }, 5);
@@ -567,6 +569,7 @@ fn cities_have_the_buildings_the_levels_and_the_density_of_the_study() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn the_command_line_makes_a_dense_city_unless_told_and_says_what_is_out_of_range() {
     let folder = folder("command");
     let run = |arguments: &[&str], output: &Path| {

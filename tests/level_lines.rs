@@ -92,6 +92,7 @@ fn no_portals_no_lines() {
 
 /// Bits taken out of a third party's rows of a real level are found, and only those.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn bits_taken_from_real_rows_are_found() {
     let Some(folder) = data("bits_taken_from_real_rows_are_found") else { return };
     let level = read_prt(&std::fs::read(folder.join("prt/lqdm12.prt")).unwrap()).unwrap().level;

@@ -54,6 +54,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
+    #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
     fn as_looking_at_every_piece_says(
         which in 0..2usize, kind in 0..5usize, a in any::<prop::sample::Index>(), b in any::<prop::sample::Index>(),
         t in 0.0..=1.0f64, u in [-0.2..1.2f64, -0.2..1.2, -0.2..1.2],
@@ -86,6 +87,7 @@ proptest! {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn a_portals_middle_is_in_one_of_its_two_cells() {
     for (_, graph) in buildings() {
         let locator = Locator::new(graph);

@@ -93,6 +93,7 @@ fn trace(hung: &[Hung], rays: &RayScene<'_>, mut origin: DVec3, mut along: DVec3
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn pictures_with_mirrors_miss_nothing_in_any_mode() {
     let views = std::env::var("MIRROR_VIEWS").map_or(40, |n| n.parse().expect("a number"));
     println!("| building | mirrors | views | pixels | by one mirror | by two | missed |");

@@ -30,6 +30,7 @@ fn without_times(html: &str) -> Vec<&str> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn the_page_says_what_bake_says() {
     let folder = folder("page");
     let model = building("villa_rotonda.glb");
@@ -121,6 +122,7 @@ fn baked(name: &str, ray_budget: u64, ship: Guarantee) -> (Scene, PvsFile) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn views_drawn_once_count_what_check_counts() {
     let (scene, file) = baked("villa_rotonda.glb", 20_000, Guarantee::Sampled);
     let options = CheckOptions { rays: 0, views: 30, seed: 5, leaks: false };
@@ -140,6 +142,7 @@ fn views_drawn_once_count_what_check_counts() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn storeys_are_those_of_the_plan() {
     let (_, file) = baked("office.glb", 100_000, Guarantee::Conservative);
     let expected: Value = serde_json::from_str(&text(&building("office.expected.json"))).unwrap();

@@ -33,6 +33,7 @@ fn baked(scene: &Scene, options: &BakeOptions, journal: &Journal, threads: usize
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn a_bake_stopped_again_and_again_gives_the_same_bytes() {
     let (scene, options) = villa();
     let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file.write();
@@ -92,6 +93,7 @@ fn a_bake_stopped_again_and_again_gives_the_same_bytes() {
 
 /// A state whose blocks have the right checksums may still hold anything.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn results_of_another_shape_count_as_none() {
     let (scene, options) = villa();
     let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file.write();
@@ -140,6 +142,7 @@ fn signalled(mut child: Child, signal: &str, after: Duration) -> (String, Option
 
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn a_killed_bake_goes_on_and_leaves_nothing_behind() {
     let folder = folder("killed");
     let (model, whole, out) = (building("office.glb"), folder.join("whole.pvs"), folder.join("office.pvs"));
@@ -187,6 +190,7 @@ fn a_killed_bake_goes_on_and_leaves_nothing_behind() {
 
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let folder = folder("stop");
     let (model, out, state) = (building("office.glb"), folder.join("o.pvs"), folder.join("o.bake-state"));

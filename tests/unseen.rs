@@ -57,6 +57,7 @@ fn folder(data: &Path, name: &str) -> (Scene, Vec<ViewCell>) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn the_bound_holds_in_all_but_one_run_of_twenty() {
     if let Some(data) = data::data("the_bound_holds_in_all_but_one_run_of_twenty") {
         the_bound_holds(&data, 14, 10_000);

@@ -37,6 +37,7 @@ fn assert_witnesses(scene: &Scene, views: &[ViewCell], rows: &ViewRows) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn both_bounds_hold_on_every_scene_with_an_exact_answer() {
     let Some(data) = data::data("both_bounds_hold_on_every_scene_with_an_exact_answer") else { return };
     let scenes = ["two_rooms", "rooms3x3", "keyhole", "random_boxes", "slit_possible", "slit_barely_visible", "l_corridors"];
@@ -76,6 +77,7 @@ fn both_bounds_hold_on_every_scene_with_an_exact_answer() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
     let model = cli::building("villa_rotonda.glb");
     let scene = import(&model, &ImportOptions::default()).unwrap();

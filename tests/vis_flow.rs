@@ -486,7 +486,7 @@ fn rays_through_real_levels_stay_in_the_rows() {
     let mut settled = 0;
     for name in ["lqdm12", "id_dm4", "lq_e0m1"] {
         let level = prt::level(&folder.join(format!("prt/{name}.prt")));
-        let reference = prt::rows(&folder.join(format!("{name}.vis.txt.gz")), level.cells);
+        let reference = prt::rows(&folder.join(format!("prt/{name}.vis.txt.gz")), level.cells);
         let result = run_with(&level, &VisOptions::default()).expect("a result");
         check_shape(&level, &result);
         assert!(result.upper.count_ones() < reference.count_ones(), "{name}: fewer than the reference's");

@@ -162,11 +162,13 @@ fn check_caves(place: Place) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn two_caves_and_a_tunnel_are_two_cells_and_one_portal() {
     check_caves(HERE);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn two_caves_turned_are_the_same() {
     check_caves(turned(37.0));
 }
@@ -353,6 +355,7 @@ fn what_stands_free_in_a_room_cuts_nothing() {
 
 /// Coarse voxels find less, but what they find is as sound.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn any_voxel_is_sound() {
     for voxel in [0.07, 0.45, 3.0] {
         for parts in [two_rooms(0.1, 23.7), ship(), caves()] {
@@ -364,6 +367,7 @@ fn any_voxel_is_sound() {
 
 /// A crack from one cave to the void around the level: nothing leaks, and the caves stay two.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn a_missing_triangle_leaks_nowhere() {
     let mut parts = caves();
     let hole = parts[0].iter().position(|t| t[0].x < -9.0 && t[0].y > 2.0).unwrap();

@@ -64,6 +64,7 @@ fn short() -> Vec<World> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn every_extreme_scene_keeps_its_answers() {
     let mut rows: Vec<Row> = Vec::new();
     for (i, world) in short().into_iter().enumerate() {

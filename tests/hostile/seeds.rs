@@ -18,7 +18,7 @@ fn every_reader_accepts_its_seeds_and_fuzzing_starts_from_them() {
             let kept = std::fs::read(&path).unwrap_or_default();
             assert!(
                 &kept == seed,
-                "{}: run `cargo test --features full --test hostile -- --ignored write_seeds`",
+                "{}: run `cargo test --features full --test counted -- --ignored write_seeds`",
                 path.display()
             );
         }
