@@ -5,7 +5,7 @@
 
 #[path = "../examples/wgpu_loop.rs"]
 #[allow(dead_code, reason = "its main")]
-mod wgpu_loop;
+mod program;
 
 use crate::cli::folder;
 use enfilade::bake::{BakeOptions, bake};
@@ -22,7 +22,7 @@ fn frames_are_those_of_everything_unless_rows_lie() {
     let scene = import(&model, &ImportOptions::default()).unwrap();
     let mut file = bake(&scene, BakeOptions::default(), &Job::quiet()).unwrap().file;
     file.save(&pvs).unwrap();
-    let line = match wgpu_loop::run(&pvs, &model, None) {
+    let line = match program::run(&pvs, &model, None) {
         Err(line) if line.starts_with("no graphics processor") => {
             assert!(std::env::var_os("CI").is_none(), "{line}");
             return eprintln!("not run: {line}");
@@ -39,9 +39,9 @@ fn frames_are_those_of_everything_unless_rows_lie() {
     (0..rows.rows()).for_each(|cell| (0..rows.columns()).for_each(|object| rows.clear(cell, object)));
     (file.pairs.lower, file.pairs.upper, file.gap) = (0, 0, None);
     file.save(&lying).unwrap();
-    let found_out = wgpu_loop::run(&lying, &model, None).unwrap_err();
+    let found_out = program::run(&lying, &model, None).unwrap_err();
     assert!(found_out.contains("differs from one of everything"), "{found_out}");
     // Bad input is one line that names the file.
-    let missing = wgpu_loop::run(&folder.join("missing.pvs"), &model, None).unwrap_err();
+    let missing = program::run(&folder.join("missing.pvs"), &model, None).unwrap_err();
     assert!(missing.contains("missing.pvs: ") && missing.lines().count() == 1, "{missing}");
 }

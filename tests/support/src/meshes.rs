@@ -65,6 +65,6 @@ pub fn builder() -> SceneBuilder {
 /// A scene of meshes.
 pub fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
     let mut builder = builder();
-    meshes.into_iter().for_each(|m| _ = builder.add(m).expect("a sound mesh"));
+    meshes.into_iter().for_each(|m| builder.add(m).expect("a sound mesh"));
     builder.finish("hand-made").expect("a scene")
 }
