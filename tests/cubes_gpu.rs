@@ -359,7 +359,7 @@ fn the_command_says_what_made_its_cubes() {
     if on_gpu("the_command_says_what_made_its_cubes", &scene).is_none() {
         return;
     }
-    let out = cli::folder("command").join("out.pvs");
+    let out = cli::folder("command_out").join("out.pvs");
     let arguments =
         ["bake", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--cubes", "gpu", "--rays", "100k", "--json"];
     let ran = cli::run(&arguments.map(Path::new));

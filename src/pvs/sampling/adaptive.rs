@@ -15,7 +15,7 @@ use super::cast::{BATCH, COST, Caster, Seen};
 use super::lines;
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
-use super::schedule::Source;
+use super::source::Source;
 use super::witness::Lower;
 use crate::cells::Portal;
 use crate::geom::{self, Plane};

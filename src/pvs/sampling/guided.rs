@@ -8,7 +8,7 @@
 //! sample is the whole line, which serves whatever cells it comes through.
 
 use super::sampler::{Random, Sampler, Site, mix};
-use super::schedule::Source;
+use super::source::Source;
 use super::witness::{Found, Line, Lower};
 use crate::PortalId;
 use crate::job::{Job, Stopped};

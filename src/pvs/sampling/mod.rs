@@ -14,6 +14,7 @@ pub(in crate::pvs) mod lines;
 pub(in crate::pvs) mod region;
 pub(in crate::pvs) mod sampler;
 mod schedule;
+mod source;
 mod uniform;
 pub(in crate::pvs) mod witness;
 

@@ -4,6 +4,7 @@ use super::adaptive::Adaptive;
 use super::cast::Caster;
 use super::guided::Guided;
 use super::sampler::Sampler;
+use super::source::Source;
 use super::uniform::{Rays, Uniform, regions};
 use super::witness::Lower;
 use crate::BitMatrix;
@@ -18,12 +19,6 @@ const PARTS: u64 = 64;
 const LEAST: u64 = 32_000;
 /// A strategy that found nothing in so many of them in a row gets no more.
 const PATIENCE: u32 = 3;
-
-/// A way of finding free lines.
-pub(super) trait Source {
-    /// Spends at most `rays`, which may be too few to do anything with; false where nothing is left to try.
-    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped>;
-}
 
 /// How the lower bound is found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -3,7 +3,7 @@
 use super::cast::{BATCH, COST, Caster};
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
-use super::schedule::Source;
+use super::source::Source;
 use super::witness::{Found, Line, Lower};
 use crate::CellId;
 use crate::job::{Job, Stopped};
