@@ -7,7 +7,7 @@
 //! (import)   (split)    (bake)   (container) (per frame)  (measure, check, tell)
 //! ```
 //!
-//! Without default features the crate is [`file`] (reading), [`runtime`] and [`occlusion`]; `bake` adds the builder, `cli` the command line.
+//! Without default features the crate is [`mod@file`] (reading), [`runtime`] and [`occlusion`]; `bake` adds the builder, `cli` the command line.
 //!
 //! # Conventions
 //!

@@ -48,7 +48,7 @@ enum Code<'a> {
 }
 
 impl<'a> RowReader<'a> {
-    /// Reads what stands before the blocks of what [`encode_rows`] made. `rows` and `columns` are what the matrix must have;
+    /// Reads what stands before the blocks of what `encode_rows` made. `rows` and `columns` are what the matrix must have;
     /// `section` is for errors.
     ///
     /// Takes 16 bytes of memory a row.

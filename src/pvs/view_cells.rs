@@ -51,7 +51,7 @@ pub struct ViewRows {
     pub witnesses: Vec<[DVec3; 2]>,
     /// View cells that lie in no cell: nothing but what touches them is seen from there.
     pub in_no_cell: Vec<usize>,
-    /// How much of what there is to see from each nobody has seen, at most: [`Unseen::cells`](super::sampling::confidence::Unseen::cells), of
+    /// How much of what there is to see from each nobody has seen, at most: [`Unseen::cells`](crate::types::bounds::Unseen::cells), of
     /// view cells. 1 where no rays were cast to tell.
     pub unseen: Vec<f64>,
     /// Rays cast.

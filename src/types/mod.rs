@@ -1,6 +1,6 @@
 //! What the builder and the run time both name: plain data, without the code that makes it.
 //!
-//! In: nothing. Out: the [scene](scene), what its author [said](hints), [portals](portal), what rows [promise](guarantee), how it was
+//! In: nothing. Out: the [`scene`], what its author [said](hints), [portals](portal), what rows [promise](guarantee), how it was
 //! [proven](proof), and [counters](stats). The rooms above add meaning; `scene`, `cells` and `pvs` name these as their own.
 
 pub mod bounds;
