@@ -7,7 +7,8 @@
 mod common;
 
 use common::{building, has_device};
-use std::path::{Path, PathBuf};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -42,15 +43,18 @@ struct Display {
 }
 
 impl Display {
-    /// Starts a server on a free display.
+    /// Starts a server, which picks a free display itself and names it once it can be reached.
     fn open() -> Self {
-        let free = (90..200).find(|n| !Path::new(&format!("/tmp/.X{n}-lock")).exists()).expect("a free display");
-        let name = format!(":{free}");
-        let server = Command::new("Xvfb").args([&name, "-screen", "0", "800x600x24"]).stderr(Stdio::null()).spawn();
-        let server = Ends(server.expect("Xvfb starts"));
-        let socket = PathBuf::from(format!("/tmp/.X11-unix/X{free}"));
-        until("display", || socket.exists().then_some(()));
-        Self { name, _server: server }
+        let server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "800x600x24"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let mut server = Ends(server.expect("Xvfb starts"));
+        let mut number = String::new();
+        BufReader::new(server.0.stdout.take().unwrap()).read_line(&mut number).expect("Xvfb names its display");
+        assert!(number.trim().parse::<u32>().is_ok(), "Xvfb has no display: {number:?}");
+        Self { name: format!(":{}", number.trim()), _server: server }
     }
 
     fn run(&self, program: &str, args: &[&str]) -> Vec<u8> {
@@ -188,6 +192,8 @@ fn a_bad_file_is_told_on_the_screen_and_in_the_terminal() {
     command.arg(&bad).env("DISPLAY", &display.name).env("XDG_CONFIG_HOME", &folder).env_remove("WAYLAND_DISPLAY");
     let mut running = Ends(command.stderr(std::fs::File::create(&log).unwrap()).spawn().unwrap());
     let find = || {
+        let ended = running.0.try_wait().unwrap();
+        assert!(ended.is_none(), "the viewer ended: {ended:?}: {}", std::fs::read_to_string(&log).unwrap());
         let found = display.run("xdotool", &["search", "--name", "Enfilade: .*bad.pvs"]);
         String::from_utf8(found).ok().and_then(|ids| ids.lines().next().map(str::to_owned)).filter(|id| !id.is_empty())
     };
