@@ -23,10 +23,10 @@ fn scene_and_file(ray_budget: u64, ship: Guarantee, keep_bounds: bool) -> (Scene
         // Between the last room's door and its corner: a line through both doors rises by 0.9 m in 4.2 at most.
         solid("corner", [8.7, 0.0, 0.1], [8.9, 0.3, 0.3]),
     ];
-    let (scene, mut graph) = row(3, extra, &[]);
-    let pvs = bake(&scene, &mut graph, &PvsOptions { ray_budget, ship, ..PvsOptions::default() }, &Job::quiet()).unwrap();
+    let (scene, graph) = row(3, extra, &[]);
+    let pvs = bake(&scene, graph, &PvsOptions { ray_budget, ship, ..PvsOptions::default() }, &Job::quiet()).unwrap();
     assert_eq!((pvs.repairs.len(), pvs.stats.contradictions), (0, 0));
-    let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, keep_bounds);
+    let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, keep_bounds);
     (scene, file)
 }
 

@@ -204,7 +204,8 @@ fn object(scene: &Scene, node: &str) -> usize {
 }
 
 /// What holds for every bake: lower within upper, a checked witness for every pair of lower, in order.
-fn assert_proven(scene: &Scene, graph: &enfilade::cells::CellGraph, pvs: &Pvs) {
+fn assert_proven(scene: &Scene, pvs: &Pvs) {
+    let graph = &pvs.graph;
     assert_eq!(pvs.objects_lower.first_outside(&pvs.objects_upper), None);
     assert_eq!(pvs.cells_lower.first_outside(&pvs.cells_upper), None);
     let pairs: Vec<(usize, usize)> =
@@ -229,9 +230,9 @@ fn two_rooms_and_a_door() {
         // In the wall's thickness.
         solid("buried", [4.25, 1.0, 0.5], [4.35, 1.2, 0.9]),
     ];
-    let (scene, mut graph) = rooms::row(2, extra, &[]);
-    let pvs = bake(&scene, &mut graph, &options(300_000), &Job::quiet()).unwrap();
-    assert_proven(&scene, &graph, &pvs);
+    let (scene, graph) = rooms::row(2, extra, &[]);
+    let pvs = bake(&scene, graph, &options(300_000), &Job::quiet()).unwrap();
+    assert_proven(&scene, &pvs);
     assert_eq!((pvs.repairs.len(), pvs.stats.contradictions), (0, 0));
     assert!(pvs.stats.rays <= 300_000);
     let sees = |cell: usize, node: &str| pvs.objects_lower.get(cell, object(&scene, node));
@@ -254,10 +255,10 @@ fn two_rooms_and_a_door() {
 #[test]
 fn a_portal_left_out_is_found_and_mended() {
     let extra = [solid("goal", [11.9, 0.5, 2.0], [12.0, 1.5, 2.5])];
-    let (scene, mut graph) = rooms::row(3, extra, &[1]);
+    let (scene, graph) = rooms::row(3, extra, &[1]);
     let portals = graph.portals.len();
-    let pvs = bake(&scene, &mut graph, &options(300_000), &Job::quiet()).unwrap();
-    assert_proven(&scene, &graph, &pvs);
+    let pvs = bake(&scene, graph, &options(300_000), &Job::quiet()).unwrap();
+    assert_proven(&scene, &pvs);
     assert!(!pvs.repairs.is_empty());
     for repair in &pvs.repairs {
         let mut cells = repair.cells;
@@ -267,7 +268,7 @@ fn a_portal_left_out_is_found_and_mended() {
         let at = repair.at + scene.origin;
         assert!((at.x - 8.4).abs() < 1e-6 && (1.8..=2.7).contains(&at.z) && (0.0..=2.1).contains(&at.y), "{at}");
     }
-    for portal in &graph.portals[portals..] {
+    for portal in &pvs.graph.portals[portals..] {
         let area = enfilade::geom::area(&portal.winding);
         assert!((area - 0.9 * 2.1).abs() < 0.01, "the doorway, no more: {area} m2");
         let (behind, ahead) = (portal.cells[0], portal.plane.n.x > 0.0);
@@ -278,8 +279,8 @@ fn a_portal_left_out_is_found_and_mended() {
     assert!(pvs.objects_upper.get(0, goal) && pvs.cells_upper.get(0, 2) && pvs.cells_upper.get(2, 0));
 
     // With the portal, nothing is to be mended.
-    let (scene, mut graph) = rooms::row(3, [solid("goal", [11.9, 0.5, 2.0], [12.0, 1.5, 2.5])], &[]);
-    assert_eq!(bake(&scene, &mut graph, &options(300_000), &Job::quiet()).unwrap().repairs, []);
+    let (scene, graph) = rooms::row(3, [solid("goal", [11.9, 0.5, 2.0], [12.0, 1.5, 2.5])], &[]);
+    assert_eq!(bake(&scene, graph, &options(300_000), &Job::quiet()).unwrap().repairs, []);
 }
 
 #[test]
@@ -287,8 +288,8 @@ fn a_gap_between_cells_is_bridged() {
     // The second room's cell doesn't reach its doorway: 0.2 m of free space are in no cell.
     let (scene, mut graph) = rooms::row(2, [], &[0]);
     graph.cells[1].pieces.pop();
-    let pvs = bake(&scene, &mut graph, &options(200_000), &Job::quiet()).unwrap();
-    assert_proven(&scene, &graph, &pvs);
+    let pvs = bake(&scene, graph, &options(200_000), &Job::quiet()).unwrap();
+    assert_proven(&scene, &pvs);
     assert!(!pvs.repairs.is_empty() && pvs.stats.contradictions == 0);
     assert!(pvs.cells_lower.get(0, 1) && pvs.cells_upper.get(0, 1));
 }
@@ -296,23 +297,23 @@ fn a_gap_between_cells_is_bridged() {
 #[test]
 fn one_thread_and_two_give_the_same() {
     let run = |threads: usize, seed: u64| {
-        let (scene, mut graph) = rooms::office(3, 4);
+        let (scene, graph) = rooms::office(3, 4);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let options = PvsOptions { ray_budget: 400_000, seed, ..PvsOptions::default() };
-        pool.install(|| (bake(&scene, &mut graph, &options, &Job::quiet()).unwrap(), graph))
+        pool.install(|| bake(&scene, graph, &options, &Job::quiet()).unwrap())
     };
     assert_eq!(run(1, 0), run(2, 0));
-    assert_ne!(run(2, 0).0.witnesses, run(2, 1).0.witnesses, "the seed matters");
+    assert_ne!(run(2, 0).witnesses, run(2, 1).witnesses, "the seed matters");
 }
 
 #[test]
 fn more_rays_prove_more_and_fewer_than_the_budget_are_cast() {
     let mut before = 0;
     for budget in [0, 1000, 100_000, 1_000_000] {
-        let (scene, mut graph) = rooms::office(4, 3);
-        let pvs = bake(&scene, &mut graph, &options(budget), &Job::quiet()).unwrap();
+        let (scene, graph) = rooms::office(4, 3);
+        let pvs = bake(&scene, graph, &options(budget), &Job::quiet()).unwrap();
         assert!(pvs.stats.rays <= budget, "{} of {budget}", pvs.stats.rays);
-        assert_proven(&scene, &graph, &pvs);
+        assert_proven(&scene, &pvs);
         assert!(pvs.witnesses.len() >= before);
         before = pvs.witnesses.len();
     }
@@ -322,9 +323,9 @@ fn more_rays_prove_more_and_fewer_than_the_budget_are_cast() {
 #[test]
 fn glass_is_seen_and_seen_through() {
     let pane = Mesh { opaque: false, ..solid("pane", [4.25, 0.0, 1.8], [4.26, 2.1, 2.7]) };
-    let (scene, mut graph) = rooms::row(2, [pane, solid("goal", [7.9, 0.5, 2.0], [8.0, 1.5, 2.5])], &[]);
-    let pvs = bake(&scene, &mut graph, &options(200_000), &Job::quiet()).unwrap();
-    assert_proven(&scene, &graph, &pvs);
+    let (scene, graph) = rooms::row(2, [pane, solid("goal", [7.9, 0.5, 2.0], [8.0, 1.5, 2.5])], &[]);
+    let pvs = bake(&scene, graph, &options(200_000), &Job::quiet()).unwrap();
+    assert_proven(&scene, &pvs);
     for node in ["pane", "goal"] {
         assert!((0..2).all(|c| pvs.objects_lower.get(c, object(&scene, node))), "{node}");
     }
@@ -351,9 +352,9 @@ fn an_unbounded_outside_sees_in_and_is_seen() {
     };
     let outside = vec![half_space(DVec3::NEG_X, DVec3::X * 4.2), half_space(DVec3::X, DVec3::ZERO)];
     let door = rooms::portal([0, 1], 0, [4.2, 0.0, 0.0], [4.2, 2.6, 4.0], scene.origin);
-    let mut graph = rooms::graph(vec![vec![room], outside], vec![door]);
-    let pvs = bake(&scene, &mut graph, &options(200_000), &Job::quiet()).unwrap();
-    assert_proven(&scene, &graph, &pvs);
+    let graph = rooms::graph(vec![vec![room], outside], vec![door]);
+    let pvs = bake(&scene, graph, &options(200_000), &Job::quiet()).unwrap();
+    assert_proven(&scene, &pvs);
     assert_eq!(pvs.repairs, []);
     let sees = |cell: usize, node: &str| pvs.objects_lower.get(cell, object(&scene, node));
     for (node, from_room, from_outside) in

@@ -9,8 +9,8 @@ use testing::rooms::row;
 
 /// A bake of two rooms in a row with `extra` in the second, whose door is at x = 4.2, z = 1.8 to 2.7.
 fn baked(extra: Vec<Mesh>, ray_budget: u64) -> (Scene, Pvs) {
-    let (scene, mut graph) = row(2, extra, &[]);
-    let pvs = bake(&scene, &mut graph, &PvsOptions { ray_budget, ..PvsOptions::default() }, &Job::quiet()).unwrap();
+    let (scene, graph) = row(2, extra, &[]);
+    let pvs = bake(&scene, graph, &PvsOptions { ray_budget, ..PvsOptions::default() }, &Job::quiet()).unwrap();
     assert_eq!((pvs.repairs.len(), pvs.stats.contradictions), (0, 0));
     (scene, pvs)
 }
@@ -84,7 +84,7 @@ fn through_a_declared_keyhole_slits_of_any_width_count() {
             corner.z = middle + 0.75e-4 * (corner.z - middle).signum();
         }
         let options = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
-        let pvs = bake(&scene, &mut graph, &options, &Job::quiet()).unwrap();
+        let pvs = bake(&scene, graph, &options, &Job::quiet()).unwrap();
         seen(&scene, &pvs, "hidden").1
     };
     let half = |name, z: [f64; 2]| solid(name, [6.0, 0.0, z[0]], [6.4, 2.5, z[1]]);

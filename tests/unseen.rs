@@ -104,9 +104,8 @@ fn the_bound_holds(data: &Path, seeds: u64, rays_of_truth: u32) {
             // Rays so few that much stays unseen: 25 to 1,600 from each view cell find, a quarter as many test.
             let rays = views.len() as u64 * (128 << (seed % 7));
             let options = PvsOptions { ray_budget: rays, flow_steps: 0, seed, ..PvsOptions::default() };
-            let mut graph = cells.file.graph().clone();
-            let pvs = pvs::bake(&scene, &mut graph, &options, &Job::quiet()).unwrap();
-            let rows = view_cells::bake(&scene, &graph, &pvs, &views, &options, &Job::quiet()).unwrap();
+            let pvs = pvs::bake(&scene, cells.file.graph().clone(), &options, &Job::quiet()).unwrap();
+            let rows = view_cells::bake(&scene, &pvs, &views, &options, &Job::quiet()).unwrap();
             let unseen = |v: usize, lower: &BitMatrix| -> u32 {
                 (0..scene.objects.len()).filter(|&o| !lower.get(v, o)).map(|o| truth[v][o]).sum()
             };

@@ -126,14 +126,14 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let start = Instant::now();
     let room = (options.memory / 4 / pvs::WITNESS_BYTES) as usize;
     let pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };
-    let pvs = pvs::bake(scene, &mut graph, &pvs_options, work)?;
+    let pvs = pvs::bake(scene, graph, &pvs_options, work)?;
     if found {
-        stage("mending", &graph, scene, SEGMENTS);
+        stage("mending", &pvs.graph, scene, SEGMENTS);
     }
-    let look = || view_cells::bake(scene, &graph, &pvs, &options.view_cells, &pvs_options, work);
+    let look = || view_cells::bake(scene, &pvs, &options.view_cells, &pvs_options, work);
     let views = (!options.view_cells.is_empty()).then(look).transpose()?;
     // 3. The file.
-    let mut file = PvsFile::from_bake(scene, &options.import, &graph, &pvs, options.keep_bounds);
+    let mut file = PvsFile::from_bake(scene, &options.import, &pvs, options.keep_bounds);
     if let Some(views) = &views {
         file.add_views(&options.view_cells, views, options.keep_bounds);
     }

@@ -220,6 +220,10 @@ impl fmt::Display for BakeReport {
                 writeln!(f, "  and {} more (--json)", findings.len() - FINDINGS)?;
             }
         }
+        let (kept, left_out) = (self.pvs.stats.met_kept, self.pvs.stats.met_left_out);
+        if kept + left_out > 0 {
+            writeln!(f, "{} pairs show only within the clearance of a surface: {kept} count as visible, {left_out} don't", kept + left_out)?;
+        }
         if !self.repairs.is_empty() {
             writeln!(f, "{} holes in the cell graph were found and mended", self.repairs.len())?;
         }

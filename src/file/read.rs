@@ -286,8 +286,9 @@ impl<'a> SectionReader<'_, 'a> {
 
     fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {
         let stats = self.section(SectionId::Stats, budget, |c, _| {
-            let (rays, cubes, flow_steps) = (c.u64()?, c.u64()?, c.u64()?);
-            Ok(PvsStats { rays, cubes, flow_steps, flow_capped: c.u64()?, cracks: c.u64()?, contradictions: c.u64()? })
+            let (rays, cubes, flow_steps, flow_capped) = (c.u64()?, c.u64()?, c.u64()?, c.u64()?);
+            let (met_kept, met_left_out, contradictions) = (c.u64()?, c.u64()?, c.u64()?);
+            Ok(PvsStats { rays, cubes, flow_steps, flow_capped, met_kept, met_left_out, contradictions })
         })?;
         Ok(stats.unwrap_or_default())
     }

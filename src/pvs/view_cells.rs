@@ -69,12 +69,12 @@ pub struct ViewRows {
 /// Where it was stopped.
 pub fn bake(
     scene: &Scene,
-    graph: &CellGraph,
     pvs: &Pvs,
     views: &[ViewCell],
     options: &PvsOptions,
     work: &Job<'_>,
 ) -> Result<ViewRows, Stopped> {
+    let graph = &pvs.graph;
     let objects = scene.objects.len();
     let clearance = scene.tolerance().clearance;
     let mut rows = ViewRows {

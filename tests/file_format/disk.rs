@@ -56,6 +56,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
     };
     let lower = [(0, 0), (0, 1), (1, 0), (1, 2)];
     let pvs = Pvs {
+        graph,
         cells_lower: matrix(2, &[(0, 0), (1, 1)]),
         cells_upper: matrix(2, &[(0, 0), (0, 1), (1, 0), (1, 1)]),
         objects_lower: matrix(3, &lower),
@@ -76,7 +77,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         unseen: None,
         stats: PvsStats { rays: 12, ..PvsStats::default() },
     };
-    (PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, keep_bounds), scene)
+    (PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, keep_bounds), scene)
 }
 
 #[test]
@@ -122,6 +123,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         notes: Vec::new(),
     };
     let pvs = Pvs {
+        graph,
         cells_lower: all(1),
         cells_upper: all(1),
         objects_lower: BitMatrix::new(1, 3),
@@ -134,7 +136,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         unseen: None,
         stats: PvsStats::default(),
     };
-    let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &graph, &pvs, false);
+    let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, false);
     let bytes = file.write();
     assert_eq!(PvsFile::read(&bytes).unwrap(), file);
     let sections: Vec<String> = Container::parse(&bytes).unwrap().sections().iter().map(|s| s.name()).collect();

@@ -245,9 +245,8 @@ impl Bench<'_> {
     fn with_part(&self, part: f64) -> Result<CurvePoint, CliError> {
         let ray_budget = (self.options.ray_budget as f64 * part) as u64;
         let clock = Clock::start();
-        let mut graph = self.graph.clone();
         let options = PvsOptions { ray_budget, ..self.options.clone() };
-        let pvs = pvs::bake(self.scene, &mut graph, &options, &Job::quiet()).map_err(|e| CliError(e.to_string()))?;
+        let pvs = pvs::bake(self.scene, self.graph.clone(), &options, &Job::quiet()).map_err(|e| CliError(e.to_string()))?;
         Ok(CurvePoint {
             cpu_seconds: clock.seconds(),
             rays: pvs.stats.rays,
@@ -271,16 +270,16 @@ fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
     let _ = std::fs::remove_file(&path);
     let scene = imported?;
     let clock = Clock::start();
-    let mut graph = split(&scene, &SplitOptions::default()).map_err(|e| said(&e))?;
+    let graph = split(&scene, &SplitOptions::default()).map_err(|e| said(&e))?;
     let cells_cpu_seconds = clock.seconds();
     let clock = Clock::start();
     let ray_budget = (options.ray_budget as f64 * f64::from(offices) / ROOMS) as u64;
     let options = PvsOptions { ray_budget, ..options.clone() };
-    let pvs = pvs::bake(&scene, &mut graph, &options, &Job::quiet()).map_err(|e| said(&e))?;
+    let pvs = pvs::bake(&scene, graph, &options, &Job::quiet()).map_err(|e| said(&e))?;
     Ok(Growth {
         offices: offices.into(),
-        cells: graph.cells.len() as u64,
-        portals: graph.portals.len() as u64,
+        cells: pvs.graph.cells.len() as u64,
+        portals: pvs.graph.portals.len() as u64,
         objects: scene.objects.len() as u64,
         triangles: scene.triangles.len() as u64,
         rays: pvs.stats.rays,

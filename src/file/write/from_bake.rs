@@ -2,21 +2,22 @@
 
 use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
 use crate::file::{
-    Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views,
+    Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views,
 };
 use crate::geom::{self, Aabb, Plane};
 use crate::pvs::view_cells::ViewRows;
-use crate::pvs::{Guarantee, Pvs, Witness};
+use crate::pvs::{Guarantee, Pvs};
 use crate::scene::{ImportOptions, Scene};
 use crate::tolerance::single_precision;
-use crate::{BitMatrix, CellId, ObjectId};
+use crate::BitMatrix;
 use glam::{DVec3, Vec3, Vec4};
 
 impl PvsFile {
     /// What a bake of `scene` found, ready to be written. `import` is how the scene was imported. `keep_bounds` keeps both sides
     /// and every witness.
-    pub fn from_bake(scene: &Scene, import: &ImportOptions, graph: &CellGraph, pvs: &Pvs, keep_bounds: bool) -> Self {
-        let (lower, witnesses) = witnessed(pvs);
+    pub fn from_bake(scene: &Scene, import: &ImportOptions, pvs: &Pvs, keep_bounds: bool) -> Self {
+        let graph = &pvs.graph;
+        let (lower, witnesses) = pvs.witnessed();
         let pairs = PairCounts {
             lower: lower.count_ones(),
             upper: pvs.objects_upper.count_ones(),
@@ -48,7 +49,7 @@ impl PvsFile {
             repairs: pvs.repairs.clone(),
             stats: pvs.stats,
             unseen: pvs.unseen.clone(),
-            gap: Some(gap(graph, pvs, &lower)).filter(|gap| gap.all() > 0),
+            gap: Some(pvs.gap(&lower)).filter(|gap| gap.all() > 0),
             views: Views::default(),
         };
         let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());
@@ -99,45 +100,6 @@ fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<String> {
     (count > 0).then(|| {
         format!("{count} portals are narrower than {rounding:.1e} m, as near as f32 holds a model of this size: the run time takes them for wider")
     })
-}
-
-/// What is undecided, by kind.
-fn gap(graph: &CellGraph, pvs: &Pvs, lower: &BitMatrix) -> Gap {
-    let mut gap = Gap::default();
-    for (c, cell) in graph.cells.iter().enumerate() {
-        for object in pvs.objects_upper.ones(c) {
-            gap.closed_upper += u64::from(!cell.open);
-            if lower.get(c, object) {
-                continue;
-            }
-            let kind = match (cell.open, pvs.narrow.get(c, object), pvs.placement.get(c, object)) {
-                (true, ..) => &mut gap.open,
-                (_, true, _) => &mut gap.tolerance,
-                (.., true) => &mut gap.inside,
-                _ => &mut gap.budget,
-            };
-            *kind += 1;
-        }
-    }
-    gap
-}
-
-/// The lower set of objects and a witness for each of its pairs, in order. A pair that came without a witness isn't proven, so
-/// it goes; a witness for no pair goes too.
-fn witnessed(pvs: &Pvs) -> (BitMatrix, Vec<Witness>) {
-    let mut sorted: Vec<&Witness> = pvs.witnesses.iter().collect();
-    sorted.sort_by_key(|w| (w.cell, w.object));
-    let (mut lower, mut witnesses) = (BitMatrix::new(pvs.objects_lower.rows(), pvs.objects_lower.columns()), Vec::new());
-    for cell in 0..lower.rows() {
-        for object in pvs.objects_lower.ones(cell) {
-            let pair = (CellId(cell as u32), ObjectId(object as u32));
-            if let Ok(at) = sorted.binary_search_by_key(&pair, |w| (w.cell, w.object)) {
-                lower.set(cell, object);
-                witnesses.push(*sorted[at]);
-            }
-        }
-    }
-    (lower, witnesses)
 }
 
 /// A matrix of which every bit is set is left out.

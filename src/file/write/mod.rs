@@ -173,8 +173,8 @@ impl PvsFile {
 
     fn counters(&self) -> Vec<u8> {
         let mut out = Vec::new();
-        let PvsStats { rays, cubes, flow_steps, flow_capped, cracks, contradictions } = self.stats;
-        [rays, cubes, flow_steps, flow_capped, cracks, contradictions].into_iter().for_each(|n| out.u64(n));
+        let PvsStats { rays, cubes, flow_steps, flow_capped, met_kept, met_left_out, contradictions } = self.stats;
+        [rays, cubes, flow_steps, flow_capped, met_kept, met_left_out, contradictions].into_iter().for_each(|n| out.u64(n));
         out
     }
 }

@@ -165,6 +165,7 @@ impl Building {
         }
         rows(&mut cells, &mut objects);
         let pvs = Pvs {
+            graph,
             cells_lower: cells.clone(),
             cells_upper: cells,
             objects_lower: objects.clone(),
@@ -177,7 +178,7 @@ impl Building {
             unseen: None,
             stats: PvsStats::default(),
         };
-        let file = PvsFile::from_bake(&scene, &options, &graph, &pvs, false);
+        let file = PvsFile::from_bake(&scene, &options, &pvs, false);
         (scene, file)
     }
 }

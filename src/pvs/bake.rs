@@ -1,0 +1,224 @@
+//! Both sides, step by step: sampling, portal flow, occluders, and repairs between them.
+
+use super::flow::{FlowInput, FlowResult, flow};
+use super::sampling::confidence;
+use super::sampling::witness::{Lower, PLACEMENT_MARGIN};
+use super::sampling::{self, Plan, Strategy, aimed};
+use super::{Pvs, PvsOptions, PvsStats, Repair, Unseen, occluders, repair};
+use crate::BitMatrix;
+use crate::cells::{CellGraph, place_objects};
+use crate::geom::Aabb;
+use crate::job::{Job, Stopped};
+use crate::scene::Scene;
+use crate::scene::rays::RayScene;
+
+/// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
+const AIMED: f64 = 0.15;
+/// Of the rays of a bake, this fraction tests what the others found.
+const TESTED: f64 = 0.05;
+/// Rounds of mending, at most: a mended hole may show the next one.
+const MENDINGS: usize = 4;
+/// Pairs that rays met without a proof count as visible, as long as they are fewer than this fraction of the upper set of objects. Larger:
+/// rows grow by what shows through cracks only. Smaller: more of what shows within the clearance of a surface is missing from the rows.
+const MET: f64 = 0.01;
+
+/// Works out what can be seen from every cell.
+///
+/// # Errors
+///
+/// Where it was stopped.
+pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
+    let rays = RayScene::new(scene);
+    let mut bake = Bake::new(scene, &rays, graph, options, work);
+    // 1. The lower bound: what rays and cubes show, with proofs; and how much that misses.
+    let unseen = bake.sample()?;
+    // 2. Holes that the proofs show in the graph.
+    work.tell("holes", 0.0);
+    bake.mend();
+    // 3. The upper bound: portal flow, which need not look for what is proven.
+    let mut upper = bake.flow()?;
+    // 4. The rays that are left, aimed at what is undecided; and what holes those show.
+    bake.aim(&upper)?;
+    if bake.mend() {
+        upper = bake.flow()?;
+    }
+    // 5. What portals can't tell is asked of the triangles; where that shows a hole, everything before it is asked anew.
+    for _ in 0..MENDINGS {
+        bake.occlude(&mut upper)?;
+        if !bake.mend() {
+            break;
+        }
+        upper = bake.flow()?;
+    }
+    Ok(bake.close(upper, unseen))
+}
+
+/// What the steps work on.
+struct Bake<'a> {
+    scene: &'a Scene,
+    rays: &'a RayScene<'a>,
+    options: &'a PvsOptions,
+    work: &'a Job<'a>,
+    graph: CellGraph,
+    /// Cells x objects: which objects are in which cell.
+    placement: BitMatrix,
+    object_bounds: Vec<Aabb>,
+    lower: Lower,
+    /// Cells x objects: pairs that triangles leave open for the tolerance.
+    narrow: BitMatrix,
+    repairs: Vec<Repair>,
+    /// Witnesses and sights that the graph has been held against.
+    followed: [usize; 2],
+}
+
+impl<'a> Bake<'a> {
+    fn new(scene: &'a Scene, rays: &'a RayScene<'a>, graph: CellGraph, options: &'a PvsOptions, work: &'a Job<'a>) -> Self {
+        work.tell("placement", 0.0);
+        let (cells, objects) = (graph.cells.len(), scene.objects.len());
+        Self {
+            placement: place_objects(scene, &graph, PLACEMENT_MARGIN * scene.tolerance().clearance),
+            object_bounds: scene.objects.iter().map(|o| o.bounds).collect(),
+            lower: Lower { most_witnesses: options.most_witnesses, ..Lower::new(cells, objects) },
+            narrow: BitMatrix::new(cells, objects),
+            repairs: Vec::new(),
+            followed: [0, 0],
+            scene,
+            rays,
+            options,
+            work,
+            graph,
+        }
+    }
+
+    /// Rays and cubes by schedule, then rays that test what these missed; `None` where there are none for that.
+    fn sample(&mut self) -> Result<Option<Unseen>, Stopped> {
+        let Self { rays, options, work, graph, lower, .. } = self;
+        work.tell("sampling", 0.0);
+        let share = |part: f64| (options.ray_budget as f64 * part) as u64;
+        let to_test = share(TESTED);
+        let budget = options.ray_budget - share(AIMED) - to_test;
+        let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget };
+        sampling::sample(rays, graph, plan, lower, work)?;
+        graph.notes.append(&mut lower.notes);
+        let mut test = || confidence::test(rays, graph, options.seed, to_test, lower, work);
+        (to_test > 0).then(&mut test).transpose()
+    }
+
+    /// Adds the portals that new proofs show to be missing; true where there were any.
+    fn mend(&mut self) -> bool {
+        let before = self.repairs.len();
+        for _ in 0..MENDINGS {
+            let found = repair::mend(self.scene, &mut self.graph, &self.lower, self.followed);
+            if found.is_empty() {
+                break;
+            }
+            self.repairs.extend(found);
+        }
+        self.followed = [self.lower.witnesses.len(), self.lower.sights.len()];
+        self.repairs.len() > before
+    }
+
+    /// What portals let through.
+    fn flow(&self) -> Result<FlowResult, Stopped> {
+        let input = FlowInput {
+            graph: &self.graph,
+            placement: &self.placement,
+            object_bounds: &self.object_bounds,
+            cells_lower: &self.lower.cells,
+            objects_lower: &self.lower.objects,
+            max_steps: self.options.flow_steps,
+            coplanar: self.scene.tolerance().coplanar,
+        };
+        flow(&input, self.work)
+    }
+
+    /// Rays at pairs that flow leaves undecided.
+    fn aim(&mut self, upper: &FlowResult) -> Result<(), Stopped> {
+        let Self { rays, options, work, graph, placement, lower, .. } = self;
+        let FlowResult { cells_upper, objects_upper, .. } = upper;
+        let undecided = aimed::Undecided { cells_upper, objects_upper, placement };
+        aimed::sample(rays, graph, undecided, options, options.ray_budget, lower, work)
+    }
+
+    /// Takes from the upper set what triangles hide.
+    fn occlude(&mut self, upper: &mut FlowResult) -> Result<(), Stopped> {
+        let Self { rays, options, work, graph, placement, lower, narrow, .. } = self;
+        let FlowResult { cells_upper, objects_upper, .. } = upper;
+        occluders::decide(rays, graph, placement, options, cells_upper, objects_upper, lower, narrow, work)
+    }
+
+    /// Makes the lower set a subset of the upper one: what contradicts it is called visible, and counted.
+    fn close(mut self, upper: FlowResult, unseen: Option<Unseen>) -> Pvs {
+        let FlowResult { mut cells_upper, mut objects_upper, steps, capped } = upper;
+        let mut stats = PvsStats {
+            rays: self.lower.rays,
+            cubes: self.lower.cubes,
+            flow_steps: steps,
+            flow_capped: capped,
+            ..PvsStats::default()
+        };
+        let pairs = |cells: &BitMatrix, objects: &BitMatrix| cells.count_ones() + objects.count_ones();
+        let before = pairs(&cells_upper, &objects_upper);
+        cells_upper.union_with(&self.lower.cells);
+        objects_upper.union_with(&self.lower.objects);
+        stats.contradictions = pairs(&cells_upper, &objects_upper) - before;
+        debug_assert_eq!(self.lower.objects.first_outside(&objects_upper), None);
+        debug_assert_eq!(self.lower.cells.first_outside(&cells_upper), None);
+        [stats.met_kept, stats.met_left_out] = keep_met(&self.lower, &mut objects_upper);
+        self.lower.failed.keys().for_each(|&(cell, object)| _ = self.narrow.set(cell as usize, object as usize));
+
+        if self.lower.left_out > 0 {
+            let note = format!("memory: {} proofs left out; their pairs count as undecided", self.lower.left_out);
+            self.graph.notes.push(note);
+        }
+        let Lower { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = self.lower;
+        witnesses.sort_by_key(|w| (w.cell, w.object));
+        Pvs {
+            graph: self.graph,
+            cells_lower,
+            cells_upper,
+            objects_lower,
+            objects_upper,
+            placement: self.placement,
+            narrow: self.narrow,
+            witnesses,
+            unseen,
+            guarantee: self.options.ship,
+            repairs: self.repairs,
+            stats,
+        }
+    }
+}
+
+/// Pairs outside the upper set that rays met without a proof: adds those met most often, up to [`MET`] of it. Returns how many it added, and
+/// how many it left out.
+fn keep_met(lower: &Lower, objects_upper: &mut BitMatrix) -> [u64; 2] {
+    let outside = |&(cell, object): &(u32, u32)| !objects_upper.get(cell as usize, object as usize);
+    let mut met: Vec<_> = lower.failed.iter().filter(|(pair, _)| outside(pair)).map(|(&pair, &times)| (pair, times)).collect();
+    met.sort_unstable_by_key(|&((cell, object), times)| (std::cmp::Reverse(times), cell, object));
+    let kept = met.len().min((objects_upper.count_ones() as f64 * MET) as usize);
+    for &((cell, object), _) in &met[..kept] {
+        objects_upper.set(cell as usize, object as usize);
+    }
+    [kept as u64, (met.len() - kept) as u64]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_rays_met_most_often_is_kept_while_it_costs_a_hundredth() {
+        let (mut lower, mut upper) = (Lower::new(3, 400), BitMatrix::new(3, 400));
+        (0..250).for_each(|object| _ = upper.set(1, object));
+        // Two of 250 may be kept: not the one of the upper set, and of the others those met most often.
+        lower.failed = [((1, 7), 12), ((2, 9), 1), ((0, 5), 3), ((2, 8), 2), ((2, 2), 2)].into_iter().collect();
+        assert_eq!(keep_met(&lower, &mut upper), [2, 2]);
+        assert!(upper.get(0, 5) && upper.get(2, 2) && !upper.get(2, 8) && !upper.get(2, 9));
+        assert_eq!(upper.count_ones(), 252);
+        // A hundredth of 99 is none.
+        let mut few = BitMatrix::new(3, 400);
+        (0..99).for_each(|object| _ = few.set(1, object));
+        assert_eq!((keep_met(&lower, &mut few), few.count_ones()), ([0, 4], 99));
+    }
+}
