@@ -11,11 +11,12 @@ use crate::job::{Job, Stopped};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, PvsOptions};
 use crate::scene::{ImportOptions, Scene};
+use serde::Serialize;
 use std::time::Instant;
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::xxh3_128;
 
 /// How to bake.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct BakeOptions {
     /// How to split the scene into cells.
     pub split: SplitOptions,
@@ -92,11 +93,9 @@ const SEGMENTS: u64 = 4096;
 
 /// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
 pub fn digest(scene: &Scene, options: &BakeOptions) -> u128 {
-    let mut hash = Xxh3::new();
-    hash.update(&scene.hash().to_le_bytes());
-    // Every number in full.
-    hash.update(format!("{:?} {:?} {options:?}", scene.name, scene.hints).as_bytes());
-    hash.digest128()
+    // Numbers and text, which can be written.
+    let bytes = postcard::to_stdvec(&(scene.hash(), &scene.name, &scene.hints, options)).expect("options can be written");
+    xxh3_128(&bytes)
 }
 
 /// Splits, works out visibility, and packs.

@@ -220,9 +220,10 @@ impl fmt::Display for BakeReport {
                 writeln!(f, "  and {} more (--json)", findings.len() - FINDINGS)?;
             }
         }
-        let (kept, left_out) = (self.pvs.stats.met_kept, self.pvs.stats.met_left_out);
-        if kept + left_out > 0 {
-            writeln!(f, "{} pairs show only within the clearance of a surface: {kept} count as visible, {left_out} don't", kept + left_out)?;
+        for (pairs, so) in [(self.pvs.stats.met_kept, "count as visible"), (self.pvs.stats.met_left_out, "are left out")] {
+            if pairs > 0 {
+                writeln!(f, "{pairs} pairs that rays met only within the clearance of a surface {so}")?;
+            }
         }
         if !self.repairs.is_empty() {
             writeln!(f, "{} holes in the cell graph were found and mended", self.repairs.len())?;

@@ -23,7 +23,7 @@ use crate::scene::{Role, Scene};
 use glam::DVec3;
 
 /// How to split.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, serde::Serialize)]
 pub struct SplitOptions {
     /// `None` lets the scene decide.
     pub strategy: Option<Strategy>,

@@ -286,7 +286,10 @@ impl BuildingReport<'_> {
         for (count, what) in [
             (stats.flow_capped, "searches ran out of steps and kept what might be seen"),
             (stats.met_kept, "pairs were met by rays within the clearance of a surface only, and count as visible"),
-            (stats.met_left_out, "pairs were met in the same way and are left out: they would cost over 1 % of the set"),
+            (
+                stats.met_left_out,
+                "pairs were met by rays within the clearance of a surface only, and are left out: they would cost 1 % or more",
+            ),
             (stats.contradictions, "pairs that portals took for hidden were proven visible, and kept: a fault of this tool"),
         ] {
             if count > 0 {

@@ -10,7 +10,8 @@ impl Pvs {
     pub fn witnessed(&self) -> (BitMatrix, Vec<Witness>) {
         let mut sorted: Vec<&Witness> = self.witnesses.iter().collect();
         sorted.sort_by_key(|w| (w.cell, w.object));
-        let (mut lower, mut witnesses) = (BitMatrix::new(self.objects_lower.rows(), self.objects_lower.columns()), Vec::new());
+        let (mut lower, mut witnesses) =
+            (BitMatrix::new(self.objects_lower.rows(), self.objects_lower.columns()), Vec::new());
         for cell in 0..lower.rows() {
             for object in self.objects_lower.ones(cell) {
                 let pair = (CellId(cell as u32), ObjectId(object as u32));

@@ -4,7 +4,7 @@ use super::cubes::Choice;
 use crate::types::guarantee::Guarantee;
 
 /// How to bake.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize)]
 pub struct PvsOptions {
     /// Which side the rows take.
     pub ship: Guarantee,

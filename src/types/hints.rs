@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// Everything that the author said. Empty for formats that say nothing.
 #[derive(Clone, PartialEq, Debug, Default)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct Hints {
     /// Storeys, ascending.
     pub storeys: Vec<StoreyHint>,
@@ -15,6 +16,7 @@ pub struct Hints {
 
 /// A storey.
 #[derive(Clone, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct StoreyHint {
     /// Its name.
     pub name: String,
@@ -24,6 +26,7 @@ pub struct StoreyHint {
 
 /// A room as its author drew it (IfcSpace; a glTF `-room` node's bound).
 #[derive(Clone, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct RoomHint {
     /// GlobalId or node name.
     pub id: String,
@@ -56,6 +59,7 @@ pub enum OpeningKind {
 
 /// A door, a window, a passage.
 #[derive(Clone, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct OpeningHint {
     /// GlobalId or node name.
     pub id: String,

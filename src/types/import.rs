@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// How to import.
 #[derive(Clone, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct ImportOptions {
     /// Most triangles an object may have before its mesh is split into clusters; 1 or more.
     pub object_triangles: u32,
@@ -12,6 +13,7 @@ pub struct ImportOptions {
     /// Most triangles a scene may have: a file's word is never taken for more than this.
     pub max_triangles: usize,
     /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
+    #[cfg_attr(feature = "bake", serde(skip))] // a path need not be text; what was read is in the scene
     pub files_under: Option<PathBuf>,
 }
 

@@ -12,9 +12,10 @@ pub struct PvsStats {
     pub flow_steps: u64,
     /// Source portals whose flow ran out of steps and kept what might be seen.
     pub flow_capped: u64,
-    /// Cell-object pairs that only rays within the clearance of a surface met, and that count as visible all the same.
+    /// Cell-object pairs that only rays within the clearance of a surface met, and that count as visible all the same: all of them, where they
+    /// cost less than a hundredth of the upper set.
     pub met_kept: u64,
-    /// Such pairs that are left out, since all of them would have made the upper set larger by more than a hundredth.
+    /// Such pairs where they would have cost more: they are left out.
     pub met_left_out: u64,
     /// Pairs (cell-cell and cell-object) that were proven visible, that flow took for hidden, and for which no hole was found
     /// in the cell graph: a fault of ours. They were added to the upper set.

@@ -1,15 +1,13 @@
 //! A bake's result as a file: `f64` to `f32`, and what need not be there left out, with the reason.
 
+use crate::BitMatrix;
 use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
-use crate::file::{
-    Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views,
-};
+use crate::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::geom::{self, Aabb, Plane};
 use crate::pvs::view_cells::ViewRows;
 use crate::pvs::{Guarantee, Pvs};
 use crate::scene::{ImportOptions, Scene};
 use crate::tolerance::single_precision;
-use crate::BitMatrix;
 use glam::{DVec3, Vec3, Vec4};
 
 impl PvsFile {

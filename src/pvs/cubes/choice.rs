@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use std::sync::Arc;
 
 /// Which engine is wanted.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
 pub enum Choice {
     /// [`Raster`]: the bytes are the same on every machine.
     #[default]

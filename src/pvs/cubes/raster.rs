@@ -48,92 +48,100 @@ impl<'s> Raster<'s> {
 
     #[inline(always)]
     fn face<S: Simd>(&mut self, simd: S, view: &CubeView, index: usize, out: &mut Cube) {
-        let Self { scene, opaque, layer, stack, touched, hits, runs } = self;
         let face = Face::new(view, index);
         let size = view.size as usize;
-        let pixels = size * size;
-        opaque.clear(size);
-        // 1. What is opaque.
+        let first = index * size * size;
+        self.opaque.clear(size);
+        self.draw_opaque(simd, &face, size);
+        self.opaque.copy_to(size, &mut out.triangles[first..][..size * size]);
+        if self.scene.see_through.nodes.is_empty() {
+            return;
+        }
+        if self.layer.across != self.opaque.across {
+            self.layer.clear(size);
+        }
+        self.draw_see_through(simd, &face, size, first);
+        self.runs.sort_unstable();
+        for run in &self.runs {
+            out.see_through.extend_from_slice(&self.hits[run.start as usize..run.end as usize]);
+        }
+    }
+
+    #[inline(always)]
+    fn draw_opaque<S: Simd>(&mut self, simd: S, face: &Face, size: usize) {
+        let Self { scene, opaque, stack, .. } = self;
         walk(
             &scene.opaque,
-            &face,
+            face,
             size,
             stack,
             opaque,
             #[inline(always)]
             |blocks, tiles, _| {
-                for block in blocks {
-                    seen(
-                        block,
-                        &face,
-                        tiles,
-                        #[inline(always)]
-                        |drawn, rect, tiles| {
-                            let Tiles { tiles, farthest, across } = tiles;
-                            over(
-                                simd,
-                                &drawn,
-                                rect,
-                                tiles,
-                                farthest,
-                                *across,
-                                #[inline(always)]
-                                |_, far, new| *far = new,
-                            );
-                        },
-                    );
-                }
+                seen(
+                    blocks,
+                    face,
+                    tiles,
+                    #[inline(always)]
+                    |drawn, rect, Tiles { tiles, farthest, across }| {
+                        over(
+                            simd,
+                            &drawn,
+                            rect,
+                            tiles,
+                            farthest,
+                            *across,
+                            #[inline(always)]
+                            |_, far, new| *far = new,
+                        );
+                    },
+                );
             },
         );
-        opaque.copy_to(size, &mut out.triangles[index * pixels..][..pixels]);
-        if scene.see_through.nodes.is_empty() {
-            return;
-        }
-        // 2. What is before it, an object at a time.
-        if layer.across != opaque.across {
-            layer.clear(size);
-        }
+    }
+
+    /// Collects what is before the opaque triangles, an object at a time; pixels count from `first`.
+    #[inline(always)]
+    fn draw_see_through<S: Simd>(&mut self, simd: S, face: &Face, size: usize, first: usize) {
+        let Self { scene, opaque, layer, stack, touched, hits, runs } = self;
         hits.clear();
         runs.clear();
         walk(
             &scene.see_through,
-            &face,
+            face,
             size,
             stack,
             opaque,
             #[inline(always)]
             |blocks, tiles, leaf| {
-                for block in blocks {
-                    seen(
-                        block,
-                        &face,
-                        tiles,
-                        #[inline(always)]
-                        |drawn, rect, tiles| {
-                            let (farthest, across) = (&mut tiles.farthest, tiles.across);
-                            let marked = &mut layer.farthest;
-                            over(
-                                simd,
-                                &drawn,
-                                rect,
-                                &mut layer.tiles,
-                                farthest,
-                                across,
-                                #[inline(always)]
-                                |tile, _, _| {
-                                    if marked[tile] == 0.0 {
-                                        marked[tile] = 1.0;
-                                        touched.push(tile);
-                                    }
-                                },
-                            );
-                        },
-                    );
-                }
+                let marked = &mut layer.farthest;
+                seen(
+                    blocks,
+                    face,
+                    tiles,
+                    #[inline(always)]
+                    |drawn, rect, tiles| {
+                        over(
+                            simd,
+                            &drawn,
+                            rect,
+                            &mut layer.tiles,
+                            &mut tiles.farthest,
+                            tiles.across,
+                            #[inline(always)]
+                            |tile, _, _| {
+                                if marked[tile] == 0.0 {
+                                    marked[tile] = 1.0;
+                                    touched.push(tile);
+                                }
+                            },
+                        );
+                    },
+                );
                 for tile in touched.drain(..) {
                     let start = hits.len() as u32;
                     let corner = [tile % tiles.across * LANES, tile / tiles.across * LANES];
-                    gather(&layer.tiles[tile], &tiles.tiles[tile], size, index * pixels, corner, hits);
+                    gather(&layer.tiles[tile], &tiles.tiles[tile], size, first, corner, hits);
                     layer.tiles[tile] = Tile::EMPTY;
                     layer.farthest[tile] = 0.0;
                     let end = hits.len() as u32;
@@ -141,10 +149,6 @@ impl<'s> Raster<'s> {
                 }
             },
         );
-        runs.sort_unstable();
-        for run in runs.iter() {
-            out.see_through.extend_from_slice(&hits[run.start as usize..run.end as usize]);
-        }
     }
 }
 
@@ -189,20 +193,22 @@ fn gather(layer: &Tile, opaque: &Tile, size: usize, first: usize, corner: [usize
     }
 }
 
-/// Hands each triangle of a block that may be seen to `draw`.
+/// Hands each triangle of some blocks that may be seen to `draw`.
 #[inline(always)]
-fn seen(block: &Block, face: &Face, tiles: &mut Tiles, mut draw: impl FnMut(Drawn, Rect, &mut Tiles)) {
-    let mut triangles = Triangles::new();
-    face.triangles(block, &mut triangles);
-    let mut left = triangles.seen;
-    while left != 0 {
-        let l = left.trailing_zeros() as usize % LANES;
-        left &= left - 1;
-        let rect = triangles.rect(l);
-        if !tiles.hides(rect, triangles.nearest(l))
-            && let Some(drawn) = triangles.set_up(l, face, block.triangles[l])
-        {
-            draw(drawn, rect, tiles);
+fn seen(blocks: &[Block], face: &Face, tiles: &mut Tiles, mut draw: impl FnMut(Drawn, Rect, &mut Tiles)) {
+    for block in blocks {
+        let mut triangles = Triangles::new();
+        face.triangles(block, &mut triangles);
+        let mut left = triangles.seen;
+        while left != 0 {
+            let l = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let rect = triangles.rect(l);
+            if !tiles.hides(rect, triangles.nearest(l))
+                && let Some(drawn) = triangles.set_up(l, face, block.triangles[l])
+            {
+                draw(drawn, rect, tiles);
+            }
         }
     }
 }

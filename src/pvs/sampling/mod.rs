@@ -3,7 +3,8 @@
 //!
 //! Four ways of finding them, behind [`Strategy`]: `adaptive` visibility cubes on portals and in cells; `guided` rays at the
 //! borders of what was found; and, to hold them against, `uniform` cubes and random rays. `schedule` gives the rays away. Then
-//! `aimed` segments go to what the upper bound left. How much of what there is to see all of them have missed, [`confidence`] bounds.
+//! `aimed` segments go to what the upper bound left. How much of what there is to see all of them have missed, [`confidence`]
+//! bounds. `regions` does all of this for view cells.
 
 mod adaptive;
 pub(in crate::pvs) mod aimed;
@@ -12,6 +13,7 @@ pub mod confidence;
 mod guided;
 pub(in crate::pvs) mod lines;
 pub(in crate::pvs) mod region;
+pub(in crate::pvs) mod regions;
 pub(in crate::pvs) mod sampler;
 mod schedule;
 mod source;
