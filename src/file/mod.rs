@@ -1,7 +1,7 @@
 //! The `.pvs` container: what the run time needs, and what a reader wants to know about how it came to be.
 //!
 //! [`PvsFile`] is a decoded file: [`PvsFile::from_bake`] makes one, [`PvsFile::save`] and [`PvsFile::load`] keep it on disk.
-//! [`Container`] is a file whose table has been read and nothing else: [`Container::rows`] reads single rows from it.
+//! [`Container`] is a file whose table has been read and nothing else: [`Container::rows`] reads one matrix from it.
 //! The bytes are drawn in docs/format.md.
 
 mod bytes;

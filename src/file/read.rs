@@ -71,8 +71,8 @@ impl PvsFile {
 }
 
 impl<'a> Container<'a> {
-    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`], [`SectionId::ObjectRows`] or [`SectionId::ViewRows`], row
-    /// by row; `None` where the file leaves the section out (every bit is set), and for every other section.
+    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`], [`SectionId::ObjectRows`] or [`SectionId::ViewRows`];
+    /// `None` where the file leaves the section out (every bit is set), and for every other section.
     ///
     /// Rows of cells are read by the portals, rows of objects by the portals, the placement and the rows of cells: those sections
     /// are read for it.

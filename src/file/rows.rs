@@ -1,4 +1,4 @@
-//! Visibility matrices in few bytes, any row of which can be read alone.
+//! Visibility matrices in few bytes.
 //!
 //! A matrix is coded in the shorter of two ways: bit by bit with a model of what is expected ([`modelled`], [`guide`]), where a
 //! row takes few enough steps for that; and by differences and zstd ([`differences`]), which is fast on long rows.
@@ -31,7 +31,7 @@ pub fn entropy_bits_per_pair(set: u64, pairs: u64) -> f64 {
     [set, pairs - set].into_iter().filter(|&n| n > 0).map(|n| n as f64 / pairs as f64).map(|p| -p * p.log2()).sum()
 }
 
-/// Reads a coded matrix, row by row in any order, or all of it.
+/// Reads a coded matrix.
 #[derive(Clone, Debug)]
 pub struct RowReader<'a> {
     rows: usize,
@@ -81,7 +81,7 @@ impl<'a> RowReader<'a> {
         Ok(Self { rows, columns, guide, code })
     }
 
-    /// Most bytes that [`RowReader::matrix`] and [`RowReader::row`] take.
+    /// Most bytes that [`RowReader::matrix`] takes.
     pub(super) fn matrix_bytes(&self) -> u64 {
         let rest = match &self.code {
             Code::Uniform(_) => 0,
@@ -100,23 +100,6 @@ impl<'a> RowReader<'a> {
     /// Number of columns.
     pub fn columns(&self) -> usize {
         self.columns
-    }
-
-    /// One row, as words of 64 columns. Reads the block that it is in, and at most the few that it refers to.
-    ///
-    /// # Panics
-    /// If there is no such row.
-    pub fn row(&self, row: usize) -> Result<Vec<u64>, FileError> {
-        assert!(row < self.rows, "row {row} of {}", self.rows);
-        match &self.code {
-            Code::Uniform(bit) => {
-                let mut out = vec![0; self.columns.div_ceil(64)];
-                flip(&mut out, 0, if *bit { self.columns } else { 0 });
-                Ok(out)
-            }
-            Code::Differences(differences) => differences.row(row),
-            Code::Modelled(modelled) => modelled.row(&self.guide, row),
-        }
     }
 
     /// The whole matrix: `rows * columns / 8` bytes, about, which the caller has agreed to. Checks every block to its end.

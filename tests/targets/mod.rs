@@ -72,7 +72,7 @@ pub fn run(name: &str, bytes: &[u8]) {
 fn pvs(bytes: &[u8]) -> bool {
     let read = PvsFile::read(bytes);
     if let Ok(Some(rows)) = Container::parse(bytes).and_then(|c| c.rows(SectionId::ObjectRows)) {
-        (0..rows.rows().min(8)).for_each(|row| drop(rows.row(row)));
+        drop(rows.matrix());
     }
     let Ok(file) = read else { return false };
     let (cells, objects) = (file.cells.len(), file.objects.len());

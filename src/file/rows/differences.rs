@@ -38,7 +38,6 @@ pub(super) struct Differences<'a> {
     columns: usize,
     /// Matrix row to distinct row.
     map: Vec<u32>,
-    block_rows: usize,
     blocks: Vec<Block<'a>>,
 }
 
@@ -102,27 +101,12 @@ impl<'a> Differences<'a> {
             blocks.push(Block { packed: Packed { stored: c.take(stored)?, decoded }, rows: rows_of(block) });
         }
         let map = read_map(c.section(), &map.unpack(c.section())?, rows, unique)?;
-        Ok(Self { section: c.section(), columns, map, block_rows, blocks })
+        Ok(Self { section: c.section(), columns, map, blocks })
     }
 
     /// Most bytes that a block takes, decompressed.
     pub fn block_bytes(&self) -> usize {
         self.blocks.iter().map(|b| b.packed.decoded).max().unwrap_or(0)
-    }
-
-    /// One row. Decompresses the block that it is in and nothing else.
-    pub fn row(&self, row: usize) -> Result<Vec<u64>, FileError> {
-        let mut out = vec![0; self.columns.div_ceil(64)];
-        let (block, last) = (self.map[row] as usize / self.block_rows, self.map[row] as usize % self.block_rows);
-        let bytes = self.blocks[block].packed.unpack(self.section)?;
-        let mut rows = rows_of(&mut Cursor::new(self.section, &bytes), self.blocks[block].rows)?;
-        let mut i = last;
-        loop {
-            match difference(&mut rows[i], i, self.columns, &mut out)? {
-                0 => return Ok(out),
-                back => i -= back,
-            }
-        }
     }
 
     /// All rows. Checks every block to its end.

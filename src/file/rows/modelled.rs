@@ -13,7 +13,6 @@ use crate::bits::ones;
 use crate::file::bytes::Cursor;
 use crate::file::error::FileError;
 use crate::file::format::SectionId;
-use std::collections::HashMap;
 
 /// A coded matrix.
 #[derive(Clone, Debug)]
@@ -35,15 +34,6 @@ struct Reading<'a> {
     rows: BitMatrix,
     /// How many of them have been read.
     done: usize,
-    /// How many rows back the reference of the next row is, where that has been read.
-    back: Option<usize>,
-}
-
-impl Reading<'_> {
-    fn back(&mut self) -> usize {
-        let Self { decoder, models, .. } = self;
-        *self.back.get_or_insert_with(|| decoder.number(&mut models.back, 0) as usize)
-    }
 }
 
 impl<'a> Modelled<'a> {
@@ -71,32 +61,32 @@ impl<'a> Modelled<'a> {
         FileError::Malformed { section: self.section, offset: 0, what }
     }
 
-    /// Which block a row is in.
-    fn block_of(&self, row: usize) -> usize {
-        self.blocks.partition_point(|&(first, _)| first <= row) - 1
-    }
-
     fn open(&self, block: usize, guide: &Guide) -> Reading<'a> {
         let (first, bytes) = self.blocks[block];
         let end = self.blocks.get(block + 1).map_or(self.rows, |&(first, _)| first);
         let rows = BitMatrix::new(end - first, self.columns);
-        Reading { decoder: Decoder::new(bytes), models: Models::new(guide), first, rows, done: 0, back: None }
+        Reading { decoder: Decoder::new(bytes), models: Models::new(guide), first, rows, done: 0 }
     }
 
-    /// Reads the next row of a block. The row that it refers to is `reference`, where that is in another block.
+    /// Reads the next row of a block. `above` are the rows of the blocks before.
     fn next(
         &self,
         guide: &Guide,
         reading: &mut Reading<'_>,
-        reference: Option<&[u64]>,
+        above: &BitMatrix,
         scratch: &mut Scratch,
     ) -> Result<(), FileError> {
-        let back = reading.back();
         let (first, row) = (reading.first, reading.first + reading.done);
-        let given = if self.symmetric { [first, row] } else { [0, 0] };
+        let back = reading.decoder.number(&mut reading.models.back, 0) as usize;
+        let too_far = || self.error(format!("a reference {back} rows back from row {row}"));
+        let reference = row.checked_sub(back).ok_or_else(too_far)?;
         let mut out = reading.rows.row(reading.done).to_vec();
-        let own = || reading.done.checked_sub(back).map(|row| reading.rows.row(row));
-        let reference = if back == 0 { None } else { reference.or_else(own) };
+        let reference = match reference {
+            _ if back == 0 => None,
+            other if other < first => Some(above.row(other)),
+            own => Some(reading.rows.row(own - first)),
+        };
+        let given = if self.symmetric { [first, row] } else { [0, 0] };
         let known = Known { row, columns: self.columns, reference, given };
         let walk = guide.walk(&mut reading.decoder, &mut reading.models, known, None, &mut out, scratch);
         walk.map_err(|what| self.error(what))?;
@@ -108,41 +98,8 @@ impl<'a> Modelled<'a> {
                 reading.rows.set(column - first, row);
             }
         }
-        (reading.done, reading.back) = (reading.done + 1, None);
+        reading.done += 1;
         Ok(())
-    }
-
-    /// The row that the next row of a block refers to, itself if it refers to none.
-    fn reference(&self, reading: &mut Reading<'_>) -> Result<usize, FileError> {
-        let (row, back) = (reading.first + reading.done, reading.back());
-        row.checked_sub(back).ok_or_else(|| self.error(format!("a reference {back} rows back from row {row}")))
-    }
-
-    /// One row: reads what it refers to, and of each block only up to there.
-    pub fn row(&self, guide: &Guide, row: usize) -> Result<Vec<u64>, FileError> {
-        let mut readings: HashMap<usize, Reading<'_>> = HashMap::new();
-        let mut scratch = Scratch::default();
-        // Each is before the one that needs it.
-        let mut wanted = vec![row];
-        while let Some(&row) = wanted.last() {
-            let block = self.block_of(row);
-            let mut reading = readings.remove(&block).unwrap_or_else(|| self.open(block, guide));
-            while reading.done <= row - reading.first {
-                let reference = self.reference(&mut reading)?;
-                let other = readings.get(&self.block_of(reference)).filter(|other| reference - other.first < other.done);
-                if reference < reading.first && other.is_none() {
-                    wanted.push(reference);
-                    break;
-                }
-                self.next(guide, &mut reading, other.map(|other| other.rows.row(reference - other.first)), &mut scratch)?;
-            }
-            if reading.done > row - reading.first {
-                wanted.pop();
-            }
-            readings.insert(block, reading);
-        }
-        let reading = &readings[&self.block_of(row)];
-        Ok(reading.rows.row(row - reading.first).to_vec())
     }
 
     /// All rows. Every block must end where its rows do.
@@ -152,9 +109,7 @@ impl<'a> Modelled<'a> {
         for block in 0..self.blocks.len() {
             let mut reading = self.open(block, guide);
             for i in 0..reading.rows.rows() {
-                let reference = self.reference(&mut reading)?;
-                let other = (reference < reading.first).then(|| out.row(reference));
-                self.next(guide, &mut reading, other, &mut scratch)?;
+                self.next(guide, &mut reading, &out, &mut scratch)?;
                 out.assign_row(reading.first + i, reading.rows.row(i));
             }
             if !reading.decoder.is_at_end() {
