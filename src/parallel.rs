@@ -1,7 +1,7 @@
 //! Loops on all threads where the builder is there, and on one where it isn't: a game has threads of its own.
 //!
-//! rayon's machinery is compiled anew for each loop body. So it has one loop here, [`each`], whose body is behind a pointer. The other
-//! loops call it for blocks of their items, and join what blocks come to in the order of the items.
+//! The compiler makes a copy of rayon's generic code for each loop body. So this file has one loop of rayon's, [`each`], which calls its
+//! body through a pointer. The other loops use it to work on blocks of their items, and keep results in the order of the items.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -40,7 +40,7 @@ fn block_size(n: usize) -> usize {
     n.div_ceil(blocks).max(1)
 }
 
-/// What `fill` appends for ranges of numbers that make up `range`, in order.
+/// Results of `fill`, which appends those of a part of `range`, in order.
 fn collect<R: Send>(range: Range<usize>, fill: &(dyn Fn(Range<usize>, &mut Vec<R>) + Sync)) -> Vec<R> {
     let size = block_size(range.len());
     let count = range.len().div_ceil(size);
@@ -59,7 +59,7 @@ fn collect<R: Send>(range: Range<usize>, fill: &(dyn Fn(Range<usize>, &mut Vec<R
         std::mem::swap(&mut all, first);
         all.reserve_exact(rest.iter().map(Vec::len).sum());
         for block in rest {
-            all.append(block);
+            all.append(&mut std::mem::take(block));
         }
     }
     all
