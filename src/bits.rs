@@ -1,8 +1,8 @@
 //! A dense matrix of bits: rows of whole `u64` words, so that set algebra is a loop over words.
 
-use bitvec::prelude::{BitSlice, BitVec, Lsb0};
 #[cfg(feature = "bake")]
-use rayon::prelude::*;
+use crate::parallel;
+use bitvec::prelude::{BitSlice, BitVec, Lsb0};
 #[cfg(feature = "bake")]
 use std::ops::Range;
 
@@ -160,7 +160,7 @@ impl BitMatrix {
         }
         // 64 columns of this are 64 rows of the result.
         let stride = result.stride;
-        result.words_mut().par_chunks_mut(64 * stride).enumerate().for_each(|(k, result)| {
+        parallel::for_each_chunk(result.words_mut(), 64 * stride, |k, result| {
             for (i, rows) in (0..self.rows).step_by(64).enumerate() {
                 let word = |r: usize| if r < self.rows { self.words()[r * self.stride + k] } else { 0 };
                 let mut block: [u64; 64] = std::array::from_fn(|r| word(rows + r));

@@ -161,6 +161,21 @@ fn lines_are_independent_of_vis() {
     assert!(shared.is_empty(), "lines share:\n{}", list(&shared));
 }
 
+/// rayon is compiled anew for each loop that is given to it, so one file has the loops. The others make pools or count threads.
+#[test]
+fn one_file_names_rayon_for_loops() {
+    const POOLS: [&str; 4] = ["cli/mod.rs", "cli/report/building.rs", "cli/report/level.rs", "scene/ifc/workers.rs"];
+    let texts = || sources().into_iter().map(|(name, text)| (name, without_comments(&text)));
+    let named: Vec<String> = texts().filter(|(_, text)| text.contains("rayon")).map(|(name, _)| name).collect();
+    let mut expected: Vec<&str> = POOLS.into_iter().chain(["parallel.rs"]).collect();
+    expected.sort_unstable();
+    assert_eq!(named, expected, "files that name rayon");
+    for (name, text) in texts().filter(|(name, _)| POOLS.contains(&name.as_str())) {
+        let of_pools = text.matches("rayon::ThreadPool").count() + text.matches("rayon::current_num_threads").count();
+        assert_eq!(text.matches("rayon").count(), of_pools, "{name} names more of rayon than pools");
+    }
+}
+
 #[test]
 fn the_reader_sees_arrows_however_they_are_written() {
     let read = |file: &str, text: &str| {

@@ -6,41 +6,38 @@
 use super::{CellGraph, Locator, Piece};
 use crate::BitMatrix;
 use crate::geom::Aabb;
+use crate::parallel;
 use crate::scene::Scene;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// A matrix of cells x objects: set where a triangle of the object comes within `margin` metres of a piece of the cell.
 /// Never misses one; triangles are clipped to the pieces, so boxes that only nearly touch don't count.
 pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> BitMatrix {
     let locator = Locator::new(graph);
-    let rows: Vec<Vec<u32>> = scene
-        .objects
-        .par_iter()
-        .map_init(Clipper::default, |clipper, object| {
-            let mut cells = Vec::new();
-            let mut candidates = Vec::new();
-            locator.pieces_in_box(&object.bounds.inflated(margin), |cell, piece| candidates.push((cell.0, piece as u32)));
-            // Where an object is all over the place, each triangle asks the tree; else all share the object's candidates.
-            let share = candidates.len() <= 64;
-            for triangle in object.triangles.clone() {
-                let corners = scene.corners(triangle as usize);
-                let bounds = Aabb::of(corners).inflated(margin);
-                let mut touch = |cell: u32, piece: u32| {
-                    let piece = &graph.cells[cell as usize].pieces[piece as usize];
-                    if !cells.contains(&cell) && piece.bounds.touches(&bounds) && clipper.touches(&corners, piece, margin) {
-                        cells.push(cell);
-                    }
-                };
-                if share {
-                    candidates.iter().for_each(|&(cell, piece)| touch(cell, piece));
-                } else {
-                    locator.pieces_in_box(&bounds, |cell, piece| touch(cell.0, piece as u32));
+    let rows: Vec<Vec<u32>> = parallel::map_init(scene.objects.len(), Clipper::default, |clipper, object| {
+        let object = &scene.objects[object];
+        let mut cells = Vec::new();
+        let mut candidates = Vec::new();
+        locator.pieces_in_box(&object.bounds.inflated(margin), |cell, piece| candidates.push((cell.0, piece as u32)));
+        // Where an object is all over the place, each triangle asks the tree; else all share the object's candidates.
+        let share = candidates.len() <= 64;
+        for triangle in object.triangles.clone() {
+            let corners = scene.corners(triangle as usize);
+            let bounds = Aabb::of(corners).inflated(margin);
+            let mut touch = |cell: u32, piece: u32| {
+                let piece = &graph.cells[cell as usize].pieces[piece as usize];
+                if !cells.contains(&cell) && piece.bounds.touches(&bounds) && clipper.touches(&corners, piece, margin) {
+                    cells.push(cell);
                 }
+            };
+            if share {
+                candidates.iter().for_each(|&(cell, piece)| touch(cell, piece));
+            } else {
+                locator.pieces_in_box(&bounds, |cell, piece| touch(cell.0, piece as u32));
             }
-            cells
-        })
-        .collect();
+        }
+        cells
+    });
     let mut placement = BitMatrix::new(graph.cells.len(), scene.objects.len());
     for (object, cells) in rows.iter().enumerate() {
         for &cell in cells {

@@ -4,13 +4,13 @@ use super::{CellGraph, Locator, Piece, Stretch, polyhedron};
 use crate::cells::complex::polygon::convex_hull;
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
+use crate::parallel;
 use crate::random::SplitMix;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::tolerance::TOUCHING;
 use crate::{CellId, PortalId};
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use std::fmt;
 
 /// What is wrong with a graph.
@@ -91,7 +91,7 @@ pub fn structure(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
     let pieces = Pieces::new(graph);
     let judged =
         |i: usize| (sound[i] && !between(graph, &pieces, i, tolerance)).then_some(Fault::NotBetween(PortalId(i as u32)));
-    faults.extend((0..graph.portals.len()).into_par_iter().filter_map(judged).collect::<Vec<_>>());
+    faults.extend(parallel::flat_map_range(0..graph.portals.len(), judged));
     linked.link();
     let pairs = graph.cells.iter().zip(&linked.cells).enumerate();
     faults.extend(pairs.filter(|(_, (a, b))| a.portals != b.portals).map(|(i, _)| Fault::NotLinked(CellId(i as u32))));
@@ -152,7 +152,7 @@ fn overlaps(all: &Pieces<'_>, tolerance: f64) -> Vec<Fault> {
     let depth = 2.0 * tolerance;
     let (pieces, region) = (&all.of, &all.region);
     let corners: Vec<Vec<DVec3>> =
-        pieces.par_iter().map(|(_, p)| polyhedron::faces(&p.planes, region).into_iter().flatten().collect()).collect();
+        parallel::map(pieces, |(_, p)| polyhedron::faces(&p.planes, region).into_iter().flatten().collect());
     // Most neighbours lie on either side of a face of one of them.
     let apart =
         |a: usize, b: usize| pieces[a].1.planes.iter().any(|plane| corners[b].iter().all(|&p| plane.distance(p) >= -depth));
@@ -168,7 +168,7 @@ fn overlaps(all: &Pieces<'_>, tolerance: f64) -> Vec<Fault> {
         let pairs = near.filter(|&b| b > a && !apart(a, b) && !apart(b, a));
         pairs.filter_map(|b| Some(Fault::Overlap([pieces[a].0, pieces[b].0], shared(a, b)?))).collect::<Vec<_>>()
     };
-    let mut found: Vec<Fault> = (0..pieces.len()).into_par_iter().flat_map_iter(of_piece).collect();
+    let mut found: Vec<Fault> = parallel::flat_map_range(0..pieces.len(), of_piece);
     found.truncate(MOST_LEAKS);
     found
 }
@@ -255,7 +255,8 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
         .collect();
     let pairs = portal_pairs(graph);
     const CHUNK: u64 = 4096;
-    let follow = |chunk: u64| {
+    let follow = |chunk: usize| {
+        let chunk = chunk as u64;
         let mut random = SplitMix::new(seed ^ chunk.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut out = Sealing::default();
         for _ in 0..CHUNK.min(segments - chunk * CHUNK) {
@@ -285,7 +286,7 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
         }
         out
     };
-    let chunks: Vec<Sealing> = (0..segments.div_ceil(CHUNK)).into_par_iter().map(follow).collect();
+    let chunks: Vec<Sealing> = parallel::map_range(0..segments.div_ceil(CHUNK) as usize, follow);
     let mut all = Sealing::default();
     for c in chunks {
         all.segments += c.segments;

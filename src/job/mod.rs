@@ -9,11 +9,11 @@ mod journal;
 
 pub use journal::{Journal, JournalError};
 
-use rayon::prelude::*;
+use crate::parallel::{self, Scratch};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 /// Progress as a fraction of the stage that is named; called from any thread.
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
@@ -93,21 +93,39 @@ impl<'w> Job<'w> {
         T: Sync,
         R: Serialize + DeserializeOwned + Send,
     {
+        let scratch = Scratch::new(&scratch);
+        let one = |i: usize| {
+            let mut memory = scratch.take();
+            let result = work(&mut memory, &items[i]);
+            scratch.put(memory);
+            result
+        };
+        self.map_numbers(items.len(), &one, &done)
+    }
+
+    /// What `work` makes of each number below `n`, or the journal kept of it: compiled once for each type of results, not of work.
+    fn map_numbers<R>(
+        &self,
+        n: usize,
+        work: &(dyn Fn(usize) -> R + Sync),
+        done: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<R>, Stopped>
+    where
+        R: Serialize + DeserializeOwned + Send,
+    {
         let map = self.maps.fetch_add(1, Relaxed);
-        let (idle, count) = (Mutex::new(Vec::new()), AtomicUsize::new(0));
-        let one = |(i, item): (usize, &T)| {
+        let count = AtomicUsize::new(0);
+        let mut results: Vec<Option<R>> = Vec::new();
+        results.resize_with(n, || None);
+        let results = Mutex::new(results);
+        parallel::each(n, &|i| {
             if self.is_stopped() {
-                return Err(Stopped);
+                return;
             }
             let key = (map, i as u32);
             let kept = self.journal.and_then(|journal| journal.take(key));
             let result = kept.unwrap_or_else(|| {
-                let unused = idle.lock().ok().and_then(|mut idle| idle.pop());
-                let mut memory = unused.unwrap_or_else(&scratch);
-                let result = work(&mut memory, item);
-                if let Ok(mut idle) = idle.lock() {
-                    idle.push(memory);
-                }
+                let result = work(i);
                 // What was worked out while it was stopped may be cut short.
                 if let Some(journal) = self.journal.filter(|_| !self.is_stopped()) {
                     journal.keep(key, &result);
@@ -115,10 +133,10 @@ impl<'w> Job<'w> {
                 result
             });
             done(1 + count.fetch_add(1, Relaxed));
-            Ok(result)
-        };
-        let results: Result<Vec<R>, Stopped> = items.par_iter().enumerate().with_max_len(1).map(one).collect();
-        results.and_then(|results| if self.is_stopped() { Err(Stopped) } else { Ok(results) })
+            results.lock().unwrap_or_else(PoisonError::into_inner)[i] = Some(result);
+        });
+        let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if self.is_stopped() { Err(Stopped) } else { results.into_iter().collect::<Option<_>>().ok_or(Stopped) }
     }
 
     /// Works out one thing; what fails isn't kept.

@@ -8,13 +8,13 @@ use super::{Level, Line};
 use crate::BitMatrix;
 use crate::bits;
 use crate::geom::Plane;
+use crate::parallel;
 use crate::pvs::flow::exact::{Answer, ask, passes};
 use crate::pvs::flow::goals::{Prover, Settled};
 use crate::pvs::flow::might_see::MightSee;
 use crate::pvs::flow::net::Net;
 use crate::random::Prng;
 use glam::DVec3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Directed portals whose random lines one task follows.
@@ -229,31 +229,28 @@ pub(super) fn random(walker: &Walker<'_>, might_see: &MightSee, seed: u64, count
     for batch in portals.chunks(TASK * BATCH) {
         let known = &*lower;
         let tasks: Vec<&[usize]> = batch.chunks(TASK).collect();
-        let found: Vec<Vec<Walk>> = tasks
-            .par_iter()
-            .map(|task| {
-                let mut found = Vec::new();
-                let mut walk = Walk { portals: Vec::new(), ends: [DVec3::ZERO; 2] };
-                for &p in *task {
-                    let mut random = Prng::new(seed, p as u64);
-                    let ahead: Vec<usize> = bits::ones(might_see.row(p)).filter(|&q| net.plane(q).is_some()).collect();
-                    for k in 0..count {
-                        let from = walker.point(p, &mut random);
-                        let to = if k % 2 == 0 && !ahead.is_empty() {
-                            walker.point(ahead[random.below(ahead.len())], &mut random)
-                        } else {
-                            let n = walker.planes[p].n;
-                            let d = DVec3::from([0; 3].map(|_| random.range(-1.0, 1.0)));
-                            from + if n.dot(d) < 0.0 { -d } else { d }
-                        };
-                        if walker.walk(p, [from, to], &mut walk) && shows_more(walker.cells(&walk), known) {
-                            found.push(walk.clone());
-                        }
+        let found: Vec<Vec<Walk>> = parallel::map(&tasks, |task| {
+            let mut found = Vec::new();
+            let mut walk = Walk { portals: Vec::new(), ends: [DVec3::ZERO; 2] };
+            for &p in *task {
+                let mut random = Prng::new(seed, p as u64);
+                let ahead: Vec<usize> = bits::ones(might_see.row(p)).filter(|&q| net.plane(q).is_some()).collect();
+                for k in 0..count {
+                    let from = walker.point(p, &mut random);
+                    let to = if k % 2 == 0 && !ahead.is_empty() {
+                        walker.point(ahead[random.below(ahead.len())], &mut random)
+                    } else {
+                        let n = walker.planes[p].n;
+                        let d = DVec3::from([0; 3].map(|_| random.range(-1.0, 1.0)));
+                        from + if n.dot(d) < 0.0 { -d } else { d }
+                    };
+                    if walker.walk(p, [from, to], &mut walk) && shows_more(walker.cells(&walk), known) {
+                        found.push(walk.clone());
                     }
                 }
-                found
-            })
-            .collect();
+            }
+            found
+        });
         for walk in found.into_iter().flatten() {
             if keep(walker, &walk, lower) {
                 kept.push(walk);

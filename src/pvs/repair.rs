@@ -10,11 +10,11 @@ use super::sampling::lines::{self, PortalTree, Span, Start};
 use super::sampling::witness::Lower;
 use crate::cells::{CellGraph, Locator, Portal, PortalKind, PortalState, Stretch};
 use crate::geom::{self, Aabb, Plane};
+use crate::parallel;
 use crate::scene::Scene;
 use crate::types::proof::Repair;
 use crate::{CellId, PortalId};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// A passage without a portal.
@@ -42,7 +42,7 @@ pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Lower, known: [
     let proofs: Vec<(CellId, [DVec3; 2])> =
         witnesses.chain(lower.sights.iter().skip(known[1]).map(|s| (s.cells[0], s.segment))).collect();
     let follower = Follower { graph, locator: Locator::new(graph), portals: PortalTree::new(graph), eps: clearance };
-    let holes: Vec<Hole> = proofs.par_iter().flat_map_iter(|&(cell, segment)| follower.follow(cell, segment)).collect();
+    let holes: Vec<Hole> = parallel::flat_map(&proofs, |&(cell, segment)| follower.follow(cell, segment));
     // One portal for each two pieces, whichever way the segments went; the first segment is reported.
     let mut distinct: BTreeMap<(Side, Side), Hole> = BTreeMap::new();
     for hole in holes {

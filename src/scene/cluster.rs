@@ -10,6 +10,7 @@
 
 use super::Mesh;
 use crate::geom::Aabb;
+use crate::parallel;
 use glam::DVec3;
 
 /// Bins along each axis of the triangles' middles.
@@ -44,7 +45,7 @@ fn split(mesh: &Mesh, part: Vec<u32>, limit: usize) -> Vec<Vec<u32>> {
         _ => halves(mesh, part),
     };
     let (mut out, rest) = if left.len() + right.len() > PARALLEL {
-        rayon::join(|| split(mesh, left, limit), || split(mesh, right, limit))
+        parallel::join(|| split(mesh, left, limit), || split(mesh, right, limit))
     } else {
         (split(mesh, left, limit), split(mesh, right, limit))
     };

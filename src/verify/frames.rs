@@ -3,22 +3,22 @@
 use super::sample::Sampler;
 use super::scales;
 use crate::file::PvsFile;
+use crate::parallel;
 use crate::random::Prng;
 use crate::scene::Scene;
 use crate::walkthrough::path::{CameraPath, PathFrame};
-use rayon::prelude::*;
 
 /// A path of `count` random cameras: anywhere in a cell, near its portals on either side, near its walls, outside; looking anywhere, at
 /// portals, at objects. Fewer where cells have no inside. The same arguments give the same path.
 pub fn random_path(scene: &Scene, file: &PvsFile, count: u32, seed: u64) -> CameraPath {
     let (tracer, cells, tolerance) = scales(scene, file);
     let sampler = Sampler::new(scene, &tracer, &cells, tolerance);
-    let frame = |number: u32| {
-        let (_, eye, along) = sampler.ray(&mut Prng::new(seed, u64::from(number)))?;
+    let frame = |number: usize| {
+        let (_, eye, along) = sampler.ray(&mut Prng::new(seed, number as u64))?;
         let eye = eye + file.origin;
         Some(PathFrame { eye, target: eye + along })
     };
     let near = (scene.bounds().diagonal() * 1e-3).min(0.05);
-    let frames = (0..count).into_par_iter().filter_map(frame).collect();
+    let frames = parallel::flat_map_range(0..count as usize, frame);
     CameraPath { name: format!("{count} random views {seed}"), fov_y_degrees: 65.0, near, frames }
 }

@@ -14,9 +14,9 @@
 use crate::BitMatrix;
 use crate::geom::{area, middle, newell};
 use crate::level::Level;
+use crate::parallel;
 use crate::random::Prng;
 use glam::DVec3;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -87,20 +87,17 @@ pub fn check_rows(level: &Level, rows: &BitMatrix, options: &LineOptions) -> Lin
     let start = Instant::now();
     let walker = Walker::new(level, rows);
     let chunks = if walker.portals.is_empty() { 0 } else { options.rays.div_ceil(CHUNK) };
-    let tally = (0..chunks)
-        .into_par_iter()
-        .map(|chunk| {
-            let rng = &mut Prng::new(options.seed, chunk);
-            let (mut tally, mut trail) = (Tally::default(), Trail::default());
-            for ray in 0..CHUNK.min(options.rays - chunk * CHUNK) {
-                walker.ray(ray % 4, rng, &mut trail, &mut tally);
-            }
-            tally.tidy();
-            tally
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold(Tally::default(), Tally::add);
+    let tallies = parallel::map_range(0..chunks as usize, |chunk| {
+        let chunk = chunk as u64;
+        let rng = &mut Prng::new(options.seed, chunk);
+        let (mut tally, mut trail) = (Tally::default(), Trail::default());
+        for ray in 0..CHUNK.min(options.rays - chunk * CHUNK) {
+            walker.ray(ray % 4, rng, &mut trail, &mut tally);
+        }
+        tally.tidy();
+        tally
+    });
+    let tally = tallies.into_iter().fold(Tally::default(), Tally::add);
     LineReport {
         rays: tally.rays,
         crossings: tally.crossings,

@@ -48,13 +48,13 @@ pub use views::{Views, held_out};
 pub use walks::{FreeSpace, Place};
 
 use crate::file::PvsFile;
+use crate::parallel;
 use crate::random::Prng;
 use crate::scene::Scene;
 use crate::types::guarantee::Guarantee;
 use crate::{BitMatrix, CellId, ObjectId};
 use cells::{Cells, Walk};
 use glam::DVec3;
-use rayon::prelude::*;
 use sample::Sampler;
 use serde::Serialize;
 use std::time::Instant;
@@ -210,28 +210,24 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
     // 3. Rays, in chunks with a random stream each.
     let chunks = options.rays.div_ceil(CHUNK);
-    let mut tally = (0..chunks)
-        .into_par_iter()
-        .map(|chunk| {
-            let rng = &mut Prng::new(options.seed, 2 * chunk);
-            let mut tally = Tally::default();
-            for _ in 0..CHUNK.min(options.rays - chunk * CHUNK) {
-                if let Some((cell, eye, direction)) = test.sampler.ray(rng) {
-                    tally.rays += 1;
-                    test.ray(cell, eye, direction, true, &mut tally);
-                }
+    let tallies = parallel::map_range(0..chunks as usize, |chunk| {
+        let chunk = chunk as u64;
+        let rng = &mut Prng::new(options.seed, 2 * chunk);
+        let mut tally = Tally::default();
+        for _ in 0..CHUNK.min(options.rays - chunk * CHUNK) {
+            if let Some((cell, eye, direction)) = test.sampler.ray(rng) {
+                tally.rays += 1;
+                test.ray(cell, eye, direction, true, &mut tally);
             }
-            tally.tidy();
-            tally
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold(Tally::default(), Tally::add);
+        }
+        tally.tidy();
+        tally
+    });
+    let mut tally = tallies.into_iter().fold(Tally::default(), Tally::add);
     // 4. Views.
-    let views: Vec<(f64, Tally)> = (0..u64::from(options.views))
-        .into_par_iter()
-        .filter_map(|number| Some(test.view(&View::new(&test.sampler, options.seed, number)?)))
-        .collect();
+    let views: Vec<(f64, Tally)> = parallel::flat_map_range(0..options.views as usize, |number| {
+        Some(test.view(&View::new(&test.sampler, options.seed, number as u64)?))
+    });
     let fractions: Vec<f64> = views.iter().map(|v| v.0).collect();
     tally = views.into_iter().map(|v| v.1).fold(tally, Tally::add);
     tally.tidy();

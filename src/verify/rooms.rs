@@ -9,8 +9,8 @@ use super::cells::Cells;
 use crate::CellId;
 use crate::file::PvsFile;
 use crate::geom::Aabb;
+use crate::parallel;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -170,7 +170,7 @@ pub(super) fn score(file: &PvsFile, cells: &Cells, written: &RoomsFile) -> RoomS
     let shapes: Vec<Shape> = written.rooms.iter().map(|r| Shape::new(r, file.origin)).collect();
     let scored: Vec<bool> = written.rooms.iter().map(|r| r.covered >= 0.5).collect();
     // 1. What each room shares with each cell, cubic metres.
-    let measured: Vec<(f64, BTreeMap<CellId, f64>)> = shapes.par_iter().map(|s| s.measure(cells)).collect();
+    let measured: Vec<(f64, BTreeMap<CellId, f64>)> = parallel::map(&shapes, |s| s.measure(cells));
     let volume = |room: usize| measured[room].0;
     let shared = |room: usize, cell: CellId| measured[room].1.get(&cell).copied().unwrap_or_default();
     let mut of_cell: BTreeMap<CellId, Vec<usize>> = BTreeMap::new();

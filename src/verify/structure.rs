@@ -7,9 +7,9 @@ use super::cells::{Cells, Piece, faces};
 use super::tight::rim;
 use crate::file::PvsFile;
 use crate::geom::{Plane, area, clip, middle, newell};
+use crate::parallel;
 use crate::{CellId, PortalId};
 use glam::DVec3;
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// Of a portal's area, or of a strip along its rim where that is less, its cells share this much at least. More would blame slivers,
@@ -58,13 +58,12 @@ pub struct Structure {
 
 /// Looks at every portal, and at every two pieces that come near each other.
 pub(super) fn structure(file: &PvsFile, cells: &Cells) -> Structure {
-    let portals = (0..file.portals.len()).into_par_iter().flat_map_iter(|i| portal(file, cells, i));
-    let pieces = (0..cells.pieces().len()).into_par_iter().flat_map_iter(|i| {
+    let mut faults: Vec<Fault> = parallel::flat_map_range(0..file.portals.len(), |i| portal(file, cells, i));
+    let pieces = parallel::flat_map_range(0..cells.pieces().len(), |i| {
         let beside = cells.beside(i).into_iter().filter(move |&j| j > i);
         beside.filter_map(move |j| overlap(cells, i, j))
     });
-    let mut faults: Vec<Fault> = portals.collect();
-    faults.extend(pieces.collect::<Vec<_>>());
+    faults.extend(pieces);
     let count = faults.len();
     faults.truncate(LISTED);
     faults.iter_mut().for_each(|f| f.at += file.origin);

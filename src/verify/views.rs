@@ -5,11 +5,11 @@ use super::sample::{Sampler, direction};
 use super::trace::Tracer;
 use super::{Fractions, scales};
 use crate::file::PvsFile;
+use crate::parallel;
 use crate::random::Prng;
 use crate::scene::Scene;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Rays of a view, across and up.
@@ -88,8 +88,8 @@ struct Pixels {
 pub fn held_out(scene: &Scene, file: &PvsFile, seed: u64, count: u32) -> Views {
     let (tracer, cells, tolerance) = scales(scene, file);
     let sampler = Sampler::new(scene, &tracer, &cells, tolerance);
-    let draw = |number: u64| {
-        let view = View::new(&sampler, seed, number)?;
+    let draw = |number: usize| {
+        let view = View::new(&sampler, seed, number as u64)?;
         let mut shown: BTreeMap<Vec<ObjectId>, u32> = BTreeMap::new();
         for direction in view.directions() {
             let met = Met::new(&tracer, &cells, view.eye, direction);
@@ -100,7 +100,7 @@ pub fn held_out(scene: &Scene, file: &PvsFile, seed: u64, count: u32) -> Views {
         }
         Some((view.cell, shown.into_iter().map(|(objects, count)| Pixels { objects, count }).collect()))
     };
-    Views((0..u64::from(count)).into_par_iter().filter_map(draw).collect())
+    Views(parallel::flat_map_range(0..count as usize, draw))
 }
 
 impl Views {
@@ -116,7 +116,7 @@ impl Views {
             let is_wrong = |p: &&Pixels| p.objects.iter().any(|o| !rows.get(cell.index(), o.index()));
             f64::from(shown.iter().filter(is_wrong).map(|p| p.count).sum::<u32>()) / View::pixels()
         };
-        let Fractions { mean, p95, max } = Fractions::of(self.0.par_iter().map(wrong).collect());
+        let Fractions { mean, p95, max } = Fractions::of(parallel::map(&self.0, wrong));
         [mean, p95, max]
     }
 }

@@ -10,10 +10,10 @@ use super::sample::direction;
 use super::trace::{Tracer, crosses};
 use crate::CellId;
 use crate::geom::Aabb;
+use crate::parallel;
 use crate::random::Prng;
 use crate::scene::Scene;
 use glam::DVec3;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -86,17 +86,15 @@ pub(super) fn walks(scene: &Scene, cells: &Cells, tracer: &Tracer, points: u64, 
             p += d * (length - (4.0 * cells.tolerance()).min(0.5 * length));
         }
     };
-    let chunks: Vec<(u64, Vec<Lost>)> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let rng = &mut Prng::new(seed ^ 0x77a1_c5f0, chunk);
-            let (mut inside, mut lost) = (0, Vec::new());
-            for _ in 0..CHUNK.min(count - chunk * CHUNK) {
-                walk(rng, &mut inside, &mut lost);
-            }
-            (inside, lost)
-        })
-        .collect();
+    let chunks: Vec<(u64, Vec<Lost>)> = parallel::map_range(0..count.div_ceil(CHUNK) as usize, |chunk| {
+        let chunk = chunk as u64;
+        let rng = &mut Prng::new(seed ^ 0x77a1_c5f0, chunk);
+        let (mut inside, mut lost) = (0, Vec::new());
+        for _ in 0..CHUNK.min(count - chunk * CHUNK) {
+            walk(rng, &mut inside, &mut lost);
+        }
+        (inside, lost)
+    });
     let inside = chunks.iter().map(|c| c.0).sum::<u64>();
     let lost: Vec<Lost> = chunks.into_iter().flat_map(|c| c.1).collect();
     let share = if inside > 0 { lost.len() as f64 / inside as f64 } else { 0.0 };

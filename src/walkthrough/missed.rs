@@ -14,11 +14,11 @@
 
 use super::raster::{IdBuffer, View};
 use crate::ObjectId;
+use crate::parallel;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
 use crate::tolerance::single_precision;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 /// How far from the middle of a pixel the rays that settle it are, in pixels.
 /// Larger: narrow real openings count as cracks. Smaller: cracks that rounding widens count as misses.
@@ -62,7 +62,7 @@ pub fn missed_pixels(
         .filter(|&pixel| full.opaque(pixel).is_some_and(leaves_out) || full.glass(pixel).is_some_and(leaves_out))
         .map(|pixel| pixel as u32)
         .collect();
-    let pixels: Vec<u32> = doubtful.par_iter().copied().filter(|&pixel| settle(rays, view, pixel as usize, kept)).collect();
+    let pixels: Vec<u32> = parallel::flat_map(&doubtful, |&pixel| settle(rays, view, pixel as usize, kept).then_some(pixel));
     Missed { cracks: (doubtful.len() - pixels.len()) as u64, pixels }
 }
 

@@ -12,13 +12,15 @@
 
 use crate::ObjectId;
 use crate::geom::Aabb;
+use crate::parallel;
 use crate::runtime::Camera;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 /// Rows of pixels that one task draws.
 const BAND: usize = 16;
+/// Objects whose triangles one task projects.
+const CHUNK: usize = 64;
 /// Triangles are cut where they leave the screen by this many times its half-size.
 const GUARD: f64 = 8.0;
 
@@ -109,25 +111,25 @@ struct Batch {
 /// Draws the objects for which `shown` is true. Pictures are at most 16384 pixels wide and high.
 pub fn draw(scene: &Scene, view: &View, shown: &(dyn Fn(ObjectId) -> bool + Sync)) -> IdBuffer {
     assert!(view.width.max(view.height) <= 16384, "pictures are at most 16384 pixels wide and high");
-    let batches: Vec<[Batch; 2]> = scene
-        .objects
-        .par_iter()
-        .enumerate()
-        .fold_chunks(64, <[Batch; 2]>::default, |mut batches, (i, object)| {
+    let batch = |chunk: usize| {
+        let mut batches = <[Batch; 2]>::default();
+        for (i, object) in scene.objects.iter().enumerate().skip(chunk * CHUNK).take(CHUNK) {
             if shown(ObjectId(i as u32)) && may_be_on_screen(view, &object.bounds) {
                 for triangle in object.triangles.clone() {
                     project(scene, view, triangle, &mut batches[usize::from(!object.opaque)]);
                 }
             }
-            batches
-        })
-        .collect();
+        }
+        batches
+    };
+    let batches: Vec<[Batch; 2]> = parallel::map_range(0..scene.objects.len().div_ceil(CHUNK), batch);
     let pixels = view.width * view.height;
     let (mut opaque, mut glass) = (Layer::new(pixels), Layer::new(pixels));
     let band = BAND * view.width.max(1);
-    let bands = opaque.ids.par_chunks_mut(band).zip(opaque.depths.par_chunks_mut(band));
-    let glass_bands = glass.ids.par_chunks_mut(band).zip(glass.depths.par_chunks_mut(band));
-    bands.zip(glass_bands).enumerate().for_each(|(b, ((ids, depths), (glass_ids, glass_depths)))| {
+    let bands = opaque.ids.chunks_mut(band).zip(opaque.depths.chunks_mut(band));
+    let glass_bands = glass.ids.chunks_mut(band).zip(glass.depths.chunks_mut(band));
+    let mut bands: Vec<_> = bands.zip(glass_bands).collect();
+    parallel::for_each_mut(&mut bands, |b, ((ids, depths), (glass_ids, glass_depths))| {
         let mut rows = Rows { width: view.width, first: b * BAND, ids, depths };
         batches.iter().for_each(|batch| rows.draw(&batch[0]));
         // Glass is hidden by what is opaque, so it starts from those depths.

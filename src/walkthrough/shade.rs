@@ -2,9 +2,9 @@
 
 use super::picture::{Colour, Picture, hsv, hue, mix};
 use super::raster::{IdBuffer, View};
+use crate::parallel;
 use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 /// What is missed.
 pub const MAGENTA: Colour = [255, 0, 200];
@@ -17,7 +17,7 @@ pub fn shade(scene: &Scene, view: &View, ids: &IdBuffer) -> Picture {
     let mut picture = Picture::new(view.width, view.height, SKY_LOW);
     let width = view.width;
     let far = scene.bounds().diagonal().max(1e-9);
-    picture.pixels_mut().par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+    parallel::for_each_chunk(picture.pixels_mut(), width.max(1), |y, row| {
         for (x, colour) in row.iter_mut().enumerate() {
             let pixel = y * width + x;
             let ray = view.camera.ray(view.ndc(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))).normalize();

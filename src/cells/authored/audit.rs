@@ -12,11 +12,11 @@ mod walls;
 use crate::cells::convex::Convex;
 use crate::cells::scale::HumanScale;
 use crate::cells::{CellGraph, Locator};
+use crate::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Hints, OpeningKind, RoomHint, Scene};
 use finding::called;
 use glam::DVec3;
-use rayon::prelude::*;
 use solid::Solid;
 use std::collections::BTreeMap;
 
@@ -124,7 +124,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
         }));
     }
     let cubic = metre.powi(3);
-    let solids: Vec<Solid> = hints.rooms.par_iter().map(Solid::new).collect();
+    let solids: Vec<Solid> = parallel::map_range(0..hints.rooms.len(), |i| Solid::new(&hints.rooms[i]));
     for (i, (room, solid)) in hints.rooms.iter().zip(&solids).enumerate() {
         if solid.open_share > OPEN {
             unsound[i] = true;

@@ -13,10 +13,10 @@
 pub(in crate::cells) mod audit;
 
 use crate::geom::{Aabb, middle, newell};
+use crate::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Hints, OpeningHint, OpeningKind, RoomHint, Scene};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// What stands in a doorway's thickness lies this near to it, metres.
 const REVEAL: f64 = 0.02;
@@ -55,9 +55,9 @@ pub(in crate::cells) fn claims(points: &[DVec3], hints: &Hints, unsound: &[bool]
     let passages = hints.openings.iter().filter(|o| matches!(o.kind, OpeningKind::Door | OpeningKind::Opening));
     let doorways: Vec<Doorway> = passages.filter_map(|o| Doorway::new(o, room)).collect();
     let in_doorway = |p: DVec3| doorways.iter().find(|d| d.holds(p)).map(|d| d.room);
-    let rooms: Vec<Option<u32>> = points.par_iter().map(|&p| room(p)).collect();
-    let rest = points.par_iter().zip(&rooms);
-    let doorways = rest.map(|(&p, room)| if room.is_some() { None } else { in_doorway(p) }).collect();
+    let rooms: Vec<Option<u32>> = parallel::map(points, |&p| room(p));
+    let doorway = |i: usize| if rooms[i].is_some() { None } else { in_doorway(points[i]) };
+    let doorways = parallel::map_range(0..points.len(), doorway);
     Claims { rooms, doorways }
 }
 
@@ -113,7 +113,7 @@ pub(in crate::cells) fn open_air(scene: &Scene) -> Vec<bool> {
         }
         inside > 0 && (covered as f64) < COVERED * inside as f64
     };
-    scene.hints.rooms.par_iter().map(|room| room.outside || is_open(room)).collect()
+    parallel::map(&scene.hints.rooms, |room| room.outside || is_open(room))
 }
 
 /// True where a line straight up leaves the room's surface an odd number of times. The line starts a tenth of a micrometre beside

@@ -5,8 +5,8 @@
 
 use super::bands::Band;
 use crate::geom::Aabb;
+use crate::parallel;
 use glam::DVec2;
-use rayon::prelude::*;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -35,7 +35,7 @@ impl Plan {
 
 /// Triangulates the rectangle of `domain` along the lines of each band.
 pub fn arrange(bands: &[Band], domain: Aabb, coplanar: f64, reach: f64) -> Plan {
-    let plans: Vec<Plan> = bands.par_iter().map(|band| arrange_band(band, domain, coplanar, reach)).collect();
+    let plans: Vec<Plan> = parallel::map(bands, |band| arrange_band(band, domain, coplanar, reach));
     let mut all = Plan::default();
     for plan in plans {
         let (points, triangles) = (all.points.len() as u32, all.triangles.len() as u32);
@@ -106,53 +106,50 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
             buckets.entry(c).or_default().push(i as u32);
         }
     }
-    segments
-        .par_iter()
-        .enumerate()
-        .map(|(i, s)| {
-            let mut others: Vec<u32> = cells_of(s).filter_map(|c| buckets.get(&c)).flatten().copied().collect();
-            others.sort_unstable();
-            others.dedup();
-            let (a, b) = *s;
-            let length = a.distance(b);
-            let mut at: Vec<f64> = Vec::new();
-            let (mut before, mut after) = (f64::NEG_INFINITY, f64::INFINITY);
-            for j in others {
-                let (c, d) = segments[j as usize];
-                if j as usize == i {
-                    continue;
-                }
-                let (r, q) = (b - a, d - c);
-                let cross = r.perp_dot(q);
-                // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.
-                if cross.abs() <= 1e-7 * length * q.length() {
-                    for end in [c, d] {
-                        let t = (end - a).dot(r) / (length * length);
-                        let off = (a + r * t).distance(end);
-                        if off < reach * 0.05 && t > 0.0 && t < 1.0 {
-                            at.push(t);
-                        }
-                    }
-                    continue;
-                }
-                let t = (c - a).perp_dot(q) / cross;
-                let u = (c - a).perp_dot(r) / cross;
-                let (slack, other) = (reach / length, reach / q.length());
-                if u < -other || u > 1.0 + other || t < -slack || t > 1.0 + slack {
-                    continue;
-                }
-                if t < 0.0 {
-                    before = before.max(t);
-                } else if t > 1.0 {
-                    after = after.min(t);
-                } else {
-                    at.push(t);
-                }
+    parallel::map_range(0..segments.len(), |i| {
+        let s = &segments[i];
+        let mut others: Vec<u32> = cells_of(s).filter_map(|c| buckets.get(&c)).flatten().copied().collect();
+        others.sort_unstable();
+        others.dedup();
+        let (a, b) = *s;
+        let length = a.distance(b);
+        let mut at: Vec<f64> = Vec::new();
+        let (mut before, mut after) = (f64::NEG_INFINITY, f64::INFINITY);
+        for j in others {
+            let (c, d) = segments[j as usize];
+            if j as usize == i {
+                continue;
             }
-            at.extend([before, after].into_iter().filter(|t| t.is_finite()));
-            at
-        })
-        .collect()
+            let (r, q) = (b - a, d - c);
+            let cross = r.perp_dot(q);
+            // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.
+            if cross.abs() <= 1e-7 * length * q.length() {
+                for end in [c, d] {
+                    let t = (end - a).dot(r) / (length * length);
+                    let off = (a + r * t).distance(end);
+                    if off < reach * 0.05 && t > 0.0 && t < 1.0 {
+                        at.push(t);
+                    }
+                }
+                continue;
+            }
+            let t = (c - a).perp_dot(q) / cross;
+            let u = (c - a).perp_dot(r) / cross;
+            let (slack, other) = (reach / length, reach / q.length());
+            if u < -other || u > 1.0 + other || t < -slack || t > 1.0 + slack {
+                continue;
+            }
+            if t < 0.0 {
+                before = before.max(t);
+            } else if t > 1.0 {
+                after = after.min(t);
+            } else {
+                at.push(t);
+            }
+        }
+        at.extend([before, after].into_iter().filter(|t| t.is_finite()));
+        at
+    })
 }
 
 fn triangulate(vertices: Vec<Point2<f64>>, edges: Vec<[usize; 2]>) -> Plan {

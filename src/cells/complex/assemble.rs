@@ -14,6 +14,7 @@ use super::polygon::{Shape, area, convex_hull, points, shape_area};
 use crate::CellId;
 use crate::cells::{Piece, Portal, PortalKind, PortalState};
 use crate::geom::{Aabb, Plane};
+use crate::parallel;
 use glam::{DVec2, DVec3};
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
@@ -92,7 +93,6 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
         let positive = [forward.x, forward.y, forward.z].into_iter().find(|x| x.abs() > 1e-6).is_some_and(|x| x > 0.0);
         groups.entry((a.min(b), a.max(b), f.surface.key(), positive)).or_default().push(i);
     }
-    use rayon::prelude::*;
     let groups: Vec<_> = groups.into_iter().collect();
     let of_group = |((low, high, ..), members): &((u32, u32, [u32; 3], bool), Vec<usize>)| {
         let first = &complex.faces[members[0]];
@@ -126,7 +126,7 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
             })
             .collect::<Vec<_>>()
     };
-    groups.par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten().collect()
+    parallel::flat_map(&groups, of_group)
 }
 
 /// False where what is open of a face is too thin for a portal of its own.

@@ -8,6 +8,7 @@ use super::facets::Facets;
 use super::to_plan;
 use crate::cells::scale::HumanScale;
 use crate::geom::{Plane, area, clip};
+use crate::parallel;
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 
@@ -111,8 +112,7 @@ pub fn bands(
             }
         }
     }
-    use rayon::prelude::*;
-    bands.par_iter_mut().for_each(|band| {
+    parallel::for_each_mut(&mut bands, |_, band| {
         let outlines = std::mem::take(&mut band.segments);
         band.segments = spans(facets, band, seal, human.least_wall() * scale);
         band.segments.extend(outlines);

@@ -5,8 +5,8 @@ use super::bands::{Band, Cut};
 use super::facets::{Facets, Matter};
 use super::polygon::{counter_clockwise, shared_area};
 use super::to_plan;
+use crate::parallel;
 use glam::DVec2;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 
 /// A cut of one column.
@@ -60,14 +60,12 @@ const ROUNDING_SHARE: f64 = 1e-3;
 
 /// Cuts the columns of each band. `levels` are heights of storeys, metres, each used where no sheet is within `near` of it.
 pub fn columns(plan: &Plan, bands: &[Band], facets: &Facets, coplanar: f64, levels: &[f64], near: f64) -> Columns {
-    let in_bands = bands.par_iter().zip(&plan.bands);
-    let cut: Vec<Vec<(Vec<Slice>, bool)>> = in_bands
-        .map(|(band, triangles)| {
-            let corners = plan.triangles[triangles.clone()].iter().map(|t| t.map(|i| plan.points[i as usize]));
-            columns_of(band, &corners.collect::<Vec<_>>(), facets, coplanar, levels, near)
-        })
-        .collect();
-    let (slices, torn): (Vec<Vec<Slice>>, Vec<bool>) = cut.into_iter().flatten().unzip();
+    let cut: Vec<(Vec<Slice>, bool)> = parallel::flat_map_range(0..bands.len(), |k| {
+        let triangles = &plan.triangles[plan.bands[k].clone()];
+        let corners: Vec<[DVec2; 3]> = triangles.iter().map(|t| t.map(|i| plan.points[i as usize])).collect();
+        columns_of(&bands[k], &corners, facets, coplanar, levels, near)
+    });
+    let (slices, torn): (Vec<Vec<Slice>>, Vec<bool>) = cut.into_iter().unzip();
     let mut first_piece = vec![0u32];
     for s in &slices {
         first_piece.push(first_piece[first_piece.len() - 1] + s.len() as u32 - 1);
@@ -86,57 +84,54 @@ fn columns_of(
 ) -> Vec<(Vec<Slice>, bool)> {
     let over = facets_over(corners, facets, &band.sheet_facets);
     let [bottom, top] = band.heights;
-    corners
-        .par_iter()
-        .zip(over)
-        .map(|(q, over)| {
-            let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
-            for f in over {
-                let facet = &facets.sheet_facets[f as usize];
-                let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
-                if share > 0.0 {
-                    let entry = wanted.entry(facet.owner).or_default();
-                    entry.0 += share;
-                    entry.1.push(f);
-                }
+    parallel::map_range(0..corners.len(), |k| {
+        let (q, over) = (&corners[k], &over[k]);
+        let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
+        for &f in over {
+            let facet = &facets.sheet_facets[f as usize];
+            let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
+            if share > 0.0 {
+                let entry = wanted.entry(facet.owner).or_default();
+                entry.0 += share;
+                entry.1.push(f);
             }
-            let whole = super::polygon::area(q).max(f64::MIN_POSITIVE);
-            let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].matter == Matter::Opaque);
-            let mut uncut = 0.0;
-            let mut by_share: Vec<(u32, f64, Vec<u32>)> =
-                wanted.into_iter().map(|(s, (a, f))| (s, a / whole, f)).filter(|w| w.1 >= ROUNDING_SHARE).collect();
-            by_share.retain(|w| {
-                uncut += if w.1 < LEAST_SHARE && opaque(&w.2) { w.1 } else { 0.0 };
-                w.1 >= LEAST_SHARE
-            });
-            by_share.sort_by(|a, b| b.1.min(1.0).total_cmp(&a.1.min(1.0)).then(a.0.cmp(&b.0)));
-            let rim = |cut, y| Slice { cut, heights: [y; 3], facets: Vec::new() };
-            let mut stack = vec![rim(band.rims[0], bottom), rim(band.rims[1], top)];
-            for (sheet, share, list) in by_share {
-                let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
-                // What lies on the next band's rim closes the face between the two; what lies beyond is the next band's.
-                let under = band.goes_on(0) && heights.iter().all(|h| *h <= bottom + coplanar);
-                let above = band.goes_on(1) && heights.iter().all(|h| *h >= top - coplanar);
-                if under || above {
-                    let (y, last) = if under { (bottom, 0) } else { (top, stack.len() - 1) };
-                    if heights.iter().all(|h| (h - y).abs() <= coplanar) {
-                        stack[last].facets.extend(list);
-                    }
-                    continue;
+        }
+        let whole = super::polygon::area(q).max(f64::MIN_POSITIVE);
+        let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].matter == Matter::Opaque);
+        let mut uncut = 0.0;
+        let mut by_share: Vec<(u32, f64, Vec<u32>)> =
+            wanted.into_iter().map(|(s, (a, f))| (s, a / whole, f)).filter(|w| w.1 >= ROUNDING_SHARE).collect();
+        by_share.retain(|w| {
+            uncut += if w.1 < LEAST_SHARE && opaque(&w.2) { w.1 } else { 0.0 };
+            w.1 >= LEAST_SHARE
+        });
+        by_share.sort_by(|a, b| b.1.min(1.0).total_cmp(&a.1.min(1.0)).then(a.0.cmp(&b.0)));
+        let rim = |cut, y| Slice { cut, heights: [y; 3], facets: Vec::new() };
+        let mut stack = vec![rim(band.rims[0], bottom), rim(band.rims[1], top)];
+        for (sheet, share, list) in by_share {
+            let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
+            // What lies on the next band's rim closes the face between the two; what lies beyond is the next band's.
+            let under = band.goes_on(0) && heights.iter().all(|h| *h <= bottom + coplanar);
+            let above = band.goes_on(1) && heights.iter().all(|h| *h >= top - coplanar);
+            if under || above {
+                let (y, last) = if under { (bottom, 0) } else { (top, stack.len() - 1) };
+                if heights.iter().all(|h| (h - y).abs() <= coplanar) {
+                    stack[last].facets.extend(list);
                 }
-                let closes = opaque(&list);
-                let cuts = insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar);
-                uncut += if closes && !cuts { share.min(1.0) } else { 0.0 };
+                continue;
             }
-            for (i, &y) in levels.iter().enumerate().filter(|l| bottom < *l.1 && *l.1 < top) {
-                let taken = |s: &Slice| matches!(s.cut, Cut::Sheet(_)) && s.heights.iter().all(|h| (h - y).abs() <= near);
-                if !stack.iter().any(taken) {
-                    insert(&mut stack, Slice { cut: Cut::Level(i as u32), heights: [y; 3], facets: Vec::new() }, coplanar);
-                }
+            let closes = opaque(&list);
+            let cuts = insert(&mut stack, Slice { cut: Cut::Sheet(sheet), heights, facets: list }, coplanar);
+            uncut += if closes && !cuts { share.min(1.0) } else { 0.0 };
+        }
+        for (i, &y) in levels.iter().enumerate().filter(|l| bottom < *l.1 && *l.1 < top) {
+            let taken = |s: &Slice| matches!(s.cut, Cut::Sheet(_)) && s.heights.iter().all(|h| (h - y).abs() <= near);
+            if !stack.iter().any(taken) {
+                insert(&mut stack, Slice { cut: Cut::Level(i as u32), heights: [y; 3], facets: Vec::new() }, coplanar);
             }
-            (stack, uncut >= TORN_SHARE)
-        })
-        .collect()
+        }
+        (stack, uncut >= TORN_SHARE)
+    })
 }
 
 /// Puts a cut between its neighbours. One that would cross another is dropped, which only leaves more open, and the answer is
@@ -191,22 +186,19 @@ fn facets_over(corners: &[[DVec2; 3]], facets: &Facets, some: &[u32]) -> Vec<Vec
             }
         }
     }
-    corners
-        .par_iter()
-        .map(|q| {
-            let (a, b) = (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]));
-            let touches = |&i: &u32| {
-                let (c, d) = boxes[i as usize];
-                a.cmple(d).all() && c.cmple(b).all()
-            };
-            let (x0, y0, x1, y1) = range(a.max(lo), b.min(hi));
-            let cells = (x0..=x1).flat_map(|x| (y0..=y1).map(move |y| (x, y)));
-            let mut out: Vec<u32> =
-                cells.filter_map(|c| grid.get(&c)).flatten().chain(&large).copied().filter(touches).collect();
-            out.sort_unstable();
-            out.dedup();
-            out.iter_mut().for_each(|i| *i = some[*i as usize]);
-            out
-        })
-        .collect()
+    parallel::map(corners, |q| {
+        let (a, b) = (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]));
+        let touches = |&i: &u32| {
+            let (c, d) = boxes[i as usize];
+            a.cmple(d).all() && c.cmple(b).all()
+        };
+        let (x0, y0, x1, y1) = range(a.max(lo), b.min(hi));
+        let cells = (x0..=x1).flat_map(|x| (y0..=y1).map(move |y| (x, y)));
+        let mut out: Vec<u32> =
+            cells.filter_map(|c| grid.get(&c)).flatten().chain(&large).copied().filter(touches).collect();
+        out.sort_unstable();
+        out.dedup();
+        out.iter_mut().for_each(|i| *i = some[*i as usize]);
+        out
+    })
 }

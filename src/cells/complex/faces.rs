@@ -9,8 +9,8 @@ use super::polygon::{area, counter_clockwise, shape_area, shared, shared_area, w
 use super::to_plan;
 use crate::cells::locate::BoxTree;
 use crate::geom::Aabb;
+use crate::parallel;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -87,7 +87,7 @@ pub fn faces(plan: &Plan, bands: &[Band], columns: &Columns, facets: &Facets, co
         }
         out
     };
-    (0..bands.len()).into_par_iter().map(of_band).collect::<Vec<_>>().into_iter().flatten().collect()
+    parallel::flat_map_range(0..bands.len(), of_band)
 }
 
 /// What lies around the faces of a band.
@@ -126,7 +126,7 @@ impl Around<'_> {
             }
             out
         };
-        triangles.into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
+        parallel::flat_map_range(triangles, of_column)
     }
 
     /// The faces between the uppermost pieces of a band and the lowest of the next: what every two triangles share.
@@ -179,7 +179,7 @@ impl Around<'_> {
             }
             out
         };
-        plan.bands[low].clone().into_par_iter().map(of_column).collect::<Vec<_>>().into_iter().flatten().collect()
+        parallel::flat_map_range(plan.bands[low].clone(), of_column)
     }
 
     /// The face between the pieces below and above each cut of column `t`.

@@ -12,10 +12,10 @@ use crate::cells::doors::gap::{Face, lets_through};
 use crate::cells::locate::BoxTree;
 use crate::cells::{Portal, PortalKind, PortalState};
 use crate::geom::{Aabb, Plane, area, clip};
+use crate::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use glam::DVec2;
-use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// A leaf covers more than this share of its portal when it is shut. A frame alone covers 0.1 to 0.3, a leaf with gaps around it
@@ -35,7 +35,7 @@ pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal]) {
     let tree = BoxTree::new(&boxes, leaves.collect());
     // Made for the first leaf that is shut.
     let rays = OnceLock::new();
-    portals.par_iter_mut().enumerate().for_each(|(i, portal)| {
+    parallel::for_each_mut(portals, |i, portal| {
         portal.state = PortalState::of_kind(portal.kind);
         if portal.kind != PortalKind::Opening {
             let face = Face::new(portal);

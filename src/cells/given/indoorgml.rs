@@ -10,10 +10,10 @@ use crate::cells::complex::polygon::convex_hull;
 use crate::cells::convex::{Convex, convex_pieces, joined};
 use crate::cells::{Cell, CellGraph, GivenError, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
+use crate::parallel;
 use crate::scene::indoorgml::{Boundary, IndoorGml, Transition, read};
 use crate::scene::{ImportError, Place, Scene};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Two solids' drawings of one surface lie at most this far apart, in coplanar tolerances, and face each other to this cosine.
 const TOGETHER: f64 = 10.0;
@@ -43,7 +43,7 @@ pub fn read_indoorgml(text: &str, scene: &Scene) -> Result<CellGraph, GivenError
 fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, GivenError> {
     let mut notes = model.notes.clone();
     // 1. Cells.
-    let solids: Vec<Result<Vec<Convex>, String>> = model.spaces.par_iter().map(|s| convex_pieces(&s.surface, eps)).collect();
+    let solids: Vec<Result<Vec<Convex>, String>> = parallel::map(&model.spaces, |s| convex_pieces(&s.surface, eps));
     let mut pieces: Vec<Vec<Convex>> = Vec::with_capacity(solids.len());
     for (space, solid) in model.spaces.iter().zip(solids) {
         pieces.push(solid.map_err(|what| ImportError::malformed(Place::File, format!("cell space {}: {what}", space.id)))?);

@@ -15,8 +15,8 @@ use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::plan::clearance::{Clearance, extent, without_ends};
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::space::Input;
+use crate::parallel;
 use glam::DVec2;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 
 /// What of each column is open from floor to ceiling.
@@ -201,9 +201,11 @@ fn join_along_walls(input: &Input<'_>, extents: &[(DVec2, DVec2)], found: &mut [
 fn widen(input: &Input<'_>, clearance: &Clearance<'_>, found: &mut [Bottleneck]) {
     let Complex { plan, columns, facets, faces, .. } = input.complex;
     let whole = |piece: u32| !columns.torn[columns.of_piece(piece).0];
-    let wide =
-        |(bottleneck, f): &(&mut Bottleneck, &Face)| !bottleneck.framed && f.open_area > 0.0 && whole(f.a) && whole(f.b);
-    found.par_iter_mut().zip(*faces).filter(wide).for_each(|(bottleneck, f)| {
+    parallel::for_each_mut(found, |i, bottleneck| {
+        let f = &faces[i];
+        if bottleneck.framed || f.open_area <= 0.0 || !whole(f.a) || !whole(f.b) {
+            return;
+        }
         let (lo, hi) = extent(&f.polygon);
         let (low, high) = without_ends(lo.y, hi.y, input.options);
         if let Some((a, b)) = ends(f, plan, facets) {

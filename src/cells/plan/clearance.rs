@@ -5,8 +5,8 @@ use crate::cells::complex::faces::Surface;
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::space::Input;
 use crate::geom::Aabb;
+use crate::parallel;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 /// How far it is to the nearest wall.
 pub(in crate::cells) struct Clearance<'c> {
@@ -148,18 +148,15 @@ pub(in crate::cells) fn extent(polygon: &[DVec2]) -> (DVec2, DVec2) {
 /// at most some times its own height.
 pub(in crate::cells) fn widths(input: &Input<'_>, clearance: &Clearance<'_>) -> Vec<f64> {
     let (Complex { plan, columns, .. }, options) = (input.complex, input.options);
-    (0..columns.pieces() as u32)
-        .into_par_iter()
-        .map(|p| {
-            let (column, _) = columns.of_piece(p);
-            let q = plan.triangles[column].map(|i| plan.points[i as usize]);
-            // The middle of an edge that no wall is on may be the middle of the room, as in one of two triangles.
-            let edges = (0..3).filter(|&e| !plan.constrained[column][e]).map(|e| (q[e] + q[(e + 1) % 3]) * 0.5);
-            let (floor, ceiling) = columns.heights(p);
-            let (low, high) = (floor.iter().sum::<f64>() / 3.0, ceiling.iter().sum::<f64>() / 3.0);
-            let (a, b) = without_ends(low, high, options);
-            let clear = edges.chain([(q[0] + q[1] + q[2]) / 3.0]).map(|p| clearance.at(p, a, b)).fold(0.0, f64::max);
-            (2.0 * clear).min(options.widest_for_height * (high - low))
-        })
-        .collect()
+    parallel::map_range(0..columns.pieces(), |p| {
+        let (column, _) = columns.of_piece(p as u32);
+        let q = plan.triangles[column].map(|i| plan.points[i as usize]);
+        // The middle of an edge that no wall is on may be the middle of the room, as in one of two triangles.
+        let edges = (0..3).filter(|&e| !plan.constrained[column][e]).map(|e| (q[e] + q[(e + 1) % 3]) * 0.5);
+        let (floor, ceiling) = columns.heights(p as u32);
+        let (low, high) = (floor.iter().sum::<f64>() / 3.0, ceiling.iter().sum::<f64>() / 3.0);
+        let (a, b) = without_ends(low, high, options);
+        let clear = edges.chain([(q[0] + q[1] + q[2]) / 3.0]).map(|p| clearance.at(p, a, b)).fold(0.0, f64::max);
+        (2.0 * clear).min(options.widest_for_height * (high - low))
+    })
 }

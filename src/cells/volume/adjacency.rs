@@ -8,9 +8,9 @@ use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{area, convex_hull, points as corners, shape_area, width};
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, clip};
+use crate::parallel;
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// A face between two leaves.
@@ -88,7 +88,7 @@ impl<'b> Covers<'b> {
             let boxes: Vec<Aabb> = covers.iter().map(|c| Aabb::of(c.iter().copied())).collect();
             BoxTree::new(&boxes, (0..boxes.len() as u32).collect())
         };
-        let trees = bsp.nodes.par_iter().map(|n| (n.covers.len() > FEW).then(|| tree(&n.covers))).collect();
+        let trees = parallel::map(&bsp.nodes, |n| (n.covers.len() > FEW).then(|| tree(&n.covers)));
         Self { bsp, trees }
     }
 
@@ -182,7 +182,7 @@ pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance) -> Vec<Contact> 
         }
         out
     };
-    (0..bsp.leaves.len() as u32).into_par_iter().flat_map_iter(of_leaf).collect()
+    parallel::flat_map_range(0..bsp.leaves.len(), |leaf| of_leaf(leaf as u32))
 }
 
 /// The parts of a polygon that border on each leaf below a child, on the side that `ahead` points to.

@@ -8,7 +8,7 @@
 use super::distance::{Distance, Levels, voxels_of};
 use super::grid::{CELLS, Grid, SIDE, place_of, voxel};
 use super::labels::{Labels, NONE, VoxelFace};
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// Bricks of a slab, about; a layer on either side is looked at besides.
@@ -103,12 +103,9 @@ impl Slab {
     fn new(grid: &Grid, levels: &Levels<'_>, bricks: Range<usize>) -> Self {
         // 1. Within each brick, where the ways end: at a peak, or at a voxel of another brick.
         let details = grid.details(bricks.clone());
-        let ways: Vec<Ways> = details.clone().into_par_iter().map(|d| ways(grid, levels, d)).collect();
-        let above: Vec<u64> = bricks
-            .clone()
-            .into_par_iter()
-            .map(|b| if grid.detail(b).is_some() { key(b, 0) } else { above_brick(grid, levels, b) })
-            .collect();
+        let ways: Vec<Ways> = parallel::map_range(details.clone(), |d| ways(grid, levels, d));
+        let above = |b: usize| if grid.detail(b).is_some() { key(b, 0) } else { above_brick(grid, levels, b) };
+        let above: Vec<u64> = parallel::map_range(bricks.clone(), above);
         let mut start: Vec<u32> = Vec::with_capacity(ways.len());
         let mut first_brick = 0u32;
         for way in &ways {
@@ -116,9 +113,10 @@ impl Slab {
             first_brick += way.ends.len() as u32;
         }
         let leaves = |key: &u64| !bricks.contains(&brick_and_voxel(*key).0);
-        let mut beyond: Vec<u64> =
-            ways.par_iter().flat_map_iter(|w| &w.ends).chain(&above).copied().filter(leaves).collect();
-        beyond.par_sort_unstable();
+        let ends = |d: usize| ways[d].ends.iter().copied().filter(leaves);
+        let mut beyond: Vec<u64> = parallel::flat_map_range(0..ways.len(), ends);
+        beyond.extend(above.iter().copied().filter(leaves));
+        parallel::sort(&mut beyond);
         beyond.dedup();
         let known = first_brick + bricks.len() as u32;
         let mut slab = Self {
@@ -133,8 +131,9 @@ impl Slab {
         };
         // 2. From end to end.
         let node = |key: u64| slab.node(grid, key);
-        let mut root: Vec<u32> = slab.ways.par_iter().flat_map_iter(|w| w.ends.iter().map(|&e| node(e))).collect();
-        root.par_extend(bricks.clone().into_par_iter().map(|b| match grid.detail(b) {
+        let mut root: Vec<u32> =
+            parallel::flat_map_range(0..slab.ways.len(), |d| slab.ways[d].ends.iter().map(|&e| node(e)));
+        root.extend(parallel::map_range(bricks.clone(), |b| match grid.detail(b) {
             Some(_) => slab.node_of_brick(b),
             None => node(above[b - bricks.start]),
         }));
@@ -195,8 +194,8 @@ impl Slabs<'_> {
             self.labels.set_brick(brick, label(slab.node_of_brick(brick)));
         }
         let Slab { ways, start, .. } = &slab;
-        let palette = |(way, &start): (&Ways, &u32)| ((start..).take(way.ends.len()).map(label).collect(), way.choice);
-        self.labels.append(ways.par_iter().zip(start).map(palette));
+        let palette = |d: usize| ((start[d]..).take(ways[d].ends.len()).map(label).collect(), ways[d].choice);
+        self.labels.append(ways.len(), &palette);
         // 3. What left the slab before came here.
         for (part, key) in std::mem::replace(&mut self.pending, pending) {
             self.next[part as usize] = label_at(grid, &self.labels, key);
@@ -269,7 +268,7 @@ impl Slabs<'_> {
             merge(&mut met);
             met
         };
-        let met: Vec<Met> = (0..bricks.len().div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect::<Vec<_>>().concat();
+        let met: Vec<Met> = parallel::flat_map_range(0..bricks.len().div_ceil(CHUNK), of_chunk);
         self.met.extend(met);
         if self.met.len() > self.limit {
             self.settle();
@@ -340,7 +339,7 @@ fn to_roots(next: &mut [u32]) {
 
 /// One entry for each pair, in order.
 fn merge(met: &mut Vec<Met>) {
-    met.par_sort_unstable();
+    parallel::sort(met);
     met.dedup_by(|b, a| {
         let same = (a.0, a.1) == (b.0, b.1);
         if same {

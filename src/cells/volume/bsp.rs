@@ -8,8 +8,8 @@
 
 use super::shell::{Shell, TOUCH};
 use crate::geom::{Aabb, Plane, clip};
+use crate::parallel;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// A face of a leaf that no node made.
 pub const RIM: u32 = u32::MAX;
@@ -108,7 +108,7 @@ const CUT: f64 = 1.5;
 /// Builds the tree in `domain`; `axes` are the grid's, `coplanar` in metres.
 pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64) -> Bsp {
     let fragments: Vec<Fragment> =
-        shell.triangles.par_iter().map(|(t, plane)| Fragment { plane: *plane, points: t.to_vec() }).collect();
+        parallel::map(&shell.triangles, |(t, plane)| Fragment { plane: *plane, points: t.to_vec() });
     let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar };
     let tree = builder.build(Poly::cuboid(domain), fragments, Vec::new(), 0);
     let mut out = Bsp { root: Child::Leaf(0), nodes: Vec::new(), leaves: Vec::new(), thin: builder.touch };
@@ -177,7 +177,7 @@ impl Builder<'_> {
         let [behind, before] = sides;
         let a = || self.build(back, behind, stray_behind, depth + 1);
         let b = || self.build(front, before, stray_before, depth + 1);
-        let (a, b) = if many { rayon::join(a, b) } else { (a(), b()) };
+        let (a, b) = if many { parallel::join(a, b) } else { (a(), b()) };
         Tree::Node(plane, covers, Box::new([a, b]))
     }
 

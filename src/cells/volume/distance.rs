@@ -7,8 +7,8 @@
 //! Distances are held as levels on a logarithmic scale, [`PER_OCTAVE`] steps for each doubling: the watershed asks for ratios.
 
 use super::grid::{CELLS, Grid, SIDE, place_of};
+use crate::parallel;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Steps of a level for each doubling of the distance: 2.2 % each.
@@ -62,17 +62,17 @@ const REACH: u16 = (SIDE * SIDE) as u16;
 impl<'g> Distance<'g> {
     /// Of a grid.
     pub fn new(grid: &'g Grid) -> Self {
-        let boxes = (0..grid.occupied.len()).into_par_iter().map(|d| touched_box(grid, d)).collect();
+        let boxes = parallel::map_range(0..grid.occupied.len(), |d| touched_box(grid, d));
         let scale = std::array::from_fn(|square| level((square as f64).sqrt()));
         let mut out = Self { grid, boxes, nearest: nearest_bricks(grid), scale, bricks: Vec::new() };
-        out.bricks = (0..grid.len()).into_par_iter().map(|brick| out.of_brick(brick)).collect();
+        out.bricks = parallel::map_range(0..grid.len(), |brick| out.of_brick(brick));
         out
     }
 
     /// Levels within detailed bricks, given by their places in [`Grid::occupied`].
     pub fn levels(&self, details: Range<usize>) -> Levels<'_> {
         let first = details.start;
-        Levels { bricks: &self.bricks, first, voxels: details.into_par_iter().map(|d| self.of_voxels(d)).collect() }
+        Levels { bricks: &self.bricks, first, voxels: parallel::map_range(details, |d| self.of_voxels(d)) }
     }
 
     fn of_voxels(&self, detail: usize) -> [u8; CELLS] {
@@ -229,7 +229,7 @@ fn nearest_bricks(grid: &Grid) -> Vec<u32> {
         (0..axes).map(|k| (a[k] as i64 - b[k] as i64).pow(2)).sum()
     };
     // Along x: the last one seen from either end.
-    nearest.par_chunks_mut(nx).enumerate().for_each(|(row, line)| {
+    parallel::for_each_chunk(&mut nearest, nx, |row, line| {
         let mut take = |order: &mut dyn Iterator<Item = usize>| {
             let mut last = NONE;
             for x in order {
@@ -253,37 +253,31 @@ fn nearest_bricks(grid: &Grid) -> Vec<u32> {
             (0..nx * ny).collect()
         };
         let mut next: Vec<u32> = vec![NONE; grid.len()];
-        let lines: Vec<(usize, Vec<u32>)> = starts
-            .par_chunks(1024)
-            .flat_map_iter(|starts| {
-                let nearest = &nearest;
-                starts.iter().map(move |&start| {
-                    let at = |i: usize| nearest[start + i * stride];
-                    // Height of each parabola at its own place: the distance along the axes done before.
-                    let height = |i: usize| square(start + i * stride, at(i), axis);
-                    let mut hull: Vec<(usize, f64)> = Vec::new();
-                    for i in (0..length).filter(|&i| at(i) != NONE) {
-                        let meet = |j: usize| {
-                            let (a, b) = (height(i) + (i * i) as i64, height(j) + (j * j) as i64);
-                            (a - b) as f64 / (2.0 * (i - j) as f64)
-                        };
-                        while hull.last().is_some_and(|&(j, from)| meet(j) <= from) {
-                            hull.pop();
-                        }
-                        let from = hull.last().map_or(f64::NEG_INFINITY, |&(j, _)| meet(j));
-                        hull.push((i, from));
-                    }
-                    let mut k = 0;
-                    let line = (0..length).map(|i| {
-                        while k + 1 < hull.len() && hull[k + 1].1 < i as f64 {
-                            k += 1;
-                        }
-                        hull.get(k).map_or(NONE, |&(j, _)| at(j))
-                    });
-                    (start, line.collect::<Vec<u32>>())
-                })
-            })
-            .collect();
+        let lines: Vec<(usize, Vec<u32>)> = parallel::map(&starts, |&start| {
+            let at = |i: usize| nearest[start + i * stride];
+            // Height of each parabola at its own place: the distance along the axes done before.
+            let height = |i: usize| square(start + i * stride, at(i), axis);
+            let mut hull: Vec<(usize, f64)> = Vec::new();
+            for i in (0..length).filter(|&i| at(i) != NONE) {
+                let meet = |j: usize| {
+                    let (a, b) = (height(i) + (i * i) as i64, height(j) + (j * j) as i64);
+                    (a - b) as f64 / (2.0 * (i - j) as f64)
+                };
+                while hull.last().is_some_and(|&(j, from)| meet(j) <= from) {
+                    hull.pop();
+                }
+                let from = hull.last().map_or(f64::NEG_INFINITY, |&(j, _)| meet(j));
+                hull.push((i, from));
+            }
+            let mut k = 0;
+            let line = (0..length).map(|i| {
+                while k + 1 < hull.len() && hull[k + 1].1 < i as f64 {
+                    k += 1;
+                }
+                hull.get(k).map_or(NONE, |&(j, _)| at(j))
+            });
+            (start, line.collect::<Vec<u32>>())
+        });
         for (start, line) in lines {
             for (i, found) in line.into_iter().enumerate() {
                 next[start + i * stride] = found;

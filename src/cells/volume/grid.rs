@@ -6,8 +6,8 @@
 //! between their middles: whatever is free and hangs together in voxels does so in space.
 
 use crate::geom::Aabb;
+use crate::parallel;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Voxels along a brick's edge.
@@ -74,26 +74,22 @@ impl Grid {
         let off = DVec3::new(0.31, 0.37, 0.29) * voxel;
         let frame = Frame { turn: axis, origin: bounds.centre() - whole * 0.5 + off, voxel };
 
-        let mut touched: Vec<(u32, u32)> = triangles
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(i, t)| {
-                let cover = Cover::new(&t.map(|p| frame.to_grid(p)), SIDE as f64);
-                let [lo, hi] = cover.range(bricks);
-                let mut of_triangle = Vec::new();
-                for z in lo[2]..hi[2] {
-                    for y in lo[1]..hi[1] {
-                        for x in lo[0]..hi[0] {
-                            if cover.touches(DVec3::new(x as f64, y as f64, z as f64)) {
-                                of_triangle.push((((z * bricks[1] + y) * bricks[0] + x) as u32, i as u32));
-                            }
+        let mut touched: Vec<(u32, u32)> = parallel::flat_map_range(0..triangles.len(), |i| {
+            let cover = Cover::new(&triangles[i].map(|p| frame.to_grid(p)), SIDE as f64);
+            let [lo, hi] = cover.range(bricks);
+            let mut of_triangle = Vec::new();
+            for z in lo[2]..hi[2] {
+                for y in lo[1]..hi[1] {
+                    for x in lo[0]..hi[0] {
+                        if cover.touches(DVec3::new(x as f64, y as f64, z as f64)) {
+                            of_triangle.push((((z * bricks[1] + y) * bricks[0] + x) as u32, i as u32));
                         }
                     }
                 }
-                of_triangle
-            })
-            .collect();
-        touched.par_sort_unstable();
+            }
+            of_triangle
+        });
+        parallel::sort(&mut touched);
         let groups: Vec<&[(u32, u32)]> = touched.chunk_by(|a, b| a.0 == b.0).collect();
         let fill = |group: &&[(u32, u32)]| {
             let mut bits = [0u64; SIDE];
@@ -104,7 +100,7 @@ impl Grid {
             }
             bits
         };
-        let occupied: Vec<[u64; SIDE]> = groups.par_iter().map(fill).collect();
+        let occupied: Vec<[u64; SIDE]> = parallel::map(&groups, fill);
         let brick_of: Vec<u32> = groups.iter().map(|g| g[0].0).collect();
         let mut grid = Self { frame, bricks, index: vec![0; bricks.iter().product()], occupied, brick_of };
         for (i, &b) in grid.brick_of.iter().enumerate() {

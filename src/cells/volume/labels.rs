@@ -2,8 +2,8 @@
 
 use super::distance::Levels;
 use super::grid::{CELLS, Grid, SIDE, place_of, voxel};
+use crate::parallel;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// No region: occupied, or inside solid matter.
 pub const NONE: u32 = u32::MAX;
@@ -28,17 +28,24 @@ struct Packed {
     data: Vec<u32>,
 }
 
+/// The palette of each of some bricks, and the choices of its voxels.
+type Brick<'b> = dyn Fn(usize) -> (Vec<u32>, [u8; CELLS]) + Sync + 'b;
+
 impl Packed {
-    /// From a palette for each brick and the choice of each voxel; [`u8::MAX`] for none.
-    fn new(first: usize, bricks: impl IndexedParallelIterator<Item = (Vec<u32>, [u8; CELLS])>) -> Self {
+    /// From a palette for each of `count` bricks and the choice of each voxel; [`u8::MAX`] for none.
+    fn new(first: usize, count: usize, brick: &Brick<'_>) -> Self {
         const CHUNK: usize = 64;
-        let pack_all = |(mut ends, mut data): (Vec<u32>, Vec<u32>), (palette, choice): (Vec<u32>, [u8; CELLS])| {
-            pack(&palette, &choice, &mut data);
-            ends.push(data.len() as u32);
+        let pack_all = |chunk: usize| {
+            let (mut ends, mut data) = (Vec::new(), Vec::new());
+            for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(count) {
+                let (palette, choice) = brick(i);
+                pack(&palette, &choice, &mut data);
+                ends.push(data.len() as u32);
+            }
             (ends, data)
         };
         let mut out = Self { first, start: vec![0], data: Vec::new() };
-        for (ends, data) in bricks.fold_chunks(CHUNK, Default::default, pack_all).collect::<Vec<_>>() {
+        for (ends, data) in parallel::map_range(0..count.div_ceil(CHUNK), pack_all) {
             let base = out.data.len() as u32;
             out.start.extend(ends.into_iter().map(|e| base + e));
             out.data.extend(data);
@@ -61,7 +68,7 @@ impl Packed {
             let of = |&l: &u32| if l == NONE { NONE } else { of(l) };
             (palette.iter().map(of).collect(), std::array::from_fn(|v| choice(palette, choices, v) as u8))
         };
-        *self = Self::new(self.first, (0..self.start.len() - 1).into_par_iter().map(unpack));
+        *self = Self::new(self.first, self.start.len() - 1, &unpack);
     }
 }
 
@@ -133,10 +140,10 @@ impl Labels {
         self.bricks[brick] = label;
     }
 
-    /// Labels the next detailed bricks: the choice of each voxel from a palette of its brick; [`u8::MAX`] for none.
-    pub fn append(&mut self, bricks: impl IndexedParallelIterator<Item = (Vec<u32>, [u8; CELLS])>) {
+    /// Labels the next `count` detailed bricks: the choice of each voxel from a palette of its brick; [`u8::MAX`] for none.
+    pub fn append(&mut self, count: usize, brick: &Brick<'_>) {
         let first = self.parts.last().map_or(0, |p| p.first + p.start.len() - 1);
-        self.parts.push(Packed::new(first, bricks));
+        self.parts.push(Packed::new(first, count, brick));
     }
 
     /// The palette of a detailed brick, and the choices.
@@ -178,7 +185,11 @@ impl Labels {
 
     /// Other labels in place of these.
     pub fn map(&mut self, of: impl Fn(u32) -> u32 + Sync) {
-        self.bricks.par_iter_mut().filter(|l| **l != NONE).for_each(|l| *l = of(*l));
+        parallel::for_each_mut(&mut self.bricks, |_, l| {
+            if *l != NONE {
+                *l = of(*l);
+            }
+        });
         self.parts.iter_mut().for_each(|part| part.map(&of));
     }
 
@@ -282,8 +293,8 @@ mod tests {
             .collect();
         let mut labels = Labels::new(&grid);
         let (first, rest) = given.split_at(count / 3);
-        labels.append(first.par_iter().cloned());
-        labels.append(rest.par_iter().cloned());
+        labels.append(first.len(), &|i| first[i].clone());
+        labels.append(rest.len(), &|i| rest[i].clone());
         let expected = |d: usize, v: usize| match given[d].1[v] {
             u8::MAX => NONE,
             c => given[d].0[c as usize],

@@ -12,8 +12,8 @@ use super::labels::{Labels, VOID};
 use super::ridges::Ridge;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::Plane;
+use crate::parallel;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// Voxels of a leaf that others than the most frequent region may hold, as a share.
@@ -56,7 +56,7 @@ pub fn refine(bsp: &mut Bsp, grid: &Grid, labels: &Labels, ridges: &[Ridge]) {
         })
         .collect();
     let mut samples = visit_some(bsp, grid, labels, &strides);
-    samples.par_sort_unstable();
+    parallel::sort(&mut samples);
     for of_leaf in samples.chunk_by(|a, b| a.0 == b.0) {
         let leaf = of_leaf[0].0;
         let middle = |&(_, brick, v, label): &Sample| {
@@ -151,11 +151,10 @@ pub fn counts(bsp: &Bsp, grid: &Grid, labels: &Labels) -> Vec<Vec<(u32, f64)>> {
             }
             same
         });
-        found.shrink_to_fit();
         found
     };
-    let all: Vec<_> = (0..blocks(grid).iter().product()).into_par_iter().map(of_block).collect();
-    for (leaf, label, n) in all.into_iter().flatten() {
+    let all = parallel::flat_map_range(0..blocks(grid).iter().product(), of_block);
+    for (leaf, label, n) in all {
         let of = &mut out[leaf as usize];
         match of.iter_mut().find(|o| o.0 == label) {
             Some(o) => o.1 += f64::from(n),
@@ -196,7 +195,7 @@ fn visit_some(bsp: &Bsp, grid: &Grid, labels: &Labels, strides: &[u64]) -> Vec<S
         });
         out
     };
-    (0..blocks(grid).iter().product()).into_par_iter().flat_map_iter(of_block).collect()
+    parallel::flat_map_range(0..blocks(grid).iter().product(), of_block)
 }
 
 fn each_voxel(low: [usize; 3], edge: usize, visit: &mut impl FnMut(usize)) {
@@ -316,7 +315,7 @@ fn thickness(leaf: &Leaf) -> f64 {
 pub fn assign(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], outside: Option<u32>, thin: f64) -> Owners {
     let rim = bsp.leaves_at_rim();
     let void = |leaf: usize| if rim[leaf] { outside.is_none() } else { counts[leaf].iter().any(|c| c.0 == VOID) };
-    let sliver: Vec<bool> = bsp.leaves.par_iter().map(|l| thickness(l) < thin).collect();
+    let sliver: Vec<bool> = parallel::map(&bsp.leaves, |l| thickness(l) < thin);
     let most = |c: &Vec<(u32, f64)>| {
         let regions = c.iter().filter(|c| c.0 < VOID);
         regions.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|c| c.0)

@@ -31,12 +31,12 @@ use super::scale::HumanScale;
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
 use crate::geom::{Aabb, Plane, newell};
+use crate::parallel;
 use crate::scene::{Role, Scene};
 use adjacency::{Contact, Flat};
 use glam::{DVec2, DVec3};
 use grid::Grid;
 use leaf_labels::Owners;
-use rayon::prelude::*;
 use ridges::Fitter;
 use std::collections::BTreeMap;
 
@@ -207,7 +207,7 @@ fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: 
         }
     }
     let groups: Vec<(Key, (Plane, Vec<Shape>))> = groups.into_iter().collect();
-    let of_group = |((low, high, _, forward), (plane, parts)): (Key, (Plane, Vec<Shape>))| {
+    let of_group = |&((low, high, _, forward), (plane, ref parts)): &(Key, (Plane, Vec<Shape>))| {
         let flat = Flat::new(&plane, along);
         let facing = if forward { plane } else { plane.flipped() };
         let winding = move |hull: Vec<DVec2>| {
@@ -222,9 +222,9 @@ fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: 
             let kind = PortalKind::Opening;
             sound.then(|| Portal { cells, plane: facing, winding, kind, state: PortalState::of_kind(kind), source: None })
         };
-        joined(hulls(parts, seal)).into_iter().filter_map(winding).collect::<Vec<_>>()
+        joined(hulls(parts.clone(), seal)).into_iter().filter_map(winding).collect::<Vec<_>>()
     };
-    groups.into_par_iter().map(of_group).collect::<Vec<_>>().into_iter().flatten().collect()
+    parallel::flat_map(&groups, of_group)
 }
 
 /// Hulls whose common hull holds little else are one: what a narrow ledge parts from an opening.

@@ -12,8 +12,8 @@ use super::shell::Shell;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, area};
+use crate::parallel;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A plane that parts two regions near a patch.
@@ -83,8 +83,8 @@ impl<'s> Fitter<'s> {
             }
             out
         };
-        let mut met: Vec<Met> = (0..grid.len().div_ceil(CHUNK)).into_par_iter().flat_map_iter(chunk).collect();
-        met.par_sort_unstable();
+        let mut met: Vec<Met> = parallel::flat_map_range(0..grid.len().div_ceil(CHUNK), chunk);
+        parallel::sort(&mut met);
         let (frame, face) = (&grid.frame, self.voxel * self.voxel);
         let to_world = |patch: Vec<(DVec3, DVec3)>| -> Vec<Step> {
             patch.into_iter().map(|(at, n)| (frame.to_world(at), frame.direction(n) * face)).collect()
@@ -101,7 +101,8 @@ impl<'s> Fitter<'s> {
             }
             out
         };
-        met.par_chunk_by(|a, b| a.0 == b.0).map(of_pair).collect::<Vec<_>>().concat()
+        let pairs: Vec<&[Met]> = met.chunk_by(|a, b| a.0 == b.0).collect();
+        parallel::flat_map(&pairs, |pair| of_pair(pair))
     }
 
     /// Ridges where leaves of two regions meet on several planes.
@@ -131,11 +132,11 @@ impl<'s> Fitter<'s> {
             }
             patches.extend(groups.into_values().map(|g| (pair, g)));
         }
-        let of_patch = |(pair, patch): ([u32; 2], Vec<&Contact>)| {
+        let of_patch = |&(pair, ref patch): &([u32; 2], Vec<&Contact>)| {
             let plane = |c: &Contact| bsp.nodes[c.node as usize].plane;
             let mut areas: BTreeMap<[u64; 4], (Plane, f64)> = BTreeMap::new();
             let mut steps: Vec<Step> = Vec::new();
-            for c in &patch {
+            for c in patch {
                 let p = plane(c);
                 let key = [p.n.x, p.n.y, p.n.z, p.d].map(|x| (x + 0.0).to_bits());
                 areas.entry(key).or_insert((p, 0.0)).1 += c.open_area;
@@ -155,7 +156,7 @@ impl<'s> Fitter<'s> {
             }
             out
         };
-        patches.into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().flatten().collect()
+        parallel::flat_map(&patches, of_patch)
     }
 
     /// A ridge, or those of both halves of a patch that no plane is near to.

@@ -7,8 +7,8 @@ use super::grid::Grid;
 use super::labels::{Labels, NONE, VOID};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::{Aabb, Plane, newell};
+use crate::parallel;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 
 /// What is nearer than this share of the coplanar tolerance to a cut isn't cut. Where surfaces meet at an angle, that leaves a
@@ -28,14 +28,10 @@ pub struct Shell {
 /// The shell of all `triangles`; `coplanar` in metres.
 pub fn shell(triangles: &[[DVec3; 3]], grid: &Grid, labels: &Labels, coplanar: f64) -> Shell {
     let parts = parts(triangles, coplanar);
-    let parting: Vec<Vec<[DVec3; 3]>> = parts
-        .into_par_iter()
-        .map(|part| {
-            let part: Vec<[DVec3; 3]> = part.into_iter().map(|i| triangles[i as usize]).collect();
-            if stands_free(&part, grid, labels, coplanar) { Vec::new() } else { part }
-        })
-        .collect();
-    let parting = parting.concat();
+    let parting: Vec<[DVec3; 3]> = parallel::flat_map(&parts, |part| {
+        let part: Vec<[DVec3; 3]> = part.iter().map(|&i| triangles[i as usize]).collect();
+        if stands_free(&part, grid, labels, coplanar) { Vec::new() } else { part }
+    });
     let free_standing = triangles.len() - parting.len();
     // Planes that meet at a shallow angle must not be a tolerance off, or they meet elsewhere than their triangles.
     let mut shell = planes(parting, TOUCH * coplanar);

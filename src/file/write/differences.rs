@@ -4,8 +4,8 @@ use super::container::compressed;
 use super::put::Put;
 use crate::bits::span;
 use crate::file::rows::differences::{DENSE, RUNS, SPARSE, dense_bytes};
+use crate::parallel;
 use crate::{BitMatrix, bits};
-use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -65,13 +65,12 @@ impl Pack {
 /// How many rows a block has, and the blocks: few rows and compressed, or many and not, whichever is shorter.
 fn blocks(rows: &[&[u64]], columns: usize) -> (usize, Vec<Pack>) {
     let of = |block_rows: usize| -> Vec<Pack> {
-        let blocks = rows.par_chunks(block_rows).map(|rows| encode_block(rows, columns));
-        blocks
-            .map(|block| {
-                let short = block.len() <= BLOCK_BYTES;
-                Pack::new(block, short)
-            })
-            .collect()
+        let blocks: Vec<&[&[u64]]> = rows.chunks(block_rows).collect();
+        parallel::map(&blocks, |rows| {
+            let block = encode_block(rows, columns);
+            let short = block.len() <= BLOCK_BYTES;
+            Pack::new(block, short)
+        })
     };
     let is_long = |blocks: &[Pack]| blocks.iter().any(|block| block.plain.len() > BLOCK_BYTES);
     let (mut short, mut short_blocks) = (WINDOW, of(WINDOW));

@@ -8,8 +8,8 @@
 
 use super::net::Net;
 use super::reach::Reach;
+use crate::parallel;
 use crate::{BitMatrix, bits};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Bit q of row p is clear only where no line crosses directed portal p and later directed portal q.
@@ -115,7 +115,7 @@ impl MightSee {
     /// Drops pairs of portals whose lines would join two cells that don't see each other: bit j of row i of `hidden`, both
     /// ways.
     pub fn drop_all_hidden(&mut self, net: &Net, hidden: &BitMatrix) {
-        self.open.rows_mut().into_par_iter().enumerate().for_each(|(cell, row)| {
+        parallel::for_each_mut(&mut self.open.rows_mut(), |cell, row| {
             for p in hidden.ones(cell).flat_map(|other| net.out(other)) {
                 unset(row, p);
                 unset(row, net.twin[p] as usize);
@@ -141,7 +141,7 @@ impl MightSee {
     fn drop_closed(&mut self, net: &Net) {
         let open = &self.open;
         for matrix in [&mut self.rows, &mut self.before] {
-            matrix.rows_mut().into_par_iter().enumerate().for_each(|(p, row)| {
+            parallel::for_each_mut(&mut matrix.rows_mut(), |p, row| {
                 let (a, b) = (open.row(net.source[p] as usize), open.row(net.target[p] as usize));
                 for (word, (a, b)) in row.iter_mut().zip(a.iter().zip(b)) {
                     *word &= a & b;
@@ -165,10 +165,9 @@ fn by_windows(net: &Net) -> Option<BitMatrix> {
     if n < MANY {
         return None;
     }
-    let some: Vec<usize> = (0..n).step_by(TRIED).collect();
-    let one = |(reach, found): &mut (Reach<'_>, Vec<u32>), &first: &usize| usize::from(reach.from(first, n / LOOKS, found));
-    let done: usize = some.par_iter().map_init(|| (Reach::new(net), Vec::new()), one).sum();
-    if 2 * done < some.len() {
+    let one = |(reach, found): &mut (Reach<'_>, Vec<u32>), i: usize| reach.from(i * TRIED, n / LOOKS, found);
+    let done = parallel::map_init(n.div_ceil(TRIED), || (Reach::new(net), Vec::new()), one);
+    if 2 * done.iter().filter(|done| **done).count() < done.len() {
         return None;
     }
     let scratch = || (Reach::new(net), Vec::new(), Planes::new(net));
@@ -216,14 +215,14 @@ impl<'n> Planes<'n> {
 }
 
 /// A matrix whose rows are worked out in parallel, each by itself, with scratch memory.
-pub(crate) fn from_rows<S>(
+pub(crate) fn from_rows<S: Send>(
     rows: usize,
     columns: usize,
     scratch: impl Fn() -> S + Sync,
     fill: impl Fn(&mut S, usize, &mut [u64]) + Sync,
 ) -> BitMatrix {
     let mut matrix = BitMatrix::new(rows, columns);
-    matrix.rows_mut().into_par_iter().enumerate().for_each_init(&scratch, |scratch, (r, row)| fill(scratch, r, row));
+    parallel::for_each_init(&mut matrix.rows_mut(), scratch, |scratch, r, row| fill(scratch, r, row));
     matrix
 }
 

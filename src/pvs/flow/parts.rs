@@ -11,10 +11,11 @@ use super::reach::Reach;
 use super::{FlowInput, FlowResult, cells::set_both, decide};
 use crate::cells::{Cell, CellGraph, Strategy, flow_bytes};
 use crate::job::{Job, Stopped};
+use crate::parallel;
 use crate::{BitMatrix, CellId};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// When a graph is taken apart, and how.
 #[derive(Clone, Copy)]
@@ -71,18 +72,23 @@ impl Parts {
             return None;
         }
         let most = n / sizes.looks;
+        // Once one sees far, the others need not be asked.
+        let far = AtomicBool::new(false);
         let from = |reach: &mut Reach<'_>, first| {
             let mut found = Vec::new();
-            reach.from(first, most, &mut found).then_some(found)
+            let near = !far.load(Relaxed) && reach.from(first, most, &mut found);
+            far.fetch_or(!near, Relaxed);
+            found
         };
         // Most that see far are found out by a few.
-        let few = (0..n).into_par_iter().step_by(sizes.looks).map_init(|| Reach::new(net), from);
-        if few.any(|found| found.is_none()) {
+        let few = n.div_ceil(sizes.looks);
+        parallel::map_init(few, || Reach::new(net), |reach, i| from(reach, i * sizes.looks));
+        let rows: Vec<Vec<u32>> = parallel::map_init(n, || Reach::new(net), from);
+        if far.load(Relaxed) {
             return None;
         }
-        let rows: Option<Vec<Vec<u32>>> = (0..n).into_par_iter().map_init(|| Reach::new(net), from).collect();
         let (mut reach, mut sources) = (vec![Vec::new(); n], vec![0; n]);
-        for (p, mut row) in rows?.into_iter().enumerate() {
+        for (p, mut row) in rows.into_iter().enumerate() {
             row.iter_mut().for_each(|q| *q = net.ids[*q as usize]);
             reach[net.ids[p] as usize] = row;
             sources[net.ids[p] as usize] = net.source[p];

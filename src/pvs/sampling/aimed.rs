@@ -10,13 +10,13 @@ use super::witness::{Found, Lower, Prover};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb};
 use crate::job::{Job, Stopped};
+use crate::parallel;
 use crate::pvs::facets::corners;
 use crate::pvs::options::PvsOptions;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Attempts at a pair in the first round; each round doubles them.
 const FIRST: u64 = 4;
@@ -46,7 +46,7 @@ pub(in crate::pvs) fn sample(
 ) -> Result<(), Stopped> {
     let (scene, locator) = (rays.scene(), Locator::new(graph));
     let prover = Prover { rays, locator: &locator, clearance: scene.tolerance().clearance };
-    let origins: Vec<Origins> = (0..graph.cells.len()).into_par_iter().map(|c| Origins::new(graph, rays, c)).collect();
+    let origins: Vec<Origins> = parallel::map_range(0..graph.cells.len(), |c| Origins::new(graph, rays, c));
     for round in 0..ROUNDS {
         let open = |c: usize| {
             let left = |upper: &BitMatrix, known: &BitMatrix| {

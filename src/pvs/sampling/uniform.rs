@@ -7,7 +7,7 @@ use super::source::Source;
 use super::witness::{Found, Line, Lower};
 use crate::CellId;
 use crate::job::{Job, Stopped};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Rays worked on between two looks at what is known, and by one thread at a time; fixed, so that results don't depend on threads.
 const RAYS: u64 = 16_384;
@@ -15,7 +15,7 @@ const SHARE: u64 = 256;
 
 /// Where eyes stand: the cells' regions.
 pub(super) fn regions(sampler: &Sampler<'_>) -> Vec<Region> {
-    sampler.graph.cells.par_iter().map(|cell| Region::new(&cell.pieces, sampler.near)).collect()
+    parallel::map(&sampler.graph.cells, |cell| Region::new(&cell.pieces, sampler.near))
 }
 
 /// Random rays: each one line, both halves of it.

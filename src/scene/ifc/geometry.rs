@@ -4,6 +4,7 @@ use super::model::{Model, Voids, global_id, y_up};
 use super::relations::Relations;
 use super::styles::Styles;
 use super::workers::{self, DeadlinePassed, Limits, Outcome};
+use crate::parallel;
 use glam::DVec3;
 use ifc_lite_core::{DecodedEntity, EntityDecoder};
 use ifc_lite_geometry::GeometryRouter;
@@ -80,7 +81,7 @@ pub(super) fn build(
     limits: Limits,
 ) -> Result<Geometry, DeadlinePassed> {
     let task = Arc::new(Task { model: model.clone(), relations: relations.clone(), styles, products });
-    let outcomes = workers::run(&task, rayon::current_num_threads(), limits)?;
+    let outcomes = workers::run(&task, parallel::threads(), limits)?;
     let mut geometry = Geometry::default();
     let mut decoder = model.decoder();
     for (outcome, &product) in outcomes.into_iter().zip(&task.products) {

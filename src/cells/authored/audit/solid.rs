@@ -4,9 +4,9 @@
 //! enclose a volume all the same.
 
 use crate::geom::Aabb;
+use crate::parallel;
 use crate::scene::RoomHint;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use robust::{Coord, orient2d};
 
 /// Lines along each side of a room: 3 x 16 x 16 in all.
@@ -110,7 +110,7 @@ pub(super) fn overlaps(solids: &[Solid<'_>]) -> Vec<(usize, usize, f64)> {
         }
         (volume > 0.0).then_some((i, j, volume))
     };
-    pairs.par_iter().filter_map(shared).collect()
+    parallel::flat_map(&pairs, shared)
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! How far the sides of rooms lie from the walls, floors and ceilings that bound them.
 
 use super::finding::{Finding, FindingKind, called};
+use crate::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, RoomHint};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Walls farther than this from a side, metres, don't bound the room there.
 const REACH: f64 = 0.6;
@@ -31,8 +31,9 @@ struct Side {
 
 /// Rooms with sides off their walls, of those that are rooms at all.
 pub(super) fn findings(rays: &RayScene<'_>, unsound: &[bool], metre: f64) -> Vec<Finding> {
-    let rooms = rays.scene().hints.rooms.par_iter().zip(unsound).filter(|(r, unsound)| r.drawn && !**unsound);
-    rooms.filter_map(|(room, _)| finding(room, rays, metre)).collect()
+    let rooms = rays.scene().hints.rooms.iter().zip(unsound).filter(|(r, unsound)| r.drawn && !**unsound);
+    let rooms: Vec<&RoomHint> = rooms.map(|(room, _)| room).collect();
+    parallel::flat_map(&rooms, |room| finding(room, rays, metre))
 }
 
 fn finding(room: &RoomHint, rays: &RayScene<'_>, metre: f64) -> Option<Finding> {
