@@ -235,6 +235,67 @@ impl Gpu {
     }
 }
 
+/// A render pipeline of triangles without vertex buffers, held against a depth buffer: where pipelines of this crate differ.
+pub(crate) struct DepthPipeline<'d> {
+    pub module: &'d wgpu::ShaderModule,
+    /// Entry points: of corners, and of pixels.
+    pub shaders: [&'d str; 2],
+    pub groups: &'d [Option<&'d wgpu::BindGroupLayout>],
+    /// What pixels are written to, beside the depth.
+    pub targets: &'d [Option<wgpu::ColorTargetState>],
+    pub writes_depth: bool,
+    pub compare: wgpu::CompareFunction,
+}
+
+impl DepthPipeline<'_> {
+    /// Makes it.
+    pub fn on(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
+        let Self { module, shaders: [corners, pixels], targets, .. } = *self;
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&pipeline_layout(device, self.groups)),
+            vertex: wgpu::VertexState {
+                module,
+                entry_point: Some(corners),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: wgpu::TextureFormat::Depth32Float,
+                depth_write_enabled: Some(self.writes_depth),
+                depth_compare: Some(self.compare),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module,
+                entry_point: Some(pixels),
+                compilation_options: Default::default(),
+                targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+/// Compiles a shader.
+pub(crate) fn shader_module(device: &wgpu::Device, source: &'static str) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
+}
+
+/// What a pipeline binds.
+pub(crate) fn pipeline_layout(device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: groups,
+        immediate_size: 0,
+    })
+}
+
 /// The first failure is the one that tells why.
 fn note(failure: &Mutex<Option<String>>, reason: String) {
     failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);

@@ -1,26 +1,9 @@
 //! No function of `src` is longer than a screen, unless a comment with `long:` above it says why.
 
 use crate::sources::sources;
-use std::collections::BTreeSet;
 
 /// Most lines of a function, from `fn` to its closing bracket.
 const MOST: usize = 80;
-
-/// Functions that are longer without a reason; this list shrinks.
-const TO_BE_SHORTENED: [&str; 12] = [
-    "cli/report/building.rs: report",
-    "generate/glb.rs: write",
-    "generate/house.rs: quarter",
-    "generate/office.rs: office",
-    "occlusion/queries/scene.rs: new",
-    "pages/building.rs: head",
-    "pvs/cubes/gpu/scene.rs: new",
-    "pvs/occluders/mod.rs: decide",
-    "pvs/occluders/mod.rs: through",
-    "scene/ifc/openings.rs: openings",
-    "scene/indoorgml.rs: document",
-    "verify/rooms.rs: score",
-];
 
 /// Names and lengths of the functions of a text that are too long, and have no reason above them.
 fn long_functions(text: &str) -> Vec<(String, usize)> {
@@ -49,17 +32,9 @@ fn long_functions(text: &str) -> Vec<(String, usize)> {
 
 #[test]
 fn no_function_is_longer_than_a_screen() {
-    let mut all = BTreeSet::new();
     for (file, text) in sources() {
-        for (name, length) in long_functions(&text) {
-            let place = format!("{file}: {name}");
-            let reason = "shorten it, or say why above it: `// long: ...`";
-            assert!(TO_BE_SHORTENED.contains(&place.as_str()), "{place} has {length} lines: {reason}");
-            all.insert(place);
-        }
-    }
-    for place in TO_BE_SHORTENED {
-        assert!(all.contains(place), "{place} is short by now: take it out of the list");
+        let long = long_functions(&text);
+        assert!(long.is_empty(), "{file}: {long:?}: shorten them, or say why above: `// long: ...`");
     }
 }
 

@@ -80,8 +80,9 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn write(files: &[(&Path, String)]) -> Result<(), CliError> {
+fn write(files: &[(impl AsRef<Path>, String)]) -> Result<(), CliError> {
     for (path, text) in files {
+        let path = path.as_ref();
         replace_file(path, |out| out.write_all(text.as_bytes())).map_err(|e| at(path, e))?;
     }
     Ok(())

@@ -4,7 +4,8 @@
 //! surfaces are flat, and a reader derives flat normals where there are none (section 3.7.2.1). Every node carries
 //! `extras.enfilade.role`, which tells the importer walls from furniture. Groups are nodes, too, after all others.
 
-use super::model::{Material, Model};
+use super::model::{Material, Model, Node};
+use super::solid::Solid;
 use crate::scene::Role;
 use glam::DMat3;
 use serde_json::{Value, json};
@@ -31,59 +32,76 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
     let mut used: Vec<Material> = model.meshes.iter().map(|m| m.1).collect();
     used.sort();
     used.dedup();
+    let mut buffers = Buffers::default();
+    let meshes: Vec<Value> = model
+        .meshes
+        .iter()
+        .map(|(solid, material)| {
+            let [positions, indices] = buffers.add(solid);
+            let place = used.binary_search(material).unwrap_or_default();
+            json!({ "primitives": [{ "attributes": { "POSITION": positions }, "indices": indices, "material": place }] })
+        })
+        .collect();
+    let (nodes, roots) = nodes(model);
+    let Buffers { positions, indices, accessors } = buffers;
+    let header = json!({
+        "asset": { "version": "2.0", "generator": "enfilade generate" },
+        "scene": 0,
+        "scenes": [{ "name": name, "nodes": roots }],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": used.iter().map(material).collect::<Vec<_>>(),
+        "accessors": accessors,
+        "bufferViews": [
+            { "buffer": 0, "byteLength": positions.len(), "target": ARRAY_BUFFER },
+            { "buffer": 0, "byteOffset": positions.len(), "byteLength": indices.len(), "target": ELEMENT_ARRAY_BUFFER },
+        ],
+        "buffers": [{ "byteLength": positions.len() + indices.len() }],
+    });
+    container(&header, [positions, indices].concat())
+}
 
-    let (mut positions, mut indices) = (Vec::new(), Vec::new());
-    let (mut accessors, mut meshes) = (Vec::new(), Vec::new());
-    for (solid, material) in &model.meshes {
+/// What meshes hold, and where it lies in the buffer's two views.
+#[derive(Default)]
+struct Buffers {
+    positions: Vec<u8>,
+    indices: Vec<u8>,
+    accessors: Vec<Value>,
+}
+
+impl Buffers {
+    /// Adds a mesh. Returns the accessors of its positions and of its indices.
+    fn add(&mut self, solid: &Solid) -> [usize; 2] {
         let corners: Vec<[f32; 3]> = solid.positions.iter().map(|p| p.as_vec3().to_array()).collect();
         let bound = |pick: fn(f32, f32) -> f32| -> Value {
             (0..3).map(|k| json!(corners.iter().map(|c| c[k]).reduce(pick))).collect::<Vec<_>>().into()
         };
-        accessors.push(json!({
-            "bufferView": 0, "byteOffset": positions.len(), "componentType": FLOAT, "count": corners.len(),
+        self.accessors.push(json!({
+            "bufferView": 0, "byteOffset": self.positions.len(), "componentType": FLOAT, "count": corners.len(),
             "type": "VEC3", "min": bound(f32::min), "max": bound(f32::max),
         }));
-        positions.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        self.positions.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
 
         let narrow = corners.len() <= usize::from(u16::MAX);
-        accessors.push(json!({
-            "bufferView": 1, "byteOffset": indices.len(), "componentType": if narrow { U16 } else { U32 },
+        self.accessors.push(json!({
+            "bufferView": 1, "byteOffset": self.indices.len(), "componentType": if narrow { U16 } else { U32 },
             "count": solid.triangles.len() * 3, "type": "SCALAR",
         }));
         for &i in solid.triangles.iter().flatten() {
             if narrow {
-                indices.extend((i as u16).to_le_bytes());
+                self.indices.extend((i as u16).to_le_bytes());
             } else {
-                indices.extend(i.to_le_bytes());
+                self.indices.extend(i.to_le_bytes());
             }
         }
-        pad(&mut indices, 0);
-        let place = used.binary_search(material).unwrap_or_default();
-        meshes.push(json!({ "primitives": [{
-            "attributes": { "POSITION": accessors.len() - 2 }, "indices": accessors.len() - 1, "material": place,
-        }] }));
+        pad(&mut self.indices, 0);
+        [self.accessors.len() - 2, self.accessors.len() - 1]
     }
+}
 
-    let mut nodes: Vec<Value> = model
-        .nodes
-        .iter()
-        .map(|node| {
-            let mut value = json!({
-                "name": node.name, "mesh": node.mesh, "extras": { "enfilade": { "role": role_name(node.role) } },
-            });
-            if let Some(p) = node.placement {
-                let (m, at) = (p.matrix3, p.translation);
-                if m == DMat3::IDENTITY {
-                    value["translation"] = json!(at.to_array());
-                } else {
-                    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
-                    value["matrix"] =
-                        json!([x.x, x.y, x.z, 0.0, y.x, y.y, y.z, 0.0, z.x, z.y, z.z, 0.0, at.x, at.y, at.z, 1.0]);
-                }
-            }
-            value
-        })
-        .collect();
+/// The nodes, groups after all others, and which of them have no parent.
+fn nodes(model: &Model) -> (Vec<Value>, Vec<usize>) {
+    let mut nodes: Vec<Value> = model.nodes.iter().map(node).collect();
     let mut roots = Vec::new();
     let mut children = vec![Vec::new(); model.groups.len()];
     let parents = model.nodes.iter().map(|node| node.group).chain(model.groups.iter().map(|group| group.parent));
@@ -93,39 +111,42 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
     nodes.extend(
         model.groups.iter().zip(children).map(|(group, children)| json!({ "name": group.name, "children": children })),
     );
-    let materials: Vec<Value> = used
-        .iter()
-        .map(|material| {
-            let (name, colour) = material.look();
-            let mut value = json!({
-                "name": name,
-                "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9 },
-            });
-            if colour[3] < 1.0 {
-                value["alphaMode"] = json!("BLEND");
-            }
-            value
-        })
-        .collect();
-    let header = json!({
-        "asset": { "version": "2.0", "generator": "enfilade generate" },
-        "scene": 0,
-        "scenes": [{ "name": name, "nodes": roots }],
-        "nodes": nodes,
-        "meshes": meshes,
-        "materials": materials,
-        "accessors": accessors,
-        "bufferViews": [
-            { "buffer": 0, "byteLength": positions.len(), "target": ARRAY_BUFFER },
-            { "buffer": 0, "byteOffset": positions.len(), "byteLength": indices.len(), "target": ELEMENT_ARRAY_BUFFER },
-        ],
-        "buffers": [{ "byteLength": positions.len() + indices.len() }],
-    });
+    (nodes, roots)
+}
 
+/// A node with a mesh.
+fn node(node: &Node) -> Value {
+    let mut value = json!({
+        "name": node.name, "mesh": node.mesh, "extras": { "enfilade": { "role": role_name(node.role) } },
+    });
+    if let Some(p) = node.placement {
+        let (m, at) = (p.matrix3, p.translation);
+        if m == DMat3::IDENTITY {
+            value["translation"] = json!(at.to_array());
+        } else {
+            let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
+            value["matrix"] = json!([x.x, x.y, x.z, 0.0, y.x, y.y, y.z, 0.0, z.x, z.y, z.z, 0.0, at.x, at.y, at.z, 1.0]);
+        }
+    }
+    value
+}
+
+fn material(material: &Material) -> Value {
+    let (name, colour) = material.look();
+    let mut value = json!({
+        "name": name,
+        "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9 },
+    });
+    if colour[3] < 1.0 {
+        value["alphaMode"] = json!("BLEND");
+    }
+    value
+}
+
+/// The two chunks of the container, each a multiple of four bytes.
+fn container(header: &Value, mut binary: Vec<u8>) -> Vec<u8> {
     let mut text = header.to_string().into_bytes();
     pad(&mut text, b' ');
-    let mut binary = positions;
-    binary.extend(indices);
     pad(&mut binary, 0);
     let total = 12 + 8 + text.len() + 8 + binary.len();
     let mut out = Vec::with_capacity(total);

@@ -46,6 +46,10 @@ const PORTICO_FRONT: f64 = BLOCK + 12.0;
 /// The lines that doors stand on: large rooms along x (at this z), large and small rooms along z (at this x).
 const ENFILADE_X: f64 = 25.5;
 const ENFILADE_Z: f64 = 28.0;
+/// The middles of the walls between a passage and the rooms beside it: passages along z, along x; and of that between the rooms.
+const AXIS_Z: f64 = (PASSAGE_Z + LARGE) / 2.0;
+const AXIS_X: f64 = (PASSAGE_X + SMALL[0]) / 2.0;
+const AXIS_ROOMS: f64 = (SMALL[1] + CORE) / 2.0;
 
 // Heights, metres.
 /// The piano nobile's floor, its rooms' ceiling, the top of the hall's masonry.
@@ -250,91 +254,94 @@ fn hall(house: &mut House) -> usize {
 
 /// A large and a small room and the walls around them. `s`: the signs of x and z. `passages`: along z, along x.
 fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
-    let p = |x: f64, z: f64| [x * s[0], z * s[1]];
-    let large = house.room(&format!("Large room {word}"), p(LARGE, CORE), p(INSIDE, INSIDE));
-    let small = house.room(&format!("Small room {word}"), p(CORE, SMALL[0]), p(INSIDE, SMALL[1]));
-    // Rooms on the lesser and greater side of a wall, given the nearer and the farther from the middle.
-    let order = |axis: usize, near: Option<usize>, far: Option<usize>| {
-        if s[axis] > 0.0 { [near, far] } else { [far, near] }
-    };
-    let towards = |axis: usize, far: bool| usize::from((s[axis] > 0.0) == far);
-    let window = |at: f64| (at, WINDOW, Fill::Glass);
-    let door = |at: f64| (at, [DOOR[0], 0.0, DOOR[1]], Fill::Door);
-    let axis_z = (PASSAGE_Z + LARGE) / 2.0;
-    let axis_x = (PASSAGE_X + SMALL[0]) / 2.0;
-    let axis_rooms = (SMALL[1] + CORE) / 2.0;
-    let name = |what: &str| format!("{what} {word}");
+    let quarter = Quarter { s, word };
+    let p = |x: f64, z: f64| quarter.at(x, z);
+    let large = house.room(&quarter.name("Large room"), p(LARGE, CORE), p(INSIDE, INSIDE));
+    let small = house.room(&quarter.name("Small room"), p(CORE, SMALL[0]), p(INSIDE, SMALL[1]));
+    quarter.outer_walls(house, large, small);
+    quarter.inner_walls(house, large, small, passages);
+    house.slabs(&quarter.name("large"), p(AXIS_Z, CORE), p(BLOCK, BLOCK));
+    house.slabs(&quarter.name("small"), p(CORE, AXIS_X), p(BLOCK, CORE));
+    quarter.furnish(house);
+}
 
-    let windows = [window(11.0 * s[0]), window(ENFILADE_Z * s[0])];
-    house.wall(&name("front"), true, [p(axis_z, INSIDE), p(BLOCK, BLOCK)], &windows, order(1, Some(large), None), 0);
-    house.wall(
-        &name("side large"),
-        false,
-        [p(INSIDE, axis_rooms), p(BLOCK, INSIDE)],
-        &[window(ENFILADE_X * s[1])],
-        order(0, Some(large), None),
-        0,
-    );
-    house.wall(
-        &name("side small"),
-        false,
-        [p(INSIDE, axis_x), p(BLOCK, axis_rooms)],
-        &[window(10.5 * s[1])],
-        order(0, Some(small), None),
-        0,
-    );
-    let sides = order(0, Some(passages[0]), Some(large));
-    house.wall(
-        &name("passage large"),
-        false,
-        [p(PASSAGE_Z, CORE), p(LARGE, INSIDE)],
-        &[door(ENFILADE_X * s[1])],
-        sides,
-        towards(0, true),
-    );
-    let sides = order(1, Some(small), Some(large));
-    house.wall(
-        &name("large small"),
-        true,
-        [p(CORE, SMALL[1]), p(INSIDE, CORE)],
-        &[door(ENFILADE_Z * s[0])],
-        sides,
-        towards(1, true),
-    );
-    let sides = order(1, Some(passages[1]), Some(small));
-    house.wall(
-        &name("passage small"),
-        true,
-        [p(CORE, PASSAGE_X), p(INSIDE, SMALL[0])],
-        &[door(ENFILADE_Z * s[0])],
-        sides,
-        towards(1, true),
-    );
-    house.slabs(&name("large"), p(axis_z, CORE), p(BLOCK, BLOCK));
-    house.slabs(&name("small"), p(CORE, axis_x), p(BLOCK, CORE));
+/// A quarter of the block.
+struct Quarter<'q> {
+    /// The signs of x and z.
+    s: [f64; 2],
+    /// Where it lies, in words.
+    word: &'q str,
+}
 
-    let put = |house: &mut House, what: &str, x: f64, z: f64, turns: f64, material: Material, make: fn() -> Solid| {
-        let at = DVec3::new(x * s[0] * FOOT, FLOOR, z * s[1] * FOOT);
-        house.model.place(format!("{what} {word} {x}"), Role::Furnishing, Placement { at, turns }, what, material, make);
-    };
-    put(house, "table", 15.0, 30.5, 0.0, Material::Wood, || furniture::table(2.4));
-    put(house, "bench", 15.0, 19.5, 0.0, Material::Wood, furniture::bench);
-    put(house, "bench", 19.6, 10.5, 0.25, Material::Wood, furniture::bench);
-    for x in [13.0, 17.0] {
-        put(house, "chair", x, 28.0, 0.25 + 0.25 * s[1], Material::Fabric, furniture::chair);
+impl Quarter<'_> {
+    fn name(&self, what: &str) -> String {
+        format!("{what} {}", self.word)
     }
-    // A picture on the masonry, seen from the large room.
-    let at = DVec3::new(11.0 * s[0] * FOOT, FLOOR + 1.9, CORE * s[1] * FOOT);
-    let placement = Placement { at, turns: if s[1] > 0.0 { 0.0 } else { 0.5 } };
-    house
-        .model
-        .place(name("picture"), Role::Furnishing, placement, "picture", Material::Picture, || furniture::picture(1.8, 1.2));
+
+    /// In plan, feet: the place in this quarter of one where x and z are above zero.
+    fn at(&self, x: f64, z: f64) -> [f64; 2] {
+        [x * self.s[0], z * self.s[1]]
+    }
+
+    /// Rooms on the lesser and greater side of a wall, given the nearer and the farther from the middle.
+    fn order(&self, axis: usize, near: Option<usize>, far: Option<usize>) -> [Option<usize>; 2] {
+        if self.s[axis] > 0.0 { [near, far] } else { [far, near] }
+    }
+
+    /// Walls with windows.
+    fn outer_walls(&self, house: &mut House, large: usize, small: usize) {
+        let s = self.s;
+        let p = |x: f64, z: f64| self.at(x, z);
+        let window = |at: f64| (at, WINDOW, Fill::Glass);
+        let mut wall = |what: &str, axis: usize, ends: [[f64; 2]; 2], windows: &[Pierced], room: usize| {
+            house.wall(&self.name(what), axis == 1, ends, windows, self.order(axis, Some(room), None), 0);
+        };
+        let windows = [window(11.0 * s[0]), window(ENFILADE_Z * s[0])];
+        wall("front", 1, [p(AXIS_Z, INSIDE), p(BLOCK, BLOCK)], &windows, large);
+        let windows = [window(ENFILADE_X * s[1])];
+        wall("side large", 0, [p(INSIDE, AXIS_ROOMS), p(BLOCK, INSIDE)], &windows, large);
+        let windows = [window(10.5 * s[1])];
+        wall("side small", 0, [p(INSIDE, AXIS_X), p(BLOCK, AXIS_ROOMS)], &windows, small);
+    }
+
+    /// Walls with doors, whose leaves open away from the middle.
+    fn inner_walls(&self, house: &mut House, large: usize, small: usize, passages: [usize; 2]) {
+        let p = |x: f64, z: f64| self.at(x, z);
+        let mut wall = |what: &str, axis: usize, ends: [[f64; 2]; 2], at: f64, [near, far]: [usize; 2]| {
+            let door = (at, [DOOR[0], 0.0, DOOR[1]], Fill::Door);
+            let sides = self.order(axis, Some(near), Some(far));
+            house.wall(&self.name(what), axis == 1, ends, &[door], sides, usize::from(self.s[axis] > 0.0));
+        };
+        let [in_x, in_z] = [ENFILADE_X * self.s[1], ENFILADE_Z * self.s[0]];
+        wall("passage large", 0, [p(PASSAGE_Z, CORE), p(LARGE, INSIDE)], in_x, [passages[0], large]);
+        wall("large small", 1, [p(CORE, SMALL[1]), p(INSIDE, CORE)], in_z, [small, large]);
+        wall("passage small", 1, [p(CORE, PASSAGE_X), p(INSIDE, SMALL[0])], in_z, [passages[1], small]);
+    }
+
+    fn furnish(&self, house: &mut House) {
+        let s = self.s;
+        let mut put = |what: &str, x: f64, z: f64, turns: f64, material: Material, make: fn() -> Solid| {
+            let at = DVec3::new(x * s[0] * FOOT, FLOOR, z * s[1] * FOOT);
+            let name = format!("{} {x}", self.name(what));
+            house.model.place(name, Role::Furnishing, Placement { at, turns }, what, material, make);
+        };
+        put("table", 15.0, 30.5, 0.0, Material::Wood, || furniture::table(2.4));
+        put("bench", 15.0, 19.5, 0.0, Material::Wood, furniture::bench);
+        put("bench", 19.6, 10.5, 0.25, Material::Wood, furniture::bench);
+        for x in [13.0, 17.0] {
+            put("chair", x, 28.0, 0.25 + 0.25 * s[1], Material::Fabric, furniture::chair);
+        }
+        // A picture on the masonry, seen from the large room.
+        let at = DVec3::new(11.0 * s[0] * FOOT, FLOOR + 1.9, CORE * s[1] * FOOT);
+        let placement = Placement { at, turns: if s[1] > 0.0 { 0.0 } else { 0.5 } };
+        let make = || furniture::picture(1.8, 1.2);
+        house.model.place(self.name("picture"), Role::Furnishing, placement, "picture", Material::Picture, make);
+    }
 }
 
 /// A passage's ends, and the portico before it. `z`: the passage runs along z, else along x; `s`: to which side.
 fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
-    let (half, wall_axis) =
-        if z { (PASSAGE_Z, (PASSAGE_Z + LARGE) / 2.0) } else { (PASSAGE_X, (PASSAGE_X + SMALL[0]) / 2.0) };
+    let (half, wall_axis) = if z { (PASSAGE_Z, AXIS_Z) } else { (PASSAGE_X, AXIS_X) };
     let word = match (z, s > 0.0) {
         (true, false) => "north",
         (true, true) => "south",

@@ -171,6 +171,10 @@ impl Storey {
         }
     }
 
+    fn wing_count(&self) -> usize {
+        self.wings.iter().max().map_or(0, |last| last + 1)
+    }
+
     /// The first room with a use in a wing.
     fn find(&self, what: Use, wing: usize) -> Option<usize> {
         (0..self.uses.len()).find(|&r| self.uses[r] == what && self.wings[r] == wing)
@@ -200,71 +204,18 @@ pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, se
         .enumerate()
         .map(|(s, sides)| Storey::new(s, sides, bays, &mut Prng::new(seed, PLAN + ((s as u64) << 8))))
         .collect();
-    let wings = sides[0].len();
 
     // 1. What there is.
-    let mut facts = Facts::default();
-    let mut ids: Vec<Vec<usize>> = Vec::new();
-    for (s, level) in levels.iter().enumerate() {
-        let floor = s as i32 * STYLE.storey();
-        facts.storeys.push((format!("Storey {s}"), metres(floor)));
-        // A lift's shaft is one room through all storeys.
-        let known = if s == 0 {
-            BTreeMap::new()
-        } else {
-            (0..wings).filter_map(|w| Some((level.find(Use::Lift, w)?, ids[0][levels[0].find(Use::Lift, w)?]))).collect()
-        };
-        ids.push(level.plan.describe(&mut facts, s, floor, &known));
-    }
-    let top = metres(storeys as i32 * STYLE.storey() - STYLE.slab);
-    for w in 0..wings {
-        let lift = levels[0].find(Use::Lift, w).map(|r| ids[0][r]);
-        if let Some(lift) = lift {
-            facts.rooms[lift].height[1] = top;
-        }
-    }
+    let (mut facts, ids) = describe(&levels);
 
     // 2. The way through it decides which leaves stand open.
     let mut model = Model::default();
-    for (s, pair) in levels.windows(2).enumerate() {
-        for w in 0..wings {
-            if let [Some(lower), Some(upper)] = [pair[0].find(Use::Stairs, w), pair[1].find(Use::Stairs, w)] {
-                let rooms = [ids[s][lower], ids[s + 1][upper]];
-                facts.stairs.push(stairs(&mut model, &pair[0].plan, lower, s, w, rooms));
-            }
-        }
-    }
+    climb(&mut model, &mut facts, &levels, &ids);
     let walk = walk(&facts, &levels, &ids);
     let path = CameraPath::along(&facts.way(&walk), 1.2);
 
     // 3. Walls, slabs, leaves, panes.
-    let mut shut = Prng::new(seed, DOORS);
-    let mut opening = 0;
-    let leaves: Vec<&super::facts::Opening> = facts.openings.iter().filter(|o| o.fill == Fill::Door).collect();
-    let mut closed = || {
-        let rooms = leaves[opening].rooms;
-        opening += 1;
-        let lift = rooms.iter().flatten().any(|&r| facts.rooms[r].name.starts_with("Lift"));
-        let walked = walk.windows(2).any(|p| p == rooms || [p[1], p[0]] == rooms);
-        lift || (shut.chance(0.2) && !walked)
-    };
-    let mut shafts = Vec::new();
-    for (s, level) in levels.iter().enumerate() {
-        let floor = s as i32 * STYLE.storey();
-        let above = levels.get(s + 1);
-        let roofed: Vec<bool> = level.plan.rooms.iter().map(|r| above.is_none_or(|a| !covers(&a.plan, r))).collect();
-        let voids: Vec<Vec<Aabb>> =
-            (0..level.uses.len()).map(|r| if s == 0 { Vec::new() } else { voids(level, r, floor) }).collect();
-        shafts.extend(
-            voids
-                .iter()
-                .enumerate()
-                .filter(|(r, _)| level.uses[*r] == Use::Lift)
-                .flat_map(|(_, v)| v.iter().map(|b| [b.min, b.max])),
-        );
-        level.plan.build(&mut model, s, floor, &voids, &roofed, &mut closed);
-    }
-    facts.shafts = shafts;
+    facts.shafts = build(&mut model, &facts, &levels, &walk, &mut Prng::new(seed, DOORS));
     ground(&mut model, &levels[0].plan, 15.0);
     let door = metres(SHAFT + (WING - SHAFT) / 2);
     let (min, max) = (DVec3::new(metres(CORE) - 1.35, -0.3, door - 1.0), DVec3::new(metres(CORE) - 0.15, -0.15, door + 1.0));
@@ -276,6 +227,65 @@ pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, se
         }
     }
     Building { name: "office".into(), seed, counted: vec![("offices", offices)], model, facts, path }
+}
+
+/// Rooms, doors and windows, storey by storey; and by storey, the number of each of its rooms among all.
+fn describe(levels: &[Storey]) -> (Facts, Vec<Vec<usize>>) {
+    let mut facts = Facts::default();
+    let mut ids: Vec<Vec<usize>> = Vec::new();
+    let lifts = |level: &Storey| (0..level.wing_count()).map(|w| level.find(Use::Lift, w)).collect::<Vec<_>>();
+    for (s, level) in levels.iter().enumerate() {
+        let floor = s as i32 * STYLE.storey();
+        facts.storeys.push((format!("Storey {s}"), metres(floor)));
+        // A lift's shaft is one room through all storeys.
+        let known = match ids.first() {
+            None => BTreeMap::new(),
+            Some(ids) => {
+                lifts(level).into_iter().zip(lifts(&levels[0])).filter_map(|(r, lowest)| Some((r?, ids[lowest?]))).collect()
+            }
+        };
+        ids.push(level.plan.describe(&mut facts, s, floor, &known));
+    }
+    let top = metres(levels.len() as i32 * STYLE.storey() - STYLE.slab);
+    for lift in lifts(&levels[0]).into_iter().flatten() {
+        facts.rooms[ids[0][lift]].height[1] = top;
+    }
+    (facts, ids)
+}
+
+/// Adds the stairs from each storey to the next.
+fn climb(model: &mut Model, facts: &mut Facts, levels: &[Storey], ids: &[Vec<usize>]) {
+    for (s, pair) in levels.windows(2).enumerate() {
+        for w in 0..pair[0].wing_count() {
+            if let [Some(lower), Some(upper)] = [pair[0].find(Use::Stairs, w), pair[1].find(Use::Stairs, w)] {
+                let rooms = [ids[s][lower], ids[s + 1][upper]];
+                facts.stairs.push(stairs(model, &pair[0].plan, lower, s, w, rooms));
+            }
+        }
+    }
+}
+
+/// Builds all storeys; no leaf is shut on a walk. Returns the shafts of lifts.
+fn build(model: &mut Model, facts: &Facts, levels: &[Storey], walk: &[Option<usize>], shut: &mut Prng) -> Vec<[DVec3; 2]> {
+    let mut leaves = facts.openings.iter().filter(|o| o.fill == Fill::Door);
+    let mut is_shut = |[a, b]: [Option<usize>; 2]| {
+        let lift = [a, b].into_iter().flatten().any(|r| facts.rooms[r].name.starts_with("Lift"));
+        let walked = walk.windows(2).any(|p| p == [a, b] || p == [b, a]);
+        lift || (shut.chance(0.2) && !walked)
+    };
+    let mut closed = || leaves.next().is_some_and(|leaf| is_shut(leaf.rooms));
+    let mut shafts = Vec::new();
+    for (s, level) in levels.iter().enumerate() {
+        let floor = s as i32 * STYLE.storey();
+        let above = levels.get(s + 1);
+        let roofed: Vec<bool> = level.plan.rooms.iter().map(|r| above.is_none_or(|a| !covers(&a.plan, r))).collect();
+        let voids: Vec<Vec<Aabb>> =
+            (0..level.uses.len()).map(|r| if s == 0 { Vec::new() } else { voids(level, r, floor) }).collect();
+        let of_lifts = voids.iter().zip(&level.uses).filter(|(_, what)| **what == Use::Lift);
+        shafts.extend(of_lifts.flat_map(|(voids, _)| voids.iter().map(|b| [b.min, b.max])));
+        level.plan.build(model, s, floor, &voids, &roofed, &mut closed);
+    }
+    shafts
 }
 
 /// True where the storey above has a floor over a room.

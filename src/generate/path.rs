@@ -1,12 +1,11 @@
 //! A walk through a building: from room to room through the middle of doors, at eye height.
 
 use super::facts::{Facts, Fill};
+use crate::types::person::EYE_HEIGHT;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 
-/// Eye height above the floor, metres.
-const EYE: f64 = 1.6;
 /// How far ahead along the way the camera looks, metres.
 const AHEAD: f64 = 2.5;
 /// How far before and behind a door's wall the way goes straight, metres: past an open leaf.
@@ -26,9 +25,9 @@ impl CameraPath {
         let mut eyes: Vec<DVec3> = Vec::new();
         for leg in way.windows(2) {
             let parts = (leg[0].distance(leg[1]) / step).ceil().max(1.0) as usize;
-            eyes.extend((0..parts).map(|i| leg[0].lerp(leg[1], i as f64 / parts as f64) + DVec3::Y * EYE));
+            eyes.extend((0..parts).map(|i| leg[0].lerp(leg[1], i as f64 / parts as f64) + DVec3::Y * EYE_HEIGHT));
         }
-        eyes.extend(way.last().map(|p| *p + DVec3::Y * EYE));
+        eyes.extend(way.last().map(|p| *p + DVec3::Y * EYE_HEIGHT));
         let frames =
             (0..eyes.len()).map(|i| [eyes[i], look_ahead(&eyes[i..]).unwrap_or(eyes[i] + heading(&eyes))]).collect();
         Self { frames }

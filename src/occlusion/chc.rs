@@ -7,14 +7,13 @@
 //! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
 
 use super::hierarchy::Hierarchy;
-use super::mask::Mask;
-use super::oracle::{OcclusionOracle, QueryId};
+use super::mask::Scope;
+use super::oracle::OcclusionOracle;
 use super::stats::OnlineStats;
 use super::view::Frustum;
-use super::walk::{Open, Scope, Walk};
+use super::walk::{AskingWalk, Open, Policy};
 use crate::ObjectId;
 use crate::random::Prng;
-use std::collections::VecDeque;
 
 /// Of the leaves that showed in the last frame, which are asked about again. One that isn't counts as still in sight: less is asked, more is
 /// drawn.
@@ -44,12 +43,15 @@ struct State {
 /// Culls a tree; keeps what one camera needs from frame to frame.
 #[derive(Clone, Debug)]
 pub struct Chc {
+    memory: Memory,
+    walk: AskingWalk,
+}
+
+#[derive(Clone, Debug)]
+struct Memory {
     reduction: Reduction,
     random: Prng,
     states: Vec<State>,
-    walk: Walk,
-    /// Questions without an answer, the oldest first; whether the node is drawn already.
-    queries: VecDeque<(QueryId, Open, bool)>,
     /// Leaves of this frame that showed in the last.
     nearest: u32,
 }
@@ -57,91 +59,70 @@ pub struct Chc {
 impl Chc {
     /// `seed` decides the random choices.
     pub fn new(reduction: Reduction, seed: u64) -> Self {
-        Self {
-            reduction,
-            random: Prng::new(seed, 0),
-            states: Vec::new(),
-            walk: Walk::default(),
-            queries: VecDeque::new(),
-            nearest: 0,
-        }
+        let memory = Memory { reduction, random: Prng::new(seed, 0), states: Vec::new(), nearest: 0 };
+        Self { memory, walk: AskingWalk::default() }
     }
 
     /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
     /// nothing after the first frame of a tree; to be used for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
-        self.run(&Scope { tree, frustum, mask: None }, oracle)
+        self.cull_of(&Scope { tree, frustum, mask: None }, oracle)
     }
 
-    /// The same, of what a mask of the tree has; what isn't in it isn't drawn, and hides nothing.
-    pub fn cull_of(
-        &mut self,
-        tree: &Hierarchy,
-        mask: &Mask,
-        frustum: &Frustum,
-        oracle: &mut impl OcclusionOracle,
-    ) -> &[ObjectId] {
-        self.run(&Scope { tree, frustum, mask: Some(mask) }, oracle)
+    /// The same, of a part of a tree.
+    pub fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        self.memory.states.resize(scope.tree.nodes().len(), State::default());
+        self.memory.nearest = 0;
+        self.walk.run(scope, &mut self.memory, oracle)
     }
 
-    fn run(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
-        let tree = scope.tree;
-        self.states.resize(tree.nodes().len(), State::default());
-        self.queries.reserve(tree.nodes().len());
-        self.nearest = 0;
-        self.walk.begin(scope);
-        loop {
-            // 1. Answers, as far as they are there; with nothing else to do, all of them.
-            while let Some(&(query, open, drawn)) = self.queries.front() {
-                match oracle.poll(query) {
-                    Some(shows) => {
-                        self.queries.pop_front();
-                        if shows {
-                            self.pull_up(tree, open.node);
-                            if !drawn {
-                                self.walk.go_on(scope, open, oracle);
-                            }
-                        }
-                    }
-                    None if self.walk.is_done() => self.walk.stats.waits += 1,
-                    None => break,
-                }
-            }
-            // 2. The next node.
-            match self.walk.next() {
-                Some(open) => self.visit(scope, open, oracle),
-                None if self.queries.is_empty() => return &self.walk.objects,
-                None => {}
-            }
-        }
+    /// What the last frame drew.
+    pub fn objects(&self) -> &[ObjectId] {
+        &self.walk.walk.objects
     }
 
-    fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
+    /// Of the last frame.
+    pub fn stats(&self) -> OnlineStats {
+        self.walk.walk.stats
+    }
+}
+
+impl Policy for Memory {
+    fn visit(&mut self, scope: &Scope<'_>, open: Open, walk: &mut AskingWalk, oracle: &mut impl OcclusionOracle) {
         let Scope { tree, frustum, .. } = *scope;
         let node = &tree.nodes()[open.node as usize];
         let state = &mut self.states[open.node as usize];
-        let was_visible = state.visible && state.visited + 1 == self.walk.frame;
-        state.visible = false;
-        state.visited = self.walk.frame;
+        let was_visible = state.visible && state.visited + 1 == walk.walk.frame;
+        (state.visible, state.visited) = (false, walk.walk.frame);
         if frustum.meets_near(&node.bounds) {
             self.pull_up(tree, open.node);
-            self.walk.go_on(scope, open, oracle);
+            walk.walk.go_on(scope, open, oracle);
         } else if !was_visible {
             // It ended the walk before: hidden, or out of the frustum.
-            self.ask(tree, open, false, oracle);
+            state.unasked = 0;
+            walk.ask(tree, open, false, oracle);
         } else {
             if node.is_leaf() {
                 if self.is_asked(open.node) {
-                    self.ask(tree, open, true, oracle);
+                    self.states[open.node as usize].unasked = 0;
+                    walk.ask(tree, open, true, oracle);
                 } else {
                     self.pull_up(tree, open.node);
                 }
             }
             // Other nodes are opened: their leaves say whether they show.
-            self.walk.go_on(scope, open, oracle);
+            walk.walk.go_on(scope, open, oracle);
         }
     }
 
+    fn learn(&mut self, tree: &Hierarchy, node: u32, shows: bool) {
+        if shows {
+            self.pull_up(tree, node);
+        }
+    }
+}
+
+impl Memory {
     /// Whether a leaf that showed is asked about.
     fn is_asked(&mut self, node: u32) -> bool {
         let state = &mut self.states[node as usize];
@@ -155,12 +136,6 @@ impl Chc {
         }
     }
 
-    fn ask(&mut self, tree: &Hierarchy, open: Open, drawn: bool, oracle: &mut impl OcclusionOracle) {
-        self.states[open.node as usize].unasked = 0;
-        let query = self.walk.ask(oracle, &[tree.nodes()[open.node as usize].bounds]);
-        self.queries.push_back((query, open, drawn));
-    }
-
     /// A node shows, and so do all above it.
     fn pull_up(&mut self, tree: &Hierarchy, node: u32) {
         let mut next = Some(node);
@@ -168,15 +143,5 @@ impl Chc {
             self.states[n as usize].visible = true;
             next = tree.nodes()[n as usize].parent;
         }
-    }
-
-    /// What the last frame drew.
-    pub fn objects(&self) -> &[ObjectId] {
-        &self.walk.objects
-    }
-
-    /// Of the last frame.
-    pub fn stats(&self) -> OnlineStats {
-        self.walk.stats
     }
 }

@@ -14,11 +14,11 @@
 
 use super::bounds::Bounds;
 use super::hierarchy::Hierarchy;
-use super::mask::Mask;
+use super::mask::Scope;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::stats::OnlineStats;
 use super::view::Frustum;
-use super::walk::{Open, Scope, Walk};
+use super::walk::{Open, Walk};
 use crate::ObjectId;
 use crate::random::Prng;
 use std::collections::VecDeque;
@@ -106,24 +106,13 @@ impl ChcPlus {
         }
     }
 
-    /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
-    /// nothing after the first frame of a tree; to be used for one tree only.
+    /// Draws a frame, as [`Chc::cull`](super::chc::Chc::cull) does; all questions have their answer when it returns.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
-        self.run(&Scope { tree, frustum, mask: None }, oracle)
+        self.cull_of(&Scope { tree, frustum, mask: None }, oracle)
     }
 
-    /// The same, of what a mask of the tree has; what isn't in it isn't drawn, and hides nothing.
-    pub fn cull_of(
-        &mut self,
-        tree: &Hierarchy,
-        mask: &Mask,
-        frustum: &Frustum,
-        oracle: &mut impl OcclusionOracle,
-    ) -> &[ObjectId] {
-        self.run(&Scope { tree, frustum, mask: Some(mask) }, oracle)
-    }
-
-    fn run(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+    /// The same, of a part of a tree.
+    pub fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         let tree = scope.tree;
         self.begin(tree);
         self.walk.begin(scope);

@@ -6,12 +6,12 @@
 //! at intervals, but not all in the same frame: whose turn it is goes around by their numbers.
 
 use super::hierarchy::Hierarchy;
-use super::oracle::{OcclusionOracle, QueryId};
+use super::mask::Scope;
+use super::oracle::OcclusionOracle;
 use super::stats::OnlineStats;
 use super::view::Frustum;
-use super::walk::{Open, Scope, Walk};
+use super::walk::{AskingWalk, Open, Policy};
 use crate::ObjectId;
-use std::collections::VecDeque;
 
 /// The choices C1 to C7 of a graph whose root is at level 0, groups of areas at 1, areas at 2 and objects at 3, as sets of levels (bit `k`
 /// for level `k`). C1, none, is frustum culling alone. The study shows them in a figure; these are what its text says of them.
@@ -47,72 +47,56 @@ struct State {
 /// Culls a tree; keeps what one camera needs from frame to frame.
 #[derive(Clone, Debug)]
 pub struct LevelCuller {
+    memory: Memory,
+    walk: AskingWalk,
+}
+
+#[derive(Clone, Debug)]
+struct Memory {
     options: LevelOptions,
     states: Vec<State>,
-    walk: Walk,
-    /// Questions without an answer, the oldest first; whether the walk has gone on below the node already.
-    queries: VecDeque<(QueryId, Open, bool)>,
 }
 
 impl LevelCuller {
     /// With empty memory: the first frame asks about everything that it may.
     pub fn new(options: LevelOptions) -> Self {
-        Self { options, states: Vec::new(), walk: Walk::default(), queries: VecDeque::new() }
+        Self { memory: Memory { options, states: Vec::new() }, walk: AskingWalk::default() }
     }
 
     /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
     /// nothing after the first frame of a tree; to be used for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
-        let scope = &Scope { tree, frustum, mask: None };
-        self.states.resize(tree.nodes().len(), State::default());
-        self.queries.reserve(tree.nodes().len());
-        self.walk.begin(scope);
-        loop {
-            while let Some(&(query, open, gone_on)) = self.queries.front() {
-                match oracle.poll(query) {
-                    Some(shows) => {
-                        self.queries.pop_front();
-                        self.states[open.node as usize].visible = shows;
-                        if shows && !gone_on {
-                            self.walk.go_on(scope, open, oracle);
-                        }
-                    }
-                    None if self.walk.is_done() => self.walk.stats.waits += 1,
-                    None => break,
-                }
-            }
-            match self.walk.next() {
-                Some(open) => self.visit(scope, open, oracle),
-                None if self.queries.is_empty() => return &self.walk.objects,
-                None => {}
-            }
-        }
-    }
-
-    fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
-        let Scope { tree, frustum, .. } = *scope;
-        let node = &tree.nodes()[open.node as usize];
-        let state = &mut self.states[open.node as usize];
-        let was_visible = state.visible && state.visited + 1 == self.walk.frame;
-        state.visited = self.walk.frame;
-        let has_level = node.level < 32 && self.options.levels >> node.level & 1 != 0;
-        let mut is_in_sight = was_visible;
-        if !has_level || node.triangles < self.options.least_triangles || frustum.meets_near(&node.bounds) {
-            state.visible = true;
-            is_in_sight = true;
-        } else if !was_visible
-            || (self.walk.frame + u64::from(open.node)).is_multiple_of(u64::from(self.options.interval.max(1)))
-        {
-            let query = self.walk.ask(oracle, &[node.bounds]);
-            self.queries.push_back((query, open, was_visible));
-        }
-        if is_in_sight {
-            self.walk.go_on(scope, open, oracle);
-        }
+        self.memory.states.resize(tree.nodes().len(), State::default());
+        self.walk.run(&Scope { tree, frustum, mask: None }, &mut self.memory, oracle)
     }
 
     /// Of the last frame.
     pub fn stats(&self) -> OnlineStats {
-        self.walk.stats
+        self.walk.walk.stats
+    }
+}
+
+impl Policy for Memory {
+    fn visit(&mut self, scope: &Scope<'_>, open: Open, walk: &mut AskingWalk, oracle: &mut impl OcclusionOracle) {
+        let Memory { options, states } = self;
+        let (node, frame) = (&scope.tree.nodes()[open.node as usize], walk.walk.frame);
+        let state = &mut states[open.node as usize];
+        let was_visible = state.visible && state.visited + 1 == frame;
+        state.visited = frame;
+        let has_level = node.level < 32 && options.levels >> node.level & 1 != 0;
+        let mut is_in_sight = was_visible;
+        if !has_level || node.triangles < options.least_triangles || scope.frustum.meets_near(&node.bounds) {
+            state.visible = true;
+            is_in_sight = true;
+        } else if !was_visible || (frame + u64::from(open.node)).is_multiple_of(u64::from(options.interval.max(1))) {
+            walk.ask(scope.tree, open, was_visible, oracle);
+        }
+        if is_in_sight {
+            walk.walk.go_on(scope, open, oracle);
+        }
+    }
+
+    fn learn(&mut self, _: &Hierarchy, node: u32, shows: bool) {
+        self.states[node as usize].visible = shows;
     }
 }

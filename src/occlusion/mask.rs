@@ -1,6 +1,7 @@
 //! Some of a tree's objects, and the nodes that have one of them below: what is left to a culler after others have had their say.
 
 use super::hierarchy::Hierarchy;
+use super::view::Frustum;
 use crate::ObjectId;
 
 /// A set of a tree's objects. Setting it takes time with the number of its objects, and no memory.
@@ -53,6 +54,17 @@ impl Mask {
     pub fn has_below(&self, node: u32) -> bool {
         self.nodes[node as usize] == self.setting
     }
+}
+
+/// What is culled: of a tree, what is in a frustum and in a mask, if there is one.
+#[derive(Clone, Copy, Debug)]
+pub struct Scope<'t> {
+    /// The tree.
+    pub tree: &'t Hierarchy,
+    /// What the camera sees of space.
+    pub frustum: &'t Frustum,
+    /// Of that tree. What isn't in it isn't drawn, and hides nothing.
+    pub mask: Option<&'t Mask>,
 }
 
 #[cfg(test)]

@@ -5,13 +5,13 @@
 
 use super::bounds::Bounds;
 use super::hierarchy::Hierarchy;
-use super::mask::Mask;
+use super::mask::Scope;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::stats::OnlineStats;
-use super::view::{ALL_PLANES, Frustum, PlaneMask, Side};
+use super::view::{ALL_PLANES, PlaneMask, Side};
 use crate::ObjectId;
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, VecDeque};
 
 /// A node in the frustum whose turn comes.
 #[derive(Clone, Copy, Debug)]
@@ -43,14 +43,6 @@ impl PartialEq for Open {
 }
 
 impl Eq for Open {}
-
-/// What is walked: of a tree, what is in a frustum and in a mask, if there is one.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scope<'t> {
-    pub tree: &'t Hierarchy,
-    pub frustum: &'t Frustum,
-    pub mask: Option<&'t Mask>,
-}
 
 /// The walk of a frame.
 #[derive(Clone, Debug, Default)]
@@ -122,5 +114,58 @@ impl Walk {
             Side::Outside(plane) => *last = plane,
             Side::Crosses(mask) => self.waiting.push(Open { distance: bounds.distance(scope.frustum.eye()), node, mask }),
         }
+    }
+}
+
+/// A walk whose questions are about one node each.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AskingWalk {
+    pub walk: Walk,
+    /// Questions without an answer, the oldest first; whether the walk has gone on below the node already.
+    queries: VecDeque<(QueryId, Open, bool)>,
+}
+
+/// Which nodes are asked about.
+pub(super) trait Policy {
+    /// The walk comes to a node.
+    fn visit(&mut self, scope: &Scope<'_>, open: Open, walk: &mut AskingWalk, oracle: &mut impl OcclusionOracle);
+
+    /// An answer comes.
+    fn learn(&mut self, tree: &Hierarchy, node: u32, shows: bool);
+}
+
+impl AskingWalk {
+    /// Draws a frame.
+    pub fn run(&mut self, scope: &Scope<'_>, policy: &mut impl Policy, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+        self.queries.reserve(scope.tree.nodes().len());
+        self.walk.begin(scope);
+        loop {
+            // 1. Answers, as far as they are there; with nothing else to do, all of them.
+            while let Some(&(query, open, gone_on)) = self.queries.front() {
+                match oracle.poll(query) {
+                    Some(shows) => {
+                        self.queries.pop_front();
+                        policy.learn(scope.tree, open.node, shows);
+                        if shows && !gone_on {
+                            self.walk.go_on(scope, open, oracle);
+                        }
+                    }
+                    None if self.walk.is_done() => self.walk.stats.waits += 1,
+                    None => break,
+                }
+            }
+            // 2. The next node.
+            match self.walk.next() {
+                Some(open) => policy.visit(scope, open, self, oracle),
+                None if self.queries.is_empty() => return &self.walk.objects,
+                None => {}
+            }
+        }
+    }
+
+    /// Asks about a node.
+    pub fn ask(&mut self, tree: &Hierarchy, open: Open, gone_on: bool, oracle: &mut impl OcclusionOracle) {
+        let query = self.walk.ask(oracle, &[tree.nodes()[open.node as usize].bounds]);
+        self.queries.push_back((query, open, gone_on));
     }
 }

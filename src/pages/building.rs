@@ -178,8 +178,6 @@ impl BuildingReport<'_> {
             1e3 * file.clearance(),
             1e3 * file.smallest_hole,
         );
-        let [closed, opened] = closed_and_open(file);
-        let all = closed.with(opened);
         out.push_str("<div class=\"tiles wide\">");
         let mut tile = |name: &str, value: String, note: String| {
             let _ = write!(out, "<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
@@ -195,6 +193,20 @@ impl BuildingReport<'_> {
                 self.count(PortalKind::Opening)
             ),
         );
+        self.gap_tiles(&mut tile);
+        self.error_tiles(&mut tile);
+        tile(
+            "Bits a pair",
+            format!("{:.3}", self.pvs.bits_per_pair),
+            format!("in the file's rows; zero-order entropy {:.3}", self.pvs.entropy_bits_per_pair),
+        );
+        out.push_str("</div>\n");
+    }
+
+    /// What is certified: `tile` takes a name, a value and a note.
+    fn gap_tiles(&self, tile: &mut impl FnMut(&str, String, String)) {
+        let [closed, opened] = closed_and_open(self.file);
+        let all = closed.with(opened);
         tile(
             "Certified gap, closed cells",
             share(closed.gap()),
@@ -204,7 +216,7 @@ impl BuildingReport<'_> {
                 thousands(closed.upper)
             ),
         );
-        if open > 0 {
+        if opened.cells > 0 {
             let note = format!("{} of {} pairs, told apart", thousands(opened.undecided()), thousands(opened.upper));
             tile("Certified gap, open cells", share(opened.gap()), note);
         }
@@ -213,6 +225,10 @@ impl BuildingReport<'_> {
             percent(all.total - all.upper, all.total),
             format!("of {} cell-object pairs", number(all.total)),
         );
+    }
+
+    /// What sampling says of the error.
+    fn error_tiles(&self, tile: &mut impl FnMut(&str, String, String)) {
         if let Some(last) = self.curves.first().and_then(|c| c.points.last()) {
             let [mean, _, max] = last.false_pixels;
             tile(
@@ -237,12 +253,6 @@ impl BuildingReport<'_> {
                 ),
             );
         }
-        tile(
-            "Bits a pair",
-            format!("{:.3}", self.pvs.bits_per_pair),
-            format!("in the file's rows; zero-order entropy {:.3}", self.pvs.entropy_bits_per_pair),
-        );
-        out.push_str("</div>\n");
     }
 
     fn certified(&self, out: &mut String) {

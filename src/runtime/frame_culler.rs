@@ -187,8 +187,9 @@ impl FrameCuller {
         match (mode.without_queries(), oracle) {
             (None, Some(mut oracle)) => {
                 let online = self.online.get_or_insert_with(|| OnlineCuller::new(culler));
-                oracle.begin(&camera.view(near));
-                online.cull(culler, camera, near, mode, &mut oracle)
+                let view = camera.view(near);
+                oracle.begin(&view);
+                online.cull(culler, (camera, &view), mode, &mut oracle)
             }
             (plain, _) => culler.cull(camera, plain.unwrap_or(Mode::Both), &mut self.scratch),
         }

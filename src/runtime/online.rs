@@ -11,9 +11,9 @@ use crate::geom::Aabb;
 use crate::occlusion::chc::{Chc, Reduction};
 use crate::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use crate::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use crate::occlusion::mask::Mask;
+use crate::occlusion::mask::{Mask, Scope};
 use crate::occlusion::oracle::OcclusionOracle;
-use crate::occlusion::view::Frustum;
+use crate::occlusion::view::{Frustum, View};
 
 /// Culls with an oracle; keeps what one camera needs from frame to frame.
 #[derive(Clone, Debug)]
@@ -46,25 +46,25 @@ impl OnlineCuller {
         }
     }
 
-    /// Draws a frame by [`FrameMode::Chc`] or [`FrameMode::ChcPlus`], with an oracle that has just begun one with [`Camera::view`] of this camera and `near` (metres, above 0). Returns
-    /// what was drawn: every object that has a pixel at the oracle's size and no nearer than `near`, as far as [`Culler::cull`] has it.
-    /// `culler` is that of [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each mode.
+    /// Draws a frame by [`FrameMode::Chc`] or [`FrameMode::ChcPlus`], with an oracle that has just begun one with `view`, the camera's.
+    /// Returns what was drawn: every object that has a pixel at the oracle's size and no nearer than the near plane, as far as
+    /// [`Culler::cull`] has it. `culler` is that of [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each
+    /// mode.
     pub fn cull(
         &mut self,
         culler: &Culler,
-        camera: &Camera,
-        near: f64,
+        (camera, view): (&Camera, &View),
         mode: FrameMode,
         oracle: &mut impl OcclusionOracle,
     ) -> VisibleSet<'_> {
         let visible = culler.cull(camera, Mode::Both, &mut self.scratch);
         self.mask.set(&self.tree, visible.objects);
-        let frustum = Frustum::new(&camera.view(near));
+        let scope = Scope { tree: &self.tree, frustum: &Frustum::new(view), mask: Some(&self.mask) };
         let (objects, asked) = if mode == FrameMode::ChcPlus {
-            self.plus.cull_of(&self.tree, &self.mask, &frustum, oracle);
+            self.plus.cull_of(&scope, oracle);
             (self.plus.objects(), self.plus.stats())
         } else {
-            self.chc.cull_of(&self.tree, &self.mask, &frustum, oracle);
+            self.chc.cull_of(&scope, oracle);
             (self.chc.objects(), self.chc.stats())
         };
         let triangles = objects.iter().map(|&o| u64::from(culler.triangles(o))).sum();

@@ -25,8 +25,8 @@ const ONE_WAY: f64 = 0.75;
 const STREWN: f64 = 0.25;
 /// A part this many times smaller than the limit is never split.
 const CRUMB: usize = 8;
-/// Parts larger than this are split on other threads.
-const PARALLEL: usize = 1 << 14;
+/// Parts of more triangles than this are split on two threads.
+const FORK: usize = 1 << 14;
 
 /// Lists of triangle numbers, ascending, each of at most `limit`, every triangle in exactly one; in a fixed order.
 /// O(n log n) in the number of triangles.
@@ -44,7 +44,7 @@ fn split(mesh: &Mesh, part: Vec<u32>, limit: usize) -> Vec<Vec<u32>> {
         _ if fits => return vec![part],
         _ => halves(mesh, part),
     };
-    let (mut out, rest) = if left.len() + right.len() > PARALLEL {
+    let (mut out, rest) = if left.len() + right.len() > FORK {
         parallel::join(|| split(mesh, left, limit), || split(mesh, right, limit))
     } else {
         (split(mesh, left, limit), split(mesh, right, limit))

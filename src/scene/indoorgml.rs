@@ -193,6 +193,24 @@ fn member<'a, 'i>(node: &Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     node.children().find(Node::is_element)
 }
 
+/// The elements of a name below a node.
+fn named<'a, 'i>(below: &Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    below.descendants().filter(move |n| is_core(n, name))
+}
+
+/// What the members of a name below a node hold.
+fn members<'a, 'i>(below: &Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    named(below, name).filter_map(|n| member(&n))
+}
+
+/// Which geometry an element of the graph stands for.
+struct Duality<'a, 'i> {
+    /// By state.
+    space_of: HashMap<Node<'a, 'i>, Node<'a, 'i>>,
+    /// By transition, where the boundary says so.
+    boundary_of: HashMap<Node<'a, 'i>, Node<'a, 'i>>,
+}
+
 struct Reader<'a, 'i> {
     scale: f64,
     ids: HashMap<&'a str, Node<'a, 'i>>,
@@ -201,39 +219,61 @@ struct Reader<'a, 'i> {
 
 impl<'a, 'i> Reader<'a, 'i> {
     fn document(mut self, root: &Node<'a, 'i>) -> Result<IndoorGml, ImportError> {
-        let named = |name: &'static str| root.descendants().filter(move |n| is_core(n, name));
-        let layers: Vec<Node> = named("SpaceLayer").collect();
+        let layers: Vec<Node> = named(root, "SpaceLayer").collect();
         let with_edges = |l: &&Node| l.descendants().any(|n| is_core(&n, "transitionMember"));
         let layer = layers.iter().find(with_edges).or(layers.first()).copied().unwrap_or(*root);
         if layers.len() > 1 {
             let id = short_name(id_of(&layer).unwrap_or("without an id"));
             self.notes.push(format!("{} space layers; {id} is read, the others are left out", layers.len()));
         }
-        // 1. Who stands for whom. Links may be written on either side, or on both.
-        let mut space_of: HashMap<Node, Node> = HashMap::new();
-        for state in layer.descendants().filter(|n| is_core(n, "stateMember")).filter_map(|n| member(&n)) {
-            if let Some(space) = self.linked(&state, "duality")?.first() {
-                space_of.insert(state, *space);
-            }
-        }
-        let spaces: Vec<Node> = named("cellSpaceMember").filter_map(|n| member(&n)).collect();
-        for &space in &spaces {
-            for state in self.linked(&space, "duality")? {
-                space_of.entry(state).or_insert(space);
-            }
-        }
-        let mut boundary_of: HashMap<Node, Node> = HashMap::new();
-        for boundary in named("cellSpaceBoundaryMember").filter_map(|n| member(&n)) {
-            for transition in self.linked(&boundary, "duality")? {
-                boundary_of.entry(transition).or_insert(boundary);
-            }
-        }
-        // 2. Cell spaces.
+        let dual = self.duality(root, &layer)?;
         let mut model = IndoorGml::default();
-        let mut place: HashMap<Node, usize> = HashMap::new();
+        let (place, flat) = self.spaces(root, &dual, layers.len() < 2, &mut model)?;
+        if model.spaces.is_empty() {
+            return broken(root, "no cell space has a solid; export the model in three dimensions");
+        }
+        self.transitions(&layer, &dual, &place, &mut model)?;
+        if flat > 0 {
+            self.notes.push(format!("{flat} cell spaces without a solid are left out"));
+        }
+        model.notes = self.notes;
+        Ok(model)
+    }
+
+    /// Links may be written on either side, or on both.
+    fn duality(&self, root: &Node<'a, 'i>, layer: &Node<'a, 'i>) -> Result<Duality<'a, 'i>, ImportError> {
+        let mut dual = Duality { space_of: HashMap::new(), boundary_of: HashMap::new() };
+        for state in members(layer, "stateMember") {
+            if let Some(space) = self.linked(&state, "duality")?.first() {
+                dual.space_of.insert(state, *space);
+            }
+        }
+        for space in members(root, "cellSpaceMember") {
+            for state in self.linked(&space, "duality")? {
+                dual.space_of.entry(state).or_insert(space);
+            }
+        }
+        for boundary in members(root, "cellSpaceBoundaryMember") {
+            for transition in self.linked(&boundary, "duality")? {
+                dual.boundary_of.entry(transition).or_insert(boundary);
+            }
+        }
+        Ok(dual)
+    }
+
+    /// Adds cell spaces that have a solid: all, or those with a state in the layer. Returns the place of each in the model, and how many
+    /// have none.
+    fn spaces(
+        &mut self,
+        root: &Node<'a, 'i>,
+        dual: &Duality<'a, 'i>,
+        all: bool,
+        model: &mut IndoorGml,
+    ) -> Result<(HashMap<Node<'a, 'i>, usize>, usize), ImportError> {
+        let mut place = HashMap::new();
         let mut flat = 0;
-        for space in spaces {
-            let in_layer = layers.len() < 2 || space_of.values().any(|s| *s == space);
+        for space in members(root, "cellSpaceMember") {
+            let in_layer = all || dual.space_of.values().any(|s| *s == space);
             if !in_layer {
                 continue;
             }
@@ -248,24 +288,31 @@ impl<'a, 'i> Reader<'a, 'i> {
             let name = named.filter(|n| !n.is_empty()).map_or_else(|| id.clone(), short_name);
             model.spaces.push(CellSpace { id, name, surface });
         }
-        if model.spaces.is_empty() {
-            return broken(root, "no cell space has a solid; export the model in three dimensions");
-        }
-        // 3. Transitions, of which most are given twice, once each way.
+        Ok((place, flat))
+    }
+
+    /// Adds transitions, of which most are given twice, once each way.
+    fn transitions(
+        &mut self,
+        layer: &Node<'a, 'i>,
+        dual: &Duality<'a, 'i>,
+        place: &HashMap<Node<'a, 'i>, usize>,
+        model: &mut IndoorGml,
+    ) -> Result<(), ImportError> {
         let mut seen: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
-        for node in layer.descendants().filter(|n| is_core(n, "transitionMember")).filter_map(|n| member(&n)) {
+        for node in members(layer, "transitionMember") {
             let states = self.linked(&node, "connects")?;
             let &[a, b] = states.as_slice() else {
                 return broken(&node, format!("a transition connects two states, this one {}", states.len()));
             };
-            let cells = [a, b].map(|s| space_of.get(&s).and_then(|space| place.get(space)).copied());
+            let cells = [a, b].map(|s| dual.space_of.get(&s).and_then(|space| place.get(space)).copied());
             let [Some(a), Some(b)] = cells else { continue };
             if a == b {
                 let id = short_name(id_of(&node).unwrap_or("a transition"));
                 self.notes.push(format!("{id} leads from a cell space into itself, left out"));
                 continue;
             }
-            let boundary = match self.linked(&node, "duality")?.first().or(boundary_of.get(&node)) {
+            let boundary = match self.linked(&node, "duality")?.first().or(dual.boundary_of.get(&node)) {
                 Some(boundary) => self.boundary(boundary)?,
                 None => None,
             };
@@ -277,11 +324,7 @@ impl<'a, 'i> Reader<'a, 'i> {
                 model.transitions.push(Transition { id, cells: [a, b], boundary });
             }
         }
-        if flat > 0 {
-            self.notes.push(format!("{flat} cell spaces without a solid are left out"));
-        }
-        model.notes = self.notes;
-        Ok(model)
+        Ok(())
     }
 
     /// What a node's children of this name link to.

@@ -8,6 +8,8 @@ pub mod gap;
 pub mod guarantee;
 pub mod hints;
 pub mod import;
+#[cfg(feature = "bake")]
+pub(crate) mod person;
 pub mod portal;
 pub mod proof;
 pub mod scene;

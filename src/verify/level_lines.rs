@@ -11,6 +11,7 @@
 //! A quarter of the lines each: any direction, through portals with equal shares; the same, by area; through two portals of one
 //! cell; and from a cell towards a portal through which, by its row, it sees nothing: there a wrong row shows first.
 
+use super::{EXAMPLES, each_once};
 use crate::BitMatrix;
 use crate::geom::{area, middle, newell};
 use crate::level::Level;
@@ -27,14 +28,12 @@ pub const CLEARANCE: f64 = 1e-3;
 const BACKWARDS: f64 = 1e-6;
 /// Lines of a task: fixed, so that results don't depend on the number of threads.
 const CHUNK: u64 = 1 << 16;
-/// Most violations that are described.
-const EXAMPLES: usize = 10;
 /// Portals that a line crosses one way, at most: ends lines that go around in portals which contradict each other.
 const LONGEST: usize = 4096;
 /// Tries to get a line through its first portal: slivers have no room for one.
 const TRIES: usize = 8;
 
-/// How much to test.
+/// Lines, and what they are drawn by lot from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LineOptions {
     /// Lines.
@@ -94,7 +93,7 @@ pub fn check_rows(level: &Level, rows: &BitMatrix, options: &LineOptions) -> Lin
         for ray in 0..CHUNK.min(options.rays - chunk * CHUNK) {
             walker.ray(ray % 4, rng, &mut trail, &mut tally);
         }
-        tally.tidy();
+        each_once(&mut tally.pairs);
         tally
     });
     let tally = tallies.into_iter().fold(Tally::default(), Tally::add);
@@ -127,17 +126,11 @@ impl Tally {
         self.bent += other.bent;
         self.missed_rays += other.missed_rays;
         self.pairs.extend(other.pairs);
-        self.tidy();
+        each_once(&mut self.pairs);
         for example in other.examples {
             self.example(example);
         }
         self
-    }
-
-    /// Each pair once.
-    fn tidy(&mut self) {
-        self.pairs.sort_unstable();
-        self.pairs.dedup();
     }
 
     /// The first of each pair.
@@ -391,7 +384,7 @@ impl<'l> Walker<'l> {
         tally.missed_rays += u64::from(missed);
         // Rows that lack nearly everything take no more memory than others.
         if tally.pairs.len() > 1 << 20 {
-            tally.tidy();
+            each_once(&mut tally.pairs);
         }
     }
 

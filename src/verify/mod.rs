@@ -317,6 +317,12 @@ fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
     }
 }
 
+/// Pairs in order, none of them twice.
+fn each_once<T: Ord>(pairs: &mut Vec<T>) {
+    pairs.sort_unstable();
+    pairs.dedup();
+}
+
 /// What a chunk of rays found.
 #[derive(Default)]
 struct Tally {
@@ -349,12 +355,9 @@ impl Tally {
 
     /// Each pair once.
     fn tidy(&mut self) {
-        self.pairs.sort_unstable();
-        self.pairs.dedup();
-        self.cell_pairs.sort_unstable();
-        self.cell_pairs.dedup();
-        self.placements.sort_unstable();
-        self.placements.dedup();
+        each_once(&mut self.pairs);
+        each_once(&mut self.cell_pairs);
+        each_once(&mut self.placements);
     }
 
     /// Keeps the first few of each kind.

@@ -167,28 +167,9 @@ const POINTS: f64 = 20_000.0;
 
 /// Scores a file's cells and portals against rooms and doors.
 pub(super) fn score(file: &PvsFile, cells: &Cells, written: &RoomsFile) -> RoomScore {
-    let shapes: Vec<Shape> = written.rooms.iter().map(|r| Shape::new(r, file.origin)).collect();
-    let scored: Vec<bool> = written.rooms.iter().map(|r| r.covered >= 0.5).collect();
-    // 1. What each room shares with each cell, cubic metres.
-    let measured: Vec<(f64, BTreeMap<CellId, f64>)> = parallel::map(&shapes, |s| s.measure(cells));
-    let volume = |room: usize| measured[room].0;
-    let shared = |room: usize, cell: CellId| measured[room].1.get(&cell).copied().unwrap_or_default();
-    let mut of_cell: BTreeMap<CellId, Vec<usize>> = BTreeMap::new();
-    for (room, (_, cells)) in measured.iter().enumerate() {
-        for &cell in cells.keys() {
-            of_cell.entry(cell).or_default().push(room);
-        }
-    }
-    // 2. Rooms that only virtual boundaries part.
-    let group = groups(written, &shapes, file.origin);
-    // 3. Which rooms a cell finds.
-    let iou = |cell: CellId, rooms: &[usize]| {
-        let inside: f64 = rooms.iter().map(|&r| shared(r, cell)).sum();
-        inside / (cells.volume(cell) + rooms.iter().map(|&r| volume(r)).sum::<f64>() - inside).max(f64::MIN_POSITIVE)
-    };
-    let mut best: Vec<(f64, Option<CellId>)> = vec![(0.0, None); shapes.len()];
+    let mut comparison = Comparison::new(file, cells, written);
     let mut score = RoomScore {
-        rooms: scored.iter().filter(|&&s| s).count(),
+        rooms: written.rooms.iter().filter(|r| has_roof(r)).count(),
         rooms_found: 0,
         recall: 1.0,
         cells: 0,
@@ -204,78 +185,147 @@ pub(super) fn score(file: &PvsFile, cells: &Cells, written: &RoomsFile) -> RoomS
         wrong: Vec::new(),
     };
     for (c, cell) in file.cells.iter().enumerate().filter(|(_, c)| !c.open) {
-        let id = CellId(c as u32);
-        let rooms = of_cell.get(&id).map(Vec::as_slice).unwrap_or_default();
+        comparison.score_cell(CellId(c as u32), !cell.pieces.is_empty(), &mut score);
+    }
+    comparison.score_rooms(&mut score);
+    comparison.score_openings(file, &mut score);
+    score
+}
+
+/// Whether a room is scored: most of it isn't under the open sky.
+fn has_roof(room: &Room) -> bool {
+    room.covered >= 0.5
+}
+
+/// What rooms and cells share.
+struct Comparison<'c> {
+    written: &'c RoomsFile,
+    cells: &'c Cells,
+    /// By room: its volume, and what each cell has of it, cubic metres.
+    measured: Vec<(f64, BTreeMap<CellId, f64>)>,
+    /// By cell: the rooms that it has part of.
+    of_cell: BTreeMap<CellId, Vec<usize>>,
+    /// By room: the number of its group of rooms that only virtual boundaries part.
+    group: Vec<usize>,
+    /// By room: the best intersection over union so far, and the cell that has it.
+    best: Vec<(f64, Option<CellId>)>,
+}
+
+impl<'c> Comparison<'c> {
+    fn new(file: &PvsFile, cells: &'c Cells, written: &'c RoomsFile) -> Self {
+        let shapes: Vec<Shape> = written.rooms.iter().map(|r| Shape::new(r, file.origin)).collect();
+        let measured: Vec<(f64, BTreeMap<CellId, f64>)> = parallel::map(&shapes, |s| s.measure(cells));
+        let mut of_cell: BTreeMap<CellId, Vec<usize>> = BTreeMap::new();
+        for (room, (_, cells)) in measured.iter().enumerate() {
+            for &cell in cells.keys() {
+                of_cell.entry(cell).or_default().push(room);
+            }
+        }
+        let group = groups(written, &shapes, file.origin);
+        Self { written, cells, measured, of_cell, group, best: vec![(0.0, None); shapes.len()] }
+    }
+
+    fn volume(&self, room: usize) -> f64 {
+        self.measured[room].0
+    }
+
+    fn shared(&self, room: usize, cell: CellId) -> f64 {
+        self.measured[room].1.get(&cell).copied().unwrap_or_default()
+    }
+
+    /// The volume that a cell has of some rooms, cubic metres.
+    fn inside(&self, cell: CellId, rooms: &[usize]) -> f64 {
+        rooms.iter().map(|&r| self.shared(r, cell)).sum()
+    }
+
+    /// Intersection over union of a cell with some rooms.
+    fn iou(&self, cell: CellId, rooms: &[usize]) -> f64 {
+        let inside = self.inside(cell, rooms);
+        let union = self.cells.volume(cell) + rooms.iter().map(|&r| self.volume(r)).sum::<f64>() - inside;
+        inside / union.max(f64::MIN_POSITIVE)
+    }
+
+    /// Holds a closed cell against its rooms, one by one and group by group.
+    fn score_cell(&mut self, id: CellId, has_pieces: bool, score: &mut RoomScore) {
+        let rooms = self.of_cell.get(&id).cloned().unwrap_or_default();
         let mut finds = false;
         let mut held: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for &room in rooms {
-            let alone = iou(id, &[room]);
-            if alone > best[room].0 {
-                best[room] = (alone, Some(id));
-            }
-            finds |= alone >= FOUND;
-            if shared(room, id) >= 0.5 * volume(room) {
-                held.entry(group[room]).or_default().push(room);
+        for &room in &rooms {
+            let alone = self.iou(id, &[room]);
+            finds |= self.finds(id, alone, &[room]);
+            if self.shared(room, id) >= 0.5 * self.volume(room) {
+                held.entry(self.group[room]).or_default().push(room);
             }
         }
         for rooms in held.values() {
-            let together = iou(id, rooms);
-            finds |= together >= FOUND;
-            for &room in rooms {
-                if together > best[room].0 {
-                    best[room] = (together, Some(id));
-                }
-            }
+            let together = self.iou(id, rooms);
+            finds |= self.finds(id, together, rooms);
         }
-        let inside: f64 = rooms.iter().map(|&r| shared(r, id)).sum();
         if finds {
             score.cells += 1;
             score.cells_right += 1;
-        } else if inside >= 0.1 * cells.volume(id) {
+        } else if self.inside(id, &rooms) >= 0.1 * self.cells.volume(id) {
             score.cells += 1;
-            let rooms = rooms.iter().filter(|&&r| shared(r, id) >= 0.05 * volume(r));
-            let rooms = rooms.map(|&r| (written.rooms[r].name.clone(), rounded(shared(r, id) / volume(r)))).collect();
-            score.wrong.push(Wrong { cell: id, volume: rounded(cells.volume(id)), rooms });
-        } else if !cell.pieces.is_empty() {
+            let rooms = rooms.iter().filter(|&&r| self.shared(r, id) >= 0.05 * self.volume(r));
+            let name = |&r: &usize| (self.written.rooms[r].name.clone(), rounded(self.shared(r, id) / self.volume(r)));
+            let rooms = rooms.map(name).collect();
+            score.wrong.push(Wrong { cell: id, volume: rounded(self.cells.volume(id)), rooms });
+        } else if has_pieces {
             score.unlisted += 1;
         }
         score.under_segmented += usize::from(held.len() > 1);
     }
-    for (room, &(found, cell)) in best.iter().enumerate().filter(|&(r, _)| scored[r]) {
-        score.mean_iou += found / score.rooms.max(1) as f64;
-        if found >= FOUND {
-            score.rooms_found += 1;
-            continue;
+
+    /// Whether a cell with this intersection over union finds some rooms; remembers it where no other cell's is as good.
+    fn finds(&mut self, cell: CellId, iou: f64, rooms: &[usize]) -> bool {
+        for &room in rooms {
+            if iou > self.best[room].0 {
+                self.best[room] = (iou, Some(cell));
+            }
         }
-        let large = measured[room].1.values().filter(|&&v| v >= 0.1 * volume(room)).count();
-        score.over_segmented += usize::from(large > 1);
-        let Room { id, name, .. } = &written.rooms[room];
-        score.lost.push(Lost { id: id.clone(), name: name.clone(), iou: rounded(found), cell });
+        iou >= FOUND
     }
-    score.recall = share(score.rooms_found, score.rooms);
-    // Where no cell lies in a room, none is right.
-    score.precision = if score.cells == 0 && score.rooms > 0 { 0.0 } else { share(score.cells_right, score.cells) };
-    // 4. Doors and windows, by the cell that holds most of each room.
-    let most = |room: usize| {
-        let by_share = measured[room].1.iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
-        by_share.map(|(&cell, _)| cell)
-    };
-    let number: BTreeMap<&str, usize> = written.rooms.iter().enumerate().map(|(i, r)| (r.id.as_str(), i)).collect();
-    for door in &written.doors {
-        let rooms = door.rooms.each_ref().map(|r| r.as_deref().and_then(|id| number.get(id).copied()));
-        let cells = rooms.map(|r| r.and_then(most));
-        let of_group = rooms.map(|r| r.map(|r| group[r]));
-        let one = cells[0].is_some() && cells[0] == cells[1] && of_group[0] == of_group[1];
-        match door.kind.as_str() {
-            // What lies in the middle of one cell that stands for both rooms needs no portal.
-            "door" | "opening" if !one => score.doors.add(file, door, cells),
-            "window" if !one && rooms != [None, None] => score.windows.add(file, door, cells),
-            _ => {}
+
+    /// Counts the rooms that cells found, and what that makes of recall and precision.
+    fn score_rooms(&self, score: &mut RoomScore) {
+        let rooms = self.written.rooms.iter().zip(&self.best).enumerate();
+        for (room, (Room { id, name, .. }, &(found, cell))) in rooms.filter(|(_, (r, _))| has_roof(r)) {
+            score.mean_iou += found / score.rooms.max(1) as f64;
+            if found >= FOUND {
+                score.rooms_found += 1;
+                continue;
+            }
+            let large = self.measured[room].1.values().filter(|&&v| v >= 0.1 * self.volume(room)).count();
+            score.over_segmented += usize::from(large > 1);
+            score.lost.push(Lost { id: id.clone(), name: name.clone(), iou: rounded(found), cell });
         }
+        score.recall = share(score.rooms_found, score.rooms);
+        // Where no cell lies in a room, none is right.
+        score.precision = if score.cells == 0 && score.rooms > 0 { 0.0 } else { share(score.cells_right, score.cells) };
     }
-    score.doors.finish();
-    score.windows.finish();
-    score
+
+    /// Doors and windows, by the cell that holds most of each room.
+    fn score_openings(&self, file: &PvsFile, score: &mut RoomScore) {
+        let most = |room: usize| {
+            let by_share = self.measured[room].1.iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
+            by_share.map(|(&cell, _)| cell)
+        };
+        let number: BTreeMap<&str, usize> = self.written.rooms.iter().enumerate().map(|(i, r)| (r.id.as_str(), i)).collect();
+        for door in &self.written.doors {
+            let rooms = door.rooms.each_ref().map(|r| r.as_deref().and_then(|id| number.get(id).copied()));
+            let cells = rooms.map(|r| r.and_then(most));
+            let of_group = rooms.map(|r| r.map(|r| self.group[r]));
+            let one = cells[0].is_some() && cells[0] == cells[1] && of_group[0] == of_group[1];
+            match door.kind.as_str() {
+                // What lies in the middle of one cell that stands for both rooms needs no portal.
+                "door" | "opening" if !one => score.doors.add(file, door, cells),
+                "window" if !one && rooms != [None, None] => score.windows.add(file, door, cells),
+                _ => {}
+            }
+        }
+        score.doors.finish();
+        score.windows.finish();
+    }
 }
 
 /// For each room the number of its group.

@@ -5,12 +5,12 @@ use super::trace::Tracer;
 use crate::CellId;
 use crate::random::Prng;
 use crate::scene::Scene;
+use crate::types::person::EYE_HEIGHT;
 use glam::DVec3;
 
 /// How far from a portal or a wall rays may start, metres.
 const NEAR: f64 = 0.5;
-/// A view's eye stands this high above what is under it, and keeps this distance from what is around it, metres.
-const EYE: f64 = 1.6;
+/// A view's eye keeps this distance from what is around it, metres.
 const ROOM: f64 = 0.15;
 
 /// Uniform over the sphere (rejection from the cube: basic operations only).
@@ -67,7 +67,7 @@ impl<'t> Sampler<'t> {
                 continue;
             };
             let down = self.tracer.first_opaque(p, DVec3::NEG_Y, self.cells.exit(p, DVec3::NEG_Y));
-            let eye = down.map_or(p, |(t, _)| p + DVec3::Y * (EYE - t));
+            let eye = down.map_or(p, |(t, _)| p + DVec3::Y * (EYE_HEIGHT - t));
             let sides = DVec3::AXES.into_iter().flat_map(|a| [a, -a]);
             let roomy = || sides.into_iter().all(|d| self.tracer.first_opaque(eye, d, ROOM).is_none());
             if self.cells.locate(eye) == Some(cell) && roomy() {

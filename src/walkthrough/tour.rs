@@ -9,6 +9,7 @@ use super::path::{CameraPath, PathFrame};
 use crate::file::PvsFile;
 use crate::geom::{Aabb, Plane, clip};
 use crate::random::mixed;
+use crate::types::person::EYE_HEIGHT;
 use crate::types::portal::PortalKind;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
@@ -17,8 +18,6 @@ use std::collections::VecDeque;
 const MOST_FRAMES: usize = 240;
 /// Metres between frames, at least.
 const STEP: f64 = 0.25;
-/// Height of the eye above the floor, metres.
-const EYE: f64 = 1.6;
 
 /// The same file and seed give the same path.
 pub fn tour(file: &PvsFile, seed: u64) -> CameraPath {
@@ -58,7 +57,7 @@ impl Room {
             let y = (plane.d - plane.n.x * middle.x - plane.n.z * middle.z) / plane.n.y;
             if plane.n.y > 0.0 { high = high.min(y) } else { low = low.max(y) }
         }
-        let stand = middle.with_y(low + EYE.min(0.8 * (high - low)));
+        let stand = middle.with_y(low + EYE_HEIGHT.min(0.8 * (high - low)));
         let sides = planes.iter().filter(|plane| plane.n.y.abs() < 0.5).map(|plane| -plane.distance(stand));
         let breadth = sides.fold(f64::INFINITY, f64::min).max(0.0);
         let across = |plane: &Plane| corners.iter().map(|&p| -plane.distance(p)).fold(0.0, f64::max);
@@ -284,7 +283,7 @@ fn stand_in(winding: &[glam::Vec3]) -> DVec3 {
     let corners: Vec<DVec3> = winding.iter().map(|p| p.as_dvec3()).collect();
     let bounds = Aabb::of(corners.iter().copied());
     let height = bounds.max.y - bounds.min.y;
-    crate::geom::middle(&corners).with_y(bounds.min.y + EYE.min(0.8 * height))
+    crate::geom::middle(&corners).with_y(bounds.min.y + EYE_HEIGHT.min(0.8 * height))
 }
 
 /// By cell: portals of a spanning tree and the cells that they lead to. Kruskal's algorithm, windows last.

@@ -146,7 +146,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
     let mut session = Session::new(&held.building, stage, PICTURE, size)?;
     session.show.mode = args.mode.unwrap_or(session.show.mode);
-    session.show.alarm = args.alarm;
+    session.show.layers.alarm = args.alarm;
     session.show.hud = !args.show.is_empty();
     // The walk up to here, so that graphs and the walked path are those of a walk.
     let first = if args.show.is_empty() { args.frame } else { 0 };

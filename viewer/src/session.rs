@@ -9,7 +9,7 @@ use crate::draw::alarm::Missed;
 use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
-use crate::settings::Settings;
+use crate::settings::{Layers, Settings};
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
@@ -42,24 +42,29 @@ pub struct Show {
     pub mode: FrameMode,
     /// Colours.
     pub tints: Tints,
-    /// Each of these: shown or not.
-    pub portals: bool,
-    /// See [`Shown::Rectangles`].
-    pub rectangles: bool,
-    /// See [`Shown::Plan`].
-    pub plan: bool,
-    /// See [`Shown::Matrix`].
-    pub matrix: bool,
-    /// See [`Shown::Graphs`].
-    pub graphs: bool,
-    /// Compare with a picture of everything.
-    pub alarm: bool,
+    /// What lies over the picture.
+    pub layers: Layers,
     /// Counters.
     pub hud: bool,
     /// The list of keys.
     pub keys: bool,
     /// Vertical opening angle, radians.
     pub fov_y: f64,
+}
+
+impl Show {
+    /// Whether something lies over the picture; `None` for what isn't shown or not, but done.
+    fn layer(&mut self, shown: Shown) -> Option<&mut bool> {
+        match shown {
+            Shown::Portals => Some(&mut self.layers.portals),
+            Shown::Rectangles => Some(&mut self.layers.rectangles),
+            Shown::Plan => Some(&mut self.layers.plan),
+            Shown::Matrix => Some(&mut self.layers.matrix),
+            Shown::Graphs => Some(&mut self.layers.graphs),
+            Shown::Keys => Some(&mut self.keys),
+            Shown::Cells | Shown::Mirror | Shown::Why => None,
+        }
+    }
 }
 
 /// A person in a building.
@@ -102,12 +107,7 @@ impl<'b> Session<'b> {
         let show = Show {
             mode: FrameMode::Auto,
             tints: Tints::default(),
-            portals: false,
-            rectangles: false,
-            plan: false,
-            matrix: false,
-            graphs: false,
-            alarm: false,
+            layers: Layers::NONE,
             hud: true,
             keys: false,
             fov_y: 65f64.to_radians(),
@@ -153,20 +153,20 @@ impl<'b> Session<'b> {
 
     /// Shows what was shown when somebody was here last.
     pub fn apply(&mut self, settings: &Settings) {
-        let Settings { tints, portals, rectangles, plan, matrix, graphs, alarm, fov_y_degrees, flies, .. } = *settings;
+        let Settings { tints, layers, fov_y_degrees, flies, .. } = *settings;
         let (hud, keys, mode, fov_y) = (true, false, self.show.mode, fov_y_degrees.to_radians());
-        self.show = Show { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, hud, keys, fov_y };
+        self.show = Show { mode, tints, layers, hud, keys, fov_y };
         self.walker.flies = flies;
         self.paint();
     }
 
     /// Keeps that for the next time.
     pub fn remember(&self, settings: &mut Settings) {
-        let Show { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, fov_y, .. } = self.show;
+        let Show { mode, tints, layers, fov_y, .. } = self.show;
         let (flies, size, fov_y_degrees) =
             (self.frozen.map_or(self.walker.flies, |frozen| frozen.1.flies), self.size, fov_y.to_degrees());
         let mode = mode.name().to_owned();
-        *settings = Settings { mode, tints, portals, rectangles, plan, matrix, graphs, alarm, flies, size, fov_y_degrees };
+        *settings = Settings { mode, tints, layers, flies, size, fov_y_degrees };
     }
 
     /// Stands where a frame of a path does, without weight.
@@ -204,14 +204,13 @@ impl<'b> Session<'b> {
                 show.tints = if show.tints == Tints::Roles { Tints::Cells } else { Tints::Roles };
                 self.paint();
             }
-            Action::Portals => show.portals ^= true,
-            Action::Rectangles => show.rectangles ^= true,
-            Action::Plan => show.plan ^= true,
-            Action::Matrix => show.matrix ^= true,
-            Action::Graphs => show.graphs ^= true,
-            Action::Alarm => show.alarm ^= true,
+            Action::Layer(shown) => {
+                if let Some(layer) = show.layer(shown) {
+                    *layer ^= true;
+                }
+            }
+            Action::Alarm => show.layers.alarm ^= true,
             Action::Hud => show.hud ^= true,
-            Action::Keys => show.keys ^= true,
             Action::Fly => self.walker.flies ^= true,
             Action::Door => drop(self.use_door(DVec2::ZERO)),
             Action::Mirror => self.hang_mirror(),
@@ -221,21 +220,19 @@ impl<'b> Session<'b> {
 
     /// Shows something that the command line names.
     pub fn show_this(&mut self, shown: Shown) {
-        let show = &mut self.show;
         match shown {
             Shown::Cells => self.act(Action::Cells),
-            Shown::Portals => show.portals = true,
-            Shown::Rectangles => show.rectangles = true,
-            Shown::Plan => show.plan = true,
-            Shown::Matrix => show.matrix = true,
-            Shown::Graphs => show.graphs = true,
-            Shown::Keys => show.keys = true,
             Shown::Mirror => self.hang_mirror(),
             Shown::Why => {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
                     self.picked = vec![(home, hit)];
                     self.ask(home, Goal::Object(hit.object));
+                }
+            }
+            layer => {
+                if let Some(is_shown) = self.show.layer(layer) {
+                    *is_shown = true;
                 }
             }
         }
@@ -284,7 +281,7 @@ impl<'b> Session<'b> {
             camera,
             culled_by,
             mode: self.show.mode,
-            alarm: self.show.alarm,
+            alarm: self.show.layers.alarm,
             timed: true,
             overlay: &self.overlay,
             mirrors: Some(&mut self.mirrors),
@@ -397,7 +394,7 @@ impl<'b> Session<'b> {
         self.overlay.clear();
         let file = &self.building.file;
         let last = self.stage.culling.last.as_ref();
-        if self.show.portals {
+        if self.show.layers.portals {
             overlays::portals(&mut self.overlay, file, last, &self.shut);
         }
         if let (Some((camera, _)), Some(last)) = (&self.frozen, last) {
@@ -431,19 +428,19 @@ impl<'b> Session<'b> {
         let Self { show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
-            if show.rectangles && !is_frozen {
+            if show.layers.rectangles && !is_frozen {
                 overlays::rectangles(ui, stage.culling.last.as_ref());
             }
             if show.hud {
                 hud::show(ui, &lines);
             }
-            if show.plan {
+            if show.layers.plan {
                 plan.show(ui, &building.file, &row, walker.eye, sides, way);
             }
-            if show.matrix {
+            if show.layers.matrix {
                 clicked = clicked.or(matrix.show(ui, home, *pair));
             }
-            if show.graphs {
+            if show.layers.graphs {
                 graphs.show(ui);
             }
             if show.keys {
@@ -493,7 +490,7 @@ impl<'b> Session<'b> {
             format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
             "F1: keys".to_owned(),
         ];
-        if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.alarm) {
+        if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {
             lines.push(self.say_missed(missed));
         }
         lines

@@ -12,18 +12,9 @@ pub struct Settings {
     pub mode: String,
     /// Colours of objects.
     pub tints: Tints,
-    /// Outlines of portals.
-    pub portals: bool,
-    /// Rectangles of portals.
-    pub rectangles: bool,
-    /// The plan.
-    pub plan: bool,
-    /// The matrix.
-    pub matrix: bool,
-    /// The graphs.
-    pub graphs: bool,
-    /// The alarm.
-    pub alarm: bool,
+    /// What is shown over the picture.
+    #[serde(flatten)]
+    pub layers: Layers,
     /// Without weight.
     pub flies: bool,
     /// Width and height of the window, pixels.
@@ -32,17 +23,42 @@ pub struct Settings {
     pub fov_y_degrees: f64,
 }
 
+/// What may lie over the picture: shown or not.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Layers {
+    /// Outlines of portals.
+    pub portals: bool,
+    /// Rectangles on the screen that portals narrow the view to.
+    pub rectangles: bool,
+    /// The plan of the storey.
+    pub plan: bool,
+    /// The visibility matrix.
+    pub matrix: bool,
+    /// Graphs of what frames cost.
+    pub graphs: bool,
+    /// What a comparison with a picture of everything finds missed.
+    pub alarm: bool,
+}
+
+impl Layers {
+    /// The bare picture.
+    pub const NONE: Self =
+        Self { portals: false, rectangles: false, plan: false, matrix: false, graphs: false, alarm: false };
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self { plan: true, ..Self::NONE }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             mode: "auto".into(),
             tints: Tints::Roles,
-            portals: false,
-            rectangles: false,
-            plan: true,
-            matrix: false,
-            graphs: false,
-            alarm: false,
+            layers: Layers::default(),
             flies: false,
             size: [1280, 720],
             fov_y_degrees: 65.0,

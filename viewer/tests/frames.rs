@@ -4,11 +4,12 @@ mod common;
 
 use common::{building, has_device, path};
 use enfilade::runtime::FrameMode;
+use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::{Stage, Wish};
 use enfilade_viewer::draw::lines::Overlay;
-use enfilade_viewer::draw::targets::PICTURE;
+use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::{Walk, device};
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
@@ -21,6 +22,16 @@ const SIZE: [u32; 2] = [320, 180];
 fn villa() -> &'static Building {
     static VILLA: OnceLock<Building> = OnceLock::new();
     VILLA.get_or_init(|| building("villa_rotonda"))
+}
+
+/// Somebody in a building whose frames are culled by both, and what they are drawn on.
+fn visit(building: &Building) -> (Canvas, Session<'_>) {
+    let gpu = device().unwrap();
+    let canvas = Canvas::new(&gpu, SIZE);
+    let stage = Stage::new(gpu, building, Oracle::Software, SIZE, PICTURE).unwrap();
+    let mut session = Session::new(building, stage, PICTURE, SIZE).unwrap();
+    session.show.mode = FrameMode::Both;
+    (canvas, session)
 }
 
 /// Modes and oracles, every sensible pair.
@@ -93,15 +104,15 @@ fn golden_pictures() {
     }
     let (villa, path) = (villa(), path("villa_rotonda"));
     let frame = path.frames.len() / 3;
-    let shows: [(&str, &[Action]); 4] =
-        [("plain", &[]), ("cells", &[Action::Cells]), ("portals", &[Action::Portals]), ("frozen", &[Action::Freeze])];
+    let shows: [(&str, &[Action]); 4] = [
+        ("plain", &[]),
+        ("cells", &[Action::Cells]),
+        ("portals", &[Action::Layer(Shown::Portals)]),
+        ("frozen", &[Action::Freeze]),
+    ];
     for (name, actions) in shows {
-        let gpu = device().unwrap();
-        let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
-        let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
-        let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
+        let (canvas, mut session) = visit(villa);
         session.stand(&path, frame);
-        session.show.mode = FrameMode::Both;
         session.show.hud = false;
         session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
         actions.iter().for_each(|&action| session.act(action));
@@ -146,11 +157,7 @@ fn doors_shut_and_open_again() {
         return;
     }
     let villa = villa();
-    let gpu = device().unwrap();
-    let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
-    let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
-    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
-    session.show.mode = FrameMode::Both;
+    let (canvas, mut session) = visit(villa);
     session.walker.flies = true;
     // Before a door, looking at it.
     let doors = villa.file.portals.iter().filter(|p| p.state.closable && p.plane.y.abs() < 0.1);
@@ -224,11 +231,7 @@ fn a_mirror_shows_something_else_and_the_fifth_takes_all_down() {
         return;
     }
     let villa = villa();
-    let gpu = device().unwrap();
-    let canvas = enfilade_viewer::draw::targets::Canvas::new(&gpu, SIZE);
-    let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
-    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
-    session.show.mode = FrameMode::Both;
+    let (canvas, mut session) = visit(villa);
     session.show.hud = false;
     let mut most = 0;
     for _ in 0..8 {

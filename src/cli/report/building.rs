@@ -20,7 +20,7 @@ use enfilade::pvs::sampling::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
@@ -36,17 +36,8 @@ const ASKED: usize = 12;
 /// Works it out and writes it; `output` is the page, `table` goes beside it.
 pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome, CliError> {
     let begin = Instant::now();
-    let bar = progress_bar();
-    let stages: Mutex<Stages> = Mutex::default();
-    let progress = |stage: &str, done: f64| {
-        if let Ok(mut stages) = stages.lock()
-            && stages.enter(stage)
-        {
-            bar.reset();
-            bar.set_message(stage.to_owned());
-        }
-        bar.set_position((done * 1000.0) as u64);
-    };
+    let watch = Watch::new();
+    let progress = |stage: &str, done: f64| watch.tell(stage, done);
 
     // 1. The scene and its cells.
     progress("import", 0.0);
@@ -77,30 +68,13 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     baked.seconds.cells += cells_seconds;
     let file = &baked.file;
 
-    // 3. What to hold against them: views that nothing was sampled from, and runs with less.
-    progress("held-out views", 0.0);
-    let views = held_out(&scene, file, args.search.seed, args.views);
-    progress("runs with fewer rays", 0.0);
-    let bench = Bench { scene: &scene, graph: &graph, options: &pvs, views: &views };
-    let mut curves = vec![bench.everything(file, cpu)?, bench.flow()?];
-    curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
-    let growth = args.growth.iter().map(|&offices| {
-        progress(&format!("{offices} offices"), 0.0);
-        growth(offices, &pvs)
-    });
-    let growth = growth.collect::<Result<Vec<_>, _>>()?;
-    progress("why", 0.0);
-    let hardest = reasons(file, &scene).map_err(|e| at(&args.input, e))?;
+    // 3. What to hold against them.
+    let measured = Measured::new(args, &scene, &graph, &pvs, (file, cpu), &progress)?;
 
     // 4. The page and the tables.
     progress("bytes", 0.0);
     let bytes = file.write();
-    let stages = {
-        let mut stages = stages.lock().map(|mut s| std::mem::take(&mut *s)).unwrap_or_default();
-        stages.leave();
-        stages.done
-    };
-    bar.finish_and_clear();
+    let stages = watch.finish();
     let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
     let report = BakeReport::new(&scene, &baked, &bytes, seconds, peak_rss_mb()).map_err(|e| at(&args.input, e))?;
     let page = BuildingReport {
@@ -110,38 +84,118 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         scene: &scene,
         file,
         pvs: &report.pvs.summary,
-        curves: &curves,
-        growth: &growth,
-        views: views.count(),
-        hardest: &hardest,
+        curves: &measured.curves,
+        growth: &measured.growth,
+        views: measured.views,
+        hardest: &measured.hardest,
         stages: &stages,
         threads: rayon::current_num_threads(),
     };
-    let cells = output.with_extension("cells.csv");
-    let mut files = vec![(output, page.html()), (table, page.csv()), (&cells, page.cells_csv())];
-    let growth_table = output.with_extension("growth.csv");
-    if !growth.is_empty() {
-        files.push((&growth_table, page.growth_csv()));
-    }
+    let files = files(&page, output, table);
     write(&files)?;
 
     // 5. The same in numbers.
     if args.json {
-        let [closed_cells, open_cells_apart] = closed_and_open(file).map(PairsLine::from);
-        let numbers = ReportLine {
-            bake: &report,
-            closed_cells,
-            open_cells_apart,
-            views: views.count(),
-            curves: &curves,
-            stages: &stages,
-            page: output.to_string_lossy(),
-            tables: files[1..].iter().map(|f| f.0.to_string_lossy()).collect(),
-        };
-        println!("{}", crate::cli::json(&numbers)?);
+        println!("{}", numbers(&report, &page, &files)?);
     }
-    files.iter().for_each(|f| eprintln!("{} written", f.0.display()));
+    files.iter().for_each(|(path, _)| eprintln!("{} written", path.display()));
     Ok(Outcome::Done)
+}
+
+/// Says on the terminal what is done, and keeps how long it took.
+struct Watch {
+    bar: indicatif::ProgressBar,
+    stages: Mutex<Stages>,
+}
+
+impl Watch {
+    fn new() -> Self {
+        Self { bar: progress_bar(), stages: Mutex::default() }
+    }
+
+    /// A stage, and how much of it is done, 0 to 1.
+    fn tell(&self, stage: &str, done: f64) {
+        if let Ok(mut stages) = self.stages.lock()
+            && stages.enter(stage)
+        {
+            self.bar.reset();
+            self.bar.set_message(stage.to_owned());
+        }
+        self.bar.set_position((done * 1000.0) as u64);
+    }
+
+    /// Ends the last stage; returns all of them.
+    fn finish(self) -> Vec<Stage> {
+        let mut stages = self.stages.into_inner().unwrap_or_default();
+        stages.leave();
+        self.bar.finish_and_clear();
+        stages.done
+    }
+}
+
+/// What is held against a bake: views that nothing was sampled from, runs with less, offices of several sizes; and why pairs are open.
+struct Measured {
+    curves: Vec<Curve>,
+    growth: Vec<Growth>,
+    /// How many.
+    views: usize,
+    hardest: Vec<Remark>,
+}
+
+impl Measured {
+    /// `baked`: the file, and the processor time that its bake took, seconds.
+    fn new(
+        args: &Args,
+        scene: &Scene,
+        graph: &CellGraph,
+        options: &PvsOptions,
+        (file, cpu): (&PvsFile, f64),
+        progress: &impl Fn(&str, f64),
+    ) -> Result<Self, CliError> {
+        progress("held-out views", 0.0);
+        let views = held_out(scene, file, args.search.seed, args.views);
+        progress("runs with fewer rays", 0.0);
+        let bench = Bench { scene, graph, options, views: &views };
+        let mut curves = vec![bench.everything(file, cpu)?, bench.flow()?];
+        curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
+        let growth = args.growth.iter().map(|&offices| {
+            progress(&format!("{offices} offices"), 0.0);
+            growth(offices, options)
+        });
+        let growth = growth.collect::<Result<Vec<_>, _>>()?;
+        progress("why", 0.0);
+        let hardest = reasons(file, scene).map_err(|e| at(&args.input, e))?;
+        Ok(Self { curves, growth, views: views.count(), hardest })
+    }
+}
+
+/// The page first, then the tables beside it.
+fn files(page: &BuildingReport<'_>, output: &Path, table: &Path) -> Vec<(PathBuf, String)> {
+    let mut files = vec![
+        (output.to_owned(), page.html()),
+        (table.to_owned(), page.csv()),
+        (output.with_extension("cells.csv"), page.cells_csv()),
+    ];
+    if !page.growth.is_empty() {
+        files.push((output.with_extension("growth.csv"), page.growth_csv()));
+    }
+    files
+}
+
+/// The command's JSON.
+fn numbers(report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, String)]) -> Result<String, CliError> {
+    let mut paths = files.iter().map(|(path, _)| path.to_string_lossy());
+    let [closed_cells, open_cells_apart] = closed_and_open(page.file).map(PairsLine::from);
+    crate::cli::json(&ReportLine {
+        bake: report,
+        closed_cells,
+        open_cells_apart,
+        views: page.views,
+        curves: page.curves,
+        stages: page.stages,
+        page: paths.next().unwrap_or_default(),
+        tables: paths.collect(),
+    })
 }
 
 /// The command's JSON.

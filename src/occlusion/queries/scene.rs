@@ -1,7 +1,7 @@
 //! A scene on the device for occlusion queries: its triangles, the picture's depths, and what draws into them.
 
 use super::partners::partners;
-use crate::gpu::{Gpu, GpuError, words};
+use crate::gpu::{DepthPipeline, Gpu, GpuError, shader_module, words};
 use crate::types::scene::Scene;
 use wgpu::{BufferUsages, DownlevelFlags, ShaderStages};
 
@@ -30,15 +30,7 @@ impl GpuScene {
     /// Opens the device that there is; `boxes` is how many bytes of them it has room for.
     pub fn new(scene: &Scene, size: [usize; 2], boxes: u64) -> Result<Self, GpuError> {
         let gpu = Gpu::open(&NEEDS)?;
-        gpu.fits("corners", scene.positions.len() as u64 * POSITION)?;
-        gpu.fits("triangles", scene.triangles.len() as u64 * TRIANGLE)?;
-        gpu.fits("boxes", boxes)?;
-        let most = gpu.limits.max_texture_dimension_2d;
-        let longest = size[0].max(size[1]);
-        if longest > most as usize {
-            let (what, bytes, limit) = ("a row's or a column's pixels", longest as u64 * 4, u64::from(most) * 4);
-            return Err(GpuError::TooLarge { adapter: gpu.name.clone(), what, bytes, limit });
-        }
+        fits(&gpu, scene, size, boxes)?;
         let triangles: Vec<u32> = scene
             .triangles
             .iter()
@@ -59,57 +51,46 @@ impl GpuScene {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
-        let read = wgpu::BufferBindingType::Storage { read_only: true };
-        let layout = [read, read, wgpu::BufferBindingType::Uniform, read];
-        let layout: Vec<_> = (0..).zip(layout).map(|(binding, ty)| entry(binding, ty)).collect();
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &layout });
-        let entries: Vec<_> = (0..)
-            .zip([&positions, &triangles, &camera, &boxes])
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let group = wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries };
-        let group = gpu.device.create_bind_group(&group);
-        let source = wgpu::ShaderSource::Wgsl(SHADERS.into());
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = |[vertex, fragment]: [&str; 2], write, compare| {
-            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: None,
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some(vertex),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: wgpu::TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(write),
-                    depth_compare: Some(compare),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(fragment),
-                    compilation_options: Default::default(),
-                    targets: &[],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+        let (layout, group) = bound(&gpu, [&positions, &triangles, &camera, &boxes]);
+        let module = shader_module(&gpu.device, SHADERS);
+        let pipeline = |shaders, writes_depth, compare| {
+            let groups = &[Some(&layout)];
+            DepthPipeline { module: &module, shaders, groups, targets: &[], writes_depth, compare }.on(&gpu.device)
         };
         let hides = pipeline(["corner", "hides"], true, wgpu::CompareFunction::Greater);
         let asks = pipeline(["rectangle", "asks"], false, wgpu::CompareFunction::GreaterEqual);
         gpu.check()?;
         Ok(Self { camera, boxes, depth: depth.create_view(&Default::default()), group, hides, asks, gpu })
     }
+}
+
+/// An error where the scene, the picture or `boxes` bytes of boxes are too large.
+fn fits(gpu: &Gpu, scene: &Scene, size: [usize; 2], boxes: u64) -> Result<(), GpuError> {
+    gpu.fits("corners", scene.positions.len() as u64 * POSITION)?;
+    gpu.fits("triangles", scene.triangles.len() as u64 * TRIANGLE)?;
+    gpu.fits("boxes", boxes)?;
+    let most = gpu.limits.max_texture_dimension_2d;
+    let longest = size[0].max(size[1]);
+    if longest > most as usize {
+        let (what, bytes, limit) = ("a row's or a column's pixels", longest as u64 * 4, u64::from(most) * 4);
+        return Err(GpuError::TooLarge { adapter: gpu.name.clone(), what, bytes, limit });
+    }
+    Ok(())
+}
+
+/// What the shaders read: positions, triangles, the camera and boxes.
+fn bound(gpu: &Gpu, buffers: [&wgpu::Buffer; 4]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
+    let read = wgpu::BufferBindingType::Storage { read_only: true };
+    let layout = [read, read, wgpu::BufferBindingType::Uniform, read];
+    let layout: Vec<_> = (0..).zip(layout).map(|(binding, ty)| entry(binding, ty)).collect();
+    let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &layout });
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let group = wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries };
+    let group = gpu.device.create_bind_group(&group);
+    (layout, group)
 }
 
 /// A buffer that both shaders read.

@@ -68,55 +68,77 @@ pub(super) fn decide(
     let mesh = Mesh::new(scene, clearance);
     let locator = Locator::new(graph);
     let prover = Prover { rays, locator: &locator, clearance };
-    let asker = Asker { scene, graph, mesh: &mesh, prover: &prover };
-    let mut left = options.ray_budget as f64 / RAYS_A_SHAFT;
-
-    // What a narrow portal may show stays as flow has it.
-    let open = undecided(graph, placement, objects_upper, lower);
-    let sides = narrow::sides(graph, &open, [cells_upper, objects_upper], &mesh);
-    let most = budget(ROUNDS[1], left, sides.iter().map(|s| s.objects.len()).sum());
-    let ask = |(): &mut (), side: &narrow::Side| {
-        let cell = graph.portals[side.portal.portal().index()].cells[side.portal.side()];
-        let random = Random::new(mix(mix(options.seed, 0x4e), u64::from(side.portal.0)));
-        let mut task = asker.task(cell, &side.objects, most, random);
-        task.strict = true;
-        if side.can_be_asked {
-            task.through(side.portal);
-        } else {
-            task.state.fill(State::Dear);
-        }
-        (task.state, task.found.close(), task.shafts)
-    };
-    let found = work.map_with(&sides, || (), ask, |done| work.tell("narrow portals", done as f64 / sides.len() as f64))?;
-    let mut kept = BitMatrix::new(placement.rows(), placement.columns());
-    for (side, (state, mut found, shafts)) in sides.iter().zip(found) {
-        left -= shafts as f64;
-        found.rays = 0; // they are part of the shafts' price
-        lower.merge(found);
-        for (&o, _) in side.objects.iter().zip(&state).filter(|(_, state)| **state != State::Open) {
-            for &c in side.cells.iter().filter(|&&c| open.get(c as usize, o as usize)) {
-                kept.set(c as usize, o as usize);
-                narrow.set(c as usize, o as usize);
-            }
+    let asker = Asker { scene, graph, mesh: &mesh, prover: &prover, seed: options.seed };
+    let left = options.ray_budget as f64 / RAYS_A_SHAFT;
+    let mut pairs = Pairs { placement, objects_upper, lower, narrow, left };
+    let kept = pairs.ask_narrow(&asker, cells_upper, work)?;
+    for round in 0..ROUNDS.len() {
+        if !pairs.ask_round(&asker, round, &kept, work)? {
+            break;
         }
     }
+    Ok(())
+}
 
-    for (round, &shafts) in ROUNDS.iter().enumerate() {
-        let open = undecided(graph, placement, objects_upper, lower);
+/// Pairs of cells and objects, and what may still be spent on them.
+struct Pairs<'p> {
+    placement: &'p BitMatrix,
+    objects_upper: &'p mut BitMatrix,
+    lower: &'p mut Lower,
+    narrow: &'p mut BitMatrix,
+    /// Shafts.
+    left: f64,
+}
+
+impl Pairs<'_> {
+    /// Asks what narrow portals may show, and returns it: it stays as flow has it.
+    fn ask_narrow(&mut self, asker: &Asker<'_>, cells_upper: &BitMatrix, work: &Job<'_>) -> Result<BitMatrix, Stopped> {
+        let graph = asker.graph;
+        let open = self.undecided(graph);
+        let sides = narrow::sides(graph, &open, [cells_upper, &*self.objects_upper], asker.mesh);
+        let most = budget(ROUNDS[1], self.left, sides.iter().map(|s| s.objects.len()).sum());
+        let ask = |(): &mut (), side: &narrow::Side| {
+            let cell = graph.portals[side.portal.portal().index()].cells[side.portal.side()];
+            let random = Random::new(mix(mix(asker.seed, 0x4e), u64::from(side.portal.0)));
+            let mut task = asker.task(cell, &side.objects, most, random);
+            task.strict = true;
+            if side.can_be_asked {
+                task.through(side.portal);
+            } else {
+                task.state.fill(State::Dear);
+            }
+            (task.state, task.found.close(), task.shafts)
+        };
+        let tell = |done: usize| work.tell("narrow portals", done as f64 / sides.len() as f64);
+        let found = work.map_with(&sides, || (), ask, tell)?;
+        let mut kept = BitMatrix::new(self.placement.rows(), self.placement.columns());
+        for (side, (state, found, shafts)) in sides.iter().zip(found) {
+            self.pay(shafts, found);
+            for (&o, _) in side.objects.iter().zip(&state).filter(|(_, state)| **state != State::Open) {
+                for &c in side.cells.iter().filter(|&&c| open.get(c as usize, o as usize)) {
+                    kept.set(c as usize, o as usize);
+                    self.narrow.set(c as usize, o as usize);
+                }
+            }
+        }
+        Ok(kept)
+    }
+
+    /// Asks about what is undecided, but for `kept`. False where nothing is left, of that or to spend.
+    fn ask_round(&mut self, asker: &Asker<'_>, round: usize, kept: &BitMatrix, work: &Job<'_>) -> Result<bool, Stopped> {
+        let graph = asker.graph;
+        let open = self.undecided(graph);
         let todo: Vec<(usize, Vec<u32>)> = (0..graph.cells.len())
             .map(|c| (c, open.ones(c).filter(|&o| !kept.get(c, o)).map(|o| o as u32).collect::<Vec<_>>()))
             .filter(|(_, objects)| !objects.is_empty())
             .collect();
-        if todo.is_empty() {
-            break;
-        }
-        let budget =
-            budget(shafts, left, todo.iter().map(|(c, objects)| graph.cells[*c].portals.len() * objects.len()).sum());
-        if budget < 2.0 {
-            break;
+        let count = todo.iter().map(|(c, objects)| graph.cells[*c].portals.len() * objects.len()).sum();
+        let budget = budget(ROUNDS[round], self.left, count);
+        if todo.is_empty() || budget < 2.0 {
+            return Ok(false);
         }
         let ask = |(): &mut (), (c, objects): &(usize, Vec<u32>)| {
-            let random = Random::new(mix(mix(options.seed, 0x5e + round as u64), *c as u64));
+            let random = Random::new(mix(mix(asker.seed, 0x5e + round as u64), *c as u64));
             let mut task = asker.task(CellId(*c as u32), objects, budget, random);
             for &portal in &graph.cells[*c].portals {
                 task.through(portal);
@@ -125,32 +147,39 @@ pub(super) fn decide(
         };
         let share = |done: usize| (round as f64 + done as f64 / todo.len() as f64) / ROUNDS.len() as f64;
         let found = work.map_with(&todo, || (), ask, |done| work.tell("shields", share(done)))?;
-        for ((c, objects), (state, mut found, shafts)) in todo.iter().zip(found) {
-            left -= shafts as f64;
-            found.rays = 0; // they are part of the shafts' price
+        for ((c, objects), (state, found, shafts)) in todo.iter().zip(found) {
             for (&o, state) in objects.iter().zip(&state) {
                 match state {
-                    State::Open => objects_upper.clear(*c, o as usize),
-                    State::Narrow => _ = narrow.set(*c, o as usize),
-                    State::Dear => narrow.clear(*c, o as usize),
+                    State::Open => self.objects_upper.clear(*c, o as usize),
+                    State::Narrow => _ = self.narrow.set(*c, o as usize),
+                    State::Dear => self.narrow.clear(*c, o as usize),
                     State::Seen => (),
                 }
             }
-            lower.merge(found);
+            self.pay(shafts, found);
         }
+        Ok(true)
     }
-    Ok(())
-}
 
-/// Pairs of closed cells and objects in others that are neither witnessed nor proven hidden.
-fn undecided(graph: &CellGraph, placement: &BitMatrix, objects_upper: &BitMatrix, lower: &Lower) -> BitMatrix {
-    let mut open = BitMatrix::new(placement.rows(), placement.columns());
-    for c in (0..graph.cells.len()).filter(|&c| !graph.cells[c].open) {
-        for o in objects_upper.ones(c).filter(|&o| !lower.objects.get(c, o) && !placement.get(c, o)) {
-            open.set(c, o);
-        }
+    /// Takes what a task found, and its price.
+    fn pay(&mut self, shafts: u64, mut found: Found) {
+        self.left -= shafts as f64;
+        // They are part of the shafts' price.
+        found.rays = 0;
+        self.lower.merge(found);
     }
-    open
+
+    /// Pairs of closed cells and objects in others that are neither witnessed nor proven hidden.
+    fn undecided(&self, graph: &CellGraph) -> BitMatrix {
+        let mut open = BitMatrix::new(self.placement.rows(), self.placement.columns());
+        let is_known = |c, o| self.lower.objects.get(c, o) || self.placement.get(c, o);
+        for c in (0..graph.cells.len()).filter(|&c| !graph.cells[c].open) {
+            for o in self.objects_upper.ones(c).filter(|&o| !is_known(c, o)) {
+                open.set(c, o);
+            }
+        }
+        open
+    }
 }
 
 /// Shafts for an object through one portal: at most `most`, and of `left` in all what `pairs` of the two may expect.
@@ -165,6 +194,7 @@ struct Asker<'a> {
     graph: &'a CellGraph,
     mesh: &'a Mesh,
     prover: &'a Prover<'a>,
+    seed: u64,
 }
 
 impl<'a> Asker<'a> {
@@ -198,6 +228,14 @@ enum Target {
     Objects(Vec<u32>),
     /// Parts of one object: polygons, each with its triangle.
     Parts(u32, Vec<(u32, Vec<DVec3>)>),
+}
+
+/// Which end of a shaft is halved, and across which direction.
+enum Halving {
+    Far(DVec3),
+    Near(DVec3),
+    /// Both are too small.
+    Neither,
 }
 
 /// One cell's open pairs.
@@ -251,65 +289,78 @@ impl Task<'_> {
         }
         let mut stack = vec![(End::polygon(&window, plane), Target::Objects(all))];
         while let Some((from, mut target)) = stack.pop() {
-            // 1. What is still open of it.
-            let share = match &mut target {
-                Target::Objects(list) => {
-                    list.retain(|&k| self.state[k as usize] == State::Open);
-                    for &k in list.iter() {
-                        self.spent[k as usize] += 1.0 / list.len() as f64;
-                        if self.spent[k as usize] > self.budget {
-                            self.state[k as usize] = State::Dear;
-                        }
-                    }
-                    list.len()
-                }
-                Target::Parts(k, parts) => {
-                    let k = *k as usize;
-                    if self.state[k] != State::Open {
-                        continue;
-                    }
-                    self.spent[k] += 1.0;
-                    if self.spent[k] > self.budget {
-                        self.state[k] = State::Dear;
-                    }
-                    parts.len()
-                }
-            };
-            if share == 0 {
+            if !self.charge(&mut target) {
                 continue;
             }
-            // 2. A surface that hides it, or a segment that is a witness.
+            // A surface that hides it, or a segment that is a witness.
             let to = self.end(&target);
-            let contour = match self.ask(&from, &to, &target, &plane) {
-                None => continue,
-                Some(contour) => contour,
-            };
-            // 3. The end that makes the shaft widest there, across the edge, is halved.
-            let [near, far] = [&from, &to].map(|e| e.bounds.centre().distance(contour.at));
-            let f = near / (near + far).max(1e-300);
-            let (wide, deep) = ((1.0 - f) * from.size(contour.across), f * to.size(contour.across));
-            let least = 0.25 * self.mesh.clearance;
-            let group = matches!(&target, Target::Objects(_)) || matches!(&target, Target::Parts(_, p) if p.len() > 1);
-            let mut across = contour.across;
-            let (mut small, mut flat) = (from.size(across) < least, to.size(across) < least);
-            if small && flat && !group {
-                across = DVec3::ZERO;
-                (small, flat) = (from.size(across) < least, to.size(across) < least);
+            let Some(contour) = self.ask(&from, &to, &target, &plane) else { continue };
+            match self.halving(&from, &to, &target, &contour) {
+                Halving::Far(across) => {
+                    stack.extend(self.halves(target, &plane, across).into_iter().map(|half| (from.clone(), half)));
+                }
+                Halving::Near(across) => {
+                    let halves = split(&from.points, across).into_iter();
+                    stack.extend(halves.map(|half| (End::polygon(&half, plane), target.clone())));
+                }
+                Halving::Neither => {
+                    if let Target::Parts(k, _) = target
+                        && (self.strict || !self.is_narrow(&from, &to, k))
+                    {
+                        self.state[k as usize] = State::Narrow;
+                    }
+                }
             }
-            if (group || !flat) && (deep >= wide || small) {
-                for half in self.halves(target, &plane, across) {
-                    stack.push((from.clone(), half));
+        }
+    }
+
+    /// Takes the price of a shaft from what is still open of a target; false where nothing is.
+    fn charge(&mut self, target: &mut Target) -> bool {
+        match target {
+            Target::Objects(list) => {
+                list.retain(|&k| self.state[k as usize] == State::Open);
+                for &k in list.iter() {
+                    self.charge_object(k as usize, 1.0 / list.len() as f64);
                 }
-            } else if !small {
-                for half in split(&from.points, across) {
-                    stack.push((End::polygon(&half, plane), target.clone()));
-                }
-            } else if let Target::Parts(k, _) = target {
-                if !self.strict && self.is_narrow(&from, &to, k) {
-                    continue;
-                }
-                self.state[k as usize] = State::Narrow;
+                !list.is_empty()
             }
+            Target::Parts(k, parts) => {
+                let k = *k as usize;
+                let is_open = self.state[k] == State::Open;
+                if is_open {
+                    self.charge_object(k, 1.0);
+                }
+                is_open && !parts.is_empty()
+            }
+        }
+    }
+
+    fn charge_object(&mut self, k: usize, shafts: f64) {
+        self.spent[k] += shafts;
+        if self.spent[k] > self.budget {
+            self.state[k] = State::Dear;
+        }
+    }
+
+    /// The end that makes a shaft widest where surfaces end, across their edge, is halved.
+    fn halving(&self, from: &End, to: &End, target: &Target, contour: &Failed) -> Halving {
+        let [near, far] = [from, to].map(|e| e.bounds.centre().distance(contour.at));
+        let f = near / (near + far).max(1e-300);
+        let (wide, deep) = ((1.0 - f) * from.size(contour.across), f * to.size(contour.across));
+        let least = 0.25 * self.mesh.clearance;
+        let is_group = !matches!(target, Target::Parts(_, parts) if parts.len() <= 1);
+        let mut across = contour.across;
+        let (mut small, mut flat) = (from.size(across) < least, to.size(across) < least);
+        if small && flat && !is_group {
+            across = DVec3::ZERO;
+            (small, flat) = (from.size(across) < least, to.size(across) < least);
+        }
+        if (is_group || !flat) && (deep >= wide || small) {
+            Halving::Far(across)
+        } else if !small {
+            Halving::Near(across)
+        } else {
+            Halving::Neither
         }
     }
 

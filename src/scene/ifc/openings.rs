@@ -28,8 +28,8 @@ const THROUGH: f64 = 2e-3;
 /// bent into a U around the opening counts as one thick wall.
 const BEHIND: f64 = 0.3;
 
-/// Cosine of the angle (3 degrees) within which faces count as parallel.
-const PARALLEL: f64 = 0.9986;
+/// Faces count as parallel where the cosine of the angle between their normals is above this: within 3 degrees.
+const COS_PARALLEL: f64 = 0.9986;
 
 /// A flat slice of a wall or roof around an opening.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +38,17 @@ struct Layer {
     normal: DVec3,
     /// Range along the normal, metres.
     range: [f64; 2],
+}
+
+/// What openings are read from.
+struct Source<'s> {
+    relations: &'s Relations,
+    geometry: &'s Geometry,
+    kinds: HashMap<u32, &'s IfcType>,
+    /// The wall or roof that an opening element is cut out of.
+    host_of: HashMap<u32, u32>,
+    /// The rooms that an element bounds, as far as space boundaries say so.
+    bounded: HashMap<u32, Vec<usize>>,
 }
 
 /// Reads the openings: every filled one, and unfilled ones that go through walls.
@@ -49,8 +60,48 @@ pub(super) fn openings(
     rooms: &Rooms,
     notes: &mut Vec<String>,
 ) -> Vec<OpeningHint> {
-    let kinds: HashMap<u32, &IfcType> = model.products.iter().map(|p| (p.id, &p.kind)).collect();
-    let host_of: HashMap<u32, u32> = relations.voids.iter().rev().map(|&(host, opening)| (opening, host)).collect();
+    let source = Source {
+        relations,
+        geometry,
+        kinds: model.products.iter().map(|p| (p.id, &p.kind)).collect(),
+        host_of: relations.voids.iter().rev().map(|&(host, opening)| (opening, host)).collect(),
+        bounded: bounded(relations, rooms),
+    };
+    let (mut hints, mut uncut, mut shapeless) = (Vec::new(), Vec::new(), Vec::new());
+    for product in &model.products {
+        let Some(kind) = opening_kind(&product.kind) else { continue };
+        let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
+        let Some(element) = source.element(product.id, kind) else { continue };
+        let Some((winding, thickness)) = element.outline() else { continue };
+        if winding.len() < 3 || crate::geom::area(&winding) < 1e-6 {
+            shapeless.push(global_id(&entity));
+            continue;
+        }
+        if element.layer.is_some_and(|layer| is_blocked(&element.wall, &winding, layer)) {
+            uncut.push(global_id(&entity));
+        }
+        let rooms = source.rooms([Some(product.id), element.opening]);
+        hints.push(OpeningHint { id: global_id(&entity), kind, winding, thickness, rooms });
+    }
+    super::reader::note_list(notes, "walls aren't cut open at", &uncut);
+    super::reader::note_list(notes, "doors and windows without a shape", &shapeless);
+    hints
+}
+
+fn opening_kind(kind: &IfcType) -> Option<OpeningKind> {
+    if kind.is_subtype_of(IfcType::IfcDoor) {
+        Some(OpeningKind::Door)
+    } else if kind.is_subtype_of(IfcType::IfcWindow) {
+        Some(OpeningKind::Window)
+    } else if kind.is_subtype_of(IfcType::IfcOpeningElement) {
+        Some(OpeningKind::Opening)
+    } else {
+        None
+    }
+}
+
+/// By element: the rooms that it bounds, as far as space boundaries say so.
+fn bounded(relations: &Relations, rooms: &Rooms) -> HashMap<u32, Vec<usize>> {
     let mut bounded: HashMap<u32, Vec<usize>> = HashMap::new();
     for boundary in &relations.boundaries {
         if let (Some(element), Some(&room)) = (boundary.element, rooms.index.get(&boundary.space)) {
@@ -60,78 +111,83 @@ pub(super) fn openings(
             }
         }
     }
-    let (mut hints, mut uncut, mut shapeless) = (Vec::new(), Vec::new(), Vec::new());
-    for product in &model.products {
-        let kind = if product.kind.is_subtype_of(IfcType::IfcDoor) {
-            OpeningKind::Door
-        } else if product.kind.is_subtype_of(IfcType::IfcWindow) {
-            OpeningKind::Window
-        } else if product.kind.is_subtype_of(IfcType::IfcOpeningElement) {
-            OpeningKind::Opening
-        } else {
-            continue;
-        };
-        let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
-        let filled = relations.fillings.get(&product.id).is_some_and(|f| !f.is_empty());
-        let opening =
-            if kind == OpeningKind::Opening { Some(product.id) } else { relations.opening_of.get(&product.id).copied() };
-        let host = opening.and_then(|o| host_of.get(&o).copied());
-        if kind == OpeningKind::Opening && (filled || !host.is_some_and(|h| kinds.get(&h).is_some_and(|k| is_wall(k)))) {
-            continue;
+    bounded
+}
+
+impl Source<'_> {
+    /// A door, a window or an opening; `None` for one that another element fills, or that no wall has.
+    fn element(&self, id: u32, kind: OpeningKind) -> Option<Element> {
+        let Self { relations, geometry, .. } = self;
+        let fillings = |opening: &u32| relations.fillings.get(opening).map_or(0, Vec::len);
+        let opening = if kind == OpeningKind::Opening { Some(id) } else { relations.opening_of.get(&id).copied() };
+        let host = opening.and_then(|o| self.host_of.get(&o).copied());
+        let is_in_wall = || host.is_some_and(|h| self.kinds.get(&h).is_some_and(|k| is_wall(k)));
+        if kind == OpeningKind::Opening && (fillings(&id) > 0 || !is_in_wall()) {
+            return None;
         }
-        let hole = opening.and_then(|o| geometry.get(o)).map(Built::whole).filter(|s| !s.triangles.is_empty());
-        let filling = geometry.get(product.id).map(Built::whole).filter(|s| !s.triangles.is_empty());
+        let shape = |id: u32| geometry.get(id).map(Built::whole).filter(|s| !s.triangles.is_empty());
+        let hole = opening.and_then(shape);
         let wall = host.map(|h| shape_with_parts(h, relations, geometry)).unwrap_or_default();
         let layer = hole.as_ref().and_then(|hole| layer_beside(&wall, hole));
-        let (winding, thickness) = match (&hole, &filling, layer) {
-            (Some(hole), _, Some(layer)) if kind == OpeningKind::Opening => {
-                let [low, high] = extent(hole, layer.normal);
-                if low > layer.range[0] + THROUGH || high < layer.range[1] - THROUGH {
-                    // A niche.
-                    continue;
-                }
-                (rectangle_in(hole, layer), layer.range[1] - layer.range[0])
-            }
-            (Some(hole), Some(filling), Some(layer)) if relations.fillings[&opening.unwrap_or_default()].len() > 1 => {
-                // A door beside its side light in one hole: each takes its own share of it.
-                let both = overlap(rectangle_in(hole, layer), &rectangle_in(filling, layer), layer);
-                (both, layer.range[1] - layer.range[0])
-            }
-            (Some(hole), _, Some(layer)) => (rectangle_in(hole, layer), layer.range[1] - layer.range[0]),
-            (Some(hole), filling, None) => {
-                // No wall to look at: the leaf is flatter than the hole is.
-                let Some(flat) = flattest(filling.as_ref().unwrap_or(hole)) else { continue };
-                let [low, high] = extent(hole, flat.normal);
-                (rectangle_in(hole, Layer { range: [low, high], ..flat }), 0.0)
-            }
-            (None, Some(filling), _) => {
-                let Some(flat) = flattest(filling) else { continue };
-                (rectangle_in(filling, flat), 0.0)
-            }
-            (None, None, _) => {
-                shapeless.push(global_id(&entity));
-                continue;
-            }
-        };
-        if winding.len() < 3 || crate::geom::area(&winding) < 1e-6 {
-            shapeless.push(global_id(&entity));
-            continue;
-        }
-        if layer.is_some_and(|layer| is_blocked(&wall, &winding, layer)) {
-            uncut.push(global_id(&entity));
-        }
-        let known = [Some(product.id), opening].into_iter().flatten().find_map(|id| bounded.get(&id));
-        let rooms = match known.map(Vec::as_slice) {
+        let shares_hole = opening.is_some_and(|o| fillings(&o) > 1);
+        Some(Element { kind, opening, hole, filling: shape(id), wall, layer, shares_hole })
+    }
+
+    /// The rooms on both sides of the first of some elements that bounds any.
+    fn rooms(&self, elements: [Option<u32>; 2]) -> [Option<usize>; 2] {
+        let known = elements.into_iter().flatten().find_map(|id| self.bounded.get(&id));
+        match known.map(Vec::as_slice) {
             Some(&[a]) => [Some(a), None],
             Some(&[a, b]) => [Some(a), Some(b)],
             // More than two can't all be on its sides; the split finds out.
             _ => [None, None],
-        };
-        hints.push(OpeningHint { id: global_id(&entity), kind, winding, thickness, rooms });
+        }
     }
-    super::reader::note_list(notes, "walls aren't cut open at", &uncut);
-    super::reader::note_list(notes, "doors and windows without a shape", &shapeless);
-    hints
+}
+
+/// A door, a window or an opening.
+struct Element {
+    kind: OpeningKind,
+    /// The opening element: itself, or the one that it fills.
+    opening: Option<u32>,
+    hole: Option<Shape>,
+    filling: Option<Shape>,
+    /// What the hole is cut out of.
+    wall: Shape,
+    /// Of the wall, where the hole goes through.
+    layer: Option<Layer>,
+    /// Whether another element fills the same hole.
+    shares_hole: bool,
+}
+
+impl Element {
+    /// The winding, empty where there is no shape, and the wall's thickness. `None` for a niche, and where no direction can be told.
+    fn outline(&self) -> Option<(Vec<DVec3>, f64)> {
+        let through = |hole: &Shape, layer: Layer| (rectangle_in(hole, layer), layer.range[1] - layer.range[0]);
+        Some(match (&self.hole, &self.filling, self.layer) {
+            (Some(hole), _, Some(layer)) if self.kind == OpeningKind::Opening => {
+                let [low, high] = extent(hole, layer.normal);
+                if low > layer.range[0] + THROUGH || high < layer.range[1] - THROUGH {
+                    return None;
+                }
+                through(hole, layer)
+            }
+            (Some(hole), Some(filling), Some(layer)) if self.shares_hole => {
+                // A door beside its side light in one hole: each takes its own share of it.
+                let (winding, thickness) = through(hole, layer);
+                (overlap(winding, &rectangle_in(filling, layer), layer), thickness)
+            }
+            (Some(hole), _, Some(layer)) => through(hole, layer),
+            (Some(hole), filling, None) => {
+                // No wall to look at: the leaf is flatter than the hole is.
+                let flat = flattest(filling.as_ref().unwrap_or(hole))?;
+                let [low, high] = extent(hole, flat.normal);
+                (rectangle_in(hole, Layer { range: [low, high], ..flat }), 0.0)
+            }
+            (None, Some(filling), _) => (rectangle_in(filling, flattest(filling)?), 0.0),
+            (None, None, _) => (Vec::new(), 0.0),
+        })
+    }
 }
 
 /// An element's shape, or those of its parts where it has none of its own.
@@ -160,7 +216,7 @@ fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
     let mut directions: Vec<DVec3> = Vec::new();
     for t in wall.corners().filter(|t| hole_box.is_near(t, DVec3::ZERO) && !hole_box.holds_middle(t)) {
         let n = (t[1] - t[0]).cross(t[2] - t[0]);
-        match directions.iter_mut().find(|d| d.dot(n).abs() > PARALLEL * d.length() * n.length()) {
+        match directions.iter_mut().find(|d| d.dot(n).abs() > COS_PARALLEL * d.length() * n.length()) {
             Some(sum) => *sum += n * n.dot(*sum).signum(),
             None if n.length() > 0.0 => directions.push(n),
             None => {}
@@ -173,7 +229,7 @@ fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
     // The sides, also that which a niche doesn't reach.
     let is_side = |t: &[DVec3; 3]| {
         let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
-        n.dot(raw).abs() > PARALLEL && hole_box.is_near(t, normal * BEHIND)
+        n.dot(raw).abs() > COS_PARALLEL && hole_box.is_near(t, normal * BEHIND)
     };
     let offsets = wall.corners().filter(is_side).flatten().map(|p| p.dot(normal));
     let range = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)]);
@@ -226,7 +282,7 @@ fn canonical(n: DVec3) -> DVec3 {
 fn upright(n: DVec3) -> DVec3 {
     if n.y.abs() < 0.05 {
         DVec3::new(n.x, 0.0, n.z).normalize_or(DVec3::X)
-    } else if n.y.abs() > PARALLEL {
+    } else if n.y.abs() > COS_PARALLEL {
         DVec3::Y
     } else {
         n
@@ -248,7 +304,7 @@ fn flattest(shape: &Shape) -> Option<Layer> {
 
 /// Directions right and up within a layer: right x up = normal.
 fn frame(shape: &Shape, normal: DVec3) -> [DVec3; 2] {
-    let right = match DVec3::Y.cross(normal).try_normalize().filter(|_| normal.y.abs() <= PARALLEL) {
+    let right = match DVec3::Y.cross(normal).try_normalize().filter(|_| normal.y.abs() <= COS_PARALLEL) {
         Some(right) => right,
         None => {
             // A skylight: along its own sides.

@@ -2,12 +2,12 @@
 //! shows was left out. It is held against the depth of the very frame that is shown, so whatever decided what to draw is tested, on the
 //! processor or on the device. Glass and open doors are screens of pixels, so that they are tested and so is what is behind them.
 
-use super::pipelines::{Eye, Pipelines, shader};
+use super::pipelines::{Eye, Pipelines, Recipe, shader};
+use super::readback::Readback;
 use super::targets::Targets;
 use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use std::ops::Range;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use wgpu::{BufferBindingType, BufferUsages, ShaderStages, TextureFormat};
 
 /// What a frame missed.
@@ -27,18 +27,9 @@ pub struct Alarm {
     layout: wgpu::BindGroupLayout,
     counts: wgpu::Buffer,
     zeros: wgpu::Buffer,
-    read: Vec<Slot>,
-    told: Sender<usize>,
-    heard: Receiver<usize>,
+    /// The counts, with the frame that they are of.
+    read: Readback<u64>,
 }
-
-struct Slot {
-    buffer: wgpu::Buffer,
-    frame: Option<u64>,
-}
-
-/// Frames that may be under way at once; where all are, one is shown and not counted.
-const SLOTS: usize = 4;
 
 impl Alarm {
     /// For so many objects; pictures are of `format`.
@@ -65,43 +56,16 @@ impl Alarm {
             ],
         });
         let module = shader(gpu, include_str!("alarm.wgsl"));
-        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&layout)],
-            ..Default::default()
-        });
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: None,
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("corner"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("pixel"),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let pipeline =
+            Recipe { groups: &[Some(&layout)], pixel: Some(("pixel", format.into())), ..Recipe::new(&module, "corner") }
+                .pipeline(gpu);
         let bytes = 4 * (objects as u64 + 1);
-        let slot = |_| Slot { buffer: gpu.buffer(bytes, BufferUsages::COPY_DST | BufferUsages::MAP_READ), frame: None };
-        let (told, heard) = channel();
         Self {
             pipeline,
             layout,
             counts: gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST),
             zeros: gpu.filled(&vec![0; objects + 1], BufferUsages::COPY_SRC),
-            read: (0..SLOTS).map(slot).collect(),
-            told,
-            heard,
+            read: Readback::new(gpu, bytes),
         }
     }
 
@@ -164,34 +128,24 @@ impl Alarm {
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
         drop(pass);
-        let slot = self.read.iter().position(|slot| slot.frame.is_none())?;
-        self.read[slot].frame = Some(frame);
-        commands.copy_buffer_to_buffer(&self.counts, 0, &self.read[slot].buffer, 0, self.counts.size());
-        Some(slot)
+        self.read.copy(&self.counts, self.counts.size(), frame, commands)
     }
 
     /// Asks for the counts, once the commands are submitted.
     pub fn ask(&self, slot: usize) {
-        let told = self.told.clone();
-        self.read[slot].buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            if result.is_ok() {
-                let _ = told.send(slot);
-            }
-        });
+        self.read.ask(slot);
     }
 
     /// What has come, one frame after the other.
     pub fn heard(&mut self) -> Option<Missed> {
-        let slot = &mut self.read[self.heard.try_recv().ok()?];
-        let frame = slot.frame.take()?;
-        let missed = slot.buffer.get_mapped_range(..).ok().map(|view| {
-            let counts: &[u32] = bytemuck::cast_slice(&view);
-            let of_objects = (0u32..).map(ObjectId).zip(counts[1..].iter().copied()).filter(|(_, n)| *n > 0);
-            let mut objects: Vec<(ObjectId, u32)> = of_objects.collect();
-            objects.sort_by_key(|&(o, n)| (std::cmp::Reverse(n), o));
-            Missed { frame, pixels: counts[0], objects }
-        });
-        slot.buffer.unmap();
-        missed
+        self.read
+            .heard(|frame, view| {
+                let counts: &[u32] = bytemuck::cast_slice(view);
+                let of_objects = (0u32..).map(ObjectId).zip(counts[1..].iter().copied()).filter(|(_, n)| *n > 0);
+                let mut objects: Vec<(ObjectId, u32)> = of_objects.collect();
+                objects.sort_by_key(|&(o, n)| (std::cmp::Reverse(n), o));
+                Missed { frame, pixels: counts[0], objects }
+            })
+            .flatten()
     }
 }

@@ -1,6 +1,6 @@
 //! Lines and faces over the scene: portals, frusta, boxes, what was picked.
 
-use super::pipelines::{Eye, Pipelines, depth_state, shader};
+use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
 use enfilade::gpu::Gpu;
 use glam::Vec3;
 use wgpu::{BufferUsages, CompareFunction, PrimitiveTopology, TextureFormat};
@@ -85,41 +85,21 @@ impl Lines {
     /// On pictures of `format`.
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, format: TextureFormat) -> Self {
         let module = shader(gpu, include_str!("overlay.wgsl"));
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&pipelines.layout)],
-            ..Default::default()
-        });
         let pipeline = |topology, compare| {
-            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: None,
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("corner"),
-                    compilation_options: Default::default(),
-                    buffers: &[Some(wgpu::VertexBufferLayout {
-                        array_stride: 16,
-                        step_mode: wgpu::VertexStepMode::Vertex,
-                        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
-                    })],
-                },
-                primitive: wgpu::PrimitiveState { topology, ..Default::default() },
-                depth_stencil: Some(depth_state(false, compare)),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("pixel"),
-                    compilation_options: Default::default(),
-                    targets: &[Some(wgpu::ColorTargetState {
-                        format,
-                        blend: Some(wgpu::BlendState::ALPHA_BLENDING),
-                        write_mask: wgpu::ColorWrites::ALL,
-                    })],
+            let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
+            Recipe {
+                groups: &[Some(&pipelines.layout)],
+                corners: Some(wgpu::VertexBufferLayout {
+                    array_stride: 16,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
                 }),
-                multiview_mask: None,
-                cache: None,
-            })
+                topology,
+                depth: Some(depth_state(false, compare)),
+                pixel: Some(("pixel", wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })),
+                ..Recipe::new(&module, "corner")
+            }
+            .pipeline(gpu)
         };
         Self {
             faces: pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual),

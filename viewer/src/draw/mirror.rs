@@ -4,7 +4,7 @@
 
 use super::frame::colour;
 use super::mesh::{Mesh, Runs};
-use super::pipelines::{DEPTH, Eye, Pipelines, depth_state, shader};
+use super::pipelines::{DEPTH, Eye, Pipelines, Recipe, depth_state, shader};
 use super::targets::texture;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
@@ -51,37 +51,19 @@ impl Mirrors {
                 count: None,
             }],
         });
-        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&pipelines.layout), Some(&layout)],
-            ..Default::default()
-        });
         let module = shader(gpu, include_str!("mirror.wgsl"));
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: None,
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("corner"),
-                compilation_options: Default::default(),
-                buffers: &[Some(wgpu::VertexBufferLayout {
-                    array_stride: 12,
-                    step_mode: wgpu::VertexStepMode::Vertex,
-                    attributes: &wgpu::vertex_attr_array![0 => Float32x3],
-                })],
-            },
-            primitive: Default::default(),
-            depth_stencil: Some(depth_state(true, wgpu::CompareFunction::GreaterEqual)),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("pixel"),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
+        let pipeline = Recipe {
+            groups: &[Some(&pipelines.layout), Some(&layout)],
+            corners: Some(wgpu::VertexBufferLayout {
+                array_stride: 12,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &wgpu::vertex_attr_array![0 => Float32x3],
             }),
-            multiview_mask: None,
-            cache: None,
-        });
+            depth: Some(depth_state(true, wgpu::CompareFunction::GreaterEqual)),
+            pixel: Some(("pixel", format.into())),
+            ..Recipe::new(&module, "corner")
+        }
+        .pipeline(gpu);
         let (mirrors, corners, places) = (Vec::new(), Vec::new(), Vec::new());
         Self { mirrors, corners, reflections: Reflections::for_culler(culler), pipeline, layout, format, places }
     }

@@ -7,5 +7,6 @@ pub mod mesh;
 pub mod mirror;
 pub mod pipelines;
 pub mod queries;
+pub mod readback;
 pub mod targets;
 pub mod timer;

@@ -164,6 +164,66 @@ pub fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthSt
     }
 }
 
+/// What render pipelines of the viewer differ in.
+pub struct Recipe<'r> {
+    /// The shaders.
+    pub module: &'r wgpu::ShaderModule,
+    /// The entry point for corners.
+    pub corner: &'r str,
+    /// The buffer that corners come from, if there is one.
+    pub corners: Option<wgpu::VertexBufferLayout<'r>>,
+    /// What corners make.
+    pub topology: wgpu::PrimitiveTopology,
+    /// What is bound.
+    pub groups: &'r [Option<&'r wgpu::BindGroupLayout>],
+    /// Depth, if it is looked at.
+    pub depth: Option<wgpu::DepthStencilState>,
+    /// The entry point for pixels, if there are any, and what they are written to.
+    pub pixel: Option<(&'r str, wgpu::ColorTargetState)>,
+}
+
+impl<'r> Recipe<'r> {
+    /// Triangles without a buffer, depth or pixels.
+    pub fn new(module: &'r wgpu::ShaderModule, corner: &'r str) -> Self {
+        let topology = wgpu::PrimitiveTopology::TriangleList;
+        Self { module, corner, corners: None, topology, groups: &[], depth: None, pixel: None }
+    }
+
+    /// The pipeline.
+    pub fn pipeline(self, gpu: &Gpu) -> wgpu::RenderPipeline {
+        let corners: Vec<_> = self.corners.map(Some).into_iter().collect();
+        let (pixel, target) = self.pixel.unzip();
+        let targets = [target];
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&layout(gpu, self.groups)),
+            vertex: wgpu::VertexState {
+                module: self.module,
+                entry_point: Some(self.corner),
+                compilation_options: Default::default(),
+                buffers: &corners,
+            },
+            primitive: wgpu::PrimitiveState { topology: self.topology, ..Default::default() },
+            depth_stencil: self.depth,
+            multisample: Default::default(),
+            fragment: pixel.map(|pixel| wgpu::FragmentState {
+                module: self.module,
+                entry_point: Some(pixel),
+                compilation_options: Default::default(),
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+/// What a pipeline binds.
+pub fn layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
+    let wanted = wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: groups, ..Default::default() };
+    gpu.device.create_pipeline_layout(&wanted)
+}
+
 /// What pipelines of the scene share.
 struct Maker<'m> {
     gpu: &'m Gpu,
@@ -177,37 +237,18 @@ impl Maker<'_> {
     }
 
     fn pipeline(&self, vertex: &str, fragment: &str, format: TextureFormat) -> wgpu::RenderPipeline {
-        let device = &self.gpu.device;
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(self.layout)],
-            ..Default::default()
-        });
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: None,
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &self.module,
-                entry_point: Some(vertex),
-                compilation_options: Default::default(),
-                buffers: &[Some(wgpu::VertexBufferLayout {
-                    array_stride: 16,
-                    step_mode: wgpu::VertexStepMode::Vertex,
-                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
-                })],
-            },
-            // Models are wound both ways: nothing is culled by winding.
-            primitive: Default::default(),
-            depth_stencil: Some(depth_state(true, wgpu::CompareFunction::Greater)),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &self.module,
-                entry_point: Some(fragment),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
+        // Models are wound both ways: nothing is culled by winding.
+        Recipe {
+            groups: &[Some(self.layout)],
+            corners: Some(wgpu::VertexBufferLayout {
+                array_stride: 16,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
             }),
-            multiview_mask: None,
-            cache: None,
-        })
+            depth: Some(depth_state(true, wgpu::CompareFunction::Greater)),
+            pixel: Some((fragment, format.into())),
+            ..Recipe::new(&self.module, vertex)
+        }
+        .pipeline(self.gpu)
     }
 }

@@ -2,17 +2,15 @@
 //! indirect draws on the device, in the same frame, and copied to where the processor reads them later.
 
 use super::mesh::Mesh;
-use super::pipelines::{Eye, Pipelines, depth_state, shader};
+use super::pipelines::{self, Eye, Pipelines, Recipe, depth_state, shader};
+use super::readback::Readback;
 use super::targets::Targets;
 use crate::delayed_queries::Late;
 use enfilade::gpu::Gpu;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use wgpu::{BufferBindingType, BufferUsages, QueryType, ShaderStages};
 
 /// Most questions of a frame: what a set of queries holds.
 pub const MOST: usize = 4096;
-/// Frames that may be under way at once; where all are, answers of one aren't learned from.
-const SLOTS: usize = 4;
 
 /// Queries, and what is drawn by their answers.
 pub struct Queries {
@@ -29,14 +27,11 @@ pub struct Queries {
     /// See [`Self::count`].
     pub solid: usize,
     group: wgpu::BindGroup,
-    read: Vec<Slot>,
-    told: Sender<usize>,
-    heard: Receiver<usize>,
+    read: Readback<Questions>,
 }
 
-struct Slot {
-    buffer: wgpu::Buffer,
-    busy: bool,
+/// What was asked in a frame.
+struct Questions {
     /// Nodes that were asked about.
     nodes: Vec<u32>,
     /// Triangles that hang on each question.
@@ -48,31 +43,17 @@ impl Queries {
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, objects: usize) -> Self {
         let device = &gpu.device;
         let module = shader(gpu, include_str!("boxes.wgsl"));
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&pipelines.layout)],
-            ..Default::default()
-        });
-        let boxes = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: None,
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("corner"),
-                compilation_options: Default::default(),
-                buffers: &[Some(wgpu::VertexBufferLayout {
-                    array_stride: 24,
-                    step_mode: wgpu::VertexStepMode::Instance,
-                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
-                })],
-            },
-            primitive: Default::default(),
-            depth_stencil: Some(depth_state(false, wgpu::CompareFunction::GreaterEqual)),
-            multisample: Default::default(),
-            fragment: None,
-            multiview_mask: None,
-            cache: None,
-        });
+        let boxes = Recipe {
+            groups: &[Some(&pipelines.layout)],
+            corners: Some(wgpu::VertexBufferLayout {
+                array_stride: 24,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+            }),
+            depth: Some(depth_state(false, wgpu::CompareFunction::GreaterEqual)),
+            ..Recipe::new(&module, "corner")
+        }
+        .pipeline(gpu);
         let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -87,14 +68,9 @@ impl Queries {
             label: None,
             entries: &[storage(0, true), storage(1, true), storage(2, false)],
         });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&layout)],
-            ..Default::default()
-        });
         let decide = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: None,
-            layout: Some(&pipeline_layout),
+            layout: Some(&pipelines::layout(gpu, &[Some(&layout)])),
             module: &shader(gpu, include_str!("decide.wgsl")),
             entry_point: Some("decide"),
             compilation_options: Default::default(),
@@ -109,13 +85,6 @@ impl Queries {
         let entries: Vec<_> =
             (0..).zip(entries).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
-        let slot = |_| Slot {
-            buffer: gpu.buffer(8 * MOST as u64, BufferUsages::COPY_DST | BufferUsages::MAP_READ),
-            busy: false,
-            nodes: Vec::new(),
-            triangles: Vec::new(),
-        };
-        let (told, heard) = channel();
         Self {
             boxes,
             decide,
@@ -131,9 +100,7 @@ impl Queries {
             count: 0,
             solid: 0,
             group,
-            read: (0..SLOTS).map(slot).collect(),
-            told,
-            heard,
+            read: Readback::new(gpu, 8 * MOST as u64),
         }
     }
 
@@ -198,39 +165,24 @@ impl Queries {
         pass.dispatch_workgroups((self.count as u32).div_ceil(64), 1, 1);
         drop(pass);
         // 4. And go to where they can be read.
-        let free = self.read.iter().position(|slot| !slot.busy)?;
-        let slot = &mut self.read[free];
-        slot.busy = true;
-        slot.nodes.clear();
-        slot.nodes.extend(late.questions.iter().map(|q| q.node));
-        slot.triangles = triangles;
-        commands.copy_buffer_to_buffer(&self.answers, 0, &slot.buffer, 0, 8 * u64::from(asked));
-        Some(free)
+        let questions = Questions { nodes: late.questions.iter().map(|q| q.node).collect(), triangles };
+        self.read.copy(&self.answers, 8 * u64::from(asked), questions, commands)
     }
 
     /// Asks for the answers, once the commands are submitted.
     pub fn ask(&self, slot: usize) {
-        let told = self.told.clone();
-        self.read[slot].buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            if result.is_ok() {
-                let _ = told.send(slot);
-            }
-        });
+        self.read.ask(slot);
     }
 
-    /// Teaches what has come. Returns the triangles that the device drew by the answers, of each frame that is heard of.
+    /// Teaches what has come. Returns the triangles that the device drew by the answers, of the last frame that is heard of.
     pub fn heard(&mut self, late: &mut Late) -> Option<u64> {
         let mut drawn = None;
-        while let Ok(slot) = self.heard.try_recv() {
-            let slot = &mut self.read[slot];
-            if let Ok(view) = slot.buffer.get_mapped_range(..) {
-                let shows = |i: usize| view[8 * i..8 * i + 8].iter().any(|b| *b != 0);
-                late.learn(slot.nodes.iter().enumerate().map(|(i, &node)| (node, shows(i))));
-                let triangles = slot.triangles.iter().enumerate().filter(|(i, _)| shows(*i)).map(|(_, n)| u64::from(*n));
-                drawn = Some(triangles.sum());
-            }
-            slot.buffer.unmap();
-            slot.busy = false;
+        while let Some(triangles) = self.read.heard(|Questions { nodes, triangles }, view| {
+            let shows = |i: usize| view[8 * i..8 * i + 8].iter().any(|b| *b != 0);
+            late.learn(nodes.iter().enumerate().map(|(i, &node)| (node, shows(i))));
+            triangles.iter().enumerate().filter(|(i, _)| shows(*i)).map(|(_, n)| u64::from(*n)).sum()
+        }) {
+            drawn = triangles.or(drawn);
         }
         drawn
     }

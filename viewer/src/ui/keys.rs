@@ -1,5 +1,6 @@
 //! The keys: one table, for who presses them and for the list on F1.
 
+use crate::args::Shown;
 use winit::keyboard::KeyCode;
 
 /// What a key does, once, when it goes down.
@@ -11,16 +12,8 @@ pub enum Action {
     Freeze,
     /// See [`crate::colours::Tints`].
     Cells,
-    /// Outlines of portals.
-    Portals,
-    /// Rectangles of portals.
-    Rectangles,
-    /// The plan.
-    Plan,
-    /// The matrix.
-    Matrix,
-    /// The graphs.
-    Graphs,
+    /// Shows something over the picture, or no longer: none of cells, mirrors and `why`.
+    Layer(Shown),
     /// The alarm.
     Alarm,
     /// Walks or flies.
@@ -33,8 +26,6 @@ pub enum Action {
     Pick,
     /// Counters.
     Hud,
-    /// The list of keys.
-    Keys,
 }
 
 /// A key, its name, what it does, and that in words.
@@ -51,18 +42,18 @@ pub const KEYS: [Key; 21] = [
     (KeyCode::Digit7, "7", Action::Mode(6), "whatever costs the least here (auto)"),
     (KeyCode::KeyF, "F", Action::Freeze, "freeze the culling and fly out, or go on"),
     (KeyCode::KeyC, "C", Action::Cells, "colours of cells"),
-    (KeyCode::KeyP, "P", Action::Portals, "outlines of portals"),
-    (KeyCode::KeyR, "R", Action::Rectangles, "portals' rectangles on the screen"),
-    (KeyCode::KeyM, "M", Action::Plan, "plan of the storey"),
-    (KeyCode::KeyX, "X", Action::Matrix, "visibility matrix; click a pair for why"),
-    (KeyCode::KeyG, "G", Action::Graphs, "graphs"),
+    (KeyCode::KeyP, "P", Action::Layer(Shown::Portals), "outlines of portals"),
+    (KeyCode::KeyR, "R", Action::Layer(Shown::Rectangles), "portals' rectangles on the screen"),
+    (KeyCode::KeyM, "M", Action::Layer(Shown::Plan), "plan of the storey"),
+    (KeyCode::KeyX, "X", Action::Layer(Shown::Matrix), "visibility matrix; click a pair for why"),
+    (KeyCode::KeyG, "G", Action::Layer(Shown::Graphs), "graphs"),
     (KeyCode::KeyK, "K", Action::Alarm, "missed-pixel alarm"),
     (KeyCode::KeyV, "V", Action::Fly, "walk or fly"),
     (KeyCode::KeyE, "E", Action::Door, "open or shut the door ahead (or click it)"),
     (KeyCode::KeyT, "T", Action::Mirror, "hang a mirror on the wall ahead"),
     (KeyCode::KeyY, "Y", Action::Pick, "pick what is ahead (or click it): why does one see the other?"),
     (KeyCode::KeyH, "H", Action::Hud, "counters"),
-    (KeyCode::F1, "F1", Action::Keys, "this list"),
+    (KeyCode::F1, "F1", Action::Layer(Shown::Keys), "this list"),
 ];
 
 /// What is held down, in words.

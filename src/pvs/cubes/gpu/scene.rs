@@ -1,7 +1,7 @@
 //! A scene on the device, and which of its objects a face may see.
 
 use crate::geom::Aabb;
-use crate::gpu::{Gpu, GpuError, words};
+use crate::gpu::{DepthPipeline, Gpu, GpuError, pipeline_layout, shader_module, words};
 use crate::pvs::cubes::CubeView;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -208,46 +208,10 @@ impl Pipelines {
             buffer(3, count, write, false),
             buffer(4, count, uniform, false),
         ]);
-        let module = |source: &'static str| {
-            let source = wgpu::ShaderSource::Wgsl(source.into());
-            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
-        };
-        let (ids, counts) = (module(IDS), module(include_str!("count.wgsl")));
-        let layout = |groups: &[Option<&wgpu::BindGroupLayout>]| {
-            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: None,
-                bind_group_layouts: groups,
-                immediate_size: 0,
-            })
-        };
-        let draw = |entry, groups: &[_], targets: &[_], write, compare| {
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: None,
-                layout: Some(&layout(groups)),
-                vertex: wgpu::VertexState {
-                    module: &ids,
-                    entry_point: Some("corner"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: wgpu::TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(write),
-                    depth_compare: Some(compare),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &ids,
-                    entry_point: Some(entry),
-                    compilation_options: Default::default(),
-                    targets,
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+        let module = shader_module(device, IDS);
+        let draw = |pixels, groups: &[_], targets: &[_], writes_depth, compare| {
+            let shaders = ["corner", pixels];
+            DepthPipeline { module: &module, shaders, groups, targets, writes_depth, compare }.on(device)
         };
         // Of equal depths the one drawn first stays: the lesser index.
         let color = [Some(wgpu::TextureFormat::R32Uint.into())];
@@ -256,8 +220,8 @@ impl Pipelines {
         let before = draw("before", &groups, &[], false, wgpu::CompareFunction::Always);
         let count = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: None,
-            layout: Some(&layout(&[Some(&count_layout)])),
-            module: &counts,
+            layout: Some(&pipeline_layout(device, &[Some(&count_layout)])),
+            module: &shader_module(device, include_str!("count.wgsl")),
             entry_point: Some("count"),
             compilation_options: Default::default(),
             cache: None,
