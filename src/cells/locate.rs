@@ -5,6 +5,9 @@ use crate::CellId;
 use crate::geom::Aabb;
 use glam::DVec3;
 
+/// What the inverse of a direction's component is capped at: finite, so that no product with 0 is NaN.
+const INFINITE: f64 = 1e300;
+
 /// A small tree over every bounded piece, and a list of the unbounded ones.
 pub struct Locator<'g> {
     graph: &'g CellGraph,
@@ -212,7 +215,8 @@ impl BoxTree {
     /// Visits the items whose box, grown by `eps` metres, the ray meets for `0 <= t <= limit`.
     pub(crate) fn on_ray(&self, origin: DVec3, direction: DVec3, limit: f64, eps: f64, visit: &mut impl FnMut(u32)) {
         // A component of nothing is taken for next to nothing: its slab is then met everywhere or nowhere.
-        let inverse = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-300 { 1e300 } else { 1.0 / d }));
+        let inverse =
+            DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1.0 / INFINITE { INFINITE } else { 1.0 / d }));
         let (low, high) = (origin + eps, origin - eps);
         let meets = |b: &Aabb| {
             let (t0, t1) = ((b.min - low) * inverse, (b.max - high) * inverse);

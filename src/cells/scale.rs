@@ -10,6 +10,9 @@ use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
 
+/// A triangle is level if its normal's cosine with the vertical is above this (8 degrees).
+const LEVEL: f64 = 0.99;
+
 /// Lengths that describe how people build, in metres, scaled where a model is plainly not in metres. They only steer which
 /// planes are worth a cut and which regions are rooms; soundness doesn't depend on them.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -95,7 +98,7 @@ fn ceiling(scene: &Scene) -> Option<f64> {
     let mut level: Vec<(f64, DVec3, bool)> = Vec::new();
     for t in scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()) {
         let n = normal(t);
-        if n.y.abs() > 0.99 * n.length() {
+        if n.y.abs() > LEVEL * n.length() {
             let c = scene.corners(t as usize);
             level.push((n.length(), (c[0] + c[1] + c[2]) / 3.0, n.y > 0.0));
         }

@@ -16,6 +16,9 @@ use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
 
+/// A plane's normal may differ by so much from length 1: larger lets in planes whose distances aren't metres, smaller refuses rounded ones.
+const NORMAL_LENGTH: f32 = 1e-3;
+
 impl PvsFile {
     /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 8,192 times
     /// `bytes.len()` of memory, whatever the file says.
@@ -452,7 +455,7 @@ impl<'a> SectionReader<'_, 'a> {
 /// A plane with a unit normal.
 fn plane(c: &mut Cursor<'_>) -> Result<Vec4, FileError> {
     let plane = Vec4::from_array(c.f32s()?);
-    if (plane.truncate().length() - 1.0).abs() > 1e-3 {
+    if (plane.truncate().length() - 1.0).abs() > NORMAL_LENGTH {
         return Err(c.error("a plane whose normal is not of length 1"));
     }
     Ok(plane)

@@ -23,6 +23,9 @@ use crate::scene::Role;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
+/// A cupboard's middle keeps so far from a door's, metres.
+const FREE_OF_DOOR: f64 = 1.3;
+
 /// Random streams.
 const PLAN: u64 = 3;
 const DOORS: u64 = 4;
@@ -454,7 +457,7 @@ fn cupboards(level: &Storey, room: usize, [x, z]: [[f64; 2]; 2], inwards: f64, m
     // The leaf stands at the hinge, on the lesser side.
     let mut number = 0;
     for at in [x[0] + 0.5, x[1] - 0.5] {
-        if (at - door).abs() > 1.3 {
+        if (at - door).abs() > FREE_OF_DOOR {
             put(number, DVec2::new(at, face), turns);
             number += 1;
         }

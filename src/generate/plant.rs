@@ -14,6 +14,9 @@ use crate::random::Prng;
 use crate::scene::Role;
 use glam::{DVec2, DVec3};
 
+/// Where the last pipe of a rack may start, metres across it.
+const RACK_END: f64 = 4.6;
+
 /// Edge of a block with its share of the roads, metres.
 const BLOCK: f64 = 50.0;
 /// Random stream of what stands where.
@@ -205,7 +208,7 @@ impl Block<'_> {
         let mut placed: Vec<(String, DVec3, f64, f64)> = Vec::new();
         for level in 0..3 {
             let mut across = 0.4;
-            while across < 4.6 {
+            while across < RACK_END {
                 let r = 0.05 * f64::from(rng.steps(1, 5, 1));
                 let y = 6.0 + 2.0 * f64::from(level) + r + 0.15;
                 let name = self.name(&format!("pipe {} along {way} of block", placed.len()));

@@ -17,6 +17,9 @@ use crate::random::Prng;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+/// A line that rises less than this over a portal's plane, a unit of its length, runs along it.
+const ALONG: f64 = 1e-9;
+
 /// Directed portals whose random lines one task follows.
 const TASK: usize = 64;
 
@@ -76,7 +79,7 @@ impl<'n> Walker<'n> {
     fn hit(&self, portal: usize, origin: DVec3, direction: DVec3) -> Option<f64> {
         let plane = &self.planes[portal];
         let slope = plane.n.dot(direction);
-        if slope <= 1e-9 {
+        if slope <= ALONG {
             return None; // along the plane, or against it
         }
         let t = -plane.distance(origin) / slope;

@@ -3,6 +3,15 @@
 use super::html::{duration, escape, share, thousands};
 use std::fmt::Write;
 
+/// From here on a value is told in a larger unit.
+const FIVE_DIGITS: f64 = 1e4;
+
+/// A thousandth.
+const MILLI: f64 = 1e-3;
+
+/// An axis over more powers of ten than this has marks at powers only.
+const DECADES: f64 = 3.0;
+
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 400.0;
 /// Room for labels: left, right, above, below.
@@ -269,7 +278,7 @@ impl Frame {
     /// Times with a label: powers of ten, and 2 and 5 times those where they have room.
     fn moments(&self) -> Vec<f64> {
         let [from, to] = self.ends;
-        let between: &[f64] = if to - from > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let between: &[f64] = if to - from > DECADES { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let powers = from.floor() as i32..=to.floor() as i32;
         let all = powers.flat_map(|k| between.iter().map(move |b| b * 10f64.powi(k)));
         all.filter(|t| (from..=to).contains(&t.log10())).collect()
@@ -279,11 +288,11 @@ impl Frame {
 /// A time on the axis: one digit and a unit.
 fn tick(seconds: f64) -> String {
     let (value, unit) = match seconds {
-        s if s < 0.9e-3 => (s * 1e6, "µs"),
+        s if s < 0.9 * MILLI => (s * 1e6, "µs"),
         s if s < 0.9 => (s * 1e3, "ms"),
         s => (s, "s"),
     };
-    if value < 1e4 { format!("{value:.0} {unit}") } else { duration(seconds) }
+    if value < FIVE_DIGITS { format!("{value:.0} {unit}") } else { duration(seconds) }
 }
 
 fn path(corners: impl IntoIterator<Item = [f64; 2]>) -> String {

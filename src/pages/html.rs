@@ -1,5 +1,14 @@
 //! A page of one file: text made safe, numbers made readable, pictures embedded.
 
+/// The same for seconds; beyond are minutes.
+const TEN_MINUTES: f64 = 600.0;
+
+/// The same for milliseconds.
+const SECOND: f64 = 0.9995;
+
+/// Seconds below which a duration is told in microseconds, so that it has at most three digits.
+const MILLISECOND: f64 = 0.9995e-3;
+
 /// A row of a list of pairs or searches: what it is about, and what there is to say.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Remark {
@@ -68,9 +77,9 @@ pub fn share(part: f64) -> String {
 /// A time with its unit, three digits.
 pub fn duration(seconds: f64) -> String {
     match seconds {
-        s if s < 0.9995e-3 => format!("{:.0} µs", s * 1e6),
-        s if s < 0.9995 => format!("{} ms", three_digits(s * 1e3)),
-        s if s < 600.0 => format!("{} s", three_digits(s)),
+        s if s < MILLISECOND => format!("{:.0} µs", s * 1e6),
+        s if s < SECOND => format!("{} ms", three_digits(s * 1e3)),
+        s if s < TEN_MINUTES => format!("{} s", three_digits(s)),
         s => format!("{:.0} min", s / 60.0),
     }
 }

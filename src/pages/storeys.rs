@@ -13,6 +13,9 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 use std::fmt::Write;
 
+/// A portal whose normal has a cosine above this with the vertical (45 degrees) isn't drawn in a plan.
+const LEVEL: f32 = 0.7;
+
 /// A plan's width and greatest height, in the units of its SVG.
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 640.0;
@@ -307,7 +310,7 @@ impl<'f> Plans<'f> {
             if high < storey.floor - 0.5 * storey.cut || low > storey.floor + 2.0 * storey.cut {
                 continue;
             }
-            if portal.plane.y.abs() > 0.7 {
+            if portal.plane.y.abs() > LEVEL {
                 let ring: Vec<DVec2> =
                     portal.winding.iter().map(|p| self.inside(DVec2::new(p.x.into(), p.z.into()))).collect();
                 lying[k].push_str(&self.path(&ring, true));

@@ -17,6 +17,9 @@ use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
+/// Planes whose normals have a cosine of at least this (0.08 degrees) count as one.
+const SAME_PLANE: f64 = 0.999_999;
+
 /// A passage without a portal.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Hole {
@@ -142,7 +145,7 @@ fn passage(graph: &CellGraph, hole: &Hole, within: Aabb, clearance: f64) -> Port
     let mut winding = out.map(|i| facet(from, i, within)).unwrap_or_default();
     let plane = out.map_or(Plane::through(hole.at, direction), |i| from.planes[i]);
     if hole.touching {
-        let shared = to.planes.iter().filter(|p| p.n.dot(plane.n).abs() < 0.999_999);
+        let shared = to.planes.iter().filter(|p| p.n.dot(plane.n).abs() < SAME_PLANE);
         let shared = shared.fold(winding.clone(), |w, p| geom::clip(&w, &Plane { d: p.d + clearance, ..*p }, 0.0));
         let holds = lines::edges(&shared, plane.n).iter().all(|e| e.distance(hole.at) <= 0.0);
         if shared.len() >= 3 && holds {

@@ -8,6 +8,9 @@ use crate::random::Prng;
 use glam::{DVec3, Vec4};
 use std::collections::BTreeMap;
 
+/// A line that rises less than this over a plane, a metre of its length, lies within it.
+const WITHIN: f64 = 1e-12;
+
 /// A convex piece, cut off where the region ends.
 pub(super) struct Piece {
     pub(super) cell: CellId,
@@ -382,7 +385,7 @@ impl Portal {
     fn crossed(&self, origin: DVec3, direction: DVec3, from: f64, to: f64, by: f64) -> bool {
         let (height, slope) = (self.plane.distance(origin), self.plane.n.dot(direction));
         // A line within its plane crosses it anywhere.
-        let t = if slope.abs() > 1e-12 { -height / slope } else { (from + to) / 2.0 };
+        let t = if slope.abs() > WITHIN { -height / slope } else { (from + to) / 2.0 };
         let p = origin + direction * t.max(from).min(to);
         self.plane.distance(p).abs() <= by
             && self.winding.iter().zip(self.winding.iter().cycle().skip(1)).all(|(a, b)| {

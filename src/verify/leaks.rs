@@ -22,6 +22,9 @@ use serde::Serialize;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
+/// Planes whose normals have a cosine of at least this (2.6 degrees) count as one.
+const SAME_PLANE: f64 = 0.999;
+
 /// Most lines that are drawn; the other holes are counted.
 pub const MOST_LEAKS: usize = 64;
 
@@ -340,7 +343,7 @@ impl<'s> Search<'s> {
                     continue;
                 }
                 for portal in portals.iter().map(|&p| &self.cells.portals()[p]) {
-                    if portal.plane.n.dot(plane.n).abs() < 0.999 {
+                    if portal.plane.n.dot(plane.n).abs() < SAME_PLANE {
                         continue;
                     }
                     let rim = super::tight::rim(&portal.winding, &portal.plane);

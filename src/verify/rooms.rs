@@ -14,6 +14,12 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// The same for rooms that a cell joins.
+const SMALL_PART: f64 = 0.05;
+
+/// A cell and a room have something to do with each other from this share of the volume of the one that is asked about.
+const PART: f64 = 0.1;
+
 /// Rooms and doors as somebody wrote them down: metres, +Y up, in the model's own coordinates.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 pub struct RoomsFile {
@@ -264,9 +270,9 @@ impl<'c> Comparison<'c> {
         if finds {
             score.cells += 1;
             score.cells_right += 1;
-        } else if self.inside(id, &rooms) >= 0.1 * self.cells.volume(id) {
+        } else if self.inside(id, &rooms) >= PART * self.cells.volume(id) {
             score.cells += 1;
-            let rooms = rooms.iter().filter(|&&r| self.shared(r, id) >= 0.05 * self.volume(r));
+            let rooms = rooms.iter().filter(|&&r| self.shared(r, id) >= SMALL_PART * self.volume(r));
             let name = |&r: &usize| (self.written.rooms[r].name.clone(), rounded(self.shared(r, id) / self.volume(r)));
             let rooms = rooms.map(name).collect();
             score.wrong.push(Wrong { cell: id, volume: rounded(self.cells.volume(id)), rooms });
@@ -295,7 +301,7 @@ impl<'c> Comparison<'c> {
                 score.rooms_found += 1;
                 continue;
             }
-            let large = self.measured[room].1.values().filter(|&&v| v >= 0.1 * self.volume(room)).count();
+            let large = self.measured[room].1.values().filter(|&&v| v >= PART * self.volume(room)).count();
             score.over_segmented += usize::from(large > 1);
             score.lost.push(Lost { id: id.clone(), name: name.clone(), iou: rounded(found), cell });
         }

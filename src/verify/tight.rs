@@ -9,6 +9,9 @@
 use crate::geom::Plane;
 use glam::DVec3;
 
+/// A string is tight when no point moves by more than this share of its length (metres, for one shorter than a metre).
+const STILL: f64 = 1e-9;
+
 /// Most rounds.
 const ROUNDS: usize = 2000;
 
@@ -26,7 +29,7 @@ pub(super) fn tighten(points: &mut [DVec3], through: &[(&[DVec3], Plane)]) {
             moved = moved.max(to.distance(points[i]));
             points[i] = to;
         }
-        if moved < 1e-9 * points[0].distance(points[points.len() - 1]).max(1e-9) {
+        if moved < STILL * points[0].distance(points[points.len() - 1]).max(STILL) {
             break;
         }
     }

@@ -10,6 +10,12 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+/// A target nearer than this, metres, gives no direction.
+const NEAREST: f64 = 1e-9;
+
+/// A camera may be so far from the origin, metres.
+const FARTHEST: f64 = 1e12;
+
 /// Most frames that a path may have.
 pub const MOST_FRAMES: usize = 100_000;
 
@@ -91,13 +97,13 @@ impl CameraPath {
         }
         for (frame, f) in self.frames.iter().enumerate() {
             let wrong = |what| Err(PathError::Frame { frame, what });
-            if !f.eye.is_finite() || f.eye.abs().max_element() > 1e12 {
+            if !f.eye.is_finite() || f.eye.abs().max_element() > FARTHEST {
                 return wrong("eye is not within 1e12 m");
             }
-            if !f.target.is_finite() || f.target.abs().max_element() > 1e12 {
+            if !f.target.is_finite() || f.target.abs().max_element() > FARTHEST {
                 return wrong("target is not within 1e12 m");
             }
-            if f.eye.distance(f.target) < 1e-9 {
+            if f.eye.distance(f.target) < NEAREST {
                 return wrong("eye and target are the same point");
             }
         }

@@ -14,6 +14,15 @@ use crate::types::portal::PortalKind;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
 
+/// A shorter way than this, metres, has no direction to look in.
+const LEAST_STEP: f64 = 1e-3;
+
+/// Points nearer than this, metres, are one.
+const SAME_PLACE: f64 = 1e-6;
+
+/// A plane whose normal has no larger cosine with the vertical than this is a wall: nobody stands on it.
+const UPRIGHT: f64 = 1e-6;
+
 /// Frames of a tour, at most; a file with more cells than this has some of them left out, evenly.
 const MOST_FRAMES: usize = 240;
 /// Metres between frames, at least.
@@ -53,7 +62,7 @@ impl Room {
         }
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let (mut low, mut high) = (bounds.min.y, bounds.max.y);
-        for plane in planes.iter().filter(|plane| plane.n.y.abs() > 1e-6) {
+        for plane in planes.iter().filter(|plane| plane.n.y.abs() > UPRIGHT) {
             let y = (plane.d - plane.n.x * middle.x - plane.n.z * middle.z) / plane.n.y;
             if plane.n.y > 0.0 { high = high.min(y) } else { low = low.max(y) }
         }
@@ -332,7 +341,7 @@ impl Way {
     fn points(&mut self, points: &[DVec3]) {
         let leg = self.legs.last_mut().expect("a way starts with a jump");
         for &p in points {
-            if leg.last().is_none_or(|&last| last.distance(p) > 1e-6) {
+            if leg.last().is_none_or(|&last| last.distance(p) > SAME_PLACE) {
                 leg.push(p);
             }
         }
@@ -408,7 +417,7 @@ fn direction(leg: &[DVec3], along: &[f64], s: f64) -> DVec3 {
     let end = along.last().copied().unwrap_or(0.0);
     let ahead = [0.5, 1.0, 2.0, 3.0].map(|d| at(leg, along, (s + d).min(end))).iter().sum::<DVec3>() / 4.0;
     let mut v = ahead - at(leg, along, s);
-    if v.length() < 1e-3 {
+    if v.length() < LEAST_STEP {
         // At the end: as it came.
         v = at(leg, along, end) - at(leg, along, (end - 1.0).max(0.0));
     }

@@ -28,6 +28,9 @@ use glam::{DVec2, DVec3, Vec3};
 use std::time::Instant;
 use wgpu::{TextureFormat, TextureView};
 
+/// A normal with a larger cosine with the vertical than this is a floor's or a ceiling's.
+const LEVEL: f64 = 0.9;
+
 /// How far doors are opened from, metres.
 const REACH: f64 = 4.0;
 /// Width and height of a mirror, metres.
@@ -372,7 +375,7 @@ impl<'b> Session<'b> {
         let [a, b, c] = self.building.scene.corners(hit.triangle as usize);
         let n = (b - a).cross(c - a).normalize_or(DVec3::Z);
         let n = if n.dot(self.walker.forward()) > 0.0 { -n } else { n };
-        let up = if n.y.abs() > 0.9 { DVec3::Z } else { DVec3::Y };
+        let up = if n.y.abs() > LEVEL { DVec3::Z } else { DVec3::Y };
         let right = up.cross(n).normalize();
         let (n, up, right) = (n.as_vec3(), n.cross(right).as_vec3(), right.as_vec3());
         let middle = at.as_vec3() + n * 0.02;

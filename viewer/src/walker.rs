@@ -8,6 +8,14 @@ use enfilade::ObjectId;
 use enfilade::runtime::Camera;
 use glam::{DVec2, DVec3, Vec3Swizzles};
 
+/// The body touches a face, and isn't in it, to this depth, metres.
+const TOUCH: f64 = 1e-6;
+
+/// A face pushes sideways if so much of its push is level; less is a slope to walk on.
+const UPHILL: f64 = 0.3;
+/// Lengths (metres) and areas (square metres) below this have no direction.
+const LEAST: f64 = 1e-9;
+
 /// Height of the eye above the floor, metres.
 pub const EYE: f64 = 1.6;
 /// Half of how broad a person is, metres: a door of 0.6 m is wide enough.
@@ -143,13 +151,16 @@ impl Walker {
                     let depth = RADIUS - away.length();
                     let side = away.xz();
                     // What is straight above or below pushes nobody sideways.
-                    if depth > deepest && side.length() > 0.3 * away.length() && side.length() > 1e-9 && !passes(face.object)
+                    if depth > deepest
+                        && side.length() > UPHILL * away.length()
+                        && side.length() > LEAST
+                        && !passes(face.object)
                     {
                         (deepest, push) = (depth, side.normalize() * depth);
                     }
                 }
             });
-            if deepest <= 1e-6 {
+            if deepest <= TOUCH {
                 return;
             }
             self.eye += DVec3::new(push.x, 0.0, push.y);
@@ -161,7 +172,7 @@ impl Walker {
 fn height_at([a, b, c]: [DVec3; 3], p: DVec2) -> Option<f64> {
     let (u, v, w) = (b.xz() - a.xz(), c.xz() - a.xz(), p - a.xz());
     let area = u.perp_dot(v);
-    if area.abs() < 1e-9 {
+    if area.abs() < LEAST {
         return None;
     }
     let (s, t) = (w.perp_dot(v) / area, u.perp_dot(w) / area);

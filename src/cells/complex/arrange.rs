@@ -11,6 +11,12 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
+/// A corner lies on a line if it is nearer than this share of the reach.
+const ON_LINE: f64 = 0.05;
+
+/// Lines with a sine of at most this between them have no crossing that is worth a corner.
+const NEARLY_PARALLEL: f64 = 1e-7;
+
 /// Triangles of the plan and who is beside whom.
 #[derive(Debug, Default)]
 pub struct Plan {
@@ -123,11 +129,11 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
             let (r, q) = (b - a, d - c);
             let cross = r.perp_dot(q);
             // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.
-            if cross.abs() <= 1e-7 * length * q.length() {
+            if cross.abs() <= NEARLY_PARALLEL * length * q.length() {
                 for end in [c, d] {
                     let t = (end - a).dot(r) / (length * length);
                     let off = (a + r * t).distance(end);
-                    if off < reach * 0.05 && t > 0.0 && t < 1.0 {
+                    if off < reach * ON_LINE && t > 0.0 && t < 1.0 {
                         at.push(t);
                     }
                 }

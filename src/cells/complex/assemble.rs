@@ -21,6 +21,9 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 use std::collections::{BTreeMap, HashMap};
 
+/// A portal's hull is cut in two where the parts' hulls have less than this share of its area.
+const WORTH: f64 = 0.98;
+
 /// A hull this much larger than what it holds is split once more.
 const LOOSE_HULL: f64 = 1.2;
 /// Most halvings of one opening.
@@ -200,7 +203,7 @@ fn split(shape: Shape, splits: u32, out: &mut Vec<Vec<DVec2>>) {
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
-        Some((total, halves)) if total < 0.98 * area(&hull) => {
+        Some((total, halves)) if total < WORTH * area(&hull) => {
             halves.into_iter().flatten().for_each(|s| split(s, splits - 1, out));
         }
         _ => out.push(hull),

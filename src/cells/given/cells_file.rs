@@ -11,6 +11,9 @@ use crate::tolerance::Tolerance;
 use glam::DVec3;
 use serde::Deserialize;
 
+/// A shorter normal has no direction that can be relied on.
+const LEAST_NORMAL: f64 = 1e-6;
+
 /// Why a cells file can't be used. One line; the command line puts the path before it.
 #[derive(Debug, thiserror::Error)]
 pub enum GivenError {
@@ -180,7 +183,7 @@ impl Reader {
     fn plane(&self, field: String, [x, y, z, d]: [f64; 4]) -> Result<Plane, GivenError> {
         let n = DVec3::new(x, y, z);
         let length = n.length();
-        if !(length.is_finite() && length > 1e-6 && (d / length).abs() <= MAX_COORDINATE) {
+        if !(length.is_finite() && length > LEAST_NORMAL && (d / length).abs() <= MAX_COORDINATE) {
             return Err(GivenError::at(field, "no plane; give [nx, ny, nz, d] with a normal of length 1"));
         }
         let n = n / length;

@@ -13,6 +13,9 @@ use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 
+/// Planes whose normals have a smaller cosine with the vertical than this count as walls.
+const UPRIGHT: f64 = 0.9;
+
 /// A face between two leaves.
 pub struct Contact {
     /// Behind the plane, in front of it.
@@ -54,7 +57,7 @@ impl Flat {
     /// `along` is the first axis on floors, as far as it lies in the plane.
     pub fn new(plane: &Plane, along: DVec3) -> Self {
         let n = plane.n;
-        let u = if n.y.abs() < 0.9 { DVec3::Y.cross(n) } else { along - n * along.dot(n) };
+        let u = if n.y.abs() < UPRIGHT { DVec3::Y.cross(n) } else { along - n * along.dot(n) };
         let u = u.normalize();
         Self { u, v: n.cross(u), origin: n * plane.d }
     }

@@ -16,6 +16,9 @@ use crate::parallel;
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
+/// A leaf is cut where that leaves less than this share of its impurity.
+const PURER: f64 = 0.9;
+
 /// Voxels of a leaf that others than the most frequent region may hold, as a share.
 const STRAY_SHARE: f64 = 0.1;
 /// So few voxels are never worth a cut.
@@ -113,7 +116,7 @@ fn part(bsp: &mut Bsp, leaf: u32, points: Vec<(DVec3, u32)>, planes: &[Plane], c
         impurity(&side(false)) + impurity(&side(true))
     };
     let best = planes.iter().map(|p| (after(p), *p)).min_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((_, plane)) = best.filter(|b| b.0 < 0.9 * before) else { return };
+    let Some((_, plane)) = best.filter(|b| b.0 < PURER * before) else { return };
     let Some(front) = bsp.split_leaf(leaf, plane) else { return };
     let (ahead, behind) = points.into_iter().partition(|p| plane.distance(p.0) > 0.0);
     part(bsp, leaf, behind, planes, cuts - 1);

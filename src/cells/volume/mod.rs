@@ -40,6 +40,9 @@ use leaf_labels::Owners;
 use ridges::Fitter;
 use std::collections::BTreeMap;
 
+/// A triangle of more square voxels than this votes at four places instead of one.
+const LARGE: f64 = 16.0;
+
 /// Most bricks of the grid, and most voxels that surfaces may touch: about 1 GiB.
 const MOST_BRICKS: f64 = 24e6;
 /// A voxel is this share of a person's metre, where the scene is large; smaller scenes afford finer ones.
@@ -179,7 +182,7 @@ fn fronts(triangles: &[[DVec3; 3]], grid: &Grid, visit: &mut dyn FnMut(DVec3, [f
         let n = newell(&q.map(|p| p - q[0]));
         let (area, n) = (0.5 * n.length(), n.normalize_or_zero());
         let middle = (q[0] + q[1] + q[2]) / 3.0;
-        let more = if area > 16.0 { 3 } else { 0 };
+        let more = if area > LARGE { 3 } else { 0 };
         let share = area / f64::from(1 + more);
         for p in (0..more as usize).map(|i| (middle + q[i]) * 0.5).chain([middle]) {
             visit(p + n * 1.5, [share, 0.0]);

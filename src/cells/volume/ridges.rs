@@ -16,6 +16,9 @@ use crate::parallel;
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+/// A patch of fewer voxels than this across isn't halved.
+const SMALLEST: f64 = 10.0;
+
 /// A plane that parts two regions near a patch.
 #[derive(Clone)]
 pub struct Ridge {
@@ -165,7 +168,7 @@ impl<'s> Fitter<'s> {
         let bounds = Aabb::of(steps.iter().map(|s| s.0));
         let size = bounds.diagonal();
         let deep = found.as_ref().is_none_or(|r| r.depth - self.voxel > DEEPEST * size);
-        if !deep || halvings == 0 || size < 10.0 * self.voxel {
+        if !deep || halvings == 0 || size < SMALLEST * self.voxel {
             out.extend(found);
             return;
         }

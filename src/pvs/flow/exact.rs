@@ -32,6 +32,9 @@ use nearest::{dot, nearest, unit, without};
 use products::{Corner, products};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
+/// Two points of a line nearer than this share of the scene give its direction too coarsely; a point further along is taken instead.
+const SHORTEST: f64 = 1e-3;
+
 /// A directed line, by two of its points.
 pub type Edge = [DVec3; 2];
 
@@ -180,7 +183,7 @@ impl Chain {
         let foot = self.centre + u.cross(m) * (self.scale / u.length_squared());
         let hit = |[p, n, _]: [DVec3; 3]| foot + along * (n.dot(p - foot) / n.dot(along));
         let [a, mut b] = self.ends.map(hit);
-        if a.distance(b) < 1e-3 * self.scale {
+        if a.distance(b) < SHORTEST * self.scale {
             b = a + along * self.scale;
         }
         (a.is_finite() && b.is_finite()).then_some([a, b])

@@ -28,6 +28,9 @@ use mesh::Mesh;
 use serde::{Deserialize, Serialize};
 use shaft::{End, Shaft};
 
+/// A polygon narrower than this share of its longest edge is cut no more.
+const POINT: f64 = 1e-3;
+
 /// Shafts that an object may cost from one portal in each round; what isn't decided then is asked again in the next. More rounds of
 /// more shafts decide few pairs more: on a real house, ten times the shafts a sixth of what was left.
 const ROUNDS: [f64; 3] = [24.0, 192.0, 1536.0];
@@ -523,7 +526,7 @@ fn split(points: &[DVec3], along: DVec3) -> Vec<Vec<DVec3>> {
         at.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };
     let (mut n, mut reach) = (along, ends(along));
-    if reach.1 - reach.0 <= 1e-3 * longest.0.sqrt() {
+    if reach.1 - reach.0 <= POINT * longest.0.sqrt() {
         n = longest.1.normalize_or(DVec3::X);
         reach = ends(n);
     }

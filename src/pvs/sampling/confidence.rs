@@ -23,6 +23,12 @@ use crate::scene::rays::{Hit, RayScene};
 use crate::types::bounds::{CONFIDENCE, Unseen};
 use glam::DVec3;
 
+/// A bound is worked out to within this share of itself.
+const CLOSE: f64 = 1e-9;
+
+/// A term below this share of a sum no longer changes it.
+const NOTHING: f64 = 1e-17;
+
 /// Looks; each has twice the rays of the one before.
 const LOOKS: u32 = 3;
 
@@ -129,7 +135,7 @@ pub fn upper_bound(hits: u64, rays: u64, alpha: f64) -> f64 {
             let i = i as f64;
             term *= i * (1.0 - p) / ((n - i + 1.0) * p);
             sum += term;
-            if term < 1e-17 * sum {
+            if term < NOTHING * sum {
                 break;
             }
         }
@@ -137,7 +143,7 @@ pub fn upper_bound(hits: u64, rays: u64, alpha: f64) -> f64 {
     };
     // It falls as `p` rises; the upper end of the last interval is on the safe side.
     let (mut low, mut high) = (k / n, 1.0);
-    while high - low > 1e-9 * high {
+    while high - low > CLOSE * high {
         let middle = 0.5 * (low + high);
         if log_chance(middle) >= alpha.ln() { low = middle } else { high = middle }
     }

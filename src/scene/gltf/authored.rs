@@ -10,6 +10,9 @@ use serde::Deserialize;
 use serde_json::value::RawValue;
 use std::collections::HashMap;
 
+/// A portal's corners may lie so far off their plane, as a share of the portal's diagonal, before a note says so.
+const FLAT: f64 = 1e-3;
+
 /// What a node's name says.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Named {
@@ -177,7 +180,7 @@ impl Authored {
     pub fn portal(&mut self, node: &str, inside: Option<usize>, names: [String; 2], triangles: &[[DVec3; 3]]) {
         match winding(triangles) {
             Some((winding, off)) => {
-                if off > 1e-3 * Aabb::of(winding.iter().copied()).diagonal() {
+                if off > FLAT * Aabb::of(winding.iter().copied()).diagonal() {
                     self.notes.push(format!("{node}: a portal that is not flat (by {off:.3} m either way), flattened"));
                 }
                 let mesh: f64 = triangles.iter().map(|t| crate::geom::area(t)).sum();

@@ -17,6 +17,15 @@ use glam::{DVec2, DVec3};
 use ifc_lite_core::{EntityDecoder, IfcType};
 use std::collections::HashMap;
 
+/// An opening whose normal has a smaller cosine with the vertical than this (2.9 degrees) is in a wall.
+const IN_A_WALL: f64 = 0.05;
+
+/// A wall thinner than this, metres, says nothing of its hole's depth.
+const LEAST_THICKNESS: f64 = 1e-3;
+
+/// An opening with a smaller outline than this, square metres, is none.
+const LEAST_AREA: f64 = 1e-6;
+
 /// Triangles this near to an opening, metres, are beside it. Larger: other walls of the same element join in. Smaller: walls
 /// whose sides stop a hair before the opening are missed.
 const BESIDE: f64 = 0.02;
@@ -73,7 +82,7 @@ pub(super) fn openings(
         let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
         let Some(element) = source.element(product.id, kind) else { continue };
         let Some((winding, thickness)) = element.outline() else { continue };
-        if winding.len() < 3 || crate::geom::area(&winding) < 1e-6 {
+        if winding.len() < 3 || crate::geom::area(&winding) < LEAST_AREA {
             shapeless.push(global_id(&entity));
             continue;
         }
@@ -234,7 +243,7 @@ fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
     let offsets = wall.corners().filter(is_side).flatten().map(|p| p.dot(normal));
     let range = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)]);
     // One side only, as of a sheet: the hole's own depth.
-    let range = if range[1] - range[0] < 1e-3 { extent(hole, normal) } else { range };
+    let range = if range[1] - range[0] < LEAST_THICKNESS { extent(hole, normal) } else { range };
     Some(Layer { normal, range })
 }
 
@@ -280,7 +289,7 @@ fn canonical(n: DVec3) -> DVec3 {
 
 /// Made exactly horizontal or vertical where it nearly is.
 fn upright(n: DVec3) -> DVec3 {
-    if n.y.abs() < 0.05 {
+    if n.y.abs() < IN_A_WALL {
         DVec3::new(n.x, 0.0, n.z).normalize_or(DVec3::X)
     } else if n.y.abs() > COS_PARALLEL {
         DVec3::Y
