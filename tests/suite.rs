@@ -36,6 +36,7 @@ mod level_lines;
 mod licences;
 mod locate;
 mod mirrors_drawn;
+mod numbers;
 mod plan_scenes;
 mod prt;
 mod public_api;

@@ -18,6 +18,9 @@ use glam::DVec3;
 use std::fmt;
 use std::str::Lines;
 
+/// A winding with less of its circumscribed square's area than this has none: its normal is rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// Corners may lie this far off their portal's plane, and outside each other's edges, in the level's units. Tools that round to
 /// three decimals stay below a tenth of it; compilers that write full doubles are at 1e-12. Larger: what passes "through" a
 /// portal is no longer one question. Smaller: rounded files are refused.
@@ -403,7 +406,7 @@ fn sound(winding: &[DVec3]) -> Result<(), PrtFault> {
     let normal = newell(&around);
     let reach = around.iter().map(|p| p.length()).fold(0.0, f64::max);
     // Below this, the normal is nothing but rounding.
-    if normal.length() <= reach * reach * 1e-12 {
+    if normal.length() <= reach * reach * ROUNDING {
         return Err(PrtFault::NoArea);
     }
     let normal = normal.normalize();

@@ -3,11 +3,14 @@
 use super::html::{duration, escape, share, thousands};
 use std::fmt::Write;
 
+/// The same for milliseconds.
+const SECOND: f64 = 0.9;
+
+/// Seconds below which a mark is told in microseconds.
+const MILLISECOND: f64 = 0.9e-3;
+
 /// From here on a value is told in a larger unit.
 const FIVE_DIGITS: f64 = 1e4;
-
-/// A thousandth.
-const MILLI: f64 = 1e-3;
 
 /// An axis over more powers of ten than this has marks at powers only.
 const DECADES: f64 = 3.0;
@@ -288,8 +291,8 @@ impl Frame {
 /// A time on the axis: one digit and a unit.
 fn tick(seconds: f64) -> String {
     let (value, unit) = match seconds {
-        s if s < 0.9 * MILLI => (s * 1e6, "µs"),
-        s if s < 0.9 => (s * 1e3, "ms"),
+        s if s < MILLISECOND => (s * 1e6, "µs"),
+        s if s < SECOND => (s * 1e3, "ms"),
         s => (s, "s"),
     };
     if value < FIVE_DIGITS { format!("{value:.0} {unit}") } else { duration(seconds) }

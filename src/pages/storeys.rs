@@ -13,6 +13,9 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 use std::fmt::Write;
 
+/// A line shorter than this, pixels, isn't drawn.
+const LEAST_LINE: f64 = 0.05;
+
 /// A portal whose normal has a cosine above this with the vertical (45 degrees) isn't drawn in a plan.
 const LEVEL: f32 = 0.7;
 
@@ -285,7 +288,7 @@ impl<'f> Plans<'f> {
                     .map(|p| DVec2::new(p.x, p.z).clamp(self.min, self.max))
                     .collect();
                 if let [p, q] = ends[..]
-                    && p.distance(q) * self.scale > 0.05
+                    && p.distance(q) * self.scale > LEAST_LINE
                 {
                     count += 1;
                     if count > MOST_LINES {

@@ -4,6 +4,9 @@ use crate::cells::Piece;
 use crate::geom::{self, Aabb, Plane};
 use glam::DVec3;
 
+/// Distances of planes that differ by no more than this share of them are the same.
+const ROUNDING: f64 = 1e-12;
+
 /// The facet of a piece in its plane number `plane`, as far as it is in `within`: counter-clockwise seen from outside, empty
 /// where there is none.
 pub(in crate::pvs) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
@@ -25,7 +28,8 @@ pub(in crate::pvs) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
 pub(in crate::pvs) fn facets(piece: &Piece, within: Aabb) -> Vec<Vec<DVec3>> {
     let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
     let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
-    let own = |wall: &Plane| piece.planes.iter().any(|p| p.n == wall.n && (p.d - wall.d).abs() <= 1e-12 * (1.0 + p.d.abs()));
+    let own =
+        |wall: &Plane| piece.planes.iter().any(|p| p.n == wall.n && (p.d - wall.d).abs() <= ROUNDING * (1.0 + p.d.abs()));
     let walls = walls.filter(|wall| !own(wall));
     let cut = Piece { planes: piece.planes.iter().copied().chain(walls).collect(), bounds: piece.bounds };
     (0..cut.planes.len()).map(|i| facet(&cut, i, within)).collect()

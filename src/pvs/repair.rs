@@ -17,6 +17,11 @@ use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
+/// A segment passes a portal if it comes within so many clearances of the portal's plane.
+const OFF_PLANE: f64 = 4.0;
+/// It may do so this many clearances before or behind where the cells change: a grazing line stays near a plane for long.
+const BEYOND_RIM: f64 = 64.0;
+
 /// Planes whose normals have a cosine of at least this (0.08 degrees) count as one.
 const SAME_PLANE: f64 = 0.999_999;
 
@@ -129,7 +134,9 @@ impl Follower<'_> {
             let portal = &self.graph.portals[portal.index()];
             let beyond = (range[0] - t).max(t - range[1]).max(0.0);
             let off = beyond * portal.plane.n.dot(direction).abs();
-            (portal.cells == [a, b] || portal.cells == [b, a]) && off <= 4.0 * self.eps && beyond <= 64.0 * self.eps
+            (portal.cells == [a, b] || portal.cells == [b, a])
+                && off <= OFF_PLANE * self.eps
+                && beyond <= BEYOND_RIM * self.eps
         })
     }
 }

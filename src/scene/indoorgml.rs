@@ -20,6 +20,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use surfaces::{Skin, hull, skin, triangles};
 
+/// A portal's hull may have this many times its area before a note says that it isn't convex.
+const CONVEX: f64 = 1.05;
+
 const GML: [&str; 2] = ["http://www.opengis.net/gml/3.2", "http://www.opengis.net/gml"];
 const CORE: &str = "http://www.opengis.net/indoorgml/1.";
 const XLINK: &str = "http://www.w3.org/1999/xlink";
@@ -374,7 +377,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         let door = matches!(node.tag_name().name(), "ConnectionBoundary" | "AnchorBoundary");
         let id = short_name(id_of(node).unwrap_or("a boundary"));
         let winding = hull(&polygon);
-        if crate::geom::area(&winding) > 1.05 * crate::geom::area(&polygon.rings[0]) {
+        if crate::geom::area(&winding) > CONVEX * crate::geom::area(&polygon.rings[0]) {
             self.notes.push(format!("{id}: not convex; its hull is taken"));
         }
         Ok(Some(Boundary { id, door, winding }))

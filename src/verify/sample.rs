@@ -8,6 +8,18 @@ use crate::scene::Scene;
 use crate::types::person::EYE_HEIGHT;
 use glam::DVec3;
 
+/// See [`AT_PORTAL`].
+const AT_OBJECT: f64 = 0.5;
+
+/// Of the rays, this share is aimed at a portal, and up to [`AT_OBJECT`] at an object; the rest go anywhere.
+const AT_PORTAL: f64 = 0.3;
+
+/// See [`NEAR_PORTAL`].
+const NEAR_WALL: f64 = 0.45;
+
+/// Of the eyes, this share stands near a portal, and up to [`NEAR_WALL`] near a wall: where faults are likelier.
+const NEAR_PORTAL: f64 = 0.2;
+
 /// How far from a portal or a wall rays may start, metres.
 const NEAR: f64 = 0.5;
 /// A view's eye keeps this distance from what is around it, metres.
@@ -39,18 +51,18 @@ impl<'t> Sampler<'t> {
     /// A cell, an eye in it, a direction. `None` where a few tries find no point safely inside a cell.
     pub(super) fn ray(&self, rng: &mut Prng) -> Option<(CellId, DVec3, DVec3)> {
         let kind = rng.unit();
-        let (cell, eye) = if kind < 0.2 {
+        let (cell, eye) = if kind < NEAR_PORTAL {
             self.near_portal(rng)
-        } else if kind < 0.45 {
+        } else if kind < NEAR_WALL {
             self.near_wall(rng)
         } else {
             None
         }
         .or_else(|| self.anywhere(rng))?;
         let aim = rng.unit();
-        let target = if aim < 0.3 {
+        let target = if aim < AT_PORTAL {
             self.portal_point(cell, rng)
-        } else if aim < 0.5 {
+        } else if aim < AT_OBJECT {
             Some(self.object_point(rng))
         } else {
             None

@@ -10,6 +10,9 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+/// No field of view has so many degrees.
+const HALF_TURN: f64 = 180.0;
+
 /// A target nearer than this, metres, gives no direction.
 const NEAREST: f64 = 1e-9;
 
@@ -86,7 +89,7 @@ impl CameraPath {
     pub fn validate(&self) -> Result<(), PathError> {
         let range = |what| Err(PathError::Range { what });
         // Written so that what isn't a number fails.
-        if !(self.fov_y_degrees > 0.0 && self.fov_y_degrees < 180.0) {
+        if !(self.fov_y_degrees > 0.0 && self.fov_y_degrees < HALF_TURN) {
             return range("fov_y_degrees must be above 0 and below 180");
         }
         if !(self.near > 0.0 && self.near.is_finite()) {

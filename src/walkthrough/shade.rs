@@ -6,6 +6,12 @@ use crate::parallel;
 use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 
+/// So have normals with a smaller cosine than this (32 degrees).
+const BEND: f64 = 0.85;
+
+/// Depths that differ by more than this share of the nearer one have an edge between them.
+const STEP: f32 = 0.08;
+
 /// What is missed.
 pub const MAGENTA: Colour = [255, 0, 200];
 
@@ -79,7 +85,7 @@ fn is_edge(scene: &Scene, ids: &IdBuffer, pixel: usize, x: usize, y: usize) -> b
         Some(there) if there == here => false,
         Some(there) => {
             let (a, b) = (ids.depth(pixel), ids.depth(other));
-            (a - b).abs() > 0.08 * a.min(b) || normal(scene, here).dot(normal(scene, there)).abs() < 0.85
+            (a - b).abs() > STEP * a.min(b) || normal(scene, here).dot(normal(scene, there)).abs() < BEND
         }
         None => true,
     })

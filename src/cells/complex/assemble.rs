@@ -21,6 +21,9 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 use std::collections::{BTreeMap, HashMap};
 
+/// Upright planes whose unit normals are nearer than this are one.
+const SAME_NORMAL: f64 = 1e-9;
+
 /// A portal's hull is cut in two where the parts' hulls have less than this share of its area.
 const WORTH: f64 = 0.98;
 
@@ -250,7 +253,7 @@ pub fn pieces(complex: &Complex<'_>, labels: &[Option<u32>], cells: usize) -> Ve
                 let b = q[(i + 1) % q.len()];
                 let out = -(b - a).perp().normalize();
                 // Edges in one line give one plane.
-                let known = |p: &Plane| p.n.y == 0.0 && p.n.distance(lift(out, 0.0)) < 1e-9;
+                let known = |p: &Plane| p.n.y == 0.0 && p.n.distance(lift(out, 0.0)) < SAME_NORMAL;
                 if !planes.iter().any(known) {
                     planes.push(Plane::through(lift(a, 0.0), lift(out, 0.0)));
                 }

@@ -7,6 +7,9 @@ use crate::scene::{OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 
+/// A component of a unit normal below this is rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// A triangle on a wall or a sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {
@@ -192,7 +195,7 @@ fn walls(loose: &[Loose], coplanar: f64, seal: f64, least: f64, out: &mut Facets
         }
         let mut offset = (offsets[0] + offsets[1] + offsets[2]) / 3.0;
         // One sign for both sides of a wall: the normal points to the upper half-plane.
-        if normal.y < -1e-9 || (normal.y.abs() <= 1e-9 && normal.x < 0.0) {
+        if normal.y < -ROUNDING || (normal.y.abs() <= ROUNDING && normal.x < 0.0) {
             (normal, offset) = (-normal, -offset);
         }
         let bucket = (normal.y.atan2(normal.x) / 0.01).floor() as i64;

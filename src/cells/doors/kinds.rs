@@ -14,6 +14,9 @@ use crate::scene::{OpeningHint, OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
+/// A portal is upright if its normal's cosine with the vertical is below this (45 degrees).
+const STEEP: f64 = 0.7;
+
 /// A leaf hangs, or stands open in a deep reveal, at most this far from the doorway's portal, metres.
 const LEAF_AWAY: f64 = 0.5;
 /// A portal lies this far beyond the wall's sides at most, metres.
@@ -83,7 +86,7 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
         let mut near: Vec<(f64, usize)> = Vec::new();
         // A little more, since a box' sides are rounded otherwise than the gap is.
         tree.in_box(&leaf.inflated(1.01 * away), &mut |i| near.push((leaf.gap(&bounds[i as usize]), i as usize)));
-        near.retain(|&(gap, i)| gap <= away && portals[i].plane.n.y.abs() < 0.7 && portals[i].source.is_none());
+        near.retain(|&(gap, i)| gap <= away && portals[i].plane.n.y.abs() < STEEP && portals[i].source.is_none());
         if let Some((_, i)) = near.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
             (portals[i].kind, portals[i].source) = (PortalKind::Door, Some(id.to_owned()));
         }

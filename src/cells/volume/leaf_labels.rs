@@ -16,6 +16,9 @@ use crate::parallel;
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
+/// Regions that differ by less than this share of a face are worth the same.
+const TIE: f64 = 1e-9;
+
 /// A leaf is cut where that leaves less than this share of its impurity.
 const PURER: f64 = 0.9;
 
@@ -411,7 +414,7 @@ pub fn smooth(bsp: &Bsp, counts: &[Vec<(u32, f64)>], contacts: &[Contact], face:
                 }
             }
             let of = |r: u32| worth.get(&r).copied().unwrap_or(0.0);
-            let best = borders.into_iter().fold(now, |best, r| if of(r) > of(best) + 1e-9 * face { r } else { best });
+            let best = borders.into_iter().fold(now, |best, r| if of(r) > of(best) + TIE * face { r } else { best });
             if best != now {
                 leaves[leaf] = Some(best);
                 moved = true;

@@ -40,6 +40,9 @@ use leaf_labels::Owners;
 use ridges::Fitter;
 use std::collections::BTreeMap;
 
+/// A triangle is upright if its normal's cosine with the vertical is below this (84 degrees).
+const UPRIGHT: f64 = 0.1;
+
 /// A triangle of more square voxels than this votes at four places instead of one.
 const LARGE: f64 = 16.0;
 
@@ -156,7 +159,7 @@ fn main_axis(triangles: &[[DVec3; 3]]) -> DVec2 {
     for t in triangles {
         let n = newell(&t.map(|p| p - t[0]));
         let flat = DVec2::new(n.x, n.z);
-        if n.y.abs() < 0.1 * n.length() && n.length() > 0.0 {
+        if n.y.abs() < UPRIGHT * n.length() && n.length() > 0.0 {
             // Four times the angle is the same for all four directions at right angles.
             let four = |z: DVec2| {
                 let two = z.rotate(z);

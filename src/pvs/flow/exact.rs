@@ -32,6 +32,9 @@ use nearest::{dot, nearest, unit, without};
 use products::{Corner, products};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
+/// Beyond this, squares of coordinates overflow.
+const FARTHEST: f64 = 1e100;
+
 /// Two points of a line nearer than this share of the scene give its direction too coarsely; a point further along is taken instead.
 const SHORTEST: f64 = 1e-3;
 
@@ -126,7 +129,7 @@ struct Chain {
 impl Chain {
     /// `None` where the windings are none.
     fn new(windings: &[Vec<DVec3>]) -> Option<Self> {
-        let usable = |w: &Vec<DVec3>| w.len() >= 3 && w.iter().all(|p| p.abs().max_element() < 1e100);
+        let usable = |w: &Vec<DVec3>| w.len() >= 3 && w.iter().all(|p| p.abs().max_element() < FARTHEST);
         if !windings.iter().all(usable) {
             return None;
         }

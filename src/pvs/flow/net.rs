@@ -7,6 +7,12 @@ use crate::geom::{Aabb, Plane};
 use glam::DVec3;
 use std::ops::Range;
 
+/// A window is flat if its corners are within so many times the coplanar tolerance of its plane.
+const FLAT: f64 = 4.0;
+
+/// The square of a unit normal's length is this near to 1.
+const UNIT: f64 = 1e-9;
+
 /// Beyond this a coordinate is not a place in a building: its square would no longer be exact enough to compare.
 const FARTHEST: f64 = 1e100;
 
@@ -151,7 +157,7 @@ impl Net {
         }
         let off = corners.iter().map(|&p| plane.distance(p).abs()).fold(0.0, f64::max);
         let wide = crate::geom::area(&corners) > self.slack.strict * self.slack.strict;
-        let flat = wide && (plane.n.length_squared() - 1.0).abs() < 1e-9 && off <= 4.0 * self.slack.coplanar;
+        let flat = wide && (plane.n.length_squared() - 1.0).abs() < UNIT && off <= FLAT * self.slack.coplanar;
         if flat {
             // The portal is what its winding covers on its plane.
             for p in corners.iter_mut() {

@@ -28,6 +28,9 @@ use mesh::Mesh;
 use serde::{Deserialize, Serialize};
 use shaft::{End, Shaft};
 
+/// A shaft shorter than this many clearances has no room for a clear line.
+const LONG: f64 = 4.0;
+
 /// A polygon narrower than this share of its longest edge is cut no more.
 const POINT: f64 = 1e-3;
 
@@ -453,7 +456,7 @@ impl Task<'_> {
         let Some(direction) = (b - a).try_normalize() else { return false };
         let object = ObjectId(self.objects[k as usize]);
         width < 0.45 * clearance
-            && a.distance(b) > 4.0 * clearance
+            && a.distance(b) > LONG * clearance
             && !self.prover.rays.is_clear(a, b - direction * (2.5 * clearance), 0.95 * clearance - width, Some(object))
     }
 
