@@ -47,7 +47,7 @@ if has "$data/webifc-mpl/Office_A_20110811.ifc"; then
   run sampling "$enfilade" report "$data/webifc-mpl/Office_A_20110811.ifc" --views 1000 --rays 20M --json -o "$out/files/Office_A.html"
 fi
 
-run confidence cargo test --release --features full --test unseen -- --ignored
+run confidence cargo test --release --features full --test suite -- --ignored unseen::
 
 for building in "${buildings[@]}"; do
   model=$data/$building rooms=$data/${building%.ifc}.rooms.json file=$out/files/$(name "$building").plan.pvs
@@ -78,7 +78,7 @@ done
 run frames cargo bench --features full --bench frames
 run outdoors cargo bench --features full --bench studies -- --cities
 run cubes cargo bench --features full --bench cubes -- --quick
-run difficult cargo test --release --features full --test extremes error_against_run_time -- --include-ignored --nocapture
+run difficult cargo test --release --features full --test suite -- extremes::error_against_run_time --include-ignored --nocapture
 
 for level in "${levels[@]}"; do
   prt=$data/prt/$level.prt theirs=$out/files/$level.txt rows=$out/files/$level.rows state=$out/files/$level.state
