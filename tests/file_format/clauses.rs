@@ -331,7 +331,7 @@ fn other_section_clauses() {
     refused_with(REPAIRS, 8, &3u32.to_le_bytes(), "section repairs, byte 8: cell 3, of which there are 3");
     refused_with(REPAIRS, 12, &f64::NAN.to_le_bytes(), "section repairs, byte 12: a number that is not finite");
     let stats = f.decoded(STATS);
-    refused_as(STATS, &[&stats, &[0]], "section stats, byte 48: 1 bytes too many");
+    refused_as(STATS, &[&stats, &[0]], "section stats, byte 56: 1 bytes too many");
     refused_as(STATS, &[&stats[..47]], "section stats, byte 40: 8 bytes expected, 7 left");
 
     let numbers = |n: [u64; 5]| n.map(u64::to_le_bytes).concat();
