@@ -6,7 +6,7 @@
 //! goes on lie on walls or in them. What is nearer than the clearance is promised nothing, as everywhere; windows are widened by
 //! it.
 //!
-//! **Lower**: witnesses of cells that begin in the region, then rays from it ([`RegionSampler`]).
+//! **Lower**: witnesses of cells that begin in the region, then rays from it (`sampling::regions`).
 
 use super::Pvs;
 use super::facets::facet;
