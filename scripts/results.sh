@@ -1,10 +1,13 @@
 #!/usr/bin/env bash
-# The commands of docs/results.md that take at most ten minutes each, on the models and levels of $ENFILADE_DATA. Builds once, then
-# writes a file a question to out/results. It leaves out models that are not there, names commands that failed, and then exits with 1.
+# The commands of docs/results.md that take at most ten minutes each, on the models and levels of $ENFILADE_DATA: all, or those of
+# the named questions (`bash scripts/results.sh bounds doors`). Builds once, then writes a file a question to out/results. It leaves
+# out models that are not there, names commands that failed, and then exits with 1. The questions `cubes` and `viewer` need a Vulkan
+# driver, and `cubes` also libembree-dev and g++.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 data=${ENFILADE_DATA:-../shared/data}
 out=out/results
+questions=" $* "
 mkdir -p "$out/files"
 cargo build --release --features full
 enfilade=$PWD/target/release/enfilade
@@ -18,10 +21,14 @@ own=(villa_rotonda office gallery100)
 levels=(lqdm12 id_dm4 lq_e0m1 lqdm13 id_e1m3 lq_e0m3 lq_e0m2)
 failed=()
 
+# Whether a question is to be answered.
+asked() { [[ $questions == "  " || $questions == *" $1 "* ]]; }
+
 # Runs a command for at most ten minutes and adds its name and its output to the file of a question: run QUESTION COMMAND...
 run() {
   local question=$1
   shift
+  asked "$question" || return 0
   echo "$question: $*" >&2
   echo "+ $*" >>"$out/$question.txt"
   timeout 600 "$@" >>"$out/$question.txt" 2>>"$out/$question.log" || failed+=("$question: $*")
@@ -33,7 +40,30 @@ name() { basename "${1%.*}"; }
 # Whether a file is there.
 has() { [ -e "$1" ] || { echo "left out: $1" >&2 && return 1; }; }
 
-rm -f "$out"/*.txt "$out"/*.log
+# Runs cargo in an empty folder, or in the folder that stands in $folder, and adds the seconds that it took.
+build() {
+  asked builds || return 0
+  echo "builds: cargo $*" >&2
+  local fresh
+  fresh=$(mktemp -d)
+  TIMEFORMAT="cargo $*: %U s user, %S s system, %R s"
+  { time CARGO_TARGET_DIR=${folder:-$fresh} cargo "$@" >>"$out/builds.log" 2>&1; } 2>>"$out/builds.txt" || failed+=("builds: $*")
+  rm -rf "$fresh"
+}
+
+for file in "$out"/*.txt "$out"/*.log; do
+  question=$(basename "${file%.*}")
+  ! asked "$question" || rm -f "$file"
+done
+
+cargo fetch --locked
+build build --release
+build build --release --features full
+build build --release --no-default-features
+tests=$(mktemp -d)
+folder=$tests build test --no-run
+folder=$tests build test
+rm -rf "$tests"
 
 for model in "${models[@]}"; do
   has "$model" || continue
@@ -46,6 +76,9 @@ fi
 if has "$data/webifc-mpl/Office_A_20110811.ifc"; then
   run sampling "$enfilade" report "$data/webifc-mpl/Office_A_20110811.ifc" --views 1000 --rays 20M --json -o "$out/files/Office_A.html"
 fi
+furnished=$out/files/office-1000
+"$enfilade" generate office --rooms 1000 --furnished --facts -o "$furnished.glb"
+run sampling "$enfilade" report "$furnished.glb" --views 1000 --rays 15M --json -o "$furnished.html"
 
 run confidence cargo test --release --features full --test suite -- --ignored unseen::
 
@@ -60,8 +93,10 @@ done
 run growth "$enfilade" report data/buildings/gallery100.glb --rays 1M --views 50 --growth 100,1000,5000 --json \
   -o "$out/files/growth.html"
 
-run volume "$enfilade" generate plant --size 125 -o "$out/files/plant.glb"
-run volume "$enfilade" bake "$out/files/plant.glb" --cells volume --voxel 0.1 --rays 0 --json
+for size in 125 250; do
+  run volume "$enfilade" generate plant --size "$size" -o "$out/files/plant-$size.glb"
+  run volume "$enfilade" bake "$out/files/plant-$size.glb" --cells volume --voxel 0.1 --rays 0 --json
+done
 
 for building in "${own[@]}"; do
   model=data/buildings/$building file=$out/files/$building.5M.pvs
@@ -71,11 +106,19 @@ for building in "${own[@]}"; do
   for narrowing in rectangles octagons; do
     run octagons "$enfilade" walk "$file" --model "$model.glb" --mode portals --mode both --narrowing "$narrowing" --json
   done
-  run doors "$enfilade" walk "$file" --model "$model.glb" --random 10000 --size 160x90 --doors as-found --mode portals --mode both \
-    --verify-pixels
+done
+for building in "${own[@]/#/data/buildings/}" "$data"/duplex/Duplex_A_20110907 "$data"/webifc-mpl/Office_A_20110811; do
+  model=$building.glb file=$out/files/$(basename "$building").doors.pvs
+  [ -e "$model" ] || model=$building.ifc
+  has "$model" || continue
+  run doors "$enfilade" bake "$model" --rays 5M -o "$file" --json
+  run doors "$enfilade" walk "$file" --model "$model" --random 10000 --size 160x90 --doors as-found --mode portals --mode both \
+    --verify-pixels --json
 done
 
 run frames cargo bench --features full --bench frames
+run frames "$enfilade" bake "$furnished.glb" --rays 5M -o "$furnished.pvs" --json
+run frames cargo bench --features full --bench frames -- "$PWD/$furnished.pvs" "$PWD/$furnished.glb" "$PWD/$furnished.path.json"
 run outdoors cargo bench --features full --bench studies -- --cities
 run cubes cargo bench --features full --bench cubes -- --quick
 run difficult cargo test --release --features full --test suite -- extremes::error_against_run_time --include-ignored --nocapture
@@ -93,6 +136,24 @@ for level in dm4 e1m1 e1m3 e2m2 start; do
   bsp=$data/quake-id-gpl/$level.bsp
   has "$bsp" || continue
   run quake "$enfilade" vis "$bsp" --against "$bsp" -o "$out/files/$level.bsp" --state "$out/files/$level.state" --json
+done
+
+run viewer cargo build --release -p enfilade-viewer --features enfilade/full
+viewed=("$furnished")
+# Nothing of a city can be closed: one open cell, whose objects are found by queries.
+echo '{ "cells": [{ "id": 0, "open": true, "pieces": [{ "planes": [[0, -1, 0, 1000]] }] }], "portals": [] }' >"$out/files/open.json"
+for kind in dense sparse; do
+  viewed+=("$out/files/city-$kind")
+  run viewer "$enfilade" generate city "--$kind" --facts -o "$out/files/city-$kind.glb"
+  run viewer "$enfilade" bake "$out/files/city-$kind.glb" --cells-file "$out/files/open.json" --rays 0 -o "$out/files/city-$kind.pvs"
+done
+if has "$data/webifc-mpl/Office_A_20110811.ifc"; then
+  run viewer "$enfilade" bake "$data/webifc-mpl/Office_A_20110811.ifc" -o "$out/files/Office_A.pvs" --json
+  run viewer target/release/enfilade-viewer "$out/files/Office_A.pvs" --model "$data/webifc-mpl/Office_A_20110811.ifc" --bench
+fi
+for model in "${viewed[@]}"; do
+  [ -e "$model.pvs" ] || run viewer "$enfilade" bake "$model.glb" --rays 5M -o "$model.pvs" --json
+  run viewer target/release/enfilade-viewer "$model.pvs" --model "$model.glb" --path "$model.path.json" --bench
 done
 
 if [ ${#failed[@]} -gt 0 ]; then
