@@ -4,7 +4,7 @@ use crate::cli::folder;
 use enfilade::BitMatrix;
 use enfilade::cells::CellGraph;
 use enfilade::job::{Job, Journal};
-use enfilade::level::{Level, LevelPortal, Line, Vis, VisError, VisOptions, Why, digest, vis, why};
+use enfilade::level::{Level, LevelPortal, Line, PairProof, Vis, VisError, VisOptions, digest, vis, why};
 use glam::DVec3;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -388,20 +388,20 @@ fn why_tells_a_line_or_what_ends_each_chain() {
         for b in 0..level.cells as u32 {
             let (lower, upper) = [&result.lower, &result.upper].map(|m| m.get(a as usize, b as usize)).into();
             match why(&level, &OPTIONS, &result, a, b).expect("cells that are there") {
-                Why::Witnessed(line) => {
+                PairProof::Witnessed(line) => {
                     assert!(lower && line.cells == [a, b]);
                     if a != b {
                         check_line(&level, &line);
                     }
                     told[0] += 1;
                 }
-                Why::Separated(ends) => {
+                PairProof::Separated(ends) => {
                     assert!(!upper);
                     ends.iter().for_each(|end| check_separation(&level, &end.chain, &end.planes, [a, b]));
                     assert!(ends.iter().all(|end| end.sums.is_empty() || end.planes.is_empty()));
                     told[1] += 1;
                 }
-                Why::Undecided(_) => told[2] += 1,
+                PairProof::Undecided(_) => told[2] += 1,
             }
         }
     }

@@ -9,7 +9,7 @@ use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
 use enfilade::level::compare::against;
 use enfilade::level::rows::write_rows;
-use enfilade::level::{Level, Term, Vis, VisError, VisOptions, Why, digest, vis, why};
+use enfilade::level::{Level, PairProof, Term, Vis, VisError, VisOptions, digest, vis, why};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -202,16 +202,16 @@ pub(super) fn chain(portals: &[u32]) -> Value {
     portals.iter().map(|p| json!([p / 2, p % 2])).collect()
 }
 
-fn told(pair: [u32; 2], why: &Why) -> Value {
+fn told(pair: [u32; 2], why: &PairProof) -> Value {
     match why {
-        Why::Witnessed(line) => json!({
+        PairProof::Witnessed(line) => json!({
             "pair": pair,
             "verdict": "witnessed",
             "from": line.from.to_array(),
             "to": line.to.to_array(),
             "chain": chain(&line.portals),
         }),
-        Why::Separated(separations) => json!({
+        PairProof::Separated(separations) => json!({
             "pair": pair,
             "verdict": "separated",
             "chains": separations.len(),
@@ -221,7 +221,7 @@ fn told(pair: [u32; 2], why: &Why) -> Value {
                 "planes": s.planes.iter().map(|p| [p.n.x, p.n.y, p.n.z, p.d]).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
         }),
-        Why::Undecided(portals) => json!({ "pair": pair, "verdict": "undecided", "chain": chain(portals) }),
+        PairProof::Undecided(portals) => json!({ "pair": pair, "verdict": "undecided", "chain": chain(portals) }),
     }
 }
 
@@ -230,17 +230,17 @@ fn told_term(term: &Term) -> Value {
     json!({ "weight": term.weight, "edges": term.edges.iter().map(points).collect::<Vec<_>>() })
 }
 
-fn explain([a, b]: [u32; 2], why: &Why) {
+fn explain([a, b]: [u32; 2], why: &PairProof) {
     let way = |portals: &[u32]| {
         let names: Vec<String> = portals.iter().map(|p| (p / 2).to_string()).collect();
         if names.is_empty() { "no portal".to_owned() } else { format!("portals {}", names.join(" ")) }
     };
     match why {
-        Why::Witnessed(line) => {
+        PairProof::Witnessed(line) => {
             println!("{a} and {b} see each other: the line from {:?} to {:?}", line.from.to_array(), line.to.to_array());
             println!("  through {}", way(&line.portals));
         }
-        Why::Separated(separations) => {
+        PairProof::Separated(separations) => {
             println!(
                 "{a} and {b} don't see each other: {} chains of portals, none of which a line passes",
                 separations.len()
@@ -265,6 +265,6 @@ fn explain([a, b]: [u32; 2], why: &Why) {
                 println!("  and {} more", separations.len() - TOLD);
             }
         }
-        Why::Undecided(portals) => println!("{a} and {b}: undecided, by way of {}", way(portals)),
+        PairProof::Undecided(portals) => println!("{a} and {b}: undecided, by way of {}", way(portals)),
     }
 }

@@ -18,7 +18,7 @@ pub mod prt;
 pub mod rows;
 
 pub use crate::pvs::flow::exact::{Edge, Term};
-pub use proof::{Separation, Why, why};
+pub use proof::{ChainProof, PairProof, why};
 
 use crate::BitMatrix;
 use crate::geom::{Plane, newell};

@@ -14,13 +14,13 @@ use std::sync::Mutex;
 
 /// The answer to: why is this pair in the rows, or not?
 #[derive(Clone, PartialEq, Debug)]
-pub enum Why {
+pub enum PairProof {
     /// They see each other: a line from one to the other. For neighbours it is a point of their portal, for a cell and itself
     /// it has no portals.
     Witnessed(Line),
     /// No line passes: each chain of portals that leads from the first cell to the second ends in one of these. None at all:
     /// the planes of the portals alone leave no chain.
-    Separated(Vec<Separation>),
+    Separated(Vec<ChainProof>),
     /// Not decided: a chain of portals (`2 * portal + side`) that may or may not let a line through. Empty where the search
     /// ran out of steps.
     Undecided(Vec<u32>),
@@ -28,7 +28,7 @@ pub enum Why {
 
 /// The proof that no line goes on to the goal from a chain of portals.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Separation {
+pub struct ChainProof {
     /// Portals, as `2 * portal + side`, from the first cell on.
     pub chain: Vec<u32>,
     /// All that lines through the chain meet beyond it is inside these planes, and inside them no way through portals leads to
@@ -46,20 +46,20 @@ pub struct Separation {
 /// # Errors
 ///
 /// [`VisError::NoSuchCell`], for a portal of the level or, with the number of portals, for `a` or `b`.
-pub fn why(level: &Level, options: &VisOptions, vis: &Vis, a: u32, b: u32) -> Result<Why, VisError> {
+pub fn why(level: &Level, options: &VisOptions, vis: &Vis, a: u32, b: u32) -> Result<PairProof, VisError> {
     check(level)?;
     if let Some(&cell) = [a, b].iter().find(|&&c| c as usize >= level.cells) {
         return Err(VisError::NoSuchCell { portal: level.portals.len(), cell, cells: level.cells });
     }
     let net = net(level);
     if let Some(line) = witness(level, &net, vis, a, b) {
-        return Ok(Why::Witnessed(line));
+        return Ok(PairProof::Witnessed(line));
     }
     let might_see = MightSee::new(&net);
     let from_a = search(level, &net, &might_see, options, a, b);
     Ok(match from_a {
-        Why::Undecided(_) => match search(level, &net, &might_see, options, b, a) {
-            Why::Undecided(_) => from_a,
+        PairProof::Undecided(_) => match search(level, &net, &might_see, options, b, a) {
+            PairProof::Undecided(_) => from_a,
             from_b => from_b,
         },
         _ => from_a,
@@ -116,7 +116,7 @@ impl Line {
 }
 
 /// Looks for `goal` from `cell`.
-fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal: u32) -> Why {
+fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal: u32) -> PairProof {
     let walker = Recorder { walker: Walker::new(level, net), open: Mutex::default(), sums: Mutex::default() };
     let mut wanted = vec![0; net.cells.div_ceil(64)];
     set(&mut wanted, goal as usize);
@@ -126,26 +126,26 @@ fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, 
     let ids = |chain: &[u32]| chain.iter().map(|&p| net.ids[p as usize]).collect::<Vec<u32>>();
     for portal in net.out(cell as usize) {
         if search.run(portal, &mut goals).capped {
-            return Why::Undecided(Vec::new());
+            return PairProof::Undecided(Vec::new());
         }
     }
     if goals.doubtful().next().is_some() {
         let open = walker.open.into_inner().unwrap_or_default();
-        return Why::Undecided(ids(&open));
+        return PairProof::Undecided(ids(&open));
     }
     if let Some(walk) = goals.into_proofs().first() {
         // Only where the rows were made with other lines.
         let line = walker.walker.line(walk);
-        return Why::Witnessed(line);
+        return PairProof::Witnessed(line);
     }
     let moved = |p: Plane| Plane { n: p.n, d: p.d + p.n.dot(net.origin) };
     let mut sums = walker.sums.into_inner().unwrap_or_default();
-    let separation = |end: End| Separation {
+    let separation = |end: End| ChainProof {
         chain: ids(&end.chain),
         planes: end.planes.into_iter().map(moved).collect(),
         sums: sums.remove(&end.chain).unwrap_or_default(),
     };
-    Why::Separated(search.ends.take().unwrap_or_default().into_iter().map(separation).collect())
+    PairProof::Separated(search.ends.take().unwrap_or_default().into_iter().map(separation).collect())
 }
 
 /// Keeps what came of chains that were asked exactly.

@@ -27,16 +27,8 @@ impl Camera {
     /// A camera at `eye` that looks at `target` (metres, relative to the file's origin), upright while it can be.
     /// `fov_y` is the vertical opening angle in radians, in (0, pi); `aspect` is width over height.
     pub fn look_at(eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) -> Self {
-        let forward = (target - eye).normalize_or(DVec3::NEG_Z);
-        let up = if forward.y.abs() > 1.0 - 1e-9 { DVec3::Z } else { DVec3::Y };
-        let right = forward.cross(up).normalize();
-        let focal = 1.0 / (0.5 * fov_y).tan();
-        Self {
-            eye: eye.as_vec3(),
-            x: (right * (focal / aspect)).as_vec3(),
-            y: (right.cross(forward) * focal).as_vec3(),
-            w: forward.as_vec3(),
-        }
+        let View { eye, x, y, w, .. } = View::look_at(eye, target, fov_y, aspect, 1.0);
+        Self { eye: eye.as_vec3(), x: x.as_vec3(), y: y.as_vec3(), w: w.as_vec3() }
     }
 
     /// The camera of any perspective view-projection matrix, off-centre ones included. Its translation is not read: it is

@@ -7,7 +7,7 @@ use crate::cli::level::Input;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::job::Job;
 use enfilade::level::compare::against;
-use enfilade::level::{Bounds, Level, Vis, VisError, VisOptions, Why, vis, why};
+use enfilade::level::{Bounds, Level, PairProof, Vis, VisError, VisOptions, vis, why};
 use enfilade::pages::html::Remark;
 use enfilade::pages::level::{LevelReport, LinesAlone, Moment, Other};
 use serde_json::{Value, json};
@@ -171,14 +171,14 @@ fn undecided(level: &Level, options: &VisOptions, result: &Vis) -> Result<Vec<Re
 }
 
 /// Why a pair is undecided.
-fn because(why: &Why) -> String {
+fn because(why: &PairProof) -> String {
     let way = |portals: &[u32]| portals.iter().map(|p| (p / 2).to_string()).collect::<Vec<_>>().join(" ");
     match why {
-        Why::Undecided(portals) if portals.is_empty() => "a search ran out of steps".to_owned(),
-        Why::Undecided(portals) => format!("portals {}: no line found, none ruled out", way(portals)),
+        PairProof::Undecided(portals) if portals.is_empty() => "a search ran out of steps".to_owned(),
+        PairProof::Undecided(portals) => format!("portals {}: no line found, none ruled out", way(portals)),
         // A pair that is asked for alone has all the steps for itself.
-        Why::Separated(_) => "asked for alone: proven hidden".to_owned(),
-        Why::Witnessed(line) => format!("asked for alone: a line through portals {}", way(&line.portals)),
+        PairProof::Separated(_) => "asked for alone: proven hidden".to_owned(),
+        PairProof::Witnessed(line) => format!("asked for alone: a line through portals {}", way(&line.portals)),
     }
 }
 
