@@ -135,7 +135,37 @@ fn a_cave_is_cut_by_voxels() {
 fn a_level_floor_alone_is_no_reason_for_voxels() {
     let (graph, reason) = picked(&scene(&[cuboid(v(0., 0., 0.), v(10., 0.2, 10.))], Vec::new()));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 1));
-    assert_eq!(reason, "the model names no rooms; 100 % of what is not level stands upright");
+    let tried = "the plan kept: the plan closes no cell, voxels 0";
+    assert_eq!(reason, format!("the model names no rooms; 100 % of what is not level stands upright; {tried}"));
+}
+
+/// A hollow that leans everywhere beside a long garden wall: most of what isn't level stands upright, so that the plan comes first.
+#[test]
+fn where_the_plan_closes_nothing_voxels_are_tried() {
+    let parts = [cave(), cuboid(v(20., -2., -40.), v(20.2, 2., 40.))];
+    let scene = scene(&parts, Vec::new());
+    let plan = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).unwrap();
+    assert!(plan.cells.iter().all(|c| c.open), "the plan closes a cell: {:?}", plan.cells.len());
+    let (graph, reason) = picked(&scene);
+    assert_eq!(graph.strategy, Strategy::Volume, "{reason}");
+    assert!(reason.contains("voxels kept: the plan closes no cell, voxels "), "{reason}");
+    let locator = enfilade::cells::Locator::new(&graph);
+    for z in [1.0, 11.0] {
+        let cell = locator.locate(v(0., 0., z) - scene.origin).expect("free space is in a cell").0;
+        assert!(!graph.cells[cell.index()].open, "the hollow at {z} is closed");
+    }
+}
+
+/// A storey of 2.7 m in centimetres is told by its height, but not against what the user says.
+#[test]
+fn a_unit_that_is_given_is_taken() {
+    let scale = |units: f64, in_metres: bool| {
+        let sheets =
+            [-0.3, 0.0, 2.7, 3.0].map(|y| cuboid(v(0., units * y, 0.), v(units * 9., units * (y + 0.01), units * 6.)));
+        let graph = split(&scene(&sheets, Vec::new()), &SplitOptions { in_metres, ..SplitOptions::default() }).unwrap();
+        graph.notes.iter().any(|note| note.contains("plainly not in metres"))
+    };
+    assert_eq!([scale(100.0, false), scale(100.0, true), scale(1.0, false)], [true, false, false]);
 }
 
 #[test]

@@ -44,6 +44,46 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     assert!(std::fs::read(pictures.join("frame_00000_both.png")).unwrap().starts_with(b"\x89PNG"));
 }
 
+/// What `bake` and `info` expect is what `walk` then draws.
+#[test]
+fn the_expected_draw_is_that_of_the_walk() {
+    let folder = folder("expected");
+    let (model, file) = maze(&folder);
+    let json = |words: &[&str]| {
+        let out = run_words(words);
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let walked = json(&["walk", text(&file), "--model", text(&model), "--size", "160x90", "--mode", "all", "--json"]);
+    let triangles = |mode: &str| {
+        let lines = walked.lines().map(|l| serde_json::from_str::<Value>(l).unwrap()["summary"].take());
+        let of_mode = lines.into_iter().find(|s| s["mode"] == mode).unwrap_or_else(|| panic!("no summary of {mode}"));
+        (of_mode["triangles_mean"].as_f64().unwrap(), of_mode["frames"].as_u64())
+    };
+    let (frustum, frames) = triangles("frustum");
+    let info: Value = serde_json::from_str(&json(&["info", text(&file), "--json"])).unwrap();
+    let again = folder.join("again.pvs");
+    let bake: Value = serde_json::from_str(&json(&["bake", text(&model), "-o", text(&again), "--json"])).unwrap();
+    for expected in [&info["expected_draw"], &bake["expected_draw"]] {
+        assert_eq!(expected["frames"].as_u64(), frames);
+        assert!((expected["frustum_triangles"].as_f64().unwrap() - frustum).abs() < 1e-6 * frustum);
+    }
+    for mode in ["portals", "pvs", "both"] {
+        let share = info["expected_draw"][mode].as_f64().unwrap();
+        assert!((share - triangles(mode).0 / frustum).abs() < 1e-9, "{mode}: {share}");
+        assert!(share < 0.9, "a maze hides most of itself, and {mode} draws {share}");
+    }
+    // A slab closes nothing, and the user is told so.
+    let slab = folder.join("slab.obj");
+    std::fs::write(&slab, "v 0 0 0\nv 9 0 0\nv 9 0 9\nv 0 0 9\nf 4 3 2 1\n").unwrap();
+    let out = run_words(&["bake", text(&slab), "-o", text(&again)]);
+    let told = String::from_utf8(out.stderr).unwrap();
+    assert!(
+        told.contains("both 100 %") && told.contains("no cell is closed") && told.contains("occlusion queries"),
+        "{told}"
+    );
+}
+
 #[test]
 fn bad_input_is_one_line_and_exit_2() {
     let folder = folder("refuses");

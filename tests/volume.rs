@@ -102,7 +102,7 @@ fn surface(free: impl Fn(DVec3) -> f64, bounds: Aabb, step: f64) -> Vec<Triangle
 }
 
 fn split_by(scene: &Scene, voxel: Option<f64>) -> CellGraph {
-    split(scene, &SplitOptions { strategy: Some(Strategy::Volume), voxel }).unwrap()
+    split(scene, &SplitOptions { strategy: Some(Strategy::Volume), voxel, ..SplitOptions::default() }).unwrap()
 }
 
 fn sound(graph: &CellGraph, scene: &Scene, segments: u64) {

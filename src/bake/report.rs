@@ -4,6 +4,7 @@ use super::Baked;
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
 use crate::scene::Scene;
+use crate::types::expected::ExpectedDraw;
 use crate::types::proof::Repair;
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
@@ -104,6 +105,8 @@ pub struct BakeReport {
     pub clearance: f64,
     /// Openings narrower than this, metres, may have been sealed.
     pub smallest_hole: f64,
+    /// What culling is expected to save; `None` where there is nothing to draw.
+    pub expected_draw: Option<ExpectedDraw>,
     /// Holes in the cell graph that were found and mended.
     pub repairs: Vec<Repair>,
     /// Cells before any were joined for lack of memory.
@@ -129,7 +132,7 @@ pub struct BakeReport {
 const FINDINGS: usize = 12;
 
 impl BakeReport {
-    /// Of a bake and the bytes of its file. `import` and `total` are seconds, `peak_rss_mb` MiB.
+    /// Of a bake and the bytes of its file. `import` and `total` are seconds, `peak_rss_mb` MiB; `expected_draw` is that of the file.
     ///
     /// # Errors
     ///
@@ -138,6 +141,7 @@ impl BakeReport {
         scene: &Scene,
         baked: &Baked,
         bytes: &[u8],
+        expected_draw: Option<ExpectedDraw>,
         [import, total]: [f64; 2],
         peak_rss_mb: Option<f64>,
     ) -> Result<Self, FileError> {
@@ -156,6 +160,7 @@ impl BakeReport {
             pvs: PvsReport { summary, stats: file.stats },
             clearance: file.clearance(),
             smallest_hole: file.smallest_hole,
+            expected_draw,
             repairs: file.repairs.clone(),
             cells_found: baked.cells_found.unwrap_or(file.cells.len()),
             seconds: SecondsReport { import, cells: baked.seconds.cells, pvs: baked.seconds.pvs, total },
@@ -165,6 +170,20 @@ impl BakeReport {
             authored: audit.map(|a| AuthoredReport { rooms: a.rooms, sound_rooms: a.sound_rooms, claimed: a.claimed }),
             findings: audit.map(|a| a.findings.clone()),
         })
+    }
+}
+
+impl BakeReport {
+    /// What to do where portals and rows save nothing.
+    fn advice(&self) -> String {
+        let why = if self.cells == self.open_cells {
+            "no cell is closed: a roof, floor or wall is missing, or the model is outdoors".to_owned()
+        } else {
+            format!("{} of {} cells are closed", self.cells - self.open_cells, self.cells)
+        };
+        format!(
+            "portals and rows save nothing here ({why}); cull by occlusion queries: `walk --mode auto`, `FrameMode::Auto`"
+        )
     }
 }
 
@@ -198,6 +217,12 @@ impl fmt::Display for BakeReport {
         writeln!(f, "{cells} cells ({open_cells} open), {portals} portals, by {strategy}: {}", self.strategy.reason)?;
         let p = &self.pvs.summary;
         writeln!(f, "of {} cell-object pairs {}", p.total_pairs, sides(p.total_pairs, p.lower_pairs, p.upper_pairs))?;
+        if let Some(expected) = &self.expected_draw {
+            writeln!(f, "{expected}, on a walk through every cell")?;
+            if expected.saves_nothing() {
+                writeln!(f, "{}", self.advice())?;
+            }
+        }
         writeln!(
             f,
             "import {:.1} s, cells {:.1} s, visibility {:.1} s, {:.1} s in all",

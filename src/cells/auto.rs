@@ -1,8 +1,8 @@
 //! Which strategy a scene gets when nobody asks for one: decided by what is measured in it, said in one line.
 //!
 //! The author's rooms, where most of them are sound; voxels, where little of what isn't level stands upright, as in caves; else
-//! the plan, and voxels too where the plan comes out ragged: levels of slopes and rock give it many portals to a cell, buildings
-//! few. What has fewer is kept.
+//! the plan. Voxels are tried too where the plan closes no cell, or comes out ragged: levels of slopes and rock give it many portals to
+//! a cell, buildings few. What closes a cell, or has fewer portals to a cell, is kept.
 
 use super::{CellGraph, Strategy};
 use crate::cells::authored::audit::audit_rooms;
@@ -56,27 +56,36 @@ fn portals_a_cell(graph: &CellGraph) -> f64 {
     graph.portals.len() as f64 / graph.cells.len().max(1) as f64
 }
 
-/// True where voxels may do better than this plan.
-pub(super) fn ragged(graph: &CellGraph) -> bool {
-    portals_a_cell(graph) > RAGGED_PORTALS
+/// Cells that portals can keep from being drawn.
+fn closed_cells(graph: &CellGraph) -> usize {
+    graph.cells.iter().filter(|c| !c.open).count()
 }
 
-/// The plan, or what voxels give, whichever has fewer portals to a cell; voxels only where they validate, to `tolerance` metres.
-pub(super) fn tighter(mut plan: CellGraph, tolerance: f64, volume: impl FnOnce(String) -> CellGraph) -> CellGraph {
-    let ragged = portals_a_cell(&plan);
+/// True where voxels may do better than this plan.
+pub(super) fn is_poor(graph: &CellGraph) -> bool {
+    closed_cells(graph) == 0 || portals_a_cell(graph) > RAGGED_PORTALS
+}
+
+/// A poor plan, or what voxels give: whichever closes cells where the other doesn't, else has fewer portals to a cell; voxels only where
+/// they validate, to `tolerance` metres.
+pub(super) fn better(mut plan: CellGraph, tolerance: f64, volume: impl FnOnce(String) -> CellGraph) -> CellGraph {
     let mut voxels = volume(plan.reason.clone());
     voxels.link();
-    let other = portals_a_cell(&voxels);
-    let faults = structure(&voxels, tolerance).len();
-    let say = |kept: &str| format!("{kept}: the plan has {ragged:.1} portals a cell, voxels {other:.1}");
-    if faults > 0 {
-        plan.reason = format!("{}; {}, which don't validate", plan.reason, say("the plan"));
+    let [closed, ragged] = [[&plan, &voxels].map(closed_cells).map(|n| n as f64), [&plan, &voxels].map(portals_a_cell)];
+    let says = if closed[0] == 0.0 {
+        format!("the plan closes no cell, voxels {}", closed[1])
+    } else {
+        format!("the plan has {:.1} portals a cell, voxels {:.1}", ragged[0], ragged[1])
+    };
+    let is_better = if closed[0] == 0.0 { closed[1] > 0.0 } else { ragged[1] < ragged[0] && voxels.cells.len() > 1 };
+    if !is_better {
+        plan.reason = format!("{}; the plan kept: {says}", plan.reason);
         return plan;
     }
-    if other < ragged && voxels.cells.len() > 1 {
-        voxels.reason = format!("{}; {}", plan.reason, say("voxels"));
-        return voxels;
+    if !structure(&voxels, tolerance).is_empty() {
+        plan.reason = format!("{}; the plan kept: {says}, which don't validate", plan.reason);
+        return plan;
     }
-    plan.reason = format!("{}; {}", plan.reason, say("the plan"));
-    plan
+    voxels.reason = format!("{}; voxels kept: {says}", plan.reason);
+    voxels
 }

@@ -34,12 +34,17 @@ const LEAST_CUT: f64 = 0.1;
 /// nobody walks in. None: the outside has no pieces.
 const MARGIN_SHARE: f64 = 0.05;
 const MOST_MARGIN: f64 = 3.0;
+/// A model in millimetres is at least so many metres across: a room is. Smaller things with high ceilings are levels in units of a game.
+const LEAST_ACROSS: f64 = 5.0;
 /// Lines that are cast at most.
 const LINES: usize = 4096;
 
 impl HumanScale {
-    /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits; else what
-    /// makes them as high as the halls of games. A model without anything over a floor is taken to be in metres if it is 3 to 400 of them
+    /// That of a model in metres.
+    pub const METRES: Self = Self { metre: 1.0 };
+
+    /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits and leaves the
+    /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor is taken to be in metres if it is 3 to 400 of them
     /// across, and else to be 100 m across.
     pub fn of(scene: &Scene) -> Self {
         let Some(height) = ceiling(scene) else {
@@ -47,7 +52,9 @@ impl HumanScale {
             return Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } };
         };
         let ratio = height / CEILING_HEIGHT;
-        let fits = |unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit));
+        let across = scene.bounds().diagonal();
+        let is_room = |unit: f64| unit <= 1.0 || across >= LEAST_ACROSS * unit;
+        let fits = |&unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit)) && is_room(unit);
         Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL_HEIGHT) }
     }
 
@@ -73,7 +80,12 @@ impl HumanScale {
 
     /// A line for the report where the model is not in metres.
     pub fn note(&self) -> Option<String> {
-        let text = || format!("the model is plainly not in metres: a person's metre is taken as {} units", self.metre);
+        let text = || {
+            let metre = self.metre;
+            format!(
+                "the model is plainly not in metres: a person's metre is taken as {metre:.4} units; --unit says otherwise"
+            )
+        };
         (self.metre != 1.0).then(text)
     }
 
@@ -181,6 +193,15 @@ mod tests {
             let found = metre(2.7, units) / units;
             assert!((0.5..=2.0).contains(&found), "{units}: {found}");
         }
+    }
+
+    #[test]
+    fn a_level_in_units_of_a_game_is_not_a_dolls_house_in_millimetres() {
+        // 2,048 units wide, halls of 700: 2 m by 0.7 m in millimetres.
+        let found = HumanScale::of(&scene(2048.0, &[-16.0, 0.0, 700.0, 716.0])).metre;
+        assert!((30.0..=200.0).contains(&found), "{found}");
+        // A room of 6 x 3.6 x 2.4 m in millimetres is still one.
+        assert_eq!(HumanScale::of(&scene(6000.0, &[-300.0, 0.0, 2400.0, 2700.0])).metre, 1e3);
     }
 
     #[test]

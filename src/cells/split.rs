@@ -2,7 +2,7 @@
 
 use super::{Cell, CellGraph, Strategy, authored};
 use crate::cells::authored::audit::unsound;
-use crate::cells::auto::{choose, ragged, tighter};
+use crate::cells::auto::{better, choose, is_poor};
 use crate::cells::complex::arrange::arrange;
 use crate::cells::complex::assemble::{Complex, around, pieces, portals};
 use crate::cells::complex::bands::{Band, bands};
@@ -29,6 +29,8 @@ pub struct SplitOptions {
     pub strategy: Option<Strategy>,
     /// Edge of a voxel, metres, for [`Strategy::Volume`]; `None` takes what fits the scene.
     pub voxel: Option<f64>,
+    /// Whether the scene is in metres for certain: thresholds for rooms and doors then don't follow how high its rooms are.
+    pub in_metres: bool,
 }
 
 /// Why a scene can't be split as asked.
@@ -44,7 +46,7 @@ pub enum SplitError {
 
 /// Splits a scene into cells and portals.
 pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    let human = HumanScale::of(scene);
+    let human = if options.in_metres { HumanScale::METRES } else { HumanScale::of(scene) };
     let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
         Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
@@ -56,8 +58,8 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         Strategy::Volume => volume(scene, human, options.voxel, reason),
         _ => from_columns(scene, human, strategy, reason),
     };
-    if strategy == Strategy::Plan && options.strategy.is_none() && ragged(&graph) {
-        graph = tighter(graph, scene.tolerance().coplanar, |reason| volume(scene, human, options.voxel, reason));
+    if strategy == Strategy::Plan && options.strategy.is_none() && is_poor(&graph) {
+        graph = better(graph, scene.tolerance().coplanar, |reason| volume(scene, human, options.voxel, reason));
     }
     name_openings(scene, &mut graph.portals, human);
     find_states(scene, &mut graph.portals);

@@ -10,6 +10,7 @@ use enfilade::file::load_bytes;
 use enfilade::pvs::cubes::Choice;
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{Scene, import};
+use enfilade::walkthrough::expected::expected_draw;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -119,7 +120,8 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     kept.done()?;
     let bytes = load_bytes(&output).map_err(|e| at(&output, e))?;
     let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
-    let report = BakeReport::new(&scene, &baked, &bytes, seconds, peak_rss_mb()).map_err(|e| at(&output, e))?;
+    let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
+        .map_err(|e| at(&output, e))?;
     if args.json {
         println!("{}", super::json(&report)?);
     } else {

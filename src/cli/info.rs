@@ -3,6 +3,7 @@
 use super::{CliError, Outcome, at};
 use enfilade::file::{Container, FileSummary, PvsFile, load_bytes};
 use enfilade::types::guarantee::Guarantee;
+use enfilade::walkthrough::expected::{ExpectedDraw, expected_draw};
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -17,20 +18,28 @@ pub struct Args {
     json: bool,
 }
 
+/// The command's JSON.
+#[derive(serde::Serialize)]
+struct InfoReport {
+    #[serde(flatten)]
+    file: FileSummary,
+    expected_draw: Option<ExpectedDraw>,
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let bytes = load_bytes(&args.file).map_err(|e| at(&args.file, e))?;
     let container = Container::parse(&bytes).map_err(|e| at(&args.file, e))?;
     let file = PvsFile::read(&bytes).map_err(|e| at(&args.file, e))?;
-    let summary = FileSummary::of(&container, &file);
-    let text = if args.json { super::json(&summary)? + "\n" } else { prose(&summary) };
+    let report = InfoReport { file: FileSummary::of(&container, &file), expected_draw: expected_draw(&file) };
+    let text = if args.json { super::json(&report)? + "\n" } else { prose(&report) };
     match io::stdout().write_all(text.as_bytes()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
         _ => Ok(Outcome::Done),
     }
 }
 
-fn prose(f: &FileSummary) -> String {
+fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
     let percent = |part: u64, all: u64| 100.0 * part as f64 / (all as f64).max(1.0);
     let mut out = String::new();
     let mut line = |name: &str, what: String| {
@@ -76,6 +85,9 @@ fn prose(f: &FileSummary) -> String {
                 percent(upper, all),
             ),
         );
+    }
+    if let Some(expected) = expected_draw {
+        line("expected", format!("{expected}, on a walk through every cell"));
     }
     for (label, name, bytes, bits, entropy) in [
         ("rows", "cell", p.cell_row_bytes, p.cell_bits_per_pair, p.cell_entropy_bits_per_pair),

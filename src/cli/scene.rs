@@ -75,7 +75,7 @@ impl SceneFlags {
             CellsFlag::Plan => Some(Strategy::Plan),
             CellsFlag::Volume => Some(Strategy::Volume),
         };
-        SplitOptions { strategy, voxel: self.voxel }
+        SplitOptions { strategy, voxel: self.voxel, in_metres: self.unit.is_some() }
     }
 
     /// Cells and portals of the user's own; IndoorGML is a ready graph, unless another way to find cells is asked for.

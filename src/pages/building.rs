@@ -11,6 +11,7 @@ use super::storeys::{Plans, Storey, along_a_walk, storeys};
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
 use crate::file::{CONFIDENCE, PvsFile, PvsSummary};
 use crate::scene::Scene;
+use crate::types::expected::ExpectedDraw;
 use crate::types::guarantee::Guarantee;
 use crate::types::portal::PortalKind;
 use crate::{BitMatrix, CellId};
@@ -63,6 +64,8 @@ pub struct BuildingReport<'a> {
     pub file: &'a PvsFile,
     /// Its sets in numbers.
     pub pvs: &'a PvsSummary,
+    /// What culling is expected to save; `None` where there is nothing to draw.
+    pub expected: Option<ExpectedDraw>,
     /// Error against run time, a strategy each.
     pub curves: &'a [Curve],
     /// What offices of several sizes cost, the smallest first; empty where that wasn't asked for.
@@ -193,6 +196,10 @@ impl BuildingReport<'_> {
                 self.count(PortalKind::Opening)
             ),
         );
+        if let Some(expected) = &self.expected {
+            let note = format!("{expected}, on a walk through every cell");
+            tile("Expected to draw", format!("{:.0} %", 100.0 * expected.both), note);
+        }
         self.gap_tiles(&mut tile);
         self.error_tiles(&mut tile);
         tile(

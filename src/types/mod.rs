@@ -4,6 +4,7 @@
 //! [proven](proof), and [counters](stats). The rooms above add meaning; `scene`, `cells` and `pvs` name these as their own.
 
 pub mod bounds;
+pub mod expected;
 pub mod gap;
 pub mod guarantee;
 pub mod hints;

@@ -19,6 +19,7 @@ use enfilade::proof::{Asker, Goal};
 use enfilade::pvs::sampling::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::walkthrough::expected::expected_draw;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -76,7 +77,8 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let bytes = file.write();
     let stages = watch.finish();
     let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
-    let report = BakeReport::new(&scene, &baked, &bytes, seconds, peak_rss_mb()).map_err(|e| at(&args.input, e))?;
+    let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
+        .map_err(|e| at(&args.input, e))?;
     let page = BuildingReport {
         building: &name(&args.input),
         command: &again(args),
@@ -84,6 +86,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         scene: &scene,
         file,
         pvs: &report.pvs.summary,
+        expected: report.expected_draw,
         curves: &measured.curves,
         growth: &measured.growth,
         views: measured.views,

@@ -1,0 +1,37 @@
+//! What culling is expected to save.
+
+use std::fmt;
+
+/// From this share of the frustum's triangles on, portals and rows save next to nothing.
+const NEXT_TO_NOTHING: f64 = 0.9;
+
+/// How many triangles each mode draws on a walk through every cell.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
+pub struct ExpectedDraw {
+    /// Frames of the walk.
+    pub frames: usize,
+    /// Mean triangles a frame with frustum culling alone.
+    pub frustum_triangles: f64,
+    /// Triangles of `portals` over those of the frustum; 1 where the frustum has none.
+    pub portals: f64,
+    /// Likewise for `pvs`.
+    pub pvs: f64,
+    /// Likewise for `both`.
+    pub both: f64,
+}
+
+impl ExpectedDraw {
+    /// Whether portals and rows save next to nothing: less than a tenth.
+    pub fn saves_nothing(&self) -> bool {
+        self.both > NEXT_TO_NOTHING
+    }
+}
+
+/// One line.
+impl fmt::Display for ExpectedDraw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [portals, pvs, both] = [self.portals, self.pvs, self.both].map(|share| 100.0 * share);
+        write!(f, "of the triangles in the frustum, portals draw {portals:.0} %, pvs {pvs:.0} %, both {both:.0} %")
+    }
+}

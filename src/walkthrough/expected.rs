@@ -1,0 +1,38 @@
+//! How much each mode is expected to draw, from a baked file alone: a tour through every cell is culled, and nothing is drawn.
+
+use super::tour::tour;
+use crate::file::PvsFile;
+use crate::runtime::{Culler, Mode, Scratch};
+pub use crate::types::expected::ExpectedDraw;
+
+/// Width over height of the screen.
+const ASPECT: f64 = 16.0 / 9.0;
+
+/// Of a file; the same on every machine. `None` where a file has no objects or no place to stand.
+pub fn expected_draw(file: &PvsFile) -> Option<ExpectedDraw> {
+    if file.objects.is_empty() {
+        return None;
+    }
+    let path = tour(file, 0);
+    if path.frames.is_empty() {
+        return None;
+    }
+    let culler = Culler::new(file);
+    let mut scratch = Scratch::for_culler(&culler);
+    let mut triangles = [0u64; 4];
+    for frame in 0..path.frames.len() {
+        let camera = path.camera(frame, file.origin, ASPECT);
+        for (sum, mode) in triangles.iter_mut().zip([Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::Both]) {
+            *sum += culler.cull(&camera, mode, &mut scratch).stats.triangles;
+        }
+    }
+    let [frustum, portals, pvs, both] = triangles.map(|sum| sum as f64);
+    let share = |of_mode: f64| if frustum > 0.0 { of_mode / frustum } else { 1.0 };
+    Some(ExpectedDraw {
+        frames: path.frames.len(),
+        frustum_triangles: frustum / path.frames.len() as f64,
+        portals: share(portals),
+        pvs: share(pvs),
+        both: share(both),
+    })
+}
