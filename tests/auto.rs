@@ -139,21 +139,26 @@ fn a_level_floor_alone_is_no_reason_for_voxels() {
     assert_eq!(reason, format!("the model names no rooms; 100 % of what is not level stands upright; {tried}"));
 }
 
-/// A hollow that leans everywhere beside a long garden wall: most of what isn't level stands upright, so that the plan comes first.
+/// A hollow whose four walls lean over it and leave a hole at the top, beside a garden wall: nothing has a roof, so that the plan, which
+/// comes first because most stands upright, has open cells alone. What narrows upwards is closed by voxels.
 #[test]
 fn where_the_plan_closes_nothing_voxels_are_tried() {
-    let parts = [cave(), cuboid(v(20., -2., -40.), v(20.2, 2., 40.))];
-    let scene = scene(&parts, Vec::new());
-    let plan = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).unwrap();
-    assert!(plan.cells.iter().all(|c| c.open), "the plan closes a cell: {:?}", plan.cells.len());
-    let (graph, reason) = picked(&scene);
-    assert_eq!(graph.strategy, Strategy::Volume, "{reason}");
-    assert!(reason.contains("voxels kept: the plan closes no cell, voxels "), "{reason}");
-    let locator = enfilade::cells::Locator::new(&graph);
-    for z in [1.0, 11.0] {
-        let cell = locator.locate(v(0., 0., z) - scene.origin).expect("free space is in a cell").0;
-        assert!(!graph.cells[cell.index()].open, "the hollow at {z} is closed");
+    let ring = |half: f64, y: f64| [v(-half, y, -half), v(half, y, -half), v(half, y, half), v(-half, y, half)];
+    let (low, high) = (ring(4.0, 0.0), ring(0.8, 5.0));
+    let mut hollow = vec![[low[0], low[2], low[1]], [low[0], low[3], low[2]]];
+    for i in 0..4 {
+        let j = (i + 1) % 4;
+        hollow.extend([[low[i], low[j], high[j]], [low[i], high[j], high[i]]]);
     }
+    let scene = scene(&[hollow, cuboid(v(20., 0., -40.), v(20.2, 4., 40.))], Vec::new());
+    let plan = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).unwrap();
+    assert!(plan.cells.iter().all(|c| c.open), "the plan closes one of {} cells", plan.cells.len());
+    let (graph, reason) = picked(&scene);
+    assert!(reason.contains("voxels kept: the plan closes no cell, voxels "), "{reason}");
+    assert_eq!(graph.strategy, Strategy::Volume);
+    let locator = enfilade::cells::Locator::new(&graph);
+    let cell = locator.locate(v(0., 1.6, 0.) - scene.origin).expect("free space is in a cell").0;
+    assert!(!graph.cells[cell.index()].open, "the hollow is closed");
 }
 
 /// A storey of 2.7 m in centimetres is told by its height, but not against what the user says.
@@ -161,7 +166,7 @@ fn where_the_plan_closes_nothing_voxels_are_tried() {
 fn a_unit_that_is_given_is_taken() {
     let scale = |units: f64, in_metres: bool| {
         let sheets =
-            [-0.3, 0.0, 2.7, 3.0].map(|y| cuboid(v(0., units * y, 0.), v(units * 9., units * (y + 0.01), units * 6.)));
+            [-0.3, 0.0, 2.7, 3.0].map(|y| cuboid(v(0., units * y, 0.), v(units * 6., units * (y + 0.01), units * 4.)));
         let graph = split(&scene(&sheets, Vec::new()), &SplitOptions { in_metres, ..SplitOptions::default() }).unwrap();
         graph.notes.iter().any(|note| note.contains("plainly not in metres"))
     };

@@ -4,6 +4,7 @@
 //! the plan. Voxels are tried too where the plan closes no cell, or comes out ragged: levels of slopes and rock give it many portals to
 //! a cell, buildings few. What closes a cell, or has fewer portals to a cell, is kept.
 
+use super::volume::VOXELS_A_BRICK;
 use super::{CellGraph, Strategy};
 use crate::cells::authored::audit::audit_rooms;
 use crate::cells::validate::structure;
@@ -16,6 +17,11 @@ const SOUND_SHARE: f64 = 0.5;
 const UPRIGHT_SHARE: f64 = 0.5;
 /// A plan with more portals than this to a cell is ragged: buildings have 1 to 20, a villa with a dome 24.
 const RAGGED_PORTALS: f64 = 28.0;
+/// Voxels are tried beside a plan that closes nothing where so many bricks hold the surfaces of the scene (ten seconds), and where
+/// voxels of a third of a doorway are enough for that, metres of a person. More of either: minutes for models that nothing closes, as
+/// cities. Less: dungeons stay one open cell.
+const MOST_BRICKS: f64 = 100e3;
+const COARSEST: f64 = 0.3;
 /// The vertical part of a wall's unit normal is at most this; that of a floor's is at least `FLOOR_NORMAL`.
 const WALL_NORMAL: f64 = 0.05;
 const FLOOR_NORMAL: f64 = 0.98;
@@ -61,9 +67,18 @@ fn closed_cells(graph: &CellGraph) -> usize {
     graph.cells.iter().filter(|c| !c.open).count()
 }
 
-/// True where voxels may do better than this plan.
-pub(super) fn is_poor(graph: &CellGraph) -> bool {
-    closed_cells(graph) == 0 || portals_a_cell(graph) > RAGGED_PORTALS
+/// The least edge of voxels to try beside this plan, metres; `None` where they can't do better, or would take long. `metre` is a person's.
+pub(super) fn trial(scene: &Scene, metre: f64, plan: &CellGraph) -> Option<f64> {
+    if closed_cells(plan) > 0 {
+        return (portals_a_cell(plan) > RAGGED_PORTALS).then_some(0.0);
+    }
+    let area = |t: u32| {
+        let c = scene.corners(t as usize);
+        0.5 * newell(&c.map(|p| p - c[0])).length()
+    };
+    let surface: f64 = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()).map(area).sum();
+    let edge = (surface / MOST_BRICKS).sqrt() / VOXELS_A_BRICK;
+    (edge <= COARSEST * metre).then_some(edge)
 }
 
 /// A poor plan, or what voxels give: whichever closes cells where the other doesn't, else has fewer portals to a cell; voxels only where

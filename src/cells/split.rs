@@ -2,7 +2,7 @@
 
 use super::{Cell, CellGraph, Strategy, authored};
 use crate::cells::authored::audit::unsound;
-use crate::cells::auto::{better, choose, is_poor};
+use crate::cells::auto::{better, choose, trial};
 use crate::cells::complex::arrange::arrange;
 use crate::cells::complex::assemble::{Complex, around, pieces, portals};
 use crate::cells::complex::bands::{Band, bands};
@@ -55,11 +55,14 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         None => choose(scene),
     };
     let mut graph = match strategy {
-        Strategy::Volume => volume(scene, human, options.voxel, reason),
+        Strategy::Volume => volume(scene, human, options.voxel, 0.0, reason),
         _ => from_columns(scene, human, strategy, reason),
     };
-    if strategy == Strategy::Plan && options.strategy.is_none() && is_poor(&graph) {
-        graph = better(graph, scene.tolerance().coplanar, |reason| volume(scene, human, options.voxel, reason));
+    if strategy == Strategy::Plan && options.strategy.is_none() {
+        if let Some(least) = trial(scene, human.metre, &graph) {
+            let voxels = |reason| volume(scene, human, options.voxel, least, reason);
+            graph = better(graph, scene.tolerance().coplanar, voxels);
+        }
     }
     name_openings(scene, &mut graph.portals, human);
     find_states(scene, &mut graph.portals);

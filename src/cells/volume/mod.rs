@@ -56,16 +56,19 @@ const GROWN: f64 = 1.5;
 /// Voxels along the diagonal of a small scene.
 const VOXELS_ALONG: f64 = 300.0;
 
-/// Splits a scene; `voxel` in metres, `None` takes what fits.
-pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reason: String) -> CellGraph {
+/// Voxels along an edge of a brick of the grid.
+pub(super) const VOXELS_A_BRICK: f64 = grid::SIDE as f64;
+
+/// Splits a scene; `voxel` in metres, `None` takes what fits, but no less than `least`.
+pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, least: f64, reason: String) -> CellGraph {
     let tolerance = scene.tolerance();
     let bounds = scene.bounds();
     let opaque = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
     let triangles: Vec<[DVec3; 3]> = opaque.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
     let fitting = (bounds.diagonal() / VOXELS_ALONG).clamp(FINEST * human.metre, VOXEL * human.metre);
-    let size = bounds.size() / grid::SIDE as f64;
-    let least = (size.x.max(1e-9) * size.y.max(1e-9) * size.z.max(1e-9) / MOST_BRICKS).cbrt();
-    let voxel = voxel.unwrap_or(fitting).max(least).max(bounds.diagonal() * 1e-5);
+    let size = bounds.size() / VOXELS_A_BRICK;
+    let affordable = (size.x.max(1e-9) * size.y.max(1e-9) * size.z.max(1e-9) / MOST_BRICKS).cbrt();
+    let voxel = voxel.unwrap_or(fitting.max(least)).max(affordable).max(bounds.diagonal() * 1e-5);
 
     // 1. Voxels, their distances, their regions.
     let grid = Grid::new(&triangles, main_axis(&triangles), voxel);
