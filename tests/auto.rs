@@ -139,28 +139,6 @@ fn a_level_floor_alone_is_no_reason_for_voxels() {
     assert_eq!(reason, format!("the model names no rooms; 100 % of what is not level stands upright; {tried}"));
 }
 
-/// A hollow whose four walls lean over it and leave a hole at the top, beside a garden wall: nothing has a roof, so that the plan, which
-/// comes first because most stands upright, has open cells alone. What narrows upwards is closed by voxels.
-#[test]
-fn where_the_plan_closes_nothing_voxels_are_tried() {
-    let ring = |half: f64, y: f64| [v(-half, y, -half), v(half, y, -half), v(half, y, half), v(-half, y, half)];
-    let (low, high) = (ring(4.0, 0.0), ring(0.8, 5.0));
-    let mut hollow = vec![[low[0], low[2], low[1]], [low[0], low[3], low[2]]];
-    for i in 0..4 {
-        let j = (i + 1) % 4;
-        hollow.extend([[low[i], low[j], high[j]], [low[i], high[j], high[i]]]);
-    }
-    let scene = scene(&[hollow, cuboid(v(20., 0., -40.), v(20.2, 4., 40.))], Vec::new());
-    let plan = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).unwrap();
-    assert!(plan.cells.iter().all(|c| c.open), "the plan closes one of {} cells", plan.cells.len());
-    let (graph, reason) = picked(&scene);
-    assert!(reason.contains("voxels kept: the plan closes no cell, voxels "), "{reason}");
-    assert_eq!(graph.strategy, Strategy::Volume);
-    let locator = enfilade::cells::Locator::new(&graph);
-    let cell = locator.locate(v(0., 1.6, 0.) - scene.origin).expect("free space is in a cell").0;
-    assert!(!graph.cells[cell.index()].open, "the hollow is closed");
-}
-
 /// A storey of 2.7 m in centimetres is told by its height, but not against what the user says.
 #[test]
 fn a_unit_that_is_given_is_taken() {

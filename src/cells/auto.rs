@@ -104,3 +104,57 @@ pub(super) fn better(mut plan: CellGraph, tolerance: f64, volume: impl FnOnce(St
     voxels.reason = format!("{}; voxels kept: {says}", plan.reason);
     voxels
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Cell, Piece};
+    use super::*;
+    use crate::geom::{Aabb, Plane};
+    use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
+    use glam::DVec3;
+
+    /// Boxes as cells, without portals: from x to x + 1, and whether each is open.
+    fn graph(strategy: Strategy, cells: &[(f64, bool)]) -> CellGraph {
+        let cell = |&(x, open): &(f64, bool)| {
+            let bounds = Aabb { min: DVec3::new(x, 0.0, 0.0), max: DVec3::new(x + 1.0, 1.0, 1.0) };
+            let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)]);
+            Cell { open, pieces: vec![Piece { planes: planes.collect(), bounds }], ..Cell::default() }
+        };
+        let cells = cells.iter().map(cell).collect();
+        CellGraph { strategy, reason: "told".into(), cells, portals: Vec::new(), smallest_hole: 0.0, notes: Vec::new() }
+    }
+
+    #[test]
+    fn voxels_are_kept_where_they_alone_close_a_cell_and_are_sound() {
+        let plan = || graph(Strategy::Plan, &[(0.0, true)]);
+        let kept = |voxels: &[(f64, bool)]| better(plan(), 1e-6, |_| graph(Strategy::Volume, voxels));
+        let better = kept(&[(0.0, true), (2.0, false), (4.0, false)]);
+        assert_eq!(better.strategy, Strategy::Volume);
+        assert_eq!(better.reason, "told; voxels kept: the plan closes no cell, voxels 2");
+        let open = kept(&[(0.0, true), (2.0, true)]);
+        assert_eq!((open.strategy, open.cells.len()), (Strategy::Plan, 1));
+        assert_eq!(open.reason, "told; the plan kept: the plan closes no cell, voxels 0");
+        // Two cells in the same place.
+        let unsound = kept(&[(0.0, true), (2.0, false), (2.0, false)]);
+        assert_eq!(unsound.strategy, Strategy::Plan, "{}", unsound.reason);
+        assert!(unsound.reason.ends_with("which don't validate"), "{}", unsound.reason);
+    }
+
+    #[test]
+    fn voxels_are_tried_beside_an_open_plan_unless_the_scene_is_too_large() {
+        let ground = |side: f64| {
+            let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+            let positions = [(0., 0.), (side, 0.), (side, side), (0., side)].map(|(x, z)| DVec3::new(x, 0., z)).to_vec();
+            let (node, triangles) = ("ground".to_owned(), vec![[0, 1, 2], [0, 2, 3]]);
+            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+            builder.finish("ground").unwrap()
+        };
+        let open = graph(Strategy::Plan, &[(0.0, true)]);
+        // A square of 80 m has 10,000 bricks of voxels of 0.1 m; a city of 5,120 m has too many of voxels of 0.3 m.
+        let edge = trial(&ground(80.0), 1.0, &open).expect("a yard is tried");
+        assert!((edge * VOXELS_A_BRICK - 80.0 / MOST_BRICKS.sqrt()).abs() < 1e-9, "{edge}");
+        assert_eq!(trial(&ground(5120.0), 1.0, &open), None);
+        // What is closed and has few portals is left alone.
+        assert_eq!(trial(&ground(80.0), 1.0, &graph(Strategy::Plan, &[(0.0, true), (2.0, false)])), None);
+    }
+}
