@@ -3,6 +3,8 @@
 mod glb;
 mod gltf;
 mod hostile;
+#[cfg(feature = "meshopt")]
+mod meshopt;
 mod obj;
 mod real;
 

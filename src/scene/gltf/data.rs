@@ -1,10 +1,12 @@
 //! Buffers and accessors: every index, count, stride and offset is checked against the bytes that are there before anything is
-//! read, and elements are read where they lie, so that nothing is allocated on a file's word.
+//! read, and elements are read where they lie, so that nothing is allocated on a file's word. Compressed views are decoded when first
+//! used, into a bounded multiple of the bytes that are there.
 
 use super::super::sidecar::Sidecars;
 use super::super::{ImportError, Place};
 use super::document::{AccessorEntry, Document, SparsePart};
-use std::cell::OnceCell;
+use super::meshopt;
+use std::cell::{Cell, OnceCell};
 
 /// Shorthand: an error somewhere in the document.
 pub(super) fn broken(what: impl Into<String>) -> ImportError {
@@ -22,11 +24,22 @@ pub(super) struct Buffers<'a> {
     bin: Option<&'a [u8]>,
     beside: Sidecars<'a>,
     loaded: Vec<OnceCell<Vec<u8>>>,
+    /// Of compressed views.
+    decoded: Vec<OnceCell<Vec<u8>>>,
+    /// By buffer: bytes that its views were decoded into.
+    spent: Vec<Cell<usize>>,
 }
 
 impl<'a> Buffers<'a> {
     pub fn new(document: &'a Document, bin: Option<&'a [u8]>, beside: Sidecars<'a>) -> Self {
-        Self { document, bin, beside, loaded: document.buffers.iter().map(|_| OnceCell::new()).collect() }
+        Self {
+            document,
+            bin,
+            beside,
+            loaded: document.buffers.iter().map(|_| OnceCell::new()).collect(),
+            decoded: document.buffer_views.iter().map(|_| OnceCell::new()).collect(),
+            spent: document.buffers.iter().map(|_| Cell::new(0)).collect(),
+        }
     }
 
     fn buffer(&self, index: usize) -> Result<&[u8], ImportError> {
@@ -50,16 +63,42 @@ impl<'a> Buffers<'a> {
         })
     }
 
+    /// The bytes of a buffer view, decoded where they are compressed.
+    fn view(&self, view: usize) -> Result<&[u8], ImportError> {
+        let entry = entry(&self.document.buffer_views, view, "bufferView")?;
+        let within = |buffer: usize, from: usize, len: usize| {
+            let buffer = self.buffer(buffer)?;
+            from.checked_add(len).and_then(|end| buffer.get(from..end)).ok_or_else(|| {
+                broken(format!("bufferView {view}: {len} bytes from {from} on, in a buffer of {}", buffer.len()))
+            })
+        };
+        let Some(compressed) = entry.compressed() else {
+            return within(entry.buffer, entry.byte_offset, entry.byte_length);
+        };
+        let cell = &self.decoded[view];
+        if cell.get().is_none() {
+            let source = within(compressed.buffer, compressed.byte_offset, compressed.byte_length)?;
+            let wrong = |what: String| broken(format!("bufferView {view}: {what}"));
+            let bytes = meshopt::decode(compressed, source).map_err(wrong)?;
+            // Views that name the same bytes cost the file nothing.
+            let spent = &self.spent[compressed.buffer];
+            spent.set(spent.get().saturating_add(bytes.len()));
+            if spent.get() > meshopt::MOST_RATIO.saturating_mul(self.buffer(compressed.buffer)?.len()) {
+                return Err(wrong(format!("compressed views of buffer {} repeat its bytes", compressed.buffer)));
+            }
+            cell.get_or_init(|| bytes);
+        }
+        let bytes = cell.get().map_or(&[][..], |b| b);
+        bytes.get(..entry.byte_length).ok_or_else(|| {
+            broken(format!("bufferView {view}: {} bytes, {} of them compressed", entry.byte_length, bytes.len()))
+        })
+    }
+
     /// `count` elements of `size` bytes in a buffer view, from `offset`. A stride below the element's size is refused, so
     /// `count` is at most the number of bytes.
     fn elements(&self, view: usize, offset: usize, count: usize, size: usize) -> Result<Elements<'_>, ImportError> {
         let entry = entry(&self.document.buffer_views, view, "bufferView")?;
-        let buffer = self.buffer(entry.buffer)?;
-        let end = entry.byte_offset.checked_add(entry.byte_length);
-        let bytes = end.and_then(|end| buffer.get(entry.byte_offset..end)).ok_or_else(|| {
-            let (from, len, have) = (entry.byte_offset, entry.byte_length, buffer.len());
-            broken(format!("bufferView {view}: {len} bytes from {from} on, in a buffer of {have}"))
-        })?;
+        let bytes = self.view(view)?;
         let stride = entry.byte_stride.unwrap_or(size);
         if stride < size {
             return Err(broken(format!("bufferView {view}: byteStride {stride} for elements of {size} bytes")));
@@ -107,7 +146,8 @@ impl<'a> Buffers<'a> {
     /// Bytes in the buffer that a buffer view lies in.
     fn room_of(&self, view: usize) -> usize {
         let view = self.document.buffer_views.get(view);
-        view.and_then(|v| self.buffer(v.buffer).ok()).map_or(0, <[u8]>::len)
+        let buffer = view.map(|v| v.compressed().map_or(v.buffer, |c| c.buffer));
+        buffer.and_then(|b| self.buffer(b).ok()).map_or(0, <[u8]>::len)
     }
 
     fn sparse(&self, entry: &AccessorEntry, size: usize) -> Result<Option<Sparse<'_>>, ImportError> {

@@ -10,7 +10,9 @@ use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
 
 /// What may be listed under `extensionsRequired`: read, or without influence on where triangles are and what they hide.
-const KNOWN: [&str; 6] = [
+const KNOWN: [&str; 8] = [
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",
     "KHR_node_visibility",
@@ -232,6 +234,59 @@ pub(super) struct BufferView {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
+    #[serde(default)]
+    extensions: ViewExtensions,
+}
+
+impl BufferView {
+    /// Where its bytes are compressed.
+    pub fn compressed(&self) -> Option<&Compressed> {
+        self.extensions.khr.as_ref().or(self.extensions.ext.as_ref())
+    }
+}
+
+#[derive(Deserialize, Default)]
+struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<Compressed>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<Compressed>,
+}
+
+/// A view whose bytes are compressed: `count` elements of `byte_stride` bytes.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Compressed {
+    pub buffer: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub byte_length: usize,
+    pub byte_stride: usize,
+    pub count: usize,
+    pub mode: Mode,
+    #[serde(default)]
+    pub filter: Filter,
+}
+
+/// How a view is compressed.
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) enum Mode {
+    Attributes,
+    Triangles,
+    Indices,
+}
+
+/// What is to be done after decompression.
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, Default)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) enum Filter {
+    #[default]
+    None,
+    Octahedral,
+    Quaternion,
+    Exponential,
+    Color,
 }
 
 #[derive(Deserialize)]

@@ -1,0 +1,56 @@
+//! Compressed buffer views: `EXT_meshopt_compression`, and `KHR_meshopt_compression`, which adds a version of the vertex codec.
+//!
+//! Based on: Khronos Group, *EXT_meshopt_compression*, 2021; the codecs are the crate `meshoptimizer-rs`'s. Only what positions and
+//! indices may have is decoded: no filters for normals, quaternions and colours.
+
+use super::document::{Compressed, Filter};
+
+/// Decoded bytes are at most so many times the compressed ones. Triangles take a byte or more for 12; corners of meshes a half or more for
+/// 12. More: a small file takes much memory. Less: regular grids are refused.
+pub(super) const MOST_RATIO: usize = 64;
+
+/// Decodes a view; an error says what is wrong with it.
+pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String> {
+    let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= MOST_RATIO.saturating_mul(source.len()));
+    if size.is_none() {
+        let Compressed { count, byte_stride, .. } = view;
+        return Err(format!("{count} elements of {byte_stride} bytes can't be in {} compressed bytes", source.len()));
+    }
+    if !matches!(view.filter, Filter::None | Filter::Exponential) {
+        return Err("positions and indices have no such meshopt filter".to_owned());
+    }
+    codec::decode(view, source)
+}
+
+#[cfg(feature = "meshopt")]
+mod codec {
+    use super::super::document::{Compressed, Filter, Mode};
+    use meshoptimizer_rs::codec::{decode_filter_exp, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
+    use meshoptimizer_rs::{Error, Workspace};
+
+    pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String> {
+        let Compressed { count, byte_stride: stride, mode, filter, .. } = *view;
+        let workspace = &mut Workspace::default();
+        let decoded = match mode {
+            Mode::Attributes => decode_vertex_buffer(count, stride, source, workspace),
+            Mode::Triangles => decode_index_buffer(count, stride, source, workspace),
+            Mode::Indices => decode_index_sequence(count, stride, source, workspace),
+        };
+        let filtered = |mut bytes: Vec<u8>| -> Result<Vec<u8>, Error> {
+            if filter == Filter::Exponential {
+                decode_filter_exp(&mut bytes, count, stride, workspace)?;
+            }
+            Ok(bytes)
+        };
+        decoded.and_then(filtered).map_err(|e| format!("meshopt compression: {e}"))
+    }
+}
+
+#[cfg(not(feature = "meshopt"))]
+mod codec {
+    use super::super::document::Compressed;
+
+    pub(super) fn decode(_: &Compressed, _: &[u8]) -> Result<Vec<u8>, String> {
+        Err("this build does not read meshopt compression; build with `--features meshopt`, or export without it".to_owned())
+    }
+}
