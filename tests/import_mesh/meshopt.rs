@@ -64,7 +64,7 @@ fn lies_about_compressed_bytes_are_refused() {
         ("count", json!(213), "meshopt compression"),
         ("byteStride", json!(12), "meshopt compression"),
         ("byteLength", json!(890), "meshopt compression"),
-        ("byteLength", json!(1 << 40), "in a buffer of"),
+        ("byteLength", json!(1u64 << 40), "in a buffer of"),
         ("filter", json!("OCTAHEDRAL"), "no such meshopt filter"),
         ("mode", json!("SOMEHOW"), "unknown variant `SOMEHOW`"),
     ];
