@@ -3,6 +3,8 @@
 //! Based on: Khronos Group, *EXT_meshopt_compression*, 2021; the codecs are the crate `meshoptimizer-rs`'s. Only what positions and
 //! indices may have is decoded: no filters for normals, quaternions and colours.
 
+#[cfg(feature = "meshopt")]
+use super::document::Mode;
 use super::document::{Compressed, Filter};
 
 /// Decoded bytes are at most so many times the compressed ones. Triangles take a byte or more for 12; corners of meshes a half or more for
@@ -24,7 +26,7 @@ pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String
 
 #[cfg(feature = "meshopt")]
 mod codec {
-    use super::super::document::{Compressed, Filter, Mode};
+    use super::{Compressed, Filter, Mode};
     use meshoptimizer_rs::codec::{decode_filter_exp, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
     use meshoptimizer_rs::{Error, Workspace};
 
@@ -48,7 +50,7 @@ mod codec {
 
 #[cfg(not(feature = "meshopt"))]
 mod codec {
-    use super::super::document::Compressed;
+    use super::Compressed;
 
     pub(super) fn decode(_: &Compressed, _: &[u8]) -> Result<Vec<u8>, String> {
         Err("this build does not read meshopt compression; build with `--features meshopt`, or export without it".to_owned())
