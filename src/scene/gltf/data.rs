@@ -89,9 +89,10 @@ impl<'a> Buffers<'a> {
             cell.get_or_init(|| bytes);
         }
         let bytes = cell.get().map_or(&[][..], |b| b);
-        bytes.get(..entry.byte_length).ok_or_else(|| {
-            broken(format!("bufferView {view}: {} bytes, {} of them compressed", entry.byte_length, bytes.len()))
-        })
+        if bytes.len() != entry.byte_length {
+            return Err(broken(format!("bufferView {view}: {} bytes, {} when decoded", entry.byte_length, bytes.len())));
+        }
+        Ok(bytes)
     }
 
     /// `count` elements of `size` bytes in a buffer view, from `offset`. A stride below the element's size is refused, so
