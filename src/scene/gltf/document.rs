@@ -269,7 +269,7 @@ pub(super) struct Compressed {
 }
 
 /// How a view is compressed.
-#[derive(Deserialize, Clone, Copy)]
+#[derive(Deserialize, Clone, Copy, Debug)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) enum Mode {
     Attributes,

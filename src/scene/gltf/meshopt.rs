@@ -6,6 +6,10 @@
 #[cfg(feature = "meshopt")]
 use super::document::Mode;
 use super::document::{Compressed, Filter};
+#[cfg(feature = "meshopt")]
+use meshoptimizer_rs::codec::{decode_filter_exp, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
+#[cfg(feature = "meshopt")]
+use meshoptimizer_rs::{Error, Workspace};
 
 /// Decoded bytes are at most so many times the compressed ones. Triangles take a byte or more for 12; corners of meshes a half or more for
 /// 12. More: a small file takes much memory. Less: regular grids are refused.
@@ -21,38 +25,29 @@ pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String
     if !matches!(view.filter, Filter::None | Filter::Exponential) {
         return Err("positions and indices have no such meshopt filter".to_owned());
     }
-    codec::decode(view, source)
+    codec(view, source)
 }
 
 #[cfg(feature = "meshopt")]
-mod codec {
-    use super::{Compressed, Filter, Mode};
-    use meshoptimizer_rs::codec::{decode_filter_exp, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
-    use meshoptimizer_rs::{Error, Workspace};
-
-    pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String> {
-        let Compressed { count, byte_stride: stride, mode, filter, .. } = *view;
-        let workspace = &mut Workspace::default();
-        let decoded = match mode {
-            Mode::Attributes => decode_vertex_buffer(count, stride, source, workspace),
-            Mode::Triangles => decode_index_buffer(count, stride, source, workspace),
-            Mode::Indices => decode_index_sequence(count, stride, source, workspace),
-        };
-        let filtered = |mut bytes: Vec<u8>| -> Result<Vec<u8>, Error> {
-            if filter == Filter::Exponential {
-                decode_filter_exp(&mut bytes, count, stride, workspace)?;
-            }
-            Ok(bytes)
-        };
-        decoded.and_then(filtered).map_err(|e| format!("meshopt compression: {e}"))
-    }
+fn codec(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String> {
+    let Compressed { count, byte_stride: stride, mode, filter, .. } = *view;
+    let workspace = &mut Workspace::default();
+    let decoded = match mode {
+        Mode::Attributes => decode_vertex_buffer(count, stride, source, workspace),
+        Mode::Triangles => decode_index_buffer(count, stride, source, workspace),
+        Mode::Indices => decode_index_sequence(count, stride, source, workspace),
+    };
+    let filtered = |mut bytes: Vec<u8>| -> Result<Vec<u8>, Error> {
+        if filter == Filter::Exponential {
+            decode_filter_exp(&mut bytes, count, stride, workspace)?;
+        }
+        Ok(bytes)
+    };
+    decoded.and_then(filtered).map_err(|e| format!("meshopt compression: {e}"))
 }
 
 #[cfg(not(feature = "meshopt"))]
-mod codec {
-    use super::Compressed;
-
-    pub(super) fn decode(_: &Compressed, _: &[u8]) -> Result<Vec<u8>, String> {
-        Err("this build does not read meshopt compression; build with `--features meshopt`, or export without it".to_owned())
-    }
+fn codec(view: &Compressed, _: &[u8]) -> Result<Vec<u8>, String> {
+    let mode = format!("{:?}", view.mode).to_lowercase();
+    Err(format!("{mode} in meshopt compression; build with `--features meshopt`, or export without it"))
 }
