@@ -58,11 +58,10 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         Strategy::Volume => volume(scene, human, options.voxel, 0.0, reason),
         _ => from_columns(scene, human, strategy, reason),
     };
-    if strategy == Strategy::Plan && options.strategy.is_none() {
-        if let Some(least) = trial(scene, human.metre, &graph) {
-            let voxels = |reason| volume(scene, human, options.voxel, least, reason);
-            graph = better(graph, scene.tolerance().coplanar, voxels);
-        }
+    let may_try = strategy == Strategy::Plan && options.strategy.is_none();
+    if let Some(least) = may_try.then(|| trial(scene, human.metre, &graph)).flatten() {
+        let voxels = |reason| volume(scene, human, options.voxel, least, reason);
+        graph = better(graph, scene.tolerance().coplanar, voxels);
     }
     name_openings(scene, &mut graph.portals, human);
     find_states(scene, &mut graph.portals);
