@@ -171,9 +171,7 @@ impl BakeReport {
             findings: audit.map(|a| a.findings.clone()),
         })
     }
-}
 
-impl BakeReport {
     /// What to do where portals and rows save nothing.
     fn advice(&self) -> String {
         let why = if self.cells == self.open_cells {

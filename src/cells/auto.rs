@@ -4,12 +4,12 @@
 //! the plan. Voxels are tried too where the plan closes no cell, or comes out ragged: levels of slopes and rock give it many portals to
 //! a cell, buildings few. What closes a cell, or has fewer portals to a cell, is kept.
 
-use super::volume::VOXELS_A_BRICK;
+use super::volume::{VOXELS_A_BRICK, opaque_structure};
 use super::{CellGraph, Strategy};
 use crate::cells::authored::audit::audit_rooms;
 use crate::cells::validate::structure;
 use crate::geom::newell;
-use crate::scene::{Role, Scene};
+use crate::scene::{Scene, triangle_area};
 
 /// Rooms of an author are taken where at least this share of them is sound.
 const SOUND_SHARE: f64 = 0.5;
@@ -42,15 +42,12 @@ pub(super) fn choose(scene: &Scene) -> (Strategy, String) {
 
 fn by_shape(scene: &Scene) -> (Strategy, String) {
     let (mut upright, mut steep) = (0.0, 0.0);
-    for object in scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown)) {
-        for t in object.triangles.clone() {
-            let c = scene.corners(t as usize);
-            let n = newell(&c.map(|p| p - c[0]));
-            let (area, up) = (n.length(), n.y.abs());
-            if up <= FLOOR_NORMAL * area {
-                steep += area;
-                upright += if up <= WALL_NORMAL * area { area } else { 0.0 };
-            }
+    for c in opaque_structure(scene) {
+        let n = newell(&c.map(|p| p - c[0]));
+        let (area, up) = (n.length(), n.y.abs());
+        if up <= FLOOR_NORMAL * area {
+            steep += area;
+            upright += if up <= WALL_NORMAL * area { area } else { 0.0 };
         }
     }
     let share: f64 = if steep > 0.0 { upright / steep } else { 1.0 };
@@ -67,16 +64,13 @@ fn closed_cells(graph: &CellGraph) -> usize {
     graph.cells.iter().filter(|c| !c.open).count()
 }
 
-/// The least edge of voxels to try beside this plan, metres; `None` where they can't do better, or would take long. `metre` is a person's.
+/// The least edge of voxels to try beside this plan, metres; `None` where they can't do better, or would take long. `metre` is a
+/// person's.
 pub(super) fn trial(scene: &Scene, metre: f64, plan: &CellGraph) -> Option<f64> {
     if closed_cells(plan) > 0 {
         return (portals_a_cell(plan) > RAGGED_PORTALS).then_some(0.0);
     }
-    let area = |t: u32| {
-        let c = scene.corners(t as usize);
-        0.5 * newell(&c.map(|p| p - c[0])).length()
-    };
-    let surface: f64 = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()).map(area).sum();
+    let surface: f64 = opaque_structure(scene).map(triangle_area).sum();
     let edge = (surface / MOST_BRICKS).sqrt() / VOXELS_A_BRICK;
     (edge <= COARSEST * metre).then_some(edge)
 }
@@ -86,13 +80,14 @@ pub(super) fn trial(scene: &Scene, metre: f64, plan: &CellGraph) -> Option<f64> 
 pub(super) fn better(mut plan: CellGraph, tolerance: f64, volume: impl FnOnce(String) -> CellGraph) -> CellGraph {
     let mut voxels = volume(plan.reason.clone());
     voxels.link();
-    let [closed, ragged] = [[&plan, &voxels].map(closed_cells).map(|n| n as f64), [&plan, &voxels].map(portals_a_cell)];
-    let says = if closed[0] == 0.0 {
-        format!("the plan closes no cell, voxels {}", closed[1])
+    let (is_better, says) = if closed_cells(&plan) == 0 {
+        let closed = closed_cells(&voxels);
+        (closed > 0, format!("the plan closes no cell, voxels {closed}"))
     } else {
-        format!("the plan has {:.1} portals a cell, voxels {:.1}", ragged[0], ragged[1])
+        let [of_plan, of_voxels] = [&plan, &voxels].map(portals_a_cell);
+        let says = format!("the plan has {of_plan:.1} portals a cell, voxels {of_voxels:.1}");
+        (of_voxels < of_plan && voxels.cells.len() > 1, says)
     };
-    let is_better = if closed[0] == 0.0 { closed[1] > 0.0 } else { ragged[1] < ragged[0] && voxels.cells.len() > 1 };
     if !is_better {
         plan.reason = format!("{}; the plan kept: {says}", plan.reason);
         return plan;
@@ -110,7 +105,7 @@ mod tests {
     use super::super::{Cell, Piece};
     use super::*;
     use crate::geom::{Aabb, Plane};
-    use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
+    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
     use glam::DVec3;
 
     /// Boxes as cells, without portals: from x to x + 1, and whether each is open.

@@ -44,8 +44,8 @@ impl HumanScale {
     pub const METRES: Self = Self { metre: 1.0 };
 
     /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits and leaves the
-    /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor is taken to be in metres if it is 3 to 400 of them
-    /// across, and else to be 100 m across.
+    /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor is taken
+    /// to be in metres if it is 3 to 400 of them across, and else to be 100 m across.
     pub fn of(scene: &Scene) -> Self {
         let Some(height) = ceiling(scene) else {
             let diagonal = scene.bounds().diagonal();

@@ -63,8 +63,7 @@ pub(super) const VOXELS_A_BRICK: f64 = grid::SIDE as f64;
 pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, least: f64, reason: String) -> CellGraph {
     let tolerance = scene.tolerance();
     let bounds = scene.bounds();
-    let opaque = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
-    let triangles: Vec<[DVec3; 3]> = opaque.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
+    let triangles: Vec<[DVec3; 3]> = opaque_structure(scene).collect();
     let fitting = (bounds.diagonal() / VOXELS_ALONG).clamp(FINEST * human.metre, VOXEL * human.metre);
     let size = bounds.size() / VOXELS_A_BRICK;
     let affordable = (size.x.max(1e-9) * size.y.max(1e-9) * size.z.max(1e-9) / MOST_BRICKS).cbrt();
@@ -127,6 +126,12 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, least
         smallest_hole: adjacency::smallest_hole(&tolerance),
         notes,
     }
+}
+
+/// Triangles that may part space: what is opaque, and a part of the building for all that is known.
+pub(super) fn opaque_structure(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
+    let objects = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
+    objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize))
 }
 
 /// Cells of the regions that have pieces, and the cell of each region; `beyond` is the one beyond the rim of the domain.
