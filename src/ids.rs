@@ -5,7 +5,7 @@ use std::fmt;
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
         #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
         #[cfg_attr(feature = "bake", serde(transparent))]
         pub struct $name(pub u32);
@@ -37,6 +37,10 @@ id! {
 id! {
     /// An object of a [`crate::scene::Scene`].
     ObjectId
+}
+id! {
+    /// A view cell of a [`crate::file::PvsFile`].
+    ViewCellId
 }
 id! {
     /// A portal with a direction: `2 * portal + side`.

@@ -15,7 +15,7 @@ const MAY_USE: [(&str, &[&str]); 14] = [
     ("pvs", &["scene", "cells"]),
     ("level", &["pvs"]),
     (WRITERS, &["file", "scene", "cells", "pvs"]),
-    ("bake", &["scene", "cells", "pvs", "file"]),
+    ("bake", &["scene", "cells", "pvs", "file", "runtime"]),
     ("proof", &["scene", "cells", "pvs", "file"]),
     ("walkthrough", &["scene", "file", "occlusion", "runtime"]),
     ("verify", &["scene", "file", "walkthrough::path", "level::Level"]),

@@ -1,15 +1,16 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
 mod report;
+mod worth;
 
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 
 use crate::cells::validate::stage;
-use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen, split};
+use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen, split, undivided};
 use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
 use crate::pvs::view_cells::{self, ViewRows};
-use crate::pvs::{self, PvsOptions};
+use crate::pvs::{self, Guarantee, PvsOptions};
 use crate::scene::{ImportOptions, Scene};
 use serde::Serialize;
 use std::time::Instant;
@@ -98,6 +99,26 @@ pub fn digest(scene: &Scene, options: &BakeOptions) -> u128 {
     xxh3_128(&bytes)
 }
 
+/// Of the rays, this fraction is cast for one open cell, whose row is everything whatever they show.
+const FOR_ONE_CELL: f64 = 0.02;
+
+/// Portals that draw more of the frustum than this are not worth a graph: all is one open cell.
+const WORTH: f64 = 0.95;
+
+/// Splits a scene; where nobody asked for a strategy and no wall would keep anything from being drawn, into one open cell. A tree of walls
+/// is quick to build, and tells before a plan is searched for rooms.
+fn split_if_worth(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
+    if options.strategy.is_none() && scene.hints.rooms.is_empty() {
+        let walls = split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options })?;
+        let share = worth::drawn_share(scene, &walls);
+        if share > WORTH {
+            let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
+            return Ok(CellGraph { reason, ..undivided(scene) });
+        }
+    }
+    split(scene, options)
+}
+
 /// Splits, works out visibility, and packs.
 ///
 /// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
@@ -112,7 +133,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let found = options.given.is_none();
     let mut graph = match options.given {
         Some(graph) => graph,
-        None => work.once(|| split(scene, &options.split))?,
+        None => work.once(|| split_if_worth(scene, &options.split))?,
     };
     let audit = (graph.strategy == Strategy::Authored).then(|| audit(scene, &graph));
     if found {
@@ -124,7 +145,12 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     // 2. Both sides of what can be seen.
     let start = Instant::now();
     let room = (options.memory / 4 / pvs::WITNESS_BYTES) as usize;
-    let pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };
+    let mut pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };
+    let sees_all = matches!(&graph.cells[..], [only] if only.open) && pvs_options.ship == Guarantee::Conservative;
+    if sees_all && options.view_cells.is_empty() {
+        pvs_options.ray_budget = (pvs_options.ray_budget as f64 * FOR_ONE_CELL) as u64;
+        graph.notes.push(format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget));
+    }
     let pvs = pvs::bake(scene, graph, &pvs_options, work)?;
     if found {
         stage("mending", &pvs.graph, scene, SEGMENTS);

@@ -1,27 +1,30 @@
 //! Which strategy a scene gets when nobody asks for one: decided by what is measured in it, said in one line.
 //!
-//! The author's rooms, where most of them are sound; voxels, where little of what isn't level stands upright, as in caves; else
-//! the plan. Voxels are tried too where the plan closes no cell, or comes out ragged: levels of slopes and rock give it many portals to
-//! a cell, buildings few. What closes a cell, or has fewer portals to a cell, is kept.
+//! The author's rooms, where most of them are sound; a tree of walls, where little of what isn't level stands upright, as in caves, or
+//! where nothing has a ceiling; else the plan. The tree is tried too where the plan closes no cell, or comes out ragged: levels of slopes and
+//! rock give it many portals to a cell, buildings few. What closes a cell, or has fewer portals to a cell, is kept.
 
-use super::volume::{VOXELS_A_BRICK, opaque_structure};
+use super::bsp::planes::opaque_structure;
 use super::{CellGraph, Strategy};
 use crate::cells::authored::audit::audit_rooms;
 use crate::cells::validate::structure;
 use crate::geom::newell;
-use crate::scene::{Scene, triangle_area};
+use crate::random::SplitMix;
+use crate::scene::Scene;
+use crate::scene::rays::RayScene;
+use glam::DVec3;
 
 /// Rooms of an author are taken where at least this share of them is sound.
 const SOUND_SHARE: f64 = 0.5;
 /// A plan is tried where this share of what isn't level stands upright: in houses with roofs 0.75 and more.
 const UPRIGHT_SHARE: f64 = 0.5;
-/// A plan with more portals than this to a cell is ragged: buildings have 1 to 20, a villa with a dome 24.
-const RAGGED_PORTALS: f64 = 28.0;
-/// Voxels are tried beside a plan that closes nothing where so many bricks hold the surfaces of the scene (ten seconds), and where
-/// voxels of a third of a doorway are enough for that, metres of a person. More of either: minutes for models that nothing closes, as
-/// cities. Less: dungeons stay one open cell.
-const MOST_BRICKS: f64 = 100e3;
-const COARSEST: f64 = 0.3;
+/// A plan with more portals than this to a cell is ragged: buildings have 1 to 20, a villa with a dome 26.
+const RAGGED_PORTALS: f64 = 27.0;
+/// A scene has ceilings where something is above this share of what is level. More: a house on a large site has none. Less: cities are
+/// searched for rooms.
+const COVERED_SHARE: f64 = 0.05;
+/// Lines that look for ceilings.
+const LINES: usize = 1024;
 /// The vertical part of a wall's unit normal is at most this; that of a floor's is at least `FLOOR_NORMAL`.
 const WALL_NORMAL: f64 = 0.05;
 const FLOOR_NORMAL: f64 = 0.98;
@@ -51,8 +54,16 @@ fn by_shape(scene: &Scene) -> (Strategy, String) {
         }
     }
     let share: f64 = if steep > 0.0 { upright / steep } else { 1.0 };
-    let strategy = if share >= UPRIGHT_SHARE { Strategy::Plan } else { Strategy::Volume };
-    (strategy, format!("{:.0} % of what is not level stands upright", 100.0 * share))
+    let why = format!("{:.0} % of what is not level stands upright", 100.0 * share);
+    if share < UPRIGHT_SHARE {
+        return (Strategy::Bsp, why);
+    }
+    match covered(scene) {
+        Some(covered) if covered < COVERED_SHARE => {
+            (Strategy::Bsp, format!("something is above {:.0} % of what is level", 100.0 * covered))
+        }
+        _ => (Strategy::Plan, why),
+    }
 }
 
 fn portals_a_cell(graph: &CellGraph) -> f64 {
@@ -64,46 +75,65 @@ fn closed_cells(graph: &CellGraph) -> usize {
     graph.cells.iter().filter(|c| !c.open).count()
 }
 
-/// The least edge of voxels to try beside this plan, metres; `None` where they can't do better, or would take long. `metre` is a
-/// person's.
-pub(super) fn trial(scene: &Scene, metre: f64, plan: &CellGraph) -> Option<f64> {
-    if closed_cells(plan) > 0 {
-        return (portals_a_cell(plan) > RAGGED_PORTALS).then_some(0.0);
+/// The share of what is level that something is above; `None` where nothing is level.
+fn covered(scene: &Scene) -> Option<f64> {
+    let mut level: Vec<(f64, [DVec3; 3])> = Vec::new();
+    let mut area = 0.0;
+    for c in opaque_structure(scene) {
+        let n = newell(&c.map(|p| p - c[0]));
+        if n.y.abs() > FLOOR_NORMAL * n.length() {
+            area += n.length();
+            level.push((area, c));
+        }
     }
-    let surface: f64 = opaque_structure(scene).map(triangle_area).sum();
-    let edge = (surface / MOST_BRICKS).sqrt() / VOXELS_A_BRICK;
-    (edge <= COARSEST * metre).then_some(edge)
+    let (rays, mut random) = (RayScene::new(scene), SplitMix::new(0));
+    let off = 4.0 * scene.tolerance().clearance;
+    let is_covered = |_: &usize| {
+        let at = random.unit() * area;
+        let (_, c) = level[level.partition_point(|l| l.0 <= at).min(level.len() - 1)];
+        let (u, v) = (random.unit(), random.unit());
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        let p = c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v + DVec3::Y * off;
+        rays.first_opaque(p, DVec3::Y, f64::INFINITY).is_some()
+    };
+    (!level.is_empty()).then(|| (0..LINES).filter(is_covered).count() as f64 / LINES as f64)
 }
 
-/// A poor plan, or what voxels give: whichever closes cells where the other doesn't, else has fewer portals to a cell; voxels only where
-/// they validate, to `tolerance` metres.
-pub(super) fn better(mut plan: CellGraph, tolerance: f64, volume: impl FnOnce(String) -> CellGraph) -> CellGraph {
-    let mut voxels = volume(plan.reason.clone());
-    voxels.link();
+/// Whether another graph should be tried beside this plan.
+pub(super) fn is_poor(plan: &CellGraph) -> bool {
+    closed_cells(plan) == 0 || portals_a_cell(plan) > RAGGED_PORTALS
+}
+
+/// A poor plan, or a tree of walls: whichever closes cells where the other doesn't, else has fewer portals to a cell; the tree only
+/// where it validates, to `tolerance` metres.
+pub(super) fn better(mut plan: CellGraph, tolerance: f64, bsp: impl FnOnce(String) -> CellGraph) -> CellGraph {
+    let mut walls = bsp(plan.reason.clone());
+    walls.link();
     let (is_better, says) = if closed_cells(&plan) == 0 {
-        let closed = closed_cells(&voxels);
-        (closed > 0, format!("the plan closes no cell, voxels {closed}"))
+        let closed = closed_cells(&walls);
+        (closed > 0, format!("the plan closes no cell, bsp {closed}"))
     } else {
-        let [of_plan, of_voxels] = [&plan, &voxels].map(portals_a_cell);
-        let says = format!("the plan has {of_plan:.1} portals a cell, voxels {of_voxels:.1}");
-        (of_voxels < of_plan && voxels.cells.len() > 1, says)
+        let [of_plan, of_walls] = [&plan, &walls].map(portals_a_cell);
+        let says = format!("the plan has {of_plan:.1} portals a cell, bsp {of_walls:.1}");
+        (of_walls < of_plan && walls.cells.len() > 1, says)
     };
     if !is_better {
         plan.reason = format!("{}; the plan kept: {says}", plan.reason);
         return plan;
     }
-    if !structure(&voxels, tolerance).is_empty() {
-        plan.reason = format!("{}; the plan kept: {says}, which don't validate", plan.reason);
+    if !structure(&walls, tolerance).is_empty() {
+        plan.reason = format!("{}; the plan kept: {says}, which doesn't validate", plan.reason);
         return plan;
     }
-    voxels.reason = format!("{}; voxels kept: {says}", plan.reason);
-    voxels
+    walls.reason = format!("{}; bsp kept: {says}", plan.reason);
+    walls
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Cell, Piece};
+    use super::super::{Cell, Piece, Portal, PortalKind, PortalState};
     use super::*;
+    use crate::CellId;
     use crate::geom::{Aabb, Plane};
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
     use glam::DVec3;
@@ -120,36 +150,53 @@ mod tests {
     }
 
     #[test]
-    fn voxels_are_kept_where_they_alone_close_a_cell_and_are_sound() {
+    fn walls_are_kept_where_they_alone_close_a_cell_and_are_sound() {
         let plan = || graph(Strategy::Plan, &[(0.0, true)]);
-        let kept = |voxels: &[(f64, bool)]| better(plan(), 1e-6, |_| graph(Strategy::Volume, voxels));
+        let kept = |walls: &[(f64, bool)]| better(plan(), 1e-6, |_| graph(Strategy::Bsp, walls));
         let better = kept(&[(0.0, true), (2.0, false), (4.0, false)]);
-        assert_eq!(better.strategy, Strategy::Volume);
-        assert_eq!(better.reason, "told; voxels kept: the plan closes no cell, voxels 2");
+        assert_eq!(better.strategy, Strategy::Bsp);
+        assert_eq!(better.reason, "told; bsp kept: the plan closes no cell, bsp 2");
         let open = kept(&[(0.0, true), (2.0, true)]);
         assert_eq!((open.strategy, open.cells.len()), (Strategy::Plan, 1));
-        assert_eq!(open.reason, "told; the plan kept: the plan closes no cell, voxels 0");
+        assert_eq!(open.reason, "told; the plan kept: the plan closes no cell, bsp 0");
         // Two cells in the same place.
         let unsound = kept(&[(0.0, true), (2.0, false), (2.0, false)]);
         assert_eq!(unsound.strategy, Strategy::Plan, "{}", unsound.reason);
-        assert!(unsound.reason.ends_with("which don't validate"), "{}", unsound.reason);
+        assert!(unsound.reason.ends_with("which doesn't validate"), "{}", unsound.reason);
     }
 
     #[test]
-    fn voxels_are_tried_beside_an_open_plan_unless_the_scene_is_too_large() {
-        let ground = |side: f64| {
-            let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-            let positions = [(0., 0.), (side, 0.), (side, side), (0., side)].map(|(x, z)| DVec3::new(x, 0., z)).to_vec();
-            let (node, triangles) = ("ground".to_owned(), vec![[0, 1, 2], [0, 2, 3]]);
-            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
-            builder.finish("ground").unwrap()
+    fn a_plan_without_a_closed_cell_is_poor_and_so_is_a_ragged_one() {
+        let mut plan = graph(Strategy::Plan, &[(0.0, true)]);
+        assert!(is_poor(&plan));
+        plan.cells[0].open = false;
+        assert!(!is_poor(&plan));
+        let portal = Portal {
+            cells: [CellId(0); 2],
+            plane: Plane { n: DVec3::X, d: 0.0 },
+            winding: Vec::new(),
+            kind: PortalKind::Opening,
+            state: PortalState::default(),
+            source: None,
         };
-        let open = graph(Strategy::Plan, &[(0.0, true)]);
-        // A square of 80 m has 10,000 bricks of voxels of 0.1 m; a city of 5,120 m has too many of voxels of 0.3 m.
-        let edge = trial(&ground(80.0), 1.0, &open).expect("a yard is tried");
-        assert!((edge * VOXELS_A_BRICK - 80.0 / MOST_BRICKS.sqrt()).abs() < 1e-9, "{edge}");
-        assert_eq!(trial(&ground(5120.0), 1.0, &open), None);
-        // What is closed and has few portals is left alone.
-        assert_eq!(trial(&ground(80.0), 1.0, &graph(Strategy::Plan, &[(0.0, true), (2.0, false)])), None);
+        plan.portals = vec![portal; 28];
+        assert!(is_poor(&plan));
+    }
+
+    #[test]
+    fn ceilings_are_what_is_above_something_level() {
+        let sheets = |heights: &[f64]| {
+            let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+            for &y in heights {
+                let positions = [(0., 0.), (9., 0.), (9., 9.), (0., 9.)].map(|(x, z)| DVec3::new(x, y, z)).to_vec();
+                let (node, triangles) = (format!("at {y}"), vec![[0, 1, 2], [0, 2, 3]]);
+                builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+            }
+            builder.finish("sheets").unwrap()
+        };
+        assert_eq!(covered(&sheets(&[0.0])), Some(0.0));
+        // Of three sheets, two have something above them.
+        let share = covered(&sheets(&[0.0, 3.0, 6.0])).unwrap();
+        assert!((share - 2.0 / 3.0).abs() < 0.06, "{share}");
     }
 }

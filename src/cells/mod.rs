@@ -5,6 +5,7 @@
 
 mod authored;
 mod auto;
+mod bsp;
 mod coarsen;
 mod complex;
 mod convex;
@@ -29,7 +30,7 @@ pub use given::indoorgml::read_indoorgml;
 pub use given::view_cells::{ViewCell, read_view_cells};
 pub use locate::{Locator, Stretch};
 pub use placement::place_objects;
-pub use split::{SplitError, SplitOptions, split};
+pub use split::{SplitError, SplitOptions, split, undivided};
 
 use crate::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};

@@ -2,7 +2,9 @@
 
 use super::{Cell, CellGraph, Strategy, authored};
 use crate::cells::authored::audit::unsound;
-use crate::cells::auto::{better, choose, trial};
+use crate::cells::auto::{better, choose, is_poor};
+use crate::cells::bsp::bsp;
+use crate::cells::bsp::graph::cells as cells_of_parts;
 use crate::cells::complex::arrange::arrange;
 use crate::cells::complex::assemble::{Complex, around, pieces, portals};
 use crate::cells::complex::bands::{Band, bands};
@@ -29,6 +31,8 @@ pub struct SplitOptions {
     pub strategy: Option<Strategy>,
     /// Edge of a voxel, metres, for [`Strategy::Volume`]; `None` takes what fits the scene.
     pub voxel: Option<f64>,
+    /// Surfaces smaller than this, metres, make no cells, for [`Strategy::Bsp`]; `None` takes what fits a person.
+    pub smallest_occluder: Option<f64>,
     /// Whether the scene is in metres for certain: thresholds for rooms and doors then don't follow how high its rooms are.
     pub in_metres: bool,
 }
@@ -55,18 +59,33 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         None => choose(scene),
     };
     let mut graph = match strategy {
-        Strategy::Volume => volume(scene, human, options.voxel, 0.0, reason),
+        Strategy::Volume => volume(scene, human, options.voxel, reason),
+        Strategy::Bsp => bsp(scene, human, options.smallest_occluder, reason),
         _ => from_columns(scene, human, strategy, reason),
     };
     let may_try = strategy == Strategy::Plan && options.strategy.is_none();
-    if let Some(least) = may_try.then(|| trial(scene, human.metre, &graph)).flatten() {
-        let voxels = |reason| volume(scene, human, options.voxel, least, reason);
-        graph = better(graph, scene.tolerance().coplanar, voxels);
+    if may_try && is_poor(&graph) {
+        let walls = |reason| bsp(scene, human, options.smallest_occluder, reason);
+        graph = better(graph, scene.tolerance().coplanar, walls);
     }
     name_openings(scene, &mut graph.portals, human);
     find_states(scene, &mut graph.portals);
     graph.link();
     Ok(graph)
+}
+
+/// A scene as one open cell, without a portal.
+pub fn undivided(scene: &Scene) -> CellGraph {
+    let human = HumanScale::of(scene);
+    let (cells, _) = cells_of_parts(Vec::new(), None, human.domain(scene.bounds()));
+    CellGraph {
+        strategy: Strategy::Bsp,
+        reason: String::new(),
+        cells,
+        portals: Vec::new(),
+        smallest_hole: scene.tolerance().smallest_hole(),
+        notes: human.note().into_iter().collect(),
+    }
 }
 
 /// By labels on the column complex.

@@ -15,6 +15,9 @@ pub struct SceneFlags {
     /// Edge of a voxel, for --cells volume [default: what fits the scene]
     #[arg(long, value_name = "METRES")]
     pub voxel: Option<f64>,
+    /// Surfaces smaller than this make no cells, for --cells bsp [default: 2.5 m of a person]
+    #[arg(long, value_name = "METRES")]
+    pub smallest_occluder: Option<f64>,
     /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
     #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
     pub cells_file: Option<PathBuf>,
@@ -38,6 +41,7 @@ pub enum CellsFlag {
     Authored,
     Plan,
     Volume,
+    Bsp,
 }
 
 /// Rays where nothing is said.
@@ -54,8 +58,10 @@ impl SceneFlags {
         if self.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
             return Err(CliError("--unit takes metres per unit, above 0".into()));
         }
-        if self.voxel.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
-            return Err(CliError("--voxel takes metres, above 0".into()));
+        for (flag, value) in [("--voxel", self.voxel), ("--smallest-occluder", self.smallest_occluder)] {
+            if value.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
+                return Err(CliError(format!("{flag} takes metres, above 0")));
+            }
         }
         Ok(())
     }
@@ -74,8 +80,10 @@ impl SceneFlags {
             CellsFlag::Authored => Some(Strategy::Authored),
             CellsFlag::Plan => Some(Strategy::Plan),
             CellsFlag::Volume => Some(Strategy::Volume),
+            CellsFlag::Bsp => Some(Strategy::Bsp),
         };
-        SplitOptions { strategy, voxel: self.voxel, in_metres: self.unit.is_some() }
+        let Self { voxel, smallest_occluder, .. } = *self;
+        SplitOptions { strategy, voxel, smallest_occluder, in_metres: self.unit.is_some() }
     }
 
     /// Cells and portals of the user's own; IndoorGML is a ready graph, unless another way to find cells is asked for.
@@ -90,6 +98,7 @@ impl SceneFlags {
         let cells = self.cells.to_possible_value().map(|v| v.get_name().to_owned());
         flags.extend(cells.filter(|_| self.cells != CellsFlag::Auto).map(|v| ("--cells", v)));
         flags.extend(self.voxel.map(|v| ("--voxel", v.to_string())));
+        flags.extend(self.smallest_occluder.map(|v| ("--smallest-occluder", v.to_string())));
         flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
         flags.extend(Some(count::text(self.rays)).filter(|rays| rays != RAYS).map(|rays| ("--rays", rays)));
         let triangles = self.object_triangles;

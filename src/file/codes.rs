@@ -7,7 +7,8 @@ use crate::types::strategy::Strategy;
 /// By code.
 pub(super) const GUARANTEES: [Guarantee; 2] = [Guarantee::Conservative, Guarantee::Sampled];
 /// By code.
-pub(super) const STRATEGIES: [Strategy; 4] = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume];
+pub(super) const STRATEGIES: [Strategy; 5] =
+    [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume, Strategy::Bsp];
 /// By code.
 pub(super) const PORTAL_KINDS: [PortalKind; 3] = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
 
@@ -26,6 +27,7 @@ pub(super) fn strategy_code(strategy: Strategy) -> u8 {
         Strategy::Plan => 1,
         Strategy::Given => 2,
         Strategy::Volume => 3,
+        Strategy::Bsp => 4,
     }
 }
 

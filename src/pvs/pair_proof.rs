@@ -54,7 +54,7 @@ impl PairFlow {
     /// Lays out portals and objects. `placement` and `object_bounds` as in [`flow::FlowInput`]; `coplanar`: likewise, metres.
     pub fn new(graph: &CellGraph, placement: &BitMatrix, object_bounds: &[Aabb], coplanar: f64) -> Self {
         let net = Net::of_graph(graph, coplanar);
-        let (might_see, boxes) = (MightSee::new(&net), Boxes::new(&net, placement, object_bounds));
+        let (might_see, boxes) = (MightSee::new(&net), Boxes::new(&net, graph, placement, object_bounds));
         Self { net, might_see, boxes }
     }
 

@@ -1,7 +1,7 @@
 //! A frame without queries: by nothing, the frustum, portals, rows, or portals and rows.
 
 use super::boxes::{Boxes, HalfSpaces, LANES};
-use super::culler::{Culler, bit};
+use super::culler::{Culler, ViewCells, bit};
 use super::frustum::{Camera, Octagon};
 use super::locate::Homes;
 use super::mode::Mode;
@@ -17,7 +17,7 @@ impl Culler {
     pub fn cull<'s>(&self, camera: &Camera, mode: Mode, scratch: &'s mut Scratch) -> VisibleSet<'s> {
         scratch.begin(self);
         let homes = match mode {
-            Mode::None | Mode::Frustum => Homes::NONE,
+            Mode::None | Mode::Frustum => Homes::none(),
             Mode::Portals | Mode::Pvs | Mode::Both => self.locate(camera.eye, scratch),
         };
         scratch.stats.capped += u64::from(homes.overflow);
@@ -28,11 +28,15 @@ impl Culler {
             Mode::Portals | Mode::Pvs | Mode::Both if lost => self.take_frustum(camera, scratch),
             Mode::Pvs => {
                 self.join_rows(homes.as_slice(), scratch);
+                self.narrow_row(camera.eye, scratch);
                 self.take(Some(camera), scratch);
                 scratch.stats.cells = scratch.cell_row.iter().map(|w| u64::from(w.count_ones())).sum();
             }
             Mode::Portals | Mode::Both => {
                 self.join_rows(if mode == Mode::Both { homes.as_slice() } else { &[] }, scratch);
+                if mode == Mode::Both {
+                    self.narrow_row(camera.eye, scratch);
+                }
                 let eye = Eye::new(camera, self, None);
                 portals::traverse(self, camera, &eye, homes.as_slice(), &Octagon::FULL, scratch);
             }
@@ -83,6 +87,15 @@ impl Culler {
         };
         join(self.object_rows.as_ref(), self.object_count(), &mut scratch.object_row);
         join(self.cell_rows.as_ref(), self.cell_count(), &mut scratch.cell_row);
+    }
+
+    /// Takes from the joined row what a view cell of the eye doesn't see. An eye on the boundary of a view cell is not in it.
+    fn narrow_row(&self, eye: Vec3, scratch: &mut Scratch) {
+        let Some(ViewCells { locator, rows }) = &self.views else { return };
+        let homes = locator.locate(eye, -self.tolerance, &mut u32::MAX.clone());
+        for view in homes.as_slice() {
+            scratch.object_row.iter_mut().zip(rows.row(view.index())).for_each(|(out, row)| *out &= row);
+        }
     }
 
     /// Whether the traversal may go into a cell. Rows that are only sampled prune objects, not the way to them: a cell that

@@ -2,13 +2,13 @@
 
 use super::Narrowing;
 use super::boxes::Boxes;
-use super::locate::Locator;
+use super::locate::{Locator, piece_bounds};
 use crate::bits::BitMatrix;
-use crate::file::PvsFile;
+use crate::file::{FileCell, PvsFile};
 use crate::geom::Aabb;
 use crate::tolerance::single_precision;
 use crate::types::guarantee::Guarantee;
-use crate::{CellId, DirectedPortal, ObjectId, PortalId};
+use crate::{CellId, DirectedPortal, ObjectId, PortalId, ViewCellId};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
 
@@ -47,6 +47,17 @@ impl<T> Lists<T> {
     }
 }
 
+/// Objects are placed in a cell up to two clearances from it: 1.5 tolerances, each being more than 1.4 clearances.
+const PLACED: f64 = 2.0;
+
+/// View cells with rows.
+#[derive(Clone, Debug)]
+pub(super) struct ViewCells {
+    pub locator: Locator<ViewCellId>,
+    /// View cells x objects.
+    pub rows: BitMatrix,
+}
+
 /// A `.pvs` file, laid out for questions about single cameras: flat arrays, `f32`, nothing borrowed.
 #[derive(Clone, Debug)]
 pub struct Culler {
@@ -71,6 +82,8 @@ pub struct Culler {
     triangles: Vec<u32>,
     pub(super) object_rows: Option<BitMatrix>,
     pub(super) cell_rows: Option<BitMatrix>,
+    /// `None` where no view cell has a row.
+    pub(super) views: Option<ViewCells>,
     /// Whether a cell that isn't in the row is certainly not seen into.
     pub(super) cell_rows_prune: bool,
 }
@@ -95,9 +108,12 @@ impl Culler {
         Self {
             tolerance,
             narrowing: Narrowing::default(),
-            locator: Locator::new(&file.cells, extent, tolerance),
+            locator: Locator::new((0..).map(CellId).zip(file.cells.iter().map(|c| &c.pieces[..])), extent, tolerance),
             cell_portals: Lists::new(leading_out),
-            placed: Boxes::new(cell_objects.items().iter().map(|o| file.objects[o.index()].bounds)),
+            placed: Boxes::new((0..file.cells.len()).flat_map(|c| {
+                let around = cell_bounds(&file.cells[c], extent, tolerance);
+                cell_objects.get(c).iter().map(move |o| part(file.objects[o.index()].bounds, around))
+            })),
             cell_objects,
             portal_planes: file.portals.iter().map(|p| p.plane).collect(),
             portal_cells: file.portals.iter().map(|p| p.cells).collect(),
@@ -112,6 +128,10 @@ impl Culler {
             triangles: file.objects.iter().map(|o| o.triangles).collect(),
             object_rows: file.object_rows.clone(),
             cell_rows: file.cell_rows.clone(),
+            views: file.views.rows.clone().map(|rows| {
+                let views = (0..).map(ViewCellId).zip(file.views.cells.iter().map(|c| &c.pieces[..]));
+                ViewCells { locator: Locator::new(views, extent, tolerance), rows }
+            }),
             cell_rows_prune: file.guarantee == Guarantee::Conservative,
         }
     }
@@ -146,6 +166,19 @@ impl Culler {
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
+}
+
+/// The box around a cell, and the margin of placement around that; `None` where it goes on without end.
+fn cell_bounds(cell: &FileCell, extent: f64, tolerance: f64) -> Option<[Vec3; 2]> {
+    let around = cell.pieces.iter().try_fold(Aabb::EMPTY, |b, planes| Some(b.union(piece_bounds(planes, extent)?)))?;
+    let around = around.inflated(PLACED * tolerance);
+    Some([around.min.as_vec3().map(f32::next_down), around.max.as_vec3().map(f32::next_up)])
+}
+
+/// The part of a box that is in a cell's; all of it where that is empty.
+fn part([min, max]: [Vec3; 2], around: Option<[Vec3; 2]>) -> [Vec3; 2] {
+    let [low, high] = around.map_or([min, max], |[low, high]| [min.max(low), max.min(high)]);
+    if low.cmple(high).all() { [low, high] } else { [min, max] }
 }
 
 /// A bit of a row.

@@ -4,7 +4,6 @@
 //! whose row is taken.
 
 use crate::CellId;
-use crate::file::FileCell;
 use crate::geom::{Aabb, Plane, clip};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -13,23 +12,25 @@ pub(super) const MOST_HOMES: usize = 8;
 /// Pieces in a leaf of the tree.
 const LEAF: usize = 4;
 
-/// The cells that the eye is in, or within the tolerance of.
+/// The cells (or view cells) that the eye is in, or within the tolerance of.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Homes {
-    cells: [CellId; MOST_HOMES],
+pub(super) struct Homes<Id = CellId> {
+    cells: [Id; MOST_HOMES],
     len: usize,
     /// More cells meet here than there is room for.
     pub overflow: bool,
 }
 
-impl Homes {
-    pub const NONE: Self = Self { cells: [CellId(0); MOST_HOMES], len: 0, overflow: false };
+impl<Id: Copy + Default + PartialEq> Homes<Id> {
+    pub fn none() -> Self {
+        Self { cells: [Id::default(); MOST_HOMES], len: 0, overflow: false }
+    }
 
-    pub fn as_slice(&self) -> &[CellId] {
+    pub fn as_slice(&self) -> &[Id] {
         &self.cells[..self.len]
     }
 
-    fn add(&mut self, cell: CellId) {
+    fn add(&mut self, cell: Id) {
         if self.as_slice().contains(&cell) {
         } else if self.len < MOST_HOMES {
             self.cells[self.len] = cell;
@@ -51,28 +52,36 @@ struct Node {
     count: u32,
 }
 
-/// Every piece of every cell.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Locator {
+/// Every piece of every cell, or of every view cell.
+#[derive(Clone, Debug)]
+pub(super) struct Locator<Id = CellId> {
     /// Planes of all pieces, one piece after the other.
     planes: Vec<Vec4>,
     /// Where each piece's planes start, and the end of the last.
     starts: Vec<u32>,
-    cells: Vec<CellId>,
+    cells: Vec<Id>,
     nodes: Vec<Node>,
     order: Vec<u32>,
     unbounded: Vec<u32>,
 }
 
-impl Locator {
-    /// `extent`: no bounded piece reaches farther than this from the origin along any axis, metres.
-    pub fn new(cells: &[FileCell], extent: f64, tolerance: f64) -> Self {
-        let mut locator = Self { starts: vec![0], ..Self::default() };
+impl<Id: Copy + Default + PartialEq> Locator<Id> {
+    /// Of cells, each with its pieces as lists of planes; `extent`: no bounded piece reaches farther than this from the origin along any
+    /// axis, metres.
+    pub fn new<'c>(cells: impl IntoIterator<Item = (Id, &'c [Vec<Vec4>])>, extent: f64, tolerance: f64) -> Self {
+        let mut locator = Self {
+            planes: Vec::new(),
+            starts: vec![0],
+            cells: Vec::new(),
+            nodes: Vec::new(),
+            order: Vec::new(),
+            unbounded: Vec::new(),
+        };
         let (mut boxes, mut bounded) = (Vec::new(), Vec::new());
-        for (c, cell) in cells.iter().enumerate() {
-            for planes in &cell.pieces {
+        for (cell, pieces) in cells {
+            for planes in pieces {
                 let piece = locator.cells.len() as u32;
-                locator.cells.push(CellId(c as u32));
+                locator.cells.push(cell);
                 locator.planes.extend(planes);
                 locator.starts.push(locator.planes.len() as u32);
                 match piece_bounds(planes, extent) {
@@ -132,13 +141,13 @@ impl Locator {
 
     /// The cells that hold `p` or come within `tolerance` metres of it. `last_piece` is where the search starts, and is set to
     /// a piece that holds it.
-    pub fn locate(&self, p: Vec3, tolerance: f64, last_piece: &mut u32) -> Homes {
-        let mut homes = Homes::NONE;
+    pub fn locate(&self, p: Vec3, tolerance: f64, last_piece: &mut u32) -> Homes<Id> {
+        let mut homes = Homes::none();
         if !p.is_finite() {
             return homes;
         }
         let point = p.as_dvec3();
-        // Well inside the last frame's piece: pieces are disjoint, so no other comes near.
+        // Well inside the last frame's piece: pieces of cells are disjoint, so no other comes near; where view cells overlap, one will do.
         if (*last_piece as usize) < self.cells.len() && self.outside(*last_piece, point) < -2.0 * tolerance {
             homes.add(self.cells[*last_piece as usize]);
             return homes;
@@ -181,7 +190,7 @@ impl Locator {
 
 /// The box around a convex piece, found from its faces; `None` where a face leaves the cube of `extent` metres around the
 /// origin, or where no face is left: then nothing is known.
-fn piece_bounds(planes: &[Vec4], extent: f64) -> Option<Aabb> {
+pub(super) fn piece_bounds(planes: &[Vec4], extent: f64) -> Option<Aabb> {
     let planes: Vec<Plane> =
         planes.iter().map(|p| Plane { n: p.truncate().as_dvec3().normalize_or_zero(), d: f64::from(p.w) }).collect();
     // Far enough that a face without end leaves the cube, whatever its direction.

@@ -13,4 +13,6 @@ pub enum Strategy {
     Given,
     /// Voxels, their narrowings, and the walls between them.
     Volume,
+    /// A tree that cuts along the largest walls.
+    Bsp,
 }

@@ -5,11 +5,11 @@
 //! *Classification and regression trees*, 1984, by the Gini impurity). Leaves without voxels take the region that they are most
 //! open to, widest openings first, so that what is sealed off stays solid, and what a crack opens goes to one region whole.
 
-use super::adjacency::{Contact, open_around, push};
-use super::bsp::{Bsp, Child, Leaf};
 use super::grid::{CELLS, Grid, SIDE, place_of};
 use super::labels::{Labels, VOID};
 use super::ridges::Ridge;
+use crate::cells::bsp::adjacency::{Contact, open_around, push};
+use crate::cells::bsp::tree::{Bsp, Child, Leaf};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::Plane;
 use crate::parallel;

@@ -9,39 +9,29 @@
 //! In: a scene, and the edge of a voxel. Out: a whole [`CellGraph`].
 //!
 //! The steps, one file each: [`grid`] (sparse voxels), [`distance`] (to the nearest surface), [`basins`] ([`labels`] of voxels),
-//! [`watershed`] (regions), [`shell`] (which triangles part space), [`bsp`] (the leaves), [`adjacency`] (what is open between them),
-//! [`ridges`] (planes between regions), [`leaf_labels`] (labels of leaves), [`pieces`]. No file uses one that uses it.
+//! [`watershed`] (regions), [`shell`] (which triangles part space), [`ridges`] (planes between regions), [`leaf_labels`] (labels of leaves).
+//! No file uses one that uses it. Leaves, what is open between them, and their pieces: [`super::bsp`].
 
-mod adjacency;
 mod basins;
-mod bsp;
 mod distance;
 mod grid;
 mod labels;
 mod leaf_labels;
-mod pieces;
 mod ridges;
 mod shell;
 mod watershed;
 
-use super::complex::assemble::{around, hulls};
-use super::complex::coverage::Open;
-use super::complex::polygon::{Shape, area, convex_hull, width};
+use super::bsp::graph::{cells, portals};
+use super::bsp::planes::{main_axis, opaque_structure};
+use super::bsp::{adjacency, pieces, tree};
 use super::scale::HumanScale;
-use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
-use crate::CellId;
-use crate::geom::{Aabb, Plane, newell};
-use crate::parallel;
-use crate::scene::{Role, Scene};
-use adjacency::{Contact, Flat};
-use glam::{DVec2, DVec3};
+use super::{CellGraph, Strategy};
+use crate::geom::newell;
+use crate::scene::Scene;
+use glam::DVec3;
 use grid::Grid;
 use leaf_labels::Owners;
 use ridges::Fitter;
-use std::collections::BTreeMap;
-
-/// A triangle is upright if its normal's cosine with the vertical is below this (84 degrees).
-const UPRIGHT: f64 = 0.1;
 
 /// A triangle of more square voxels than this votes at four places instead of one.
 const LARGE: f64 = 16.0;
@@ -51,23 +41,18 @@ const MOST_BRICKS: f64 = 24e6;
 /// A voxel is this share of a person's metre, where the scene is large; smaller scenes afford finer ones.
 const VOXEL: f64 = 0.15;
 const FINEST: f64 = 0.1;
-/// What hulls grow by on every side, in seals.
-const GROWN: f64 = 1.5;
 /// Voxels along the diagonal of a small scene.
 const VOXELS_ALONG: f64 = 300.0;
 
-/// Voxels along an edge of a brick of the grid.
-pub(super) const VOXELS_A_BRICK: f64 = grid::SIDE as f64;
-
-/// Splits a scene; `voxel` in metres, `None` takes what fits, but no less than `least`.
-pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, least: f64, reason: String) -> CellGraph {
+/// Splits a scene; `voxel` in metres, `None` takes what fits.
+pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reason: String) -> CellGraph {
     let tolerance = scene.tolerance();
     let bounds = scene.bounds();
     let triangles: Vec<[DVec3; 3]> = opaque_structure(scene).collect();
     let fitting = (bounds.diagonal() / VOXELS_ALONG).clamp(FINEST * human.metre, VOXEL * human.metre);
-    let size = bounds.size() / VOXELS_A_BRICK;
+    let size = bounds.size() / grid::SIDE as f64;
     let affordable = (size.x.max(1e-9) * size.y.max(1e-9) * size.z.max(1e-9) / MOST_BRICKS).cbrt();
-    let voxel = voxel.unwrap_or(fitting.max(least)).max(affordable).max(bounds.diagonal() * 1e-5);
+    let voxel = voxel.unwrap_or(fitting).max(affordable).max(bounds.diagonal() * 1e-5);
 
     // 1. Voxels, their distances, their regions.
     let grid = Grid::new(&triangles, main_axis(&triangles), voxel);
@@ -79,7 +64,7 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, least
     // 3. The leaves and their labels.
     let domain = human.domain(bounds);
     let axes = DVec3::AXES.map(|a| grid.frame.direction(a));
-    let mut bsp = bsp::bsp(&shell, domain, axes, tolerance.coplanar);
+    let mut bsp = tree::bsp(&shell, domain, axes, tolerance.coplanar, None);
     leaf_labels::cut_along(&mut bsp, &ridges, |_, _| ());
     leaf_labels::refine(&mut bsp, &grid, &labels, &ridges);
     let counts = leaf_labels::counts(&bsp, &grid, &labels);
@@ -128,64 +113,6 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, least
     }
 }
 
-/// Triangles that may part space: what is opaque, and a part of the building for all that is known.
-pub(super) fn opaque_structure(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
-    let objects = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
-    objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize))
-}
-
-/// Cells of the regions that have pieces, and the cell of each region; `beyond` is the one beyond the rim of the domain.
-fn cells(pieces: Vec<Vec<Piece>>, beyond: Option<u32>, domain: Aabb) -> (Vec<Cell>, Vec<Option<u32>>) {
-    let mut cells: Vec<Cell> = Vec::new();
-    let mut number: Vec<Option<u32>> = vec![None; pieces.len()];
-    for (r, mut pieces) in pieces.into_iter().enumerate() {
-        if pieces.is_empty() {
-            continue;
-        }
-        let outside = beyond == Some(r as u32);
-        if outside {
-            pieces.extend(around(domain));
-        }
-        let name = if outside { "outside".to_owned() } else { format!("cell {}", cells.len()) };
-        number[r] = Some(cells.len() as u32);
-        cells.push(Cell { name, source: None, open: outside, pieces, portals: Vec::new() });
-    }
-    if cells.is_empty() {
-        // Nothing is wider than a voxel: what can't be told apart is one cell.
-        let mut pieces = around(domain);
-        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(domain.max, n), Plane::through(domain.min, -n)]);
-        pieces.push(Piece { planes: planes.collect(), bounds: domain });
-        cells.push(Cell { name: "everything".to_owned(), source: None, open: true, pieces, portals: Vec::new() });
-    }
-    (cells, number)
-}
-
-/// The direction in plan (x and z) that most wall area runs along or across.
-fn main_axis(triangles: &[[DVec3; 3]]) -> DVec2 {
-    const STEPS: usize = 360;
-    let mut votes = vec![(0.0f64, DVec2::ZERO); STEPS];
-    for t in triangles {
-        let n = newell(&t.map(|p| p - t[0]));
-        let flat = DVec2::new(n.x, n.z);
-        if n.y.abs() < UPRIGHT * n.length() && n.length() > 0.0 {
-            // Four times the angle is the same for all four directions at right angles.
-            let four = |z: DVec2| {
-                let two = z.rotate(z);
-                two.rotate(two)
-            };
-            let q = four(flat.normalize());
-            let step = ((q.y.atan2(q.x) / std::f64::consts::TAU).rem_euclid(1.0) * STEPS as f64) as usize % STEPS;
-            votes[step].0 += n.length();
-            votes[step].1 += q * n.length();
-        }
-    }
-    let window = |i: usize| [i + STEPS - 1, i, i + 1].map(|k| votes[k % STEPS]);
-    let weight = |i: usize| window(i).iter().map(|v| v.0).sum::<f64>();
-    let best = (0..STEPS).max_by(|&a, &b| weight(a).total_cmp(&weight(b)).then(b.cmp(&a))).unwrap_or(0);
-    let sum: DVec2 = window(best).iter().map(|v| v.1).sum();
-    if sum == DVec2::ZERO { DVec2::X } else { DVec2::from_angle(sum.to_angle() / 4.0) }
-}
-
 /// Visits points a little off both sides of triangles, in voxels, with the area that shows them its front, and its back.
 fn fronts(triangles: &[[DVec3; 3]], grid: &Grid, visit: &mut dyn FnMut(DVec3, [f64; 2])) {
     for t in triangles {
@@ -200,62 +127,4 @@ fn fronts(triangles: &[[DVec3; 3]], grid: &Grid, visit: &mut dyn FnMut(DVec3, [f
             visit(p - n * 1.5, [0.0, share]);
         }
     }
-}
-
-/// Portals between different cells, in a fixed order; see [`super::complex::assemble::portals`].
-fn portals(bsp: &bsp::Bsp, contacts: &[Contact], labels: &[Option<u32>], along: DVec3, seal: f64) -> Vec<Portal> {
-    /// Cells in order, the plane's bits, whether the lower cell is behind it.
-    type Key = (u32, u32, [u64; 4], bool);
-    let mut groups: BTreeMap<Key, (Plane, Vec<Shape>)> = BTreeMap::new();
-    for c in contacts {
-        let [Some(a), Some(b)] = c.leaves.map(|l| labels[l as usize]) else { continue };
-        if a == b || c.open_area <= 0.0 {
-            continue;
-        }
-        let plane = bsp.nodes[c.node as usize].plane;
-        let bits = [plane.n.x, plane.n.y, plane.n.z, plane.d].map(|x| (x + 0.0).to_bits());
-        let parts = &mut groups.entry((a.min(b), a.max(b), bits, a < b)).or_insert((plane, Vec::new())).1;
-        match &c.open {
-            Open::Whole => parts.push(vec![c.polygon.iter().map(|p| p.to_array()).collect()]),
-            Open::Parts(p) => parts.extend(p.iter().cloned()),
-        }
-    }
-    let groups: Vec<(Key, (Plane, Vec<Shape>))> = groups.into_iter().collect();
-    let of_group = |&((low, high, _, forward), (plane, ref parts)): &(Key, (Plane, Vec<Shape>))| {
-        let flat = Flat::new(&plane, along);
-        let facing = if forward { plane } else { plane.flipped() };
-        let winding = move |hull: Vec<DVec2>| {
-            let mut winding: Vec<DVec3> = hull.iter().map(|&q| flat.from(q)).collect();
-            if !forward {
-                winding.reverse();
-            }
-            let cells = [CellId(low), CellId(high)];
-            let sound = width(&hull) >= (2.0 * GROWN + adjacency::CRUMB) * seal
-                && winding.len() >= 3
-                && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
-            let kind = PortalKind::Opening;
-            sound.then(|| Portal { cells, plane: facing, winding, kind, state: PortalState::of_kind(kind), source: None })
-        };
-        joined(hulls(parts.clone(), seal)).into_iter().filter_map(winding).collect::<Vec<_>>()
-    };
-    parallel::flat_map(&groups, of_group)
-}
-
-/// Hulls whose common hull holds little else are one: what a narrow ledge parts from an opening.
-fn joined(mut hulls: Vec<Vec<DVec2>>) -> Vec<Vec<DVec2>> {
-    /// A common hull may be larger than both by this factor.
-    const LOOSE: f64 = 1.02;
-    hulls.sort_by(|a, b| area(b).total_cmp(&area(a)));
-    let mut out: Vec<Vec<DVec2>> = Vec::new();
-    for hull in hulls {
-        let most = |kept: &[DVec2]| LOOSE * (area(kept) + area(&hull));
-        let fits = |kept: &Vec<DVec2>| {
-            Some(convex_hull(kept.iter().chain(&hull).copied().collect())).filter(|both| area(both) <= most(kept))
-        };
-        match out.iter().enumerate().find_map(|(i, kept)| Some((i, fits(kept)?))) {
-            Some((i, both)) => out[i] = both,
-            None => out.push(hull),
-        }
-    }
-    out
 }

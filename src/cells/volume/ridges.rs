@@ -4,11 +4,11 @@
 //! it is the normal of the best plane without a fit. A plane that is nearly upright, level or parallel to a wall is made so,
 //! and one that lies within a voxel and a half of a wall's plane becomes that: doorways get portals that are flush with walls.
 
-use super::adjacency::{Contact, Flat, open_around, push};
-use super::bsp::{Bsp, reach};
 use super::grid::Grid;
 use super::labels::{Labels, VOID, VoxelFace};
-use super::shell::Shell;
+use crate::cells::bsp::adjacency::{Contact, Flat, open_around, push};
+use crate::cells::bsp::planes::Shell;
+use crate::cells::bsp::tree::{Bsp, reach};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, area};

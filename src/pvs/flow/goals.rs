@@ -8,6 +8,7 @@
 use super::might_see::{get, set};
 use super::net::Net;
 use super::stab::Passage;
+use crate::cells::CellGraph;
 use crate::geom::{Aabb, Plane};
 use crate::{BitMatrix, bits};
 use glam::DVec3;
@@ -237,30 +238,42 @@ impl<P: Prover> Goals for CellGoals<'_, P> {
 pub(crate) struct Boxes {
     /// Middle and half size; an infinite half size where the box is unusable.
     boxes: Vec<(DVec3, DVec3)>,
-    /// Objects of each cell, ascending.
-    in_cell: Vec<Vec<u32>>,
+    /// Objects of each cell, ascending, and the box of the part of each that may be in the cell.
+    in_cell: Vec<Vec<(u32, (DVec3, DVec3))>>,
     /// Cells of each object, ascending.
     cells_of: Vec<Vec<u32>>,
 }
+
+/// An object is met in a cell only where it is: in the cell's box, this many coplanar tolerances larger. Smaller than the margin of
+/// placement, 12: what is placed in a cell from outside would have no part there.
+const CELL_MARGIN: f64 = 16.0;
 
 /// Box tests that take about as long as one step of the search.
 const BOXES_A_STEP: u64 = 64;
 
 impl Boxes {
     /// Lays out boxes relative to the net's origin.
-    pub fn new(net: &Net, placement: &BitMatrix, bounds: &[Aabb]) -> Self {
-        let boxes = bounds
-            .iter()
-            .map(|b| {
-                let (middle, half) = (b.centre() - net.origin, b.size() * 0.5);
-                let usable = middle.is_finite() && half.is_finite() && half.min_element() >= 0.0;
-                if usable { (middle, half) } else { (DVec3::ZERO, DVec3::INFINITY) }
-            })
-            .collect();
-        let in_cell: Vec<Vec<u32>> = (0..placement.rows()).map(|c| placement.ones(c).map(|o| o as u32).collect()).collect();
+    pub fn new(net: &Net, graph: &CellGraph, placement: &BitMatrix, bounds: &[Aabb]) -> Self {
+        let laid_out = |b: &Aabb| {
+            let (middle, half) = (b.centre() - net.origin, b.size() * 0.5);
+            let usable = middle.is_finite() && half.is_finite() && half.min_element() >= 0.0;
+            if usable { (middle, half) } else { (DVec3::ZERO, DVec3::INFINITY) }
+        };
+        let margin = CELL_MARGIN * net.slack.coplanar;
+        let in_cell = |c: usize| {
+            let around = graph.cells[c].pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(p.bounds)).inflated(margin);
+            let part = |o: usize| {
+                let b = bounds[o];
+                let part = Aabb { min: b.min.max(around.min), max: b.max.min(around.max) };
+                (o as u32, laid_out(if part.is_empty() { &b } else { &part }))
+            };
+            placement.ones(c).map(part).collect::<Vec<_>>()
+        };
+        let boxes = bounds.iter().map(laid_out).collect();
+        let in_cell: Vec<Vec<_>> = (0..placement.rows()).map(in_cell).collect();
         let mut cells_of = vec![Vec::new(); placement.columns()];
         for (cell, objects) in in_cell.iter().enumerate() {
-            objects.iter().for_each(|&o| cells_of[o as usize].push(cell as u32));
+            objects.iter().for_each(|&(o, _)| cells_of[o as usize].push(cell as u32));
         }
         Self { boxes, in_cell, cells_of }
     }
@@ -313,10 +326,9 @@ impl<'a> ObjectGoals<'a> {
             portals: vec![0; net.portals().div_ceil(64)],
         };
         for cell in bits::ones(cells) {
-            for &o in &boxes.in_cell[cell] {
+            for &(o, (middle, half)) in &boxes.in_cell[cell] {
                 let o = o as usize;
                 if get(undecided, o) && !front.cut_off(net, boxes.boxes[o]) {
-                    let (middle, half) = boxes.boxes[o];
                     set(&mut goals.wanted, o);
                     goals.left[cell] += 1;
                     goals.around[cell] = goals.around[cell].union(Aabb { min: middle - half, max: middle + half });
@@ -342,9 +354,9 @@ impl ObjectGoals<'_> {
         self.wanted.fill(0);
     }
 
-    /// True where an object is wanted and not cut off.
-    fn finds(&self, net: &Net, object: usize, inside: &Inside<'_>) -> bool {
-        get(&self.wanted, object) && !inside.cut_off(net, self.boxes.boxes[object])
+    /// True where an object is wanted and the part of it with this box is not cut off.
+    fn finds(&self, net: &Net, object: usize, part: (DVec3, DVec3), inside: &Inside<'_>) -> bool {
+        get(&self.wanted, object) && !inside.cut_off(net, part)
     }
 }
 
@@ -360,7 +372,7 @@ impl Goals for ObjectGoals<'_> {
     fn would_decide(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool {
         self.left[cell] > 0
             && !self.is_cut_off(net, cell, inside)
-            && self.boxes.in_cell[cell].iter().any(|&o| self.finds(net, o as usize, inside))
+            && self.boxes.in_cell[cell].iter().any(|&(o, part)| self.finds(net, o as usize, part, inside))
     }
 
     fn accepts(&mut self, _chain: &[u32], _line: [DVec3; 2]) -> bool {
@@ -372,9 +384,9 @@ impl Goals for ObjectGoals<'_> {
             return 0;
         }
         let boxes = self.boxes;
-        for &o in &boxes.in_cell[cell] {
+        for &(o, part) in &boxes.in_cell[cell] {
             let index = o as usize;
-            if !self.finds(net, index, inside) {
+            if !self.finds(net, index, part, inside) {
                 continue;
             }
             self.wanted[index / 64] &= !(1 << (index % 64));

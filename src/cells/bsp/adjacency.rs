@@ -3,7 +3,7 @@
 //! Each face of a leaf behind a node's plane is pushed down the tree in front of it (as level compilers make portals), and what
 //! no shell triangle on that plane covers is open (Teller 1992; see [`crate::cells::complex::coverage`] for why that is sound).
 
-use super::bsp::{Bsp, Child, Face, RIM, cut, reach};
+use super::tree::{Bsp, Child, Face, RIM, cut, reach};
 use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{area, convex_hull, points as corners, shape_area, width};
 use crate::cells::locate::BoxTree;

@@ -6,7 +6,7 @@
 //! planes with the most area and a few others; while there are many triangles, also of three planes along the grid's axes, so that
 //! the work stays n log n.
 
-use super::shell::{Shell, TOUCH};
+use super::planes::{Shell, TOUCH};
 use crate::geom::{Aabb, Plane, clip};
 use crate::parallel;
 use glam::DVec3;
@@ -70,6 +70,8 @@ pub struct Leaf {
     pub poly: Poly,
     /// Shell triangles that cut it no more than the tolerance and lie on no node.
     pub stray: Vec<Vec<DVec3>>,
+    /// The tile that it is in: leaves of one have one number.
+    pub tile: u32,
     /// The node above it and which child it is.
     pub parent: Option<(u32, usize)>,
 }
@@ -93,8 +95,15 @@ impl Bsp {
     }
 }
 
+/// A plane to cut along, with its index where it is a triangle's.
+pub type Cut = (Plane, Option<u32>);
+
+/// Chooses the first cuts, those between tiles: of a part of space and what is in it; `None`: this is a tile.
+pub type Tiling<'t> = &'t (dyn Fn(&Poly, &[Fragment]) -> Option<Cut> + Sync);
+
 enum Tree {
     Leaf(Poly, Vec<Vec<DVec3>>),
+    Tile(Box<Tree>),
     Node(Plane, Vec<Vec<DVec3>>, Box<[Tree; 2]>),
 }
 
@@ -105,15 +114,23 @@ const TRIED: usize = 200;
 /// What a cut triangle costs, in triangles.
 const CUT: f64 = 1.5;
 
-/// Builds the tree in `domain`; `axes` are the grid's, `coplanar` in metres.
-pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64) -> Bsp {
-    let fragments: Vec<Fragment> =
-        parallel::map(&shell.triangles, |(t, plane)| Fragment { plane: *plane, points: t.to_vec() });
+/// Builds the tree in `domain`; `axes` are those of most walls, `coplanar` in metres. Without a tiling, all is one tile.
+pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling: Option<Tiling<'_>>) -> Bsp {
     let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar };
-    let tree = builder.build(Poly::cuboid(domain), fragments, Vec::new(), 0);
+    let tree = builder.build(Poly::cuboid(domain), fragments(shell), Vec::new(), 0, tiling);
     let mut out = Bsp { root: Child::Leaf(0), nodes: Vec::new(), leaves: Vec::new(), thin: builder.touch };
-    out.root = out.flatten(tree, None, &mut Vec::new());
+    out.root = out.flatten(tree, None, &mut Vec::new(), &mut 0);
     out
+}
+
+/// The number of tiles, with no tree below them; arguments as for [`bsp`].
+pub fn count_tiles(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling: Tiling<'_>) -> usize {
+    let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar };
+    builder.count_tiles(Poly::cuboid(domain), fragments(shell), tiling)
+}
+
+fn fragments(shell: &Shell) -> Vec<Fragment> {
+    parallel::map(&shell.triangles, |(t, plane)| Fragment { plane: *plane, points: t.to_vec() })
 }
 
 struct Builder<'s> {
@@ -124,44 +141,24 @@ struct Builder<'s> {
 }
 
 impl Builder<'_> {
-    fn build(&self, poly: Poly, mut fragments: Vec<Fragment>, mut stray: Vec<Vec<DVec3>>, depth: u32) -> Tree {
-        let mut along_axes = fragments.len() > MANY;
-        let (plane, id, [back, front]) = loop {
-            let Some((plane, id)) = self.choose(&fragments, along_axes) else {
-                return Tree::Leaf(poly, stray);
-            };
-            if let Some(halves) = poly.split(&plane, depth, self.touch) {
-                break (plane, id, halves);
-            }
-            along_axes &= id.is_some();
-            // It only grazes this part of space.
-            fragments.retain_mut(|f| {
-                let keep = Some(f.plane) != id;
-                if !keep {
-                    stray.push(std::mem::take(&mut f.points));
-                }
-                keep
-            });
-        };
-        let mut covers = Vec::new();
-        let mut sides: [Vec<Fragment>; 2] = [Vec::new(), Vec::new()];
-        for f in fragments {
-            let (low, high) = reach(&f.points, &plane);
-            if Some(f.plane) == id || (low >= -self.touch && high <= self.touch) {
-                covers.push(f.points);
-            } else if high <= self.touch {
-                sides[0].push(f);
-            } else if low >= -self.touch {
-                sides[1].push(f);
-            } else {
-                let halves = cut(&f.points, &plane, 0.0);
-                for (side, points) in sides.iter_mut().zip(halves) {
-                    if points.len() >= 3 {
-                        side.push(Fragment { plane: f.plane, points });
-                    }
-                }
-            }
+    fn build(
+        &self,
+        poly: Poly,
+        mut fragments: Vec<Fragment>,
+        mut stray: Vec<Vec<DVec3>>,
+        depth: u32,
+        tiling: Option<Tiling<'_>>,
+    ) -> Tree {
+        let first = tiling.and_then(|tiling| tiling(&poly, &fragments));
+        let halves = first.and_then(|(plane, id)| Some((plane, id, poly.split(&plane, depth, self.touch)?)));
+        if tiling.is_some() && halves.is_none() {
+            return Tree::Tile(Box::new(self.build(poly, fragments, stray, depth, None)));
         }
+        let Some((plane, id, [back, front])) = halves.or_else(|| self.best_halves(&poly, &mut fragments, &mut stray, depth))
+        else {
+            return Tree::Leaf(poly, stray);
+        };
+        let (covers, sides) = self.divide(fragments, &plane, id);
         // What grazed the whole may lie on a face of either half.
         let (mut stray_behind, mut stray_before) = (Vec::new(), Vec::new());
         for points in stray {
@@ -175,14 +172,76 @@ impl Builder<'_> {
         }
         let many = sides[0].len() + sides[1].len() > MANY;
         let [behind, before] = sides;
-        let a = || self.build(back, behind, stray_behind, depth + 1);
-        let b = || self.build(front, before, stray_before, depth + 1);
+        let a = || self.build(back, behind, stray_behind, depth + 1, tiling);
+        let b = || self.build(front, before, stray_before, depth + 1, tiling);
         let (a, b) = if many { parallel::join(a, b) } else { (a(), b()) };
         Tree::Node(plane, covers, Box::new([a, b]))
     }
 
+    /// What lies on a plane, behind it, and in front of it; `id` is the plane's index where it is a triangle's.
+    fn divide(&self, fragments: Vec<Fragment>, plane: &Plane, id: Option<u32>) -> (Vec<Vec<DVec3>>, [Vec<Fragment>; 2]) {
+        let mut covers = Vec::new();
+        let mut sides: [Vec<Fragment>; 2] = [Vec::new(), Vec::new()];
+        for f in fragments {
+            let (low, high) = reach(&f.points, plane);
+            if Some(f.plane) == id || (low >= -self.touch && high <= self.touch) {
+                covers.push(f.points);
+            } else if high <= self.touch {
+                sides[0].push(f);
+            } else if low >= -self.touch {
+                sides[1].push(f);
+            } else {
+                let halves = cut(&f.points, plane, 0.0);
+                for (side, points) in sides.iter_mut().zip(halves) {
+                    if points.len() >= 3 {
+                        side.push(Fragment { plane: f.plane, points });
+                    }
+                }
+            }
+        }
+        (covers, sides)
+    }
+
+    /// The number of tiles.
+    fn count_tiles(&self, poly: Poly, fragments: Vec<Fragment>, tiling: Tiling<'_>) -> usize {
+        let first = tiling(&poly, &fragments);
+        let halves = first.and_then(|(plane, id)| Some((plane, id, poly.split(&plane, 0, self.touch)?)));
+        let Some((plane, id, [back, front])) = halves else { return 1 };
+        let (_, [behind, before]) = self.divide(fragments, &plane, id);
+        let many = behind.len() + before.len() > MANY;
+        let a = || self.count_tiles(back, behind, tiling);
+        let b = || self.count_tiles(front, before, tiling);
+        let (a, b) = if many { parallel::join(a, b) } else { (a(), b()) };
+        a + b
+    }
+
+    /// The halves of the best cut; what only grazes this part of space goes to `stray`.
+    fn best_halves(
+        &self,
+        poly: &Poly,
+        fragments: &mut Vec<Fragment>,
+        stray: &mut Vec<Vec<DVec3>>,
+        depth: u32,
+    ) -> Option<(Plane, Option<u32>, [Poly; 2])> {
+        let mut along_axes = fragments.len() > MANY;
+        loop {
+            let (plane, id) = self.choose(fragments, along_axes)?;
+            if let Some(halves) = poly.split(&plane, depth, self.touch) {
+                return Some((plane, id, halves));
+            }
+            along_axes &= id.is_some();
+            fragments.retain_mut(|f| {
+                let keep = Some(f.plane) != id;
+                if !keep {
+                    stray.push(std::mem::take(&mut f.points));
+                }
+                keep
+            });
+        }
+    }
+
     /// The best cut, with the index of its plane where it is a triangle's.
-    fn choose(&self, fragments: &[Fragment], along_axes: bool) -> Option<(Plane, Option<u32>)> {
+    fn choose(&self, fragments: &[Fragment], along_axes: bool) -> Option<Cut> {
         if fragments.is_empty() {
             return None;
         }
@@ -200,7 +259,7 @@ impl Builder<'_> {
         }
         let some: Vec<u32> = areas.iter().step_by(areas.len().div_ceil(6)).map(|a| a.0).collect();
         areas.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let mut candidates: Vec<(Plane, Option<u32>)> =
+        let mut candidates: Vec<Cut> =
             areas.iter().take(12).map(|a| a.0).chain(some).map(|i| (self.planes[i as usize], Some(i))).collect();
         let sample: Vec<&Fragment> = fragments.iter().step_by(fragments.len().div_ceil(TRIED)).collect();
         if along_axes {
@@ -213,7 +272,7 @@ impl Builder<'_> {
         }
         let size = |n: f64| n * (n + 1.0).ln();
         let scale = fragments.len() as f64 / sample.len() as f64;
-        let cost = |(plane, id): &(Plane, Option<u32>)| {
+        let cost = |(plane, id): &Cut| {
             let (mut back, mut front, mut cut) = (0.0, 0.0, 0.0);
             for f in &sample {
                 if Some(f.plane) == *id {
@@ -239,13 +298,17 @@ impl Builder<'_> {
 }
 
 impl Bsp {
-    fn flatten(&mut self, tree: Tree, parent: Option<(u32, usize)>, path: &mut Vec<u32>) -> Child {
+    fn flatten(&mut self, tree: Tree, parent: Option<(u32, usize)>, path: &mut Vec<u32>, tile: &mut u32) -> Child {
         match tree {
+            Tree::Tile(tree) => {
+                *tile += 1;
+                self.flatten(*tree, parent, path, tile)
+            }
             Tree::Leaf(mut poly, stray) => {
                 for f in poly.faces.iter_mut().filter(|f| f.node != RIM) {
                     f.node = path[f.node as usize];
                 }
-                self.leaves.push(Leaf { poly, stray, parent });
+                self.leaves.push(Leaf { poly, stray, tile: *tile, parent });
                 Child::Leaf(self.leaves.len() as u32 - 1)
             }
             Tree::Node(plane, covers, children) => {
@@ -253,7 +316,7 @@ impl Bsp {
                 self.nodes.push(Node { plane, covers, children: [Child::Leaf(0); 2] });
                 path.push(id);
                 for (side, child) in children.into_iter().enumerate() {
-                    self.nodes[id as usize].children[side] = self.flatten(child, Some((id, side)), path);
+                    self.nodes[id as usize].children[side] = self.flatten(child, Some((id, side)), path, tile);
                 }
                 path.pop();
                 Child::Node(id)
@@ -271,9 +334,10 @@ impl Bsp {
             Some((parent, side)) => self.nodes[parent as usize].children[side] = Child::Node(node),
             None => self.root = Child::Node(node),
         }
-        let stray = self.leaves[leaf as usize].stray.clone();
-        self.leaves[leaf as usize] = Leaf { poly: back, stray: stray.clone(), parent: Some((node, 0)) };
-        self.leaves.push(Leaf { poly: front, stray, parent: Some((node, 1)) });
+        let Leaf { stray, tile, .. } = &self.leaves[leaf as usize];
+        let (stray, tile) = (stray.clone(), *tile);
+        self.leaves[leaf as usize] = Leaf { poly: back, stray: stray.clone(), tile, parent: Some((node, 0)) };
+        self.leaves.push(Leaf { poly: front, stray, tile, parent: Some((node, 1)) });
         Some(new)
     }
 }
@@ -290,6 +354,13 @@ impl Poly {
             Face { plane: Plane::through(points[0], n), front: false, node: RIM, points }
         });
         Self { faces: faces.collect() }
+    }
+
+    /// Its volume, cubic metres.
+    pub fn volume(&self) -> f64 {
+        let apex = self.middle();
+        let height = |f: &Face| if f.front { -f.plane.distance(apex) } else { f.plane.distance(apex) };
+        self.faces.iter().map(|f| -height(f) * crate::geom::area(&f.points) / 3.0).sum()
     }
 
     /// Box around it.

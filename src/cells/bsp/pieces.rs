@@ -5,7 +5,7 @@
 //! within all planes of the other but the common one. Then every point within both sets of planes but that one is in either.
 
 use super::adjacency::Contact;
-use super::bsp::{Bsp, Poly, RIM};
+use super::tree::{Bsp, Poly, RIM};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::{Piece, polyhedron};
 use crate::geom::{Aabb, Plane};

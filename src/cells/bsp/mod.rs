@@ -1,0 +1,85 @@
+//! The bsp strategy: game levels, and whatever has walls and isn't like a plan.
+//!
+//! Based on: Airey, Rohlf, Brooks, *Towards image realism with interactive update rates in complex virtual building environments*, 1990,
+//! and Teller, Séquin, *Visibility preprocessing for interactive walkthroughs*, 1991: space is split along the walls that cover most
+//! of a cut, down to cells that hold little that hides. Deviates: a part that is still large is halved; what is smaller than the smallest
+//! occluder makes no cut, and may stand in a cell; a cell is what is connected within such a part, not the part itself. All other walls
+//! cut below that, so that faces are open exactly where nothing covers them, and the graph is sound like those of all strategies.
+//!
+//! The steps, one file each: [`planes`] (which triangles part space), [`tree`] (the leaves), [`adjacency`] (what is open between them),
+//! [`tiles`] (where to cut first; which leaves are a cell), [`solid`] (what nobody can be in), [`pieces`] and [`graph`] (cells and portals).
+
+pub mod adjacency;
+pub mod graph;
+pub mod pieces;
+pub mod planes;
+mod solid;
+mod tiles;
+pub mod tree;
+
+use super::scale::HumanScale;
+use super::{CellGraph, Strategy};
+use crate::scene::Scene;
+use glam::DVec3;
+use planes::Shell;
+use tiles::Tiles;
+
+/// Tiles are at most so many smallest occluders large. More: few cells, which see much. Less: portals across empty halls, which cost and
+/// narrow nothing.
+const TILE: f64 = 4.0;
+/// Tiles for each object, where nobody says how large the smallest occluder is; and at least and at most so many. More: cells that differ
+/// in less than an object. Fewer: cells that see most of what there is.
+const TILES_AN_OBJECT: f64 = 2.0;
+const TILES: [f64; 2] = [256.0, 2048.0];
+/// The largest occluder that is tried first, as a share of the model's diagonal; each further one is smaller by a factor.
+const LARGEST: f64 = 0.1;
+const SMALLER: f64 = 0.84;
+const TRIALS: usize = 32;
+
+/// Splits a scene; `smallest_occluder` in metres, `None` takes what gives a tile or two for each object.
+pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f64>, reason: String) -> CellGraph {
+    let tolerance = scene.tolerance();
+    let (bounds, domain) = (scene.bounds(), human.domain(scene.bounds()));
+    // 1. What parts space.
+    let triangles: Vec<[DVec3; 3]> = planes::opaque_structure(scene).collect();
+    let main = planes::main_axis(&triangles);
+    let axes = [DVec3::new(main.x, 0.0, main.y), DVec3::Y, DVec3::new(-main.y, 0.0, main.x)];
+    let all = planes::planes(triangles, planes::TOUCH * tolerance.coplanar);
+    let corners: Vec<[DVec3; 3]> = all.triangles.iter().map(|t| t.0).collect();
+    let extents = planes::extents(&corners, tolerance.coplanar);
+    let shell = |occluder: f64| {
+        let large = all.triangles.iter().zip(&extents).filter(|(_, extent)| **extent >= occluder);
+        Shell { triangles: large.map(|(t, _)| *t).collect(), planes: all.planes.clone(), free_standing: 0 }
+    };
+    let tiles = |occluder: f64| Tiles { planes: &all.planes, axes, around: bounds, edge: TILE * occluder, occluder };
+    let count = |occluder: f64| {
+        let tiles = tiles(occluder);
+        tree::count_tiles(&shell(occluder), domain, axes, tolerance.coplanar, &|poly, inside| tiles.cut(poly, inside)) as f64
+    };
+    let enough = (TILES_AN_OBJECT * scene.objects.len() as f64).clamp(TILES[0], TILES[1]);
+    let sizes = (0..TRIALS as i32).map(|k| LARGEST * bounds.diagonal() * SMALLER.powi(k));
+    let fitting = || sizes.clone().find(|&occluder| count(occluder) >= enough).or(sizes.clone().next_back());
+    let occluder = smallest_occluder.or_else(fitting).unwrap_or(bounds.diagonal());
+    let (shell, tiles) = (shell(occluder), tiles(occluder));
+    // 2. The leaves, and what is open between them.
+    let bsp = tree::bsp(&shell, domain, axes, tolerance.coplanar, Some(&|poly, inside| tiles.cut(poly, inside)));
+    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance);
+    // 3. Which leaves are a cell.
+    let mut parts = tiles.parts(&bsp, &contacts);
+    let solid = solid::solid(scene, &bsp, &contacts, occluder);
+    parts.labels.iter_mut().zip(&solid).filter(|(_, solid)| **solid).for_each(|(label, _)| *label = None);
+    // 4. The graph.
+    let pieces = pieces::pieces(&bsp, &contacts, &parts.labels, parts.count, 0.1 * tolerance.coplanar);
+    let (cells, number) = graph::cells(pieces, Some(tiles::OUTSIDE), domain);
+    let labels: Vec<Option<u32>> = parts.labels.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
+    let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal);
+    let small = all.triangles.len() - shell.triangles.len();
+    let mut notes = vec![
+        format!("surfaces smaller than {occluder:.3} m (--smallest-occluder) part nothing: {small} triangles"),
+        format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
+        format!("{} leaves in tiles of at most {:.3} m", bsp.leaves.len(), tiles.edge),
+    ];
+    notes.extend(human.note());
+    let smallest_hole = adjacency::smallest_hole(&tolerance);
+    CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, notes }
+}

@@ -1,0 +1,58 @@
+//! What nobody can be in: the insides of walls and rock, closed off from everything else.
+//!
+//! A part of space that nothing leads into shows the fronts of its triangles if it is a room, and their backs if it is solid; what is as
+//! thin as a wall is solid, too. A solid part is no cell; an eye that gets there all the same is in no cell, and draws what the frustum holds.
+
+use super::adjacency::Contact;
+use super::tree::Bsp;
+use crate::cells::disjoint_sets::DisjointSets;
+use crate::random::SplitMix;
+use crate::scene::Scene;
+use crate::scene::rays::RayScene;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// A part that is closed off and larger than this share of the model's box is kept whatever it shows: models are turned inside out.
+const LARGE: f64 = 0.1;
+/// A part that is nowhere thicker than this, as a share of the smallest occluder, is solid.
+const THIN: f64 = 0.4;
+/// Rays from a part.
+const RAYS: usize = 64;
+
+/// Whether each leaf is solid.
+pub fn solid(scene: &Scene, bsp: &Bsp, contacts: &[Contact], occluder: f64) -> Vec<bool> {
+    let leaves = bsp.leaves.len() as u32;
+    let mut sets = DisjointSets::new(leaves as usize);
+    contacts.iter().filter(|c| c.wide).for_each(|c| _ = sets.join(c.leaves[0], c.leaves[1]));
+    // Volume of each part, its largest leaf, and whether it reaches the rim.
+    let mut parts: BTreeMap<u32, (f64, (f64, u32), bool)> = BTreeMap::new();
+    for (leaf, at_rim) in (0..).zip(bsp.leaves_at_rim()) {
+        let volume = bsp.leaves[leaf as usize].poly.volume();
+        let part = parts.entry(sets.find(leaf)).or_insert((0.0, (0.0, leaf), false));
+        part.0 += volume;
+        part.1 = if volume > part.1.0 { (volume, leaf) } else { part.1 };
+        part.2 |= at_rim;
+    }
+    let size = scene.bounds().size();
+    let large = LARGE * size.x * size.y * size.z;
+    let rays = RayScene::new(scene);
+    let is_thin = |leaf: u32| bsp.leaves[leaf as usize].poly.bounds().size().min_element() < THIN * occluder;
+    let shows_backs = |leaf: u32| {
+        let from = bsp.leaves[leaf as usize].poly.middle();
+        let mut random = SplitMix::new(u64::from(leaf));
+        let balance: i32 = (0..RAYS)
+            .map(|_| {
+                let direction = DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+                let Some(hit) = rays.first_opaque(from, direction, f64::INFINITY) else { return 0 };
+                let [a, b, c] = scene.corners(hit.triangle as usize);
+                if (b - a).cross(c - a).dot(direction) > 0.0 { 1 } else { -1 }
+            })
+            .sum();
+        balance >= 0
+    };
+    let is_solid: BTreeMap<u32, bool> = parts
+        .into_iter()
+        .map(|(part, (volume, (_, leaf), at_rim))| (part, !at_rim && volume < large && (is_thin(leaf) || shows_backs(leaf))))
+        .collect();
+    (0..leaves).map(|leaf| is_solid[&sets.find(leaf)]).collect()
+}

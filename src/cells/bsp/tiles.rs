@@ -1,0 +1,149 @@
+//! Where space is cut first, and which leaves are a cell.
+//!
+//! The first cuts make *tiles*: along the wall that covers the largest share of its cut, while there are walls that hide much; then in
+//! halves, while a tile is large. A cell is a part of a tile whose leaves are open to each other. Small parts go to what they are most open
+//! to: a niche is no cell.
+
+use super::adjacency::Contact;
+use super::tree::{Bsp, Cut, Fragment, Poly, reach};
+use crate::cells::disjoint_sets::DisjointSets;
+use crate::geom::{Aabb, Plane, area};
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// A wall that covers less than this share of its cut makes no tile: the rest of the cut would be portals that hide nothing. More: walls
+/// that end in a hall are lost. Less: parapets and steps cut halls up.
+const LEAST_COVERED: f64 = 0.25;
+/// Planes that are tried for a cut.
+const TRIED: usize = 16;
+/// A part of a tile is small where it is in no direction longer than this, or in volume no larger than its cube, in smallest occluders.
+const SMALL: f64 = 1.5;
+/// The number of what lies around the model.
+pub const OUTSIDE: u32 = 0;
+
+/// How to cut.
+pub struct Tiles<'t> {
+    /// Of the triangles.
+    pub planes: &'t [Plane],
+    /// Halves are cut across these.
+    pub axes: [DVec3; 3],
+    /// The model's box: what lies around it is no tile.
+    pub around: Aabb,
+    /// Tiles are no larger, metres.
+    pub edge: f64,
+    /// Walls of a smaller edge, metres, make no tiles.
+    pub occluder: f64,
+}
+
+/// Labels of leaves.
+pub struct Parts {
+    /// By leaf; [`OUTSIDE`] at the rim.
+    pub labels: Vec<Option<u32>>,
+    /// Number of labels.
+    pub count: usize,
+}
+
+impl Tiles<'_> {
+    /// The cut of a part of space; `None` where it is a tile.
+    pub fn cut(&self, poly: &Poly, inside: &[Fragment]) -> Option<Cut> {
+        let bounds = poly.bounds();
+        let touch = 1e-9 * self.around.diagonal();
+        for (k, n) in DVec3::AXES.into_iter().enumerate() {
+            for d in [self.around.min[k], self.around.max[k]] {
+                if bounds.min[k] < d - touch && bounds.max[k] > d + touch {
+                    return Some((Plane { n, d }, None));
+                }
+            }
+        }
+        if !self.around.inflated(touch).contains(bounds.centre()) {
+            return None;
+        }
+        self.wall(poly, inside).or_else(|| self.half(poly))
+    }
+
+    /// The wall that covers the largest share of its cut.
+    fn wall(&self, poly: &Poly, inside: &[Fragment]) -> Option<Cut> {
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+        inside.iter().for_each(|f| *areas.entry(f.plane).or_default() += area(&f.points));
+        let mut large: Vec<(u32, f64)> = areas.into_iter().filter(|a| a.1 >= self.occluder.powi(2)).collect();
+        large.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        large.truncate(TRIED);
+        let covered = |&(id, area_of_wall): &(u32, f64)| {
+            let section = area(&poly.section(&self.planes[id as usize]));
+            if section > 0.0 { (area_of_wall / section, id) } else { (0.0, id) }
+        };
+        let walls = large.iter().map(covered).filter(|wall| wall.0 >= LEAST_COVERED);
+        let best = walls.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))?;
+        Some((self.planes[best.1 as usize], Some(best.1)))
+    }
+
+    /// Across the direction in which it is longest, where that is longer than a tile.
+    fn half(&self, poly: &Poly) -> Option<Cut> {
+        let along = |n: DVec3| {
+            let origin = Plane { n, d: 0.0 };
+            poly.faces
+                .iter()
+                .map(|f| reach(&f.points, &origin))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |a, r| (a.0.min(r.0), a.1.max(r.1)))
+        };
+        let longest =
+            self.axes.into_iter().map(|n| (along(n), n)).max_by(|(a, _), (b, _)| (a.1 - a.0).total_cmp(&(b.1 - b.0)));
+        let ((low, high), n) = longest?;
+        (high - low > self.edge).then_some((Plane { n, d: 0.5 * (low + high) }, None))
+    }
+
+    /// The cells of the leaves.
+    pub fn parts(&self, bsp: &Bsp, contacts: &[Contact]) -> Parts {
+        let leaves = bsp.leaves.len() as u32;
+        let mut sets = DisjointSets::new(leaves as usize);
+        let mut rim: Option<u32> = None;
+        for (leaf, _) in (0..).zip(bsp.leaves_at_rim()).filter(|(_, at_rim)| *at_rim) {
+            sets.join(*rim.get_or_insert(leaf), leaf);
+        }
+        let in_one_tile = |c: &Contact| c.leaves.map(|l| bsp.leaves[l as usize].tile);
+        for c in contacts.iter().filter(|c| c.wide && in_one_tile(c)[0] == in_one_tile(c)[1]) {
+            sets.join(c.leaves[0], c.leaves[1]);
+        }
+        while self.join_small(bsp, contacts, rim, &mut sets) {}
+        let mut numbers: BTreeMap<u32, u32> = rim.map(|leaf| (sets.find(leaf), OUTSIDE)).into_iter().collect();
+        let mut number = |leaf: u32| {
+            let next = numbers.len() as u32;
+            *numbers.entry(sets.find(leaf)).or_insert(next)
+        };
+        let labels: Vec<Option<u32>> = (0..leaves).map(|leaf| Some(number(leaf))).collect();
+        Parts { labels, count: numbers.len() }
+    }
+
+    /// Joins each small part to the one that it is most open to; false where there is none.
+    fn join_small(&self, bsp: &Bsp, contacts: &[Contact], rim: Option<u32>, sets: &mut DisjointSets) -> bool {
+        let mut boxes: BTreeMap<u32, Aabb> = BTreeMap::new();
+        for (leaf, l) in (0..).zip(&bsp.leaves) {
+            let bounds = boxes.entry(sets.find(leaf)).or_insert(Aabb::EMPTY);
+            *bounds = bounds.union(l.poly.bounds());
+        }
+        let outside = rim.map(|leaf| sets.find(leaf));
+        let least = SMALL * self.occluder;
+        let is_small = |part: u32| {
+            let size = boxes[&part].size();
+            Some(part) != outside && (size.max_element() < least || size.x * size.y * size.z < least.powi(3))
+        };
+        let mut open: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+        for c in contacts.iter().filter(|c| c.wide) {
+            let [a, b] = c.leaves.map(|l| sets.find(l));
+            for (a, b) in [(a, b), (b, a)] {
+                if a != b && is_small(a) && Some(b) != outside {
+                    *open.entry((a, b)).or_default() += c.open_area;
+                }
+            }
+        }
+        let mut best: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
+        for ((a, b), area) in open {
+            let known = best.entry(a).or_insert((area, b));
+            if area > known.0 {
+                *known = (area, b);
+            }
+        }
+        best.iter().for_each(|(&a, &(_, b))| _ = sets.join(a, b));
+        !best.is_empty()
+    }
+}
