@@ -39,10 +39,6 @@ id! {
     ObjectId
 }
 id! {
-    /// A view cell of a [`crate::file::PvsFile`].
-    ViewCellId
-}
-id! {
     /// A portal with a direction: `2 * portal + side`.
     DirectedPortal
 }

@@ -82,4 +82,4 @@ struct Readme;
 struct EngineGuide;
 
 pub use bits::BitMatrix;
-pub use ids::{CellId, DirectedPortal, ObjectId, PortalId, ViewCellId};
+pub use ids::{CellId, DirectedPortal, ObjectId, PortalId};

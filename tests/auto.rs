@@ -120,9 +120,9 @@ fn cave() -> Vec<[DVec3; 3]> {
 }
 
 #[test]
-fn a_cave_is_cut_by_voxels() {
+fn a_cave_is_cut_along_its_walls() {
     let (graph, reason) = picked(&scene(&[cave()], Vec::new()));
-    assert_eq!(graph.strategy, Strategy::Volume);
+    assert_eq!(graph.strategy, Strategy::Bsp);
     assert_eq!(reason, "the model names no rooms; 0 % of what is not level stands upright");
     // Both hollows are indoors, and apart.
     let locator = enfilade::cells::Locator::new(&graph);
@@ -132,10 +132,10 @@ fn a_cave_is_cut_by_voxels() {
 }
 
 #[test]
-fn a_level_floor_alone_is_no_reason_for_voxels() {
+fn a_level_floor_alone_is_one_open_cell() {
     let (graph, reason) = picked(&scene(&[cuboid(v(0., 0., 0.), v(10., 0.2, 10.))], Vec::new()));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 1));
-    let tried = "the plan kept: the plan closes no cell, voxels 0";
+    let tried = "the plan kept: the plan closes no cell, bsp 0";
     assert_eq!(reason, format!("the model names no rooms; 100 % of what is not level stands upright; {tried}"));
 }
 

@@ -1,7 +1,8 @@
 //! What the culler must say about buildings whose answers are known, and about random ones by brute force.
 
+use enfilade::BitMatrix;
 use enfilade::cells::PortalKind;
-use enfilade::file::PvsFile;
+use enfilade::file::{FileViewCell, PvsFile};
 use enfilade::runtime::{Camera, Culler, Mode, Narrowing, Rect, Scratch};
 use enfilade::scene::{Role, Scene};
 use enfilade::walkthrough::path::{CameraPath, PathFrame};
@@ -490,4 +491,30 @@ fn a_faulty_row_shows_as_missed_pixels() {
     let frame = PathFrame { eye: p(2.0, 1.5, 2.0), target: p(0.0, 1.5, 2.0) };
     let path = CameraPath { frames: vec![frame], ..path };
     assert!(summaries(&scene, &file, &path, &[Mode::Both])[0].missed_pixels > Some(100));
+}
+
+/// Within a view cell, rows draw what its row has of the cell's; on its boundary and beyond it, the cell's row holds alone.
+#[test]
+fn frames_in_a_view_cell_draw_its_row() {
+    let (building, things) = flat();
+    let (_, mut file) = building.finish();
+    let (eye, chair) = (p(1.5, 1.2, 3.), p(3., 0.5, 1.));
+    let draws_chair = |file: &PvsFile, off: f64, mode: Mode| look(file, eye + p(0., off, 0.), chair, mode).has(things.in_a);
+    assert!(draws_chair(&file, 0.0, Mode::Pvs) && draws_chair(&file, 0.0, Mode::Both));
+    // 20 cm around the eye, and a row that says against the truth that the chair isn't seen: it must be believed there, and only there.
+    let side = |axis: usize, sign: f64| {
+        let n = DVec3::AXES[axis] * sign;
+        n.extend(n.dot(eye - file.origin) + 0.1).as_vec4()
+    };
+    let planes = (0..3).flat_map(|axis| [side(axis, 1.0), side(axis, -1.0)]).collect();
+    let mut rows = BitMatrix::new(1, file.objects.len());
+    (0..file.objects.len()).filter(|&o| o != things.in_a.index()).for_each(|o| _ = rows.set(0, o));
+    file.views.cells = vec![FileViewCell { id: "around the eye".into(), pieces: vec![planes] }];
+    file.views.rows = Some(rows);
+    for mode in [Mode::Pvs, Mode::Both] {
+        assert!(!draws_chair(&file, 0.0, mode), "{mode:?} in the view cell");
+        assert!(draws_chair(&file, 0.1, mode), "{mode:?} on its boundary");
+        assert!(draws_chair(&file, 0.2, mode), "{mode:?} beyond it");
+    }
+    assert!(draws_chair(&file, 0.0, Mode::Portals), "portals ask no row");
 }

@@ -7,6 +7,7 @@ mod audit;
 mod auto;
 mod bake;
 mod bsp;
+mod bsp_cells;
 mod cells;
 mod cells_file;
 mod cells_invariance;

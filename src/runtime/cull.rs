@@ -94,7 +94,7 @@ impl Culler {
         let Some(ViewCells { locator, rows }) = &self.views else { return };
         let homes = locator.locate(eye, -self.tolerance, &mut u32::MAX.clone());
         for view in homes.as_slice() {
-            scratch.object_row.iter_mut().zip(rows.row(view.index())).for_each(|(out, row)| *out &= row);
+            scratch.object_row.iter_mut().zip(rows.row(view.0 as usize)).for_each(|(out, row)| *out &= row);
         }
     }
 

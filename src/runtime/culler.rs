@@ -8,7 +8,7 @@ use crate::file::{FileCell, PvsFile};
 use crate::geom::Aabb;
 use crate::tolerance::single_precision;
 use crate::types::guarantee::Guarantee;
-use crate::{CellId, DirectedPortal, ObjectId, PortalId, ViewCellId};
+use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
 
@@ -49,6 +49,10 @@ impl<T> Lists<T> {
 
 /// Objects are placed in a cell up to two clearances from it: 1.5 tolerances, each being more than 1.4 clearances.
 const PLACED: f64 = 2.0;
+
+/// A view cell's place in the file.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct ViewCellId(pub u32);
 
 /// View cells with rows.
 #[derive(Clone, Debug)]
@@ -129,7 +133,8 @@ impl Culler {
             object_rows: file.object_rows.clone(),
             cell_rows: file.cell_rows.clone(),
             views: file.views.rows.clone().map(|rows| {
-                let views = (0..).map(ViewCellId).zip(file.views.cells.iter().map(|c| &c.pieces[..]));
+                let ids = (0..).map(ViewCellId);
+                let views = ids.zip(file.views.cells.iter().map(|c| &c.pieces[..]));
                 ViewCells { locator: Locator::new(views, extent, tolerance), rows }
             }),
             cell_rows_prune: file.guarantee == Guarantee::Conservative,

@@ -224,8 +224,9 @@ mod tests {
             .collect()
     }
 
-    fn cell(pieces: Vec<Vec<Vec4>>) -> FileCell {
-        FileCell { name: String::new(), source: None, open: false, pieces }
+    /// Of cells, each with its pieces.
+    fn locator(cells: &[Vec<Vec<Vec4>>], extent: f64) -> Locator {
+        Locator::new((0..).map(CellId).zip(cells.iter().map(|pieces| &pieces[..])), extent, 1e-4)
     }
 
     #[test]
@@ -240,10 +241,9 @@ mod tests {
     /// A row of many rooms, and the half-space beyond them: the tree says what the definition says, in any order of asking.
     #[test]
     fn the_tree_finds_what_looking_at_every_piece_finds() {
-        let mut cells: Vec<_> =
-            (0..100).map(|i| cell(vec![block([i as f32, 0.0, 0.0], [i as f32 + 1.0, 3.0, 4.0])])).collect();
-        cells.push(cell(vec![vec![Vec4::new(0.0, 1.0, 0.0, -0.5)]]));
-        let locator = Locator::new(&cells, 100.0, 1e-4);
+        let mut cells: Vec<_> = (0..100).map(|i| vec![block([i as f32, 0.0, 0.0], [i as f32 + 1.0, 3.0, 4.0])]).collect();
+        cells.push(vec![vec![Vec4::new(0.0, 1.0, 0.0, -0.5)]]);
+        let locator = locator(&cells, 100.0);
         let mut last = 0;
         for step in 0..1000 {
             let x = (step * 379 % 1000) as f32 * 0.1 + 0.05;
@@ -263,8 +263,8 @@ mod tests {
 
     #[test]
     fn more_cells_at_a_point_than_there_is_room_for_overflow() {
-        let cells: Vec<_> = (0..9).map(|_| cell(vec![block([0.0; 3], [1.0; 3])])).collect();
+        let cells: Vec<_> = (0..9).map(|_| vec![block([0.0; 3], [1.0; 3])]).collect();
         let mut last = u32::MAX;
-        assert!(Locator::new(&cells, 1.0, 1e-4).locate(Vec3::splat(0.5), 1e-4, &mut last).overflow);
+        assert!(locator(&cells, 1.0).locate(Vec3::splat(0.5), 1e-4, &mut last).overflow);
     }
 }

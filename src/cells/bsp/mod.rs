@@ -18,8 +18,10 @@ mod tiles;
 pub mod tree;
 
 use super::scale::HumanScale;
-use super::{CellGraph, Strategy};
+use super::{Cell, CellGraph, Strategy};
+use crate::geom::Aabb;
 use crate::scene::Scene;
+use adjacency::Contact;
 use glam::DVec3;
 use planes::Shell;
 use tiles::Tiles;
@@ -35,6 +37,9 @@ const TILES: [f64; 2] = [256.0, 2048.0];
 const LARGEST: f64 = 0.1;
 const SMALLER: f64 = 0.84;
 const TRIALS: usize = 32;
+/// A cell that borders on the outside over this share of the largest side of its box is open. More: yards are closed. Less: rooms with a
+/// large window are open.
+const OPEN_SHARE: f64 = 0.5;
 
 /// Splits a scene; `smallest_occluder` in metres, `None` takes what gives a tile or two for each object.
 pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f64>, reason: String) -> CellGraph {
@@ -70,8 +75,9 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     parts.labels.iter_mut().zip(&solid).filter(|(_, solid)| **solid).for_each(|(label, _)| *label = None);
     // 4. The graph.
     let pieces = pieces::pieces(&bsp, &contacts, &parts.labels, parts.count, 0.1 * tolerance.coplanar);
-    let (cells, number) = graph::cells(pieces, Some(tiles::OUTSIDE), domain);
+    let (mut cells, number) = graph::cells(pieces, Some(tiles::OUTSIDE), domain);
     let labels: Vec<Option<u32>> = parts.labels.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
+    open_to_the_sky(&mut cells, &contacts, &labels);
     let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal);
     let small = all.triangles.len() - shell.triangles.len();
     let mut notes = vec![
@@ -82,4 +88,20 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);
     CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, notes }
+}
+
+/// Marks the cells that are wide open to the outside; `labels` are the cells of leaves.
+fn open_to_the_sky(cells: &mut [Cell], contacts: &[Contact], labels: &[Option<u32>]) {
+    let mut area = vec![0.0; cells.len()];
+    for c in contacts.iter().filter(|c| c.wide) {
+        if let [Some(a), Some(b)] = c.leaves.map(|l| labels[l as usize]) {
+            for (cell, other) in [(a, b), (b, a)] {
+                area[cell as usize] += if cell != other && cells[other as usize].open { c.open_area } else { 0.0 };
+            }
+        }
+    }
+    for (cell, area) in cells.iter_mut().zip(area) {
+        let size = cell.pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(p.bounds)).size();
+        cell.open |= area >= OPEN_SHARE * (size.x * size.y).max(size.y * size.z).max(size.z * size.x);
+    }
 }

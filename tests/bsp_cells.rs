@@ -1,0 +1,178 @@
+//! The bsp strategy: scenes with known rooms, and facts that hold whatever the unit, the turn and the mess.
+
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split, validate};
+use enfilade::job::Job;
+use enfilade::pvs::PvsOptions;
+use enfilade::scene::rays::RayScene;
+use enfilade::scene::{Role, Scene};
+use glam::DVec3;
+use testing::meshes::{Triangle, builder, cuboid, soup};
+use testing::random::Random;
+
+fn v(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+fn scene(parts: &[Vec<Triangle>]) -> Scene {
+    let mut builder = builder();
+    for (i, part) in parts.iter().enumerate() {
+        builder.add(soup(&format!("part {i}"), Role::Structure, true, part)).unwrap();
+    }
+    builder.finish("scene").unwrap()
+}
+
+fn by_walls(scene: &Scene, smallest_occluder: Option<f64>) -> CellGraph {
+    split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), smallest_occluder, ..SplitOptions::default() }).unwrap()
+}
+
+/// Two rooms of 4 x 5 m along x, walls of 0.2 m, a doorway of 0.9 x 2.1 m between them, or none.
+fn house(has_doorway: bool) -> Vec<Vec<Triangle>> {
+    let mut parts = vec![
+        cuboid(v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
+        cuboid(v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
+        cuboid(v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
+        cuboid(v(8.2, 0., -0.2), v(8.4, 2.8, 5.2)),
+        cuboid(v(0., 0., -0.2), v(8.2, 2.8, 0.)),
+        cuboid(v(0., 0., 5.), v(8.2, 2.8, 5.2)),
+        cuboid(v(4., 0., 0.), v(4.2, 2.8, 2.)),
+        cuboid(v(4., 0., 2.9), v(4.2, 2.8, 5.)),
+        cuboid(v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
+    ];
+    if !has_doorway {
+        parts.push(cuboid(v(4., 0., 2.), v(4.2, 2.1, 2.9)));
+    }
+    parts
+}
+
+fn moved(parts: &[Vec<Triangle>], by: impl Fn(DVec3) -> DVec3) -> Vec<Vec<Triangle>> {
+    parts.iter().map(|part| part.iter().map(|t| t.map(&by)).collect()).collect()
+}
+
+/// The same from day to day, whole, and left through portals only.
+fn assert_sound(graph: &CellGraph, scene: &Scene) {
+    let faults = validate::structure(graph, scene.tolerance().coplanar.max(1e-9));
+    assert!(faults.is_empty(), "{faults:?}");
+    let sealing = validate::sealing(graph, &RayScene::new(scene), 100_000, 1);
+    assert!(sealing.segments > 10_000, "only {} segments were followed", sealing.segments);
+    let leaks: Vec<String> = sealing.leaks.iter().map(ToString::to_string).collect();
+    assert!(leaks.is_empty(), "{leaks:?}");
+}
+
+/// Whether portals join the cells of two points, in the model's coordinates.
+fn are_joined(graph: &CellGraph, scene: &Scene, a: DVec3, b: DVec3) -> bool {
+    let locator = Locator::new(graph);
+    let [a, b] = [a, b].map(|p| locator.locate(p - scene.origin).expect("free space is in a cell").0);
+    let mut reached = vec![a];
+    let mut next = 0;
+    while let Some(&cell) = reached.get(next) {
+        next += 1;
+        for &portal in &graph.cells[cell.index()].portals {
+            let target = graph.target(portal);
+            if !reached.contains(&target) {
+                reached.push(target);
+            }
+        }
+    }
+    reached.contains(&b)
+}
+
+#[test]
+fn rooms_are_joined_where_there_is_a_doorway_and_walls_are_no_cells() {
+    for has_doorway in [true, false] {
+        let scene = scene(&house(has_doorway));
+        let graph = by_walls(&scene, None);
+        assert_sound(&graph, &scene);
+        let [west, east, outside] = [v(2., 1., 1.), v(6., 1., 1.), v(-0.3, 1., 1.)];
+        assert_eq!(are_joined(&graph, &scene, west, east), has_doorway);
+        assert!(!are_joined(&graph, &scene, west, outside));
+        let locator = Locator::new(&graph);
+        assert_eq!(locator.locate(v(-0.1, 1., 1.) - scene.origin), None, "inside a wall");
+        assert!(graph.cells.iter().filter(|cell| cell.open).count() == 1);
+    }
+}
+
+/// A tree that follows the walls gives the same cells in metres, millimetres and units of a game, wherever the model stands.
+#[test]
+fn the_unit_does_not_matter() {
+    let counts = |scale: f64, away: DVec3| {
+        let scene = scene(&moved(&house(true), |p| p * scale + away));
+        let graph = by_walls(&scene, None);
+        assert_sound(&graph, &scene);
+        (graph.cells.len(), graph.portals.len())
+    };
+    let metres = counts(1.0, DVec3::ZERO);
+    for (scale, away) in [(1000.0, DVec3::ZERO), (32.0, v(500., -70., 20.)), (0.0254, DVec3::ZERO)] {
+        assert_eq!(counts(scale, away), metres, "scale {scale}");
+    }
+}
+
+#[test]
+fn a_turned_house_is_as_sound() {
+    let turn = glam::DQuat::from_rotation_y(0.5) * glam::DQuat::from_rotation_x(0.2);
+    let scene = scene(&moved(&house(true), |p| turn * p));
+    let graph = by_walls(&scene, None);
+    assert_sound(&graph, &scene);
+    assert!(are_joined(&graph, &scene, turn * v(2., 1., 1.), turn * v(6., 1., 1.)));
+}
+
+/// A crate of 1 m in a hall parts nothing where occluders begin at 2 m, and stands in a cell.
+#[test]
+fn what_is_smaller_than_the_smallest_occluder_stands_in_a_cell() {
+    let mut parts = house(true);
+    parts.push(cuboid(v(1., 0., 1.), v(1.6, 0.6, 1.6)));
+    let scene = scene(&parts);
+    let inside = v(1.3, 0.3, 1.3) - scene.origin;
+    let cell_in = |occluder: f64| {
+        let graph = by_walls(&scene, Some(occluder));
+        assert_sound(&graph, &scene);
+        Locator::new(&graph).locate(inside).is_some()
+    };
+    assert!(cell_in(2.0));
+    assert!(!cell_in(0.2), "here it parts space, and nobody is in it");
+}
+
+#[test]
+fn one_sided_walls_without_a_roof_are_split_and_sound() {
+    // A yard of 12 x 12 m, a cross of one-sided walls with a gap in each arm, no ceiling.
+    let sheet = |a: DVec3, b: DVec3| {
+        let up = v(0., 3., 0.);
+        vec![[a, b, b + up], [a, b + up, a + up]]
+    };
+    let mut parts =
+        vec![vec![[v(0., 0., 0.), v(0., 0., 12.), v(12., 0., 12.)], [v(0., 0., 0.), v(12., 0., 12.), v(12., 0., 0.)]]];
+    for (from, to) in [(0., 2.5), (3.5, 8.5), (9.5, 12.)] {
+        parts.push(sheet(v(from, 0., 6.), v(to, 0., 6.)));
+        parts.push(sheet(v(6., 0., from), v(6., 0., to)));
+    }
+    for (a, b) in [((0., 0.), (12., 0.)), ((12., 0.), (12., 12.)), ((12., 12.), (0., 12.)), ((0., 12.), (0., 0.))] {
+        parts.push(sheet(v(a.0, 0., a.1), v(b.0, 0., b.1)));
+    }
+    let scene = scene(&parts);
+    let graph = by_walls(&scene, None);
+    assert_sound(&graph, &scene);
+    assert!(graph.cells.iter().filter(|cell| !cell.open).count() >= 4, "{} cells", graph.cells.len());
+}
+
+/// Squares that hang in the air at random hide nothing: no graph is made of them, and the file says so.
+#[test]
+fn a_soup_becomes_one_open_cell_and_says_so() {
+    let mut random = Random::new(7);
+    let part: Vec<Triangle> = (0..600)
+        .flat_map(|_| {
+            let middle = v(random.real(0., 40.), random.real(0., 15.), random.real(0., 40.));
+            let mut any = || random.direction();
+            let u = any();
+            let w = u.cross(any()).normalize();
+            let [a, b, c, d] = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(s, t)| middle + u * s + w * t);
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    let scene = scene(&[part]);
+    let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
+    let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    assert_eq!((file.cells.len(), file.portals.len(), file.cells[0].open), (1, 0, true));
+    assert!(file.reason.contains("one open cell"), "{}", file.reason);
+    assert!(file.notes.iter().any(|note| note == "one open cell sees everything: 2000 rays were cast"), "{:?}", file.notes);
+    assert!(file.object_rows.is_none());
+}
