@@ -31,7 +31,7 @@ use tiles::Tiles;
 const TILE: f64 = 4.0;
 /// Tiles for each object, where nobody says how large the smallest occluder is; and at least and at most so many. More: cells that differ
 /// in less than an object. Fewer: cells that see most of what there is.
-const TILES_AN_OBJECT: f64 = 2.0;
+const TILES_AN_OBJECT: f64 = 1.5;
 const TILES: [f64; 2] = [256.0, 2048.0];
 /// The largest occluder that is tried first, as a share of the model's diagonal; each further one is smaller by a factor.
 const LARGEST: f64 = 0.1;
@@ -41,7 +41,7 @@ const TRIALS: usize = 32;
 /// large window are open.
 const OPEN_SHARE: f64 = 0.5;
 
-/// Splits a scene; `smallest_occluder` in metres, `None` takes what gives a tile or two for each object.
+/// Splits a scene; `smallest_occluder` in metres, `None` takes what gives three tiles for two objects.
 pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f64>, reason: String) -> CellGraph {
     let tolerance = scene.tolerance();
     let (bounds, domain) = (scene.bounds(), human.domain(scene.bounds()));
