@@ -98,6 +98,20 @@ for size in 125 250; do
   run volume "$enfilade" bake "$out/files/plant-$size.glb" --cells volume --voxel 0.1 --rays 0 --json
 done
 
+# Models that nobody made for this project, by the strategy that `auto` takes and by the others.
+"$enfilade" generate plant --size 125 -o "$out/files/messy-plant.glb"
+"$enfilade" generate city --dense -o "$out/files/messy-city.glb"
+for model in "$data"/godot-demos/zdm2.glb "$data"/game-maps-obj/pandora.obj "$data"/classics/{sponza,dungeon,nav_test}.obj \
+  "$out"/files/messy-{plant,city}.glb; do
+  has "$model" || continue
+  for cells in auto plan volume; do
+    case $(name "$model")-$cells in messy-city-plan | messy-city-volume) continue ;; esac
+    file=$out/files/$(name "$model").$cells.pvs
+    run messy "$enfilade" bake "$model" --rays 5M --cells "$cells" -o "$file" --json
+    run messy "$enfilade" walk "$file" --model "$model" --mode all --verify-pixels --every 4 --size 480x270 --json
+  done
+done
+
 for building in "${own[@]}"; do
   model=data/buildings/$building file=$out/files/$building.5M.pvs
   run modes "$enfilade" bake "$model.glb" --rays 5M -o "$file" --json

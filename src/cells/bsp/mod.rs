@@ -36,7 +36,7 @@ const TILES: [f64; 2] = [256.0, 2048.0];
 /// The largest occluder that is tried first, as a share of the model's diagonal; each further one is smaller by a factor.
 const LARGEST: f64 = 0.1;
 const SMALLER: f64 = 0.84;
-const TRIALS: usize = 32;
+const TRIALS: u32 = 31;
 /// A cell that borders on the outside over this share of the largest side of its box is open. More: yards are closed. Less: rooms with a
 /// large window are open.
 const OPEN_SHARE: f64 = 0.5;
@@ -57,14 +57,14 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
         Shell { triangles: large.map(|(t, _)| *t).collect(), planes: all.planes.clone(), free_standing: 0 }
     };
     let tiles = |occluder: f64| Tiles { planes: &all.planes, axes, around: bounds, edge: TILE * occluder, occluder };
-    let count = |occluder: f64| {
-        let tiles = tiles(occluder);
-        tree::count_tiles(&shell(occluder), domain, axes, tolerance.coplanar, &|poly, inside| tiles.cut(poly, inside)) as f64
+    let enough = (TILES_AN_OBJECT * scene.objects.len() as f64).clamp(TILES[0], TILES[1]) as usize;
+    let size = |k: u32| LARGEST * bounds.diagonal() * SMALLER.powi(k as i32);
+    let has_enough = |k: u32| {
+        let tiles = tiles(size(k));
+        let cut: tree::Tiling<'_> = &|poly, inside| tiles.cut(poly, inside);
+        tree::has_tiles(&shell(size(k)), domain, axes, tolerance.coplanar, cut, enough)
     };
-    let enough = (TILES_AN_OBJECT * scene.objects.len() as f64).clamp(TILES[0], TILES[1]);
-    let sizes = (0..TRIALS as i32).map(|k| LARGEST * bounds.diagonal() * SMALLER.powi(k));
-    let fitting = || sizes.clone().find(|&occluder| count(occluder) >= enough).or(sizes.clone().next_back());
-    let occluder = smallest_occluder.or_else(fitting).unwrap_or(bounds.diagonal());
+    let occluder = smallest_occluder.unwrap_or_else(|| size(first(TRIALS, has_enough)));
     let (shell, tiles) = (shell(occluder), tiles(occluder));
     // 2. The leaves, and what is open between them.
     let bsp = tree::bsp(&shell, domain, axes, tolerance.coplanar, Some(&|poly, inside| tiles.cut(poly, inside)));
@@ -103,5 +103,28 @@ fn open_to_the_sky(cells: &mut [Cell], contacts: &[Contact], labels: &[Option<u3
     for (cell, area) in cells.iter_mut().zip(area) {
         let size = cell.pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(p.bounds)).size();
         cell.open |= area >= OPEN_SHARE * (size.x * size.y).max(size.y * size.z).max(size.z * size.x);
+    }
+}
+
+/// The first number for which something holds that holds for all after it; the last where it holds for none.
+fn first(last: u32, holds: impl Fn(u32) -> bool) -> u32 {
+    let (mut low, mut high) = (0, last);
+    while low < high {
+        let middle = (low + high) / 2;
+        if holds(middle) { high = middle } else { low = middle + 1 }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::first;
+
+    #[test]
+    fn the_first_is_found_wherever_it_is() {
+        for at in 0..=31 {
+            assert_eq!(first(31, |k| k >= at), at);
+        }
+        assert_eq!(first(31, |_| false), 31);
     }
 }

@@ -14,6 +14,9 @@ use std::collections::BTreeMap;
 /// A wall that covers less than this share of its cut makes no tile: the rest of the cut would be portals that hide nothing. More: walls
 /// that end in a hall are lost. Less: parapets and steps cut halls up.
 const LEAST_COVERED: f64 = 0.25;
+/// A plane that leaves less than this on a side of a part, as a share of the model's diagonal, only grazes it and is no cut. Larger: thin
+/// walls are no cuts. Smaller: a cut that can't be made ends the tile.
+const GRAZING: f64 = 1e-7;
 /// Planes that are tried for a cut.
 const TRIED: usize = 16;
 /// A part of a tile is small where it is in no direction longer than this, or in volume no larger than its cube, in smallest occluders.
@@ -69,7 +72,9 @@ impl Tiles<'_> {
         large.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         large.truncate(TRIED);
         let covered = |&(id, area_of_wall): &(u32, f64)| {
-            let section = area(&poly.section(&self.planes[id as usize]));
+            let plane = &self.planes[id as usize];
+            let section =
+                if crosses(poly, plane, GRAZING * self.around.diagonal()) { area(&poly.section(plane)) } else { 0.0 };
             if section > 0.0 { (area_of_wall / section, id) } else { (0.0, id) }
         };
         let walls = large.iter().map(covered).filter(|wall| wall.0 >= LEAST_COVERED);
@@ -146,4 +151,11 @@ impl Tiles<'_> {
         best.iter().for_each(|(&a, &(_, b))| _ = sets.join(a, b));
         !best.is_empty()
     }
+}
+
+/// Whether a plane leaves more than `least` metres of a part on either side.
+fn crosses(poly: &Poly, plane: &Plane, least: f64) -> bool {
+    let sides = poly.faces.iter().map(|f| reach(&f.points, plane));
+    let (low, high) = sides.fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
+    low < -least && high > least
 }

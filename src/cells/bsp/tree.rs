@@ -10,6 +10,8 @@ use super::planes::{Shell, TOUCH};
 use crate::geom::{Aabb, Plane, clip};
 use crate::parallel;
 use glam::DVec3;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// A face of a leaf that no node made.
 pub const RIM: u32 = u32::MAX;
@@ -123,10 +125,12 @@ pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling:
     out
 }
 
-/// The number of tiles, with no tree below them; arguments as for [`bsp`].
-pub fn count_tiles(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling: Tiling<'_>) -> usize {
+/// Whether there are `enough` tiles; other arguments as for [`bsp`].
+pub fn has_tiles(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling: Tiling<'_>, enough: usize) -> bool {
     let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar };
-    builder.count_tiles(Poly::cuboid(domain), fragments(shell), tiling)
+    let missing = AtomicUsize::new(enough);
+    builder.take_tiles(Poly::cuboid(domain), fragments(shell), tiling, &missing);
+    missing.into_inner() == 0
 }
 
 fn fragments(shell: &Shell) -> Vec<Fragment> {
@@ -202,17 +206,27 @@ impl Builder<'_> {
         (covers, sides)
     }
 
-    /// The number of tiles.
-    fn count_tiles(&self, poly: Poly, fragments: Vec<Fragment>, tiling: Tiling<'_>) -> usize {
+    /// Takes one from `missing` for each tile, until that is 0.
+    fn take_tiles(&self, poly: Poly, fragments: Vec<Fragment>, tiling: Tiling<'_>, missing: &AtomicUsize) {
+        if missing.load(Relaxed) == 0 {
+            return;
+        }
         let first = tiling(&poly, &fragments);
         let halves = first.and_then(|(plane, id)| Some((plane, id, poly.split(&plane, 0, self.touch)?)));
-        let Some((plane, id, [back, front])) = halves else { return 1 };
+        let Some((plane, id, [back, front])) = halves else {
+            _ = missing.fetch_update(Relaxed, Relaxed, |n| n.checked_sub(1));
+            return;
+        };
         let (_, [behind, before]) = self.divide(fragments, &plane, id);
         let many = behind.len() + before.len() > MANY;
-        let a = || self.count_tiles(back, behind, tiling);
-        let b = || self.count_tiles(front, before, tiling);
-        let (a, b) = if many { parallel::join(a, b) } else { (a(), b()) };
-        a + b
+        let a = || self.take_tiles(back, behind, tiling, missing);
+        let b = || self.take_tiles(front, before, tiling, missing);
+        if many {
+            parallel::join(a, b);
+        } else {
+            a();
+            b();
+        }
     }
 
     /// The halves of the best cut; what only grazes this part of space goes to `stray`.
