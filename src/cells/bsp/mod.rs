@@ -37,6 +37,9 @@ const TILES: [f64; 2] = [256.0, 2048.0];
 const LARGEST: f64 = 0.1;
 const SMALLER: f64 = 0.84;
 const TRIALS: u32 = 31;
+/// A leaf is a sliver below this thickness, in smallest holes. Larger: thin rooms go to others. Smaller: openings are lost between planes
+/// that are nearly one.
+const SLIVER: f64 = 2.0;
 /// A cell that borders on the outside over this share of the largest side of its box is open. More: yards are closed. Less: rooms with a
 /// large window are open.
 const OPEN_SHARE: f64 = 0.5;
@@ -70,8 +73,9 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     let bsp = tree::bsp(&shell, domain, axes, tolerance.coplanar, Some(&|poly, inside| tiles.cut(poly, inside)));
     let contacts = adjacency::contacts(&bsp, axes[0], &tolerance);
     // 3. Which leaves are a cell.
-    let mut parts = tiles.parts(&bsp, &contacts);
-    let solid = solid::solid(scene, &bsp, &contacts, occluder);
+    let slivers = tiles::slivers(&bsp, &contacts, SLIVER * adjacency::smallest_hole(&tolerance));
+    let mut parts = tiles.parts(&bsp, &contacts, &slivers);
+    let solid = solid::solid(scene, &bsp, &contacts, &slivers, occluder);
     parts.labels.iter_mut().zip(&solid).filter(|(_, solid)| **solid).for_each(|(label, _)| *label = None);
     // 4. The graph.
     let pieces = pieces::pieces(&bsp, &contacts, &parts.labels, parts.count, 0.1 * tolerance.coplanar);

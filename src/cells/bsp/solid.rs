@@ -20,11 +20,12 @@ const THIN: f64 = 0.4;
 /// Rays from a part.
 const RAYS: usize = 64;
 
-/// Whether each leaf is solid.
-pub fn solid(scene: &Scene, bsp: &Bsp, contacts: &[Contact], occluder: f64) -> Vec<bool> {
+/// Whether each leaf is solid; `slivers` are leaves and what each is a part of.
+pub fn solid(scene: &Scene, bsp: &Bsp, contacts: &[Contact], slivers: &[(u32, u32)], occluder: f64) -> Vec<bool> {
     let leaves = bsp.leaves.len() as u32;
     let mut sets = DisjointSets::new(leaves as usize);
     contacts.iter().filter(|c| c.wide).for_each(|c| _ = sets.join(c.leaves[0], c.leaves[1]));
+    slivers.iter().for_each(|&(a, b)| _ = sets.join(a, b));
     // Volume of each part, its largest leaf, and whether it reaches the rim.
     let mut parts: BTreeMap<u32, (f64, (f64, u32), bool)> = BTreeMap::new();
     for (leaf, at_rim) in (0..).zip(bsp.leaves_at_rim()) {

@@ -5,7 +5,7 @@
 //! to: a niche is no cell.
 
 use super::adjacency::Contact;
-use super::tree::{Bsp, Cut, Fragment, Poly, reach};
+use super::tree::{Bsp, Cut, Face, Fragment, Poly, reach};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::{Aabb, Plane, area};
 use glam::DVec3;
@@ -97,8 +97,8 @@ impl Tiles<'_> {
         (high - low > self.edge).then_some((Plane { n, d: 0.5 * (low + high) }, None))
     }
 
-    /// The cells of the leaves.
-    pub fn parts(&self, bsp: &Bsp, contacts: &[Contact]) -> Parts {
+    /// The cells of the leaves; `slivers` as [`slivers`] gives them.
+    pub fn parts(&self, bsp: &Bsp, contacts: &[Contact], slivers: &[(u32, u32)]) -> Parts {
         let leaves = bsp.leaves.len() as u32;
         let mut sets = DisjointSets::new(leaves as usize);
         let mut rim: Option<u32> = None;
@@ -109,6 +109,7 @@ impl Tiles<'_> {
         for c in contacts.iter().filter(|c| c.wide && in_one_tile(c)[0] == in_one_tile(c)[1]) {
             sets.join(c.leaves[0], c.leaves[1]);
         }
+        slivers.iter().for_each(|&(a, b)| _ = sets.join(a, b));
         while self.join_small(bsp, contacts, rim, &mut sets) {}
         let mut numbers: BTreeMap<u32, u32> = rim.map(|leaf| (sets.find(leaf), OUTSIDE)).into_iter().collect();
         let mut number = |leaf: u32| {
@@ -158,4 +159,31 @@ fn crosses(poly: &Poly, plane: &Plane, least: f64) -> bool {
     let sides = poly.faces.iter().map(|f| reach(&f.points, plane));
     let (low, high) = sides.fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
     low < -least && high > least
+}
+
+/// Leaves thinner than `least` metres, each with the leaf that it is most open to. Openings into a sliver may all be narrower than the smallest
+/// hole although a wide one leads through it: so a sliver is a part of what it is open to, and never solid by itself.
+pub fn slivers(bsp: &Bsp, contacts: &[Contact], least: f64) -> Vec<(u32, u32)> {
+    let is_sliver = |leaf: u32| {
+        let poly = &bsp.leaves[leaf as usize].poly;
+        let thickness = |f: &Face| {
+            let (low, high) = poly
+                .faces
+                .iter()
+                .map(|g| reach(&g.points, &f.plane))
+                .fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
+            high - low
+        };
+        poly.faces.iter().map(thickness).fold(f64::INFINITY, f64::min) < least
+    };
+    let mut best: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
+    for c in contacts.iter().filter(|c| c.open_area > 0.0) {
+        for [leaf, other] in [c.leaves, [c.leaves[1], c.leaves[0]]] {
+            let known = best.get(&leaf).map_or(0.0, |b| b.0);
+            if c.open_area > known && is_sliver(leaf) {
+                best.insert(leaf, (c.open_area, other));
+            }
+        }
+    }
+    best.into_iter().map(|(leaf, (_, other))| (leaf, other)).collect()
 }
