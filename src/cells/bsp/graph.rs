@@ -1,6 +1,6 @@
 //! From labelled leaves to cells and portals.
 
-use super::adjacency::{Contact, Flat};
+use super::adjacency::{self, Contact, Flat};
 use super::tree::Bsp;
 use crate::CellId;
 use crate::cells::complex::assemble::{around, hulls};
@@ -40,8 +40,8 @@ pub fn cells(pieces: Vec<Vec<Piece>>, beyond: Option<u32>, domain: Aabb) -> (Vec
     (cells, number)
 }
 
-/// Portals between different cells, in a fixed order, but for openings narrower than `crumb` seals; see [`crate::cells::complex::assemble::portals`].
-pub fn portals(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], along: DVec3, seal: f64, crumb: f64) -> Vec<Portal> {
+/// Portals between different cells, in a fixed order; see [`crate::cells::complex::assemble::portals`].
+pub fn portals(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], along: DVec3, seal: f64) -> Vec<Portal> {
     /// Cells in order, the plane's bits, whether the lower cell is behind it.
     type Key = (u32, u32, [u64; 4], bool);
     let mut groups: BTreeMap<Key, (Plane, Vec<Shape>)> = BTreeMap::new();
@@ -68,7 +68,7 @@ pub fn portals(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], along: D
                 winding.reverse();
             }
             let cells = [CellId(low), CellId(high)];
-            let sound = width(&hull) >= (2.0 * GROWN + crumb) * seal
+            let sound = width(&hull) >= (2.0 * GROWN + adjacency::CRUMB) * seal
                 && winding.len() >= 3
                 && newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>()).length() > 0.0;
             let kind = PortalKind::Opening;

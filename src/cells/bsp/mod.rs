@@ -40,9 +40,6 @@ const TRIALS: u32 = 31;
 /// A leaf is a sliver below this thickness, in smallest holes. Larger: thin rooms go to others. Smaller: openings are lost between planes
 /// that are nearly one.
 const SLIVER: f64 = 2.0;
-/// Openings narrower than this, in seals, get no portal. Larger: a wide opening over several planes is lost, each part of it being narrow.
-/// Smaller: what rounding leaves along edges gets portals.
-const CRUMB: f64 = 0.5;
 /// A cell that borders on the outside over this share of the largest side of its box is open. More: yards are closed. Less: rooms with a
 /// large window are open.
 const OPEN_SHARE: f64 = 0.5;
@@ -85,7 +82,7 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     let (mut cells, number) = graph::cells(pieces, Some(tiles::OUTSIDE), domain);
     let labels: Vec<Option<u32>> = parts.labels.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
     open_to_the_sky(&mut cells, &contacts, &labels);
-    let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal, CRUMB);
+    let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal);
     let small = all.triangles.len() - shell.triangles.len();
     let mut notes = vec![
         format!("surfaces smaller than {occluder:.3} m (--smallest-occluder) part nothing: {small} triangles"),

@@ -85,7 +85,7 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
     let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar);
     let (cells, number) = cells(pieces, beyond, domain);
     let of_leaf: Vec<Option<u32>> = of_leaf.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
-    let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal, adjacency::CRUMB);
+    let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal);
     let count = cells.iter().map(|c| c.pieces.len()).sum::<usize>();
     let mut notes = vec![
         format!("voxels of {voxel:.3} m: {} bricks, {} of them touched by surfaces", grid.len(), grid.occupied.len()),
