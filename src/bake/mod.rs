@@ -10,7 +10,7 @@ use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCel
 use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
 use crate::pvs::view_cells::{self, ViewRows};
-use crate::pvs::{self, Guarantee, PvsOptions};
+use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
 use crate::scene::{ImportOptions, Scene};
 use serde::Serialize;
 use std::time::Instant;
@@ -74,6 +74,8 @@ pub struct Baked {
     pub views: Option<ViewRows>,
     /// Cells that were found, where they were joined to fewer for lack of memory.
     pub cells_found: Option<usize>,
+    /// What ended sampling.
+    pub sampling_end: SamplingEnd,
     /// Stages' times; never part of the file.
     pub seconds: Seconds,
 }
@@ -162,5 +164,6 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     if let Some(views) = &views {
         file.add_views(&options.view_cells, views, options.keep_bounds);
     }
-    Ok(Baked { file, audit, views, cells_found, seconds: Seconds { cells, pvs: start.elapsed().as_secs_f64() } })
+    let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
+    Ok(Baked { file, audit, views, cells_found, sampling_end, seconds })
 }

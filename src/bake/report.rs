@@ -4,6 +4,7 @@ use super::Baked;
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
 use crate::scene::Scene;
+use crate::types::bounds::SamplingEnd;
 use crate::types::expected::ExpectedDraw;
 use crate::types::proof::Repair;
 use crate::types::stats::PvsStats;
@@ -101,6 +102,8 @@ pub struct BakeReport {
     pub notes: Vec<String>,
     /// The sets, and the bake's counters.
     pub pvs: PvsReport,
+    /// What ended sampling: `rays`, `unseen` or `time`.
+    pub sampling_ended_by: SamplingEnd,
     /// The clearance that the guarantee holds for, metres.
     pub clearance: f64,
     /// Openings narrower than this, metres, may have been sealed.
@@ -158,6 +161,7 @@ impl BakeReport {
             left_out: file.left_out.clone(),
             notes: file.notes.clone(),
             pvs: PvsReport { summary, stats: file.stats },
+            sampling_ended_by: baked.sampling_end,
             clearance: file.clearance(),
             smallest_hole: file.smallest_hole,
             expected_draw,

@@ -4,7 +4,7 @@ use crate::BitMatrix;
 use crate::cells::{CellGraph, place_objects};
 use crate::file::PvsFile;
 use crate::geom::newell;
-use crate::pvs::{Guarantee, Pvs, PvsStats};
+use crate::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use crate::random::SplitMix;
 use crate::runtime::{Camera, Culler, Mode, Scratch};
 use crate::scene::rays::RayScene;
@@ -61,6 +61,7 @@ fn without_rows(scene: &Scene, graph: &CellGraph) -> PvsFile {
         narrow: none(),
         witnesses: Vec::new(),
         unseen: None,
+        sampling_end: SamplingEnd::Rays,
         guarantee: Guarantee::Conservative,
         repairs: Vec::new(),
         stats: PvsStats::default(),

@@ -1,7 +1,7 @@
 //! `enfilade bake`.
 
 use super::resume::{Kept, catch_interrupts};
-use super::scene::SceneFlags;
+use super::scene::{RAYS, SceneFlags};
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
@@ -30,6 +30,12 @@ pub struct Args {
     /// Which side of the truth the rows take
     #[arg(long, value_enum, default_value = "conservative")]
     ship: Ship,
+    /// Go on until at most this much of what there is to see from a cell, in the mean, is unseen with 95 % confidence, as 0.01%
+    #[arg(long, value_name = "PERCENT%", value_parser = percent)]
+    unseen: Option<f64>,
+    /// Seconds after which sampling ends; where this ends it, the bytes depend on the machine
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    time: Option<f64>,
     /// Keep both sides and the witnesses in the file
     #[arg(long)]
     keep_bounds: bool,
@@ -90,7 +96,9 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
                 Ship::Sampled => Guarantee::Sampled,
             },
             seed: args.seed,
-            ray_budget: args.scene.rays,
+            ray_budget: args.scene.rays.unwrap_or(if args.unseen.is_some() { RAYS_TO_A_GOAL } else { RAYS }),
+            unseen: args.unseen,
+            time: args.time,
             cubes,
             ..PvsOptions::default()
         },
@@ -128,6 +136,20 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         eprintln!("{report}{}: {} bytes", output.display(), report.file_bytes);
     }
     Ok(Outcome::Done)
+}
+
+/// Rays where an error is asked for and nobody says how many.
+const RAYS_TO_A_GOAL: u64 = 1_000_000_000;
+
+/// A share, as `0.01%`, as a fraction.
+fn percent(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').and_then(|number| number.trim_end().parse::<f64>().ok());
+    number.filter(|&p| p > 0.0 && p < 100.0).map(|p| p / 100.0).ok_or_else(|| "takes a percentage, as in 0.01%".into())
+}
+
+/// Seconds above 0.
+fn seconds(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|&s| s > 0.0 && s.is_finite()).ok_or_else(|| "takes seconds, above 0".into())
 }
 
 /// Bytes, as `512M`; powers of 1024.

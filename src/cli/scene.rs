@@ -21,9 +21,9 @@ pub struct SceneFlags {
     /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
     #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
     pub cells_file: Option<PathBuf>,
-    /// Rays that sampling may cast, as 500k or 20M: a count and not a time, so that the bytes don't depend on the machine
-    #[arg(long, value_name = "COUNT", value_parser = count::parse, default_value = RAYS)]
-    pub rays: u64,
+    /// Rays that sampling may cast, as 500k or 20M: a count and not a time, so that the bytes don't depend on the machine [default: 20M]
+    #[arg(long, value_name = "COUNT", value_parser = count::parse)]
+    pub rays: Option<u64>,
     /// Most triangles an object may have before its mesh is split
     #[arg(long, value_name = "N", default_value_t = ImportOptions::default().object_triangles, value_parser = clap::value_parser!(u32).range(1..))]
     pub object_triangles: u32,
@@ -45,15 +45,15 @@ pub enum CellsFlag {
 }
 
 /// Rays where nothing is said.
-const RAYS: &str = "20M";
+pub const RAYS: u64 = 20_000_000;
 /// Fewer rays than this, and more than none, are mostly meant as millions.
 const FEW: u64 = 1_000;
 
 impl SceneFlags {
     /// Refuses numbers out of range.
     pub fn check(&self) -> Result<(), CliError> {
-        if (1..FEW).contains(&self.rays) {
-            eprintln!("note: --rays {0} is {0} rays; {0} million are --rays {0}M", self.rays);
+        if let Some(rays) = self.rays.filter(|rays| (1..FEW).contains(rays)) {
+            eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");
         }
         if self.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
             return Err(CliError("--unit takes metres per unit, above 0".into()));
@@ -100,7 +100,7 @@ impl SceneFlags {
         flags.extend(self.voxel.map(|v| ("--voxel", v.to_string())));
         flags.extend(self.smallest_occluder.map(|v| ("--smallest-occluder", v.to_string())));
         flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
-        flags.extend(Some(count::text(self.rays)).filter(|rays| rays != RAYS).map(|rays| ("--rays", rays)));
+        flags.extend(self.rays.filter(|&rays| rays != RAYS).map(|rays| ("--rays", count::text(rays))));
         let triangles = self.object_triangles;
         let usual = ImportOptions::default().object_triangles;
         flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));

@@ -1,16 +1,17 @@
 //! Both sides, step by step: sampling, portal flow, occluders, and repairs between them.
 
 use super::flow::{FlowInput, FlowResult, flow};
-use super::sampling::confidence;
+use super::sampling::clock::Clock;
 use super::sampling::witness::{Lower, PLACEMENT_MARGIN};
 use super::sampling::{self, Plan, Strategy, aimed};
-use super::{Pvs, PvsOptions, PvsStats, Repair, Unseen, occluders, repair};
+use super::{Pvs, PvsOptions, PvsStats, Repair, SamplingEnd, Unseen, occluders, repair};
 use crate::BitMatrix;
 use crate::cells::{CellGraph, place_objects};
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::types::bounds::percent;
 
 /// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
 const AIMED: f64 = 0.15;
@@ -31,7 +32,7 @@ pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_
     let rays = RayScene::new(scene);
     let mut bake = Bake::new(scene, &rays, graph, options, work);
     // 1. The lower bound: what rays and cubes show, with proofs; and how much that misses.
-    let unseen = bake.sample()?;
+    let (unseen, end) = bake.sample()?;
     // 2. Holes that the proofs show in the graph.
     work.tell("holes", 0.0);
     bake.mend();
@@ -50,14 +51,14 @@ pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_
         }
         upper = bake.flow()?;
     }
-    Ok(bake.close(upper, unseen))
+    Ok(Pvs { unseen, sampling_end: end, ..bake.close(upper) })
 }
 
 /// What the steps work on.
 struct Bake<'a> {
     scene: &'a Scene,
     rays: &'a RayScene<'a>,
-    options: &'a PvsOptions,
+    options: PvsOptions,
     work: &'a Job<'a>,
     graph: CellGraph,
     /// Cells x objects: which objects are in which cell.
@@ -84,24 +85,29 @@ impl<'a> Bake<'a> {
             followed: [0, 0],
             scene,
             rays,
-            options,
+            options: options.clone(),
             work,
             graph,
         }
     }
 
-    /// Rays and cubes by schedule, then rays that test what these missed; `None` where there are none for that.
-    fn sample(&mut self) -> Result<Option<Unseen>, Stopped> {
+    /// Rays and cubes by schedule, and rays that test what these missed; no bound where there are none for that.
+    fn sample(&mut self) -> Result<(Option<Unseen>, SamplingEnd), Stopped> {
         let Self { rays, options, work, graph, lower, .. } = self;
         work.tell("sampling", 0.0);
         let share = |part: f64| (options.ray_budget as f64 * part) as u64;
-        let to_test = share(TESTED);
-        let budget = options.ray_budget - share(AIMED) - to_test;
-        let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget };
-        sampling::sample(rays, graph, plan, lower, work)?;
+        let (to_test, goal) = (share(TESTED), options.unseen);
+        let budget = options.ray_budget - share(AIMED) - if goal.is_none() { to_test } else { 0 };
+        let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget, to_test, goal };
+        let clock = Clock::start(options.time);
+        let (unseen, end) = sampling::sample(rays, graph, plan, &clock, lower, work)?;
         graph.notes.append(&mut lower.notes);
-        let mut test = || confidence::test(rays, graph, options.seed, to_test, lower, work);
-        (to_test > 0).then(&mut test).transpose()
+        graph.notes.extend(goal.zip(unseen.as_ref()).map(|(goal, unseen)| reached(goal, unseen, end, lower.rays)));
+        if end != SamplingEnd::Rays {
+            // What comes after costs its share of what was spent.
+            options.ray_budget = options.ray_budget.min((lower.rays as f64 / (1.0 - AIMED)) as u64);
+        }
+        Ok((unseen, end))
     }
 
     /// Adds the portals that new proofs show to be missing; true where there were any.
@@ -148,7 +154,7 @@ impl<'a> Bake<'a> {
     }
 
     /// Makes the lower set a subset of the upper one: what contradicts it is called visible, and counted.
-    fn close(mut self, upper: FlowResult, unseen: Option<Unseen>) -> Pvs {
+    fn close(mut self, upper: FlowResult) -> Pvs {
         let FlowResult { mut cells_upper, mut objects_upper, steps, capped } = upper;
         let mut stats = PvsStats {
             rays: self.lower.rays,
@@ -182,11 +188,22 @@ impl<'a> Bake<'a> {
             placement: self.placement,
             narrow: self.narrow,
             witnesses,
-            unseen,
+            unseen: None,
+            sampling_end: SamplingEnd::Rays,
             guarantee: self.options.ship,
             repairs: self.repairs,
             stats,
         }
+    }
+}
+
+/// How far sampling came with what was asked of it.
+fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> String {
+    let (goal, bound) = (percent(goal), percent(unseen.mean));
+    match end {
+        SamplingEnd::Unseen => format!("unseen: at most {bound} after {rays} rays, as asked for ({goal})"),
+        SamplingEnd::Rays => format!("unseen: at most {bound}; {goal} was not reached with all {rays} rays (--rays)"),
+        SamplingEnd::Time => format!("unseen: at most {bound}; {goal} was not reached in time, after {rays} rays (--time)"),
     }
 }
 

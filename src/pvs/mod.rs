@@ -16,7 +16,7 @@ mod repair;
 pub mod sampling;
 pub mod view_cells;
 
-pub use crate::types::bounds::{CONFIDENCE, Unseen};
+pub use crate::types::bounds::{CONFIDENCE, SamplingEnd, Unseen};
 pub use crate::types::guarantee::Guarantee;
 pub use crate::types::proof::{Repair, Witness};
 pub use crate::types::stats::PvsStats;
@@ -49,6 +49,8 @@ pub struct Pvs {
     pub witnesses: Vec<Witness>,
     /// How much there is to see that nobody has seen, at most; `None` where no rays were cast to tell.
     pub unseen: Option<Unseen>,
+    /// What ended sampling.
+    pub sampling_end: SamplingEnd,
     /// Which side to ship.
     pub guarantee: Guarantee,
     /// Holes found and mended.

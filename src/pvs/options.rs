@@ -13,6 +13,11 @@ pub struct PvsOptions {
     /// Rays over the whole bake: the sampling budget; a count, so that the bytes don't depend on the machine. What flow leaves undecided
     /// is then asked of the triangles, one shaft for five of them: 0 leaves out both.
     pub ray_budget: u64,
+    /// What may be unseen of what there is to see from a cell, in the mean over cells, as a fraction above 0: sampling goes on until a test
+    /// bounds it by this, or all rays are cast. See [`Unseen`](crate::types::bounds::Unseen).
+    pub unseen: Option<f64>,
+    /// Seconds after which sampling ends, above 0. Where this ends it, the bytes depend on the machine.
+    pub time: Option<f64>,
     /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
     pub flow_steps: u64,
     /// Which engine makes visibility cubes.
@@ -27,6 +32,8 @@ impl Default for PvsOptions {
             ship: Guarantee::Conservative,
             seed: 0,
             ray_budget: 20_000_000,
+            unseen: None,
+            time: None,
             flow_steps: 20_000,
             cubes: Choice::default(),
             most_witnesses: usize::MAX,

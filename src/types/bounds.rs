@@ -10,3 +10,24 @@ pub struct Unseen {
     /// For each cell; 1 for one without room for an eye.
     pub cells: Vec<f32>,
 }
+
+/// What ended sampling.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
+#[cfg_attr(feature = "bake", serde(rename_all = "snake_case"))]
+pub enum SamplingEnd {
+    /// All rays were cast, or none found anything more.
+    #[default]
+    Rays,
+    /// The bound that was asked for was reached.
+    Unseen,
+    /// Time was over.
+    Time,
+}
+
+/// A fraction in percent, with two digits that count.
+pub(crate) fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    let digits = if percent > 0.0 { (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 };
+    format!("{percent:.digits$} %")
+}

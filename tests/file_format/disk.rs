@@ -4,7 +4,7 @@ use crate::cli::{self, folder, run_words};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, read_cells};
 use enfilade::file::{Container, FileError, Gap, Import, PvsFile, entropy_bits_per_pair, replace_file};
 use enfilade::geom::{Aabb, Plane};
-use enfilade::pvs::{Guarantee, Pvs, PvsStats, Witness};
+use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd, Witness};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
@@ -75,6 +75,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         guarantee,
         repairs: Vec::new(),
         unseen: None,
+        sampling_end: SamplingEnd::Rays,
         stats: PvsStats { rays: 12, ..PvsStats::default() },
     };
     (PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, keep_bounds), scene)
@@ -134,6 +135,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         guarantee: Guarantee::Conservative,
         repairs: Vec::new(),
         unseen: None,
+        sampling_end: SamplingEnd::Rays,
         stats: PvsStats::default(),
     };
     let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, false);

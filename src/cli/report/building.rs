@@ -1,5 +1,6 @@
 //! `enfilade report` of a building.
 
+use super::super::scene::RAYS;
 use super::{Args, command, name, write};
 use crate::cli::bake::{peak_rss_mb, progress_bar};
 use crate::cli::stage_times::{Stages, cpu_seconds};
@@ -54,7 +55,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let cells_seconds = since.elapsed().as_secs_f64();
 
     // 2. Both sides, as `bake` works them out.
-    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays, ..PvsOptions::default() };
+    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
     let options = BakeOptions {
         split: args.scene.split(),
         pvs: pvs.clone(),

@@ -14,10 +14,8 @@
 
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
-use super::uniform::regions;
 use super::witness::{Found, Line, Lower};
 use crate::CellId;
-use crate::cells::{CellGraph, Locator};
 use crate::job::{Job, Stopped};
 use crate::scene::rays::{Hit, RayScene};
 use crate::types::bounds::{CONFIDENCE, Unseen};
@@ -29,8 +27,11 @@ const CLOSE: f64 = 1e-9;
 /// A term below this share of a sum no longer changes it.
 const NOTHING: f64 = 1e-17;
 
-/// Looks; each has twice the rays of the one before.
+/// Looks at what a set number of rays found; each has twice the rays of the one before.
 const LOOKS: u32 = 3;
+
+/// What one of [`LOOKS`] may be wrong with.
+pub(in crate::pvs) const DOUBT: f64 = (1.0 - CONFIDENCE) / LOOKS as f64;
 
 /// A least bound over looks.
 #[derive(Clone, Copy)]
@@ -40,10 +41,15 @@ impl Bound {
     /// Nothing known.
     pub const NONE: Self = Self(1.0);
 
-    /// Takes in one look.
-    pub fn look(&mut self, hits: u64, rays: u64) {
-        self.0 = self.0.min(upper_bound(hits, rays, (1.0 - CONFIDENCE) / f64::from(LOOKS)));
+    /// Takes in one look, which may be wrong with probability `doubt`.
+    pub fn look(&mut self, hits: u64, rays: u64, doubt: f64) {
+        self.0 = self.0.min(upper_bound(hits, rays, doubt));
     }
+}
+
+/// The doubt of look `number` where nobody knows how many there will be: 1/2, 1/6, 1/12, ... of all, which add up to one.
+pub(in crate::pvs) fn doubt_of(number: u32) -> f64 {
+    (1.0 - CONFIDENCE) / (f64::from(number + 1) * f64::from(number + 2))
 }
 
 /// Rays of each look, of `rays` in all.
@@ -78,46 +84,75 @@ pub(in crate::pvs) fn look(
     Some(hits)
 }
 
-/// Bounds what `lower` misses, with about `budget` rays, the same number from each cell; adds what they show.
-pub(in crate::pvs) fn test(
-    rays: &RayScene<'_>,
-    graph: &CellGraph,
-    seed: u64,
-    budget: u64,
-    lower: &mut Lower,
-    work: &Job<'_>,
-) -> Result<Unseen, Stopped> {
-    let locator = Locator::new(graph);
-    let sampler = Sampler::new(rays, graph, &locator, seed);
-    let regions = regions(&sampler);
-    let (mut mean, mut cells) = (Bound::NONE, vec![Bound::NONE; regions.len()]);
-    for (number, count) in (0u64..).zip(looks(budget / regions.len().max(1) as u64)) {
-        let known = &*lower;
+/// Bounds of what rows miss, look by look.
+pub(super) struct Test<'a> {
+    sampler: &'a Sampler<'a>,
+    regions: &'a [Region],
+    mean: Bound,
+    cells: Vec<Bound>,
+    /// Looks so far.
+    looks: u32,
+}
+
+impl<'a> Test<'a> {
+    /// No look yet.
+    pub fn new(sampler: &'a Sampler<'a>, regions: &'a [Region]) -> Self {
+        Self { sampler, regions, mean: Bound::NONE, cells: vec![Bound::NONE; regions.len()], looks: 0 }
+    }
+
+    /// Looks at `lower` three times, with about `budget` rays in all.
+    pub fn look_thrice(&mut self, budget: u64, lower: &mut Lower, work: &Job<'_>) -> Result<(), Stopped> {
+        for count in looks(budget / self.regions.len().max(1) as u64) {
+            self.look(count, DOUBT, lower, work)?;
+            work.tell("unseen", f64::from(self.looks) / f64::from(LOOKS));
+        }
+        Ok(())
+    }
+
+    /// Looks at `lower` with `count` rays from each cell, which may be wrong with probability `doubt`; adds what they show.
+    pub fn look(&mut self, count: u64, doubt: f64, lower: &mut Lower, work: &Job<'_>) -> Result<(), Stopped> {
+        let (sampler, regions, number, known) = (self.sampler, self.regions, self.looks, &*lower);
         let from_cell = |&c: &usize| {
             let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());
-            let mut random = Random::new(mix(mix(seed, 0xd1 << 8 | number), c as u64));
+            let mut random = Random::new(mix(mix(sampler.seed, 0xd1 << 8 | u64::from(number)), c as u64));
             let mut missed = |from: DVec3, direction: DVec3, _: Hit| {
                 line.direction = direction;
                 sampler.trace(Site::inside(CellId(c as u32), from), &mut line, &mut crossings);
                 sampler.prover.line(&line, known, &mut found);
             };
-            let hits = look(rays, &regions[c], known.objects.row(c), count, &mut random, &mut missed);
+            let hits = look(sampler.prover.rays, &regions[c], known.objects.row(c), count, &mut random, &mut missed);
             found.rays = count;
             (hits, found.close())
         };
         let results = work.map(&(0..regions.len()).collect::<Vec<_>>(), from_cell)?;
         let (mut all, mut hit) = (0, 0);
-        for ((hits, found), bound) in results.into_iter().zip(&mut cells) {
+        for ((hits, found), bound) in results.into_iter().zip(&mut self.cells) {
             lower.merge(found);
             if let Some(hits) = hits {
-                bound.look(hits, count);
+                bound.look(hits, count, doubt);
                 (all, hit) = (all + count, hit + hits);
             }
         }
-        mean.look(hit, all);
-        work.tell("unseen", (number + 1) as f64 / f64::from(LOOKS));
+        self.mean.look(hit, all, doubt);
+        self.looks += 1;
+        Ok(())
     }
-    Ok(Unseen { mean: mean.0, cells: cells.into_iter().map(|bound| (bound.0 as f32).next_up().min(1.0)).collect() })
+
+    /// Cells that rays start in.
+    pub fn regions(&self) -> usize {
+        self.regions.len()
+    }
+
+    /// The bound of the mean over all cells.
+    pub fn mean(&self) -> f64 {
+        self.mean.0
+    }
+
+    /// All bounds; `None` before the first look.
+    pub fn close(self) -> Option<Unseen> {
+        let cells = self.cells.into_iter().map(|bound| (bound.0 as f32).next_up().min(1.0)).collect();
+        (self.looks > 0).then_some(Unseen { mean: self.mean.0, cells })
+    }
 }
 
 /// The greatest probability of success at which `hits` or fewer of `rays` independent trials succeed with a chance of `alpha` or

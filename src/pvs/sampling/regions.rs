@@ -5,7 +5,7 @@
 //! behind a keyhole, a line through the keyhole is the only one.
 
 use super::aimed;
-use super::confidence::{Bound, look, looks};
+use super::confidence::{Bound, DOUBT, look, looks};
 use super::region::Region;
 use super::sampler::{Random, mix};
 use super::witness::Prover;
@@ -112,7 +112,7 @@ impl<'a> RegionSampler<'a> {
                     shown.add(&self.prover, &mut row, [from, from + direction * hit.t], hit);
                 };
                 if let Some(hits) = look(self.prover.rays, &region, &known, count, &mut random, &mut missed) {
-                    bound.look(hits, count);
+                    bound.look(hits, count, DOUBT);
                 }
             }
             (bound.0, shown)

@@ -1,7 +1,10 @@
-//! Who gets the rays: cubes two parts of three, and the strategy that proved most for its last ones the third.
+//! Who gets the rays: cubes two parts of three, and the strategy that proved most for its last ones the third. Where an error is asked
+//! for, rounds of sampling and of tests follow each other until a test bounds what is unseen.
 
 use super::adaptive::Adaptive;
 use super::cast::Caster;
+use super::clock::Clock;
+use super::confidence::{Test, doubt_of};
 use super::guided::Guided;
 use super::sampler::Sampler;
 use super::source::Source;
@@ -11,6 +14,7 @@ use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
 use crate::job::{Job, Stopped};
 use crate::pvs::cubes::{Choice, CubeScene};
+use crate::types::bounds::{SamplingEnd, Unseen, percent};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 
@@ -59,17 +63,22 @@ pub(in crate::pvs) struct Plan {
     pub seed: u64,
     /// Rays, at most.
     pub budget: u64,
+    /// Rays on top of them, which test what they found; with a `goal` they are part of the budget.
+    pub to_test: u64,
+    /// What may be unseen in the mean over cells, where sampling is to go on until then.
+    pub goal: Option<f64>,
 }
 
-/// Samples until the plan's rays are spent, or nothing finds anything.
+/// Samples until the plan's rays are spent, its goal is reached, time is over, or nothing finds anything; bounds what it missed.
 pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
     plan: Plan,
+    clock: &Clock,
     lower: &mut Lower,
     work: &Job<'_>,
-) -> Result<(), Stopped> {
-    let Plan { strategy, cubes, seed, budget } = plan;
+) -> Result<(Option<Unseen>, SamplingEnd), Stopped> {
+    let Plan { strategy, cubes, seed, budget, to_test, goal } = plan;
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
     let regions = regions(&sampler);
@@ -85,9 +94,59 @@ pub(in crate::pvs) fn sample(
     if matches!(strategy, Strategy::Guided | Strategy::Scheduled) {
         sources.push(Box::new(Guided::new(&sampler)));
     }
-    run(sources, budget, lower, work)?;
+    let (mut turns, mut test) = (Turns::new(sources, clock), Test::new(&sampler, &regions));
+    let end = match goal {
+        Some(goal) => until(goal, budget, &mut turns, &mut test, lower, work)?,
+        None => {
+            let in_time = turns.spend(budget, lower, work)?;
+            test.look_thrice(to_test, lower, work)?;
+            if in_time { SamplingEnd::Rays } else { SamplingEnd::Time }
+        }
+    };
+    drop(turns);
     lower.notes.extend(caster.and_then(|caster| caster.note(lower.cubes)));
-    Ok(())
+    Ok((test.close(), end))
+}
+
+/// The first round of sampling towards a goal has this many rays; each has twice those of the one before.
+const FIRST: u64 = 500_000;
+/// A goal is tested with this many rays over it at least: so many without a hit prove half of it.
+const PROVING: f64 = 16.0;
+/// Of the rays of a round, this fraction tests what is known.
+const TESTED: f64 = 0.1;
+
+/// Rounds of sampling, each with a test at its end, until that bounds the mean by `goal`, `budget` is spent or time is over.
+fn until(
+    goal: f64,
+    budget: u64,
+    turns: &mut Turns<'_>,
+    test: &mut Test<'_>,
+    lower: &mut Lower,
+    work: &Job<'_>,
+) -> Result<SamplingEnd, Stopped> {
+    let cells = test.regions() as u64;
+    for number in 0.. {
+        let round = FIRST << number.min(40);
+        let in_time = turns.spend((lower.rays + round).min(budget), lower, work)?;
+        // Where nothing finds anything more, fresh rays are all that is left.
+        let part = if turns.is_empty() { 1.0 } else { TESTED };
+        let rays = ((round as f64 * part).max(PROVING / goal) as u64).min(budget.saturating_sub(lower.rays));
+        let each = rays / cells.max(1);
+        if each > 0 {
+            test.look(each, doubt_of(number), lower, work)?;
+        }
+        work.tell(&format!("unseen {}", percent(test.mean())), (goal / test.mean()).min(1.0));
+        if test.mean() <= goal {
+            return Ok(SamplingEnd::Unseen);
+        }
+        if !in_time {
+            return Ok(SamplingEnd::Time);
+        }
+        if each == 0 || cells == 0 {
+            break;
+        }
+    }
+    Ok(SamplingEnd::Rays)
 }
 
 /// A strategy, and what it gave for the last rays that it got.
@@ -99,29 +158,55 @@ struct Turn<'a> {
     barren: u32,
 }
 
-/// Two parts of three go to the first strategy, cubes where there are any, since proofs are not all that counts: what borders
-/// prove is many and small, what cubes prove is few and large.
-fn run(sources: Vec<Box<dyn Source + '_>>, budget: u64, lower: &mut Lower, work: &Job<'_>) -> Result<(), Stopped> {
-    let turn = |source| Turn { source, rate: f64::INFINITY, barren: 0 };
-    let mut turns: Vec<Turn<'_>> = sources.into_iter().map(turn).collect();
-    let proofs = |lower: &Lower| lower.witnesses.len() + lower.sights.len();
-    let alone = turns.len() == 1;
-    for part in 0.. {
-        let better = |a: usize, b: usize| if turns[b].rate > turns[a].rate { b } else { a };
-        let next = if part % 3 < 2 { (!turns.is_empty()).then_some(0) } else { (0..turns.len()).reduce(better) };
-        let Some(next) = next.filter(|_| lower.rays < budget) else { break };
-        let turn = &mut turns[next];
-        let (before, rays) = (proofs(lower), lower.rays);
-        let more = turn.source.step(lower, (budget / PARTS).max(LEAST).min(budget - lower.rays), work)?;
-        let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
-        turn.rate = found as f64 / spent as f64;
-        turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
-        if !more || lower.rays == rays || (turn.barren == PATIENCE && !alone) {
-            turns.remove(next);
-        }
-        work.tell("sampling", lower.rays as f64 / budget as f64);
+/// Strategies that take turns. Two parts of three go to the first one, cubes where there are any, since proofs are not all that counts:
+/// what borders prove is many and small, what cubes prove is few and large.
+struct Turns<'a> {
+    turns: Vec<Turn<'a>>,
+    /// More than one from the start.
+    in_turn: bool,
+    /// Parts given away so far.
+    part: u64,
+    clock: &'a Clock,
+}
+
+impl<'a> Turns<'a> {
+    fn new(sources: Vec<Box<dyn Source + 'a>>, clock: &'a Clock) -> Self {
+        let turn = |source| Turn { source, rate: f64::INFINITY, barren: 0 };
+        let turns: Vec<Turn<'a>> = sources.into_iter().map(turn).collect();
+        Self { in_turn: turns.len() > 1, turns, part: 0, clock }
     }
-    Ok(())
+
+    /// Nothing finds anything more.
+    fn is_empty(&self) -> bool {
+        self.turns.is_empty()
+    }
+
+    /// Goes on until `lower` has cost `budget`, or nothing finds anything; false where time was over before.
+    fn spend(&mut self, budget: u64, lower: &mut Lower, work: &Job<'_>) -> Result<bool, Stopped> {
+        let (turns, begin) = (&mut self.turns, lower.rays);
+        let whole = budget.saturating_sub(begin).max(1);
+        let proofs = |lower: &Lower| lower.witnesses.len() + lower.sights.len();
+        while lower.rays < budget {
+            let better = |a: usize, b: usize| if turns[b].rate > turns[a].rate { b } else { a };
+            let next = if self.part % 3 < 2 { (!turns.is_empty()).then_some(0) } else { (0..turns.len()).reduce(better) };
+            let Some(next) = next else { break };
+            if self.clock.is_over(work) {
+                return Ok(false);
+            }
+            let turn = &mut turns[next];
+            let (before, rays) = (proofs(lower), lower.rays);
+            let more = turn.source.step(lower, (whole / PARTS).max(LEAST).min(budget - lower.rays), work)?;
+            let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
+            turn.rate = found as f64 / spent as f64;
+            turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
+            if !more || lower.rays == rays || (turn.barren == PATIENCE && self.in_turn) {
+                turns.remove(next);
+            }
+            self.part += 1;
+            work.tell("sampling", (lower.rays - begin) as f64 / whole as f64);
+        }
+        Ok(true)
+    }
 }
 
 /// What one strategy finds alone.
@@ -137,8 +222,8 @@ pub struct Spent {
 pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
-    let plan = Plan { strategy, cubes: Choice::default(), seed, budget };
-    let done = sample(&rays, graph, plan, &mut lower, &Job::quiet());
-    debug_assert_eq!(done, Ok(()), "nobody stops it");
+    let plan = Plan { strategy, cubes: Choice::default(), seed, budget, to_test: 0, goal: None };
+    let done = sample(&rays, graph, plan, &Clock::start(None), &mut lower, &Job::quiet());
+    debug_assert!(done.is_ok(), "nobody stops it");
     Spent { objects: lower.objects, rays: lower.rays }
 }

@@ -3,7 +3,7 @@ use crate::meshes::soup;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::geom::{Aabb, Plane};
-use enfilade::pvs::{Guarantee, Pvs, PvsStats};
+use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
@@ -176,6 +176,7 @@ impl Building {
             guarantee: Guarantee::Conservative,
             repairs: Vec::new(),
             unseen: None,
+        sampling_end: SamplingEnd::Rays,
             stats: PvsStats::default(),
         };
         let file = PvsFile::from_bake(&scene, &options, &pvs, false);
