@@ -155,7 +155,7 @@ impl<'f> Asker<'f> {
         }
         let graph = file.graph();
         let bounds: Vec<Aabb> = file.object_bounds().collect();
-        let flow = PairFlow::new(&graph, &file.placement, &bounds, file.tolerance().coplanar);
+        let flow = PairFlow::new(&graph, &file.placement, file.placed.as_deref(), &bounds, file.tolerance().coplanar);
         Ok(Self { file, graph, flow, rays: model.map(RayScene::new) })
     }
 

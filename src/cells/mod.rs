@@ -29,7 +29,7 @@ pub use given::cells_file::{GivenError, read_cells};
 pub use given::indoorgml::read_indoorgml;
 pub use given::view_cells::{ViewCell, read_view_cells};
 pub use locate::{Locator, Stretch};
-pub use placement::place_objects;
+pub use placement::{Placement, place_objects};
 pub use split::{SplitError, SplitOptions, split, undivided};
 
 use crate::geom::{Aabb, Plane};

@@ -69,11 +69,13 @@ pub enum SectionId {
     Unseen,
     /// What is undecided, by kind.
     Gap,
+    /// The part of each object in each of its cells.
+    Placed,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -94,6 +96,7 @@ impl SectionId {
         Self::ViewWitnesses,
         Self::Unseen,
         Self::Gap,
+        Self::Placed,
     ];
 
     /// The number in the file.
@@ -143,6 +146,7 @@ impl fmt::Display for SectionId {
             Self::ViewWitnesses => "view-witnesses",
             Self::Unseen => "unseen",
             Self::Gap => "gap",
+            Self::Placed => "placed",
         })
     }
 }

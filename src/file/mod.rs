@@ -39,6 +39,7 @@ use crate::types::portal::{PortalKind, PortalState};
 use crate::types::proof::{Repair, Witness};
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
+use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -71,6 +72,9 @@ pub struct PvsFile {
     pub objects: Vec<FileObject>,
     /// Cells x objects: which objects are in which cell.
     pub placement: BitMatrix,
+    /// The part of each object in each of its cells, one for each bit of the placement, in order; `None`: what of the object's box is in
+    /// the cell's.
+    pub placed: Option<Vec<PlacedBox>>,
     /// Cells x cells; `None` where everything sees everything, or where there is only one cell.
     pub cell_rows: Option<BitMatrix>,
     /// Cells x objects; `None` where everything sees everything.

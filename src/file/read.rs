@@ -12,6 +12,7 @@ use crate::types::portal::PortalState;
 use crate::types::proof::{Repair, Witness};
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
+use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
@@ -45,6 +46,7 @@ impl PvsFile {
             portals: reader.list(SectionId::Portals, meta.portals, 30, budget, |c, b| portal(c, b, cells))?,
             objects: reader.list(SectionId::Objects, objects, 32, budget, |c, _| object(c))?,
             placement: BitMatrix::default(),
+            placed: None,
             cell_rows: None,
             object_rows: None,
             bounds: None,
@@ -56,6 +58,7 @@ impl PvsFile {
             views: Views::default(),
         };
         file.placement = reader.placement(cells, objects, budget)?;
+        file.placed = reader.placed(file.placement.count_ones(), budget)?;
         let portals: Vec<[u32; 2]> = file.portals.iter().map(|p| p.cells.map(|cell| cell.0)).collect();
         if let Some(rows) = reader.cell_rows(cells, &portals, budget)? {
             budget.take(SectionId::CellRows, rows.matrix_bytes())?;
@@ -246,6 +249,20 @@ impl<'a> SectionReader<'_, 'a> {
             None if cells == 0 || objects == 0 => Ok(BitMatrix::new(cells, objects)),
             None => Err(FileError::Missing { section: SectionId::Placement }),
         }
+    }
+
+    /// A box for each of `n` pairs.
+    fn placed(&self, n: u64, budget: &mut Budget) -> Result<Option<Vec<PlacedBox>>, FileError> {
+        self.section(SectionId::Placed, budget, |c, b| {
+            b.take(SectionId::Placed, n.saturating_mul(6))?;
+            (0..n).map(|_| {
+                let mut placed = PlacedBox::WHOLE;
+                for corner in &mut placed.0 {
+                    *corner = c.u8()?;
+                }
+                placed.is_sound().then_some(placed).ok_or_else(|| c.error("a box whose least corner is above its greatest"))
+            }).collect()
+        })
     }
 
     /// `portals`: the cells on both sides of each.

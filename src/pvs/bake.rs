@@ -6,7 +6,7 @@ use super::sampling::witness::{Lower, PLACEMENT_MARGIN};
 use super::sampling::{self, Plan, Strategy, aimed};
 use super::{Pvs, PvsOptions, PvsStats, Repair, SamplingEnd, Unseen, occluders, repair};
 use crate::BitMatrix;
-use crate::cells::{CellGraph, place_objects};
+use crate::cells::{CellGraph, Placement, place_objects};
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
 use crate::scene::Scene;
@@ -61,8 +61,8 @@ struct Bake<'a> {
     options: PvsOptions,
     work: &'a Job<'a>,
     graph: CellGraph,
-    /// Cells x objects: which objects are in which cell.
-    placement: BitMatrix,
+    /// Which objects are in which cell.
+    placement: Placement,
     object_bounds: Vec<Aabb>,
     lower: Lower,
     /// Cells x objects: pairs that triangles leave open for the tolerance.
@@ -128,7 +128,8 @@ impl<'a> Bake<'a> {
     fn flow(&self) -> Result<FlowResult, Stopped> {
         let input = FlowInput {
             graph: &self.graph,
-            placement: &self.placement,
+            placement: &self.placement.matrix,
+            placed_boxes: self.placement.boxes.as_deref(),
             object_bounds: &self.object_bounds,
             cells_lower: &self.lower.cells,
             objects_lower: &self.lower.objects,
@@ -142,7 +143,7 @@ impl<'a> Bake<'a> {
     fn aim(&mut self, upper: &FlowResult) -> Result<(), Stopped> {
         let Self { rays, options, work, graph, placement, lower, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
-        let undecided = aimed::Undecided { cells_upper, objects_upper, placement };
+        let undecided = aimed::Undecided { cells_upper, objects_upper, placement: &placement.matrix };
         aimed::sample(rays, graph, undecided, options, options.ray_budget, lower, work)
     }
 
@@ -150,7 +151,7 @@ impl<'a> Bake<'a> {
     fn occlude(&mut self, upper: &mut FlowResult) -> Result<(), Stopped> {
         let Self { rays, options, work, graph, placement, lower, narrow, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
-        occluders::decide(rays, graph, placement, options, cells_upper, objects_upper, lower, narrow, work)
+        occluders::decide(rays, graph, &placement.matrix, options, cells_upper, objects_upper, lower, narrow, work)
     }
 
     /// Makes the lower set a subset of the upper one: what contradicts it is called visible, and counted.

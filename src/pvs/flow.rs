@@ -60,6 +60,7 @@ use crate::BitMatrix;
 use crate::cells::CellGraph;
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
+use crate::types::placed::PlacedBox;
 use cells::Cells;
 use goals::NoProof;
 use might_see::MightSee;
@@ -74,6 +75,8 @@ pub struct FlowInput<'a> {
     pub graph: &'a CellGraph,
     /// Cells x objects: which objects are in which cell.
     pub placement: &'a BitMatrix,
+    /// The part of each object in each of its cells, by cell, then object; `None`: what of the object's box is in the cell's.
+    pub placed_boxes: Option<&'a [PlacedBox]>,
     /// A box around each object, metres. One that isn't a box (not finite, turned inside out) hides nowhere.
     pub object_bounds: &'a [Aabb],
     /// Cells x cells: pairs known to see each other, one way or both. They are in the result, and nothing is spent on them.

@@ -24,7 +24,7 @@ pub use bake::bake;
 pub use options::PvsOptions;
 
 use crate::BitMatrix;
-use crate::cells::CellGraph;
+use crate::cells::{CellGraph, Placement};
 use glam::DVec3;
 
 /// The result of a bake: lower and upper sets over cells and over objects. `lower` is a subset of `upper`.
@@ -41,8 +41,8 @@ pub struct Pvs {
     pub objects_lower: BitMatrix,
     /// Cells x objects.
     pub objects_upper: BitMatrix,
-    /// Cells x objects: which objects are in which cell.
-    pub placement: BitMatrix,
+    /// Which objects are in which cell.
+    pub placement: Placement,
     /// Cells x objects: pairs that rays reached or shafts closed in on, but nothing clears or shuts down to the tolerance.
     pub narrow: BitMatrix,
     /// One for each pair of `objects_lower`, ordered by cell, then object.

@@ -16,6 +16,7 @@ use crate::geom::{Aabb, Plane};
 use crate::job::Job;
 use crate::scene::rays::RayScene;
 use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
+use crate::types::placed::PlacedBox;
 use glam::DVec3;
 
 /// Steps that the search for one pair may take from one portal: fifty times a bake's.
@@ -51,10 +52,17 @@ pub struct PairFlow {
 }
 
 impl PairFlow {
-    /// Lays out portals and objects. `placement` and `object_bounds` as in [`flow::FlowInput`]; `coplanar`: likewise, metres.
-    pub fn new(graph: &CellGraph, placement: &BitMatrix, object_bounds: &[Aabb], coplanar: f64) -> Self {
+    /// Lays out portals and objects. `placement`, `placed_boxes` and `object_bounds` as in [`flow::FlowInput`]; `coplanar`: likewise, metres.
+    pub fn new(
+        graph: &CellGraph,
+        placement: &BitMatrix,
+        placed_boxes: Option<&[PlacedBox]>,
+        object_bounds: &[Aabb],
+        coplanar: f64,
+    ) -> Self {
         let net = Net::of_graph(graph, coplanar);
-        let (might_see, boxes) = (MightSee::new(&net), Boxes::new(&net, graph, placement, object_bounds));
+        let boxes = Boxes::new(&net, graph, placement, placed_boxes, object_bounds);
+        let might_see = MightSee::new(&net);
         Self { net, might_see, boxes }
     }
 

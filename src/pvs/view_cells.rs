@@ -14,11 +14,12 @@ use super::flow::{FlowInput, flow};
 use super::options::PvsOptions;
 use super::sampling::regions::RegionSampler;
 use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
-use crate::cells::{Cell, CellGraph, Locator, Portal, PortalKind, PortalState, ViewCell, place_objects};
+use crate::cells::{Cell, CellGraph, Locator, Portal, PortalKind, PortalState, Placement, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
 
@@ -73,7 +74,7 @@ pub fn bake(
     // 2. Flow from each region.
     let region = |view: &ViewCell| Cell { pieces: view.pieces.clone(), ..Cell::default() };
     let regions = CellGraph { cells: views.iter().map(region).collect(), portals: Vec::new(), ..graph.clone() };
-    let touching = place_objects(scene, &regions, PLACEMENT_MARGIN * clearance);
+    let touching = place_objects(scene, &regions, PLACEMENT_MARGIN * clearance).matrix;
     let bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
     let (mut upper, mut in_no_cell, mut capped) = (BitMatrix::new(views.len(), scene.objects.len()), Vec::new(), 0);
     for (v, view) in views.iter().enumerate() {
@@ -182,7 +183,7 @@ impl Inserted<'_> {
     /// Sets what may be seen from the region; gives the number of searches that ran out of steps.
     fn flow(
         self,
-        placement: &BitMatrix,
+        placement: &Placement,
         bounds: &[Aabb],
         options: &PvsOptions,
         coplanar: f64,
@@ -206,11 +207,15 @@ impl Inserted<'_> {
         let (cells_lower, mut objects_lower) = (all(here + 1, here), all(bounds.len(), bounds.len()));
         objects_lower.row_mut(here).copy_from_slice(self.known);
         let mut places = BitMatrix::new(here + 1, bounds.len());
-        (0..here).for_each(|cell| places.row_mut(cell).copy_from_slice(placement.row(cell)));
+        (0..here).for_each(|cell| places.row_mut(cell).copy_from_slice(placement.matrix.row(cell)));
         places.row_mut(here).copy_from_slice(self.touching);
+        // What touches the region is met wherever it is.
+        let touching = places.ones(here).map(|_| PlacedBox::WHOLE);
+        let placed_boxes = placement.boxes.as_ref().map(|boxes| boxes.iter().copied().chain(touching).collect::<Vec<_>>());
         let input = FlowInput {
             graph: &graph,
             placement: &places,
+            placed_boxes: placed_boxes.as_deref(),
             object_bounds: bounds,
             cells_lower: &cells_lower,
             objects_lower: &objects_lower,

@@ -114,10 +114,7 @@ impl Culler {
             narrowing: Narrowing::default(),
             locator: Locator::new((0..).map(CellId).zip(file.cells.iter().map(|c| &c.pieces[..])), extent, tolerance),
             cell_portals: Lists::new(leading_out),
-            placed: Boxes::new((0..file.cells.len()).flat_map(|c| {
-                let around = cell_bounds(&file.cells[c], extent, tolerance);
-                cell_objects.get(c).iter().map(move |o| part(file.objects[o.index()].bounds, around))
-            })),
+            placed: Boxes::new(placed_bounds(file, &cell_objects, extent, tolerance)),
             cell_objects,
             portal_planes: file.portals.iter().map(|p| p.plane).collect(),
             portal_cells: file.portals.iter().map(|p| p.cells).collect(),
@@ -173,11 +170,33 @@ impl Culler {
     }
 }
 
+/// The box of what of each object is in each of its cells, in the order of `cell_objects`.
+fn placed_bounds(
+    file: &PvsFile,
+    cell_objects: &Lists<ObjectId>,
+    extent: f64,
+    tolerance: f64,
+) -> impl ExactSizeIterator<Item = [Vec3; 2]> {
+    let arounds = file.cells.iter().map(|cell| cell_bounds(cell, extent, tolerance));
+    let cells = arounds.enumerate().flat_map(|(c, around)| std::iter::repeat_n(around, cell_objects.get(c).len()));
+    let mut bounds: Vec<[Vec3; 2]> = Vec::with_capacity(cell_objects.items().len());
+    for (i, (around, object)) in cells.zip(cell_objects.items()).enumerate() {
+        let whole = file.objects[object.index()].bounds;
+        let placed = file.placed.as_ref().map(|placed| single(placed[i].of_box(Aabb::of(whole.map(|p| p.as_dvec3())))));
+        bounds.push(part(placed.unwrap_or(whole), around));
+    }
+    bounds.into_iter()
+}
+
+/// In single precision, rounded outwards.
+fn single(b: Aabb) -> [Vec3; 2] {
+    [b.min.as_vec3().map(f32::next_down), b.max.as_vec3().map(f32::next_up)]
+}
+
 /// The box around a cell, and the margin of placement around that; `None` where it goes on without end.
 fn cell_bounds(cell: &FileCell, extent: f64, tolerance: f64) -> Option<[Vec3; 2]> {
     let around = cell.pieces.iter().try_fold(Aabb::EMPTY, |b, planes| Some(b.union(piece_bounds(planes, extent)?)))?;
-    let around = around.inflated(PLACED * tolerance);
-    Some([around.min.as_vec3().map(f32::next_down), around.max.as_vec3().map(f32::next_up)])
+    Some(single(around.inflated(PLACED * tolerance)))
 }
 
 /// The part of a box that is in a cell's; all of it where that is empty.

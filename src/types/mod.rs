@@ -11,6 +11,7 @@ pub mod hints;
 pub mod import;
 #[cfg(feature = "bake")]
 pub(crate) mod person;
+pub mod placed;
 pub mod portal;
 pub mod proof;
 pub mod scene;

@@ -70,6 +70,8 @@ impl PvsFile {
         }
         add(SectionId::Unseen, self.unseen.is_some(), &|| self.bounds_of_unseen());
         add(SectionId::Gap, self.gap.is_some(), &|| self.undecided());
+        let placed = || self.placed.iter().flatten().flat_map(|placed| placed.0).collect();
+        add(SectionId::Placed, self.placed.is_some(), &placed);
         assemble(self.model_hash, self.guarantee, &sections)
     }
 

@@ -11,6 +11,7 @@ use super::stab::Passage;
 use crate::cells::CellGraph;
 use crate::geom::{Aabb, Plane};
 use crate::{BitMatrix, bits};
+use crate::types::placed::PlacedBox;
 use glam::DVec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -253,24 +254,34 @@ const BOXES_A_STEP: u64 = 64;
 
 impl Boxes {
     /// Lays out boxes relative to the net's origin.
-    pub fn new(net: &Net, graph: &CellGraph, placement: &BitMatrix, bounds: &[Aabb]) -> Self {
+    pub fn new(
+        net: &Net,
+        graph: &CellGraph,
+        placement: &BitMatrix,
+        placed: Option<&[PlacedBox]>,
+        bounds: &[Aabb],
+    ) -> Self {
         let laid_out = |b: &Aabb| {
             let (middle, half) = (b.centre() - net.origin, b.size() * 0.5);
             let usable = middle.is_finite() && half.is_finite() && half.min_element() >= 0.0;
             if usable { (middle, half) } else { (DVec3::ZERO, DVec3::INFINITY) }
         };
         let margin = CELL_MARGIN * net.slack.coplanar;
-        let in_cell = |c: usize| {
+        let mut placed = placed.map(|placed| placed.iter());
+        let mut in_cell = |c: usize| {
             let around = graph.cells[c].pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(p.bounds)).inflated(margin);
             let part = |o: usize| {
-                let b = bounds[o];
+                let whole = bounds[o];
+                // An object that isn't a box has no part.
+                let placed = placed.as_mut().and_then(Iterator::next).filter(|_| whole.size().is_finite());
+                let b = placed.map_or(whole, |placed| placed.of_box(whole));
                 let part = Aabb { min: b.min.max(around.min), max: b.max.min(around.max) };
                 (o as u32, laid_out(if part.is_empty() { &b } else { &part }))
             };
             placement.ones(c).map(part).collect::<Vec<_>>()
         };
         let boxes = bounds.iter().map(laid_out).collect();
-        let in_cell: Vec<Vec<_>> = (0..placement.rows()).map(in_cell).collect();
+        let in_cell: Vec<Vec<_>> = (0..placement.rows()).map(&mut in_cell).collect();
         let mut cells_of = vec![Vec::new(); placement.columns()];
         for (cell, objects) in in_cell.iter().enumerate() {
             objects.iter().for_each(|&(o, _)| cells_of[o as usize].push(cell as u32));

@@ -35,7 +35,7 @@ pub(super) fn decide(
     if input.object_bounds.is_empty() {
         return Ok(upper);
     }
-    let boxes = Boxes::new(net, input.graph, input.placement, input.object_bounds);
+    let boxes = Boxes::new(net, input.graph, input.placement, input.placed_boxes, input.object_bounds);
     let rounds = rounds(net, might_see, (0..net.cells).filter(|&cell| own(cell)));
     let before = tally.steps;
     for (k, round) in rounds.iter().enumerate() {

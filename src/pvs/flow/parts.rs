@@ -167,10 +167,19 @@ impl Parts {
             }
             result
         };
+        let placed_boxes = input.placed_boxes.map(|boxes| {
+            let mut starts = vec![0];
+            for cell in 0..input.placement.rows() {
+                starts.push(starts[cell] + input.placement.ones(cell).count());
+            }
+            let own = part.cells.iter().flat_map(|&c| &boxes[starts[c as usize]..starts[c as usize + 1]]);
+            own.copied().collect::<Vec<_>>()
+        });
         let bounds: Vec<_> = objects.iter().map(|&o| input.object_bounds[o as usize]).collect();
         let within = FlowInput {
             graph: &graph,
             placement: &of_part(input.placement, &objects),
+            placed_boxes: placed_boxes.as_deref(),
             object_bounds: &bounds,
             cells_lower: &of_part(input.cells_lower, &part.cells),
             objects_lower: &of_part(input.objects_lower, &objects),
@@ -300,6 +309,7 @@ mod tests {
             let input = FlowInput {
                 graph: &graph,
                 placement: &placement,
+                placed_boxes: None,
                 object_bounds: &bounds,
                 cells_lower: &known,
                 objects_lower: &known,

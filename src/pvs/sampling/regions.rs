@@ -193,7 +193,7 @@ impl<'a> RegionSampler<'a> {
     /// The portals of the cells that an object is in.
     fn portals_of(&self, object: u32) -> Vec<u32> {
         let Pvs { graph, placement, .. } = self.pvs;
-        let cells = (0..graph.cells.len()).filter(|&c| placement.get(c, object as usize));
+        let cells = (0..graph.cells.len()).filter(|&c| placement.matrix.get(c, object as usize));
         cells.flat_map(|c| graph.cells[c].portals.iter().map(|p| p.portal().0)).collect()
     }
 
