@@ -9,6 +9,7 @@ use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen, split, undivided};
 use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
+use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
 use crate::scene::{ImportOptions, Scene};
@@ -31,6 +32,8 @@ pub struct BakeOptions {
     pub given: Option<CellGraph>,
     /// Regions to work out rows for on top of the cells.
     pub view_cells: Vec<ViewCell>,
+    /// Where set, space is cut into view cells by cost, of about this many bytes in the file; see [`pvs::partition`].
+    pub view_cell_bytes: Option<u64>,
     /// What rows and proofs may take while they are worked out, bytes: where matrices over all cells would take more than half of it,
     /// neighbouring cells become one; proofs beyond a quarter of it are left out, and their pairs are undecided. What the scene and its
     /// hierarchies take isn't in it.
@@ -49,6 +52,7 @@ impl Default for BakeOptions {
             import: ImportOptions::default(),
             given: None,
             view_cells: Vec::new(),
+            view_cell_bytes: None,
             memory: MEMORY,
         }
     }
@@ -72,6 +76,8 @@ pub struct Baked {
     pub audit: Option<Audit>,
     /// Both sides of what is seen from view cells, where there are any.
     pub views: Option<ViewRows>,
+    /// How view cells were chosen, where that was asked for.
+    pub partition: Option<Partition>,
     /// Cells that were found, where they were joined to fewer for lack of memory.
     pub cells_found: Option<usize>,
     /// What ended sampling.
@@ -148,8 +154,9 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let start = Instant::now();
     let room = (options.memory / 4 / pvs::WITNESS_BYTES) as usize;
     let mut pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };
+    let divides = options.view_cell_bytes.is_some();
     let sees_all = matches!(&graph.cells[..], [only] if only.open) && pvs_options.ship == Guarantee::Conservative;
-    if sees_all && options.view_cells.is_empty() {
+    if sees_all && options.view_cells.is_empty() && !divides {
         pvs_options.ray_budget = (pvs_options.ray_budget as f64 * FOR_ONE_CELL) as u64;
         graph.notes.push(format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget));
     }
@@ -157,13 +164,21 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     if found {
         stage("mending", &pvs.graph, scene, SEGMENTS);
     }
-    let look = || view_cells::bake(scene, &pvs, &options.view_cells, &pvs_options, work);
-    let views = (!options.view_cells.is_empty()).then(look).transpose()?;
+    let mut partition = None;
+    let mut view_cells = options.view_cells;
+    if let Some(bytes) = options.view_cell_bytes {
+        let found = partition::partition(scene, &pvs, bytes, pvs_options.seed, work)?;
+        view_cells.extend_from_slice(&found.views);
+        partition = Some(found);
+    }
+    let look = || view_cells::bake(scene, &pvs, &view_cells, &pvs_options, work);
+    let views = (!view_cells.is_empty()).then(look).transpose()?;
     // 3. The file.
     let mut file = PvsFile::from_bake(scene, &options.import, &pvs, options.keep_bounds);
     if let Some(views) = &views {
-        file.add_views(&options.view_cells, views, options.keep_bounds);
+        file.add_views(&view_cells, views, options.keep_bounds);
     }
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
-    Ok(Baked { file, audit, views, cells_found, sampling_end, seconds })
+    file.notes.extend(partition.as_ref().map(|found| found.to_string()));
+    Ok(Baked { file, audit, views, partition, cells_found, sampling_end, seconds })
 }

@@ -62,6 +62,11 @@ pub struct ViewCellsReport {
     pub in_no_cell: usize,
     /// As [`crate::types::bounds::Unseen::cells`], for each view cell.
     pub unseen: Vec<f64>,
+    /// Of the mean over them.
+    pub unseen_mean: f64,
+    /// Where they were chosen by cost: after each split the bytes that they were expected to take, and the triangles of a row.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub curve: Vec<(u64, f64)>,
     /// Rays cast.
     pub rays: u64,
     /// Searches of flow that ran out of steps.
@@ -200,6 +205,8 @@ fn view_cells(baked: &Baked) -> Option<ViewCellsReport> {
         total_pairs: views.upper.rows() * views.upper.columns(),
         in_no_cell: views.in_no_cell.len(),
         unseen: views.unseen.clone(),
+        unseen_mean: views.unseen_mean,
+        curve: baked.partition.as_ref().map(|found| found.curve.clone()).unwrap_or_default(),
         rays: views.rays,
         flow_capped: views.capped,
         contradictions: views.contradictions,

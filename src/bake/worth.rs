@@ -3,10 +3,10 @@
 use crate::BitMatrix;
 use crate::cells::{CellGraph, place_objects};
 use crate::file::PvsFile;
-use crate::geom::newell;
 use crate::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use crate::random::SplitMix;
 use crate::runtime::{Camera, Culler, Mode, Scratch};
+use crate::scene::floors::Floors;
 use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Scene};
 use glam::DVec3;
@@ -17,8 +17,6 @@ const EYES: usize = 128;
 const DIRECTIONS: usize = 4;
 /// A floor's unit normal has at least this vertical part, up or down.
 const FLOOR_NORMAL: f64 = 0.7;
-/// Where nothing is above an eye's floor, the eye is at most this high, as a share of the model's diagonal.
-const UNDER_THE_SKY: f64 = 0.02;
 /// Opening angle and aspect of the cameras.
 const FOV_Y: f64 = 1.1;
 const ASPECT: f64 = 16.0 / 9.0;
@@ -29,7 +27,11 @@ pub(super) fn drawn_share(scene: &Scene, graph: &CellGraph) -> f64 {
     let culler = Culler::new(&file);
     let mut scratch = Scratch::for_culler(&culler);
     let mut drawn = [0u64; 2];
-    for (eye, turn) in eyes(scene) {
+    let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone());
+    let floors = Floors::new(scene, opaque.map(|t| scene.corners(t as usize)), FLOOR_NORMAL);
+    let mut random = SplitMix::new(0);
+    for eye in floors.eyes(&RayScene::new(scene), EYES, &mut random) {
+        let turn = random.unit() * FRAC_PI_2;
         for k in 0..DIRECTIONS {
             let angle = turn + TAU * k as f64 / DIRECTIONS as f64;
             let camera = Camera::look_at(eye, eye + DVec3::new(angle.cos(), 0.0, angle.sin()), FOV_Y, ASPECT);
@@ -67,34 +69,4 @@ fn without_rows(scene: &Scene, graph: &CellGraph) -> PvsFile {
         stats: PvsStats::default(),
     };
     PvsFile::from_bake(scene, &ImportOptions::default(), &pvs, false)
-}
-
-/// Points over floors, by area, lower ones more often, and an angle for each.
-fn eyes(scene: &Scene) -> Vec<(DVec3, f64)> {
-    let mut floors: Vec<(f64, [DVec3; 3])> = Vec::new();
-    let mut area = 0.0;
-    for t in scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()) {
-        let c = scene.corners(t as usize);
-        let n = newell(&c.map(|p| p - c[0]));
-        if n.y.abs() > FLOOR_NORMAL * n.length() {
-            area += n.length();
-            floors.push((area, c));
-        }
-    }
-    let rays = RayScene::new(scene);
-    let sky = UNDER_THE_SKY * rays.bounds().diagonal();
-    let off = 4.0 * scene.tolerance().clearance;
-    let mut random = SplitMix::new(0);
-    let count = if floors.is_empty() { 0 } else { EYES };
-    let eye = |_| {
-        let at = random.unit() * area;
-        let (_, c) = floors[floors.partition_point(|f| f.0 <= at).min(floors.len() - 1)];
-        let (u, v) = (random.unit(), random.unit());
-        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-        let foot = c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v + DVec3::Y * off;
-        let height = rays.first_opaque(foot, DVec3::Y, f64::INFINITY).map_or(sky, |hit| hit.t);
-        let share = random.unit();
-        (foot + DVec3::Y * (height * (0.1 + 0.8 * share * share)), random.unit() * FRAC_PI_2)
-    };
-    (0..count).map(eye).collect()
 }

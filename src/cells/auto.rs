@@ -11,6 +11,7 @@ use crate::cells::validate::structure;
 use crate::geom::newell;
 use crate::random::SplitMix;
 use crate::scene::Scene;
+use crate::scene::floors::Floors;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
 
@@ -77,26 +78,11 @@ fn closed_cells(graph: &CellGraph) -> usize {
 
 /// The share of what is level that something is above; `None` where nothing is level.
 fn covered(scene: &Scene) -> Option<f64> {
-    let mut level: Vec<(f64, [DVec3; 3])> = Vec::new();
-    let mut area = 0.0;
-    for c in opaque_structure(scene) {
-        let n = newell(&c.map(|p| p - c[0]));
-        if n.y.abs() > FLOOR_NORMAL * n.length() {
-            area += n.length();
-            level.push((area, c));
-        }
-    }
+    let floors = Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL);
     let (rays, mut random) = (RayScene::new(scene), SplitMix::new(0));
-    let off = 4.0 * scene.tolerance().clearance;
-    let is_covered = |_: &usize| {
-        let at = random.unit() * area;
-        let (_, c) = level[level.partition_point(|l| l.0 <= at).min(level.len() - 1)];
-        let (u, v) = (random.unit(), random.unit());
-        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-        let p = c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v + DVec3::Y * off;
-        rays.first_opaque(p, DVec3::Y, f64::INFINITY).is_some()
-    };
-    (!level.is_empty()).then(|| (0..LINES).filter(is_covered).count() as f64 / LINES as f64)
+    let points: Vec<DVec3> = (0..LINES).map_while(|_| floors.draw(&mut random)).collect();
+    let under = points.iter().filter(|&&p| rays.first_opaque(p, DVec3::Y, f64::INFINITY).is_some()).count();
+    (!points.is_empty()).then(|| under as f64 / points.len() as f64)
 }
 
 /// Whether another graph should be tried beside this plan.

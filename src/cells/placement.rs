@@ -65,7 +65,8 @@ pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> Placement
         for &(cell, part) in cells {
             matrix.set(cell as usize, object);
             let placed = PlacedBox::of(part.inflated(0.25 * margin), bounds);
-            let around = graph.cells[cell as usize].pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(p.bounds)).inflated(margin);
+            let around =
+                graph.cells[cell as usize].pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(p.bounds)).inflated(margin);
             all += half_surface(cut(bounds, around));
             kept += half_surface(cut(placed.of_box(bounds), around));
             of_cell[cell as usize].push(placed);

@@ -24,9 +24,9 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     scene: SceneFlags,
-    /// Regions to work out rows for on top of the cells, as camera volumes
-    #[arg(long, value_name = "V.json")]
-    view_cells: Option<PathBuf>,
+    /// Regions to work out rows for on top of the cells: camera volumes in a file, or those that save most triangles in so many bytes
+    #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of)]
+    view_cells: Option<ViewCells>,
     /// Which side of the truth the rows take
     #[arg(long, value_enum, default_value = "conservative")]
     ship: Ship,
@@ -65,6 +65,25 @@ enum Ship {
     Sampled,
 }
 
+#[derive(Clone)]
+enum ViewCells {
+    File(PathBuf),
+    /// At most so many bytes.
+    Auto(u64),
+}
+
+/// Bytes of view cells where nobody says.
+const VIEW_CELL_BYTES: u64 = 256 << 10;
+
+/// A file, `auto` or `auto:64K`.
+fn view_cells_of(text: &str) -> Result<ViewCells, String> {
+    match text.strip_prefix("auto") {
+        Some("") => Ok(ViewCells::Auto(VIEW_CELL_BYTES)),
+        Some(rest) if rest.starts_with(':') => size(&rest[1..]).map(ViewCells::Auto),
+        _ => Ok(ViewCells::File(text.into())),
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Cubes {
     Raster,
@@ -87,7 +106,11 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let cubes = choice(args.cubes, &scene)?;
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;
-    let view_cells = args.view_cells.as_deref().map(|path| view_cells(path, &scene)).transpose()?.unwrap_or_default();
+    let (view_cells, view_cell_bytes) = match &args.view_cells {
+        None => (Vec::new(), None),
+        Some(ViewCells::Auto(bytes)) => (Vec::new(), Some(*bytes)),
+        Some(ViewCells::File(path)) => (view_cells(path, &scene)?, None),
+    };
     let options = BakeOptions {
         split: args.scene.split(),
         pvs: PvsOptions {
@@ -105,6 +128,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         keep_bounds: args.keep_bounds,
         given,
         view_cells,
+        view_cell_bytes,
         import: import_options,
         memory: args.memory,
     };

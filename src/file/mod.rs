@@ -35,11 +35,11 @@ use crate::tolerance::Tolerance;
 pub use crate::types::gap::Gap;
 use crate::types::guarantee::Guarantee;
 use crate::types::import::ImportOptions;
+use crate::types::placed::PlacedBox;
 use crate::types::portal::{PortalKind, PortalState};
 use crate::types::proof::{Repair, Witness};
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
-use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 

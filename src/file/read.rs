@@ -8,11 +8,11 @@ use super::rows::{Guide, RowReader};
 use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::types::bounds::Unseen;
 use crate::types::guarantee::Guarantee;
+use crate::types::placed::PlacedBox;
 use crate::types::portal::PortalState;
 use crate::types::proof::{Repair, Witness};
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
-use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
@@ -255,13 +255,18 @@ impl<'a> SectionReader<'_, 'a> {
     fn placed(&self, n: u64, budget: &mut Budget) -> Result<Option<Vec<PlacedBox>>, FileError> {
         self.section(SectionId::Placed, budget, |c, b| {
             b.take(SectionId::Placed, n.saturating_mul(6))?;
-            (0..n).map(|_| {
-                let mut placed = PlacedBox::WHOLE;
-                for corner in &mut placed.0 {
-                    *corner = c.u8()?;
-                }
-                placed.is_sound().then_some(placed).ok_or_else(|| c.error("a box whose least corner is above its greatest"))
-            }).collect()
+            (0..n)
+                .map(|_| {
+                    let mut placed = PlacedBox::WHOLE;
+                    for corner in &mut placed.0 {
+                        *corner = c.u8()?;
+                    }
+                    placed
+                        .is_sound()
+                        .then_some(placed)
+                        .ok_or_else(|| c.error("a box whose least corner is above its greatest"))
+                })
+                .collect()
         })
     }
 

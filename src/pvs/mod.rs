@@ -1,7 +1,8 @@
 //! What can be seen from each cell: both sides of it.
 //!
 //! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, then `occluders`. Where
-//! the two contradict each other: `repair`. What stays between them: `gap`. Both for regions across cells: `view_cells`.
+//! the two contradict each other: `repair`. What stays between them: `gap`. Both for regions across cells: `view_cells`, which
+//! a user gives or [`partition`] chooses by cost.
 //! Single pairs once more, with the reason: `pair_proof`.
 
 mod bake;
@@ -12,6 +13,7 @@ mod gap;
 mod occluders;
 mod options;
 pub mod pair_proof;
+pub mod partition;
 mod repair;
 pub mod sampling;
 pub mod view_cells;

@@ -15,8 +15,8 @@ use crate::cells::CellGraph;
 use crate::geom::{Aabb, Plane};
 use crate::job::Job;
 use crate::scene::rays::RayScene;
-use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use crate::types::placed::PlacedBox;
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::DVec3;
 
 /// Steps that the search for one pair may take from one portal: fifty times a bake's.

@@ -8,23 +8,29 @@
 //!
 //! **Lower**: witnesses of cells that begin in the region, then rays from it (`sampling::regions`).
 
-use super::Pvs;
 use super::facets::facet;
 use super::flow::{FlowInput, flow};
 use super::options::PvsOptions;
+use super::sampling::confidence::doubt_of;
 use super::sampling::regions::RegionSampler;
 use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
-use crate::cells::{Cell, CellGraph, Locator, Portal, PortalKind, PortalState, Placement, ViewCell, place_objects};
+use super::{Guarantee, Pvs};
+use crate::cells::{Cell, CellGraph, Locator, Placement, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::types::bounds::{CONFIDENCE, percent};
 use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
 
 /// The sampling of view cells may cost this fraction of a bake's rays, on top of them.
-const SHARE: f64 = 0.25;
+const SHARE: f64 = 0.5;
+/// Towards a goal the first round has this many rays; each has twice those of the one before.
+const FIRST: u64 = 1_000_000;
+/// Rows of more view cells than this, where what was witnessed is shipped, aim at what their cells may see; of fewer, at what flow leaves.
+const MANY: usize = 32;
 /// Of that, this fraction tests what the others found.
 const TESTED: f64 = 0.2;
 /// A facet that lies in more pieces of a cell than this leads into it as a whole.
@@ -44,6 +50,8 @@ pub struct ViewRows {
     /// How much of what there is to see from each nobody has seen, at most: [`Unseen::cells`](crate::types::bounds::Unseen::cells), of
     /// view cells. 1 where no rays were cast to tell.
     pub unseen: Vec<f64>,
+    /// Of the mean over view cells.
+    pub unseen_mean: f64,
     /// Rays cast.
     pub rays: u64,
     /// Source portals whose flow ran out of steps and kept what might be seen.
@@ -77,8 +85,23 @@ pub fn bake(
     let touching = place_objects(scene, &regions, PLACEMENT_MARGIN * clearance).matrix;
     let bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
     let (mut upper, mut in_no_cell, mut capped) = (BitMatrix::new(views.len(), scene.objects.len()), Vec::new(), 0);
+    let by_cells = options.ship == Guarantee::Sampled && views.len() > MANY;
     for (v, view) in views.iter().enumerate() {
         work.tell("view cells", v as f64 / views.len() as f64);
+        if by_cells {
+            let mut any = false;
+            for piece in &view.pieces {
+                locator.pieces_in_box(&piece.bounds.inflated(clearance), |cell, _| {
+                    any = true;
+                    let row = upper.row_mut(v).iter_mut().zip(pvs.objects_upper.row(cell.index()));
+                    row.for_each(|(all, seen)| *all |= seen);
+                });
+            }
+            if !any {
+                in_no_cell.push(v);
+            }
+            continue;
+        }
         let ways = ways_out(graph, &locator, view, clearance);
         if ways.is_empty() {
             in_no_cell.push(v);
@@ -87,17 +110,31 @@ pub fn bake(
         let coplanar = scene.tolerance().coplanar;
         capped += inserted.flow(&pvs.placement, &bounds, options, coplanar, upper.row_mut(v), work)?;
     }
-    // 3. Rays at what is left.
+    // 3. Cubes and rays at what is left, and tests, until the goal is reached or all rays are cast.
     let budget = (options.ray_budget as f64 * SHARE) as u64;
-    let to_test = (budget as f64 * TESTED) as u64;
-    sampler.sample(&upper, budget - to_test, work)?;
-    let unseen = sampler.test(to_test / views.len().max(1) as u64, work)?;
+    let count = views.len().max(1) as u64;
+    for number in 0.. {
+        let left = budget.saturating_sub(sampler.rays());
+        let round = if options.unseen.is_some() { left.min(FIRST << number.min(40)) } else { left };
+        let to_test = (round as f64 * TESTED) as u64;
+        sampler.sample(&upper, sampler.rays() + round - to_test, work)?;
+        if to_test < count {
+            break;
+        }
+        let doubt = if options.unseen.is_some() { doubt_of(number) } else { 1.0 - CONFIDENCE };
+        sampler.test(to_test / count, doubt, work)?;
+        work.tell(&format!("unseen from view cells {}", percent(sampler.mean())), (number + 1) as f64 / 8.0);
+        if options.unseen.is_none_or(|goal| sampler.mean() <= goal) {
+            break;
+        }
+    }
+    let (unseen, mean) = (sampler.unseen(), sampler.mean());
     // 4. The lower set is a subset of the upper one.
     let (lower, witnesses, rays) = sampler.close();
     let before = upper.count_ones();
     upper.union_with(&lower);
     let contradictions = upper.count_ones() - before;
-    Ok(ViewRows { lower, upper, witnesses, in_no_cell, unseen, rays, capped, contradictions })
+    Ok(ViewRows { lower, upper, witnesses, in_no_cell, unseen, unseen_mean: mean, rays, capped, contradictions })
 }
 
 /// The portals that lead out of a region: its facets as far as cells go on beyond them, leading into those from cell

@@ -6,6 +6,7 @@
 mod builder;
 mod cluster;
 mod error;
+pub(crate) mod floors;
 pub mod gltf;
 pub mod ifc;
 pub mod indoorgml;

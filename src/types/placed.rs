@@ -55,7 +55,10 @@ mod tests {
                 let found = PlacedBox::of(part, whole).of_box(whole);
                 let step = whole.size() / 255.0 * (1.0 + 1e-6);
                 let off = DVec3::splat(1e-8 * step.max_element());
-                assert!(found.min.cmple(part.min + off).all() && found.max.cmpge(part.max - off).all(), "{part:?} in {whole:?}");
+                assert!(
+                    found.min.cmple(part.min + off).all() && found.max.cmpge(part.max - off).all(),
+                    "{part:?} in {whole:?}"
+                );
                 assert!((part.min - found.min).cmple(step).all() && (found.max - part.max).cmple(step).all());
             }
         }

@@ -10,8 +10,8 @@ use super::net::Net;
 use super::stab::Passage;
 use crate::cells::CellGraph;
 use crate::geom::{Aabb, Plane};
-use crate::{BitMatrix, bits};
 use crate::types::placed::PlacedBox;
+use crate::{BitMatrix, bits};
 use glam::DVec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -254,13 +254,7 @@ const BOXES_A_STEP: u64 = 64;
 
 impl Boxes {
     /// Lays out boxes relative to the net's origin.
-    pub fn new(
-        net: &Net,
-        graph: &CellGraph,
-        placement: &BitMatrix,
-        placed: Option<&[PlacedBox]>,
-        bounds: &[Aabb],
-    ) -> Self {
+    pub fn new(net: &Net, graph: &CellGraph, placement: &BitMatrix, placed: Option<&[PlacedBox]>, bounds: &[Aabb]) -> Self {
         let laid_out = |b: &Aabb| {
             let (middle, half) = (b.centre() - net.origin, b.size() * 0.5);
             let usable = middle.is_finite() && half.is_finite() && half.min_element() >= 0.0;

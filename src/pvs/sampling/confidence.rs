@@ -57,11 +57,11 @@ pub(in crate::pvs) fn looks(rays: u64) -> impl Iterator<Item = u64> {
     (0..LOOKS).map(move |look| (rays << look) / ((1 << LOOKS) - 1)).filter(|&rays| rays > 0)
 }
 
-/// Casts `count` rays from a region; those that show an object not in `row` are handed to `missed` with what they show, and
+/// Casts `count` rays from points that are drawn from a region; those that show an object not in `row` are handed to `missed` with what they show, and
 /// counted. `None` where the region has no room.
 pub(in crate::pvs) fn look(
     rays: &RayScene<'_>,
-    region: &Region,
+    draw: &dyn Fn(&mut Random) -> Option<DVec3>,
     row: &[u64],
     count: u64,
     random: &mut Random,
@@ -70,7 +70,7 @@ pub(in crate::pvs) fn look(
     let bounds = rays.bounds();
     let (mut hits, mut passes) = (0, Vec::new());
     for _ in 0..count {
-        let from = region.draw(random)?;
+        let from = draw(random)?;
         let direction = random.direction();
         let reach = bounds.with(from).diagonal();
         let end = rays.first_opaque(from, direction, reach);
@@ -120,7 +120,14 @@ impl<'a> Test<'a> {
                 sampler.trace(Site::inside(CellId(c as u32), from), &mut line, &mut crossings);
                 sampler.prover.line(&line, known, &mut found);
             };
-            let hits = look(sampler.prover.rays, &regions[c], known.objects.row(c), count, &mut random, &mut missed);
+            let hits = look(
+                sampler.prover.rays,
+                &|random| regions[c].draw(random),
+                known.objects.row(c),
+                count,
+                &mut random,
+                &mut missed,
+            );
             found.rays = count;
             (hits, found.close())
         };

@@ -1,11 +1,11 @@
 //! The lower bound of view cells: regions that may lie across cells.
 //!
-//! First the witnesses of cells that begin in a region; then rays from it in random directions; then segments tried at the pairs that flow
+//! First the witnesses of cells that begin in a region; then visibility cubes at random points of it; then segments tried at the pairs that flow
 //! left undecided, from random points of the region, and through random points of portals, where the small are as likely as the large:
 //! behind a keyhole, a line through the keyhole is the only one.
 
 use super::aimed;
-use super::confidence::{Bound, DOUBT, look, looks};
+use super::confidence::{Bound, look};
 use super::region::Region;
 use super::sampler::{Random, mix};
 use super::witness::Prover;
@@ -13,14 +13,22 @@ use crate::cells::{Piece, ViewCell};
 use crate::geom::{Aabb, middle};
 use crate::job::{Job, Stopped};
 use crate::pvs::Pvs;
+use crate::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, settle};
 use crate::pvs::facets::{corners, facet};
 use crate::scene::rays::Hit;
 use crate::{BitMatrix, ObjectId};
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3, EulerRot};
 use serde::{Deserialize, Serialize};
 
-/// Of the rays, this fraction goes in random directions.
-const ANYWHERE: f64 = 0.25;
+/// Of the rays, this fraction goes to cubes.
+const CUBES: f64 = 0.5;
+/// Pixels along an edge of a cube's faces, and the rays that a cube counts as.
+const PIXELS: u32 = 128;
+const COST: u64 = 1_500;
+/// Of these cubes one stands anywhere within its view cell, the others on its boundary.
+const WITHIN: u64 = 2;
+/// Points that are drawn before a view cell counts as one without room.
+const TRIES: usize = 256;
 /// Attempts at a pair in the first round of aimed segments, and rounds, each of twice the attempts.
 const FIRST: u64 = 8;
 const ROUNDS: u32 = 16;
@@ -38,6 +46,11 @@ pub(in crate::pvs) struct RegionSampler<'a> {
     proofs: Vec<(u32, u32, [DVec3; 2])>,
     /// Rays cast.
     rays: u64,
+    /// What each may have missed, and what all in the mean.
+    unseen: Vec<Bound>,
+    mean: Bound,
+    /// Tests so far.
+    tests: u32,
 }
 
 /// What rays show from one view cell: proofs, in order, and their number.
@@ -55,6 +68,9 @@ impl<'a> RegionSampler<'a> {
             lower: BitMatrix::new(views.len(), prover.rays.scene().objects.len()),
             proofs: Vec::new(),
             rays: 0,
+            unseen: vec![Bound::NONE; views.len()],
+            mean: Bound::NONE,
+            tests: 0,
             prover,
             pvs,
             views,
@@ -76,11 +92,18 @@ impl<'a> RegionSampler<'a> {
     /// Tries rays from every view cell until all together have cost `budget`; aimed ones at pairs of `upper`.
     pub fn sample(&mut self, upper: &BitMatrix, budget: u64, work: &Job<'_>) -> Result<(), Stopped> {
         let all: Vec<usize> = (0..self.views.len()).collect();
-        let each = (budget as f64 * ANYWHERE) as u64 / self.views.len().max(1) as u64;
-        let shown = work.map(&all, |&v| {
-            let mut random = Random::new(mix(self.seed, 0xb1 << 32 | v as u64));
-            self.origins[v].anywhere(&self.prover, self.lower.row(v), each, &mut random)
-        })?;
+        let (begin, spent) = (self.rays, budget.saturating_sub(self.rays));
+        let cubes = (spent as f64 * CUBES) as u64 / COST / self.views.len().max(1) as u64;
+        let scene = self.prover.rays.scene();
+        let shown = {
+            let tree = CubeScene::new(scene);
+            let eyes = || (Raster::new(&tree), Cube::default());
+            let look = |(engine, cube): &mut (Raster<'_>, Cube), &v: &usize| {
+                let mut random = Random::new(mix(mix(self.seed, 0xb1 << 32 | v as u64), begin));
+                self.look_around(v, cubes, engine, cube, &mut random)
+            };
+            work.map_with(&all, eyes, look, |_| ())?
+        };
         self.take(shown);
         for round in 0..ROUNDS {
             let left: Vec<Vec<u32>> = all.iter().map(|&v| self.undecided(upper, v)).collect();
@@ -90,7 +113,7 @@ impl<'a> RegionSampler<'a> {
                 break;
             }
             let shown = work.map(&all, |&v| {
-                let mut random = Random::new(mix(mix(self.seed, u64::from(round) << 32 | 0xb2), v as u64));
+                let mut random = Random::new(mix(mix(self.seed, u64::from(round) << 32 | 0xb2), mix(begin, v as u64)));
                 self.aim(v, &left[v], attempts, &mut random)
             })?;
             self.take(shown);
@@ -99,29 +122,49 @@ impl<'a> RegionSampler<'a> {
         Ok(())
     }
 
-    /// Bounds what each row misses with `each` rays from its view cell, and adds what those show.
-    pub fn test(&mut self, each: u64, work: &Job<'_>) -> Result<Vec<f64>, Stopped> {
+    /// Bounds what each row misses with `each` rays from its view cell, which may be wrong with probability `doubt`; adds what those show.
+    pub fn test(&mut self, each: u64, doubt: f64, work: &Job<'_>) -> Result<(), Stopped> {
+        let number = u64::from(self.tests);
         let from = |&(v, view): &(usize, &ViewCell)| {
-            let region = Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)));
-            let mut random = Random::new(mix(mix(self.seed, 0xb3), v as u64));
-            let (mut row, mut bound) = (self.lower.row(v).to_vec(), Bound::NONE);
+            let region = region_of(view);
+            let draw = |random: &mut Random| self.draw_free(&region, random);
+            let mut random = Random::new(mix(mix(self.seed, 0xb3 | number << 32), v as u64));
+            let (known, mut row) = (self.lower.row(v), self.lower.row(v).to_vec());
             let mut shown = Shown { rays: each, proofs: Vec::new() };
-            for count in looks(each) {
-                let known = row.clone();
-                let mut missed = |from: DVec3, direction: DVec3, hit: Hit| {
-                    shown.add(&self.prover, &mut row, [from, from + direction * hit.t], hit);
-                };
-                if let Some(hits) = look(self.prover.rays, &region, &known, count, &mut random, &mut missed) {
-                    bound.look(hits, count, DOUBT);
-                }
-            }
-            (bound.0, shown)
+            let mut missed = |from: DVec3, direction: DVec3, hit: Hit| {
+                shown.add(&self.prover, &mut row, [from, from + direction * hit.t], hit);
+            };
+            (look(self.prover.rays, &draw, known, each, &mut random, &mut missed), shown)
         };
         let views: Vec<(usize, &ViewCell)> = self.views.iter().enumerate().collect();
-        let results: Vec<(f64, Shown)> = work.map(&views, from)?;
-        let (bounds, shown) = results.into_iter().unzip();
+        let results: Vec<(Option<u64>, Shown)> = work.map(&views, from)?;
+        let (hits, shown): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+        let (mut all, mut hit) = (0, 0);
+        for (bound, hits) in self.unseen.iter_mut().zip(hits) {
+            if let Some(hits) = hits {
+                bound.look(hits, each, doubt);
+                (all, hit) = (all + each, hit + hits);
+            }
+        }
+        self.mean.look(hit, all, doubt);
+        self.tests += 1;
         self.take(shown);
-        Ok(bounds)
+        Ok(())
+    }
+
+    /// The bound of the mean over all view cells.
+    pub fn mean(&self) -> f64 {
+        self.mean.0
+    }
+
+    /// Rays cast so far.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// That of each.
+    pub fn unseen(&self) -> Vec<f64> {
+        self.unseen.iter().map(|bound| bound.0).collect()
     }
 
     /// The lower set, a segment for each of its pairs by view cell, then object, and the number of rays.
@@ -148,6 +191,37 @@ impl<'a> RegionSampler<'a> {
     fn undecided(&self, upper: &BitMatrix, v: usize) -> Vec<u32> {
         let words: Vec<u64> = upper.row(v).iter().zip(self.lower.row(v)).map(|(u, l)| u & !l).collect();
         crate::bits::ones(&words).map(|object| object as u32).collect()
+    }
+
+    /// A random point of a view cell that is in a cell; `None` where none of a few is.
+    fn draw_free(&self, region: &Region, random: &mut Random) -> Option<DVec3> {
+        (0..TRIES).find_map(|_| region.draw(random).filter(|&p| self.prover.locator.locate(p).is_some()))
+    }
+
+    /// Cubes at random points of view cell `v`; proves what they show, as far as it isn't known.
+    fn look_around(&self, v: usize, cubes: u64, engine: &mut Raster<'_>, cube: &mut Cube, random: &mut Random) -> Shown {
+        let rays = self.prover.rays;
+        let (mut known, mut shown) = (self.lower.row(v).to_vec(), Shown { rays: cubes * COST, ..Shown::default() });
+        let region = region_of(&self.views[v]);
+        for number in 0..cubes {
+            let within = number % WITHIN == 0;
+            let from = if within { self.draw_free(&region, random) } else { self.origins[v].draw(random) };
+            let Some(at) = from.filter(|&at| within || self.prover.locator.locate(at).is_some()) else { continue };
+            let view = CubeView { eye: at, frame: random_frame(random), size: PIXELS };
+            engine.cube(&view, cube);
+            let mut first = 0;
+            let runs = cube.triangles.chunk_by(|a, b| a == b).map(|run| {
+                first += run.len();
+                (first - 1 - run.len() / 2, run[0])
+            });
+            let clear = cube.see_through.iter().map(|clear| (clear.pixel as usize, clear.triangle));
+            for (pixel, triangle) in runs.chain(clear).filter(|&(_, triangle)| triangle != NONE) {
+                if let Some(hit) = settle(rays, &view, pixel, triangle) {
+                    shown.add(&self.prover, &mut known, [at, at + view.direction(pixel) * hit.t], hit);
+                }
+            }
+        }
+        shown
     }
 
     /// Up to `attempts` segments from view cell `v` at each of `objects`.
@@ -269,21 +343,17 @@ impl<'a> Origins<'a> {
         let from = to + (by - to) * (near + (far - near) * random.unit());
         (near < far && self.holds(from)).then_some(from)
     }
+}
 
-    /// Rays in random directions; proves what they hit, as far as that isn't `known`.
-    fn anywhere(&self, prover: &Prover<'_>, known: &[u64], rays: u64, random: &mut Random) -> Shown {
-        let (mut known, mut shown) = (known.to_vec(), Shown { rays, ..Shown::default() });
-        let bounds = prover.rays.bounds();
-        for _ in 0..rays {
-            let Some(from) = self.draw(random) else { continue };
-            let (z, turn) = (2.0 * random.unit() - 1.0, std::f64::consts::TAU * random.unit());
-            let r = (1.0 - z * z).sqrt();
-            let direction = DVec3::new(r * turn.cos(), z, r * turn.sin());
-            let Some(hit) = prover.rays.first_opaque(from, direction, bounds.with(from).diagonal()) else { continue };
-            shown.add(prover, &mut known, [from, from + direction * hit.t], hit);
-        }
-        shown
-    }
+/// All of a view cell.
+fn region_of(view: &ViewCell) -> Region {
+    Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)))
+}
+
+/// A rotation, so that pixels of neighbouring cubes don't fall on the same places.
+fn random_frame(random: &mut Random) -> DMat3 {
+    let mut turn = || random.unit() * std::f64::consts::TAU;
+    DMat3::from_quat(DQuat::from_euler(EulerRot::XYZ, turn(), turn(), turn()))
 }
 
 /// A random point between the corners of a convex set, never on its rim.

@@ -14,9 +14,9 @@ use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
 use crate::job::{Job, Stopped};
 use crate::pvs::cubes::{Choice, CubeScene};
-use crate::types::bounds::{SamplingEnd, Unseen, percent};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::types::bounds::{SamplingEnd, Unseen, percent};
 
 /// The rays are given away in this many parts, or in fewer of this many rays.
 const PARTS: u64 = 64;

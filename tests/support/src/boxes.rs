@@ -176,7 +176,7 @@ impl Building {
             guarantee: Guarantee::Conservative,
             repairs: Vec::new(),
             unseen: None,
-        sampling_end: SamplingEnd::Rays,
+            sampling_end: SamplingEnd::Rays,
             stats: PvsStats::default(),
         };
         let file = PvsFile::from_bake(&scene, &options, &pvs, false);

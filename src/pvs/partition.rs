@@ -1,0 +1,254 @@
+//! View cells by cost: where eyes walk, space is halved as long as that saves triangles.
+//!
+//! Based on: Mattausch, Bittner, Wimmer, *Adaptive visibility-driven view cell construction*, 2006: a partition by planes that are chosen by
+//! the expected render cost, and Mattausch, Bittner, Wonka, Wimmer, *Optimized subdivisions for preprocessed visibility*, 2007: the split that
+//! saves most comes first, and a partition may be stopped at any size. Deviations: what is seen is sampled by cubes at eyes over floors, so
+//! that no splits are spent where nobody walks; and an eye's cost is what its part of space and its cell both see, because the run time
+//! intersects the two rows.
+
+use super::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
+use super::{Guarantee, Pvs};
+use crate::bits;
+use crate::cells::{Locator, Piece, ViewCell};
+use crate::geom::{Aabb, Plane};
+use crate::job::{Job, Stopped};
+use crate::random::SplitMix;
+use crate::scene::Scene;
+use crate::scene::floors::Floors;
+use crate::scene::rays::RayScene;
+use glam::DVec3;
+use std::fmt;
+
+/// Eyes that the cost is sampled at.
+const EYES: usize = 4096;
+/// No part has fewer of them: what fewer see is no measure.
+const LEAST: usize = 8;
+/// Along each axis a part may be cut between eyes number 1/8, 2/8, ... of it.
+const CUTS: usize = 8;
+/// A split that saves less than this share of all triangles is not made.
+const WORTH: f64 = 5e-4;
+/// A floor's unit normal has at least this vertical part, up or down.
+const FLOOR_NORMAL: f64 = 0.7;
+/// Pixels along an edge of a cube's faces.
+const PIXELS: u32 = 64;
+/// What a view cell takes in a file beside its row, bytes.
+const HEAD: u64 = 40;
+
+/// A partition, and how it came about.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Partition {
+    /// Boxes, disjoint.
+    pub views: Vec<ViewCell>,
+    /// After each split: bytes that the view cells are expected to take, and the triangles of what is seen, in the mean over eyes. The first
+    /// is without view cells.
+    pub curve: Vec<(u64, f64)>,
+    /// It ended because the next split would have taken too many bytes.
+    pub full: bool,
+}
+
+impl fmt::Display for Partition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (first, last) = (self.curve.first().map_or(0.0, |c| c.1), self.curve.last().map_or(0.0, |c| c.1));
+        let end = if self.full { "their bytes were spent" } else { "the next would have saved too little" };
+        write!(f, "{} view cells by cost: a row from {first:.0} to {last:.0} triangles, expected; {end}", self.views.len())
+    }
+}
+
+/// Cuts space into view cells of about `bytes` in a file, where that saves triangles.
+///
+/// # Errors
+///
+/// Where it was stopped.
+pub fn partition(scene: &Scene, pvs: &Pvs, bytes: u64, seed: u64, work: &Job<'_>) -> Result<Partition, Stopped> {
+    work.tell("view cells", 0.0);
+    let eyes = eyes(scene, pvs, seed, work)?;
+    let triangles = scene.objects.iter().map(|o| o.triangles.len() as u64).collect();
+    let rows = match pvs.guarantee {
+        Guarantee::Conservative => &pvs.objects_upper,
+        Guarantee::Sampled => &pvs.objects_lower,
+    };
+    let cost = Cost { eyes, triangles, rows: (0..pvs.graph.cells.len()).map(|c| rows.row(c)).collect() };
+    Ok(cost.divide(around(scene, pvs), bytes))
+}
+
+/// Space that a first part takes.
+fn around(scene: &Scene, pvs: &Pvs) -> Aabb {
+    let pieces = pvs.graph.cells.iter().flat_map(|cell| &cell.pieces).map(|piece| piece.bounds);
+    let finite = pieces.filter(|b| b.size().is_finite());
+    finite.fold(scene.bounds(), Aabb::union)
+}
+
+/// A place, the cell that it is in, and the objects that are seen from it.
+struct Eye {
+    at: DVec3,
+    cell: usize,
+    seen: Vec<u64>,
+}
+
+/// Eyes over floors, and what cubes show from there.
+fn eyes(scene: &Scene, pvs: &Pvs, seed: u64, work: &Job<'_>) -> Result<Vec<Eye>, Stopped> {
+    let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone());
+    let floors = Floors::new(scene, opaque.map(|t| scene.corners(t as usize)), FLOOR_NORMAL);
+    let places = floors.eyes(&RayScene::new(scene), EYES, &mut SplitMix::new(seed));
+    let locator = Locator::new(&pvs.graph);
+    let places: Vec<(DVec3, usize)> =
+        places.into_iter().filter_map(|at| Some((at, locator.locate(at)?.0.index()))).collect();
+    let mut owners = vec![0u32; scene.triangles.len()];
+    for (i, object) in (0u32..).zip(&scene.objects) {
+        owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
+    }
+    let cubes = CubeScene::new(scene);
+    let look = |(engine, cube): &mut (Raster<'_>, Cube), &(at, _): &(DVec3, usize)| {
+        engine.cube(&CubeView::new(at, PIXELS), cube);
+        let mut seen: Vec<u32> = cube.triangles.chunk_by(|a, b| a == b).map(|run| run[0]).collect();
+        seen.extend(cube.see_through.iter().map(|clear| clear.triangle));
+        seen.retain(|&triangle| triangle != NONE);
+        seen.iter_mut().for_each(|triangle| *triangle = owners[*triangle as usize]);
+        seen.sort_unstable();
+        seen.dedup();
+        seen
+    };
+    let seen: Vec<Vec<u32>> = work.map_with(&places, || (Raster::new(&cubes), Cube::default()), look, |_| ())?;
+    let words = scene.objects.len().div_ceil(64);
+    let eye = |((at, cell), objects): ((DVec3, usize), Vec<u32>)| {
+        let mut seen = vec![0; words];
+        objects.into_iter().for_each(|o| seen[o as usize / 64] |= 1 << (o % 64));
+        Eye { at, cell, seen }
+    };
+    Ok(places.into_iter().zip(seen).map(eye).collect())
+}
+
+/// What eyes cost.
+struct Cost<'a> {
+    eyes: Vec<Eye>,
+    /// Of each object.
+    triangles: Vec<u64>,
+    /// What each cell sees.
+    rows: Vec<&'a [u64]>,
+}
+
+/// A part of space.
+struct Part {
+    bounds: Aabb,
+    /// Numbers of its eyes.
+    eyes: Vec<usize>,
+    /// Triangles, over all its eyes.
+    cost: u64,
+    /// Set bits of its row.
+    bits: u64,
+    /// The best way to cut it.
+    split: Option<Split>,
+}
+
+struct Split {
+    axis: usize,
+    at: f64,
+    saves: u64,
+}
+
+impl Cost<'_> {
+    /// Cuts the part that saves most, again and again.
+    fn divide(&self, bounds: Aabb, bytes: u64) -> Partition {
+        let count = self.eyes.len().max(1) as f64;
+        let mean = |parts: &[Part]| parts.iter().map(|part| part.cost).sum::<u64>() as f64 / count;
+        let size = |parts: &[Part]| parts.iter().map(|part| self.bytes(part)).sum::<u64>();
+        let without = self.eyes.iter().map(|eye| self.weight(self.rows[eye.cell])).sum::<u64>();
+        let mut parts = vec![self.part(bounds, (0..self.eyes.len()).collect())];
+        let mut found = Partition { curve: vec![(0, without as f64 / count)], ..Partition::default() };
+        let least = (WORTH * without as f64) as u64;
+        loop {
+            let saves = |part: &Part| part.split.as_ref().map_or(0, |split| split.saves);
+            let Some(best) = (0..parts.len()).max_by_key(|&i| (saves(&parts[i]), std::cmp::Reverse(i))) else { break };
+            if saves(&parts[best]) <= least {
+                break;
+            }
+            let halves = self.halves(&parts[best]);
+            let more: u64 = halves.iter().map(|half| self.bytes(half)).sum();
+            if size(&parts) - self.bytes(&parts[best]) + more > bytes {
+                found.full = true;
+                break;
+            }
+            parts.swap_remove(best);
+            parts.extend(halves);
+            found.curve.push((size(&parts), mean(&parts)));
+        }
+        if parts.len() > 1 {
+            let view = |(i, part): (usize, &Part)| ViewCell { id: format!("auto {i}"), pieces: vec![piece(part.bounds)] };
+            found.views = parts.iter().enumerate().map(view).collect();
+        }
+        found
+    }
+
+    fn part(&self, bounds: Aabb, eyes: Vec<usize>) -> Part {
+        let row = self.row(&eyes);
+        let cost = self.of(&eyes, &row);
+        let split = self.split(&eyes, cost);
+        Part { bounds, cost, bits: bits::ones(&row).count() as u64, split, eyes }
+    }
+
+    /// What its row and its box take in a file, about: a byte for each bit that is set, or a bit for each object.
+    fn bytes(&self, part: &Part) -> u64 {
+        HEAD + part.bits.min(self.triangles.len() as u64 / 8)
+    }
+
+    fn halves(&self, part: &Part) -> [Part; 2] {
+        let split = part.split.as_ref().expect("it saves something");
+        let (mut low, mut high) = (part.bounds, part.bounds);
+        low.max[split.axis] = split.at;
+        high.min[split.axis] = split.at;
+        let (left, right) = part.eyes.iter().partition(|&&eye| self.eyes[eye].at[split.axis] < split.at);
+        [self.part(low, left), self.part(high, right)]
+    }
+
+    /// The cut that saves most of `cost`.
+    fn split(&self, eyes: &[usize], cost: u64) -> Option<Split> {
+        let mut best: Option<Split> = None;
+        for axis in 0..3 {
+            let (mut sorted, place) = (eyes.to_vec(), |eye: usize| self.eyes[eye].at[axis]);
+            sorted.sort_by(|&a, &b| place(a).total_cmp(&place(b)));
+            let cuts = (1..CUTS).map(|k| k * sorted.len() / CUTS);
+            for cut in cuts.filter(|&cut| cut >= LEAST && sorted.len() - cut >= LEAST) {
+                let (below, above) = (place(sorted[cut - 1]), place(sorted[cut]));
+                let at = 0.5 * (below + above);
+                if !(below < at && at <= above) {
+                    continue;
+                }
+                let (left, right) = sorted.split_at(cut);
+                let after = self.of(left, &self.row(left)) + self.of(right, &self.row(right));
+                let saves = cost.saturating_sub(after);
+                if saves > best.as_ref().map_or(0, |split| split.saves) {
+                    best = Some(Split { axis, at, saves });
+                }
+            }
+        }
+        best
+    }
+
+    /// What any of these eyes sees.
+    fn row(&self, eyes: &[usize]) -> Vec<u64> {
+        let mut row = vec![0; self.triangles.len().div_ceil(64)];
+        for &eye in eyes {
+            row.iter_mut().zip(&self.eyes[eye].seen).for_each(|(all, seen)| *all |= seen);
+        }
+        row
+    }
+
+    /// Triangles that eyes get with one row, over all of them.
+    fn of(&self, eyes: &[usize], row: &[u64]) -> u64 {
+        let mut cells: Vec<usize> = eyes.iter().map(|&eye| self.eyes[eye].cell).collect();
+        cells.sort_unstable();
+        let both = |cell: usize| -> Vec<u64> { row.iter().zip(self.rows[cell]).map(|(a, b)| a & b).collect() };
+        cells.chunk_by(|a, b| a == b).map(|same| self.weight(&both(same[0])) * same.len() as u64).sum()
+    }
+
+    fn weight(&self, row: &[u64]) -> u64 {
+        bits::ones(row).map(|object| self.triangles[object]).sum()
+    }
+}
+
+fn piece(bounds: Aabb) -> Piece {
+    let sides = [(DVec3::X, 0), (DVec3::Y, 1), (DVec3::Z, 2)];
+    let planes =
+        sides.into_iter().flat_map(|(n, axis)| [Plane { n, d: bounds.max[axis] }, Plane { n: -n, d: -bounds.min[axis] }]);
+    Piece { planes: planes.collect(), bounds }
+}
