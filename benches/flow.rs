@@ -29,6 +29,7 @@ impl World {
         let input = FlowInput {
             graph: &self.graph,
             placement: &self.placement,
+            placed_boxes: None,
             object_bounds: &self.bounds,
             cells_lower: &BitMatrix::new(cells, cells),
             objects_lower: &BitMatrix::new(cells, objects),

@@ -120,6 +120,7 @@ fn floor(side: usize) -> PvsFile {
         portals,
         objects: (0..rooms * OBJECTS).map(|_| object()).collect(),
         placement,
+        placed: None,
         pairs: PairCounts { lower: 0, upper: objects.count_ones(), cell_lower: 0, cell_upper: cells.count_ones() },
         cell_rows: Some(cells),
         object_rows: Some(objects),

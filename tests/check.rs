@@ -103,6 +103,7 @@ fn file(scene: &Scene) -> PvsFile {
         }],
         objects: objects.collect(),
         placement: everything.clone(),
+        placed: None,
         cell_rows: Some(full(2, 2)),
         object_rows: Some(everything),
         bounds: None,

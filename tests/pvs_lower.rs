@@ -167,18 +167,35 @@ fn placement_is_triangle_box_overlap() {
     let boxes: Vec<Aabb> = (0..60).map(|_| Aabb::of([place(&mut random, 10.0), place(&mut random, 10.0)])).collect();
     let pieces = boxes.iter().map(|b| vec![rooms::box_piece(b.min.into(), b.max.into(), DVec3::ZERO)]).collect();
     let graph = rooms::graph(pieces, Vec::new());
-    let mut set = 0;
+    let (mut set, mut held) = (0, 0);
     for margin in [0.0, 0.25] {
         let placement = place_objects(&scene, &graph, margin);
+        // A point of an object that is in a cell is in the object's box there, and boxes are much less than the objects'.
+        let placed = placement.boxes.as_ref().expect("triangles reach beyond small cells");
+        assert_eq!(placed.len() as u64, placement.matrix.count_ones());
+        let pairs = (0..boxes.len()).flat_map(|cell| placement.matrix.ones(cell).map(move |object| (cell, object)));
+        for ((cell, object), placed) in pairs.zip(placed) {
+            let part = placed.of_box(scene.objects[object].bounds);
+            for t in scene.objects[object].triangles.clone() {
+                let [a, b, c] = scene.corners(t as usize);
+                for (i, j) in (0..=8).flat_map(|i| (0..=8 - i).map(move |j| (f64::from(i) / 8.0, f64::from(j) / 8.0))) {
+                    let p = a + (b - a) * i + (c - a) * j;
+                    if boxes[cell].contains(p) {
+                        assert!(part.inflated(1e-9).contains(p), "cell {cell} object {object}: {p} is not in {part:?}");
+                        held += 1;
+                    }
+                }
+            }
+        }
         for (cell, bounds) in boxes.iter().enumerate() {
             for (object, o) in scene.objects.iter().enumerate() {
                 let expected = o.triangles.clone().any(|t| overlaps(scene.corners(t as usize), bounds.inflated(margin)));
-                assert_eq!(placement.get(cell, object), expected, "cell {cell} object {object} margin {margin}");
+                assert_eq!(placement.matrix.get(cell, object), expected, "cell {cell} object {object} margin {margin}");
                 set += usize::from(expected);
             }
         }
     }
-    assert!(set > 1000 && set < 30_000, "{set} pairs");
+    assert!(set > 1000 && set < 30_000 && held > 10_000, "{set} pairs, {held} points");
 }
 
 /// Triangle and box by separating axes (Akenine-Möller 2001).

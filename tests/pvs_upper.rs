@@ -17,6 +17,7 @@ fn upper(graph: &CellGraph) -> BitMatrix {
     let input = FlowInput {
         graph,
         placement: &none,
+        placed_boxes: None,
         object_bounds: &[],
         cells_lower: &BitMatrix::new(n, n),
         objects_lower: &none,
@@ -34,6 +35,7 @@ fn grid_flow(grid: &Grid, max_steps: u64) -> FlowResult {
     let input = FlowInput {
         graph: &grid.graph(),
         placement: &placement,
+        placed_boxes: None,
         object_bounds: &grid.object_bounds(),
         cells_lower: &BitMatrix::new(grid.cells, grid.cells),
         objects_lower: &BitMatrix::new(grid.cells, grid.objects.len()),
@@ -448,6 +450,7 @@ fn what_is_known_to_be_visible_is_in_the_bound_and_saves_steps() {
         let input = FlowInput {
             graph: &g,
             placement: &placement,
+            placed_boxes: None,
             object_bounds: &bounds,
             cells_lower,
             objects_lower,
@@ -492,6 +495,7 @@ fn objects_behind_the_door_frame_are_hidden_in_a_cell_that_is_seen() {
     let input = FlowInput {
         graph: &g,
         placement: &placement,
+        placed_boxes: None,
         object_bounds: &bounds,
         cells_lower: &BitMatrix::new(3, 3),
         objects_lower: &BitMatrix::new(3, 4),

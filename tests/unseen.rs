@@ -1,16 +1,17 @@
 //! The bound of what is unseen: on scenes with view cells (`exact/` in the data folder), against the truth by counting many rays.
 
 use enfilade::BitMatrix;
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::cells::{ViewCell, read_view_cells};
+use enfilade::bake::{BakeOptions, Baked, bake};
+use enfilade::cells::{Locator, ViewCell, read_view_cells};
 use enfilade::job::Job;
 use enfilade::pvs::sampling::confidence::upper_bound;
-use enfilade::pvs::{self, PvsOptions, view_cells};
+use enfilade::pvs::{self, Guarantee, PvsOptions, SamplingEnd, view_cells};
 use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::types::bounds::CONFIDENCE;
 use glam::DVec3;
 use std::path::Path;
 use testing::data;
+use testing::meshes::{self, solid};
 
 /// A generator of its own, so that nothing is shared with what is tested (Marsaglia, *Xorshift RNGs*, 2003).
 struct Xorshift(u64);
@@ -124,4 +125,78 @@ fn the_bound_holds(data: &Path, seeds: u64, rays_of_truth: u32) {
     assert!(f64::from(wrong) <= (1.0 - CONFIDENCE) * f64::from(runs), "{wrong} of {runs}");
     // A bound of 1 would hold always.
     assert!(vain < runs / 4, "{vain} of {runs} bounds say nothing of rows that miss little");
+}
+
+/// Two rooms of `exact/`-like size with a doorway, and a chair in each.
+fn two_rooms() -> Scene {
+    let mut meshes = vec![
+        solid("floor", [0.0, -0.2, 0.0], [8.2, 0.0, 4.0]),
+        solid("ceiling", [0.0, 3.0, 0.0], [8.2, 3.2, 4.0]),
+        solid("west", [-0.2, -0.2, -0.2], [0.0, 3.2, 4.2]),
+        solid("east", [8.2, -0.2, -0.2], [8.4, 3.2, 4.2]),
+        solid("south", [-0.1, -0.2, -0.2], [8.3, 3.2, 0.0]),
+        solid("north", [-0.1, -0.2, 4.0], [8.3, 3.2, 4.2]),
+        solid("middle", [4.0, -0.1, -0.1], [4.2, 3.1, 2.0]),
+        solid("middle", [4.0, -0.1, 2.9], [4.2, 3.1, 4.1]),
+        solid("lintel", [4.0, 2.1, 1.9], [4.2, 3.1, 3.0]),
+    ];
+    meshes.extend([1.0, 6.0].map(|x| solid("chair", [x, 0.0, 1.0], [x + 0.4, 0.4, 1.4])));
+    meshes::scene(meshes)
+}
+
+fn asked(unseen: Option<f64>, time: Option<f64>, ray_budget: u64) -> Baked {
+    let pvs = PvsOptions { unseen, time, ray_budget, ship: Guarantee::Sampled, ..PvsOptions::default() };
+    bake(&two_rooms(), BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap()
+}
+
+#[test]
+fn sampling_goes_on_until_an_error_is_met_or_rays_or_time_end_it() {
+    let noted =
+        |baked: &Baked, what: &str| baked.file.notes.iter().any(|note| note.starts_with("unseen") && note.contains(what));
+    let met = asked(Some(1e-3), None, 100_000_000);
+    assert_eq!(met.sampling_end, SamplingEnd::Unseen);
+    assert!(met.file.unseen.as_ref().is_some_and(|unseen| unseen.mean > 0.0 && unseen.mean <= 1e-3));
+    assert!(met.file.stats.rays < 10_000_000 && noted(&met, "as asked for (0.10 %)"), "{:?}", met.file.notes);
+    // The same is found once more, and a smaller error takes more rays.
+    assert!(asked(Some(1e-3), None, 100_000_000).file.write() == met.file.write());
+    let less = asked(Some(1e-5), None, 100_000_000);
+    assert_eq!(less.sampling_end, SamplingEnd::Unseen);
+    assert!(
+        less.file.unseen.as_ref().is_some_and(|unseen| unseen.mean <= 1e-5) && less.file.stats.rays > met.file.stats.rays
+    );
+    // What can't be reached is said.
+    let few = asked(Some(1e-7), None, 300_000);
+    assert_eq!(few.sampling_end, SamplingEnd::Rays);
+    assert!(few.file.stats.rays <= 300_000 && noted(&few, "was not reached with all"), "{:?}", few.file.notes);
+    let late = asked(Some(1e-9), Some(1e-9), u64::MAX);
+    assert_eq!(late.sampling_end, SamplingEnd::Time);
+    assert!(noted(&late, "was not reached in time"), "{:?}", late.file.notes);
+    assert_eq!(asked(None, Some(1e-9), 1_000_000).sampling_end, SamplingEnd::Time);
+}
+
+/// Rays of another generator from random points of both rooms meet what isn't in the rows no more often than the bound says.
+#[test]
+fn the_error_that_was_asked_for_holds_for_rays_that_had_no_part_in_it() {
+    let scene = two_rooms();
+    let baked = asked(Some(1e-3), None, 100_000_000);
+    let mut triangles = Vec::new();
+    for (o, object) in scene.objects.iter().enumerate() {
+        triangles.extend((object.triangles.start..object.triangles.end).map(|t| (scene.corners(t as usize), o)));
+    }
+    let closed: Vec<usize> = (0..baked.file.cells.len()).filter(|&c| !baked.file.cells[c].open).collect();
+    assert!(!closed.is_empty());
+    let graph = baked.file.graph();
+    let locator = Locator::new(&graph);
+    let (mut random, mut missed, mut cast) = (Xorshift(0x2545_f491_4f6c_dd1d), 0, 0u32);
+    while cast < 20_000 {
+        let within = DVec3::new(8.2 * random.unit(), 3.0 * random.unit(), 4.0 * random.unit());
+        let (at, direction) = (within - scene.origin, random.direction());
+        let Some((cell, _)) = locator.locate(at).filter(|(cell, _)| closed.contains(&cell.index())) else { continue };
+        cast += 1;
+        let seen = first_object(&triangles, at, direction);
+        missed += u32::from(seen.is_some_and(|object| !baked.file.objects_seen(cell).any(|o| o.index() == object)));
+    }
+    // The bound is of the mean over all cells: the closed ones have at most all of it.
+    let share = baked.file.cells.len() as f64 / closed.len() as f64;
+    assert!(f64::from(missed) <= 1e-3 * share * f64::from(cast) + 3.0, "{missed} of {cast}");
 }

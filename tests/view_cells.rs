@@ -4,15 +4,18 @@
 use crate::cli;
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, Baked, bake};
-use enfilade::cells::{ViewCell, read_view_cells};
+use enfilade::cells::{ViewCell, read_view_cells, undivided};
 use enfilade::file::PvsFile;
+use enfilade::geom::Aabb;
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::pvs::view_cells::ViewRows;
+use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
+use glam::DVec3;
 use serde_json::Value;
 use std::path::Path;
 use testing::data;
+use testing::meshes::{scene, solid};
 
 fn baked(scene: &Scene, view_cells: Vec<ViewCell>, rays: u64) -> (Baked, ViewRows) {
     let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
@@ -110,6 +113,68 @@ fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
     }
 }
 
+/// Ground of 60 x 20 m with walls across it at x = 20 and x = 40, 12 m high, and twenty pebbles between each two.
+fn three_yards() -> Scene {
+    let mut meshes = vec![solid("ground", [0.0, -1.0, 0.0], [60.0, 0.0, 20.0])];
+    meshes.extend([20.0, 40.0].map(|x| solid("wall", [x - 0.1, -0.5, 0.0], [x + 0.1, 12.0, 20.0])));
+    for yard in 0..3 {
+        for i in 0..20 {
+            let (x, z) = (f64::from(20 * yard + 4 * (i % 4) + 3), f64::from(3 * (i / 4) + 3));
+            meshes.push(solid(&format!("pebble of yard {yard}"), [x, 0.0, z], [x + 0.3, 0.3, z + 0.3]));
+        }
+    }
+    scene(meshes)
+}
+
+/// Triangles in objects of a row.
+fn triangles(scene: &Scene, row: &[u64]) -> u64 {
+    let set = (0..scene.objects.len()).filter(|o| row[o / 64] >> (o % 64) & 1 == 1);
+    set.map(|o| scene.objects[o].triangles.len() as u64).sum()
+}
+
+#[test]
+fn view_cells_by_cost_part_three_yards_under_one_sky() {
+    let scene = three_yards();
+    let options = |bytes: u64| BakeOptions {
+        given: Some(undivided(&scene)),
+        view_cell_bytes: Some(bytes),
+        pvs: PvsOptions { ship: Guarantee::Sampled, ray_budget: 4_000_000, ..PvsOptions::default() },
+        ..BakeOptions::default()
+    };
+    let baked = bake(&scene, options(64 << 10), &Job::quiet()).unwrap();
+    let found = baked.partition.unwrap();
+    assert!(!found.full && found.views.len() >= 3, "{found}");
+    // Disjoint, and nothing between them is lost.
+    let boxes: Vec<Aabb> = found.views.iter().map(|view| view.pieces[0].bounds).collect();
+    let volume = |b: &Aabb| b.size().element_product();
+    let whole = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
+    assert!((boxes.iter().map(volume).sum::<f64>() / volume(&whole) - 1.0).abs() < 1e-9);
+    for (i, a) in boxes.iter().enumerate() {
+        let apart = |b: &Aabb| a.min.max(b.min).cmpge(a.max.min(b.max)).any();
+        assert!(boxes[..i].iter().all(apart), "view cell {i} overlaps another");
+    }
+    // Each split saves triangles and costs bytes; the walls are where it pays.
+    assert!(found.curve.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1), "{:?}", found.curve);
+    let all: u64 = scene.objects.iter().map(|o| o.triangles.len() as u64).sum();
+    let (first, last) = (found.curve[0].1, found.curve.last().unwrap().1);
+    assert!(first > 0.95 * all as f64 && last < 0.5 * all as f64, "{first} and {last} of {all}");
+    // Who stands in a yard, under its walls, sees the pebbles of that yard only: his row holds them, and not all of the others.
+    let pebbles = |yard: usize| -> Vec<usize> {
+        (0..scene.objects.len()).filter(|&o| scene.objects[o].node == format!("pebble of yard {yard}")).collect()
+    };
+    for yard in 0..3 {
+        let eye = DVec3::new(20.0 * yard as f64 + 10.0, 1.5, 10.0) - scene.origin;
+        let view = boxes.iter().position(|b| b.contains(eye)).unwrap();
+        let row = baked.file.view_row(view).unwrap();
+        assert!(pebbles(yard).iter().all(|o| row[o / 64] >> (o % 64) & 1 == 1), "yard {yard}");
+        assert!(triangles(&scene, row) < all / 2, "yard {yard}: {} of {all}", triangles(&scene, row));
+    }
+    // With fewer bytes there are fewer, and the note says why.
+    let few = bake(&scene, options(200), &Job::quiet()).unwrap();
+    assert!(few.partition.as_ref().is_some_and(|few| few.full && few.views.len() < found.views.len()));
+    assert!(few.file.notes.iter().any(|note| note.ends_with("their bytes were spent")), "{:?}", few.file.notes);
+}
+
 /// A box of 6 x 3 x 4 m with a wall at x = 3 that has no door, its outside 0.2 m off, as an OBJ file.
 fn two_closed_rooms(folder: &Path) -> std::path::PathBuf {
     let mut obj = String::new();
@@ -193,6 +258,10 @@ fn the_command_keeps_view_cells_and_lists_them() {
     std::fs::write(&views, format!(r#"{{"cells": [{camera}, {camera}]}}"#)).unwrap();
     let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &views, "-o".as_ref(), &out]);
     cli::refused(&refused, &["views.json", "cells[1].id", "came before"]);
+    for (wrong, says) in [("auto:0", "takes bytes, above 0"), ("auto:many", "takes bytes, above 0")] {
+        let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), Path::new(wrong), "-o".as_ref(), &out]);
+        cli::refused(&refused, &[says]);
+    }
     let none = folder.join("none.json");
     let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &none, "-o".as_ref(), &out]);
     cli::refused(&refused, &["none.json"]);

@@ -119,6 +119,7 @@ pub fn flown(graph: &CellGraph) {
     let input = FlowInput {
         graph,
         placement: &none,
+        placed_boxes: None,
         object_bounds: &[],
         cells_lower: &BitMatrix::new(n, n),
         objects_lower: &none,

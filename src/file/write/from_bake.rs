@@ -127,6 +127,9 @@ fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
     if file.portals.is_empty() {
         out.push(if one_cell { "portals: one cell has none" } else { "portals: no cell has any" });
     }
+    if file.placed.is_none() && !one_cell {
+        out.push("boxes of objects in cells: hardly smaller than what cells leave of the objects' own");
+    }
     if !file.cells.iter().any(|cell| cell.open) {
         out.push("online hierarchy: the building is closed");
     }

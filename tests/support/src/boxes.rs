@@ -1,6 +1,6 @@
 //! Buildings made of boxes, by hand: scenes and `.pvs` files with known answers.
 use crate::meshes::soup;
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
+use enfilade::cells::{Cell, CellGraph, Piece, Placement, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::geom::{Aabb, Plane};
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
@@ -170,7 +170,7 @@ impl Building {
             cells_upper: cells,
             objects_lower: objects.clone(),
             objects_upper: objects,
-            placement,
+            placement: Placement { matrix: placement, boxes: None },
             narrow: BitMatrix::new(n, m),
             witnesses: Vec::new(),
             guarantee: Guarantee::Conservative,

@@ -6,6 +6,7 @@ use enfilade::cells::{PortalKind, PortalState, Strategy};
 use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile};
 use enfilade::file::{ViewBounds, Views};
 use enfilade::pvs::{Guarantee, PvsStats, Repair, Witness};
+use enfilade::types::placed::PlacedBox;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3};
 use xxhash_rust::xxh3::xxh3_64;
@@ -219,6 +220,21 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
     let bounds = Bounds { cells_lower, cells_upper, objects_lower, objects_upper, witnesses };
     let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume];
     let kinds = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
+    let placement = r.matrix(cells, objects, 1);
+    let placed = (placement.count_ones() > 0 && r.below(2) == 1).then(|| {
+        (0..placement.count_ones())
+            .map(|_| {
+                // Least, then greatest.
+                let mut corners: [[u8; 3]; 2] = std::array::from_fn(|_| std::array::from_fn(|_| r.below(256) as u8));
+                (0..3).for_each(|axis| {
+                    let [a, b] = corners.map(|corner| corner[axis]);
+                    (corners[0][axis], corners[1][axis]) = (a.min(b), a.max(b));
+                });
+                let [[a, b, c], [d, e, f]] = corners;
+                PlacedBox([a, b, c, d, e, f])
+            })
+            .collect()
+    });
     PvsFile {
         model_hash: u128::from(r.word()) << 64 | u128::from(r.word()),
         origin: r.point().round(),
@@ -257,7 +273,8 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
                 FileObject { node: r.text(), triangles: 1 + r.below(300) as u32, bounds: [Vec3::min(a, b), Vec3::max(a, b)] }
             })
             .collect(),
-        placement: r.matrix(cells, objects, 1),
+        placement,
+        placed,
         cell_rows,
         object_rows,
         bounds: shape.keep_bounds.then_some(bounds),
