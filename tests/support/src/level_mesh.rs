@@ -1,7 +1,7 @@
 //! The faces of a level as a plain mesh, without its tree and without portals.
 //!
-//! Sky stays, as an opaque surface: leaves of sky are closed to the exact rows. Faces of liquids go: leaves of liquids are open to the
-//! exact rows, so both sides look through water. What moves (doors, lifts) is in neither.
+//! Sky stays, as an opaque surface: leaves of sky are closed to the exact rows. Faces of liquids go: leaves of liquids are open
+//! to the exact rows, so both sides look through water. What moves (doors, lifts) is in neither.
 
 use crate::world::World;
 use enfilade::ObjectId;

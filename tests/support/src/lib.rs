@@ -10,6 +10,7 @@ pub mod house;
 pub mod level_mesh;
 pub mod maze;
 pub mod meshes;
+pub mod openings;
 pub mod page;
 pub mod prt;
 pub mod prt_texts;

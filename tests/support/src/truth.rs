@@ -1,7 +1,8 @@
 //! How far the rows of a mesh's bake are from the exact rows of the level that the mesh is the faces of.
 //!
-//! Both are asked about the same places: points drawn by lot in each leaf of the level, so that all leaves count the same. A point is in
-//! a leaf by the level's tree, and in cells of the bake by the run time's locator. An object is exactly visible from a leaf where one of its faces is on the boundary of a leaf that is.
+//! Both are asked about the same places: points drawn by lot in each leaf of the level, so that all leaves count the same. A
+//! point is in a leaf by the level's tree, and in cells of the bake by the run time's locator. An object is exactly visible from
+//! a leaf where one of its faces is on the boundary of a leaf that is.
 
 use crate::level_mesh::{LevelMesh, metres};
 use crate::random::Random;
@@ -69,10 +70,6 @@ pub struct Figures {
     pub leaves: Kept,
     /// Leaves that have a point.
     pub asked: usize,
-    /// Cells that have a point: the others are behind the faces.
-    pub cells: usize,
-    /// Those of them that are open.
-    pub open_cells: usize,
     /// Points in no cell, from which everything counts as seen.
     pub nowhere: u64,
 }
@@ -150,14 +147,11 @@ impl<'l> Truth<'l> {
             figures.leaves.add([&upper, &lower], &visible);
         }
         figures.asked = asked.ones(0).count();
-        let in_use = (0..cells).filter(|&cell| leaves_of_cell.count_row(cell) > 0);
-        figures.cells = in_use.clone().count();
-        figures.open_cells = in_use.filter(|&cell| file.cells[cell].open).count();
         figures
     }
 
-    /// A camera path of `count` eyes at points drawn by lot, each looking level and any way: the eyes of a tour through all cells may be
-    /// behind the faces.
+    /// A camera path of `count` eyes at points drawn by lot, each looking level and any way: the eyes of a tour through all cells
+    /// may be behind the faces.
     pub fn path(&self, count: usize, seed: u64) -> CameraPath {
         let mut random = Random::new(seed);
         let frames = (0..count).map(|_| {

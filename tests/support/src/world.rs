@@ -111,7 +111,7 @@ impl World {
             Leaf { open: OPEN.contains(&int(e, 0)), bounds: Aabb { min: corner(8), max: corner(14) }, faces }
         };
         Self {
-            vertices: entries(VERTICES, 12).map(|e| point(e)).collect(),
+            vertices: entries(VERTICES, 12).map(point).collect(),
             faces,
             leaves: entries(LEAVES, 28).take(1 + int(model, 52) as usize).map(leaf).collect(),
             nodes: entries(NODES, 24).map(node).collect(),
