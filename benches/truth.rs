@@ -2,9 +2,9 @@
 //! through the levels' own portals. Not run without the data folder.
 //!
 //! First the answers are checked: nothing that a line shows is missing from the rows, and no witness shows what is hidden. Then a
-//! table by level and strategy: cells and portals, how many of them are within the level, and the share of those portals' area
-//! that is solid; then hidden pairs that rows keep for each visible pair, of points and objects and of two leaves, and what of it
-//! the lower rows keep, too. `--test` takes the smallest level alone.
+//! table by level and strategy: cells and portals, how many of them are within the level, portals that lead out of it through a
+//! face, and the share of the area of those within that is solid; then hidden pairs that rows keep for each visible pair, of
+//! points and objects and of two leaves, and what of it the lower rows keep, too. `--test` takes the smallest level alone.
 //!
 //! `--write DIR` writes each mesh as an OBJ file and a camera path within the level, and bakes nothing. Files that are named are
 //! measured instead, if they are bakes of such a mesh with `--keep-bounds`: `cargo bench --bench truth -- DIR/e1m1.ANY.pvs`.
@@ -29,7 +29,8 @@ const POINTS: usize = 64;
 const LINES: u64 = 1_000_000;
 const RAYS: u64 = 5_000_000;
 const EYES: usize = 240;
-/// Points of a portal.
+/// Points of the model's box, and of a portal.
+const PLACES: usize = 1_000_000;
 const SAMPLES: usize = 256;
 
 fn main() {
@@ -39,8 +40,7 @@ fn main() {
     let levels = if arguments.iter().any(|a| a == "--test") { &LEVELS[..1] } else { &LEVELS[..] };
     let write = arguments.iter().position(|a| a == "--write").map(|at| PathBuf::from(&arguments[at + 1]));
     if write.is_none() {
-        let columns =
-            "level | by | leaves | cells | within | portals | within | solid | objects | witnessed | leaves | witnessed | s";
+        let columns = "level | by | leaves | cells | within | portals | within | astray | solid | objects | witnessed | leaves | witnessed | s";
         println!("| {columns} |");
         println!("|{}", " --- |".repeat(columns.split('|').count()));
     }
@@ -94,16 +94,17 @@ fn measure(name: &str, truth: &Truth, file: &PvsFile, seconds: Option<f64>) {
     sights.assert_sound(name);
     witnessed.assert_sound(name);
     let figures = truth.figures(file);
-    let openings = truth.openings(file, SAMPLES, 3);
+    let openings = truth.openings(file, PLACES, SAMPLES, 3);
     eprintln!("{name}: {figures:?} {openings:?}");
     println!(
-        "| {name} | {} | {} | {} | {} | {} | {} | {:.0} % | {:.2} | {:.2} | {:.2} | {:.2} | {} |",
+        "| {name} | {} | {} | {} | {} | {} | {} | {} | {:.0} % | {:.2} | {:.2} | {:.2} | {:.2} | {} |",
         format!("{:?}", file.strategy).to_lowercase(),
         figures.asked,
         file.cells.len(),
         openings.cells,
         file.portals.len(),
         openings.portals,
+        openings.astray,
         100.0 * openings.solid / openings.area,
         figures.objects.excess(),
         figures.objects.witnessed_excess(),
