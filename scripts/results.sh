@@ -152,6 +152,19 @@ for level in dm4 e1m1 e1m3 e2m2 start; do
   run quake "$enfilade" vis "$bsp" --against "$bsp" -o "$out/files/$level.bsp" --state "$out/files/$level.state" --json
 done
 
+# Faces of the same levels as meshes, without their portals: rows against exact ones, and walks within the level.
+run truth cargo bench --features full --bench truth
+run truth cargo bench --features full --bench truth -- --write "$PWD/$out/files"
+for level in dm4 e1m1 e1m3 e2m2 start; do
+  mesh=$out/files/$level
+  has "$data/quake-id-gpl/$level.bsp" || continue
+  for cells in auto bsp; do
+    run truth "$enfilade" bake "$mesh.obj" --rays 5M --cells "$cells" -o "$mesh.$cells.pvs" --json
+    run truth "$enfilade" walk "$mesh.$cells.pvs" --model "$mesh.obj" --path "$mesh.path.json" --mode all --verify-pixels \
+      --size 480x270 --json
+  done
+done
+
 run viewer cargo build --release -p enfilade-viewer --features enfilade/full
 viewed=("$furnished")
 # Nothing of a city can be closed: one open cell, whose objects are found by queries.

@@ -42,6 +42,21 @@ impl Random {
     pub fn chance(&mut self, p: f64) -> bool {
         self.real(0.0, 1.0) < p
     }
+
+    /// Of a convex polygon, by area.
+    pub fn point_of(&mut self, polygon: &[DVec3]) -> DVec3 {
+        let a = polygon[0];
+        let triangles = || polygon[1..].windows(2).map(|w| [w[0] - a, w[1] - a]);
+        let area = |[u, v]: [DVec3; 2]| u.cross(v).length();
+        let mut left = self.real(0.0, triangles().map(area).sum());
+        let within = |triangle: &[DVec3; 2]| {
+            left -= area(*triangle);
+            left < 0.0
+        };
+        let [u, v] = triangles().find(within).unwrap_or([polygon[1] - a, polygon[2] - a]);
+        let (s, t) = (self.real(0.0, 1.0), self.real(0.0, 1.0));
+        if s + t > 1.0 { a + u * (1.0 - s) + v * (1.0 - t) } else { a + u * s + v * t }
+    }
 }
 
 /// Numbers in `0..1` of a linear congruence (Knuth's MMIX), and places made of them.
