@@ -2,10 +2,10 @@
 //!
 //! Every node that the default scene shows becomes an object per mesh primitive, in metres, +Y up, under the node's world
 //! transform (worked out in `f64`; a mirrored node's triangles are turned round). Triangle lists, strips and fans, indexed or
-//! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression, with the feature
-//! `meshopt`), sparse accessors, EXT_mesh_gpu_instancing and KHR_node_visibility are read.
-//! Points, lines, skins, morph targets and animations are left out with a note. A required extension that isn't known, such as
-//! Draco compression, is refused by name.
+//! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression with the feature
+//! `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing and KHR_node_visibility are read.
+//! Points, lines, skins, morph targets and animations are left out with a note. A required extension that isn't known is refused by
+//! name.
 //!
 //! An object is named after its node, else its mesh, else `node N`; `/I` is added where the mesh has several primitives, and
 //! `@I` for instances. Materials that blend, are masked or transmit light make it see-through.
@@ -37,6 +37,7 @@
 mod authored;
 mod data;
 mod document;
+mod draco;
 mod hull;
 mod meshopt;
 mod primitive;
