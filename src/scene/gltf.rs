@@ -44,7 +44,7 @@ mod primitive;
 
 use super::builder::short_name;
 use super::sidecar::Sidecars;
-use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 use data::{Buffers, broken, entry};
@@ -56,7 +56,7 @@ use std::rc::Rc;
 
 /// Reads a `.glb` or `.gltf` file; see [`self`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let bytes = std::fs::read(path)?;
+    let bytes = whole_file::read(path)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     from_slice(&bytes, &name, path.parent(), options)
 }
