@@ -14,7 +14,7 @@ seconds() {
   { time cargo "$@" --locked --release --lib -q 1>&2; } 2>&1 | tee /dev/stderr | awk 'END { print $1 + $2 }'
 }
 
-for features in none simd gpu bake cli ifc meshopt quake full; do
+for features in none simd gpu bake cli draco ifc meshopt quake full; do
   flags=(--no-default-features)
   [ "$features" = none ] || flags+=(--features "$features")
   crates=$(cargo tree --locked -e normal,build --prefix none -p enfilade "${flags[@]}" | sed 's/ (.*//' | sort -u | wc -l)

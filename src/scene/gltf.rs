@@ -2,10 +2,10 @@
 //!
 //! Every node that the default scene shows becomes an object per mesh primitive, in metres, +Y up, under the node's world
 //! transform (worked out in `f64`; a mirrored node's triangles are turned round). Triangle lists, strips and fans, indexed or
-//! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression, with the feature
-//! `meshopt`), sparse accessors, EXT_mesh_gpu_instancing and KHR_node_visibility are read.
-//! Points, lines, skins, morph targets and animations are left out with a note. A required extension that isn't known, such as
-//! Draco compression, is refused by name.
+//! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression with the feature
+//! `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing and KHR_node_visibility are read.
+//! Points, lines, skins, morph targets and animations are left out with a note. A required extension that isn't known is refused by
+//! name.
 //!
 //! An object is named after its node, else its mesh, else `node N`; `/I` is added where the mesh has several primitives, and
 //! `@I` for instances. Materials that blend, are masked or transmit light make it see-through.
@@ -37,13 +37,14 @@
 mod authored;
 mod data;
 mod document;
+mod draco;
 mod hull;
 mod meshopt;
 mod primitive;
 
 use super::builder::short_name;
 use super::sidecar::Sidecars;
-use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 use data::{Buffers, broken, entry};
@@ -55,7 +56,7 @@ use std::rc::Rc;
 
 /// Reads a `.glb` or `.gltf` file; see [`self`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let bytes = std::fs::read(path)?;
+    let bytes = whole_file::read(path)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     from_slice(&bytes, &name, path.parent(), options)
 }

@@ -13,6 +13,7 @@ pub mod indoorgml;
 pub mod obj;
 pub mod rays;
 mod sidecar;
+mod whole_file;
 
 pub use crate::types::hints::{Hints, OpeningHint, OpeningKind, RoomHint, StoreyHint};
 pub use crate::types::import::ImportOptions;

@@ -14,14 +14,14 @@ mod polygon;
 
 use super::builder::short_name;
 use super::sidecar::Sidecars;
-use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
+use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// Reads an `.obj` file; see [`self`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let bytes = std::fs::read(path)?;
+    let bytes = whole_file::read(path)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     from_slice(&bytes, &name, path.parent(), options)
 }

@@ -1,5 +1,6 @@
 //! Files that a model names: read only from the folder that the model lies in, or below it, unless another is allowed.
 
+use super::whole_file;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
@@ -37,7 +38,7 @@ impl Sidecars<'_> {
         if !path.metadata().map_err(refuse)?.is_file() {
             return Err(format!("`{name}` is not a regular file"));
         }
-        std::fs::read(&path).map_err(refuse)
+        whole_file::read(&path).map_err(refuse)
     }
 }
 

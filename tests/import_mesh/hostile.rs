@@ -2,7 +2,8 @@
 
 use super::glb::{Glb, pack};
 use super::{TRIANGLE, assert_sound, read_glb, read_obj};
-use enfilade::scene::{ImportError, ImportOptions};
+use crate::cli::folder;
+use enfilade::scene::{ImportError, ImportOptions, import};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -83,7 +84,7 @@ fn lies_in_the_document_are_told_from_the_truth() {
         ("/scenes/0/nodes", json!([0, 0]), "node 0 is in the scene twice"),
         ("/scenes/0/nodes", json!([0, 1]), "node 1 is in the scene twice"),
         ("/scenes/0/nodes", json!([]), "no triangles in it"),
-        ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
+        ("/extensionsRequired", json!(["KHR_nothing_known"]), "KHR_nothing_known"),
         ("/extensionsRequired", json!(["KHR_materials_ior", "ACME_x"]), "ACME_x"),
         ("/asset/version", json!("1.0"), "glTF 1.0 is not supported"),
         ("/asset/minVersion", json!("3.0"), "glTF 3.0 is not supported"),
@@ -273,4 +274,21 @@ proptest! {
         mutate(&mut bytes, &mutations);
         is_error_or_sound(enfilade::scene::obj::from_slice(&bytes, "test", None, &ImportOptions::default()));
     }
+}
+
+/// A checkout has pointers in place of large files until `git lfs pull`.
+#[test]
+fn a_pointer_of_git_lfs_is_named() {
+    let pointer =
+        "version https://git-lfs.github.com/spec/v1\noid sha256:5891b5b522d5df086d0ff0b110fbd9d21bb4fc7163af34d0\nsize 6\n";
+    let folder = folder("a_pointer_of_git_lfs");
+    let told = |name: &str| import(&folder.join(name), &ImportOptions::default()).unwrap_err().to_string();
+    for name in ["test.glb", "test.gltf", "test.obj", "test.gml"] {
+        std::fs::write(folder.join(name), pointer).unwrap();
+        assert!(told(name).contains("a Git LFS pointer"), "{name}: {}", told(name));
+    }
+    let mut beside = small();
+    beside.json["buffers"][0]["uri"] = "test.glb".into();
+    std::fs::write(folder.join("beside.gltf"), beside.json.to_string()).unwrap();
+    assert!(told("beside.gltf").contains("buffer 0: `test.glb`: a Git LFS pointer"), "{}", told("beside.gltf"));
 }

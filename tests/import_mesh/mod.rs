@@ -1,5 +1,9 @@
 //! The glTF and OBJ importers against models written by hand, hostile files, and models that others made.
 
+#[cfg(any(feature = "draco", feature = "meshopt"))]
+mod compressed;
+#[cfg(feature = "draco")]
+mod draco;
 mod glb;
 mod gltf;
 mod hostile;

@@ -4,9 +4,12 @@
 
 use super::super::sidecar::Sidecars;
 use super::super::{ImportError, Place};
-use super::document::{AccessorEntry, Document, SparsePart};
-use super::meshopt;
-use std::cell::{Cell, OnceCell};
+use super::document::{AccessorEntry, Document, Draco, SparsePart};
+use super::primitive::Part;
+use super::{draco, meshopt};
+use std::cell::{Cell, OnceCell, RefCell};
+use std::collections::HashMap;
+use std::rc::Rc;
 
 /// Shorthand: an error somewhere in the document.
 pub(super) fn broken(what: impl Into<String>) -> ImportError {
@@ -26,7 +29,9 @@ pub(super) struct Buffers<'a> {
     loaded: Vec<OnceCell<Vec<u8>>>,
     /// Of compressed views.
     decoded: Vec<OnceCell<Vec<u8>>>,
-    /// By buffer: bytes that its views were decoded into.
+    /// Decoded primitives, by view and id of the positions.
+    primitives: RefCell<HashMap<(usize, usize), Rc<Part>>>,
+    /// By buffer: compressed bytes of it that were decoded.
     spent: Vec<Cell<usize>>,
 }
 
@@ -38,6 +43,7 @@ impl<'a> Buffers<'a> {
             beside,
             loaded: document.buffers.iter().map(|_| OnceCell::new()).collect(),
             decoded: document.buffer_views.iter().map(|_| OnceCell::new()).collect(),
+            primitives: RefCell::default(),
             spent: document.buffers.iter().map(|_| Cell::new(0)).collect(),
         }
     }
@@ -78,14 +84,8 @@ impl<'a> Buffers<'a> {
         let cell = &self.decoded[view];
         if cell.get().is_none() {
             let source = within(compressed.buffer, compressed.byte_offset, compressed.byte_length)?;
-            let wrong = |what: String| broken(format!("bufferView {view}: {what}"));
-            let bytes = meshopt::decode(compressed, source).map_err(wrong)?;
-            // Views that name the same bytes cost the file nothing.
-            let spent = &self.spent[compressed.buffer];
-            spent.set(spent.get().saturating_add(bytes.len()));
-            if spent.get() > meshopt::MOST_RATIO.saturating_mul(self.buffer(compressed.buffer)?.len()) {
-                return Err(wrong(format!("compressed views of buffer {} repeat its bytes", compressed.buffer)));
-            }
+            self.spend(compressed.buffer, source.len())?;
+            let bytes = meshopt::decode(compressed, source).map_err(|what| broken(format!("bufferView {view}: {what}")))?;
             cell.get_or_init(|| bytes);
         }
         let bytes = cell.get().map_or(&[][..], |b| b);
@@ -93,6 +93,36 @@ impl<'a> Buffers<'a> {
             return Err(broken(format!("bufferView {view}: {} bytes, {} when decoded", entry.byte_length, bytes.len())));
         }
         Ok(bytes)
+    }
+
+    /// Counts compressed bytes that are to be decoded. Views that name the same bytes cost the file nothing, but memory.
+    fn spend(&self, buffer: usize, bytes: usize) -> Result<(), ImportError> {
+        let spent = &self.spent[buffer];
+        spent.set(spent.get().saturating_add(bytes));
+        match spent.get() > self.buffer(buffer)?.len() {
+            true => Err(broken(format!("compressed views of buffer {buffer} repeat its bytes"))),
+            false => Ok(()),
+        }
+    }
+
+    /// A primitive of at most `triangles` in Draco compression, decoded once however often it is used.
+    pub fn draco(&self, draco: &Draco, triangles: usize) -> Result<Rc<Part>, ImportError> {
+        let view = draco.buffer_view;
+        let wrong = |what: String| broken(format!("bufferView {view}: {what}"));
+        let position = draco.attributes.position.ok_or_else(|| wrong("Draco compression without positions".to_owned()))?;
+        if let Some(part) = self.primitives.borrow().get(&(view, position)) {
+            return Ok(Rc::clone(part));
+        }
+        let source = self.view(view)?;
+        self.spend(self.document.buffer_views[view].buffer, source.len())?;
+        let part = Rc::new(draco::decode(source, position, triangles).map_err(wrong)?);
+        self.primitives.borrow_mut().insert((view, position), Rc::clone(&part));
+        Ok(part)
+    }
+
+    /// What the document says of an accessor; nothing of it is checked.
+    pub fn claimed(&self, index: usize) -> Result<&AccessorEntry, ImportError> {
+        entry(&self.document.accessors, index, "accessor")
     }
 
     /// `count` elements of `size` bytes in a buffer view, from `offset`. A stride below the element's size is refused, so

@@ -10,9 +10,10 @@ use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
 
 /// What may be listed under `extensionsRequired`: read, or without influence on where triangles are and what they hide.
-const KNOWN: [&str; 8] = [
+const KNOWN: [&str; 9] = [
     "EXT_meshopt_compression",
     "KHR_meshopt_compression",
+    "KHR_draco_mesh_compression",
     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",
     "KHR_node_visibility",
@@ -191,7 +192,15 @@ pub(super) struct Attributes {
 #[derive(Deserialize, Default)]
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
-    pub draco: Option<IgnoredAny>,
+    pub draco: Option<Draco>,
+}
+
+/// A primitive whose corners and vertices are in one view; the attributes are ids in it.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub buffer_view: usize,
+    pub attributes: Attributes,
 }
 
 #[derive(Deserialize)]
@@ -340,7 +349,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportErro
     let is_known = |name: &&String| KNOWN.contains(&name.as_str()) || KNOWN_PREFIXES.iter().any(|p| name.starts_with(p));
     if let Some(name) = document.extensions_required.iter().find(|name| !is_known(name)) {
         let what = format!("the glTF extension {name}, which the file requires,");
-        return Err(ImportError::Unsupported { what, hint: "export without it (no mesh compression)" });
+        return Err(ImportError::Unsupported { what, hint: "export without it" });
     }
     Ok((document, bin))
 }

@@ -13,7 +13,7 @@ use meshoptimizer_rs::{Error, Workspace};
 
 /// Decoded bytes are at most so many times the compressed ones. Triangles take a byte or more for 12; corners of meshes a half or more for
 /// 12. More: a small file takes much memory. Less: regular grids are refused.
-pub(super) const MOST_RATIO: usize = 64;
+const MOST_RATIO: usize = 64;
 
 /// Decodes a view; an error says what is wrong with it.
 pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String> {

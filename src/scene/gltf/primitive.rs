@@ -15,6 +15,7 @@ pub(super) struct LeftOut {
 }
 
 /// A primitive in its mesh's own coordinates: only the vertices that its triangles use.
+#[derive(Clone)]
 pub(super) struct Part {
     pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
@@ -29,6 +30,14 @@ enum Mode {
 }
 
 impl Mode {
+    /// How many triangles so many corners make.
+    fn triangles(self, corners: usize) -> usize {
+        match self {
+            Self::List => corners / 3,
+            Self::Strip | Self::Fan => corners.saturating_sub(2),
+        }
+    }
+
     /// Corner numbers of triangle `t` (specification, 3.7.2.1).
     fn corners(self, t: usize) -> [usize; 3] {
         match self {
@@ -55,13 +64,16 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
         left_out.without_positions += 1;
         return Ok(None);
     };
-    let positions = buffers.accessor(position, &["VEC3"]).map_err(|error| match primitive.extensions.draco {
-        Some(_) => ImportError::Unsupported {
-            what: "the glTF extension KHR_draco_mesh_compression".into(),
-            hint: "export without mesh compression",
-        },
-        None => error,
-    })?;
+    // Some files have the same in plain accessors, for readers without the codec.
+    let claimed = buffers.claimed(position)?;
+    if let (Some(draco), None) = (&primitive.extensions.draco, claimed.buffer_view) {
+        if claimed.normalized {
+            return Err(broken(format!("accessor {position}: normalized positions in Draco compression")));
+        }
+        let corners = primitive.indices.map_or(Ok(0), |indices| buffers.claimed(indices).map(|a| a.count))?;
+        return Ok(Some(buffers.draco(draco, mode.triangles(corners))?.as_ref().clone()));
+    }
+    let positions = buffers.accessor(position, &["VEC3"])?;
     let indices = match primitive.indices {
         Some(index) => {
             let indices = buffers.accessor(index, &["SCALAR"])?;
@@ -73,13 +85,10 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
         None => None,
     };
     let corners = indices.as_ref().map_or(positions.count(), |i| i.count());
-    let count = match mode {
-        Mode::List => {
-            left_out.leftover_corners += corners % 3;
-            corners / 3
-        }
-        Mode::Strip | Mode::Fan => corners.saturating_sub(2),
-    };
+    if matches!(mode, Mode::List) {
+        left_out.leftover_corners += corners % 3;
+    }
+    let count = mode.triangles(corners);
 
     let mut part = Part { positions: Vec::new(), triangles: Vec::new() };
     // Vertex index to index in the part. A table where most vertices are used; primitives that share one large accessor

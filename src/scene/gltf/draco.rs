@@ -1,0 +1,54 @@
+//! Compressed primitives: `KHR_draco_mesh_compression`.
+//!
+//! Based on: Khronos Group, *KHR_draco_mesh_compression*, 2018; Google, *Draco Bitstream Specification* 2.2; the decoder is the crate
+//! `draco-core`'s. Only connectivity and positions are kept.
+
+use super::primitive::Part;
+#[cfg(feature = "draco")]
+use draco_core::{DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder};
+#[cfg(feature = "draco")]
+use glam::DVec3;
+
+/// Decoded triangles are at most so many times the compressed bytes. Flat grids of Google's encoder have 11. More: a small file takes much
+/// memory. Less: such grids are refused.
+const MOST_TRIANGLES: usize = 64;
+/// Bytes of all attributes of a vertex: positions have 12, and the most that is common is some 120.
+#[cfg(feature = "draco")]
+const MOST_VERTEX_BYTES: usize = 256;
+
+/// Decodes a primitive of at most so many triangles; `position` is the id of its attribute. An error says what is wrong with it.
+pub(super) fn decode(source: &[u8], position: usize, triangles: usize) -> Result<Part, String> {
+    if triangles > MOST_TRIANGLES.saturating_mul(source.len()) {
+        return Err(format!("{triangles} triangles can't be in {} compressed bytes", source.len()));
+    }
+    codec(source, position, triangles)
+}
+
+#[cfg(feature = "draco")]
+fn codec(source: &[u8], position: usize, triangles: usize) -> Result<Part, String> {
+    let most_bytes = (triangles as u64).saturating_mul(3 * MOST_VERTEX_BYTES as u64);
+    let limits = DecodeLimits::default().with_max_faces(triangles as u64).with_max_decoded_bytes(most_bytes);
+    let mut mesh = Mesh::new();
+    MeshDecoder::new().decode(&mut DecoderBuffer::new(source).with_limits(limits), &mut mesh).map_err(|e| {
+        match e.kind() {
+            ErrorKind::LimitExceeded => {
+                format!("Draco compression: more in it than the {triangles} triangles of its accessor")
+            }
+            _ => format!("Draco compression: {e}"),
+        }
+    })?;
+    mesh.remove_points_unused_by_faces();
+    let attribute = u32::try_from(position).ok().and_then(|id| mesh.attribute_by_unique_id(id));
+    let attribute = attribute.filter(|a| a.num_components() == 3);
+    let attribute = attribute.ok_or_else(|| format!("Draco compression: attribute {position} is no position"))?;
+    let corners = attribute.read_f32s(mesh.num_points(), 3);
+    Ok(Part {
+        positions: corners.as_chunks().0.iter().map(|&[x, y, z]| DVec3::new(x.into(), y.into(), z.into())).collect(),
+        triangles: mesh.faces().iter().map(|face| face.map(|corner| corner.0)).collect(),
+    })
+}
+
+#[cfg(not(feature = "draco"))]
+fn codec(_: &[u8], _: usize, _: usize) -> Result<Part, String> {
+    Err("a mesh in Draco compression; build with `--features draco`, or export without it".to_owned())
+}
