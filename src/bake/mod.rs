@@ -6,7 +6,8 @@ mod worth;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 
 use crate::cells::validate::stage;
-use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen, split, undivided};
+use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
+use crate::cells::{split, split_beside, undivided};
 use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
 use crate::pvs::partition::{self, Partition};
@@ -116,15 +117,16 @@ const WORTH: f64 = 0.95;
 /// Splits a scene; where nobody asked for a strategy and no wall would keep anything from being drawn, into one open cell. A tree of walls
 /// is quick to build, and tells before a plan is searched for rooms.
 fn split_if_worth(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    if options.strategy.is_none() && scene.hints.rooms.is_empty() {
-        let walls = split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options })?;
-        let share = worth::drawn_share(scene, &walls);
-        if share > WORTH {
-            let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
-            return Ok(CellGraph { reason, ..undivided(scene) });
-        }
+    if options.strategy.is_some() || !scene.hints.rooms.is_empty() {
+        return split(scene, options);
     }
-    split(scene, options)
+    let walls = split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options })?;
+    let share = worth::drawn_share(scene, &walls);
+    if share > WORTH {
+        let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
+        return Ok(CellGraph { reason, ..undivided(scene) });
+    }
+    split_beside(scene, options, Some(walls))
 }
 
 /// Splits, works out visibility, and packs.

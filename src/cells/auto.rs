@@ -1,9 +1,10 @@
 //! Which strategy a scene gets when nobody asks for one: decided by what is measured in it, said in one line.
 //!
-//! The author's rooms, where most of them are sound; a tree of walls, where little of what isn't level stands upright, as in caves, or
-//! where nothing has a ceiling; else the plan. The tree is tried too where the plan closes no cell, or comes out ragged: levels of slopes and
+//! The author's rooms, where most of them are sound; a tree of walls, where little of what isn't level stands upright, as in caves, where
+//! walls show their backs from outside, as in levels, or where nothing has a ceiling; else the plan. The tree is tried too where the plan closes no cell, or comes out ragged: levels of slopes and
 //! rock give it many portals to a cell, buildings few. What closes a cell, or has fewer portals to a cell, is kept.
 
+use super::bsp::facing::Facing;
 use super::bsp::planes::opaque_structure;
 use super::{CellGraph, Strategy};
 use crate::cells::authored::audit::audit_rooms;
@@ -17,8 +18,9 @@ use glam::DVec3;
 
 /// Rooms of an author are taken where at least this share of them is sound.
 const SOUND_SHARE: f64 = 0.5;
-/// A plan is tried where this share of what isn't level stands upright: in houses with roofs 0.75 and more.
-const UPRIGHT_SHARE: f64 = 0.5;
+/// A plan is tried where this share of what isn't level stands upright: in houses with roofs 0.75 and more. The first where a model says
+/// nothing of a building, in which a search for rooms takes minutes and ends with few.
+const UPRIGHT_SHARE: [f64; 2] = [0.75, 0.5];
 /// A plan with more portals than this to a cell is ragged: buildings have 1 to 20, a villa with a dome 26.
 const RAGGED_PORTALS: f64 = 27.0;
 /// A scene has ceilings where something is above this share of what is level. More: a house on a large site has none. Less: cities are
@@ -56,8 +58,12 @@ fn by_shape(scene: &Scene) -> (Strategy, String) {
     }
     let share: f64 = if steep > 0.0 { upright / steep } else { 1.0 };
     let why = format!("{:.0} % of what is not level stands upright", 100.0 * share);
-    if share < UPRIGHT_SHARE {
+    let nothing = says_nothing(scene);
+    if share < UPRIGHT_SHARE[usize::from(!nothing)] {
         return (Strategy::Bsp, why);
+    }
+    if nothing && Facing::new(scene).shows_backs {
+        return (Strategy::Bsp, format!("{why}, and from outside its walls show their backs, as those of levels do"));
     }
     match covered(scene) {
         Some(covered) if covered < COVERED_SHARE => {
@@ -83,6 +89,11 @@ fn covered(scene: &Scene) -> Option<f64> {
     let points: Vec<DVec3> = (0..LINES).map_while(|_| floors.draw(&mut random)).collect();
     let under = points.iter().filter(|&&p| rays.first_opaque(p, DVec3::Y, f64::INFINITY).is_some()).count();
     (!points.is_empty()).then(|| under as f64 / points.len() as f64)
+}
+
+/// True where a model names no room, door, window or storey.
+fn says_nothing(scene: &Scene) -> bool {
+    scene.hints.rooms.is_empty() && scene.hints.openings.is_empty() && scene.hints.storeys.is_empty()
 }
 
 /// Whether another graph should be tried beside this plan.

@@ -30,6 +30,7 @@ pub use given::indoorgml::read_indoorgml;
 pub use given::view_cells::{ViewCell, read_view_cells};
 pub use locate::{Locator, Stretch};
 pub use placement::{Placement, place_objects};
+pub(crate) use split::split_beside;
 pub use split::{SplitError, SplitOptions, split, undivided};
 
 use crate::geom::{Aabb, Plane};

@@ -50,6 +50,15 @@ pub enum SplitError {
 
 /// Splits a scene into cells and portals.
 pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
+    split_beside(scene, options, None)
+}
+
+/// As [`split`]; `walls` is what [`Strategy::Bsp`] makes of the scene, where that is there already.
+pub(crate) fn split_beside(
+    scene: &Scene,
+    options: &SplitOptions,
+    walls: Option<CellGraph>,
+) -> Result<CellGraph, SplitError> {
     let human = if options.in_metres { HumanScale::METRES } else { HumanScale::of(scene) };
     let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
@@ -58,20 +67,28 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
         Some(s) => (s, "asked for".to_owned()),
         None => choose(scene),
     };
+    let walls = |reason: String| match walls {
+        Some(walls) => CellGraph { reason, ..walls },
+        None => bsp(scene, human, options.smallest_occluder, reason),
+    };
     let mut graph = match strategy {
         Strategy::Volume => volume(scene, human, options.voxel, reason),
-        Strategy::Bsp => bsp(scene, human, options.smallest_occluder, reason),
+        Strategy::Bsp => return Ok(finished(scene, human, walls(reason))),
         _ => from_columns(scene, human, strategy, reason),
     };
     let may_try = strategy == Strategy::Plan && options.strategy.is_none();
     if may_try && is_poor(&graph) {
-        let walls = |reason| bsp(scene, human, options.smallest_occluder, reason);
         graph = better(graph, scene.tolerance().coplanar, walls);
     }
+    Ok(finished(scene, human, graph))
+}
+
+/// With kinds and states of its portals.
+fn finished(scene: &Scene, human: HumanScale, mut graph: CellGraph) -> CellGraph {
     name_openings(scene, &mut graph.portals, human);
     find_states(scene, &mut graph.portals);
     graph.link();
-    Ok(graph)
+    graph
 }
 
 /// A scene as one open cell, without a portal.

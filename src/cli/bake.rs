@@ -168,7 +168,7 @@ const RAYS_TO_A_GOAL: u64 = 1_000_000_000;
 /// A share, as `0.01%`, as a fraction.
 fn percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').and_then(|number| number.trim_end().parse::<f64>().ok());
-    number.filter(|&p| p > 0.0 && p < 100.0).map(|p| p / 100.0).ok_or_else(|| "takes a percentage, as in 0.01%".into())
+    number.map(|p| p / 100.0).filter(|&p| p > 0.0 && p < 1.0).ok_or_else(|| "takes a percentage, as in 0.01%".into())
 }
 
 /// Seconds above 0.

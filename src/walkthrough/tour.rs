@@ -12,7 +12,9 @@ use crate::random::mixed;
 use crate::types::person::EYE_HEIGHT;
 use crate::types::portal::PortalKind;
 use glam::{DVec2, DVec3};
-use std::collections::VecDeque;
+use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
+use std::rc::Rc;
 
 /// A shorter way than this, metres, has no direction to look in.
 const LEAST_STEP: f64 = 1e-3;
@@ -123,10 +125,12 @@ struct Rooms {
     rooms: Vec<Room>,
     /// By cell: its pieces, as indices into `rooms`.
     cells: Vec<Vec<usize>>,
-    /// What is common to two rooms of one cell that touch.
-    passages: Vec<Room>,
-    /// By room: the rooms of the same cell that it touches, and the passage between.
-    touching: Vec<Vec<(usize, usize)>>,
+    /// By room: the rooms of the same cell whose boxes its box touches, ascending.
+    beside: Vec<Vec<usize>>,
+    /// Rooms are said to touch within this, metres.
+    touch: f64,
+    /// What is common to two rooms, the lower first, as far as a way has asked; `None` where they don't touch.
+    passages: RefCell<HashMap<[usize; 2], Option<Rc<Room>>>>,
 }
 
 impl Rooms {
@@ -153,19 +157,16 @@ impl Rooms {
             cells.push((start..rooms.len()).collect::<Vec<_>>());
         }
         let touch = bounds.diagonal() * 1e-4;
-        let (mut passages, mut touching) = (Vec::new(), vec![Vec::new(); rooms.len()]);
-        for cell in &cells {
-            for (i, &a) in cell.iter().enumerate() {
-                for &b in &cell[i + 1..] {
-                    if let Some(passage) = between(&rooms[a], &rooms[b], touch) {
-                        touching[a].push((b, passages.len()));
-                        touching[b].push((a, passages.len()));
-                        passages.push(passage);
-                    }
-                }
-            }
-        }
-        Self { bounds, rooms, cells, passages, touching }
+        let boxes: Vec<Aabb> = rooms.iter().map(|room| room.bounds.inflated(touch)).collect();
+        let beside = beside(&cells, &boxes);
+        Self { bounds, rooms, cells, beside, touch, passages: RefCell::default() }
+    }
+
+    /// What is common to two rooms that touch.
+    fn passage(&self, a: usize, b: usize) -> Option<Rc<Room>> {
+        let key = [a.min(b), a.max(b)];
+        let find = || between(&self.rooms[key[0]], &self.rooms[key[1]], self.touch).map(Rc::new);
+        self.passages.borrow_mut().entry(key).or_insert_with(find).clone()
     }
 
     /// The piece of a cell that a walk stands in: the largest.
@@ -185,21 +186,23 @@ impl Rooms {
         // Out of thin pieces at both ends, each by its own shortest step.
         let (mut first, mut last) = (vec![start], vec![end]);
         let (from, to) = (self.leave_thin(from, &mut first), self.leave_thin(to, &mut last));
-        let mut before: Vec<Option<(usize, usize)>> = vec![None; self.rooms.len()];
+        let mut before: HashMap<usize, (usize, Rc<Room>)> = HashMap::new();
         let mut queue = VecDeque::from([to]);
         // Backwards, so that following `before` leads forwards.
-        while let Some(room) = queue.pop_front() {
-            for &(next, passage) in &self.touching[room] {
-                if next != to && before[next].is_none() {
-                    before[next] = Some((room, passage));
-                    queue.push_back(next);
+        while let Some(room) = queue.pop_front().filter(|_| from != to && !before.contains_key(&from)) {
+            for &next in &self.beside[room] {
+                if next != to && !before.contains_key(&next) {
+                    if let Some(passage) = self.passage(room, next) {
+                        before.insert(next, (room, passage));
+                        queue.push_back(next);
+                    }
                 }
             }
         }
         let mut at = from;
-        while let Some((next, passage)) = before[at].filter(|_| at != to) {
-            self.step(next, passage, &mut first);
-            at = next;
+        while let Some((next, passage)) = before.get(&at).filter(|_| at != to) {
+            self.step(*next, passage, &mut first);
+            at = *next;
         }
         first.extend(last.into_iter().rev());
         first
@@ -208,19 +211,23 @@ impl Rooms {
     /// Goes from a thin piece to the largest that it touches, if that isn't thin: the piece where the way is then.
     fn leave_thin(&self, room: usize, points: &mut Vec<DVec3>) -> usize {
         let size = |r: usize| self.rooms[r].bounds.size().element_product();
-        let thick = self.touching[room].iter().filter(|(next, _)| !self.rooms[*next].is_thin());
-        match thick.max_by(|a, b| size(a.0).total_cmp(&size(b.0)).then(b.0.cmp(&a.0))) {
-            Some(&(next, passage)) if self.rooms[room].is_thin() => {
-                self.step(next, passage, points);
+        if !self.rooms[room].is_thin() {
+            return room;
+        }
+        let mut thick: Vec<usize> = self.beside[room].iter().copied().filter(|&next| !self.rooms[next].is_thin()).collect();
+        thick.sort_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
+        match thick.into_iter().find_map(|next| Some((next, self.passage(room, next)?))) {
+            Some((next, passage)) => {
+                self.step(next, &passage, points);
                 next
             }
-            _ => room,
+            None => room,
         }
     }
 
     /// Goes through a passage into a piece.
-    fn step(&self, room: usize, passage: usize, points: &mut Vec<DVec3>) {
-        let between = self.passages[passage].step_from(points[points.len() - 1]);
+    fn step(&self, room: usize, passage: &Room, points: &mut Vec<DVec3>) {
+        let between = passage.step_from(points[points.len() - 1]);
         points.extend([between, self.rooms[room].step_from(between)]);
     }
 
@@ -278,11 +285,27 @@ impl Rooms {
     }
 }
 
+/// By room: the rooms of the same cell whose boxes touch its own, ascending; found by a sweep along x.
+fn beside(cells: &[Vec<usize>], boxes: &[Aabb]) -> Vec<Vec<usize>> {
+    let mut beside = vec![Vec::new(); boxes.len()];
+    for cell in cells {
+        let mut order = cell.clone();
+        order.sort_by(|&a, &b| boxes[a].min.x.total_cmp(&boxes[b].min.x));
+        for (i, &a) in order.iter().enumerate() {
+            for &b in order[i + 1..].iter().take_while(|&&b| boxes[b].min.x <= boxes[a].max.x) {
+                if boxes[a].touches(&boxes[b]) {
+                    beside[a].push(b);
+                    beside[b].push(a);
+                }
+            }
+        }
+    }
+    beside.iter_mut().for_each(|rooms| rooms.sort_unstable());
+    beside
+}
+
 /// What is common to two pieces that touch within `touch` metres.
 fn between(a: &Room, b: &Room, touch: f64) -> Option<Room> {
-    if !a.bounds.inflated(touch).touches(&b.bounds.inflated(touch)) {
-        return None;
-    }
     let both = a.planes.iter().chain(&b.planes).map(|plane| Plane { d: plane.d + touch, ..*plane }).collect();
     Room::new(both)
 }

@@ -7,21 +7,25 @@
 //! cut below that, so that faces are open exactly where nothing covers them, and the graph is sound like those of all strategies.
 //!
 //! The steps, one file each: [`planes`] (which triangles part space), [`tree`] (the leaves), [`adjacency`] (what is open between them),
-//! [`tiles`] (where to cut first; which leaves are a cell), [`solid`] (what nobody can be in), [`pieces`] and [`graph`] (cells and portals).
+//! [`tiles`] (where to cut first; which leaves are a cell), [`solid`] and [`void`] (what nobody can be in), [`pieces`] and [`graph`] (cells and
+//! portals).
 
 pub mod adjacency;
+pub mod facing;
 pub mod graph;
 pub mod pieces;
 pub mod planes;
 mod solid;
 mod tiles;
 pub mod tree;
+mod void;
 
 use super::scale::HumanScale;
 use super::{Cell, CellGraph, Strategy};
 use crate::geom::Aabb;
 use crate::scene::Scene;
 use adjacency::Contact;
+use facing::Facing;
 use glam::DVec3;
 use planes::Shell;
 use tiles::Tiles;
@@ -59,13 +63,15 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
         let large = all.triangles.iter().zip(&extents).filter(|(_, extent)| **extent >= occluder);
         Shell { triangles: large.map(|(t, _)| *t).collect(), planes: all.planes.clone(), free_standing: 0 }
     };
+    let facing = Facing::new(scene);
     let tiles = |occluder: f64| Tiles { planes: &all.planes, axes, around: bounds, edge: TILE * occluder, occluder };
     let enough = (TILES_AN_OBJECT * scene.objects.len() as f64).clamp(TILES[0], TILES[1]) as usize;
     let size = |k: u32| LARGEST * bounds.diagonal() * SMALLER.powi(k as i32);
     let has_enough = |k: u32| {
         let tiles = tiles(size(k));
         let cut: tree::Tiling<'_> = &|poly, inside| tiles.cut(poly, inside);
-        tree::has_tiles(&shell(size(k)), domain, axes, tolerance.coplanar, cut, enough)
+        let counts = |tile: &tree::Poly| void::counts(&facing, tile);
+        tree::has_tiles(&shell(size(k)), domain, axes, tolerance.coplanar, cut, &counts, enough)
     };
     let occluder = smallest_occluder.unwrap_or_else(|| size(first(TRIALS, has_enough)));
     let (shell, tiles) = (shell(occluder), tiles(occluder));
@@ -75,8 +81,9 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     // 3. Which leaves are a cell.
     let slivers = tiles::slivers(&bsp, &contacts, SLIVER * adjacency::smallest_hole(&tolerance));
     let mut parts = tiles.parts(&bsp, &contacts, &slivers);
-    let solid = solid::solid(scene, &bsp, &contacts, &slivers, occluder);
+    let solid = solid::solid(&facing, &bsp, &contacts, &slivers, bounds, occluder);
     parts.labels.iter_mut().zip(&solid).filter(|(_, solid)| **solid).for_each(|(label, _)| *label = None);
+    void::join_outside(&facing, &bsp, &mut parts.labels);
     // 4. The graph.
     let pieces = pieces::pieces(&bsp, &contacts, &parts.labels, parts.count, 0.1 * tolerance.coplanar);
     let (mut cells, number) = graph::cells(pieces, Some(tiles::OUTSIDE), domain);

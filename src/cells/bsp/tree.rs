@@ -125,11 +125,19 @@ pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling:
     out
 }
 
-/// Whether there are `enough` tiles; other arguments as for [`bsp`].
-pub fn has_tiles(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling: Tiling<'_>, enough: usize) -> bool {
+/// Whether there are `enough` tiles that count; other arguments as for [`bsp`].
+pub fn has_tiles(
+    shell: &Shell,
+    domain: Aabb,
+    axes: [DVec3; 3],
+    coplanar: f64,
+    tiling: Tiling<'_>,
+    counts: &(dyn Fn(&Poly) -> bool + Sync),
+    enough: usize,
+) -> bool {
     let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar };
     let missing = AtomicUsize::new(enough);
-    builder.take_tiles(Poly::cuboid(domain), fragments(shell), tiling, &missing);
+    builder.take_tiles(Poly::cuboid(domain), fragments(shell), tiling, counts, &missing);
     missing.into_inner() == 0
 }
 
@@ -207,20 +215,29 @@ impl Builder<'_> {
     }
 
     /// Takes one from `missing` for each tile, until that is 0.
-    fn take_tiles(&self, poly: Poly, fragments: Vec<Fragment>, tiling: Tiling<'_>, missing: &AtomicUsize) {
+    fn take_tiles(
+        &self,
+        poly: Poly,
+        fragments: Vec<Fragment>,
+        tiling: Tiling<'_>,
+        counts: &(dyn Fn(&Poly) -> bool + Sync),
+        missing: &AtomicUsize,
+    ) {
         if missing.load(Relaxed) == 0 {
             return;
         }
         let first = tiling(&poly, &fragments);
         let halves = first.and_then(|(plane, id)| Some((plane, id, poly.split(&plane, 0, self.touch)?)));
         let Some((plane, id, [back, front])) = halves else {
-            _ = missing.fetch_update(Relaxed, Relaxed, |n| n.checked_sub(1));
+            if counts(&poly) {
+                _ = missing.fetch_update(Relaxed, Relaxed, |n| n.checked_sub(1));
+            }
             return;
         };
         let (_, [behind, before]) = self.divide(fragments, &plane, id);
         let many = behind.len() + before.len() > MANY;
-        let a = || self.take_tiles(back, behind, tiling, missing);
-        let b = || self.take_tiles(front, before, tiling, missing);
+        let a = || self.take_tiles(back, behind, tiling, counts, missing);
+        let b = || self.take_tiles(front, before, tiling, counts, missing);
         if many {
             parallel::join(a, b);
         } else {

@@ -110,7 +110,7 @@ pub(in crate::pvs) fn sample(
 
 /// The first round of sampling towards a goal has this many rays; each has twice those of the one before.
 const FIRST: u64 = 500_000;
-/// A goal is tested with this many rays over it at least: so many without a hit prove half of it.
+/// A goal is tested with this many rays over it, or all of a round: so many without a hit prove half of it.
 const PROVING: f64 = 16.0;
 /// Of the rays of a round, this fraction tests what is known.
 const TESTED: f64 = 0.1;
@@ -130,7 +130,8 @@ fn until(
         let in_time = turns.spend((lower.rays + round).min(budget), lower, work)?;
         // Where nothing finds anything more, fresh rays are all that is left.
         let part = if turns.is_empty() { 1.0 } else { TESTED };
-        let rays = ((round as f64 * part).max(PROVING / goal) as u64).min(budget.saturating_sub(lower.rays));
+        let proving = if in_time { (PROVING / goal).min(round as f64) } else { 0.0 };
+        let rays = ((round as f64 * part).max(proving) as u64).min(budget.saturating_sub(lower.rays));
         let each = rays / cells.max(1);
         if each > 0 {
             test.look(each, doubt_of(number), lower, work)?;

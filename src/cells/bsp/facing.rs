@@ -1,0 +1,65 @@
+//! What shows its front and what its back: who looks at a level from behind its walls sees backs.
+
+use crate::random::SplitMix;
+use crate::scene::Scene;
+use crate::scene::rays::RayScene;
+use glam::DVec3;
+
+/// Rays from far outside.
+const RAYS: usize = 256;
+/// Backs are far more than fronts beyond this factor.
+const MANY: usize = 3;
+
+/// A scene, asked by rays.
+pub struct Facing<'s> {
+    scene: &'s Scene,
+    rays: RayScene<'s>,
+    /// From far outside more fronts are seen than backs, as of buildings with outer walls.
+    pub outside_in: bool,
+    /// From far outside backs are seen far more often than fronts, as of levels that are walls around rooms.
+    pub shows_backs: bool,
+}
+
+impl<'s> Facing<'s> {
+    /// Looks at it from outside.
+    pub fn new(scene: &'s Scene) -> Self {
+        let mut facing = Self { scene, rays: RayScene::new(scene), outside_in: false, shows_backs: false };
+        let mut random = SplitMix::new(0);
+        let mut point = || DVec3::from_array(std::array::from_fn(|_| random.unit()));
+        let bounds = scene.bounds();
+        let (mut backs, mut fronts) = (0usize, 0usize);
+        for _ in 0..RAYS {
+            let to = bounds.min + bounds.size() * point();
+            let away = (point() * 2.0 - 1.0).normalize_or(DVec3::Y) * (2.0 * bounds.diagonal());
+            match facing.shown(to + away, -away) {
+                1 => backs += 1,
+                -1 => fronts += 1,
+                _ => {}
+            }
+        }
+        (facing.outside_in, facing.shows_backs) = (backs < fronts, backs > MANY * fronts);
+        facing
+    }
+
+    /// What a ray shows: 1 for a back, -1 for a front, 0 for nothing.
+    fn shown(&self, from: DVec3, direction: DVec3) -> i32 {
+        let Some(hit) = self.rays.first_opaque(from, direction, f64::INFINITY) else { return 0 };
+        let [a, b, c] = self.scene.corners(hit.triangle as usize);
+        if (b - a).cross(c - a).dot(direction) > 0.0 { 1 } else { -1 }
+    }
+
+    /// Backs and fronts that `rays` rays from a point show.
+    pub fn around(&self, from: DVec3, rays: usize, seed: u64) -> [usize; 2] {
+        let mut random = SplitMix::new(seed);
+        let mut counts = [0; 2];
+        for _ in 0..rays {
+            let direction = DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+            match self.shown(from, direction) {
+                1 => counts[0] += 1,
+                -1 => counts[1] += 1,
+                _ => {}
+            }
+        }
+        counts
+    }
+}
