@@ -23,10 +23,14 @@ use std::fmt;
 const EYES: usize = 4096;
 /// No part has fewer of them: what fewer see is no measure.
 const LEAST: usize = 8;
-/// Along each axis a part may be cut between eyes number 1/8, 2/8, ... of it.
-const CUTS: usize = 8;
+/// Along each axis a part may be cut between eyes number 1/32, 2/32, ... of it.
+const CUTS: usize = 32;
 /// A split that saves less than this share of all triangles is not made.
 const WORTH: f64 = 5e-4;
+/// View cells reach beyond all eyes by this share of the distance across them.
+const AROUND: f64 = 0.01;
+/// A view cell goes on above and below its eyes by this share of the height between them.
+const SPARE: f64 = 0.25;
 /// A floor's unit normal has at least this vertical part, up or down.
 const FLOOR_NORMAL: f64 = 0.7;
 /// Pixels along an edge of a cube's faces.
@@ -68,14 +72,8 @@ pub fn partition(scene: &Scene, pvs: &Pvs, bytes: u64, seed: u64, work: &Job<'_>
         Guarantee::Sampled => &pvs.objects_lower,
     };
     let cost = Cost { eyes, triangles, rows: (0..pvs.graph.cells.len()).map(|c| rows.row(c)).collect() };
-    Ok(cost.divide(around(scene, pvs), bytes))
-}
-
-/// Space that a first part takes.
-fn around(scene: &Scene, pvs: &Pvs) -> Aabb {
-    let pieces = pvs.graph.cells.iter().flat_map(|cell| &cell.pieces).map(|piece| piece.bounds);
-    let finite = pieces.filter(|b| b.size().is_finite());
-    finite.fold(scene.bounds(), Aabb::union)
+    let places = Aabb::of(cost.eyes.iter().map(|eye| eye.at));
+    Ok(cost.divide(places.inflated(AROUND * places.diagonal()), bytes))
 }
 
 /// A place, the cell that it is in, and the objects that are seen from it.
@@ -173,7 +171,7 @@ impl Cost<'_> {
             found.curve.push((size(&parts), mean(&parts)));
         }
         if parts.len() > 1 {
-            let view = |(i, part): (usize, &Part)| ViewCell { id: format!("auto {i}"), pieces: vec![piece(part.bounds)] };
+            let view = |(i, part): (usize, &Part)| ViewCell { id: format!("auto {i}"), pieces: vec![piece(self.low(part))] };
             found.views = parts.iter().enumerate().map(view).collect();
         }
         found
@@ -184,6 +182,16 @@ impl Cost<'_> {
         let cost = self.of(&eyes, &row);
         let split = self.split(&eyes, cost);
         Part { bounds, cost, bits: bits::ones(&row).count() as u64, split, eyes }
+    }
+
+    /// A part without the sky above its eyes, from where all roofs are seen.
+    fn low(&self, part: &Part) -> Aabb {
+        let heights = part.eyes.iter().map(|&eye| self.eyes[eye].at.y);
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        let (spare, mut bounds) = (SPARE * (high - low), part.bounds);
+        bounds.max.y = bounds.max.y.min(high + spare);
+        bounds.min.y = bounds.min.y.max(low - spare);
+        bounds
     }
 
     /// What its row and its box take in a file, about: a byte for each bit that is set, or a bit for each object.
