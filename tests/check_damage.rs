@@ -7,6 +7,7 @@ use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene, gltf};
+use enfilade::types::placed::PlacedBox;
 use enfilade::verify::{CheckOptions, FaultKind, Violation, check};
 use glam::Vec3;
 
@@ -47,7 +48,7 @@ fn seen_pair(file: &PvsFile) -> (usize, usize) {
     (large.cell.index(), large.object.index())
 }
 
-const DAMAGES: [Damage; 16] = [
+const DAMAGES: [Damage; 18] = [
     (
         "a bit of an object's row is cleared",
         |f| {
@@ -143,8 +144,24 @@ const DAMAGES: [Damage; 16] = [
         |f| {
             let (_, object) = seen_pair(f);
             (0..f.placement.rows()).for_each(|cell| f.placement.clear(cell, object));
+            f.placed = None;
         },
         Seen::By(Violation::Placement),
+    ),
+    (
+        "an object's box in its cell is too small",
+        |f| {
+            let (_, object) = seen_pair(f);
+            let objects = (0..f.placement.rows()).flat_map(|cell| f.placement.ones(cell));
+            let placed = objects.map(|o| if o == object { PlacedBox([0; 6]) } else { PlacedBox::WHOLE });
+            f.placed = Some(placed.collect());
+        },
+        Seen::By(Violation::Placement),
+    ),
+    (
+        "a box of an object in a cell is missing",
+        |f| f.placed = Some(vec![PlacedBox::WHOLE; f.placement.count_ones() as usize - 1]),
+        Seen::Refused("boxes of objects in cells"),
     ),
     (
         "an object's box is too small",

@@ -48,10 +48,12 @@ pub use views::{Views, held_out};
 pub use walks::{FreeSpace, Place};
 
 use crate::file::PvsFile;
+use crate::geom::Aabb;
 use crate::parallel;
 use crate::random::Prng;
 use crate::scene::Scene;
 use crate::types::guarantee::Guarantee;
+use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId, ObjectId};
 use cells::{Cells, Walk};
 use glam::DVec3;
@@ -206,8 +208,10 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     consistent(file, scene)?;
     // 2. Everything that rays are followed through.
     let (tracer, cells, tolerance) = scales(scene, file);
-    let test =
-        Test { file, scene, tracer: &tracer, cells: &cells, sampler: Sampler::new(scene, &tracer, &cells, tolerance) };
+    let mut starts = vec![0];
+    (0..file.cells.len()).for_each(|cell| starts.push(starts[cell] + file.placement.ones(cell).count()));
+    let sampler = Sampler::new(scene, &tracer, &cells, tolerance);
+    let test = Test { file, scene, tracer: &tracer, cells: &cells, sampler, starts };
     // 3. Rays, in chunks with a random stream each.
     let chunks = options.rays.div_ceil(CHUNK);
     let tallies = parallel::map_range(0..chunks as usize, |chunk| {
@@ -297,6 +301,10 @@ fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
     if (file.placement.rows(), file.placement.columns()) != (cells, scene.objects.len()) {
         return bad("the placement of objects has the wrong shape".into());
     }
+    let (pairs, boxes) = (file.placement.count_ones(), file.placed.as_ref().map(Vec::len));
+    if let Some(boxes) = boxes.filter(|&boxes| boxes as u64 != pairs) {
+        return bad(format!("{boxes} boxes of objects in cells for {pairs} objects in cells"));
+    }
     if file.origin != scene.origin {
         return bad(format!("the origin is {}, the model's is {}", file.origin, scene.origin));
     }
@@ -375,6 +383,8 @@ struct Test<'t> {
     tracer: &'t Tracer,
     cells: &'t Cells,
     sampler: Sampler<'t>,
+    /// Where each cell's objects begin in the list of all of them.
+    starts: Vec<usize>,
 }
 
 impl Test<'_> {
@@ -423,15 +433,27 @@ impl Test<'_> {
         is_missed
     }
 
-    /// An object must be placed in the cell that holds the point just before it. How near that point is to the object is less than the
-    /// margin with which objects are placed.
+    /// An object must be placed in the cell that holds the point just before it, and its box there must hold the point. How near that point
+    /// is to the object is less than the margin with which objects are placed.
     fn placed(&self, eye: DVec3, direction: DVec3, t: f64, object: ObjectId, tally: &mut Tally) {
         let at = eye + direction * (t - 0.25 * self.file.smallest_hole).max(0.0);
         let Some(cell) = self.cells.locate(at) else { return };
-        if !self.file.placement.get(cell.index(), object.index()) && self.tracer.is_clear(eye, at, Some(object)) {
+        if !self.is_placed(cell, object, at) && self.tracer.is_clear(eye, at, Some(object)) {
             tally.placements.push((cell, object));
             tally.example(self.example(Violation::Placement, eye, at, [None, Some(cell)], Some(object)));
         }
+    }
+
+    fn is_placed(&self, cell: CellId, object: ObjectId, at: DVec3) -> bool {
+        let (placement, o) = (&self.file.placement, object.index());
+        let holds = |boxes: &Vec<PlacedBox>| {
+            let (words, rest) = (&placement.row(cell.index())[..=o / 64], (1u64 << (o % 64)) - 1);
+            let whole: usize = words[..o / 64].iter().map(|w| w.count_ones() as usize).sum();
+            let before = whole + (words[o / 64] & rest).count_ones() as usize;
+            let bounds = Aabb::of(self.file.objects[o].bounds.map(|p| p.as_dvec3()));
+            boxes[self.starts[cell.index()] + before].of_box(bounds).inflated(self.file.smallest_hole).contains(at)
+        };
+        placement.get(cell.index(), o) && self.file.placed.as_ref().is_none_or(holds)
     }
 
     /// Follows an unobstructed segment through cells and portals.

@@ -191,11 +191,10 @@ impl Rooms {
         // Backwards, so that following `before` leads forwards.
         while let Some(room) = queue.pop_front().filter(|_| from != to && !before.contains_key(&from)) {
             for &next in &self.beside[room] {
-                if next != to && !before.contains_key(&next) {
-                    if let Some(passage) = self.passage(room, next) {
-                        before.insert(next, (room, passage));
-                        queue.push_back(next);
-                    }
+                let is_new = next != to && !before.contains_key(&next);
+                if let Some(passage) = is_new.then(|| self.passage(room, next)).flatten() {
+                    before.insert(next, (room, passage));
+                    queue.push_back(next);
                 }
             }
         }
