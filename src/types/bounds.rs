@@ -26,6 +26,7 @@ pub enum SamplingEnd {
 }
 
 /// A fraction in percent, with two digits that count.
+#[cfg(feature = "bake")]
 pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     let digits = if percent > 0.0 { (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 };

@@ -11,6 +11,7 @@ pub struct PlacedBox(pub [u8; 6]);
 const STEPS: f64 = 255.0;
 /// A corner this near to a step, in steps, is on it. Larger: the box might leave out what it is to hold. Smaller: rounding of a corner that
 /// is meant to be on a step costs a whole step.
+#[cfg(feature = "bake")]
 const ON: f64 = 1e-9;
 
 impl PlacedBox {
