@@ -103,9 +103,10 @@ impl<'a> Bake<'a> {
         let (unseen, end) = sampling::sample(rays, graph, plan, &clock, lower, work)?;
         graph.notes.append(&mut lower.notes);
         graph.notes.extend(goal.zip(unseen.as_ref()).map(|(goal, unseen)| reached(goal, unseen, end, lower.rays)));
-        if end != SamplingEnd::Rays {
-            // What comes after costs its share of what was spent.
-            options.ray_budget = options.ray_budget.min((lower.rays as f64 / (1.0 - AIMED)) as u64);
+        if end != SamplingEnd::Rays || goal.is_some() {
+            // What comes after costs its share of what was spent, and no more than where nothing is asked for.
+            let spent = (lower.rays as f64 / (1.0 - AIMED)) as u64;
+            options.ray_budget = options.ray_budget.min(spent).min(PvsOptions::default().ray_budget);
         }
         Ok((unseen, end))
     }
