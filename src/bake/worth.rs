@@ -15,8 +15,6 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// Eyes, and directions that each looks in.
 const EYES: usize = 128;
 const DIRECTIONS: usize = 4;
-/// A floor's unit normal has at least this vertical part, up or down.
-const FLOOR_NORMAL: f64 = 0.7;
 /// Opening angle and aspect of the cameras.
 const FOV_Y: f64 = 1.1;
 const ASPECT: f64 = 16.0 / 9.0;
@@ -27,10 +25,8 @@ pub(super) fn drawn_share(scene: &Scene, graph: &CellGraph) -> f64 {
     let culler = Culler::new(&file);
     let mut scratch = Scratch::for_culler(&culler);
     let mut drawn = [0u64; 2];
-    let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone());
-    let floors = Floors::new(scene, opaque.map(|t| scene.corners(t as usize)), FLOOR_NORMAL);
     let mut random = SplitMix::new(0);
-    for eye in floors.eyes(&RayScene::new(scene), EYES, &mut random) {
+    for eye in Floors::of(scene).eyes(&RayScene::new(scene), EYES, &mut random) {
         let turn = random.unit() * FRAC_PI_2;
         for k in 0..DIRECTIONS {
             let angle = turn + TAU * k as f64 / DIRECTIONS as f64;

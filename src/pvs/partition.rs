@@ -31,8 +31,6 @@ const WORTH: f64 = 5e-4;
 const AROUND: f64 = 0.01;
 /// A view cell goes on above and below its eyes by this share of the height between them.
 const SPARE: f64 = 0.25;
-/// A floor's unit normal has at least this vertical part, up or down.
-const FLOOR_NORMAL: f64 = 0.7;
 /// Pixels along an edge of a cube's faces.
 const PIXELS: u32 = 64;
 /// What a view cell takes in a file beside its row, bytes.
@@ -85,23 +83,17 @@ struct Eye {
 
 /// Eyes over floors, and what cubes show from there.
 fn eyes(scene: &Scene, pvs: &Pvs, seed: u64, work: &Job<'_>) -> Result<Vec<Eye>, Stopped> {
-    let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone());
-    let floors = Floors::new(scene, opaque.map(|t| scene.corners(t as usize)), FLOOR_NORMAL);
-    let places = floors.eyes(&RayScene::new(scene), EYES, &mut SplitMix::new(seed));
+    let places = Floors::of(scene).eyes(&RayScene::new(scene), EYES, &mut SplitMix::new(seed));
     let locator = Locator::new(&pvs.graph);
     let places: Vec<(DVec3, usize)> =
         places.into_iter().filter_map(|at| Some((at, locator.locate(at)?.0.index()))).collect();
-    let mut owners = vec![0u32; scene.triangles.len()];
-    for (i, object) in (0u32..).zip(&scene.objects) {
-        owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
-    }
     let cubes = CubeScene::new(scene);
     let look = |(engine, cube): &mut (Raster<'_>, Cube), &(at, _): &(DVec3, usize)| {
         engine.cube(&CubeView::new(at, PIXELS), cube);
         let mut seen: Vec<u32> = cube.triangles.chunk_by(|a, b| a == b).map(|run| run[0]).collect();
         seen.extend(cube.see_through.iter().map(|clear| clear.triangle));
         seen.retain(|&triangle| triangle != NONE);
-        seen.iter_mut().for_each(|triangle| *triangle = owners[*triangle as usize]);
+        seen.iter_mut().for_each(|triangle| *triangle = scene.object_of(*triangle as usize).0);
         seen.sort_unstable();
         seen.dedup();
         seen

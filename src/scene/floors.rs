@@ -14,10 +14,18 @@ pub(crate) struct Floors {
     off: f64,
 }
 
+/// A floor's unit normal has at least this vertical part, up or down.
+const FLOOR_NORMAL: f64 = 0.7;
 /// Where nothing is above a floor, an eye is at most this high, as a share of the model's diagonal.
 const UNDER_THE_SKY: f64 = 0.02;
 
 impl Floors {
+    /// Of all opaque triangles: what is less steep than a roof.
+    pub fn of(scene: &Scene) -> Self {
+        let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone());
+        Self::new(scene, opaque.map(|t| scene.corners(t as usize)), FLOOR_NORMAL)
+    }
+
     /// Of these triangles those whose unit normal has a vertical part above `level`, up or down.
     pub fn new(scene: &Scene, triangles: impl Iterator<Item = [DVec3; 3]>, level: f64) -> Self {
         let (mut areas, mut sum) = (Vec::new(), 0.0);
