@@ -156,7 +156,8 @@ impl<'f> Asker<'f> {
         let graph = file.graph();
         let bounds: Vec<Aabb> = file.object_bounds().collect();
         let flow = PairFlow::new(&graph, &file.placement, file.placed.as_deref(), &bounds, file.tolerance().coplanar);
-        Ok(Self { file, graph, flow, rays: model.map(RayScene::new) })
+        let rays = model.map(|scene| RayScene::with_closed_holes(scene, &graph.closed_holes));
+        Ok(Self { file, graph, flow, rays })
     }
 
     /// Why `cell` sees `goal`, or doesn't.

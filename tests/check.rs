@@ -83,6 +83,7 @@ fn file(scene: &Scene) -> PvsFile {
         strategy: Strategy::Given,
         reason: "made by hand".into(),
         smallest_hole: scene.tolerance().smallest_hole(),
+        closed_holes: Vec::new(),
         left_out: Vec::new(),
         notes: Vec::new(),
         cells: vec![

@@ -33,6 +33,7 @@ fn row(n: usize) -> CellGraph {
         cells: (0..n).map(cell).collect(),
         portals: (0..n - 1).map(portal).collect(),
         smallest_hole: 0.0,
+        closed_holes: Vec::new(),
         notes: Vec::new(),
     };
     graph.link();

@@ -50,6 +50,7 @@ mod resume;
 mod runtime;
 mod runtime_worlds;
 mod shields;
+mod small_holes;
 mod truth;
 mod unseen;
 mod view_cells;

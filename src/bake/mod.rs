@@ -7,7 +7,7 @@ pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyR
 
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::cells::{split, split_beside, undivided};
+use crate::cells::{small_holes, split, split_beside, undivided};
 use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
 use crate::pvs::partition::{self, Partition};
@@ -31,6 +31,8 @@ pub struct BakeOptions {
     pub import: ImportOptions,
     /// Cells and portals that the user brings, instead of splitting.
     pub given: Option<CellGraph>,
+    /// Portals narrower than this, metres, are closed: what shows only through them is culled. `None` closes none.
+    pub smallest_hole: Option<f64>,
     /// Regions to work out rows for on top of the cells.
     pub view_cells: Vec<ViewCell>,
     /// Where set, space is cut into view cells by cost, of about this many bytes in the file; see [`pvs::partition`].
@@ -52,6 +54,7 @@ impl Default for BakeOptions {
             keep_bounds: false,
             import: ImportOptions::default(),
             given: None,
+            smallest_hole: None,
             view_cells: Vec::new(),
             view_cell_bytes: None,
             memory: MEMORY,
@@ -145,6 +148,9 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         Some(graph) => graph,
         None => work.once(|| split_if_worth(scene, &options.split))?,
     };
+    if let Some(metres) = options.smallest_hole {
+        small_holes::close(scene, &mut graph, metres);
+    }
     let audit = (graph.strategy == Strategy::Authored).then(|| audit(scene, &graph));
     if found {
         stage("the split", &graph, scene, 0);

@@ -113,6 +113,8 @@ pub struct BakeReport {
     pub clearance: f64,
     /// Openings narrower than this, metres, may have been sealed.
     pub smallest_hole: f64,
+    /// Holes that were closed because the user finds them too small.
+    pub closed_holes: usize,
     /// What culling is expected to save; `None` where there is nothing to draw.
     pub expected_draw: Option<ExpectedDraw>,
     /// Holes in the cell graph that were found and mended.
@@ -169,6 +171,7 @@ impl BakeReport {
             sampling_ended_by: baked.sampling_end,
             clearance: file.clearance(),
             smallest_hole: file.smallest_hole,
+            closed_holes: file.closed_holes.len(),
             expected_draw,
             repairs: file.repairs.clone(),
             cells_found: baked.cells_found.unwrap_or(file.cells.len()),
@@ -224,6 +227,10 @@ impl fmt::Display for BakeReport {
         let strategy = format!("{:?}", self.strategy.cells).to_lowercase();
         writeln!(f, "{triangles} triangles in {objects} objects")?;
         writeln!(f, "{cells} cells ({open_cells} open), {portals} portals, by {strategy}: {}", self.strategy.reason)?;
+        if self.closed_holes > 0 {
+            let closed = self.closed_holes;
+            writeln!(f, "{closed} more are closed (--smallest-hole): what shows only through them is culled")?;
+        }
         let p = &self.pvs.summary;
         writeln!(f, "of {} cell-object pairs {}", p.total_pairs, sides(p.total_pairs, p.lower_pairs, p.upper_pairs))?;
         if let Some(expected) = &self.expected_draw {

@@ -143,7 +143,15 @@ mod tests {
             Cell { open, pieces: vec![Piece { planes: planes.collect(), bounds }], ..Cell::default() }
         };
         let cells = cells.iter().map(cell).collect();
-        CellGraph { strategy, reason: "told".into(), cells, portals: Vec::new(), smallest_hole: 0.0, notes: Vec::new() }
+        CellGraph {
+            strategy,
+            reason: "told".into(),
+            cells,
+            portals: Vec::new(),
+            smallest_hole: 0.0,
+            closed_holes: Vec::new(),
+            notes: Vec::new(),
+        }
     }
 
     #[test]

@@ -276,7 +276,7 @@ mod tests {
     fn graph(cells: Vec<Vec<Piece>>) -> CellGraph {
         let cells = cells.into_iter().map(|pieces| Cell { pieces, ..Cell::default() }).collect();
         let (reason, notes, portals) = (String::new(), Vec::new(), Vec::new());
-        CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes }
+        CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, closed_holes: Vec::new(), notes }
     }
 
     #[test]

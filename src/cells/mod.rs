@@ -17,6 +17,7 @@ mod placement;
 mod plan;
 mod polyhedron;
 mod scale;
+pub(crate) mod small_holes;
 mod split;
 pub mod validate;
 mod volume;
@@ -112,6 +113,8 @@ pub struct CellGraph {
     pub portals: Vec<Portal>,
     /// Openings narrower than this, metres, may have been sealed on purpose.
     pub smallest_hole: f64,
+    /// Holes that were closed because the user finds them too small: convex polygons. They count as opaque.
+    pub closed_holes: Vec<Vec<DVec3>>,
     /// What the split left out or simplified, one line each, for the report.
     pub notes: Vec<String>,
 }

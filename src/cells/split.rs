@@ -101,6 +101,7 @@ pub fn undivided(scene: &Scene) -> CellGraph {
         cells,
         portals: Vec::new(),
         smallest_hole: scene.tolerance().smallest_hole(),
+        closed_holes: Vec::new(),
         notes: human.note().into_iter().collect(),
     }
 }
@@ -138,6 +139,7 @@ fn from_columns(scene: &Scene, human: HumanScale, strategy: Strategy, reason: St
         cells: cells(scene, &labels, &complex),
         portals: portals(&complex, &labels.of_piece, tolerance.seal),
         smallest_hole: tolerance.smallest_hole(),
+        closed_holes: Vec::new(),
         notes: notes(scene, &labels, &found, &unsound, human),
     }
 }

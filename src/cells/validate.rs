@@ -388,7 +388,15 @@ mod tests {
     fn graph(pieces: Vec<Vec<Piece>>, portals: Vec<Portal>) -> CellGraph {
         let cells = pieces.into_iter().map(|pieces| Cell { pieces, ..Cell::default() }).collect();
         let (reason, notes) = (String::new(), Vec::new());
-        let mut graph = CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes };
+        let mut graph = CellGraph {
+            strategy: Strategy::Given,
+            reason,
+            cells,
+            portals,
+            smallest_hole: 0.0,
+            closed_holes: Vec::new(),
+            notes,
+        };
         graph.link();
         graph
     }

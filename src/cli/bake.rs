@@ -127,6 +127,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         },
         keep_bounds: args.keep_bounds,
         given,
+        smallest_hole: args.scene.smallest_hole,
         view_cells,
         view_cell_bytes,
         import: import_options,

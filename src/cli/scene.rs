@@ -15,9 +15,12 @@ pub struct SceneFlags {
     /// Edge of a voxel, for --cells volume [default: what fits the scene]
     #[arg(long, value_name = "METRES")]
     pub voxel: Option<f64>,
-    /// Surfaces smaller than this make no cells, for --cells bsp [default: 2.5 m of a person]
+    /// Surfaces smaller than this make no cells, for --cells bsp [default: what fits the scene]
     #[arg(long, value_name = "METRES")]
     pub smallest_occluder: Option<f64>,
+    /// Holes narrower than this are closed: cracks, grilles, gaps; what shows only through them is culled [default: none is closed]
+    #[arg(long, value_name = "METRES")]
+    pub smallest_hole: Option<f64>,
     /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
     #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
     pub cells_file: Option<PathBuf>,
@@ -58,7 +61,11 @@ impl SceneFlags {
         if self.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
             return Err(CliError("--unit takes metres per unit, above 0".into()));
         }
-        for (flag, value) in [("--voxel", self.voxel), ("--smallest-occluder", self.smallest_occluder)] {
+        for (flag, value) in [
+            ("--voxel", self.voxel),
+            ("--smallest-occluder", self.smallest_occluder),
+            ("--smallest-hole", self.smallest_hole),
+        ] {
             if value.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
                 return Err(CliError(format!("{flag} takes metres, above 0")));
             }
@@ -99,6 +106,7 @@ impl SceneFlags {
         flags.extend(cells.filter(|_| self.cells != CellsFlag::Auto).map(|v| ("--cells", v)));
         flags.extend(self.voxel.map(|v| ("--voxel", v.to_string())));
         flags.extend(self.smallest_occluder.map(|v| ("--smallest-occluder", v.to_string())));
+        flags.extend(self.smallest_hole.map(|v| ("--smallest-hole", v.to_string())));
         flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
         flags.extend(self.rays.filter(|&rays| rays != RAYS).map(|rays| ("--rays", count::text(rays))));
         let triangles = self.object_triangles;

@@ -71,11 +71,13 @@ pub enum SectionId {
     Gap,
     /// The part of each object in each of its cells.
     Placed,
+    /// Holes that were closed because the user finds them too small.
+    ClosedHoles,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -97,6 +99,7 @@ impl SectionId {
         Self::Unseen,
         Self::Gap,
         Self::Placed,
+        Self::ClosedHoles,
     ];
 
     /// The number in the file.
@@ -147,6 +150,7 @@ impl fmt::Display for SectionId {
             Self::Unseen => "unseen",
             Self::Gap => "gap",
             Self::Placed => "placed",
+            Self::ClosedHoles => "closed-holes",
         })
     }
 }

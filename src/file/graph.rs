@@ -24,6 +24,7 @@ impl PvsFile {
             cells: self.cells.iter().map(cell).collect(),
             portals: self.portals.iter().map(portal).collect(),
             smallest_hole: self.smallest_hole,
+            closed_holes: self.closed_holes.iter().map(|hole| hole.iter().map(|p| p.as_dvec3()).collect()).collect(),
             notes: self.notes.clone(),
         };
         graph.link();

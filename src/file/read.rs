@@ -40,6 +40,7 @@ impl PvsFile {
             strategy: meta.strategy,
             reason: meta.reason,
             smallest_hole: meta.smallest_hole,
+            closed_holes: reader.closed_holes(budget)?,
             left_out,
             notes,
             cells: reader.list(SectionId::Cells, cells, 10, budget, cell)?,
@@ -309,6 +310,11 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(repairs.unwrap_or_default())
     }
 
+    fn closed_holes(&self, budget: &mut Budget) -> Result<Vec<Vec<Vec3>>, FileError> {
+        let holes = self.section(SectionId::ClosedHoles, budget, |c, b| c.list(b, 40, winding))?;
+        Ok(holes.unwrap_or_default())
+    }
+
     fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {
         let stats = self.section(SectionId::Stats, budget, |c, _| {
             let (rays, cubes, flow_steps, flow_capped) = (c.u64()?, c.u64()?, c.u64()?, c.u64()?);
@@ -499,11 +505,16 @@ fn portal(c: &mut Cursor<'_>, budget: &mut Budget, cells: usize) -> Result<FileP
     let plane = plane(c)?;
     let kind = PORTAL_KINDS[c.code(PORTAL_KINDS.len(), "portal kind")?];
     let source = c.option()?;
+    let winding = winding(c, budget)?;
+    Ok(FilePortal { cells: from_to, plane, winding, kind, state: PortalState::of_kind(kind), source })
+}
+
+fn winding(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<Vec<Vec3>, FileError> {
     let winding = c.list(budget, 12, |c, _| Ok(Vec3::from_array(c.f32s()?)))?;
     if winding.len() < 3 {
         return Err(c.error(format!("a winding of {} corners", winding.len())));
     }
-    Ok(FilePortal { cells: from_to, plane, winding, kind, state: PortalState::of_kind(kind), source })
+    Ok(winding)
 }
 
 fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {

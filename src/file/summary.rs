@@ -202,6 +202,8 @@ pub struct FileSummary {
     pub reason: String,
     /// Openings narrower than this, metres, may have been sealed.
     pub smallest_hole: f64,
+    /// Holes that were closed because the user finds them too small.
+    pub closed_holes: usize,
     /// Added to positions to get the model's own coordinates, metres.
     pub origin: [f64; 3],
     /// How the model was imported.
@@ -255,6 +257,7 @@ impl FileSummary {
             strategy: file.strategy,
             reason: file.reason.clone(),
             smallest_hole: file.smallest_hole,
+            closed_holes: file.closed_holes.len(),
             origin: file.origin.to_array(),
             import: file.import,
             cells: file.cells.len() as u64,

@@ -29,7 +29,7 @@ const MET: f64 = 0.01;
 ///
 /// Where it was stopped.
 pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
-    let rays = RayScene::new(scene);
+    let rays = RayScene::with_closed_holes(scene, &graph.closed_holes);
     let mut bake = Bake::new(scene, &rays, graph, options, work);
     // 1. The lower bound: what rays and cubes show, with proofs; and how much that misses.
     let (unseen, end) = bake.sample()?;

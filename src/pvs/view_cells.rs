@@ -75,7 +75,7 @@ pub fn bake(
     let graph = &pvs.graph;
     let clearance = scene.tolerance().clearance;
     // 1. Witnesses of cells that begin in a region.
-    let (rays, locator) = (RayScene::new(scene), Locator::new(graph));
+    let (rays, locator) = (RayScene::with_closed_holes(scene, &graph.closed_holes), Locator::new(graph));
     let prover = Prover { rays: &rays, locator: &locator, clearance };
     let mut sampler = RegionSampler::new(prover, pvs, views, options.seed);
     sampler.take_from_cells();

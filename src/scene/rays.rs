@@ -40,7 +40,13 @@ pub struct RayScene<'s> {
 impl<'s> RayScene<'s> {
     /// Builds the hierarchies; the same scene gives the same answers.
     pub fn new(scene: &'s Scene) -> Self {
-        Self { scene, bounds: scene.bounds(), opaque: Tree::new(scene, true), glass: Tree::new(scene, false) }
+        Self::with_closed_holes(scene, &[])
+    }
+
+    /// As [`RayScene::new`], with convex polygons that are opaque, too. They belong to no object: rays end there without a hit.
+    pub fn with_closed_holes(scene: &'s Scene, holes: &[Vec<DVec3>]) -> Self {
+        let (opaque, glass) = (Tree::new(scene, true, holes), Tree::new(scene, false, &[]));
+        Self { scene, bounds: scene.bounds(), opaque, glass }
     }
 
     /// The scene.
@@ -77,7 +83,8 @@ impl<'s> RayScene<'s> {
             }
             true
         });
-        best.map(|(t, triangle)| Hit { t, triangle, object: tree.owner(self.scene, triangle) })
+        let of_scene = best.filter(|&(_, triangle)| (triangle as usize) < self.scene.triangles.len());
+        of_scene.map(|(t, triangle)| Hit { t, triangle, object: tree.owner(self.scene, triangle) })
     }
 
     /// Where `origin + t * direction` meets this triangle of the scene for `t > 0`, from either side, whatever else is there.
@@ -195,10 +202,19 @@ struct Tree {
 }
 
 impl Tree {
-    fn new(scene: &Scene, opaque: bool) -> Self {
+    /// Triangles of `holes` are numbered from the scene's last on.
+    fn new(scene: &Scene, opaque: bool, holes: &[Vec<DVec3>]) -> Self {
+        let fan = |hole: &Vec<DVec3>| hole[1..].windows(2).map(|p| [hole[0], p[0], p[1]]).collect::<Vec<_>>();
+        let of_holes: Vec<[DVec3; 3]> = holes.iter().flat_map(fan).collect();
+        let first = scene.triangles.len() as u32;
+        let corners_of = |t: u32| match t.checked_sub(first) {
+            Some(hole) => of_holes[hole as usize],
+            None => scene.corners(t as usize),
+        };
         let objects = scene.objects.iter().filter(|o| o.opaque == opaque);
-        let chosen: Vec<u32> = objects.flat_map(|o| o.triangles.clone()).collect();
-        let bounds = Aabb::of(chosen.iter().flat_map(|&t| scene.corners(t as usize)));
+        let chosen = objects.flat_map(|o| o.triangles.clone()).chain(first..first + of_holes.len() as u32);
+        let chosen: Vec<u32> = chosen.collect();
+        let bounds = Aabb::of(chosen.iter().flat_map(|&t| corners_of(t)));
         if chosen.is_empty() {
             let (bvh, corners, triangles, owners) = (Bvh2::default(), Vec::new(), Vec::new(), Vec::new());
             return Self { bvh, corners, triangles, owners, bounds, pad: 0.0 };
@@ -210,13 +226,13 @@ impl Tree {
         let boxes: Vec<obvhs::aabb::Aabb> = chosen
             .iter()
             .map(|&t| {
-                let b = Aabb::of(scene.corners(t as usize)).inflated(pad);
+                let b = Aabb::of(corners_of(t)).inflated(pad);
                 obvhs::aabb::Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())
             })
             .collect();
         let bvh = bvh::over(boxes, None);
         let triangles: Vec<u32> = bvh.primitive_indices.iter().map(|&i| chosen[i as usize]).collect();
-        let corners = triangles.iter().map(|&t| scene.corners(t as usize)).collect();
+        let corners = triangles.iter().map(|&t| corners_of(t)).collect();
         let mut owners = vec![0; scene.triangles.len()];
         for (i, object) in scene.objects.iter().enumerate() {
             owners[object.triangles.start as usize..object.triangles.end as usize].fill(i as u32);

@@ -22,8 +22,9 @@
 //! violation is looked at again: it counts only if the segment, up to the violation, keeps half of `smallest_hole` from every
 //! opaque triangle (other than those of the object that it ends on, and other than within that length of its end): an eye on a
 //! wall, to within rounding, may be on either side of it. This is measured exactly, segment against triangle. What doesn't pass
-//! is counted in [`CheckReport::crack_rays`] and fails nothing. Points within `smallest_hole` of a piece's boundary count as
-//! inside, and portals are grown by as much. Pixels of views are counted as they are, cracks included.
+//! is counted in [`CheckReport::crack_rays`] and fails nothing. Holes that the file lists as closed count as opaque. Points within
+//! `smallest_hole` of a piece's boundary count as inside, and portals are grown by as much. Pixels of views are counted as they are,
+//! cracks included.
 //!
 //! [`CheckReport::passed`] is false where a segment or a row of a [`Guarantee::Conservative`] file is violated. The rows of a
 //! [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is missed. A pass
@@ -271,7 +272,7 @@ fn scales(scene: &Scene, file: &PvsFile) -> (Tracer, Cells, f64) {
     // Planes and windings are rounded to f32 in the file.
     let rounding = scene.bounds().diagonal() * 1e-6;
     let tolerance = file.smallest_hole.max(rounding);
-    let tracer = Tracer::new(scene, file.smallest_hole / 2.0, rounding);
+    let tracer = Tracer::new(file, scene, file.smallest_hole / 2.0, rounding);
     (tracer, Cells::new(file, scene.bounds(), tolerance, rounding), tolerance)
 }
 

@@ -6,8 +6,9 @@
 
 use crate::ObjectId;
 use crate::bvh;
+use crate::file::PvsFile;
 use crate::scene::Scene;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::{Ray, RayHit};
@@ -76,14 +77,25 @@ impl Layer {
 pub(super) struct Tracer {
     opaque: Layer,
     see_through: Layer,
+    /// Triangles of the file's closed holes, and a hierarchy over them.
+    holes: (Option<Tree>, Vec<[DVec3; 3]>),
     clearance: f64,
 }
 
 impl Tracer {
     /// `clearance`: see [`Tracer::is_clear`]; `rounding`: what `f32` may lose of a position; both in metres.
-    pub(super) fn new(scene: &Scene, clearance: f64, rounding: f64) -> Self {
+    pub(super) fn new(file: &PvsFile, scene: &Scene, clearance: f64, rounding: f64) -> Self {
         let pad = clearance + rounding;
-        Self { opaque: Layer::new(scene, true, pad), see_through: Layer::new(scene, false, pad), clearance }
+        let corner = |p: Vec3| p.as_dvec3();
+        let fan = |hole: &Vec<Vec3>| hole[1..].windows(2).map(|p| [hole[0], p[0], p[1]].map(corner)).collect::<Vec<_>>();
+        let holes: Vec<[DVec3; 3]> = file.closed_holes.iter().flat_map(fan).collect();
+        let tree = Tree::new(holes.iter().map(|c| crate::geom::Aabb::of(*c)), pad);
+        Self {
+            opaque: Layer::new(scene, true, pad),
+            see_through: Layer::new(scene, false, pad),
+            holes: (tree, holes),
+            clearance,
+        }
     }
 
     /// The distance and object of the first opaque triangle on a ray (`direction` of length 1) before `limit`, from either
@@ -106,10 +118,22 @@ impl Tracer {
         best
     }
 
-    /// True where no opaque triangle is between two points.
+    /// True where no opaque triangle and no closed hole is between two points.
     pub(super) fn is_open(&self, a: DVec3, b: DVec3) -> bool {
         let length = a.distance(b);
-        length == 0.0 || self.nearest(a, (b - a) / length, length).is_none()
+        length == 0.0 || (self.nearest(a, (b - a) / length, length).is_none() && !self.passes_closed_hole(a, b, 0.0))
+    }
+
+    /// True where a segment comes within `limit` metres of a closed hole.
+    fn passes_closed_hole(&self, a: DVec3, b: DVec3, limit: f64) -> bool {
+        let (Some(tree), triangles) = &self.holes else { return false };
+        let length = a.distance(b);
+        let mut passes = false;
+        tree.along(a, (b - a) / length, length, |i| {
+            passes |= distance_at_most(a, b, &triangles[i], limit);
+            if passes { 0.0 } else { f64::INFINITY }
+        });
+        passes
     }
 
     /// True where most of what is seen from a point shows its back: the inside of a column or a wall. Means little in models
@@ -144,8 +168,8 @@ impl Tracer {
         met
     }
 
-    /// True where a segment, from its very start at `a`, keeps the clearance from every opaque triangle, not counting those of
-    /// `target` and not counting its end at `b` up to the clearance.
+    /// True where a segment, from its very start at `a`, keeps the clearance from every closed hole and every opaque triangle, not
+    /// counting triangles of `target` and not counting its end at `b` up to the clearance.
     pub(super) fn is_clear(&self, a: DVec3, b: DVec3, target: Option<ObjectId>) -> bool {
         let length = a.distance(b);
         if length == 0.0 {
@@ -153,6 +177,9 @@ impl Tracer {
         }
         let direction = (b - a) / length;
         let (p, q) = (a, b - direction * self.clearance.min(0.5 * length));
+        if self.passes_closed_hole(p, q, self.clearance) {
+            return false;
+        }
         let layer = &self.opaque;
         let mut clear = true;
         if let Some(tree) = &layer.tree {

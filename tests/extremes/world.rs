@@ -168,6 +168,7 @@ impl World {
             cells: self.rooms.iter().map(cell).collect(),
             portals: self.doors.iter().map(portal).collect(),
             smallest_hole: scene.tolerance().smallest_hole(),
+            closed_holes: Vec::new(),
             notes: Vec::new(),
         };
         graph.link();

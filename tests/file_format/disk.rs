@@ -46,6 +46,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
             source: Some("door 1".into()),
         }],
         smallest_hole: 0.001,
+        closed_holes: Vec::new(),
         notes: vec!["a note".into()],
     };
     graph.link();
@@ -126,6 +127,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         cells: vec![Cell::default()],
         portals: Vec::new(),
         smallest_hole: 0.001,
+        closed_holes: Vec::new(),
         notes: Vec::new(),
     };
     let pvs = Pvs {

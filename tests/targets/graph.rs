@@ -104,6 +104,7 @@ pub fn cells(bytes: &[u8]) -> bool {
         cells: vec![Cell::default(); level.cells],
         portals: level.portals.into_iter().map(portal).collect(),
         smallest_hole: 1e-3,
+        closed_holes: Vec::new(),
         notes: Vec::new(),
     };
     graph.link();

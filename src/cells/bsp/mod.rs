@@ -98,7 +98,7 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     ];
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);
-    CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, notes }
+    CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes }
 }
 
 /// Marks the cells that are wide open to the outside; `labels` are the cells of leaves.

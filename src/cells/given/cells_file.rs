@@ -104,6 +104,7 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
         cells,
         portals,
         smallest_hole: reader.tolerance.smallest_hole(),
+        closed_holes: Vec::new(),
         notes: Vec::new(),
     };
     graph.link();

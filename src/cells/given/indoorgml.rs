@@ -88,7 +88,8 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
         }));
     }
     let reason = format!("{} cell spaces and {} transitions were given", model.spaces.len(), model.transitions.len());
-    let mut graph = CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole, notes };
+    let mut graph =
+        CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes };
     graph.link();
     Ok(graph)
 }

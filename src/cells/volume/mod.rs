@@ -109,6 +109,7 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
         cells,
         portals,
         smallest_hole: adjacency::smallest_hole(&tolerance),
+        closed_holes: Vec::new(),
         notes,
     }
 }

@@ -60,6 +60,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         split: args.scene.split(),
         pvs: pvs.clone(),
         keep_bounds: true,
+        smallest_hole: args.scene.smallest_hole,
         import: import_options,
         given: Some(graph.clone()),
         ..BakeOptions::default()

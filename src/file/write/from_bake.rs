@@ -34,6 +34,7 @@ impl PvsFile {
             strategy: graph.strategy,
             reason: graph.reason.clone(),
             smallest_hole: graph.smallest_hole,
+            closed_holes: graph.closed_holes.iter().map(|hole| hole.iter().map(|p| p.as_vec3()).collect()).collect(),
             left_out: Vec::new(),
             notes: scene.source.notes.iter().chain(&graph.notes).cloned().chain(too_fine(scene, graph)).collect(),
             cells: graph.cells.iter().map(cell).collect(),

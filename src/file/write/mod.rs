@@ -72,6 +72,7 @@ impl PvsFile {
         add(SectionId::Gap, self.gap.is_some(), &|| self.undecided());
         let placed = || self.placed.iter().flatten().flat_map(|placed| placed.0).collect();
         add(SectionId::Placed, self.placed.is_some(), &placed);
+        add(SectionId::ClosedHoles, !self.closed_holes.is_empty(), &|| self.closed_hole_list());
         assemble(self.model_hash, self.guarantee, &sections)
     }
 
@@ -133,6 +134,16 @@ impl PvsFile {
             out.option(portal.source.as_deref());
             out.count(portal.winding.len());
             portal.winding.iter().for_each(|p| out.f32s(p.to_array()));
+        }
+        out
+    }
+
+    fn closed_hole_list(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        out.count(self.closed_holes.len());
+        for winding in &self.closed_holes {
+            out.count(winding.len());
+            winding.iter().for_each(|p| out.f32s(p.to_array()));
         }
         out
     }

@@ -278,6 +278,7 @@ mod tests {
             cells: vec![Cell::default(); low.len() + 1],
             portals: low.iter().enumerate().map(portal).collect(),
             smallest_hole: 0.0,
+            closed_holes: Vec::new(),
             notes: Vec::new(),
         };
         graph.link();

@@ -215,6 +215,7 @@ impl Part {
             cells: vec![Cell::default(); self.cells.len()],
             portals: self.portals.iter().map(portal).collect(),
             smallest_hole: whole.smallest_hole,
+            closed_holes: Vec::new(),
             notes: Vec::new(),
         };
         graph.link();
@@ -285,7 +286,15 @@ mod tests {
         let n = SIDE * SIDE;
         let part = Part { cells: (0..n as u32).collect(), own: Vec::new(), portals: (0..portals.len() as u32).collect() };
         let (strategy, reason, notes) = (Strategy::Given, String::new(), Vec::new());
-        let graph = part.graph(&CellGraph { strategy, reason, cells: Vec::new(), portals, smallest_hole: 0.0, notes });
+        let graph = part.graph(&CellGraph {
+            strategy,
+            reason,
+            cells: Vec::new(),
+            portals,
+            smallest_hole: 0.0,
+            closed_holes: Vec::new(),
+            notes,
+        });
         let mut placement = BitMatrix::new(n, n);
         let object = |cell: usize| {
             let min = DVec3::new((cell % SIDE) as f64, (cell / SIDE) as f64, 0.0) + 0.4;

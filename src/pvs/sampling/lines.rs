@@ -156,7 +156,15 @@ mod tests {
             }
         }
         let (reason, notes, cells) = (String::new(), Vec::new(), vec![Cell::default(); cells as usize]);
-        let mut graph = CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes };
+        let mut graph = CellGraph {
+            strategy: Strategy::Given,
+            reason,
+            cells,
+            portals,
+            smallest_hole: 0.0,
+            closed_holes: Vec::new(),
+            notes,
+        };
         graph.link();
         graph
     }

@@ -124,6 +124,7 @@ impl Building {
             cells: self.cells,
             portals: self.portals,
             smallest_hole: scene.tolerance().smallest_hole(),
+            closed_holes: Vec::new(),
             notes: Vec::new(),
         };
         for piece in graph.cells.iter_mut().flat_map(|c| &mut c.pieces) {

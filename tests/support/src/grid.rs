@@ -232,7 +232,8 @@ pub fn rectangle(cells: [CellId; 2], axis: usize, b: &Aabb) -> Portal {
 
 pub fn graph(cells: Vec<Cell>, portals: Vec<Portal>) -> CellGraph {
     let (reason, notes) = (String::new(), Vec::new());
-    let mut graph = CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, notes };
+    let mut graph =
+        CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, closed_holes: Vec::new(), notes };
     graph.link();
     graph
 }

@@ -72,6 +72,7 @@ pub fn graph(pieces: Vec<Vec<Piece>>, portals: Vec<Portal>) -> CellGraph {
         cells: cells.collect(),
         portals,
         smallest_hole: 0.0,
+        closed_holes: Vec::new(),
         notes: Vec::new(),
     };
     graph.link();

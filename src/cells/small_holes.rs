@@ -1,0 +1,204 @@
+//! Portals that are narrower than the smallest hole that the user cares for.
+//!
+//! Level editors have the same number ("smallest hole"): cracks between blocks, gaps under doors and grilles cost portals, and what shows
+//! through them is not missed. How wide a hole is, is told in the plane of its portal: a point of it is wide where a disc of that diameter
+//! holds it and meets no opaque triangle. So a strip along the floor of a doorway is as wide as the doorway. A portal is narrow where most of
+//! its area is. Door leaves are not opaque: a door is as wide as its frame.
+
+use super::{CellGraph, Portal, PortalKind};
+use crate::bvh;
+use crate::geom::{self, Aabb, Plane};
+use crate::parallel;
+use crate::scene::Scene;
+use glam::{DVec2, DVec3};
+use obvhs::bvh2::Bvh2;
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+/// A part of a portal with corners this near to its middle, in smallest holes, is as wide as its middle. Larger: what is wide is told in
+/// steps that may be half of a portal. Smaller: cracks cost more.
+const FINEST: f64 = 0.125;
+
+/// A disc may be smaller by this part. Larger: holes that are narrower by it stay open. Smaller: discs that just fit aren't found.
+const SLACK: f64 = 0.01;
+
+/// Parts of one portal that are looked at. More: long rims of large portals cost more. Fewer: some of their cracks stay open.
+const MOST_PARTS: usize = 1 << 14;
+
+/// A disc is looked for at so many middles on each of so many rings, then in so many ever smaller steps from the best. More: slower.
+/// Fewer: discs that just fit aren't found.
+const MIDDLES: (usize, usize, usize) = (16, 4, 12);
+
+/// Takes narrow portals out of a graph; their windings become [`CellGraph::closed_holes`].
+///
+/// `smallest_hole` is in metres, and told to 2 %. What shows only through a closed hole is culled.
+pub fn close(scene: &Scene, graph: &mut CellGraph, smallest_hole: f64) {
+    let opaque = Opaque::new(scene);
+    let narrow = parallel::map(&graph.portals, |portal| opaque.is_narrow(portal, smallest_hole));
+    let before = graph.portals.len();
+    let (mut kept, mut doors) = (Vec::new(), 0);
+    for (portal, narrow) in std::mem::take(&mut graph.portals).into_iter().zip(narrow) {
+        if narrow {
+            doors += usize::from(portal.kind == PortalKind::Door);
+            graph.closed_holes.push(portal.winding);
+        } else {
+            kept.push(portal);
+        }
+    }
+    graph.portals = kept;
+    graph.link();
+    graph.notes.push(match graph.closed_holes.len() {
+        0 => format!("no portal is narrower than {smallest_hole} m (--smallest-hole)"),
+        closed => format!(
+            "{closed} of {before} portals are narrower than {smallest_hole} m (--smallest-hole) and are closed, {doors} doors among them: \
+             what shows only through them is culled"
+        ),
+    });
+}
+
+/// The opaque triangles of a scene.
+struct Opaque {
+    triangles: Vec<[DVec3; 3]>,
+    bvh: Bvh2,
+    /// A triangle this near to a portal's plane meets it, metres.
+    near: f64,
+}
+
+impl Opaque {
+    fn new(scene: &Scene) -> Self {
+        let objects = scene.objects.iter().filter(|o| o.opaque);
+        let triangles: Vec<_> = objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
+        let near = scene.tolerance().clearance;
+        let box_of = |corners: &[DVec3; 3]| {
+            let b = Aabb::of(*corners).inflated(near);
+            obvhs::aabb::Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())
+        };
+        Self { bvh: bvh::over(triangles.iter().map(box_of).collect(), None), triangles, near }
+    }
+
+    fn is_narrow(&self, portal: &Portal, hole: f64) -> bool {
+        let (plane, corners) = (portal.plane, &portal.winding);
+        let (u, v) = plane.n.any_orthonormal_pair();
+        let flat = |p: DVec3| DVec2::new(p.dot(u), p.dot(v));
+        let around = self.meeting(&plane, Aabb::of(corners.iter().copied()).inflated(2.0 * hole));
+        let around: Vec<Obstacle> = around.iter().map(|w| Obstacle::new(w.iter().map(|&p| flat(p)).collect())).collect();
+        let corners: Vec<DVec2> = corners.iter().map(|&p| flat(p)).collect();
+        let fan = (1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]);
+        is_mostly_narrow(fan.collect(), &around, hole)
+    }
+
+    /// What a plane cuts out of the triangles that meet a box.
+    fn meeting(&self, plane: &Plane, bounds: Aabb) -> Vec<Vec<DVec3>> {
+        let sides = [Plane { d: plane.d + self.near, ..*plane }, Plane { d: self.near - plane.d, n: -plane.n }];
+        let mut found = Vec::new();
+        let bounds = obvhs::aabb::Aabb::new(bounds.min.as_vec3a(), bounds.max.as_vec3a());
+        self.bvh.aabb_traverse(bounds, |bvh, node| {
+            let node = &bvh.nodes[node as usize];
+            for slot in node.first_index..node.first_index + node.prim_count {
+                let triangle = self.triangles[bvh.primitive_indices[slot as usize] as usize];
+                let cut = geom::clip(&geom::clip(&triangle, &sides[0], 0.0), &sides[1], 0.0);
+                if !cut.is_empty() {
+                    found.push(cut);
+                }
+            }
+            true
+        });
+        found
+    }
+}
+
+/// A convex polygon of a plane that discs must not meet.
+struct Obstacle {
+    corners: Vec<DVec2>,
+    /// A disc around it.
+    middle: DVec2,
+    reach: f64,
+}
+
+impl Obstacle {
+    fn new(corners: Vec<DVec2>) -> Self {
+        let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
+        let reach = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        Self { corners, middle, reach }
+    }
+
+    fn distance(&self, p: DVec2) -> f64 {
+        let edges = || self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        let turns = || edges().map(|(&a, &b)| (b - a).perp_dot(p - a));
+        if turns().all(|t| t > 0.0) || turns().all(|t| t < 0.0) {
+            return 0.0;
+        }
+        let to_edge = |(&a, &b): (&DVec2, &DVec2)| {
+            let (along, squared) = ((p - a).dot(b - a), a.distance_squared(b));
+            let at = if squared > 0.0 { (along / squared).clamp(0.0, 1.0) } else { 0.0 };
+            p.distance(a.lerp(b, at))
+        };
+        edges().map(to_edge).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Whether the narrow area of some triangles is at least half of all of it.
+fn is_mostly_narrow(triangles: Vec<[DVec2; 3]>, around: &[Obstacle], hole: f64) -> bool {
+    let area = |[a, b, c]: &[DVec2; 3]| 0.5 * (*b - *a).perp_dot(*c - *a).abs();
+    let half = 0.5 * triangles.iter().map(area).sum::<f64>();
+    let all: Vec<u32> = (0..around.len() as u32).collect();
+    let mut parts: VecDeque<_> = triangles.into_iter().map(|t| (t, all.clone())).collect();
+    let (mut wide, mut narrow) = (0.0, 0.0);
+    // Large parts first, so that a wide portal is told by few.
+    for _ in 0..MOST_PARTS {
+        let Some((part @ [a, b, c], near)) = parts.pop_front() else { break };
+        let middle = (a + b + c) / 3.0;
+        let reach = part.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        let of_interest = |&i: &u32| {
+            let obstacle = &around[i as usize];
+            obstacle.middle.distance(middle) <= obstacle.reach + reach + hole
+        };
+        let near: Vec<u32> = near.into_iter().filter(of_interest).collect();
+        let distance = |p: DVec2| near.iter().map(|&i| around[i as usize].distance(p)).fold(f64::INFINITY, f64::min);
+        let free = distance(middle);
+        if free >= 0.5 * hole && free >= reach {
+            wide += area(&part);
+        } else if reach <= FINEST * hole {
+            *(if is_held(middle, 0.5 * hole, distance) { &mut wide } else { &mut narrow }) += area(&part);
+        } else {
+            let lengths = [a.distance(b), b.distance(c), c.distance(a)];
+            let longest = (0..3).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or_default();
+            let [p, q, r] = [part[longest], part[(longest + 1) % 3], part[(longest + 2) % 3]];
+            let between = p.midpoint(q);
+            parts.push_back(([p, between, r], near.clone()));
+            parts.push_back(([between, q, r], near));
+        }
+        if wide > half || narrow >= half {
+            return narrow >= half;
+        }
+    }
+    false
+}
+
+/// Whether some disc of a radius holds `p` and keeps from everything, of which `distance` tells how far it is.
+fn is_held(p: DVec2, radius: f64, distance: impl Fn(DVec2) -> f64) -> bool {
+    let (turns, rings, steps) = MIDDLES;
+    let on_ring = |ring: usize| {
+        let length = radius * ring as f64 / rings as f64;
+        (0..turns).map(move |turn| p + length * DVec2::from_angle(TAU * turn as f64 / turns as f64))
+    };
+    let enough = radius * (1.0 - SLACK);
+    let mut best = (distance(p), p);
+    let better = |best: (f64, DVec2), middle: DVec2| {
+        let free = if middle.distance(p) <= radius { distance(middle) } else { 0.0 };
+        if free > best.0 { (free, middle) } else { best }
+    };
+    best = (1..=rings).flat_map(on_ring).fold(best, better);
+    let mut step = radius / rings as f64;
+    for _ in 0..steps {
+        let from = best.1;
+        best = (0..turns).map(|turn| from + step * DVec2::from_angle(TAU * turn as f64 / turns as f64)).fold(best, better);
+        if best.1 == from {
+            step *= 0.5;
+        }
+        if best.0 >= enough {
+            return true;
+        }
+    }
+    best.0 >= enough
+}
