@@ -13,7 +13,7 @@ const MAY_USE: [(&str, &[&str]); 14] = [
     ("scene", &[]),
     ("cells", &["scene"]),
     ("pvs", &["scene", "cells"]),
-    ("level", &["pvs"]),
+    ("level", &["pvs", "scene::quake"]),
     (WRITERS, &["file", "scene", "cells", "pvs"]),
     ("bake", &["scene", "cells", "pvs", "file", "runtime"]),
     ("proof", &["scene", "cells", "pvs", "file"]),

@@ -120,7 +120,7 @@ const WORTH: f64 = 0.95;
 /// Splits a scene; where nobody asked for a strategy and no wall would keep anything from being drawn, into one open cell. A tree of walls
 /// is quick to build, and tells before a plan is searched for rooms.
 fn split_if_worth(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    if options.strategy.is_some() || !scene.hints.rooms.is_empty() {
+    if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
         return split(scene, options);
     }
     let walls = split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options })?;

@@ -12,6 +12,7 @@ mod convex;
 mod disjoint_sets;
 mod doors;
 mod given;
+mod leaves;
 pub(crate) mod locate;
 mod placement;
 mod plan;

@@ -14,6 +14,7 @@ use crate::cells::complex::facets::{Facets, Matter, facets};
 use crate::cells::complex::lift;
 use crate::cells::doors::kinds::name_openings;
 use crate::cells::doors::state::find_states;
+use crate::cells::leaves::leaves;
 use crate::cells::plan::courtyards::part_courtyards;
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::rooms::label;
@@ -43,6 +44,9 @@ pub enum SplitError {
     /// `authored` was asked for and the model names no rooms.
     #[error("the model names no rooms; use --cells plan")]
     NoRooms,
+    /// `leaves` was asked for and the model has none.
+    #[error("the model has no leaves, as a .bsp has; leave --cells out, or use --cells bsp")]
+    NoLeaves,
     /// Cells that the user gives aren't found by splitting.
     #[error("given cells come from a cells file")]
     Given,
@@ -63,10 +67,15 @@ pub(crate) fn split_beside(
     let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
         Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
+        Some(Strategy::Leaves) if scene.hints.leaves.is_none() => return Err(SplitError::NoLeaves),
         Some(Strategy::Given) => return Err(SplitError::Given),
         Some(s) => (s, "asked for".to_owned()),
+        None if scene.hints.leaves.is_some() => (Strategy::Leaves, "the level's own".to_owned()),
         None => choose(scene),
     };
+    if let (Strategy::Leaves, Some(found)) = (strategy, &scene.hints.leaves) {
+        return Ok(finished(scene, HumanScale::METRES, leaves(scene, found, reason)));
+    }
     let walls = |reason: String| match walls {
         Some(walls) => CellGraph { reason, ..walls },
         None => bsp(scene, human, options.smallest_occluder, reason),

@@ -45,6 +45,7 @@ pub enum CellsFlag {
     Plan,
     Volume,
     Bsp,
+    Leaves,
 }
 
 /// Rays where nothing is said.
@@ -88,6 +89,7 @@ impl SceneFlags {
             CellsFlag::Plan => Some(Strategy::Plan),
             CellsFlag::Volume => Some(Strategy::Volume),
             CellsFlag::Bsp => Some(Strategy::Bsp),
+            CellsFlag::Leaves => Some(Strategy::Leaves),
         };
         let Self { voxel, smallest_occluder, .. } = *self;
         SplitOptions { strategy, voxel, smallest_occluder, in_metres: self.unit.is_some() }

@@ -7,8 +7,8 @@ use crate::types::strategy::Strategy;
 /// By code.
 pub(super) const GUARANTEES: [Guarantee; 2] = [Guarantee::Conservative, Guarantee::Sampled];
 /// By code.
-pub(super) const STRATEGIES: [Strategy; 5] =
-    [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume, Strategy::Bsp];
+pub(super) const STRATEGIES: [Strategy; 6] =
+    [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume, Strategy::Bsp, Strategy::Leaves];
 /// By code.
 pub(super) const PORTAL_KINDS: [PortalKind; 3] = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
 
@@ -28,6 +28,7 @@ pub(super) fn strategy_code(strategy: Strategy) -> u8 {
         Strategy::Given => 2,
         Strategy::Volume => 3,
         Strategy::Bsp => 4,
+        Strategy::Leaves => 5,
     }
 }
 

@@ -18,6 +18,7 @@ pub mod prt;
 pub mod rows;
 
 pub use crate::pvs::flow::exact::{Edge, Term};
+pub use crate::types::level::LevelPortal;
 pub use proof::{ChainProof, PairProof, why};
 
 use crate::BitMatrix;
@@ -38,15 +39,6 @@ pub struct Level {
     pub cells: usize,
     /// Portals; each is crossed both ways.
     pub portals: Vec<LevelPortal>,
-}
-
-/// A convex planar polygon between two cells.
-#[derive(Clone, PartialEq, Debug)]
-pub struct LevelPortal {
-    /// The normal ([`crate::geom::newell`]) leads from `cells[0]` into `cells[1]`.
-    pub cells: [u32; 2],
-    /// Corners, counter-clockwise seen from the tip of that normal; 3 or more, any number.
-    pub winding: Vec<DVec3>,
 }
 
 /// How to work.

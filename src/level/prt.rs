@@ -14,6 +14,7 @@
 
 use super::{Level, LevelPortal};
 use crate::geom::newell;
+pub use crate::types::level::{FARTHEST, MOST_CLUSTERS};
 use glam::DVec3;
 use std::fmt;
 use std::str::Lines;
@@ -25,12 +26,8 @@ const ROUNDING: f64 = 1e-12;
 /// three decimals stay below a tenth of it; compilers that write full doubles are at 1e-12. Larger: what passes "through" a
 /// portal is no longer one question. Smaller: rounded files are refused.
 pub const FLATNESS: f64 = 0.01;
-/// No coordinate is farther from the origin than this, in the level's units: products of coordinates stay exact enough.
-pub const FARTHEST: f64 = 1e7;
 /// Most corners of a portal.
 pub const MOST_POINTS: usize = 1024;
-/// Most clusters, as rows take their number squared in bits (2 GiB here).
-pub const MOST_CLUSTERS: u64 = 1 << 17;
 /// Clusters that no portal leads to, at most; a level has a few of them, a false header any number.
 pub const MOST_ISOLATED: u64 = 1024;
 

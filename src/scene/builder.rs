@@ -3,6 +3,7 @@
 use super::cluster::clusters;
 use super::{Hints, ImportError, ImportOptions, Object, Place, Role, Scene, Source};
 use crate::geom::Aabb;
+use crate::types::hints::Leaves;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -64,6 +65,11 @@ impl SceneBuilder {
     /// As [`SceneBuilder::add`], for a mesh whose material lets light through: of doors and windows, [`Mesh::opaque`] doesn't say.
     pub fn add_glass(&mut self, mesh: Mesh) -> Result<(), ImportError> {
         self.push(mesh, true)
+    }
+
+    /// As [`SceneBuilder::add`], for a mesh that hides nothing because it may move, not because light goes through.
+    pub fn add_moving(&mut self, mesh: Mesh) -> Result<(), ImportError> {
+        self.push(mesh, false)
     }
 
     fn push(&mut self, mut mesh: Mesh, glass: bool) -> Result<(), ImportError> {
@@ -128,6 +134,11 @@ impl SceneBuilder {
         }
         for p in hints.openings.iter_mut().flat_map(|o| o.winding.iter_mut()) {
             *p -= origin;
+        }
+        if let Some(Leaves { leaves, portals, walls }) = &mut hints.leaves {
+            leaves.iter_mut().flatten().for_each(|plane| plane.d -= plane.n.dot(origin));
+            let windings = portals.iter_mut().map(|p| &mut p.winding).chain(walls);
+            windings.flatten().for_each(|p| *p -= origin);
         }
         Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, hints })
     }

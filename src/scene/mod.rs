@@ -1,6 +1,6 @@
 //! A scene: triangles grouped into objects, and what its author said about rooms and doors.
 //!
-//! One file a format ([`gltf`], [`obj`], [`ifc`], [`indoorgml`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
+//! One file a format ([`gltf`], [`obj`], [`ifc`], [`indoorgml`], [`quake`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
 //! splits meshes above the object limit into clusters, picks the origin and orders triangles by object.
 
 mod builder;
@@ -11,11 +11,12 @@ pub mod gltf;
 pub mod ifc;
 pub mod indoorgml;
 pub mod obj;
+pub mod quake;
 pub mod rays;
 mod sidecar;
 mod whole_file;
 
-pub use crate::types::hints::{Hints, OpeningHint, OpeningKind, RoomHint, StoreyHint};
+pub use crate::types::hints::{Hints, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
 pub use crate::types::import::ImportOptions;
 pub use crate::types::scene::{Object, Role, Scene, Source};
 pub use builder::{Mesh, SceneBuilder};
@@ -25,7 +26,7 @@ use crate::geom;
 use glam::DVec3;
 use std::path::Path;
 
-/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`).
+/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`, `.bsp`).
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
@@ -33,6 +34,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         "obj" => obj::import(path, options),
         "ifc" => ifc::import(path, options),
         "gml" => indoorgml::import(path, options),
+        "bsp" => quake::import(path, options),
         _ => Err(ImportError::UnknownFormat { extension }),
     }
 }

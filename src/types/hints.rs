@@ -1,5 +1,7 @@
 //! What a model's author said about rooms, doors and storeys. Hints name things and draw lines; no guarantee rests on them.
 
+use super::level::LevelPortal;
+use crate::geom::Plane;
 use glam::DVec3;
 
 /// Everything that the author said. Empty for formats that say nothing.
@@ -12,6 +14,20 @@ pub struct Hints {
     pub rooms: Vec<RoomHint>,
     /// Doors, windows and open passages.
     pub openings: Vec<OpeningHint>,
+    /// Cells that the format brings.
+    pub leaves: Option<Leaves>,
+}
+
+/// Convex cells that a format brings, with their portals: the leaves of a level's tree. Metres, relative to the scene's origin.
+#[derive(Clone, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
+pub struct Leaves {
+    /// Half-spaces of each leaf, inside below each plane; many bound nothing. Leaves without any are no cells.
+    pub leaves: Vec<Vec<Plane>>,
+    /// Portals between leaves.
+    pub portals: Vec<LevelPortal>,
+    /// Walls that aren't drawn: convex polygons that leaves end at.
+    pub walls: Vec<Vec<DVec3>>,
 }
 
 /// A storey.

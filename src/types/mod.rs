@@ -9,6 +9,7 @@ pub mod gap;
 pub mod guarantee;
 pub mod hints;
 pub mod import;
+pub mod level;
 #[cfg(feature = "bake")]
 pub(crate) mod person;
 pub mod placed;

@@ -15,4 +15,6 @@ pub enum Strategy {
     Volume,
     /// A tree that cuts along the largest walls.
     Bsp,
+    /// The leaves of a level's own tree.
+    Leaves,
 }

@@ -4,9 +4,10 @@
 //! zero is followed by how many there are, 1 to 255. A leaf has the offset of its row, or -1: it sees everything.
 
 use super::Bsp;
-use super::layout::{BspError, HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
-use super::tree::Tree;
 use crate::BitMatrix;
+use crate::scene::quake::BspError;
+use crate::scene::quake::layout::{HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
+use crate::scene::quake::tree::Tree;
 use qbsp::BspFormat;
 use std::collections::HashMap;
 

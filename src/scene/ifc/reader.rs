@@ -85,7 +85,7 @@ fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, V
     let rooms = spaces::rooms(model, &mut decoder, relations, geometry, &storeys, &mut notes);
     let mut openings = openings::openings(model, &mut decoder, relations, geometry, &rooms, &mut notes);
     openings.extend(boundaries::boundaries(model, &mut decoder, &router, relations, &rooms, &mut notes));
-    (Hints { storeys: storeys.hints, rooms: rooms.hints, openings }, notes)
+    (Hints { storeys: storeys.hints, rooms: rooms.hints, openings, leaves: None }, notes)
 }
 
 /// One mesh an element, or two where parts of it are see-through.

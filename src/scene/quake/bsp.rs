@@ -1,34 +1,19 @@
-//! Quake 1 levels (`.bsp`, bsp29 and BSP2): portals out of the tree, rows into the visibility lump.
-//!
-//! Leaf 0 is what is solid; the world's leaves follow, and leaf `i + 1` is cell `i` here. Lumps' entries are decoded by the
-//! `qbsp` crate, one lump at a time and only once lengths and bounds are checked here: its own way in asserts, and takes memory
-//! on a count in the file.
-//!
-//! What can be looked through: air and liquids (with or without translucent water in the game, nothing is missing); not what is
-//! solid, and not sky, behind which games draw nothing.
+//! A level's file as it is read: header and lumps checked, and the tree.
 
-mod layout;
-mod lump;
-mod portals;
-mod tree;
-
-use super::LevelPortal;
-use crate::BitMatrix;
-use crate::level::prt::Prt;
-use glam::DVec3;
-use layout::*;
-pub use layout::{BspError, Derived};
+use super::layout::*;
+use super::portals;
+use super::tree::{self, Tree};
+use crate::types::level::LevelPortal;
 use qbsp::BspFormat;
 use qbsp::reader::BspParseContext;
-use tree::Tree;
 
 /// A level, whole, with its tree checked.
 #[derive(Clone, Debug)]
 pub struct Bsp {
-    bytes: Vec<u8>,
-    format: BspFormat,
-    lumps: [Lump; LUMPS.len()],
-    tree: Tree,
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) format: BspFormat,
+    pub(crate) lumps: [Lump; LUMPS.len()],
+    pub(crate) tree: Tree,
 }
 
 impl Bsp {
@@ -59,12 +44,13 @@ impl Bsp {
         self.tree.rounding()
     }
 
-    /// Derives portals from the tree.
+    /// The portals between open leaves, derived from the tree, and how many slivers were left out: portals narrower than
+    /// [`Bsp::rounding`].
     ///
     /// # Errors
     ///
     /// [`BspError::Fences`] where the tree doesn't tell what can be looked through.
-    pub fn level(&self) -> Result<Derived, BspError> {
+    pub fn portals(&self) -> Result<(Vec<LevelPortal>, usize), BspError> {
         let fences = tree::fences(&self.source())?;
         if fences > 0 {
             return Err(BspError::Fences(fences));
@@ -72,51 +58,7 @@ impl Bsp {
         Ok(portals::derive(&self.tree))
     }
 
-    /// Whether portals of a `.prt` can be this level's: it has a leaf for each of the level's, and nine in ten of its portals
-    /// lie where the tree has the leaves of their clusters on both sides.
-    pub fn fits(&self, prt: &Prt) -> bool {
-        if prt.leaves.len() != self.leaves() {
-            return false;
-        }
-        let cluster = |p: DVec3| {
-            let leaf = self.tree.leaf_at(p);
-            self.tree.leaves[leaf].open.then(|| leaf.checked_sub(1).and_then(|cell| prt.leaves.get(cell))).flatten().copied()
-        };
-        let between = |portal: &&LevelPortal| {
-            let (middle, normal) = (crate::geom::middle(&portal.winding), crate::geom::newell(&portal.winding).normalize());
-            let sides = [-1.0, 1.0].map(|side| cluster(middle + normal * side * 16.0 * self.rounding()));
-            sides == portal.cells.map(Some)
-        };
-        let fitting = prt.level.portals.iter().filter(between).count();
-        fitting * 10 >= prt.level.portals.len() * 9
-    }
-
-    /// Rows of the file's own visibility lump, a row and a column a cell; `None` where it has none.
-    ///
-    /// # Errors
-    ///
-    /// A row that goes on beyond the lump.
-    pub fn rows(&self) -> Result<Option<BitMatrix>, BspError> {
-        let vis = self.source().lump(VISIBILITY);
-        if vis.is_empty() { Ok(None) } else { lump::decode(vis, &self.tree).map(Some) }
-    }
-
-    /// The file with other rows: `rows` of clusters, and the cluster of each leaf (leaf `i + 1` at `i`). But for the visibility
-    /// lump, the leaves' offsets into it and the directory's offsets, every byte is as it was.
-    ///
-    /// # Errors
-    ///
-    /// [`BspError::TooLong`], and damage in what follows the lumps.
-    ///
-    /// # Panics
-    ///
-    /// If `clusters` hasn't an entry for each leaf, or `rows` no row for each cluster.
-    pub fn with_rows(&self, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec<u8>, BspError> {
-        assert_eq!(clusters.len(), self.leaves(), "a cluster for each leaf");
-        lump::write(self, rows, clusters)
-    }
-
-    fn source(&self) -> Source<'_> {
+    pub(crate) fn source(&self) -> Source<'_> {
         Source { bytes: &self.bytes, lumps: &self.lumps, context: BspParseContext { format: self.format } }
     }
 }

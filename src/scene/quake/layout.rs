@@ -1,11 +1,10 @@
 //! How a level lies in its file: the lumps, and what can be wrong with them.
 
-use crate::level::Level;
-use crate::level::prt::MOST_CLUSTERS;
+use crate::types::level::MOST_CLUSTERS;
 use qbsp::reader::BspParseContext;
 
 /// Lumps of a Quake 1 level, in the directory's order.
-pub(super) const LUMPS: [&str; 15] = [
+pub(crate) const LUMPS: [&str; 15] = [
     "entities",
     "planes",
     "textures",
@@ -22,17 +21,21 @@ pub(super) const LUMPS: [&str; 15] = [
     "surface edges",
     "models",
 ];
-pub(super) const PLANES: usize = 1;
-pub(super) const TEXTURES: usize = 2;
-pub(super) const VERTICES: usize = 3;
-pub(super) const VISIBILITY: usize = 4;
-pub(super) const NODES: usize = 5;
-pub(super) const TEXTURE_INFOS: usize = 6;
-pub(super) const FACES: usize = 7;
-pub(super) const LEAVES: usize = 10;
-pub(super) const MODELS: usize = 14;
+pub(crate) const ENTITIES: usize = 0;
+pub(crate) const PLANES: usize = 1;
+pub(crate) const TEXTURES: usize = 2;
+pub(crate) const VERTICES: usize = 3;
+pub(crate) const VISIBILITY: usize = 4;
+pub(crate) const NODES: usize = 5;
+pub(crate) const TEXTURE_INFOS: usize = 6;
+pub(crate) const FACES: usize = 7;
+pub(crate) const LEAVES: usize = 10;
+pub(crate) const MARK_SURFACES: usize = 11;
+pub(crate) const EDGES: usize = 12;
+pub(crate) const SURFACE_EDGES: usize = 13;
+pub(crate) const MODELS: usize = 14;
 /// Magic or version, then offset and length of each lump.
-pub(super) const HEADER: usize = 4 + 8 * LUMPS.len();
+pub(crate) const HEADER: usize = 4 + 8 * LUMPS.len();
 
 /// What is wrong with a level.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -74,7 +77,7 @@ pub enum BspError {
 
 /// Where a lump lies.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) struct Lump {
+pub(crate) struct Lump {
     pub offset: usize,
     pub length: usize,
 }
@@ -86,7 +89,7 @@ impl Lump {
 }
 
 /// What lumps are read from.
-pub(super) struct Source<'s> {
+pub(crate) struct Source<'s> {
     pub bytes: &'s [u8],
     pub lumps: &'s [Lump; LUMPS.len()],
     pub context: BspParseContext,
@@ -121,11 +124,7 @@ pub(super) fn countable(leaves: usize) -> Result<(), BspError> {
     Ok(())
 }
 
-/// Portals of a level, and where they come from.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Derived {
-    /// Cells (leaf `i + 1` is cell `i`) and portals.
-    pub level: Level,
-    /// Slivers left out: portals narrower than [`Bsp::rounding`].
-    pub slivers: usize,
+/// What is wrong with an entry of a lump.
+pub(crate) fn entry(lump: usize, entry: usize, what: impl Into<String>) -> BspError {
+    BspError::Entry { lump: LUMPS[lump], entry, what: what.into() }
 }

@@ -9,10 +9,9 @@
 //! edge overlap by a rounding. Faces narrower than that ([`super::Bsp::rounding`], 0.001 units in a level of 4096) are slivers
 //! of this kind, and counted.
 
-use super::layout::Derived;
 use super::tree::{Child, Tree};
 use crate::geom::{Aabb, Plane, clip};
-use crate::level::{Level, LevelPortal};
+use crate::types::level::LevelPortal;
 use glam::DVec3;
 
 /// Space around the level, in its units: the outside of a level that leaks is as open as its inside.
@@ -27,8 +26,8 @@ struct Piece {
     winding: Vec<DVec3>,
 }
 
-/// Derives the portals of a tree's open leaves; leaf `i + 1` is cell `i`.
-pub(super) fn derive(tree: &Tree) -> Derived {
+/// The portals of a tree's open leaves, leaf `i + 1` being cell `i`, and how many slivers were left out.
+pub(super) fn derive(tree: &Tree) -> (Vec<LevelPortal>, usize) {
     let bounds = tree.bounds.inflated(MARGIN);
     let (eps, narrow) = (bounds.diagonal() * ON_PLANE, tree.rounding());
     let (mut portals, mut slivers) = (Vec::new(), 0);
@@ -57,7 +56,7 @@ pub(super) fn derive(tree: &Tree) -> Derived {
             }
         }
     }
-    Derived { level: Level { cells: tree.vis_leaves, portals }, slivers }
+    (portals, slivers)
 }
 
 /// The part of a plane within a region; nothing where it only touches it. Counter-clockwise seen from the tip of its normal.

@@ -1,10 +1,10 @@
 //! A level's tree of planes: read, and checked to be a tree.
 
 use super::layout::{
-    BspError, FACES, LEAVES, LUMPS, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable,
+    BspError, FACES, LEAVES, LUMPS, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable, entry,
 };
 use crate::geom::{Aabb, Plane};
-use crate::level::prt::FARTHEST;
+use crate::types::level::FARTHEST;
 use glam::DVec3;
 use qbsp::data::nodes::BspLeafContentFlags;
 use qbsp::data::visdata::VisDataRef;
@@ -12,20 +12,20 @@ use qbsp::data::{BspFace, BspLeaf, BspModel, BspNode, BspNodeRef, BspPlane, BspT
 
 /// What is beyond a node's plane.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Child {
+pub(crate) enum Child {
     Node(usize),
     Leaf(usize),
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
+pub(crate) struct Node {
     pub plane: Plane,
     /// The side that the normal points to, and the other.
     pub children: [Child; 2],
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leaf {
+pub(crate) struct Leaf {
     /// Air or a liquid.
     pub open: bool,
     /// Of its row in the visibility lump; negative for none.
@@ -34,7 +34,7 @@ pub(super) struct Leaf {
 
 /// The world's tree: every node is reached once, every open leaf at most once.
 #[derive(Clone, Debug)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     pub nodes: Vec<Node>,
     pub leaves: Vec<Leaf>,
     pub root: Child,
@@ -132,24 +132,30 @@ impl Tree {
 }
 
 /// Faces of the world with textures that games look through.
-pub(super) fn fences(source: &Source<'_>) -> Result<usize, BspError> {
-    let textures = source.lump(TEXTURES);
-    let word =
-        |at: usize| textures.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)));
-    let see_through = |texture: u32| {
-        let offset = word(4 + 4 * texture as usize).filter(|_| word(0).is_some_and(|count| texture < count));
-        offset.and_then(|offset| textures.get(offset as usize)) == Some(&b'{')
-    };
+pub(crate) fn fences(source: &Source<'_>) -> Result<usize, BspError> {
     let infos: Vec<bool> = source
         .entries::<BspTexInfo>(TEXTURE_INFOS)?
         .iter()
-        .map(|info| info.texture_idx.0.is_some_and(see_through))
+        .map(|info| info.texture_idx.0.and_then(|texture| texture_name(source, texture)).is_some_and(|n| n.starts_with('{')))
         .collect();
     let models: Vec<BspModel> = source.entries(MODELS)?;
     let Some(world) = models.first() else { return Ok(0) };
     let faces: Vec<BspFace> = source.entries(FACES)?;
     let of_world = faces.iter().skip(world.first_face as usize).take(world.num_faces as usize);
     Ok(of_world.filter(|f| infos.get(f.texture_info_idx.0 as usize) == Some(&true)).count())
+}
+
+/// Most letters of a texture's name.
+const NAME: usize = 16;
+
+/// A texture's name in lower case; `None` where the file has none of that number.
+pub(crate) fn texture_name(source: &Source<'_>, texture: u32) -> Option<String> {
+    let textures = source.lump(TEXTURES);
+    let word =
+        |at: usize| textures.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)));
+    let offset = word(4 + 4 * texture as usize).filter(|_| word(0).is_some_and(|count| texture < count))?;
+    let name = textures.get(offset as usize..)?.iter().take(NAME).take_while(|&&b| b != 0);
+    Some(name.map(|&b| char::from(b.to_ascii_lowercase())).collect())
 }
 
 fn leaf(leaf: &BspLeaf) -> Leaf {
@@ -162,7 +168,7 @@ fn leaf(leaf: &BspLeaf) -> Leaf {
 }
 
 /// The reader's vectors may be those of another release of `glam`.
-fn point(p: qbsp::glam::Vec3) -> DVec3 {
+pub(crate) fn point(p: qbsp::glam::Vec3) -> DVec3 {
     DVec3::from_array(p.to_array().map(f64::from))
 }
 
@@ -190,8 +196,4 @@ fn child(reference: BspNodeRef) -> Child {
 
 fn missing(lump: usize) -> BspError {
     BspError::Lump { lump: LUMPS[lump], what: "is empty".into() }
-}
-
-fn entry(lump: usize, entry: usize, what: impl Into<String>) -> BspError {
-    BspError::Entry { lump: LUMPS[lump], entry, what: what.into() }
 }

@@ -1,0 +1,75 @@
+//! Rows of a Quake 1 level: into the visibility lump and out of it. The level itself is read by [`crate::scene::quake`].
+
+mod lump;
+
+use super::{Level, LevelPortal};
+use crate::BitMatrix;
+use crate::level::prt::Prt;
+use crate::scene::quake::layout::VISIBILITY;
+pub use crate::scene::quake::{Bsp, BspError};
+use glam::DVec3;
+
+/// Portals of a level, and where they come from.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Derived {
+    /// Cells (leaf `i + 1` is cell `i`) and portals.
+    pub level: Level,
+    /// Slivers left out: portals narrower than [`Bsp::rounding`].
+    pub slivers: usize,
+}
+
+impl Bsp {
+    /// Derives portals from the tree.
+    ///
+    /// # Errors
+    ///
+    /// [`BspError::Fences`] where the tree doesn't tell what can be looked through.
+    pub fn level(&self) -> Result<Derived, BspError> {
+        let (portals, slivers) = self.portals()?;
+        Ok(Derived { level: Level { cells: self.leaves(), portals }, slivers })
+    }
+
+    /// Whether portals of a `.prt` can be this level's: it has a leaf for each of the level's, and nine in ten of its portals
+    /// lie where the tree has the leaves of their clusters on both sides.
+    pub fn fits(&self, prt: &Prt) -> bool {
+        if prt.leaves.len() != self.leaves() {
+            return false;
+        }
+        let cluster = |p: DVec3| {
+            let leaf = self.tree.leaf_at(p);
+            self.tree.leaves[leaf].open.then(|| leaf.checked_sub(1).and_then(|cell| prt.leaves.get(cell))).flatten().copied()
+        };
+        let between = |portal: &&LevelPortal| {
+            let (middle, normal) = (crate::geom::middle(&portal.winding), crate::geom::newell(&portal.winding).normalize());
+            let sides = [-1.0, 1.0].map(|side| cluster(middle + normal * side * 16.0 * self.rounding()));
+            sides == portal.cells.map(Some)
+        };
+        let fitting = prt.level.portals.iter().filter(between).count();
+        fitting * 10 >= prt.level.portals.len() * 9
+    }
+
+    /// Rows of the file's own visibility lump, a row and a column a cell; `None` where it has none.
+    ///
+    /// # Errors
+    ///
+    /// A row that goes on beyond the lump.
+    pub fn rows(&self) -> Result<Option<BitMatrix>, BspError> {
+        let vis = self.source().lump(VISIBILITY);
+        if vis.is_empty() { Ok(None) } else { lump::decode(vis, &self.tree).map(Some) }
+    }
+
+    /// The file with other rows: `rows` of clusters, and the cluster of each leaf (leaf `i + 1` at `i`). But for the visibility
+    /// lump, the leaves' offsets into it and the directory's offsets, every byte is as it was.
+    ///
+    /// # Errors
+    ///
+    /// [`BspError::TooLong`], and damage in what follows the lumps.
+    ///
+    /// # Panics
+    ///
+    /// If `clusters` hasn't an entry for each leaf, or `rows` no row for each cluster.
+    pub fn with_rows(&self, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec<u8>, BspError> {
+        assert_eq!(clusters.len(), self.leaves(), "a cluster for each leaf");
+        lump::write(self, rows, clusters)
+    }
+}

@@ -1,0 +1,65 @@
+//! The entities of a level: text in braces, a key and a value in quotes a line.
+
+use super::layout::{BspError, ENTITIES, entry};
+
+/// What is said of a thing in the level: its keys and values, in order.
+pub(super) struct Entity(Vec<(String, String)>);
+
+impl Entity {
+    /// The last value of a key.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.0.iter().rev().find(|(k, _)| k == key).map(|(_, value)| value.as_str())
+    }
+}
+
+/// Reads the lump. Its text ends at a zero byte; what isn't UTF-8 is read as Latin-1.
+pub(super) fn entities(lump: &[u8]) -> Result<Vec<Entity>, BspError> {
+    let text: String = lump.iter().take_while(|&&b| b != 0).map(|&b| char::from(b)).collect();
+    let mut rest = text.as_str();
+    let mut all = Vec::new();
+    loop {
+        rest = rest.trim_start();
+        if rest.is_empty() {
+            return Ok(all);
+        }
+        let fault = |what: &str| entry(ENTITIES, all.len(), what);
+        rest = rest.strip_prefix('{').ok_or_else(|| fault("doesn't begin with {"))?;
+        let mut pairs = Vec::new();
+        loop {
+            rest = rest.trim_start();
+            if let Some(after) = rest.strip_prefix('}') {
+                rest = after;
+                break;
+            }
+            let mut word = || {
+                let (word, after) = rest.trim_start().strip_prefix('"')?.split_once('"')?;
+                rest = after;
+                Some(word.to_owned())
+            };
+            let pair = word().zip(word()).ok_or_else(|| fault("ends within a key or a value"))?;
+            pairs.push(pair);
+        }
+        all.push(Entity(pairs));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_and_values_are_read_and_damage_is_named_by_entity() {
+        let text = b"{\n\"classname\" \"worldspawn\"\n}\n{\n\"classname\" \"func_door\"\n\"model\" \"*1\"\n}\n\0junk";
+        let all = entities(text).unwrap();
+        assert_eq!((all.len(), all[1].get("model"), all[1].get("angle")), (2, Some("*1"), None));
+        for (text, what) in [
+            (&b"\"a\" \"b\""[..], "entry 0: doesn't begin with {"),
+            (b"{}{\"a\"", "entry 1: ends within a key or a value"),
+            (b"{\"a\" b}", "entry 0: ends within"),
+            (b"{", "entry 0: ends within"),
+        ] {
+            let said = entities(text).err().expect(what).to_string();
+            assert!(said.contains(what), "{said}");
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Quake 1 levels (`.bsp`, bsp29 and BSP2): the tree with its leaves and portals, and the faces as a scene.
+//!
+//! Leaf 0 is what is solid; the world's leaves follow, and leaf `i + 1` is cell `i` here. Lumps' entries are decoded by the
+//! `qbsp` crate, one lump at a time and only once lengths and bounds are checked here: its own way in asserts, and takes memory
+//! on a count in the file.
+//!
+//! What can be looked through: air and liquids (with or without translucent water in the game, nothing is missing); not what is
+//! solid, and not sky, behind which games draw nothing.
+
+#[cfg(feature = "quake")]
+mod bsp;
+#[cfg(feature = "quake")]
+mod entities;
+#[cfg(feature = "quake")]
+pub(crate) mod layout;
+#[cfg(feature = "quake")]
+mod portals;
+#[cfg(feature = "quake")]
+pub(crate) mod tree;
+#[cfg(feature = "quake")]
+mod world;
+
+use super::{ImportError, ImportOptions, Scene};
+#[cfg(feature = "quake")]
+pub use bsp::Bsp;
+#[cfg(feature = "quake")]
+pub use layout::BspError;
+use std::path::Path;
+
+/// Reads a level: the faces of the world and of what moves, and the leaves as cells. A unit is 1/32 m unless the options say
+/// otherwise; +Z up becomes +Y up: `(x, y, z)` turns into `(x, z, -y)`.
+///
+/// Fails on files that can't be read, aren't such levels, or are damaged; without the cargo feature `quake`, always.
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
+    #[cfg(feature = "quake")]
+    {
+        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        import_bytes(super::whole_file::read(path)?, &name, options)
+    }
+    #[cfg(not(feature = "quake"))]
+    {
+        let _ = (path, options);
+        Err(ImportError::MissingFeature { format: ".bsp", feature: "quake" })
+    }
+}
+
+/// As [`import`], of a level in memory.
+#[cfg(feature = "quake")]
+pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let bsp = Bsp::read(bytes).map_err(malformed)?;
+    world::scene(&bsp, name, options)
+}
+
+#[cfg(feature = "quake")]
+fn malformed(error: BspError) -> ImportError {
+    ImportError::malformed(super::Place::File, error.to_string())
+}

@@ -1,0 +1,244 @@
+//! A level as a scene: the faces of the world and of brush models, and the leaves with their portals.
+//!
+//! What a face is follows from its texture's name, as games have it: `{...` and liquids (`*...`) are see-through, `sky...` hides what is
+//! behind, `clip`, `skip`, `trigger`, `hint` and `origin` aren't drawn. An object is the faces of one leaf with one texture. Doors
+//! (`func_door...`) are doors; every other brush model hides nothing, because it may move. Triggers aren't drawn.
+
+use super::entities::entities;
+use super::layout::*;
+use super::tree::{Child, Tree, point, texture_name};
+use super::{Bsp, malformed};
+use crate::geom::Plane;
+use crate::scene::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source as SceneSource};
+use crate::types::hints::Leaves;
+use crate::types::level::LevelPortal;
+use glam::DVec3;
+use qbsp::data::util::UBspValue;
+use qbsp::data::{BspEdge, BspFace, BspLeaf, BspModel, BspTexInfo};
+use std::collections::{BTreeMap, HashMap};
+
+/// Metres of a unit: players are 56 units tall.
+const UNIT: f64 = 1.0 / 32.0;
+
+/// Textures of faces that games never draw.
+const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
+
+/// A convex face.
+struct Face {
+    /// Indices of vertices, counter-clockwise from where it is seen.
+    corners: Vec<u32>,
+    texture: usize,
+}
+
+/// The faces of a level.
+struct Faces {
+    vertices: Vec<DVec3>,
+    faces: Vec<Face>,
+    /// Names in lower case.
+    textures: Vec<String>,
+}
+
+/// The level as a scene.
+pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let source = bsp.source();
+    let unit = options.metres_per_unit.unwrap_or(UNIT);
+    let turned = |p: DVec3| unit * DVec3::new(p.x, p.z, -p.y);
+    let mut builder = SceneBuilder::new(
+        options,
+        SceneSource { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
+    );
+    let faces = Faces::read(&source).map_err(malformed)?;
+    let models: Vec<BspModel> = source.entries(MODELS).map_err(malformed)?;
+    let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
+
+    // 1. The world, by leaf and texture; faces that no leaf names come last.
+    let leaf_of = first_leaves(&source, faces.faces.len()).map_err(malformed)?;
+    let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    let mut walls = Vec::new();
+    for face in ranges[0].clone() {
+        let Face { corners, texture } = &faces.faces[face];
+        if is_undrawn(&faces.textures[*texture]) {
+            walls.push(corners.iter().map(|&c| turned(faces.vertices[c as usize])).collect());
+        } else {
+            groups.entry((leaf_of[face], *texture)).or_default().push(face);
+        }
+    }
+    for ((leaf, texture), group) in groups {
+        let texture = &faces.textures[texture];
+        let node = if leaf == usize::MAX { texture.clone() } else { format!("leaf {leaf}/{texture}") };
+        builder.add(faces.mesh(&group, node, Role::Structure, !is_see_through(texture), &turned))?;
+    }
+
+    // 2. Brush models.
+    let (mut triggers, mut shown) = (0, 0);
+    for (model, class) in brush_models(source.lump(ENTITIES), models.len()).map_err(malformed)? {
+        if class.starts_with("trigger") {
+            triggers += 1;
+            continue;
+        }
+        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for face in ranges[model].clone() {
+            groups.entry(faces.faces[face].texture).or_default().push(face);
+        }
+        let role = if class.starts_with("func_door") { Role::Door } else { Role::Furnishing };
+        for (texture, group) in groups.into_iter().filter(|(texture, _)| !is_undrawn(&faces.textures[*texture])) {
+            let mesh = faces.mesh(&group, format!("{class} *{model}"), role, false, &turned);
+            if is_see_through(&faces.textures[texture]) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
+        }
+        shown += 1;
+    }
+    let unnamed = models.len() - 1 - triggers - shown;
+    if triggers + unnamed > 0 {
+        let note = format!("{triggers} triggers and {unnamed} brush models without an entity aren't drawn");
+        builder.source.notes.push(note);
+    }
+
+    // 3. Leaves and portals.
+    let (portals, slivers) = bsp.portals().map_err(malformed)?;
+    if slivers > 0 {
+        builder.source.notes.push(format!("{slivers} portals narrower than the rounding of the file's planes left out"));
+    }
+    let portal = |p: LevelPortal| LevelPortal { winding: p.winding.into_iter().map(turned).collect(), ..p };
+    let turned_plane = |p: Plane| Plane { n: DVec3::new(p.n.x, p.n.z, -p.n.y), d: unit * p.d };
+    let leaves = half_spaces(&bsp.tree).into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
+    builder.hints.leaves = Some(Leaves { leaves, portals: portals.into_iter().map(portal).collect(), walls });
+    builder.finish(name)
+}
+
+fn is_undrawn(texture: &str) -> bool {
+    UNDRAWN.contains(&texture)
+}
+
+fn is_see_through(texture: &str) -> bool {
+    texture.starts_with(['{', '*'])
+}
+
+impl Faces {
+    fn read(source: &Source<'_>) -> Result<Self, BspError> {
+        let vertices: Vec<DVec3> = source.entries(VERTICES)?.into_iter().map(point).collect();
+        let edges: Vec<BspEdge> = source.entries(EDGES)?;
+        let surface_edges: Vec<i32> = source.entries(SURFACE_EDGES)?;
+        let infos: Vec<BspTexInfo> = source.entries(TEXTURE_INFOS)?;
+        let mut textures = Vec::new();
+        for (i, info) in infos.iter().enumerate() {
+            let texture = info.texture_idx.0.unwrap_or(u32::MAX);
+            let count = source.lump(TEXTURES).first_chunk().map_or(0, |&b| u32::from_le_bytes(b));
+            if texture >= count {
+                return Err(entry(TEXTURE_INFOS, i, format!("its texture {texture} doesn't exist")));
+            }
+            // A file without its textures has no names, either.
+            textures.push(texture_name(source, texture).unwrap_or_else(|| format!("texture {texture}")));
+        }
+        let corner = |face: usize, at: usize| -> Result<u32, BspError> {
+            let missing = |what: String| entry(FACES, face, what);
+            let edge = *surface_edges.get(at).ok_or_else(|| missing(format!("its surface edge {at} doesn't exist")))?;
+            let index = edge.unsigned_abs() as usize;
+            let ends = edges.get(index).ok_or_else(|| missing(format!("its edge {index} doesn't exist")))?;
+            let vertex = if edge < 0 { ends.b.0 } else { ends.a.0 };
+            match (vertex as usize) < vertices.len() {
+                true => Ok(vertex),
+                false => Err(missing(format!("its vertex {vertex} doesn't exist"))),
+            }
+        };
+        let mut faces = Vec::new();
+        for (i, face) in source.entries::<BspFace>(FACES)?.into_iter().enumerate() {
+            let first = face.first_edge as usize;
+            let last = first.saturating_add(face.num_edges.0 as usize);
+            let texture = face.texture_info_idx.0 as usize;
+            if texture >= textures.len() {
+                return Err(entry(FACES, i, format!("its texture info {texture} doesn't exist")));
+            }
+            // Clockwise in the file.
+            let corners = (first..last).rev().map(|at| corner(i, at)).collect::<Result<Vec<_>, _>>()?;
+            faces.push(Face { corners, texture });
+        }
+        Ok(Self { vertices, faces, textures })
+    }
+
+    /// Faces as fans.
+    fn mesh(&self, faces: &[usize], node: String, role: Role, opaque: bool, turned: &dyn Fn(DVec3) -> DVec3) -> Mesh {
+        let (mut positions, mut triangles, mut known) = (Vec::new(), Vec::new(), HashMap::new());
+        for &face in faces {
+            let corners: Vec<u32> = self.faces[face]
+                .corners
+                .iter()
+                .map(|&vertex| {
+                    *known.entry(vertex).or_insert_with(|| {
+                        positions.push(turned(self.vertices[vertex as usize]));
+                        positions.len() as u32 - 1
+                    })
+                })
+                .collect();
+            triangles.extend((2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]));
+        }
+        Mesh { node, role, opaque, positions, triangles }
+    }
+}
+
+/// The faces of each model.
+fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<std::ops::Range<usize>>, BspError> {
+    let range = |(i, model): (usize, &BspModel)| {
+        let first = model.first_face as usize;
+        let end = first.saturating_add(model.num_faces as usize);
+        match end <= faces {
+            true => Ok(first..end),
+            false => Err(entry(MODELS, i, format!("its faces go to {end}, of which there are {faces}"))),
+        }
+    };
+    models.iter().enumerate().map(range).collect()
+}
+
+/// The first leaf that names each face; `usize::MAX` for none.
+fn first_leaves(source: &Source<'_>, faces: usize) -> Result<Vec<usize>, BspError> {
+    let marks: Vec<UBspValue> = source.entries(MARK_SURFACES)?;
+    let mut first = vec![usize::MAX; faces];
+    for (i, leaf) in source.entries::<BspLeaf>(LEAVES)?.iter().enumerate() {
+        let (from, count) = (leaf.face_idx.0 as usize, leaf.face_num.0 as usize);
+        let named = marks.get(from..from.saturating_add(count));
+        for mark in
+            named.ok_or_else(|| entry(LEAVES, i, format!("its mark surfaces go beyond the {} of the file", marks.len())))?
+        {
+            let face = mark.0 as usize;
+            let slot = first.get_mut(face).ok_or_else(|| entry(LEAVES, i, format!("its face {face} doesn't exist")))?;
+            *slot = (*slot).min(i);
+        }
+    }
+    Ok(first)
+}
+
+/// Brush models with the class of their entity, in the entities' order.
+fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspError> {
+    let mut found = Vec::new();
+    for (i, e) in entities(lump)?.iter().enumerate() {
+        let Some(number) = e.get("model").and_then(|m| m.strip_prefix('*')) else { continue };
+        match number.parse() {
+            Ok(model) if (1..models).contains(&model) => {
+                let class: String = e.get("classname").unwrap_or("unnamed").chars().take(64).collect();
+                found.push((model, class));
+            }
+            _ => return Err(entry(ENTITIES, i, format!("its model *{number:.32} doesn't exist"))),
+        }
+    }
+    Ok(found)
+}
+
+/// Half-spaces of the world's leaves from 1 on, from the root down; none for leaves that the tree doesn't reach.
+fn half_spaces(tree: &Tree) -> Vec<Vec<Plane>> {
+    let mut leaves = vec![Vec::new(); tree.vis_leaves];
+    let mut way: Vec<Plane> = Vec::new();
+    let mut stack = vec![(tree.root, None, 0)];
+    while let Some((child, half_space, depth)) = stack.pop() {
+        way.truncate(depth);
+        way.extend(half_space);
+        match child {
+            Child::Leaf(leaf) if tree.leaves[leaf].open => leaves[leaf - 1].clone_from(&way),
+            Child::Leaf(_) => {}
+            Child::Node(n) => {
+                let node = &tree.nodes[n];
+                stack.push((node.children[1], Some(node.plane), way.len()));
+                stack.push((node.children[0], Some(node.plane.flipped()), way.len()));
+            }
+        }
+    }
+    leaves
+}
