@@ -1,7 +1,7 @@
 //! View cells by cost: expected triangles against bytes of rows, while space is split.
 
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
-use super::html::{escape, thousands};
+use super::html::thousands;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -53,16 +53,15 @@ impl Splits {
         Self { tier, bytes_allowed, ended_by, points: curve.iter().enumerate().map(point).collect() }
     }
 
-    /// Where it ended, in words.
-    fn end(&self) -> String {
+    /// Where they ended, in words.
+    fn end(&self, tiers: &str) -> String {
         let last = self.points.last().copied().unwrap_or(SplitPoint { view_cells: 0, bytes: 0, triangles: 0.0 });
         let why = match self.ended_by {
             SplitsEnd::Bytes => format!("the next would take more than {} bytes", thousands(self.bytes_allowed)),
             SplitsEnd::Saving => "the next would save too little".to_owned(),
         };
         format!(
-            "{}: stopped at {} view cells, {} bytes, {} triangles; {why}",
-            self.tier,
+            "{tiers}: stopped at {} view cells, {} bytes, {} triangles; {why}",
             thousands(last.view_cells as u64),
             thousands(last.bytes),
             thousands(last.triangles.round() as u64)
@@ -81,10 +80,18 @@ pub fn csv(splits: &[Splits]) -> String {
 
 /// The section of a page.
 pub(super) fn html(splits: &[Splits]) -> String {
-    let curve = |(k, of): (usize, &Splits)| {
-        let point = |p: &SplitPoint| Point { x: p.bytes as f64, value: p.triangles, note: of.end() };
+    // Splits that are the same have one line.
+    let mut lines: Vec<(&Splits, String)> = Vec::new();
+    for of in splits {
+        match lines.iter_mut().find(|(same, _)| same.ended_by == of.ended_by && same.points == of.points) {
+            Some((_, tiers)) => *tiers += &format!(", {}", of.tier),
+            None => lines.push((of, of.tier.clone())),
+        }
+    }
+    let curve = |(k, (of, tiers)): (usize, &(&Splits, String))| {
+        let point = |p: &SplitPoint| Point { x: p.bytes as f64, value: p.triangles, note: of.end(tiers) };
         let points = of.points.iter().map(point).collect();
-        Curve { name: of.end(), class: CLASSES[k % CLASSES.len()], shape: Shape::Stopped, points }
+        Curve { name: of.end(tiers), class: CLASSES[k % CLASSES.len()], shape: Shape::Stopped, points }
     };
     let chart = Chart {
         title: "Expected triangles of a row against bytes of view cells, while space is split",
@@ -92,15 +99,13 @@ pub(super) fn html(splits: &[Splits]) -> String {
         along_text: "bytes of view cells, expected",
         values: "triangles of what an eye sees, expected",
         scale: Scale::Linear,
-        curves: splits.iter().enumerate().map(curve).collect(),
+        curves: lines.iter().enumerate().map(curve).collect(),
         band: None,
     };
-    let tiers: Vec<String> = splits.iter().map(|s| escape(&s.tier)).collect();
     format!(
         "<h2>View cells by cost</h2>\n<p>Space is halved where that saves most triangles. Each line begins without view cells. The \
-         mark is where the bake stopped ({}). Figures are expected ones: a byte for each object that eyes see from a view cell, and \
+         mark is where the bake stopped. Figures are expected ones: a byte for each object that eyes see from a view cell, and \
          triangles in the mean over eyes.</p>\n<figure>\n{}</figure>\n",
-        tiers.join(", "),
         chart.html()
     )
 }
@@ -120,7 +125,12 @@ mod tests {
             "sampled 0.1 %,3,180,40",
         ];
         assert_eq!(table.lines().collect::<Vec<_>>(), lines);
-        let html = html(&[splits]);
+        // Two bakes with the same splits share a line.
+        let html = html(&[splits.clone(), Splits { tier: "sampled 0.01 %".into(), ..splits }]);
+        assert_eq!(
+            (html.matches("<circle").count(), html.matches("sampled 0.1 %, sampled 0.01 %: stopped").count()),
+            (1, 2)
+        );
         assert!(html.contains("stopped at 3 view cells, 180 bytes, 40 triangles; the next would take more than 500 bytes"));
         let few = Splits::new("conservative".into(), 500, false, &[(0, 90.0)]);
         assert_eq!(

@@ -150,11 +150,12 @@ impl Tiers {
         let pixels = (self.views * width * height) as f64;
         let mut out = format!(
             "<h2>Which rows to ship</h2>\n<p>Conservative rows keep all that is not proven hidden. Sampled rows keep what is \
-             witnessed; the bound limits what they lack, with 95 % confidence. A smaller bound takes more rays and misses fewer \
-             pixels. Triangles and missed pixels are of {} random views, {width} &times; {height} pixels each, that nothing was \
-             sampled from. In the mean, {} triangles really show.</p>\n<div class=\"scroll\"><table><thead><tr><th>tier</th>\
-             <th>file, bytes</th><th>CPU seconds</th><th>rays</th><th>unseen, at most</th><th>triangles, pvs</th>\
-             <th>triangles, both</th><th>missed pixels, both</th><th class=\"text\">bound</th></tr></thead>\n<tbody>\n",
+             witnessed. Of what there is to see they lack at most the part that is called unseen, with 95 % confidence. A smaller \
+             part takes more rays and misses fewer pixels. Triangles and missed pixels are of {} random views, {width} &times; \
+             {height} pixels each, that nothing was sampled from: by rows (<code>pvs</code>), and by portals and rows \
+             (<code>both</code>). In the mean, {} triangles really show.</p>\n<div class=\"scroll\"><table><thead><tr><th>tier</th>\
+             <th>bytes</th><th>CPU seconds</th><th>rays</th><th>unseen</th><th>triangles, pvs</th><th>triangles, both</th>\
+             <th>missed pixels, both</th></tr></thead>\n<tbody>\n",
             thousands(self.views as u64),
             whole(self.exact_triangles_mean),
         );
@@ -164,20 +165,22 @@ impl Tiers {
             let part = if missed > 0 { format!(" ({})", share(missed as f64 / pixels)) } else { String::new() };
             let _ = writeln!(
                 out,
-                "<tr><td>{}</td><td>{}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}{part}</td>\
-                 <td class=\"text\">{}</td></tr>",
+                "<tr><td>{}</td><td>{}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}{part}</td></tr>",
                 t.name(),
                 thousands(t.file_bytes),
                 t.cpu_seconds,
                 thousands(t.rays),
-                t.unseen.map_or(String::new(), share),
+                t.unseen.map_or_else(|| if t.unseen_asked.is_some() { "not tested" } else { "" }.to_owned(), share),
                 whole(pvs.triangles_mean),
                 whole(both.triangles_mean),
                 thousands(missed),
-                t.outcome.in_words()
             );
         }
-        out.push_str("</tbody></table></div>\n");
+        out.push_str("</tbody></table></div>\n<ul>\n");
+        for t in &self.rows {
+            let _ = writeln!(out, "<li>{}: {}</li>", t.name(), t.outcome.in_words());
+        }
+        out.push_str("</ul>\n");
         if let Some(advice) = self.advice() {
             let _ = writeln!(out, "<p>{advice}</p>");
         }
