@@ -221,7 +221,7 @@ fn proofs_beyond_their_share_leave_pairs_undecided() {
     let lower = whole.bounds.as_ref().unwrap().objects_lower.clone();
     assert_eq!(lower.first_outside(&upper(&few)), None, "what is visible is not hidden for it");
     // A bound that takes more proofs can't be reached, and the bake says why.
-    let pvs = PvsOptions { ray_budget: 100_000, most_witnesses: 100, unseen: Some(1e-3), ..PvsOptions::default() };
+    let pvs = PvsOptions { ray_budget: 1_000_000, most_witnesses: 100, unseen: Some(1e-3), ..PvsOptions::default() };
     let asked = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap();
     assert_eq!(asked.sampling_end, SamplingEnd::Memory);
     assert!(asked.file.notes.iter().any(|n| n.contains("was not reached in memory")), "{:?}", asked.file.notes);

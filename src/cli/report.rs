@@ -83,7 +83,12 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
         let [this, other] = if is_level { ["a level", "buildings"] } else { ["no level", "levels"] };
         return Err(at(&args.input, format!("is {this}; {flag} is for {other}")));
     }
-    tiers::check(args)?;
+    if args.tiers && args.views == 0 {
+        return Err(CliError("--tiers compares in views; --views 0 leaves none".into()));
+    }
+    if args.tiers && args.scene.rays == Some(0) {
+        return Err(CliError("--tiers compares rows that rays found; --rays 0 casts none".into()));
+    }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("report.html"));
     let table = output.with_extension("csv");
     if table == output {

@@ -3,7 +3,7 @@
 use super::super::scene::RAYS;
 use super::{Args, command, name, tiers, write};
 use crate::cli::bake::{ViewCells, peak_rss_mb, progress_bar};
-use crate::cli::stage_times::{Stages, cpu_seconds};
+use crate::cli::stage_times::{Clock, Stages};
 use crate::cli::why::Teller;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::CellId;
@@ -181,7 +181,9 @@ impl Measured {
         let mut splits: Vec<Splits> = whole.into_iter().collect();
         let mut compared = None;
         if args.tiers {
-            let (tiers, of_sampled) = tiers::tiers(args, scene, options, progress)?;
+            let Args { input, views, time, .. } = args;
+            let wanted = tiers::Wanted { input, views: *views, seed: args.search.seed, rays: args.scene.rays, time: *time };
+            let (tiers, of_sampled) = tiers::tiers(&wanted, scene, options, progress)?;
             compared = Some(tiers);
             splits.extend(of_sampled);
         }
@@ -259,25 +261,6 @@ impl From<Pairs> for PairsLine {
     fn from(p: Pairs) -> Self {
         let Pairs { cells, total: total_pairs, lower: lower_pairs, upper: upper_pairs } = p;
         Self { cells, total_pairs, lower_pairs, upper_pairs, undecided_pairs: p.undecided(), gap: p.gap() }
-    }
-}
-
-/// Processor time; where the system doesn't tell, wall clock on all threads.
-pub(super) struct Clock {
-    cpu: Option<f64>,
-    wall: Instant,
-}
-
-impl Clock {
-    pub(super) fn start() -> Self {
-        Self { cpu: cpu_seconds(), wall: Instant::now() }
-    }
-
-    pub(super) fn seconds(&self) -> f64 {
-        match (self.cpu, cpu_seconds()) {
-            (Some(from), Some(to)) => to - from,
-            _ => self.wall.elapsed().as_secs_f64() * rayon::current_num_threads() as f64,
-        }
     }
 }
 

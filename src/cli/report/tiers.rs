@@ -1,8 +1,8 @@
 //! `enfilade report --tiers`: bakes a file for each tier, and compares them in the same views.
 
-use super::building::Clock;
-use super::{Args, CliError, at};
 use crate::cli::bake::RAYS_TO_A_GOAL;
+use crate::cli::stage_times::Clock;
+use crate::cli::{CliError, at};
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
@@ -13,27 +13,30 @@ use enfilade::scene::Scene;
 use enfilade::types::drawn::DrawnOfFile;
 use enfilade::verify::random_path;
 use enfilade::walkthrough::compare::compare;
+use std::path::Path;
 
 /// Bounds of sampled tiers.
 const BOUNDS: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// Views are pictures of this size, as those of `walk`.
 const SIZE: [usize; 2] = [640, 360];
 
-/// Flags that leave nothing to compare.
-pub(super) fn check(args: &Args) -> Result<(), CliError> {
-    let refused = |why: &str| Err(CliError(format!("--tiers {why}")));
-    match args {
-        Args { tiers: true, views: 0, .. } => refused("compares in views; --views 0 leaves none"),
-        Args { tiers: true, scene, .. } if scene.rays == Some(0) => {
-            refused("compares rows that rays found; --rays 0 casts none")
-        }
-        _ => Ok(()),
-    }
+/// What is to be compared.
+pub(super) struct Wanted<'a> {
+    /// The model.
+    pub input: &'a Path,
+    /// Views.
+    pub views: u32,
+    /// Of the bakes.
+    pub seed: u64,
+    /// Rays of each bake, where that is said.
+    pub rays: Option<u64>,
+    /// Seconds after which sampling of a sampled tier ends.
+    pub time: Option<f64>,
 }
 
 /// Tiers, and how view cells were split for sampled ones, if they were. `options`: of the page's bake, cells given.
 pub(super) fn tiers(
-    args: &Args,
+    wanted: &Wanted<'_>,
     scene: &Scene,
     options: &BakeOptions,
     progress: &(impl Fn(&str, f64) + Sync),
@@ -50,7 +53,7 @@ pub(super) fn tiers(
         let tell = |_: &str, done: f64| progress(&stage, done);
         tell("", 0.0);
         let clock = Clock::start();
-        let baked = bake(scene, tier_options(args, options, asked), &Job::new(&tell)).map_err(|e| at(&args.input, e))?;
+        let baked = bake(scene, tier_options(wanted, options, asked), &Job::new(&tell)).map_err(|e| at(wanted.input, e))?;
         let cpu_seconds = clock.seconds();
         rows.push(tier(&baked, asked, cpu_seconds));
         // Conservative rows are those of the page's own bake.
@@ -59,10 +62,10 @@ pub(super) fn tiers(
         files.push(baked.file);
     }
     progress("views of tiers", 0.0);
-    let views_seed = args.search.seed.wrapping_add(1);
-    let path = random_path(scene, &files[0], args.views, views_seed);
+    let views_seed = wanted.seed.wrapping_add(1);
+    let path = random_path(scene, &files[0], wanted.views, views_seed);
     if path.frames.is_empty() {
-        return Err(at(&args.input, "no cell has room for an eye; --tiers has nothing to compare"));
+        return Err(at(wanted.input, "no cell has room for an eye; --tiers has nothing to compare"));
     }
     let compared = compare(scene, &files, &path, SIZE);
     let mut drawn = compared.files.into_iter();
@@ -78,14 +81,14 @@ pub(super) fn tiers(
 }
 
 /// As `bake` without flags, or with `--unseen ASKED --ship sampled`.
-fn tier_options(args: &Args, options: &BakeOptions, asked: Option<f64>) -> BakeOptions {
+fn tier_options(wanted: &Wanted<'_>, options: &BakeOptions, asked: Option<f64>) -> BakeOptions {
     let pvs = match asked {
         None => options.pvs.clone(),
         Some(_) => PvsOptions {
             ship: Guarantee::Sampled,
             unseen: asked,
-            time: args.time,
-            ray_budget: args.scene.rays.unwrap_or(RAYS_TO_A_GOAL),
+            time: wanted.time,
+            ray_budget: wanted.rays.unwrap_or(RAYS_TO_A_GOAL),
             ..options.pvs.clone()
         },
     };
