@@ -7,7 +7,7 @@ use enfilade::cells::matrix_bytes;
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+use enfilade::pvs::{PvsOptions, SamplingEnd};
 use enfilade::scene::{ImportOptions, Scene, gltf};
 use enfilade::verify::{CheckOptions, check};
 use std::path::{Path, PathBuf};
@@ -220,6 +220,11 @@ fn proofs_beyond_their_share_leave_pairs_undecided() {
     let upper = |f: &PvsFile| f.bounds.as_ref().unwrap().objects_upper.clone();
     let lower = whole.bounds.as_ref().unwrap().objects_lower.clone();
     assert_eq!(lower.first_outside(&upper(&few)), None, "what is visible is not hidden for it");
+    // A bound that takes more proofs can't be reached, and the bake says why.
+    let pvs = PvsOptions { ray_budget: 1_000_000, most_witnesses: 100, unseen: Some(1e-3), ..PvsOptions::default() };
+    let asked = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap();
+    assert_eq!(asked.sampling_end, SamplingEnd::Memory);
+    assert!(asked.file.notes.iter().any(|n| n.contains("was not reached in memory")), "{:?}", asked.file.notes);
 }
 
 #[test]

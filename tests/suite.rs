@@ -46,6 +46,7 @@ mod pvs_upper;
 mod queries_gpu;
 mod real;
 mod report_building;
+mod report_tiers;
 mod resume;
 mod runtime;
 mod runtime_worlds;

@@ -117,9 +117,13 @@ const FOR_ONE_CELL: f64 = 0.02;
 /// Portals that draw more of the frustum than this are not worth a graph: all is one open cell.
 const WORTH: f64 = 0.95;
 
-/// Splits a scene; where nobody asked for a strategy and no wall would keep anything from being drawn, into one open cell. A tree of walls
-/// is quick to build, and tells before a plan is searched for rooms.
-fn split_if_worth(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
+/// The cells that [`bake`] finds where none are given. Splits a scene; where nobody asked for a strategy and no wall would keep anything
+/// from being drawn, into one open cell. A tree of walls is quick to build, and tells before a plan is searched for rooms.
+///
+/// # Errors
+///
+/// Where the scene can't be split.
+pub fn find_cells(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
     if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
         return split(scene, options);
     }
@@ -146,7 +150,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let found = options.given.is_none();
     let mut graph = match options.given {
         Some(graph) => graph,
-        None => work.once(|| split_if_worth(scene, &options.split))?,
+        None => work.once(|| find_cells(scene, &options.split))?,
     };
     if let Some(metres) = options.smallest_hole {
         small_holes::close(scene, &mut graph, metres);

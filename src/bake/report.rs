@@ -107,7 +107,7 @@ pub struct BakeReport {
     pub notes: Vec<String>,
     /// The sets, and the bake's counters.
     pub pvs: PvsReport,
-    /// What ended sampling: `rays`, `unseen` or `time`.
+    /// What ended sampling: `rays`, `unseen`, `time` or `memory`.
     pub sampling_ended_by: SamplingEnd,
     /// The clearance that the guarantee holds for, metres.
     pub clearance: f64,

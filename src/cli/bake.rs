@@ -65,18 +65,31 @@ enum Ship {
     Sampled,
 }
 
+/// Regions that get rows on top of the cells.
 #[derive(Clone)]
-enum ViewCells {
+pub(super) enum ViewCells {
+    /// Camera volumes in a file.
     File(PathBuf),
     /// At most so many bytes.
     Auto(u64),
+}
+
+impl ViewCells {
+    /// Those of a file, and the bytes of those to be chosen.
+    pub(super) fn read(this: Option<&Self>, scene: &Scene) -> Result<(Vec<ViewCell>, Option<u64>), CliError> {
+        Ok(match this {
+            None => (Vec::new(), None),
+            Some(Self::Auto(bytes)) => (Vec::new(), Some(*bytes)),
+            Some(Self::File(path)) => (view_cells(path, scene)?, None),
+        })
+    }
 }
 
 /// Bytes of view cells where nobody says.
 const VIEW_CELL_BYTES: u64 = 256 << 10;
 
 /// A file, `auto` or `auto:64K`.
-fn view_cells_of(text: &str) -> Result<ViewCells, String> {
+pub(super) fn view_cells_of(text: &str) -> Result<ViewCells, String> {
     match text.strip_prefix("auto") {
         Some("") => Ok(ViewCells::Auto(VIEW_CELL_BYTES)),
         Some(rest) if rest.starts_with(':') => size(&rest[1..]).map(ViewCells::Auto),
@@ -106,11 +119,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let cubes = choice(args.cubes, &scene)?;
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;
-    let (view_cells, view_cell_bytes) = match &args.view_cells {
-        None => (Vec::new(), None),
-        Some(ViewCells::Auto(bytes)) => (Vec::new(), Some(*bytes)),
-        Some(ViewCells::File(path)) => (view_cells(path, &scene)?, None),
-    };
+    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), &scene)?;
     let options = BakeOptions {
         split: args.scene.split(),
         pvs: PvsOptions {
@@ -164,7 +173,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
 }
 
 /// Rays where an error is asked for and nobody says how many.
-const RAYS_TO_A_GOAL: u64 = 1_000_000_000;
+pub(super) const RAYS_TO_A_GOAL: u64 = 1_000_000_000;
 
 /// A share, as `0.01%`, as a fraction.
 fn percent(text: &str) -> Result<f64, String> {
@@ -173,7 +182,7 @@ fn percent(text: &str) -> Result<f64, String> {
 }
 
 /// Seconds above 0.
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|&s| s > 0.0 && s.is_finite()).ok_or_else(|| "takes seconds, above 0".into())
 }
 

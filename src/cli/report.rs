@@ -2,7 +2,9 @@
 
 mod building;
 mod level;
+mod tiers;
 
+use super::bake::{ViewCells, seconds, view_cells_of};
 use super::level::SearchFlags;
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
@@ -28,6 +30,15 @@ pub struct Args {
     /// Of a building: views in which false pixels are counted
     #[arg(long, value_name = "N", default_value_t = VIEWS)]
     views: u32,
+    /// Of a building: compare conservative rows with rows sampled to bounds of 0.1 %, 0.01 % and 0.001 %; bakes up to four times more
+    #[arg(long)]
+    tiers: bool,
+    /// Of --tiers: seconds after which sampling of each sampled tier ends; where this ends it, its figures depend on the machine
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "tiers")]
+    time: Option<f64>,
+    /// Of a building: regions to work out rows for on top of the cells, as for `bake`
+    #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of)]
+    view_cells: Option<ViewCells>,
     /// Of a building: also generate offices of so many rooms and say how the cost grows, as 100,400,1000
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=100_000))]
     growth: Vec<u32>,
@@ -59,13 +70,24 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
         ("--steps", args.search.steps != default.steps),
         ("--lines", args.search.lines != default.lines),
     ];
+    let more = [
+        ("--views", args.views != VIEWS),
+        ("--tiers", args.tiers),
+        ("--view-cells", args.view_cells.is_some()),
+        ("--growth", !args.growth.is_empty()),
+    ];
     let of_buildings = args.scene.given_again(&name).into_iter().map(|(flag, _)| (flag, true));
-    let of_buildings: Vec<_> =
-        of_buildings.chain([("--views", args.views != VIEWS), ("--growth", !args.growth.is_empty())]).collect();
+    let of_buildings: Vec<_> = of_buildings.chain(more).collect();
     let others: &[(&str, bool)] = if is_level { &of_buildings } else { &of_levels };
     if let Some((flag, _)) = others.iter().find(|f| f.1) {
         let [this, other] = if is_level { ["a level", "buildings"] } else { ["no level", "levels"] };
         return Err(at(&args.input, format!("is {this}; {flag} is for {other}")));
+    }
+    if args.tiers && args.views == 0 {
+        return Err(CliError("--tiers compares in views; --views 0 leaves none".into()));
+    }
+    if args.tiers && args.scene.rays == Some(0) {
+        return Err(CliError("--tiers compares rows that rays found; --rays 0 casts none".into()));
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("report.html"));
     let table = output.with_extension("csv");
@@ -88,12 +110,14 @@ fn write(files: &[(impl AsRef<Path>, String)]) -> Result<(), CliError> {
     Ok(())
 }
 
-/// The command again: names without their folders, and flags with their values.
+/// The command again: names without their folders, and flags with their values; an empty one stands for a flag that takes none.
 fn command(args: &Args, flags: impl IntoIterator<Item = (&'static str, String)>) -> String {
     let quoted = |text: String| {
-        let is_plain = |c: char| c.is_alphanumeric() || "._-,".contains(c);
+        let is_plain = |c: char| c.is_alphanumeric() || "._-,:".contains(c);
         if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
     };
-    let flags = flags.into_iter().map(|(flag, value)| format!(" {flag} {}", quoted(value)));
+    let flags = flags
+        .into_iter()
+        .map(|(flag, value)| if value.is_empty() { format!(" {flag}") } else { format!(" {flag} {}", quoted(value)) });
     format!("enfilade report {}{}", quoted(name(&args.input)), flags.collect::<String>())
 }

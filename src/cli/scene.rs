@@ -110,7 +110,7 @@ impl SceneFlags {
         flags.extend(self.smallest_occluder.map(|v| ("--smallest-occluder", v.to_string())));
         flags.extend(self.smallest_hole.map(|v| ("--smallest-hole", v.to_string())));
         flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
-        flags.extend(self.rays.filter(|&rays| rays != RAYS).map(|rays| ("--rays", count::text(rays))));
+        flags.extend(self.rays.map(|rays| ("--rays", count::text(rays))));
         let triangles = self.object_triangles;
         let usual = ImportOptions::default().object_triangles;
         flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));

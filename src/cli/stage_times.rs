@@ -37,8 +37,29 @@ impl Stages {
     }
 }
 
+/// Processor time; where the system doesn't tell, wall clock on all threads.
+pub struct Clock {
+    cpu: Option<f64>,
+    wall: Instant,
+}
+
+impl Clock {
+    /// From now on.
+    pub fn start() -> Self {
+        Self { cpu: cpu_seconds(), wall: Instant::now() }
+    }
+
+    /// Since it was started.
+    pub fn seconds(&self) -> f64 {
+        match (self.cpu, cpu_seconds()) {
+            (Some(from), Some(to)) => to - from,
+            _ => self.wall.elapsed().as_secs_f64() * rayon::current_num_threads() as f64,
+        }
+    }
+}
+
 /// Processor time that the threads of this process have had, seconds, where the system says so.
-pub fn cpu_seconds() -> Option<f64> {
+fn cpu_seconds() -> Option<f64> {
     let tasks = std::fs::read_dir("/proc/self/task").ok()?;
     let mut nanoseconds = 0.0;
     for task in tasks {

@@ -1,13 +1,15 @@
 //! What a bake found in a building, as a page and as tables: plans, both sides of the truth, error against run time.
 //!
-//! All text is made safe here; whoever calls hands over plain text. Times stand in three sections only: error against run time, growth, and
-//! the stages; all else is the same bytes for the same building and seed.
+//! All text is made safe here; whoever calls hands over plain text. Times stand in four sections only: tiers, error against run time, growth,
+//! and the stages; all else is the same bytes for the same building and seed.
 
 use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
 use super::curves::{Curve, CurvePoint, Growth, exponent};
 use super::html::{Remark, duration, escape, number, page, percent, share, thousands};
 use super::matrix::figure;
+use super::splits::{self, Splits};
 use super::storeys::{Plans, Storey, along_a_walk, storeys};
+use super::tiers::Tiers;
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
 use crate::file::{CONFIDENCE, PvsFile, PvsSummary};
 use crate::scene::Scene;
@@ -70,6 +72,10 @@ pub struct BuildingReport<'a> {
     pub curves: &'a [Curve],
     /// What offices of several sizes cost, the smallest first; empty where that wasn't asked for.
     pub growth: &'a [Growth],
+    /// Tiers of rows, where they are compared.
+    pub tiers: Option<&'a Tiers>,
+    /// How view cells were split, a bake each; empty where they were not chosen by cost.
+    pub splits: &'a [Splits],
     /// Views that false pixels were counted in.
     pub views: usize,
     /// Undecided pairs and why they are.
@@ -87,6 +93,10 @@ impl BuildingReport<'_> {
         let mut body = String::new();
         self.head(&mut body);
         self.certified(&mut body);
+        body.extend(self.tiers.map(Tiers::html));
+        if !self.splits.is_empty() {
+            body.push_str(&splits::html(self.splits));
+        }
         self.plans(&storeys, &mut body);
         self.against_time(&mut body);
         self.growth(&mut body);

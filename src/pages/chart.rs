@@ -1,4 +1,4 @@
-//! A chart as SVG: a logarithmic axis of times or of counts, curves that hold their value until they change.
+//! A chart as SVG: an axis of times, counts or bytes, curves that hold their value until they change or go straight on.
 
 use super::html::{duration, escape, share, thousands};
 use std::fmt::Write;
@@ -21,11 +21,13 @@ const HEIGHT: f64 = 400.0;
 const MARGIN: [f64; 4] = [92.0, 22.0, 14.0, 54.0];
 /// What is below this is drawn here: a clock doesn't tell such times apart.
 const LEAST: f64 = 1e-6;
+/// An axis of bytes goes on beyond its last point by this share.
+const AIR: f64 = 0.04;
 
 /// A point of a curve.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Point {
-    /// Seconds, or how many; above 0.
+    /// Seconds or how many, above 0; or bytes.
     pub x: f64,
     /// Value, 0 or more.
     pub value: f64,
@@ -40,6 +42,8 @@ pub enum Shape {
     Steps,
     /// Straight from each point to the next.
     Straight,
+    /// Likewise, with a large mark at the last point only: there it was stopped.
+    Stopped,
     /// One value at all times: the first point's.
     Level,
 }
@@ -71,13 +75,25 @@ pub enum Scale {
     },
 }
 
-/// What lies along the logarithmic axis.
+/// What lies along the axis.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Along {
-    /// Seconds.
+    /// Seconds, by their logarithm.
     Time,
-    /// How many.
+    /// How many, by its logarithm.
     Count,
+    /// Bytes, from 0.
+    Bytes,
+}
+
+impl Along {
+    /// What is as far on the axis for every step of it.
+    fn scaled(self, x: f64) -> f64 {
+        match self {
+            Self::Time | Self::Count => x.max(LEAST).log10(),
+            Self::Bytes => x,
+        }
+    }
 }
 
 /// A chart.
@@ -130,12 +146,14 @@ impl Chart<'_> {
             let _ = writeln!(out, "<path class=\"curve {}\" d=\"{}\"/>", curve.class, path(frame.corners(curve)));
         }
         for curve in self.curves.iter().filter(|c| c.shape != Shape::Level) {
-            for p in &curve.points {
+            let stopped = curve.shape == Shape::Stopped;
+            let (marked, radius) = if stopped { (curve.points.len().saturating_sub(1), 6.0) } else { (0, 3.2) };
+            for p in &curve.points[marked..] {
                 let [x, y] = frame.at(p);
                 let note = escape(&p.note);
                 let _ = writeln!(
                     out,
-                    "<circle class=\"dot {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"><title>{note}</title></circle>",
+                    "<circle class=\"dot {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\"><title>{note}</title></circle>",
                     curve.class
                 );
             }
@@ -155,7 +173,10 @@ impl Chart<'_> {
         }
         // Air on both sides, and never a range of nothing.
         let air = 0.05 + 0.04 * (last / first).log10();
-        let ends = [first.log10() - air, last.log10() + air];
+        let ends = match self.along {
+            Along::Time | Along::Count => [first.log10() - air, last.log10() + air],
+            Along::Bytes => [0.0, (1.0 + AIR) * last.max(1.0)],
+        };
         let top = self.curves.iter().flat_map(|c| &c.points).map(|p| p.value).fold(0.0, f64::max);
         let top = match self.scale {
             Scale::Shares { least } => 10f64.powf(top.max(10.0 * least).log10().ceil()),
@@ -167,7 +188,7 @@ impl Chart<'_> {
 
 /// Where things are.
 struct Frame {
-    /// Logarithms of what is at both ends of the axis.
+    /// What is at both ends of the axis, [scaled](Along::scaled).
     ends: [f64; 2],
     /// The greatest value.
     top: f64,
@@ -176,9 +197,9 @@ struct Frame {
 }
 
 impl Frame {
-    fn x(&self, seconds: f64) -> f64 {
+    fn x(&self, along: f64) -> f64 {
         let [from, to] = self.ends;
-        let share = (seconds.max(LEAST).log10() - from) / (to - from);
+        let share = (self.along.scaled(along) - from) / (to - from);
         MARGIN[0] + share * (WIDTH - MARGIN[0] - MARGIN[1])
     }
 
@@ -201,7 +222,7 @@ impl Frame {
         let points: Vec<[f64; 2]> = curve.points.iter().map(|p| self.at(p)).collect();
         let (Some(&first), Some(&last)) = (points.first(), points.last()) else { return Vec::new() };
         match curve.shape {
-            Shape::Straight => points,
+            Shape::Straight | Shape::Stopped => points,
             Shape::Level => vec![[left, first[1]], [right, first[1]]],
             Shape::Steps => {
                 let steps = points.windows(2).flat_map(|p| [p[0], [p[1][0], p[0][1]]]);
@@ -231,7 +252,7 @@ impl Frame {
                 bottom + 19.0,
                 match self.along {
                     Along::Time => tick(seconds),
-                    Along::Count => thousands(seconds as u64),
+                    Along::Count | Along::Bytes => thousands(seconds as u64),
                 }
             );
         }
@@ -239,10 +260,11 @@ impl Frame {
         let (x, y) = ((left + right) / 2.0, (top + bottom) / 2.0);
         let _ = writeln!(
             out,
-            "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{} (logarithmic)</text>\
+            "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}{}</text>\
              <text transform=\"translate(15 {y:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
             HEIGHT - 10.0,
             escape(chart.along_text),
+            if self.along == Along::Bytes { "" } else { " (logarithmic)" },
             escape(chart.values)
         );
     }
@@ -259,13 +281,7 @@ impl Frame {
     fn values(&self) -> Vec<f64> {
         let top = self.top as u64;
         match self.scale {
-            Scale::Linear => {
-                // 1, 2 or 5 times a power of ten, four to eight of them.
-                let least = top.div_ceil(8).max(1);
-                let ten = 10u64.pow(least.ilog10());
-                let step = [1, 2, 5, 10].map(|k| k * ten).into_iter().find(|&s| s >= least).unwrap_or(least);
-                (0..=top / step).map(|k| (k * step) as f64).collect()
-            }
+            Scale::Linear => round_steps(top),
             Scale::Logarithmic => {
                 let powers = (1..=top.ilog10()).map(|k| 10u64.pow(k) as f64);
                 [0.0].into_iter().chain(powers).collect()
@@ -278,14 +294,25 @@ impl Frame {
         }
     }
 
-    /// Times with a label: powers of ten, and 2 and 5 times those where they have room.
+    /// What has a label along the axis: powers of ten, and 2 and 5 times those where they have room; of bytes, round steps.
     fn moments(&self) -> Vec<f64> {
         let [from, to] = self.ends;
+        if self.along == Along::Bytes {
+            return round_steps(to as u64);
+        }
         let between: &[f64] = if to - from > DECADES { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let powers = from.floor() as i32..=to.floor() as i32;
         let all = powers.flat_map(|k| between.iter().map(move |b| b * 10f64.powi(k)));
         all.filter(|t| (from..=to).contains(&t.log10())).collect()
     }
+}
+
+/// From 0 to `top`: 1, 2 or 5 times a power of ten, four to eight of them.
+fn round_steps(top: u64) -> Vec<f64> {
+    let least = top.div_ceil(8).max(1);
+    let ten = 10u64.pow(least.ilog10());
+    let step = [1, 2, 5, 10].map(|k| k * ten).into_iter().find(|&s| s >= least).unwrap_or(least);
+    (0..=top / step).map(|k| (k * step) as f64).collect()
 }
 
 /// A time on the axis: one digit and a unit.
@@ -355,6 +382,19 @@ mod tests {
             assert!(x.windows(2).all(|w| w[1] - w[0] > 55.0), "{times:?}: {x:?}");
         }
         assert_eq!([1e-5, 2e-3, 0.5, 1.0, 2000.0, 1e5].map(tick), ["10 µs", "2 ms", "500 ms", "1 s", "2000 s", "1667 min"]);
+    }
+
+    #[test]
+    fn bytes_begin_at_0_and_only_where_it_was_stopped_there_is_a_mark() {
+        let mut chart = chart(Scale::Linear, &[(0.0, 90.0), (250.0, 60.0), (1000.0, 50.0)]);
+        (chart.along, chart.curves[0].shape) = (Along::Bytes, Shape::Stopped);
+        let frame = chart.frame();
+        let x = [0.0, 250.0, 500.0, 1000.0].map(|bytes| frame.x(bytes));
+        assert!(x[0] == MARGIN[0] && x[1] - x[0] == x[2] - x[1] && x[3] < WIDTH - MARGIN[1], "{x:?}");
+        assert_eq!(frame.moments(), [0.0, 200.0, 400.0, 600.0, 800.0, 1000.0]);
+        let html = chart.html();
+        let (mark, ends) = (html.matches("<circle").count(), format!("cx=\"{:.1}\" cy=\"{:.1}\"", x[3], frame.y(50.0)));
+        assert!(mark == 1 && html.contains(&ends) && !html.contains("logarithmic"));
     }
 
     #[test]

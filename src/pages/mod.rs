@@ -6,5 +6,7 @@ pub mod curves;
 pub mod html;
 pub mod level;
 pub mod matrix;
+pub mod splits;
 pub mod storeys;
+pub mod tiers;
 pub mod undecided;

@@ -101,6 +101,8 @@ impl<'a> Bake<'a> {
         let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget, to_test, goal };
         let clock = Clock::start(options.time);
         let (unseen, end) = sampling::sample(rays, graph, plan, &clock, lower, work)?;
+        let short = goal.is_some() && end == SamplingEnd::Rays && lower.left_out > 0;
+        let end = if short { SamplingEnd::Memory } else { end };
         graph.notes.append(&mut lower.notes);
         graph.notes.extend(goal.zip(unseen.as_ref()).map(|(goal, unseen)| reached(goal, unseen, end, lower.rays)));
         if end != SamplingEnd::Rays || goal.is_some() {
@@ -205,6 +207,9 @@ fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> String {
     match end {
         SamplingEnd::Unseen => format!("unseen: at most {bound} after {rays} rays, as asked for ({goal})"),
         SamplingEnd::Rays => format!("unseen: at most {bound}; {goal} was not reached with all {rays} rays (--rays)"),
+        SamplingEnd::Memory => {
+            format!("unseen: at most {bound}; {goal} was not reached in memory, after {rays} rays (--memory)")
+        }
         SamplingEnd::Time => format!("unseen: at most {bound}; {goal} was not reached in time, after {rays} rays (--time)"),
     }
 }

@@ -23,6 +23,8 @@ pub enum SamplingEnd {
     Unseen,
     /// Time was over.
     Time,
+    /// A bound was asked for, and there was no memory for the proofs that it takes.
+    Memory,
 }
 
 /// A fraction in percent, with two digits that count.

@@ -4,6 +4,8 @@
 //! [proven](proof), and [counters](stats). The rooms above add meaning; `scene`, `cells` and `pvs` name these as their own.
 
 pub mod bounds;
+#[cfg(feature = "bake")]
+pub mod drawn;
 pub mod expected;
 pub mod gap;
 pub mod guarantee;

@@ -1,5 +1,6 @@
 //! Walks a camera through a model with each culling mode, measures the frames, and draws them.
 
+pub mod compare;
 pub mod expected;
 pub mod missed;
 pub mod overlay;

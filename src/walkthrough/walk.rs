@@ -198,7 +198,7 @@ fn view(file: &PvsFile, path: &CameraPath, frame: usize, options: &WalkOptions) 
 }
 
 /// A picture of everything, and what it shows.
-struct Truth<'r> {
+pub(super) struct Truth<'r> {
     rays: &'r RayScene<'r>,
     /// See [`nearer`].
     view: View,
@@ -207,18 +207,18 @@ struct Truth<'r> {
 }
 
 impl<'r> Truth<'r> {
-    fn new(rays: &'r RayScene<'r>, view: &View) -> Self {
+    pub fn new(rays: &'r RayScene<'r>, view: &View) -> Self {
         let view = nearer(view);
         let full = draw(rays.scene(), &view, &|_| true);
         Self { rays, view, shown: objects_shown(rays.scene(), &full), full }
     }
 
     /// Triangles of the objects that it shows.
-    fn triangles(&self) -> u64 {
+    pub fn triangles(&self) -> u64 {
         self.shown.iter().map(|o| self.rays.scene().objects[o.index()].triangles.len() as u64).sum()
     }
 
-    fn missed(&self, objects: &[ObjectId]) -> Missed {
+    pub fn missed(&self, objects: &[ObjectId]) -> Missed {
         let mut kept = vec![false; self.rays.scene().objects.len()];
         objects.iter().for_each(|o| kept[o.index()] = true);
         missed_pixels(self.rays, &self.view, &self.full, &self.shown, &|o: ObjectId| kept[o.index()])

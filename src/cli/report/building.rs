@@ -1,13 +1,13 @@
 //! `enfilade report` of a building.
 
 use super::super::scene::RAYS;
-use super::{Args, command, name, write};
-use crate::cli::bake::{peak_rss_mb, progress_bar};
-use crate::cli::stage_times::{Stages, cpu_seconds};
+use super::{Args, command, name, tiers, write};
+use crate::cli::bake::{ViewCells, peak_rss_mb, progress_bar};
+use crate::cli::stage_times::{Clock, Stages};
 use crate::cli::why::Teller;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::CellId;
-use enfilade::bake::{BakeOptions, BakeReport, bake};
+use enfilade::bake::{BakeOptions, BakeReport, Baked, bake, find_cells};
 use enfilade::cells::{CellGraph, SplitOptions, split};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
@@ -15,6 +15,8 @@ use enfilade::job::Job;
 use enfilade::pages::building::{BuildingReport, Stage};
 use enfilade::pages::curves::{Curve, CurvePoint, Growth, Views, held_out};
 use enfilade::pages::html::Remark;
+use enfilade::pages::splits::{self, Splits};
+use enfilade::pages::tiers::{self as tiers_page, Tiers};
 use enfilade::pages::undecided::{Pairs, closed_and_open, hardest};
 use enfilade::proof::{Asker, Goal};
 use enfilade::pvs::sampling::{Strategy, sample_alone};
@@ -50,12 +52,13 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let since = Instant::now();
     let graph = match args.scene.given(&args.input, &scene)? {
         Some(graph) => graph,
-        None => split(&scene, &args.scene.split()).map_err(|e| at(&args.input, e))?,
+        None => find_cells(&scene, &args.scene.split()).map_err(|e| at(&args.input, e))?,
     };
     let cells_seconds = since.elapsed().as_secs_f64();
 
     // 2. Both sides, as `bake` works them out.
     let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
+    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), &scene)?;
     let options = BakeOptions {
         split: args.scene.split(),
         pvs: pvs.clone(),
@@ -63,20 +66,21 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         smallest_hole: args.scene.smallest_hole,
         import: import_options,
         given: Some(graph.clone()),
+        view_cells,
+        view_cell_bytes,
         ..BakeOptions::default()
     };
     let clock = Clock::start();
-    let mut baked = bake(&scene, options, &Job::new(&progress)).map_err(|e| at(&args.input, e))?;
+    let mut baked = bake(&scene, options.clone(), &Job::new(&progress)).map_err(|e| at(&args.input, e))?;
     let cpu = clock.seconds();
     baked.seconds.cells += cells_seconds;
-    let file = &baked.file;
 
     // 3. What to hold against them.
-    let measured = Measured::new(args, &scene, &graph, &pvs, (file, cpu), &progress)?;
+    let measured = Measured::new(args, &scene, &graph, &options, (&baked, cpu), &progress)?;
 
     // 4. The page and the tables.
     progress("bytes", 0.0);
-    let bytes = file.write();
+    let bytes = baked.file.write();
     let stages = watch.finish();
     let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
     let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
@@ -86,11 +90,13 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         command: &again(args),
         seed: args.search.seed,
         scene: &scene,
-        file,
+        file: &baked.file,
         pvs: &report.pvs.summary,
         expected: report.expected_draw,
         curves: &measured.curves,
         growth: &measured.growth,
+        tiers: measured.tiers.as_ref(),
+        splits: &measured.splits,
         views: measured.views,
         hardest: &measured.hardest,
         stages: &stages,
@@ -142,35 +148,49 @@ impl Watch {
 struct Measured {
     curves: Vec<Curve>,
     growth: Vec<Growth>,
+    tiers: Option<Tiers>,
+    splits: Vec<Splits>,
     /// How many.
     views: usize,
     hardest: Vec<Remark>,
 }
 
 impl Measured {
-    /// `baked`: the file, and the processor time that its bake took, seconds.
+    /// `options`: of the page's bake. `baked`: that, and the processor time that it took, seconds.
     fn new(
         args: &Args,
         scene: &Scene,
         graph: &CellGraph,
-        options: &PvsOptions,
-        (file, cpu): (&PvsFile, f64),
-        progress: &impl Fn(&str, f64),
+        options: &BakeOptions,
+        (baked, cpu): (&Baked, f64),
+        progress: &(impl Fn(&str, f64) + Sync),
     ) -> Result<Self, CliError> {
         progress("held-out views", 0.0);
+        let (file, pvs) = (&baked.file, &options.pvs);
         let views = held_out(scene, file, args.search.seed, args.views);
         progress("runs with fewer rays", 0.0);
-        let bench = Bench { scene, graph, options, views: &views };
+        let bench = Bench { scene, graph, options: pvs, views: &views };
         let mut curves = vec![bench.everything(file, cpu)?, bench.flow()?];
         curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
         let growth = args.growth.iter().map(|&offices| {
             progress(&format!("{offices} offices"), 0.0);
-            growth(offices, options)
+            growth(offices, pvs)
         });
         let growth = growth.collect::<Result<Vec<_>, _>>()?;
+        let found = baked.partition.as_ref().zip(options.view_cell_bytes);
+        let whole = found.map(|(found, bytes)| Splits::new(tiers_page::name(None), bytes, found.full, &found.curve));
+        let mut splits: Vec<Splits> = whole.into_iter().collect();
+        let mut compared = None;
+        if args.tiers {
+            let Args { input, views, time, .. } = args;
+            let wanted = tiers::Wanted { input, views: *views, seed: args.search.seed, rays: args.scene.rays, time: *time };
+            let (tiers, of_sampled) = tiers::tiers(&wanted, scene, options, progress)?;
+            compared = Some(tiers);
+            splits.extend(of_sampled);
+        }
         progress("why", 0.0);
         let hardest = reasons(file, scene).map_err(|e| at(&args.input, e))?;
-        Ok(Self { curves, growth, views: views.count(), hardest })
+        Ok(Self { curves, growth, tiers: compared, splits, views: views.count(), hardest })
     }
 }
 
@@ -183,6 +203,10 @@ fn files(page: &BuildingReport<'_>, output: &Path, table: &Path) -> Vec<(PathBuf
     ];
     if !page.growth.is_empty() {
         files.push((output.with_extension("growth.csv"), page.growth_csv()));
+    }
+    files.extend(page.tiers.map(|tiers| (output.with_extension("tiers.csv"), tiers.csv())));
+    if !page.splits.is_empty() {
+        files.push((output.with_extension("view-cells.csv"), splits::csv(page.splits)));
     }
     files
 }
@@ -197,6 +221,8 @@ fn numbers(report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, St
         open_cells_apart,
         views: page.views,
         curves: page.curves,
+        tiers: page.tiers,
+        view_cell_splits: page.splits,
         stages: page.stages,
         page: paths.next().unwrap_or_default(),
         tables: paths.collect(),
@@ -212,6 +238,10 @@ struct ReportLine<'a> {
     open_cells_apart: PairsLine,
     views: usize,
     curves: &'a [Curve],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tiers: Option<&'a Tiers>,
+    #[serde(skip_serializing_if = "<[Splits]>::is_empty")]
+    view_cell_splits: &'a [Splits],
     stages: &'a [Stage],
     page: Cow<'a, str>,
     tables: Vec<Cow<'a, str>>,
@@ -232,25 +262,6 @@ impl From<Pairs> for PairsLine {
     fn from(p: Pairs) -> Self {
         let Pairs { cells, total: total_pairs, lower: lower_pairs, upper: upper_pairs } = p;
         Self { cells, total_pairs, lower_pairs, upper_pairs, undecided_pairs: p.undecided(), gap: p.gap() }
-    }
-}
-
-/// Processor time; where the system doesn't tell, wall clock on all threads.
-struct Clock {
-    cpu: Option<f64>,
-    wall: Instant,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self { cpu: cpu_seconds(), wall: Instant::now() }
-    }
-
-    fn seconds(&self) -> f64 {
-        match (self.cpu, cpu_seconds()) {
-            (Some(from), Some(to)) => to - from,
-            _ => self.wall.elapsed().as_secs_f64() * rayon::current_num_threads() as f64,
-        }
     }
 }
 
@@ -363,6 +374,15 @@ fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::proof
 fn again(args: &Args) -> String {
     let mut flags = args.scene.given_again(&name);
     flags.extend((args.views != super::VIEWS).then(|| ("--views", args.views.to_string())));
+    flags.extend(args.tiers.then(|| ("--tiers", String::new())));
+    flags.extend(args.time.map(|seconds| ("--time", seconds.to_string())));
+    flags.extend(args.view_cells.as_ref().map(|v| {
+        let value = match v {
+            ViewCells::Auto(bytes) => format!("auto:{bytes}"),
+            ViewCells::File(path) => name(path),
+        };
+        ("--view-cells", value)
+    }));
     let growth: Vec<String> = args.growth.iter().map(ToString::to_string).collect();
     flags.extend((!growth.is_empty()).then(|| ("--growth", growth.join(","))));
     flags.extend((args.search.seed != 0).then(|| ("--seed", args.search.seed.to_string())));
