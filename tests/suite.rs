@@ -34,6 +34,7 @@ mod layers;
 mod leaks;
 mod lengths;
 mod level_lines;
+mod level_scene;
 mod licences;
 mod locate;
 mod mirrors_drawn;

@@ -15,10 +15,16 @@ use crate::types::level::LevelPortal;
 use glam::DVec3;
 use qbsp::data::util::UBspValue;
 use qbsp::data::{BspEdge, BspFace, BspLeaf, BspModel, BspTexInfo};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
 
 /// Metres of a unit: players are 56 units tall.
 const UNIT: f64 = 1.0 / 32.0;
+
+/// Deepest tree, and most half-spaces of all leaves together: 0.5 GB. Levels of 100,000 leaves have some sixty a leaf. More: what a file
+/// of a few megabytes asks for doesn't fit the memory. Fewer: large levels are refused.
+const MOST_DEEP: usize = 1024;
+const MOST_HALF_SPACES: usize = 1 << 24;
 
 /// Textures of faces that games never draw.
 const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
@@ -51,10 +57,13 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
     let models: Vec<BspModel> = source.entries(MODELS).map_err(malformed)?;
     let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
 
+    let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
+
     // 1. The world, by leaf and texture; faces that no leaf names come last.
     let leaf_of = first_leaves(&source, faces.faces.len()).map_err(malformed)?;
     let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     let mut walls = Vec::new();
+    // `Bsp::read` has seen that there is a world.
     for face in ranges[0].clone() {
         let Face { corners, texture } = &faces.faces[face];
         if is_undrawn(&faces.textures[*texture]) {
@@ -87,7 +96,7 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
         }
         shown += 1;
     }
-    let unnamed = models.len() - 1 - triggers - shown;
+    let unnamed = models.len().saturating_sub(1 + triggers + shown);
     if triggers + unnamed > 0 {
         let note = format!("{triggers} triggers and {unnamed} brush models without an entity aren't drawn");
         builder.source.notes.push(note);
@@ -100,7 +109,7 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
     }
     let portal = |p: LevelPortal| LevelPortal { winding: p.winding.into_iter().map(turned).collect(), ..p };
     let turned_plane = |p: Plane| Plane { n: DVec3::new(p.n.x, p.n.z, -p.n.y), d: unit * p.d };
-    let leaves = half_spaces(&bsp.tree).into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
+    let leaves = half_spaces.into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
     builder.hints.leaves = Some(Leaves { leaves, portals: portals.into_iter().map(portal).collect(), walls });
     builder.finish(name)
 }
@@ -140,13 +149,18 @@ impl Faces {
                 false => Err(missing(format!("its vertex {vertex} doesn't exist"))),
             }
         };
-        let mut faces = Vec::new();
+        let (mut faces, mut corners_of_all) = (Vec::new(), 0usize);
         for (i, face) in source.entries::<BspFace>(FACES)?.into_iter().enumerate() {
             let first = face.first_edge as usize;
             let last = first.saturating_add(face.num_edges.0 as usize);
             let texture = face.texture_info_idx.0 as usize;
             if texture >= textures.len() {
                 return Err(entry(FACES, i, format!("its texture info {texture} doesn't exist")));
+            }
+            corners_of_all = corners_of_all.saturating_add(face.num_edges.0 as usize);
+            if corners_of_all > surface_edges.len() {
+                let what = format!("ends beyond the {} surface edges, of which each is one face's", surface_edges.len());
+                return Err(entry(FACES, i, what));
             }
             // Clockwise in the file.
             let corners = (first..last).rev().map(|at| corner(i, at)).collect::<Result<Vec<_>, _>>()?;
@@ -175,14 +189,15 @@ impl Faces {
     }
 }
 
-/// The faces of each model.
-fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<std::ops::Range<usize>>, BspError> {
+/// The faces of each model; none is of two.
+fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<Range<usize>>, BspError> {
+    let mut all = 0usize;
     let range = |(i, model): (usize, &BspModel)| {
-        let first = model.first_face as usize;
-        let end = first.saturating_add(model.num_faces as usize);
-        match end <= faces {
-            true => Ok(first..end),
-            false => Err(entry(MODELS, i, format!("its faces go to {end}, of which there are {faces}"))),
+        let (first, count) = (model.first_face as usize, model.num_faces as usize);
+        all = all.saturating_add(count);
+        match first.saturating_add(count).max(all) {
+            end if end <= faces => Ok(first..first + count),
+            end => Err(entry(MODELS, i, format!("its faces go to {end}, of which there are {faces}"))),
         }
     };
     models.iter().enumerate().map(range).collect()
@@ -191,10 +206,11 @@ fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<std::ops::Range<usize
 /// The first leaf that names each face; `usize::MAX` for none.
 fn first_leaves(source: &Source<'_>, faces: usize) -> Result<Vec<usize>, BspError> {
     let marks: Vec<UBspValue> = source.entries(MARK_SURFACES)?;
-    let mut first = vec![usize::MAX; faces];
+    let (mut first, mut all) = (vec![usize::MAX; faces], 0usize);
     for (i, leaf) in source.entries::<BspLeaf>(LEAVES)?.iter().enumerate() {
         let (from, count) = (leaf.face_idx.0 as usize, leaf.face_num.0 as usize);
-        let named = marks.get(from..from.saturating_add(count));
+        all = all.saturating_add(count);
+        let named = marks.get(from..from.saturating_add(count)).filter(|_| all <= marks.len());
         for mark in
             named.ok_or_else(|| entry(LEAVES, i, format!("its mark surfaces go beyond the {} of the file", marks.len())))?
         {
@@ -206,13 +222,16 @@ fn first_leaves(source: &Source<'_>, faces: usize) -> Result<Vec<usize>, BspErro
     Ok(first)
 }
 
-/// Brush models with the class of their entity, in the entities' order.
+/// Brush models with the class of their first entity, in the entities' order.
 fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspError> {
-    let mut found = Vec::new();
+    let (mut found, mut known) = (Vec::new(), BTreeSet::new());
     for (i, e) in entities(lump)?.iter().enumerate() {
         let Some(number) = e.get("model").and_then(|m| m.strip_prefix('*')) else { continue };
         match number.parse() {
             Ok(model) if (1..models).contains(&model) => {
+                if !known.insert(model) {
+                    continue;
+                }
                 let class: String = e.get("classname").unwrap_or("unnamed").chars().take(64).collect();
                 found.push((model, class));
             }
@@ -223,22 +242,32 @@ fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspE
 }
 
 /// Half-spaces of the world's leaves from 1 on, from the root down; none for leaves that the tree doesn't reach.
-fn half_spaces(tree: &Tree) -> Vec<Vec<Plane>> {
-    let mut leaves = vec![Vec::new(); tree.vis_leaves];
+fn half_spaces(tree: &Tree) -> Result<Vec<Vec<Plane>>, BspError> {
+    let (mut leaves, mut all) = (vec![Vec::new(); tree.vis_leaves], 0);
     let mut way: Vec<Plane> = Vec::new();
     let mut stack = vec![(tree.root, None, 0)];
     while let Some((child, half_space, depth)) = stack.pop() {
         way.truncate(depth);
         way.extend(half_space);
         match child {
-            Child::Leaf(leaf) if tree.leaves[leaf].open => leaves[leaf - 1].clone_from(&way),
+            Child::Leaf(leaf) if tree.leaves[leaf].open => {
+                all += way.len();
+                leaves[leaf - 1].clone_from(&way);
+            }
             Child::Leaf(_) => {}
             Child::Node(n) => {
                 let node = &tree.nodes[n];
                 stack.push((node.children[1], Some(node.plane), way.len()));
                 stack.push((node.children[0], Some(node.plane.flipped()), way.len()));
+                if way.len() > MOST_DEEP || all > MOST_HALF_SPACES {
+                    return Err(entry(
+                        NODES,
+                        n,
+                        format!("is deeper than {MOST_DEEP}, or the tree is too deep on the whole"),
+                    ));
+                }
             }
         }
     }
-    leaves
+    Ok(leaves)
 }

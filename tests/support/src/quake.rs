@@ -160,19 +160,12 @@ pub fn bsp(tree: &Tree, layout: Layout) -> Vec<u8> {
     lumps[11] = vec![0; 4];
     lumps[14] = model;
 
-    let mut out = vec![0; 124];
-    out[..4].copy_from_slice(if layout.bsp2 { b"BSP2" } else { &[29, 0, 0, 0] });
     let mut order: Vec<usize> = (0..15).collect();
     if layout.vis_last {
         order.remove(4);
         order.push(4);
     }
-    for lump in order {
-        out.resize(out.len().next_multiple_of(4), 0);
-        let entry = [out.len() as u32, lumps[lump].len() as u32];
-        out[4 + 8 * lump..12 + 8 * lump].copy_from_slice(&entry.map(u32::to_le_bytes).concat());
-        out.extend(&lumps[lump]);
-    }
+    let mut out = laid_out(if layout.bsp2 { b"BSP2" } else { &[29, 0, 0, 0] }, &lumps, &order);
     if layout.extended {
         out.resize(out.len().next_multiple_of(4), 0);
         let at = out.len() as u32 + 8 + 2 * 32;
@@ -186,6 +179,91 @@ pub fn bsp(tree: &Tree, layout: Layout) -> Vec<u8> {
     }
     out.extend(layout.tail);
     out
+}
+
+/// Lumps in some order, behind their directory.
+fn laid_out(magic: &[u8], lumps: &[Vec<u8>], order: &[usize]) -> Vec<u8> {
+    let mut out = vec![0; 124];
+    out[..4].copy_from_slice(magic);
+    for &lump in order {
+        out.resize(out.len().next_multiple_of(4), 0);
+        let entry = [out.len() as u32, lumps[lump].len() as u32];
+        out[4 + 8 * lump..12 + 8 * lump].copy_from_slice(&entry.map(u32::to_le_bytes).concat());
+        out.extend(&lumps[lump]);
+    }
+    out
+}
+
+/// A face of a level.
+pub struct Face {
+    /// Counter-clockwise from where it is seen.
+    pub corners: Vec<[f32; 3]>,
+    pub texture: &'static str,
+    /// The leaf that names it; 0 for none.
+    pub leaf: usize,
+}
+
+/// A bsp29 as [`bsp`] writes it, with other faces (of the world, then of each brush model) and entities.
+pub fn with_faces(file: &[u8], models: &[Vec<Face>], entities: &str) -> Vec<u8> {
+    let mut lumps = lumps(file);
+    let number = |n: usize| (n as i32).to_le_bytes();
+    let short = |n: usize| (n as u16).to_le_bytes();
+    let names: Vec<&str> = models.iter().flatten().map(|f| f.texture).collect();
+    let mut textures = names.clone();
+    textures.sort_unstable();
+    textures.dedup();
+
+    lumps[0] = [entities.as_bytes(), &[0]].concat();
+    lumps[2] = number(textures.len()).to_vec();
+    (0..textures.len()).for_each(|i| lumps[2].extend(number(4 + 4 * textures.len() + 40 * i)));
+    lumps[6].clear();
+    for (i, name) in textures.iter().enumerate() {
+        let mut texture = name.as_bytes().to_vec();
+        texture.resize(40, 0);
+        lumps[2].extend(texture);
+        lumps[6].extend([&[0; 32][..], &number(i), &number(0)].concat());
+    }
+    let mut named = vec![Vec::new(); lumps[10].len() / 28];
+    (lumps[3], lumps[7], lumps[11], lumps[12], lumps[13]) = (vec![], vec![], vec![], vec![0; 4], vec![]);
+    let (mut vertices, mut faces) = (0, 0);
+    let world = lumps[14].clone();
+    lumps[14].clear();
+    for (i, model) in models.iter().enumerate() {
+        lumps[14].extend(&world[..36]);
+        if i == 0 {
+            lumps[14].extend(&world[36..56])
+        } else {
+            lumps[14].extend([0; 20])
+        }
+        lumps[14].extend([number(faces), number(model.len())].concat());
+        for face in model {
+            let n = face.corners.len();
+            let texture = textures.binary_search(&face.texture).unwrap();
+            lumps[7].extend([short(0), short(0)].concat());
+            let first = number(lumps[13].len() / 4);
+            lumps[7].extend(first);
+            lumps[7].extend([short(n), short(texture)].concat());
+            lumps[7].extend([0, 255, 255, 255, 255, 255, 255, 255]);
+            // Clockwise in the file; every other edge is taken backwards.
+            for (k, corner) in face.corners.iter().rev().enumerate() {
+                let (this, next) = (vertices + k, vertices + (k + 1) % n);
+                let backwards = k % 2 == 1;
+                let edge = (lumps[12].len() / 4) as i32;
+                lumps[13].extend((if backwards { -edge } else { edge }).to_le_bytes());
+                let ends = if backwards { [next, this] } else { [this, next] };
+                lumps[12].extend(ends.map(short).concat());
+                lumps[3].extend(corner.map(f32::to_le_bytes).concat());
+            }
+            named[face.leaf].push(faces);
+            (vertices, faces) = (vertices + n, faces + 1);
+        }
+    }
+    for (leaf, named) in named.iter().enumerate().skip(1) {
+        let at = [short(lumps[11].len() / 2), short(named.len())].concat();
+        lumps[10][28 * leaf + 20..28 * leaf + 24].copy_from_slice(&at);
+        named.iter().for_each(|&face| lumps[11].extend(short(face)));
+    }
+    laid_out(&file[..4], &lumps, &(0..15).collect::<Vec<_>>())
 }
 
 /// The lumps of a file, by the directory.
