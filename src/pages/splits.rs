@@ -134,7 +134,7 @@ mod tests {
         assert!(html.contains("stopped at 3 view cells, 180 bytes, 40 triangles; the next would take more than 500 bytes"));
         let few = Splits::new("conservative".into(), 500, false, &[(0, 90.0)]);
         assert_eq!(
-            few.end(),
+            few.end("conservative"),
             "conservative: stopped at 0 view cells, 0 bytes, 90 triangles; the next would save too little"
         );
     }
