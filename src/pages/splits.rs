@@ -43,7 +43,8 @@ pub struct Splits {
 }
 
 impl Splits {
-    /// From bytes and triangles after each split; the first is without view cells. `full`: the next would have taken too many bytes.
+    /// From bytes and triangles after each split; the first is without view cells. `full`: the next would have taken too many
+    /// bytes.
     pub fn new(tier: String, bytes_allowed: u64, full: bool, curve: &[(u64, f64)]) -> Self {
         // The first split makes two of one.
         let cells = |splits: usize| if splits == 0 { 0 } else { splits + 1 };
