@@ -156,8 +156,8 @@ fn a_bound_that_is_not_reached_is_said_in_words() {
     let (model, page) = (gallery(&folder), folder.join("page.html"));
     let few = ["--rays", "20k", "--tiers", "--views", "2"];
     for (more, outcome, words) in [
-        (&[][..], "rays", "not reached: all rays were cast (--rays)"),
-        (&["--time", "1e-9"][..], "time", "not reached: time was over (--time)"),
+        (&[][..], "rays", "not reached, since all rays were cast (--rays)"),
+        (&["--time", "1e-9"][..], "time", "not reached, since time was over (--time)"),
     ] {
         let told = report(&model, &page, &[&few[..], more].concat());
         let outcomes: Vec<&str> =

@@ -43,7 +43,8 @@ pub struct Splits {
 }
 
 impl Splits {
-    /// From bytes and triangles after each split; the first is without view cells. `full`: the next would have taken too many bytes.
+    /// From bytes and triangles after each split; the first is without view cells. `full`: the next would have taken too many
+    /// bytes.
     pub fn new(tier: String, bytes_allowed: u64, full: bool, curve: &[(u64, f64)]) -> Self {
         // The first split makes two of one.
         let cells = |splits: usize| if splits == 0 { 0 } else { splits + 1 };
@@ -134,7 +135,7 @@ mod tests {
         assert!(html.contains("stopped at 3 view cells, 180 bytes, 40 triangles; the next would take more than 500 bytes"));
         let few = Splits::new("conservative".into(), 500, false, &[(0, 90.0)]);
         assert_eq!(
-            few.end(),
+            few.end("conservative"),
             "conservative: stopped at 0 view cells, 0 bytes, 90 triangles; the next would save too little"
         );
     }

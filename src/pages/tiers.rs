@@ -52,12 +52,12 @@ impl Outcome {
     /// In words.
     pub fn in_words(self) -> &'static str {
         match self {
-            Self::Proven => "proven: nothing to reach",
+            Self::Proven => "nothing had to be reached, since rows leave out only what is proven hidden",
             Self::Reached => "reached",
-            Self::AsBefore => "nothing more was needed: the tier above has reached this bound",
-            Self::Rays => "not reached: all rays were cast (--rays)",
-            Self::Time => "not reached: time was over (--time)",
-            Self::Memory => "not reached: memory for proofs was full",
+            Self::AsBefore => "nothing more was needed, since the tier above has reached this bound",
+            Self::Rays => "not reached, since all rays were cast (--rays)",
+            Self::Time => "not reached, since time was over (--time)",
+            Self::Memory => "not reached, since memory for proofs was full",
         }
     }
 }
@@ -77,8 +77,8 @@ pub struct Tier {
     pub cpu_seconds: f64,
     /// Rays cast, those of view cells included.
     pub rays: u64,
-    /// What the rows lack of what there is to see, at most, in the mean over cells or over view cells, whichever is more: a bound with
-    /// [`CONFIDENCE`](crate::file::CONFIDENCE). `None` for conservative rows, or where no rays were cast to tell.
+    /// What the rows lack of what there is to see, at most, in the mean over cells or over view cells, whichever is more: a
+    /// bound with [`CONFIDENCE`](crate::file::CONFIDENCE). `None` for conservative rows, or where no rays were cast to tell.
     pub unseen: Option<f64>,
     /// What it draws and misses.
     #[serde(flatten)]
@@ -150,12 +150,12 @@ impl Tiers {
         let pixels = (self.views * width * height) as f64;
         let mut out = format!(
             "<h2>Which rows to ship</h2>\n<p>Conservative rows keep all that is not proven hidden. Sampled rows keep what is \
-             witnessed. Of what there is to see they lack at most the part that is called unseen, with 95 % confidence. A smaller \
-             part takes more rays and misses fewer pixels. Triangles and missed pixels are of {} random views, {width} &times; \
+             witnessed. Of what there is to see they lack at most the part that is called unseen, with 95&nbsp;% confidence. A \
+             smaller part takes more rays and misses fewer pixels. Triangles and missed pixels are of {} random views, {width} &times; \
              {height} pixels each, that nothing was sampled from: by rows (<code>pvs</code>), and by portals and rows \
-             (<code>both</code>). In the mean, {} triangles really show.</p>\n<div class=\"scroll\"><table><thead><tr><th>tier</th>\
+             (<code>both</code>, of which the missed pixels are). In the mean, {} triangles really show.</p>\n<div class=\"scroll\"><table><thead><tr><th>tier</th>\
              <th>bytes</th><th>CPU seconds</th><th>rays</th><th>unseen</th><th>triangles, pvs</th><th>triangles, both</th>\
-             <th>missed pixels, both</th></tr></thead>\n<tbody>\n",
+             <th>missed pixels</th></tr></thead>\n<tbody>\n",
             thousands(self.views as u64),
             whole(self.exact_triangles_mean),
         );
@@ -189,7 +189,8 @@ impl Tiers {
 
     /// What the smallest bound that was reached saves.
     fn advice(&self) -> Option<String> {
-        let [all, drawn] = [self.rows.first()?, self.rows.iter().rfind(|t| t.outcome == Outcome::Reached)?];
+        let [all, drawn] =
+            [self.rows.first()?, self.rows.iter().rfind(|t| matches!(t.outcome, Outcome::Reached | Outcome::AsBefore))?];
         let [of_all, of_drawn] = [all, drawn].map(|t| t.drawn.both.triangles_mean);
         let part = if of_all > 0.0 { share(of_drawn / of_all) } else { share(1.0) };
         Some(format!("By portals and rows, {} rows draw {part} of the triangles of conservative ones.", drawn.name()))
@@ -217,7 +218,7 @@ mod tests {
         let ends = [SamplingEnd::Rays, SamplingEnd::Unseen, SamplingEnd::Time, SamplingEnd::Memory];
         let words = ends.map(|end| Outcome::of(end, false).in_words());
         for (words, why) in words.into_iter().zip(["rays", "rays", "time", "memory"]) {
-            assert!(words.starts_with("not reached: ") && words.contains(why), "{words}");
+            assert!(words.starts_with("not reached, since ") && words.contains(why), "{words}");
         }
         assert!(ends.iter().all(|&end| Outcome::of(end, true) == Outcome::Reached));
     }
@@ -233,7 +234,7 @@ mod tests {
         let tiers = Tiers { views: 10, views_seed: 1, size: [4, 2], exact_triangles_mean: 30.4, rows };
         let html = tiers.html();
         assert!(html.contains("sampled 0.01 % rows draw 25 % of the triangles of conservative ones"));
-        assert!(html.contains("30 triangles really show") && html.contains("not reached: all rays were cast"));
+        assert!(html.contains("30 triangles really show") && html.contains("not reached, since all rays were cast"));
         let none = Tiers { rows: vec![tiers.rows[0], tiers.rows[3]], ..tiers };
         assert_eq!(none.advice(), None);
     }

@@ -21,8 +21,8 @@ struct Counts {
     cracks: u64,
 }
 
-/// Counts for each file what [`walk`](super::walk::walk) counts with `verify_pixels` in the modes `pvs` and `both`, all doors open. Pictures
-/// are `width` x `height` pixels, each 1 to 16384. The same for any number of threads.
+/// Counts for each file what [`walk`](super::walk::walk) counts with `verify_pixels` in the modes `pvs` and `both`, all doors
+/// open. Pictures are `width` x `height` pixels, each 1 to 16384. The same for any number of threads.
 pub fn compare(scene: &Scene, files: &[PvsFile], path: &CameraPath, [width, height]: [usize; 2]) -> Compared {
     let (cullers, rays): (Vec<Culler>, _) = (files.iter().map(Culler::new).collect(), RayScene::new(scene));
     let scratches = || cullers.iter().map(Scratch::for_culler).collect::<Vec<_>>();
