@@ -3,9 +3,11 @@
 use super::polyhedron::faces;
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
-use crate::geom::{Plane, newell};
+use crate::geom::{Plane, area, newell};
 use crate::parallel;
 use crate::scene::{Leaves, Scene};
+use crate::types::level::LevelPortal;
+use glam::DVec3;
 
 /// Space around the level, metres, in which leaves are looked at: one that reaches its end goes on without end.
 const MARGIN: f64 = 1.0;
@@ -17,9 +19,17 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     // 1. The planes that bound each leaf, and whether they bound it on all sides.
     let bounded = parallel::map(&found.leaves, |planes| {
         let faces = faces(planes, &within);
-        let bounding = planes.iter().zip(&faces).filter(|(_, face)| !face.is_empty()).map(|(plane, _)| *plane).collect();
+        // A plane that only touches the leaf has a face without area.
+        let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
+        let mut bounding: Vec<Plane> = Vec::new();
+        for (plane, face) in planes.iter().zip(&faces) {
+            // Trees cut along one plane more than once.
+            if bounds(face) && !bounding.contains(plane) {
+                bounding.push(*plane);
+            }
+        }
         let piece = if planes.is_empty() { None } else { Piece::new(bounding, eps) };
-        (piece, faces[planes.len()..].iter().any(|face| !face.is_empty()))
+        (piece, faces[planes.len()..].iter().any(bounds))
     });
 
     // 2. Cells, in the leaves' order; the outside is the first of them.
@@ -42,7 +52,7 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     }
 
     // 3. Portals.
-    let portal = |p: &crate::types::level::LevelPortal| {
+    let portal = |p: &LevelPortal| {
         let [a, b] = p.cells.map(|leaf| cell_of[leaf as usize]);
         let (a, b) = a.zip(b).filter(|(a, b)| a != b)?;
         let plane = Plane::through(p.winding[0], newell(&p.winding).normalize());

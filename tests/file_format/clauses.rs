@@ -191,7 +191,7 @@ fn meta_clauses() {
     refused_with(META, 8, &nan, "section meta, byte 8: a number that is not finite");
     refused_with(META, 24, &f64::INFINITY.to_le_bytes(), "section meta, byte 24: a number that is not finite");
     refused_with(META, 24, &(-1.0f64).to_le_bytes(), "section meta, byte 24: a negative length");
-    refused_with(META, 32, &[5], "section meta, byte 32: strategy 5, of which there are 5");
+    refused_with(META, 32, &[6], "section meta, byte 32: strategy 6, of which there are 6");
     refused_with(META, 33, &[0; 4], "section meta, byte 33: objects of 0 triangles");
     refused_with(META, 37, &[2], "section meta, byte 37: a flag 2");
     // The rest is behind the unit, which may be there or not.

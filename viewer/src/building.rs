@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 /// Extensions of models, in the order in which they are looked for beside a `.pvs` file.
-const MODELS: [&str; 5] = ["glb", "gltf", "obj", "ifc", "gml"];
+const MODELS: [&str; 6] = ["glb", "gltf", "obj", "ifc", "gml", "bsp"];
 
 /// A model and what was baked of it.
 pub struct Building {
