@@ -139,8 +139,10 @@ fn faces_are_objects_by_leaf_and_texture() {
 
 #[test]
 fn leaves_are_cells_and_doors_are_shut() {
+    // A unit is a metre, so that the door is as large as doors are.
+    let options = ImportOptions { metres_per_unit: Some(1.0), ..ImportOptions::default() };
     for last in [AIR, WATER] {
-        let scene = scene(rooms(last));
+        let scene = import_bytes(rooms(last), "level", &options).unwrap();
         let graph = split(&scene, &SplitOptions::default()).unwrap();
         assert_eq!((graph.strategy, graph.cells.len(), graph.portals.len()), (Strategy::Leaves, 5, 4));
         let names: Vec<&str> = graph.cells.iter().map(|c| c.name.as_str()).collect();

@@ -383,17 +383,54 @@ impl Piece {
 impl Portal {
     /// True where a line, between two places on it, comes within `by` metres of the portal's plane and of what its rim holds.
     fn crossed(&self, origin: DVec3, direction: DVec3, from: f64, to: f64, by: f64) -> bool {
-        let (height, slope) = (self.plane.distance(origin), self.plane.n.dot(direction));
-        // A line within its plane crosses it anywhere.
-        let t = if slope.abs() > WITHIN { -height / slope } else { (from + to) / 2.0 };
-        let p = origin + direction * t.max(from).min(to);
-        self.plane.distance(p).abs() <= by
-            && self.winding.iter().zip(self.winding.iter().cycle().skip(1)).all(|(a, b)| {
-                // Counter-clockwise seen from the tip of the normal: the inside is to the left.
-                match (*b - *a).try_normalize() {
-                    Some(along) => self.plane.n.cross(along).dot(p - *a) >= -by,
-                    None => true,
-                }
-            })
+        let (mut from, mut to) = (from, to);
+        // Of the line, what is inside of a plane or within `by` of it. Counter-clockwise seen from the tip of the normal, a winding's inside
+        // is to the left of its edges.
+        let mut keep = |plane: Plane| {
+            let (off, slope) = (plane.distance(origin) - by, plane.n.dot(direction));
+            if slope.abs() <= WITHIN {
+                to = if off > 0.0 { f64::NEG_INFINITY } else { to };
+            } else if slope > 0.0 {
+                to = to.min(-off / slope);
+            } else {
+                from = from.max(-off / slope);
+            }
+        };
+        [self.plane, self.plane.flipped()].into_iter().for_each(&mut keep);
+        for (&a, &b) in self.winding.iter().zip(self.winding.iter().cycle().skip(1)) {
+            if let Some(along) = (b - a).try_normalize() {
+                keep(Plane::through(a, along.cross(self.plane.n)));
+            }
+        }
+        from <= to
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_passes_a_grown_portal_wherever_it_comes_within_it() {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let winding = corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec();
+        let portal = Portal { plane: Plane { n: DVec3::Z, d: 0.0 }, winding };
+        let crossed = |from: DVec3, to: DVec3, range: [f64; 2]| {
+            let length = from.distance(to);
+            portal.crossed(from, (to - from) / length, range[0], range[1].min(length), 0.004)
+        };
+        let p = DVec3::new;
+        // Through the middle; beside it by more than 4 mm, and by less; not as far as it.
+        assert!(crossed(p(0.5, 0.5, 1.0), p(0.5, 0.5, -1.0), [0.0, 9.0]));
+        assert!(!crossed(p(1.005, 0.5, 1.0), p(1.005, 0.5, -1.0), [0.0, 9.0]));
+        assert!(crossed(p(1.003, 0.5, 1.0), p(1.003, 0.5, -1.0), [0.0, 9.0]));
+        assert!(!crossed(p(0.5, 0.5, 1.0), p(0.5, 0.5, -1.0), [0.0, 0.99]));
+        // Nearly within its plane: meets that 8 mm before the rim, and is 0.1 mm below where the portal begins; 5 cm below there.
+        assert!(crossed(p(-1.0, 0.5, 0.0149), p(1.0, 0.5, -0.0151), [0.992, 9.0]));
+        assert!(!crossed(p(-1.0, 0.5, 0.1), p(1.0, 0.5, -0.3), [0.0, 9.0]));
+        // Within its plane, and above it by 3 mm and by 5 mm.
+        for (z, passes) in [(0.0, true), (0.003, true), (0.005, false)] {
+            assert_eq!(crossed(p(-1.0, 0.5, z), p(2.0, 0.5, z), [0.0, 9.0]), passes);
+        }
     }
 }
