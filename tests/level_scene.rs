@@ -15,7 +15,7 @@ use glam::DVec3;
 use qbsp::prelude::*;
 use std::path::Path;
 use testing::data::data;
-use testing::quake::{AIR, Face, Layout, WATER, bsp, three_rooms, with_faces};
+use testing::quake::{AIR, Face, Layout, SOLID, WATER, bsp, leaf, node, three_rooms, with_faces};
 
 use crate::cli::{folder, refused, run};
 
@@ -67,20 +67,30 @@ fn block(min: [f32; 3], max: [f32; 3], texture: &'static str) -> Vec<Face> {
     sides.map(side).collect()
 }
 
-/// Three rooms in a row along x: a door stands in the first passage, a crate that may move in the second room, a trigger in the second
-/// passage; the first room's end is sky.
-fn rooms(last: i32) -> Vec<u8> {
+/// The inside of three rooms in a row along x, and of the passages between; the first room's end is sky.
+fn the_inside() -> Vec<Face> {
     let passage = |leaf: usize, x: f32| tube(leaf, [x, -1.0, -1.0], [x + 1.0, 1.0, 1.0], "metal");
     let room = |leaf: usize, from: f32, to: f32| tube(leaf, [from, -2.0, -2.0], [to, 2.0, 2.0], "brick");
-    let world = [
-        [room(5, 0.0, 4.0), room(3, 5.0, 9.0), room(1, 10.0, 14.0), passage(4, 4.0), passage(2, 9.0)].concat_faces(),
-        [end(5, 0.0, true, false, "Sky1"), end(5, 4.0, false, true, "brick"), end(3, 5.0, true, true, "brick")]
-            .concat_faces(),
-        [end(3, 9.0, false, true, "brick"), end(1, 10.0, true, true, "brick"), end(1, 14.0, false, false, "brick")]
-            .concat_faces(),
+    let parts = [
+        room(5, 0.0, 4.0),
+        room(3, 5.0, 9.0),
+        room(1, 10.0, 14.0),
+        passage(4, 4.0),
+        passage(2, 9.0),
+        end(5, 0.0, true, false, "Sky1"),
+        end(5, 4.0, false, true, "brick"),
+        end(3, 5.0, true, true, "brick"),
+        end(3, 9.0, false, true, "brick"),
+        end(1, 10.0, true, true, "brick"),
+        end(1, 14.0, false, false, "brick"),
     ];
+    parts.into_iter().flatten().collect()
+}
+
+/// A door stands in the first passage, a crate that may move in the second room, a trigger in the second passage.
+fn rooms(last: i32) -> Vec<u8> {
     let models = vec![
-        world.concat_faces(),
+        the_inside(),
         block([4.25, -1.0, -1.0], [4.75, 1.0, 1.0], "wood"),
         block([6.0, -2.0, -2.0], [7.0, -1.0, -1.0], "crate"),
         block([9.0, -1.0, -1.0], [10.0, 1.0, 1.0], "trigger"),
@@ -88,16 +98,6 @@ fn rooms(last: i32) -> Vec<u8> {
     let entities = "{\n\"classname\" \"worldspawn\"\n}\n{\n\"classname\" \"func_door\"\n\"model\" \"*1\"\n}\n\
                     {\n\"model\" \"*2\"\n\"classname\" \"func_wall\"\n}\n{\n\"classname\" \"trigger_once\"\n\"model\" \"*3\"\n}\n";
     with_faces(&bsp(&three_rooms(last), Layout::default()), &models, entities)
-}
-
-trait ConcatFaces {
-    fn concat_faces(self) -> Vec<Face>;
-}
-
-impl<const N: usize> ConcatFaces for [Vec<Face>; N] {
-    fn concat_faces(self) -> Vec<Face> {
-        self.into_iter().flatten().collect()
-    }
 }
 
 fn scene(file: Vec<u8>) -> Scene {
@@ -177,6 +177,45 @@ fn walls_that_are_not_drawn_end_a_leaf() {
     assert_eq!(file.closed_holes.len(), 1);
     let report = check(&file, &scene, &CheckOptions { rays: 100_000, views: 0, ..CheckOptions::default() }).unwrap();
     assert_eq!((report.missed_rays, report.missed_segments, report.structure.count), (0, 0, 0));
+    // The notes tell it from what the user closes.
+    let smallest_hole = Some(1e-6);
+    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
+    let options = BakeOptions { smallest_hole, pvs, ..BakeOptions::default() };
+    let notes = bake(&scene, options, &Job::quiet()).unwrap().file.notes;
+    assert!(notes.iter().any(|n| n == "1 walls that are not drawn, or not all of them, count as opaque"), "{notes:?}");
+    assert!(notes.iter().any(|n| n.starts_with("no portal is narrower")), "{notes:?}");
+}
+
+#[test]
+fn a_face_that_is_missing_hides_as_the_tree_says() {
+    // Without one of the four parts of a wall of the second room: 2 x 1 units.
+    let mut faces = the_inside();
+    let part = faces.iter().rposition(|f| f.leaf == 3 && f.corners.iter().all(|c| c[0] == 9.0)).unwrap();
+    faces.remove(part);
+    let entities = "{\n\"classname\" \"worldspawn\"\n}\n";
+    let scene = scene(with_faces(&bsp(&three_rooms(AIR), Layout::default()), &[faces], entities));
+    let file = baked(&scene, 200_000);
+    let area = |w: &Vec<glam::Vec3>| enfilade::geom::area(&w.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>()) * 32.0 * 32.0;
+    let bare: f64 = file.closed_holes.iter().map(area).sum();
+    assert!((bare - 2.0).abs() < 1e-3, "{bare}");
+    let report = check(&file, &scene, &CheckOptions { rays: 100_000, views: 0, ..CheckOptions::default() }).unwrap();
+    assert_eq!((report.missed_rays, report.missed_segments, report.structure.count), (0, 0, 0));
+}
+
+#[test]
+fn what_is_no_face_is_left_out_and_what_is_too_deep_is_refused() {
+    // Faces of none, two and three corners, the last on one line: nothing of them is drawn, and nothing is missing.
+    let line = [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
+    let mut faces: Vec<Face> =
+        [0, 2, 3].into_iter().map(|n| Face { corners: line[..n].to_vec(), texture: "brick", leaf: 1 }).collect();
+    faces.extend(the_inside());
+    let entities = "{\n\"classname\" \"worldspawn\"\n}\n";
+    let scene = scene(with_faces(&bsp(&three_rooms(AIR), Layout::default()), &[faces], entities));
+    assert!(baked(&scene, 1000).closed_holes.is_empty());
+
+    let deep = (0..1100).fold(leaf(AIR), |below, i| node(0, i as f32 * 0.01, leaf(SOLID), below));
+    let said = import_bytes(bsp(&deep, Layout::default()), "level", &ImportOptions::default()).unwrap_err().to_string();
+    assert_eq!(said, "lump nodes, entry 1025: is more than 1024 deep in the tree");
 }
 
 #[test]
@@ -199,6 +238,7 @@ fn damage_is_named_by_lump_and_entry() {
         (offset(10) + 28 + 22, &[255, 255], "lump leaves, entry 1: its mark surfaces go beyond the "),
         (offset(11), &[255, 255], "lump leaves, entry 1: its face 65535 doesn't exist"),
         (model, b"*9", "lump entities, entry 3: its model *9 doesn't exist"),
+        (offset(3) + 4, &f32::NAN.to_le_bytes(), "lump vertices, entry 0: is not within 1e7 of the origin"),
         (offset(0), b"x", "lump entities, entry 0: doesn't begin with {"),
     ] {
         let said = fault(at, bytes);

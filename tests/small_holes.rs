@@ -5,7 +5,8 @@ use enfilade::cells::{CellGraph, Portal, PortalKind};
 use enfilade::file::{FileCell, PvsFile};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::Scene;
+use enfilade::scene::rays::RayScene;
+use enfilade::scene::{Mesh, Scene};
 use enfilade::verify::{CheckOptions, check};
 use glam::DVec3;
 use std::fs;
@@ -22,7 +23,7 @@ type Hole = ([f64; 2], [f64; 2]);
 const DOOR: Hole = ([2.0, 0.0], [2.9, 2.1]);
 const SLIT: Hole = ([4.0, 0.0], [4.2, 2.4]);
 
-/// Two rooms of 4 x 5 m, 2.6 m high, with a wall of 0.2 m between them, and a ball's worth of boxes in each.
+/// Two rooms of 4 x 5 m, 2.6 m high, with a wall of 0.2 m between them, and a box in each.
 fn rooms(holes: &[Hole]) -> Scene {
     let v = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let mut walls: Vec<Box3> = vec![[v(4.0, 0.0, 0.0), v(4.2, 2.6, 5.0)]];
@@ -169,6 +170,24 @@ fn the_command_says_what_it_closed() {
     for bad in ["0", "-1", "nan", "inf"] {
         refused(&bake(&of("bad"), &[&format!("--smallest-hole={bad}")]), &["--smallest-hole takes metres, above 0"]);
     }
+}
+
+/// Rays end at a closed hole: what is behind it is not met, be it opaque or of glass.
+#[test]
+fn rays_end_at_closed_holes() {
+    let glass = Mesh { opaque: false, ..solid("pane", [2.0, -1.0, -1.0], [2.1, 1.0, 1.0]) };
+    let scene = scene([glass, solid("wall", [3.0, -1.0, -1.0], [3.2, 1.0, 1.0])]);
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z) - scene.origin;
+    let hole = vec![at(1.0, -0.5, -0.5), at(1.0, 0.5, -0.5), at(1.0, 0.5, 0.5), at(1.0, -0.5, 0.5)];
+    let met = |holes: &[Vec<DVec3>], y: f64| {
+        let (rays, mut panes) = (RayScene::with_closed_holes(&scene, holes), Vec::new());
+        rays.see_through(at(0.0, y, 0.1), DVec3::X, f64::INFINITY, &mut panes);
+        (rays.first_opaque(at(0.0, y, 0.1), DVec3::X, f64::INFINITY).is_some(), panes.len())
+    };
+    assert_eq!(met(&[], 0.2), (true, 1));
+    assert_eq!(met(std::slice::from_ref(&hole), 0.2), (false, 0));
+    // Beside the hole.
+    assert_eq!(met(&[hole], 0.8), (true, 1));
 }
 
 /// A cell without portals stays a cell.

@@ -113,7 +113,7 @@ pub struct BakeReport {
     pub clearance: f64,
     /// Openings narrower than this, metres, may have been sealed.
     pub smallest_hole: f64,
-    /// Holes that were closed because the user finds them too small.
+    /// Holes that count as opaque: too small for the user, or walls of a level that are not drawn.
     pub closed_holes: usize,
     /// What culling is expected to save; `None` where there is nothing to draw.
     pub expected_draw: Option<ExpectedDraw>,
@@ -229,7 +229,7 @@ impl fmt::Display for BakeReport {
         writeln!(f, "{cells} cells ({open_cells} open), {portals} portals, by {strategy}: {}", self.strategy.reason)?;
         if self.closed_holes > 0 {
             let closed = self.closed_holes;
-            writeln!(f, "{closed} more are closed (--smallest-hole): what shows only through them is culled")?;
+            writeln!(f, "{closed} holes are closed (the notes say which): what shows only through them is culled")?;
         }
         let p = &self.pvs.summary;
         writeln!(f, "of {} cell-object pairs {}", p.total_pairs, sides(p.total_pairs, p.lower_pairs, p.upper_pairs))?;

@@ -143,15 +143,7 @@ mod tests {
             Cell { open, pieces: vec![Piece { planes: planes.collect(), bounds }], ..Cell::default() }
         };
         let cells = cells.iter().map(cell).collect();
-        CellGraph {
-            strategy,
-            reason: "told".into(),
-            cells,
-            portals: Vec::new(),
-            smallest_hole: 0.0,
-            closed_holes: Vec::new(),
-            notes: Vec::new(),
-        }
+        CellGraph { strategy, reason: "told".into(), ..CellGraph::given(cells, Vec::new()) }
     }
 
     #[test]

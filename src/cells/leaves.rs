@@ -1,13 +1,16 @@
 //! The leaves of a level's own tree as cells: convex and exact, nothing is split.
 
+use super::complex::coverage::open_pieces;
+use super::opaque::Opaque;
 use super::polyhedron::faces;
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
-use crate::geom::{Plane, area, newell};
+use crate::geom::{Aabb, Plane, area, newell};
 use crate::parallel;
 use crate::scene::{Leaves, Scene};
+use crate::tolerance::Tolerance;
 use crate::types::level::LevelPortal;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Space around the level, metres, in which leaves are looked at: one that reaches its end goes on without end.
 const MARGIN: f64 = 1.0;
@@ -56,10 +59,47 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
         let [a, b] = p.cells.map(|leaf| cell_of[leaf as usize]);
         let (a, b) = a.zip(b).filter(|(a, b)| a != b)?;
         let plane = Plane::through(p.winding[0], newell(&p.winding).normalize());
+        let winding = apart(&p.winding, eps);
         let (kind, state) = (PortalKind::Opening, PortalState::default());
-        Some(Portal { cells: [a, b], plane, winding: p.winding.clone(), kind, state, source: None })
+        (winding.len() >= 3).then_some(Portal { cells: [a, b], plane, winding, kind, state, source: None })
     };
     let portals = found.portals.iter().filter_map(portal).collect();
-    let (smallest_hole, closed_holes) = (scene.tolerance().smallest_hole(), found.walls.clone());
+
+    // 4. Walls behind which the tree has nothing open, and before which nothing is drawn.
+    let (opaque, tolerance) = (Opaque::new(scene), scene.tolerance());
+    let bare = parallel::map(&found.walls, |wall| bare_parts(wall, &opaque, &tolerance));
+    let bare_walls = bare.iter().filter(|parts| !parts.is_empty()).count();
+    if bare_walls > 0 {
+        notes.push(format!("{bare_walls} walls that are not drawn, or not all of them, count as opaque"));
+    }
+    let (smallest_hole, closed_holes) = (tolerance.smallest_hole(), bare.into_iter().flatten().collect());
     CellGraph { strategy: Strategy::Leaves, reason, cells, portals, smallest_hole, closed_holes, notes }
+}
+
+/// A winding without corners that are within `eps` metres of the one before: in the `f32` of a file, the edge between them would lead
+/// anywhere.
+fn apart(winding: &[DVec3], eps: f64) -> Vec<DVec3> {
+    let mut kept: Vec<DVec3> = Vec::with_capacity(winding.len());
+    for &p in winding {
+        if kept.last().is_none_or(|last| last.distance(p) > eps) && kept.first().is_none_or(|first| first.distance(p) > eps)
+        {
+            kept.push(p);
+        }
+    }
+    kept
+}
+
+/// The parts of a wall that no opaque triangle lies on, as convex polygons.
+fn bare_parts(wall: &[DVec3], opaque: &Opaque, tolerance: &Tolerance) -> Vec<Vec<DVec3>> {
+    let n = newell(wall).normalize();
+    let plane = Plane::through(wall[0], n);
+    let (u, v) = (n.any_orthonormal_vector(), n.cross(n.any_orthonormal_vector()));
+    let flat = |p: DVec3| DVec2::new((p - wall[0]).dot(u), (p - wall[0]).dot(v));
+    // Vertices of levels are rounded, too.
+    let lies_on = |t: &[DVec3; 3]| t.iter().all(|&p| plane.distance(p).abs() <= tolerance.clearance);
+    let bounds = Aabb::of(wall.iter().copied()).inflated(tolerance.clearance);
+    let drawn: Vec<[DVec2; 3]> = opaque.in_box(&bounds).into_iter().filter(lies_on).map(|t| t.map(flat)).collect();
+    let face: Vec<DVec2> = wall.iter().map(|&p| flat(p)).collect();
+    let solid = |part: Vec<DVec2>| part.into_iter().map(|p| wall[0] + u * p.x + v * p.y).collect();
+    open_pieces(&face, &drawn, tolerance.smallest_hole()).into_iter().map(solid).collect()
 }

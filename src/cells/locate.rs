@@ -256,7 +256,7 @@ impl BoxTree {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{Cell, Piece, Strategy};
+    use crate::cells::{Cell, Piece};
     use crate::geom::Plane;
 
     fn slab(min: f64, max: f64) -> Piece {
@@ -275,8 +275,7 @@ mod tests {
 
     fn graph(cells: Vec<Vec<Piece>>) -> CellGraph {
         let cells = cells.into_iter().map(|pieces| Cell { pieces, ..Cell::default() }).collect();
-        let (reason, notes, portals) = (String::new(), Vec::new(), Vec::new());
-        CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, closed_holes: Vec::new(), notes }
+        CellGraph::given(cells, Vec::new())
     }
 
     #[test]

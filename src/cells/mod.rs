@@ -14,6 +14,7 @@ mod doors;
 mod given;
 mod leaves;
 pub(crate) mod locate;
+mod opaque;
 mod placement;
 mod plan;
 mod polyhedron;
@@ -114,13 +115,22 @@ pub struct CellGraph {
     pub portals: Vec<Portal>,
     /// Openings narrower than this, metres, may have been sealed on purpose.
     pub smallest_hole: f64,
-    /// Holes that were closed because the user finds them too small: convex polygons. They count as opaque.
+    /// Holes that count as opaque, convex polygons: too small for the user, or walls of a level that are not drawn.
     pub closed_holes: Vec<Vec<DVec3>>,
     /// What the split left out or simplified, one line each, for the report.
     pub notes: Vec<String>,
 }
 
 impl CellGraph {
+    /// A graph made by hand, for unit tests.
+    #[cfg(test)]
+    pub(crate) fn given(cells: Vec<Cell>, portals: Vec<Portal>) -> Self {
+        let (reason, closed_holes, notes) = Default::default();
+        let mut graph = Self { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, closed_holes, notes };
+        graph.link();
+        graph
+    }
+
     /// The cell that a directed portal leads into.
     #[inline]
     pub fn target(&self, portal: DirectedPortal) -> CellId {

@@ -5,13 +5,12 @@
 //! holds it and meets no opaque triangle. So a strip along the floor of a doorway is as wide as the doorway. A portal is narrow where most of
 //! its area is. Door leaves are not opaque: a door is as wide as its frame.
 
+use super::opaque::Opaque;
 use super::{CellGraph, Portal, PortalKind};
-use crate::bvh;
-use crate::geom::{self, Aabb, Plane};
+use crate::geom::{Aabb, Plane, clip};
 use crate::parallel;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
-use obvhs::bvh2::Bvh2;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
@@ -33,78 +32,45 @@ const MIDDLES: (usize, usize, usize) = (16, 4, 12);
 ///
 /// `smallest_hole` is in metres, and told to 2 %. What shows only through a closed hole is culled.
 pub fn close(scene: &Scene, graph: &mut CellGraph, smallest_hole: f64) {
-    let opaque = Opaque::new(scene);
-    let narrow = parallel::map(&graph.portals, |portal| opaque.is_narrow(portal, smallest_hole));
+    let (opaque, near) = (Opaque::new(scene), scene.tolerance().clearance);
+    let narrow = parallel::map(&graph.portals, |portal| is_narrow(portal, &opaque, near, smallest_hole));
     let before = graph.portals.len();
-    let (mut kept, mut doors) = (Vec::new(), 0);
+    let (mut kept, mut closed, mut doors) = (Vec::new(), Vec::new(), 0);
     for (portal, narrow) in std::mem::take(&mut graph.portals).into_iter().zip(narrow) {
         if narrow {
             doors += usize::from(portal.kind == PortalKind::Door);
-            graph.closed_holes.push(portal.winding);
+            closed.push(portal.winding);
         } else {
             kept.push(portal);
         }
     }
     graph.portals = kept;
     graph.link();
-    graph.notes.push(match graph.closed_holes.len() {
+    graph.notes.push(match closed.len() {
         0 => format!("no portal is narrower than {smallest_hole} m (--smallest-hole)"),
         closed => format!(
             "{closed} of {before} portals are narrower than {smallest_hole} m (--smallest-hole) and are closed, {doors} doors among them: \
              what shows only through them is culled"
         ),
     });
+    graph.closed_holes.append(&mut closed);
 }
 
-/// The opaque triangles of a scene.
-struct Opaque {
-    triangles: Vec<[DVec3; 3]>,
-    bvh: Bvh2,
-    /// A triangle this near to a portal's plane meets it, metres.
-    near: f64,
-}
-
-impl Opaque {
-    fn new(scene: &Scene) -> Self {
-        let objects = scene.objects.iter().filter(|o| o.opaque);
-        let triangles: Vec<_> = objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
-        let near = scene.tolerance().clearance;
-        let box_of = |corners: &[DVec3; 3]| {
-            let b = Aabb::of(*corners).inflated(near);
-            obvhs::aabb::Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())
-        };
-        Self { bvh: bvh::over(triangles.iter().map(box_of).collect(), None), triangles, near }
-    }
-
-    fn is_narrow(&self, portal: &Portal, hole: f64) -> bool {
-        let (plane, corners) = (portal.plane, &portal.winding);
-        let (u, v) = plane.n.any_orthonormal_pair();
-        let flat = |p: DVec3| DVec2::new(p.dot(u), p.dot(v));
-        let around = self.meeting(&plane, Aabb::of(corners.iter().copied()).inflated(2.0 * hole));
-        let around: Vec<Obstacle> = around.iter().map(|w| Obstacle::new(w.iter().map(|&p| flat(p)).collect())).collect();
-        let corners: Vec<DVec2> = corners.iter().map(|&p| flat(p)).collect();
-        let fan = (1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]);
-        is_mostly_narrow(fan.collect(), &around, hole)
-    }
-
-    /// What a plane cuts out of the triangles that meet a box.
-    fn meeting(&self, plane: &Plane, bounds: Aabb) -> Vec<Vec<DVec3>> {
-        let sides = [Plane { d: plane.d + self.near, ..*plane }, Plane { d: self.near - plane.d, n: -plane.n }];
-        let mut found = Vec::new();
-        let bounds = obvhs::aabb::Aabb::new(bounds.min.as_vec3a(), bounds.max.as_vec3a());
-        self.bvh.aabb_traverse(bounds, |bvh, node| {
-            let node = &bvh.nodes[node as usize];
-            for slot in node.first_index..node.first_index + node.prim_count {
-                let triangle = self.triangles[bvh.primitive_indices[slot as usize] as usize];
-                let cut = geom::clip(&geom::clip(&triangle, &sides[0], 0.0), &sides[1], 0.0);
-                if !cut.is_empty() {
-                    found.push(cut);
-                }
-            }
-            true
-        });
-        found
-    }
+/// Whether most of a portal is narrower than `hole` metres. A triangle within `near` metres of its plane meets it.
+fn is_narrow(portal: &Portal, opaque: &Opaque, near: f64, hole: f64) -> bool {
+    let (plane, corners) = (portal.plane, &portal.winding);
+    let (u, v) = plane.n.any_orthonormal_pair();
+    let flat = |p: DVec3| DVec2::new(p.dot(u), p.dot(v));
+    let sides = [Plane { d: plane.d + near, ..plane }, Plane { d: near - plane.d, n: -plane.n }];
+    let obstacle = |triangle: [DVec3; 3]| {
+        let cut = clip(&clip(&triangle, &sides[0], 0.0), &sides[1], 0.0);
+        (!cut.is_empty()).then(|| Obstacle::new(cut.into_iter().map(flat).collect()))
+    };
+    let bounds = Aabb::of(corners.iter().copied()).inflated(2.0 * hole + near);
+    let around: Vec<Obstacle> = opaque.in_box(&bounds).into_iter().filter_map(obstacle).collect();
+    let corners: Vec<DVec2> = corners.iter().map(|&p| flat(p)).collect();
+    let fan = (1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]);
+    is_mostly_narrow(fan.collect(), &around, hole)
 }
 
 /// A convex polygon of a plane that discs must not meet.

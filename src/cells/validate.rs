@@ -376,7 +376,7 @@ fn direction(random: &mut SplitMix) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{Cell, Portal, PortalKind, PortalState, Strategy};
+    use crate::cells::{Cell, Portal, PortalKind, PortalState};
 
     fn block(min: DVec3, max: DVec3) -> Piece {
         let planes = DVec3::AXES.map(|n| [Plane { n, d: n.dot(max) }, Plane { n: -n, d: -n.dot(min) }]);
@@ -387,18 +387,7 @@ mod tests {
 
     fn graph(pieces: Vec<Vec<Piece>>, portals: Vec<Portal>) -> CellGraph {
         let cells = pieces.into_iter().map(|pieces| Cell { pieces, ..Cell::default() }).collect();
-        let (reason, notes) = (String::new(), Vec::new());
-        let mut graph = CellGraph {
-            strategy: Strategy::Given,
-            reason,
-            cells,
-            portals,
-            smallest_hole: 0.0,
-            closed_holes: Vec::new(),
-            notes,
-        };
-        graph.link();
-        graph
+        CellGraph::given(cells, portals)
     }
 
     fn faults(pieces: Vec<Vec<Piece>>) -> Vec<Fault> {

@@ -71,7 +71,7 @@ pub enum SectionId {
     Gap,
     /// The part of each object in each of its cells.
     Placed,
-    /// Holes that were closed because the user finds them too small.
+    /// Holes that count as opaque.
     ClosedHoles,
 }
 

@@ -60,7 +60,7 @@ pub struct PvsFile {
     pub reason: String,
     /// Openings narrower than this, metres, may have been sealed on purpose.
     pub smallest_hole: f64,
-    /// Holes that were closed because the user finds them too small (`--smallest-hole`): convex polygons, which count as opaque.
+    /// Holes that count as opaque, convex polygons: too small for the user (`--smallest-hole`), or walls of a level that are not drawn.
     pub closed_holes: Vec<Vec<Vec3>>,
     /// What was left out of this file, one line each, with the reason.
     pub left_out: Vec<String>,

@@ -202,7 +202,7 @@ pub struct FileSummary {
     pub reason: String,
     /// Openings narrower than this, metres, may have been sealed.
     pub smallest_hole: f64,
-    /// Holes that were closed because the user finds them too small.
+    /// Holes that count as opaque: too small for the user, or walls of a level that are not drawn.
     pub closed_holes: usize,
     /// Added to positions to get the model's own coordinates, metres.
     pub origin: [f64; 3],

@@ -33,8 +33,10 @@ pub struct RayScene<'s> {
     scene: &'s Scene,
     /// The scene's box, which takes a look at every object to find.
     bounds: Aabb,
+    /// Triangles of closed holes among them, numbered from the scene's last on.
     opaque: Tree,
     glass: Tree,
+    has_holes: bool,
 }
 
 impl<'s> RayScene<'s> {
@@ -46,7 +48,7 @@ impl<'s> RayScene<'s> {
     /// As [`RayScene::new`], with convex polygons that are opaque, too. They belong to no object: rays end there without a hit.
     pub fn with_closed_holes(scene: &'s Scene, holes: &[Vec<DVec3>]) -> Self {
         let (opaque, glass) = (Tree::new(scene, true, holes), Tree::new(scene, false, &[]));
-        Self { scene, bounds: scene.bounds(), opaque, glass }
+        Self { scene, bounds: scene.bounds(), opaque, glass, has_holes: !holes.is_empty() }
     }
 
     /// The scene.
@@ -67,6 +69,16 @@ impl<'s> RayScene<'s> {
     /// First opaque triangle that `origin + t * direction` meets for `0 < t <= limit`, from either side; of several at one
     /// place, the first of the scene. `limit` may be infinite. A ray within a triangle's plane passes it.
     pub fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<Hit> {
+        let (t, triangle) = self.nearest(origin, direction, limit).filter(|&(_, triangle)| !self.is_hole(triangle))?;
+        Some(Hit { t, triangle, object: self.opaque.owner(self.scene, triangle) })
+    }
+
+    fn is_hole(&self, triangle: u32) -> bool {
+        triangle as usize >= self.scene.triangles.len()
+    }
+
+    /// The first triangle of the scene or of a closed hole, and where.
+    fn nearest(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {
         let tree = &self.opaque;
         let (ray, start, length) = tree.enter(origin, direction, limit, 0.0)?;
         let sheared = Sheared::new(origin, direction);
@@ -83,8 +95,7 @@ impl<'s> RayScene<'s> {
             }
             true
         });
-        let of_scene = best.filter(|&(_, triangle)| (triangle as usize) < self.scene.triangles.len());
-        of_scene.map(|(t, triangle)| Hit { t, triangle, object: tree.owner(self.scene, triangle) })
+        best
     }
 
     /// Where `origin + t * direction` meets this triangle of the scene for `t > 0`, from either side, whatever else is there.
@@ -93,9 +104,12 @@ impl<'s> RayScene<'s> {
         Some(Hit { t, triangle, object: self.scene.object_of(triangle as usize) })
     }
 
-    /// Every see-through object that the ray meets for `0 < t <= limit`, each once, nearest first, appended to `out`.
+    /// Every see-through object that the ray meets for `0 < t <= limit`, before a closed hole, each once, nearest first, appended to `out`.
     pub fn see_through(&self, origin: DVec3, direction: DVec3, limit: f64, out: &mut Vec<Hit>) {
         let tree = &self.glass;
+        let hole =
+            if self.has_holes { self.nearest(origin, direction, limit).filter(|&(_, id)| self.is_hole(id)) } else { None };
+        let limit = hole.map_or(limit, |(t, _)| t);
         let Some((ray, ..)) = tree.enter(origin, direction, limit, 0.0) else { return };
         let sheared = Sheared::new(origin, direction);
         let first = out.len();

@@ -26,7 +26,7 @@ pub struct Leaves {
     pub leaves: Vec<Vec<Plane>>,
     /// Portals between leaves.
     pub portals: Vec<LevelPortal>,
-    /// Walls that aren't drawn: convex polygons that leaves end at.
+    /// Where leaves end at what is solid: convex polygons, most of them behind what is drawn.
     pub walls: Vec<Vec<DVec3>>,
 }
 

@@ -80,20 +80,42 @@ fn at_a_glance(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Option<bo
     }
     let mut parts = vec![face.to_vec()];
     for t in &over {
-        let mut rest = Vec::new();
-        for part in parts {
-            if meet(&part, t) {
-                less(part, t, &mut rest);
-            } else {
-                rest.push(part);
-            }
-        }
-        parts = rest;
+        parts = without(parts, t);
         if parts.len() > MOST_PARTS {
             return None;
         }
     }
     (parts.iter().map(|p| width(p)).sum::<f64>() <= CRUMB * seal).then_some(false)
+}
+
+/// Corners of a part nearer than this to the one before, in the least width of a part, are rounding: an edge between them leads anywhere,
+/// and would part what meets. Larger: parts change. Smaller: nothing of a face is taken away where its corners are doubled.
+const SAME_CORNER: f64 = 1e-3;
+
+/// The open part of a convex `face`, counter-clockwise, as convex polygons; what is no wider than `least` is left out.
+pub fn open_pieces(face: &[DVec2], triangles: &[[DVec2; 3]], least: f64) -> Vec<Vec<DVec2>> {
+    let tidy = |mut part: Vec<DVec2>| {
+        let is_same = |a: DVec2, b: DVec2| a.distance(b) <= SAME_CORNER * least;
+        part.dedup_by(|b, a| is_same(*a, *b));
+        while part.len() > 1 && is_same(part[0], part[part.len() - 1]) {
+            part.pop();
+        }
+        Some(part).filter(|part| width(part) > least)
+    };
+    let mut parts: Vec<Vec<DVec2>> = tidy(face.to_vec()).into_iter().collect();
+    for t in triangles {
+        parts = without(parts, &counter_clockwise(*t)).into_iter().filter_map(tidy).collect();
+    }
+    parts
+}
+
+/// Convex polygons less a triangle, all counter-clockwise.
+fn without(parts: Vec<Vec<DVec2>>, t: &[DVec2; 3]) -> Vec<Vec<DVec2>> {
+    let mut rest = Vec::new();
+    for part in parts {
+        if meet(&part, t) { less(part, t, &mut rest) } else { rest.push(part) }
+    }
+    rest
 }
 
 /// False only where an edge of one of two convex polygons, both counter-clockwise, has all of the other beyond it.
@@ -191,5 +213,23 @@ mod tests {
             assert_eq!(open_area(&open_part(&face, &[large], 1e-6), 1.0), 0.0);
             large.reverse();
         }
+    }
+
+    #[test]
+    fn pieces_are_what_triangles_leave() {
+        let p = DVec2::new;
+        // A square with a corner twice, under two triangles that cover it, under one of them, and under neither.
+        let square = [p(0.0, 0.0), p(4.0, 0.0), p(4.0, 4.0), p(4.0, 4.0 - 1e-16), p(0.0, 4.0)];
+        let halves = [[p(0.0, 0.0), p(4.0, 0.0), p(4.0, 4.0)], [p(0.0, 0.0), p(0.0, 4.0), p(4.0, 4.0)]];
+        for (covers, open) in [(0, 16.0), (1, 8.0), (2, 0.0)] {
+            let pieces = open_pieces(&square, &halves[..covers], 1e-3);
+            assert!((pieces.iter().map(|piece| area(piece)).sum::<f64>() - open).abs() < 1e-9, "{pieces:?}");
+        }
+        // A hole of 1 x 1 in a frame of four rectangles.
+        let rectangle = |a: DVec2, b: DVec2| [[a, p(b.x, a.y), b], [a, b, p(a.x, b.y)]];
+        let frame = [(p(0., 0.), p(4., 1.)), (p(0., 2.), p(4., 4.)), (p(0., 1.), p(1., 2.)), (p(2., 1.), p(4., 2.))];
+        let frame: Vec<[DVec2; 3]> = frame.iter().flat_map(|&(a, b)| rectangle(a, b)).collect();
+        let pieces = open_pieces(&square, &frame, 1e-3);
+        assert!((pieces.iter().map(|piece| area(piece)).sum::<f64>() - 1.0).abs() < 1e-9, "{pieces:?}");
     }
 }

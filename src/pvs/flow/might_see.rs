@@ -258,7 +258,7 @@ pub(crate) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)
 mod tests {
     use super::*;
     use crate::CellId;
-    use crate::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy};
+    use crate::cells::{Cell, CellGraph, Portal, PortalKind, PortalState};
     use crate::geom::Plane;
     use glam::DVec3;
 
@@ -272,16 +272,7 @@ mod tests {
             state: PortalState::of_kind(PortalKind::Door),
             source: None,
         };
-        let mut graph = CellGraph {
-            strategy: Strategy::Given,
-            reason: String::new(),
-            cells: vec![Cell::default(); low.len() + 1],
-            portals: low.iter().enumerate().map(portal).collect(),
-            smallest_hole: 0.0,
-            closed_holes: Vec::new(),
-            notes: Vec::new(),
-        };
-        graph.link();
+        let graph = CellGraph::given(vec![Cell::default(); low.len() + 1], low.iter().enumerate().map(portal).collect());
         Net::of_graph(&graph, 1e-6)
     }
 

@@ -285,16 +285,8 @@ mod tests {
         let portals = rooms(numbers, SIDE);
         let n = SIDE * SIDE;
         let part = Part { cells: (0..n as u32).collect(), own: Vec::new(), portals: (0..portals.len() as u32).collect() };
-        let (strategy, reason, notes) = (Strategy::Given, String::new(), Vec::new());
-        let graph = part.graph(&CellGraph {
-            strategy,
-            reason,
-            cells: Vec::new(),
-            portals,
-            smallest_hole: 0.0,
-            closed_holes: Vec::new(),
-            notes,
-        });
+        let whole = CellGraph::given(vec![Cell::default(); n], portals);
+        let graph = part.graph(&whole);
         let mut placement = BitMatrix::new(n, n);
         let object = |cell: usize| {
             let min = DVec3::new((cell % SIDE) as f64, (cell / SIDE) as f64, 0.0) + 0.4;

@@ -138,7 +138,7 @@ pub(in crate::pvs) fn edges(winding: &[DVec3], n: DVec3) -> Vec<Plane> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{Cell, Portal, PortalKind, PortalState, Strategy};
+    use crate::cells::{Cell, Portal, PortalKind, PortalState};
 
     /// Cells in a row along x, with a 2 m square portal at each whole metre; `twice`: each portal as two halves.
     fn row(cells: u32, twice: bool) -> CellGraph {
@@ -155,18 +155,7 @@ mod tests {
                 portals.push(Portal { cells, plane, winding, kind: PortalKind::Opening, state, source: None });
             }
         }
-        let (reason, notes, cells) = (String::new(), Vec::new(), vec![Cell::default(); cells as usize]);
-        let mut graph = CellGraph {
-            strategy: Strategy::Given,
-            reason,
-            cells,
-            portals,
-            smallest_hole: 0.0,
-            closed_holes: Vec::new(),
-            notes,
-        };
-        graph.link();
-        graph
+        CellGraph::given(vec![Cell::default(); cells as usize], portals)
     }
 
     fn chain(graph: &CellGraph, at: DVec3, direction: DVec3, cell: u32) -> Vec<(u32, f64, f64)> {

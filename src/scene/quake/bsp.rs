@@ -1,7 +1,7 @@
 //! A level's file as it is read: header and lumps checked, and the tree.
 
 use super::layout::*;
-use super::portals;
+use super::portals::{self, Between};
 use super::tree::{self, Tree};
 use crate::types::level::LevelPortal;
 use qbsp::BspFormat;
@@ -51,11 +51,17 @@ impl Bsp {
     ///
     /// [`BspError::Fences`] where the tree doesn't tell what can be looked through.
     pub fn portals(&self) -> Result<(Vec<LevelPortal>, usize), BspError> {
+        let found = self.between(false)?;
+        Ok((found.portals, found.slivers))
+    }
+
+    /// What lies between leaves.
+    pub(super) fn between(&self, with_walls: bool) -> Result<Between, BspError> {
         let fences = tree::fences(&self.source())?;
         if fences > 0 {
             return Err(BspError::Fences(fences));
         }
-        Ok(portals::derive(&self.tree))
+        Ok(portals::derive(&self.tree, with_walls))
     }
 
     pub(crate) fn source(&self) -> Source<'_> {

@@ -20,17 +20,27 @@ const MARGIN: f64 = 64.0;
 /// thousandth of that of `f32`.
 const ON_PLANE: f64 = 1e-12;
 
-/// A winding in a leaf.
+/// A winding in a leaf; `None` for one that is not open.
 struct Piece {
-    leaf: usize,
+    leaf: Option<usize>,
     winding: Vec<DVec3>,
 }
 
-/// The portals of a tree's open leaves, leaf `i + 1` being cell `i`, and how many slivers were left out.
-pub(super) fn derive(tree: &Tree) -> (Vec<LevelPortal>, usize) {
+/// What lies between the leaves of a tree.
+pub(super) struct Between {
+    /// Between open leaves, leaf `i + 1` being cell `i`.
+    pub portals: Vec<LevelPortal>,
+    /// Between open leaves and what is not.
+    pub walls: Vec<Vec<DVec3>>,
+    /// Portals that were left out as slivers.
+    pub slivers: usize,
+}
+
+/// The portals of a tree's open leaves; `walls` are only looked for where they are asked for.
+pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
     let bounds = tree.bounds.inflated(MARGIN);
     let (eps, narrow) = (bounds.diagonal() * ON_PLANE, tree.rounding());
-    let (mut portals, mut slivers) = (Vec::new(), 0);
+    let mut out = Between { portals: Vec::new(), walls: Vec::new(), slivers: 0 };
     // Half-spaces on the way from the root, and how deep the next child's way shares them.
     let mut way: Vec<Plane> = Vec::new();
     let mut stack = vec![(tree.root, None, 0)];
@@ -45,18 +55,22 @@ pub(super) fn derive(tree: &Tree) -> (Vec<LevelPortal>, usize) {
         stack.push((node.children[0], Some(node.plane.flipped()), below));
 
         let Some(face) = face(&node.plane, &bounds, &way, eps) else { continue };
-        for front in sink(tree, node.children[0], face, &node.plane.flipped(), eps) {
-            for back in sink(tree, node.children[1], front.winding, &node.plane, eps) {
-                if width(&back.winding, node.plane.n) < narrow {
-                    slivers += 1;
-                } else {
-                    let cells = [back.leaf as u32 - 1, front.leaf as u32 - 1];
-                    portals.push(LevelPortal { cells, winding: back.winding });
+        for front in sink(tree, node.children[0], face, &node.plane.flipped(), eps, with_walls) {
+            for back in sink(tree, node.children[1], front.winding, &node.plane, eps, with_walls && front.leaf.is_some()) {
+                let is_sliver = width(&back.winding, node.plane.n) < narrow;
+                match back.leaf.zip(front.leaf) {
+                    Some(_) if is_sliver => out.slivers += 1,
+                    Some((back_leaf, front_leaf)) => {
+                        let cells = [back_leaf as u32 - 1, front_leaf as u32 - 1];
+                        out.portals.push(LevelPortal { cells, winding: back.winding });
+                    }
+                    None if !is_sliver => out.walls.push(back.winding),
+                    None => {}
                 }
             }
         }
     }
-    (portals, slivers)
+    out
 }
 
 /// The part of a plane within a region; nothing where it only touches it. Counter-clockwise seen from the tip of its normal.
@@ -84,14 +98,15 @@ fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
 }
 
 /// Sends a winding down a subtree. `inside` is the plane that it lies in: the subtree is on its inner side, which decides where
-/// a plane that is the same one leads to.
-fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane, eps: f64) -> Vec<Piece> {
+/// a plane that is the same one leads to. `with_solid`: what comes into leaves that are not open is kept, too.
+fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane, eps: f64, with_solid: bool) -> Vec<Piece> {
     let (mut pieces, mut stack) = (Vec::new(), vec![(from, winding)]);
     while let Some((child, winding)) = stack.pop() {
         let node = match child {
             Child::Node(n) => &tree.nodes[n],
             Child::Leaf(leaf) => {
-                if tree.leaves[leaf].open {
+                let leaf = Some(leaf).filter(|&leaf| tree.leaves[leaf].open);
+                if leaf.is_some() || with_solid {
                     pieces.push(Piece { leaf, winding });
                 }
                 continue;

@@ -6,12 +6,13 @@
 
 use super::entities::entities;
 use super::layout::*;
+use super::portals::Between;
 use super::tree::{Child, Tree, point, texture_name};
 use super::{Bsp, malformed};
 use crate::geom::Plane;
 use crate::scene::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source as SceneSource};
 use crate::types::hints::Leaves;
-use crate::types::level::LevelPortal;
+use crate::types::level::{FARTHEST, LevelPortal};
 use glam::DVec3;
 use qbsp::data::util::UBspValue;
 use qbsp::data::{BspEdge, BspFace, BspLeaf, BspModel, BspTexInfo};
@@ -56,20 +57,16 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
     let faces = Faces::read(&source).map_err(malformed)?;
     let models: Vec<BspModel> = source.entries(MODELS).map_err(malformed)?;
     let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
-
     let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
 
     // 1. The world, by leaf and texture; faces that no leaf names come last.
     let leaf_of = first_leaves(&source, faces.faces.len()).map_err(malformed)?;
     let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
-    let mut walls = Vec::new();
     // `Bsp::read` has seen that there is a world.
     for face in ranges[0].clone() {
-        let Face { corners, texture } = &faces.faces[face];
-        if is_undrawn(&faces.textures[*texture]) {
-            walls.push(corners.iter().map(|&c| turned(faces.vertices[c as usize])).collect());
-        } else {
-            groups.entry((leaf_of[face], *texture)).or_default().push(face);
+        let texture = faces.faces[face].texture;
+        if !is_undrawn(&faces.textures[texture]) {
+            groups.entry((leaf_of[face], texture)).or_default().push(face);
         }
     }
     for ((leaf, texture), group) in groups {
@@ -103,11 +100,13 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
     }
 
     // 3. Leaves and portals.
-    let (portals, slivers) = bsp.portals().map_err(malformed)?;
+    let Between { portals, walls, slivers } = bsp.between(true).map_err(malformed)?;
     if slivers > 0 {
         builder.source.notes.push(format!("{slivers} portals narrower than the rounding of the file's planes left out"));
     }
-    let portal = |p: LevelPortal| LevelPortal { winding: p.winding.into_iter().map(turned).collect(), ..p };
+    let all_turned = |winding: Vec<DVec3>| winding.into_iter().map(turned).collect::<Vec<_>>();
+    let portal = |p: LevelPortal| LevelPortal { winding: all_turned(p.winding), ..p };
+    let walls = walls.into_iter().map(all_turned).collect();
     let turned_plane = |p: Plane| Plane { n: DVec3::new(p.n.x, p.n.z, -p.n.y), d: unit * p.d };
     let leaves = half_spaces.into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
     builder.hints.leaves = Some(Leaves { leaves, portals: portals.into_iter().map(portal).collect(), walls });
@@ -125,6 +124,10 @@ fn is_see_through(texture: &str) -> bool {
 impl Faces {
     fn read(source: &Source<'_>) -> Result<Self, BspError> {
         let vertices: Vec<DVec3> = source.entries(VERTICES)?.into_iter().map(point).collect();
+        let is_near = |p: &DVec3| p.abs().cmple(DVec3::splat(FARTHEST)).all();
+        if let Some(i) = vertices.iter().position(|p| !is_near(p)) {
+            return Err(entry(VERTICES, i, format!("is not within {FARTHEST:e} of the origin")));
+        }
         let edges: Vec<BspEdge> = source.entries(EDGES)?;
         let surface_edges: Vec<i32> = source.entries(SURFACE_EDGES)?;
         let infos: Vec<BspTexInfo> = source.entries(TEXTURE_INFOS)?;
@@ -259,12 +262,11 @@ fn half_spaces(tree: &Tree) -> Result<Vec<Vec<Plane>>, BspError> {
                 let node = &tree.nodes[n];
                 stack.push((node.children[1], Some(node.plane), way.len()));
                 stack.push((node.children[0], Some(node.plane.flipped()), way.len()));
-                if way.len() > MOST_DEEP || all > MOST_HALF_SPACES {
-                    return Err(entry(
-                        NODES,
-                        n,
-                        format!("is deeper than {MOST_DEEP}, or the tree is too deep on the whole"),
-                    ));
+                if way.len() > MOST_DEEP {
+                    return Err(entry(NODES, n, format!("is more than {MOST_DEEP} deep in the tree")));
+                }
+                if all > MOST_HALF_SPACES {
+                    return Err(entry(NODES, n, format!("leaves before it have more than {MOST_HALF_SPACES} planes")));
                 }
             }
         }

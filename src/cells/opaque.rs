@@ -1,0 +1,28 @@
+//! The opaque triangles of a scene, by where they are.
+
+use super::locate::BoxTree;
+use crate::geom::Aabb;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// Opaque triangles, and a tree over them.
+pub(super) struct Opaque {
+    triangles: Vec<[DVec3; 3]>,
+    tree: BoxTree,
+}
+
+impl Opaque {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let objects = scene.objects.iter().filter(|o| o.opaque);
+        let triangles: Vec<_> = objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
+        let boxes: Vec<Aabb> = triangles.iter().map(|corners| Aabb::of(*corners)).collect();
+        Self { tree: BoxTree::new(&boxes, (0..boxes.len() as u32).collect()), triangles }
+    }
+
+    /// Those whose box meets another, in no order.
+    pub(super) fn in_box(&self, bounds: &Aabb) -> Vec<[DVec3; 3]> {
+        let mut found = Vec::new();
+        self.tree.in_box(bounds, &mut |i| found.push(self.triangles[i as usize]));
+        found
+    }
+}
