@@ -108,7 +108,7 @@ pub(crate) fn stage(name: &str, graph: &CellGraph, scene: &Scene, segments: u64)
         // on; segments tell whether anything gets through there.
         faults.retain(|f| !matches!(f, Fault::NotBetween(_)));
         if segments > 0 {
-            faults.extend(sealing(graph, &RayScene::new(scene), segments, 0).leaks);
+            faults.extend(sealing(graph, &RayScene::with_closed_holes(scene, &graph.closed_holes), segments, 0).leaks);
         }
         let lines: Vec<String> = faults.iter().take(10).map(ToString::to_string).collect();
         assert!(faults.is_empty(), "{} faults after {name}: {}", faults.len(), lines.join("; "));
