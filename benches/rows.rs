@@ -115,6 +115,7 @@ fn floor(side: usize) -> PvsFile {
         reason: String::new(),
         smallest_hole: 0.0,
         closed_holes: Vec::new(),
+        clusters: Vec::new(),
         left_out: Vec::new(),
         notes: Vec::new(),
         cells: (0..rooms).map(|_| cell()).collect(),

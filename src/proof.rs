@@ -37,6 +37,9 @@ pub enum Why {
     Separated(Vec<Separation>),
     /// Portals leave the pair open, triangles shut it.
     Shielded(Shield),
+    /// No line passes: proven from each of so many cells that this one was joined from, when they and others were still apart. The file
+    /// doesn't keep them.
+    Joined(u32),
     /// Neither is known.
     Undecided(Doubt),
 }
@@ -234,7 +237,10 @@ impl<'f> Asker<'f> {
                 let (placement, pair) = (&self.file.placement, [cell.index(), object.index()]);
                 let confirmed =
                     self.rays.as_ref().map(|rays| is_shielded(rays, &self.graph, placement, &self.cells_upper(), pair));
-                Why::Shielded(Shield { chain, confirmed })
+                match self.file.clusters.get(cell.index()) {
+                    Some(&cells) if confirmed != Some(true) => Why::Joined(cells),
+                    _ => Why::Shielded(Shield { chain, confirmed }),
+                }
             }
             Side::Undecided if self.file.placement.get(cell.index(), object.index()) => Why::Undecided(Doubt::Inside),
             Side::Undecided => Why::Undecided(doubt(flowed())),
@@ -253,7 +259,10 @@ impl<'f> Asker<'f> {
             Side::Hidden if !self.reached(a)[b.index()] => Why::Apart,
             Side::Hidden => match self.flow.cell(a, b) {
                 Flowed::Separated(found) => Why::Separated(found),
-                open => Why::Undecided(doubt(open)),
+                open => match self.file.clusters.get(a.index()) {
+                    Some(&cells) => Why::Joined(cells),
+                    None => Why::Undecided(doubt(open)),
+                },
             },
             Side::Undecided => Why::Undecided(doubt(self.flow.cell(a, b))),
         }

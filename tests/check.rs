@@ -84,6 +84,7 @@ fn file(scene: &Scene) -> PvsFile {
         reason: "made by hand".into(),
         smallest_hole: scene.tolerance().smallest_hole(),
         closed_holes: Vec::new(),
+        clusters: Vec::new(),
         left_out: Vec::new(),
         notes: Vec::new(),
         cells: vec![

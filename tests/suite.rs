@@ -20,6 +20,7 @@ mod cli_report;
 mod cli_vis;
 mod cli_walk;
 mod cli_why;
+mod clusters;
 mod coarsen;
 mod cubes;
 mod cubes_gpu;

@@ -10,6 +10,7 @@ use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCel
 use crate::cells::{small_holes, split, split_beside, undivided};
 use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
+use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
@@ -33,6 +34,9 @@ pub struct BakeOptions {
     pub given: Option<CellGraph>,
     /// Portals narrower than this, metres, are closed: what shows only through them is culled. `None` closes none.
     pub smallest_hole: Option<f64>,
+    /// Neighbouring cells share a row as long as the expected number of triangles in one grows by no more than this share; see
+    /// [`pvs::clusters`]. `None`: 0.05 where the cells are a level's leaves, 0 elsewhere, which joins none.
+    pub clusters: Option<f64>,
     /// Regions to work out rows for on top of the cells.
     pub view_cells: Vec<ViewCell>,
     /// Where set, space is cut into view cells by cost, of about this many bytes in the file; see [`pvs::partition`].
@@ -55,6 +59,7 @@ impl Default for BakeOptions {
             import: ImportOptions::default(),
             given: None,
             smallest_hole: None,
+            clusters: None,
             view_cells: Vec::new(),
             view_cell_bytes: None,
             memory: MEMORY,
@@ -82,7 +87,7 @@ pub struct Baked {
     pub views: Option<ViewRows>,
     /// How view cells were chosen, where that was asked for.
     pub partition: Option<Partition>,
-    /// Cells that were found, where they were joined to fewer for lack of memory.
+    /// Cells that were found, where they were joined to fewer: for lack of memory, or to [`BakeOptions::clusters`].
     pub cells_found: Option<usize>,
     /// What ended sampling.
     pub sampling_end: SamplingEnd,
@@ -113,6 +118,9 @@ pub fn digest(scene: &Scene, options: &BakeOptions) -> u128 {
 
 /// Of the rays, this fraction is cast for one open cell, whose row is everything whatever they show.
 const FOR_ONE_CELL: f64 = 0.02;
+
+/// Rows of a level's leaves may grow by this, so that neighbours share one, where nobody says otherwise.
+const LEAVES_GROW: f64 = 0.05;
 
 /// Portals that draw more of the frustum than this are not worth a graph: all is one open cell.
 const WORTH: f64 = 0.95;
@@ -160,7 +168,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         stage("the split", &graph, scene, 0);
     }
     let in_parts = |graph: &CellGraph| pvs::flow::parts_bytes(graph, scene.tolerance().coplanar);
-    let cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2, in_parts);
+    let mut cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2, in_parts);
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();
@@ -172,9 +180,18 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         pvs_options.ray_budget = (pvs_options.ray_budget as f64 * FOR_ONE_CELL) as u64;
         graph.notes.push(format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget));
     }
-    let pvs = pvs::bake(scene, graph, &pvs_options, work)?;
+    let mut pvs = pvs::bake(scene, graph, &pvs_options, work)?;
     if found {
         stage("mending", &pvs.graph, scene, SEGMENTS);
+    }
+    let growth = options.clusters.unwrap_or(if pvs.graph.strategy == Strategy::Leaves { LEAVES_GROW } else { 0.0 });
+    if growth > 0.0 {
+        let joined = clusters::join(scene, &mut pvs, growth);
+        pvs.graph.notes.push(joined.to_string());
+        cells_found = cells_found.or((joined.cells < joined.found).then_some(joined.found));
+        if found {
+            stage("clusters", &pvs.graph, scene, SEGMENTS);
+        }
     }
     let mut partition = None;
     let mut view_cells = options.view_cells;

@@ -119,7 +119,7 @@ pub struct BakeReport {
     pub expected_draw: Option<ExpectedDraw>,
     /// Holes in the cell graph that were found and mended.
     pub repairs: Vec<Repair>,
-    /// Cells before any were joined for lack of memory.
+    /// Cells before any were joined: for lack of memory, or to share rows.
     pub cells_found: usize,
     /// Times.
     pub seconds: SecondsReport,

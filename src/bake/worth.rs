@@ -61,6 +61,7 @@ fn without_rows(scene: &Scene, graph: &CellGraph) -> PvsFile {
         unseen: None,
         sampling_end: SamplingEnd::Rays,
         guarantee: Guarantee::Conservative,
+        clusters: Vec::new(),
         repairs: Vec::new(),
         stats: PvsStats::default(),
     };

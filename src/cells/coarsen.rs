@@ -4,7 +4,8 @@
 //! sees. Rows get coarser, and nothing visible is lost. Cells that share a large portal are joined first, and none grows to twice the
 //! size of others before they have been joined, too. Open cells and closed ones stay apart.
 
-use super::{Cell, CellGraph};
+use super::CellGraph;
+use super::merge::merge;
 use crate::CellId;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::area;
@@ -62,7 +63,7 @@ pub fn coarsen(
             }
         }
     }
-    groups.apply(graph);
+    merge(graph, &mut groups.union);
     let after = graph.cells.len();
     graph.notes.push(format!(
         "memory: {before} cells joined to {after}, as matrices over all of them would take {} MiB; rows are coarser for it",
@@ -104,32 +105,5 @@ impl Groups {
         let mut apart = |c: [CellId; 2]| self.root(c[0].index()) != self.root(c[1].index());
         let portals = graph.portals.iter().map(|p| p.cells).filter(|&c| apart(c)).count();
         matrix_bytes(self.roots().len(), objects, portals) <= limit
-    }
-
-    /// Makes each group a cell, in the order of their first cells.
-    fn apply(mut self, graph: &mut CellGraph) {
-        let mut id = vec![CellId(0); graph.cells.len()];
-        let mut cells: Vec<Cell> = Vec::new();
-        for (c, mut cell) in std::mem::take(&mut graph.cells).into_iter().enumerate() {
-            let root = self.root(c);
-            if root == c {
-                id[c] = CellId(cells.len() as u32);
-                let others = self.size[c] - 1;
-                if others > 0 {
-                    cell.name = format!("{} and {others} more", cell.name);
-                    cell.source = None;
-                }
-                cells.push(cell);
-            } else {
-                id[c] = id[root];
-                cells[id[c].index()].pieces.append(&mut cell.pieces);
-            }
-        }
-        graph.cells = cells;
-        for portal in &mut graph.portals {
-            portal.cells = portal.cells.map(|c| id[c.index()]);
-        }
-        graph.portals.retain(|p| p.cells[0] != p.cells[1]);
-        graph.link();
     }
 }

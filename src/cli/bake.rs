@@ -27,6 +27,10 @@ pub struct Args {
     /// Regions to work out rows for on top of the cells: camera volumes in a file, or those that save most triangles in so many bytes
     #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of)]
     view_cells: Option<ViewCells>,
+    /// Neighbouring cells share a row as long as the triangles in one grow by no more than this, in the mean over space; 0 joins none
+    /// [default: 5 for the leaves of a level, 0 elsewhere]
+    #[arg(long, value_name = "PERCENT", value_parser = growth)]
+    clusters: Option<f64>,
     /// Which side of the truth the rows take
     #[arg(long, value_enum, default_value = "conservative")]
     ship: Ship,
@@ -137,6 +141,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         keep_bounds: args.keep_bounds,
         given,
         smallest_hole: args.scene.smallest_hole,
+        clusters: args.clusters,
         view_cells,
         view_cell_bytes,
         import: import_options,
@@ -180,6 +185,18 @@ fn percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').and_then(|number| number.trim_end().parse::<f64>().ok());
     number.map(|p| p / 100.0).filter(|&p| p > 0.0 && p < 1.0).ok_or_else(|| "takes a percentage, as in 0.01%".into())
 }
+
+/// By how much rows may grow, as `5` or `5%`, as a fraction.
+fn growth(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').unwrap_or(text).trim_end().parse::<f64>().ok();
+    number
+        .map(|p| p / 100.0)
+        .filter(|p| (0.0..=MOST_GROWTH).contains(p))
+        .ok_or_else(|| "takes a percentage from 0 to 1000, as in 5".into())
+}
+
+/// Rows that may grow to eleven times their triangles: beyond this nobody means it.
+const MOST_GROWTH: f64 = 10.0;
 
 /// Seconds above 0.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {

@@ -96,6 +96,7 @@ impl Teller<'_> {
             Why::Shielded(shield) => {
                 vec![("verdict", "shielded".into()), ("chain", ids(&shield.chain)), ("confirmed", shield.confirmed.into())]
             }
+            Why::Joined(cells) => vec![("verdict", "joined".into()), ("joined_from", (*cells).into())],
             Why::Undecided(doubt) => {
                 let mut told = vec![("verdict", "undecided".into())];
                 told.extend(match doubt {
@@ -189,6 +190,10 @@ impl Teller<'_> {
                     "{a} doesn't see {b}: portals leave it open, by way of {}, and triangles shut every line",
                     way(&s.chain)
                 )
+            }
+            Why::Joined(1) => format!("{a} doesn't see {b}: proven before others were joined (--clusters)"),
+            Why::Joined(cells) => {
+                format!("{a} doesn't see {b}: proven for each of the {cells} cells that it was joined from (--clusters)")
             }
             Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", because(doubt)),
         }

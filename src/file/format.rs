@@ -73,11 +73,13 @@ pub enum SectionId {
     Placed,
     /// Holes that count as opaque.
     ClosedHoles,
+    /// How many cells each cell was joined from.
+    Clusters,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -100,6 +102,7 @@ impl SectionId {
         Self::Gap,
         Self::Placed,
         Self::ClosedHoles,
+        Self::Clusters,
     ];
 
     /// The number in the file.
@@ -151,6 +154,7 @@ impl fmt::Display for SectionId {
             Self::Gap => "gap",
             Self::Placed => "placed",
             Self::ClosedHoles => "closed-holes",
+            Self::Clusters => "clusters",
         })
     }
 }

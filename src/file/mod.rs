@@ -62,6 +62,8 @@ pub struct PvsFile {
     pub smallest_hole: f64,
     /// Holes that count as opaque, convex polygons: too small for the user (`--smallest-hole`), or walls of a level that are not drawn.
     pub closed_holes: Vec<Vec<Vec3>>,
+    /// For each cell, how many it was joined from once visibility was known, 1 or more; empty: each is as it was found.
+    pub clusters: Vec<u32>,
     /// What was left out of this file, one line each, with the reason.
     pub left_out: Vec<String>,
     /// Notes of the importer and of the split.

@@ -41,6 +41,7 @@ impl PvsFile {
             reason: meta.reason,
             smallest_hole: meta.smallest_hole,
             closed_holes: reader.closed_holes(budget)?,
+            clusters: Vec::new(),
             left_out,
             notes,
             cells: reader.list(SectionId::Cells, cells, 10, budget, cell)?,
@@ -72,6 +73,7 @@ impl PvsFile {
         reader.states(&mut file.portals, budget)?;
         file.bounds = reader.bounds(cells, objects, budget)?;
         file.views = reader.views(objects, file.guarantee, budget)?;
+        file.clusters = reader.clusters(cells, budget)?;
         check_pairs(&file)?;
         Ok(file)
     }
@@ -313,6 +315,19 @@ impl<'a> SectionReader<'_, 'a> {
     fn closed_holes(&self, budget: &mut Budget) -> Result<Vec<Vec<Vec3>>, FileError> {
         let holes = self.section(SectionId::ClosedHoles, budget, |c, b| c.list(b, 40, winding))?;
         Ok(holes.unwrap_or_default())
+    }
+
+    /// A number for each cell; empty where the file has none.
+    fn clusters(&self, cells: usize, budget: &mut Budget) -> Result<Vec<u32>, FileError> {
+        let clusters = self.section(SectionId::Clusters, budget, |c, b| {
+            b.take(SectionId::Clusters, 4 * cells as u64)?;
+            let count = |c: &mut Cursor<'_>| match c.u32()? {
+                0 => Err(c.error("a cell that was joined from none")),
+                n => Ok(n),
+            };
+            (0..cells).map(|_| count(c)).collect()
+        })?;
+        Ok(clusters.unwrap_or_default())
     }
 
     fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {

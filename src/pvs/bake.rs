@@ -195,6 +195,7 @@ impl<'a> Bake<'a> {
             unseen: None,
             sampling_end: SamplingEnd::Rays,
             guarantee: self.options.ship,
+            clusters: Vec::new(),
             repairs: self.repairs,
             stats,
         }

@@ -3,9 +3,11 @@
 //! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, then `occluders`. Where
 //! the two contradict each other: `repair`. What stays between them: `gap`. Both for regions across cells: `view_cells`, which
 //! a user gives or [`partition`] chooses by cost.
+//! Rows that neighbours share: [`clusters`].
 //! Single pairs once more, with the reason: `pair_proof`.
 
 mod bake;
+pub mod clusters;
 pub mod cubes;
 mod facets;
 pub mod flow;
@@ -16,6 +18,7 @@ pub mod pair_proof;
 pub mod partition;
 mod repair;
 pub mod sampling;
+mod triangles;
 pub mod view_cells;
 
 pub use crate::types::bounds::{CONFIDENCE, SamplingEnd, Unseen};
@@ -55,6 +58,8 @@ pub struct Pvs {
     pub sampling_end: SamplingEnd,
     /// Which side to ship.
     pub guarantee: Guarantee,
+    /// For each cell, how many it was joined from ([`clusters`]); empty where each is as it was found.
+    pub clusters: Vec<u32>,
     /// Holes found and mended.
     pub repairs: Vec<Repair>,
     /// Counters.

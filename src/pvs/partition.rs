@@ -7,6 +7,7 @@
 //! intersects the two rows.
 
 use super::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
+use super::triangles::Triangles;
 use super::{Guarantee, Pvs};
 use crate::bits;
 use crate::cells::{Locator, Piece, ViewCell};
@@ -64,7 +65,7 @@ impl fmt::Display for Partition {
 pub fn partition(scene: &Scene, pvs: &Pvs, bytes: u64, seed: u64, work: &Job<'_>) -> Result<Partition, Stopped> {
     work.tell("view cells", 0.0);
     let eyes = eyes(scene, pvs, seed, work)?;
-    let triangles = scene.objects.iter().map(|o| o.triangles.len() as u64).collect();
+    let triangles = Triangles::of(scene);
     let rows = match pvs.guarantee {
         Guarantee::Conservative => &pvs.objects_upper,
         Guarantee::Sampled => &pvs.objects_lower,
@@ -111,8 +112,7 @@ fn eyes(scene: &Scene, pvs: &Pvs, seed: u64, work: &Job<'_>) -> Result<Vec<Eye>,
 /// What eyes cost.
 struct Cost<'a> {
     eyes: Vec<Eye>,
-    /// Of each object.
-    triangles: Vec<u64>,
+    triangles: Triangles,
     /// What each cell sees.
     rows: Vec<&'a [u64]>,
 }
@@ -142,7 +142,7 @@ impl Cost<'_> {
         let count = self.eyes.len().max(1) as f64;
         let mean = |parts: &[Part]| parts.iter().map(|part| part.cost).sum::<u64>() as f64 / count;
         let size = |parts: &[Part]| parts.iter().map(|part| self.bytes(part)).sum::<u64>();
-        let without = self.eyes.iter().map(|eye| self.weight(self.rows[eye.cell])).sum::<u64>();
+        let without = self.eyes.iter().map(|eye| self.triangles.in_row(self.rows[eye.cell].iter().copied())).sum::<u64>();
         let mut parts = vec![self.part(bounds, (0..self.eyes.len()).collect())];
         let mut found = Partition { curve: vec![(0, without as f64 / count)], ..Partition::default() };
         let least = (WORTH * without as f64) as u64;
@@ -188,7 +188,7 @@ impl Cost<'_> {
 
     /// What its row and its box take in a file, about: a byte for each bit that is set, or a bit for each object.
     fn bytes(&self, part: &Part) -> u64 {
-        HEAD + part.bits.min(self.triangles.len() as u64 / 8)
+        HEAD + part.bits.min(self.triangles.objects() as u64 / 8)
     }
 
     fn halves(&self, part: &Part) -> [Part; 2] {
@@ -226,7 +226,7 @@ impl Cost<'_> {
 
     /// What any of these eyes sees.
     fn row(&self, eyes: &[usize]) -> Vec<u64> {
-        let mut row = vec![0; self.triangles.len().div_ceil(64)];
+        let mut row = vec![0; self.triangles.objects().div_ceil(64)];
         for &eye in eyes {
             row.iter_mut().zip(&self.eyes[eye].seen).for_each(|(all, seen)| *all |= seen);
         }
@@ -237,12 +237,8 @@ impl Cost<'_> {
     fn of(&self, eyes: &[usize], row: &[u64]) -> u64 {
         let mut cells: Vec<usize> = eyes.iter().map(|&eye| self.eyes[eye].cell).collect();
         cells.sort_unstable();
-        let both = |cell: usize| -> Vec<u64> { row.iter().zip(self.rows[cell]).map(|(a, b)| a & b).collect() };
-        cells.chunk_by(|a, b| a == b).map(|same| self.weight(&both(same[0])) * same.len() as u64).sum()
-    }
-
-    fn weight(&self, row: &[u64]) -> u64 {
-        bits::ones(row).map(|object| self.triangles[object]).sum()
+        let both = |cell: usize| row.iter().zip(self.rows[cell]).map(|(a, b)| a & b);
+        cells.chunk_by(|a, b| a == b).map(|same| self.triangles.in_row(both(same[0])) * same.len() as u64).sum()
     }
 }
 

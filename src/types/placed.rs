@@ -27,6 +27,12 @@ impl PlacedBox {
         Self(std::array::from_fn(|i| if i < 3 { least[i].min(greatest[i]) } else { greatest[i - 3].max(least[i - 3]) }))
     }
 
+    /// The smallest one that holds both.
+    #[cfg(feature = "bake")]
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| if i < 3 { self.0[i].min(other.0[i]) } else { self.0[i].max(other.0[i]) }))
+    }
+
     /// The part of an object's box.
     pub fn of_box(self, whole: Aabb) -> Aabb {
         let at = |i: usize| DVec3::from_array(std::array::from_fn(|axis| f64::from(self.0[i + axis]) / STEPS));

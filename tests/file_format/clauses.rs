@@ -26,6 +26,7 @@ mod number {
     pub const VIEW_WITNESSES: u32 = 18;
     pub const GAP: u32 = 20;
     pub const CLOSED_HOLES: u32 = 22;
+    pub const CLUSTERS: u32 = 23;
 }
 use number::*;
 
@@ -89,13 +90,13 @@ fn header_clauses() {
     );
     refused(&patched(30, &[whole[30] ^ 1], false), "header, byte 48: damaged (the checksum differs)");
     let last = whole.len() - 1;
-    refused(&patched(last, &[whole[last] ^ 1], false), "section closed-holes, ");
+    refused(&patched(last, &[whole[last] ^ 1], false), "section clusters, ");
 }
 
 #[test]
 fn section_table_clauses() {
     refused_after("section 1 out of order; numbers ascend from 1", |f| f.parts.swap(0, 1));
-    refused_after("section 22 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
+    refused_after("section 23 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
     refused_after("section 0 out of order", |f| f.parts[0].number = 0);
     refused_after("section 1 has flags 0x5", |f| f.parts[0].flags = REQUIRED | 4);
     refused_after("section 99 is required and unknown to this program", |f| {
@@ -346,6 +347,9 @@ fn other_section_clauses() {
     refused_as(CLOSED_HOLES, &[&hole(3, &[0., 0., 0., 1., f32::INFINITY, 0., 1., 1., 0.])], "a number that is not finite");
     refused_as(CLOSED_HOLES, &[&u32s(&[u32::MAX])], "a list of 4294967295");
     refused_as(CLOSED_HOLES, &[&hole(3, &[0.; 9]), &[0]], "section closed-holes, byte 44: 1 bytes too many");
+    refused_as(CLUSTERS, &[&u32s(&[1, 0, 2])], "section clusters, byte 4: a cell that was joined from none");
+    refused_as(CLUSTERS, &[&u32s(&[1, 2])], "section clusters, byte 8: 4 bytes expected, 0 left");
+    refused_as(CLUSTERS, &[&u32s(&[1, 2, 3, 4])], "section clusters, byte 12: 4 bytes too many");
 
     // A lower pair outside the upper set: all zeros above, all ones below (rows take turns).
     let mut turns = BitMatrix::new(6, 3);

@@ -74,6 +74,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
             })
             .collect(),
         guarantee,
+        clusters: Vec::new(),
         repairs: Vec::new(),
         unseen: None,
         sampling_end: SamplingEnd::Rays,
@@ -140,6 +141,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         narrow: all(3),
         witnesses: Vec::new(),
         guarantee: Guarantee::Conservative,
+        clusters: Vec::new(),
         repairs: Vec::new(),
         unseen: None,
         sampling_end: SamplingEnd::Rays,

@@ -57,6 +57,11 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told
                 shield.chain.len()
             )
         }
+        Why::Joined(cells) => {
+            format!(
+                "{who} can't see {what}: proven for each of the {cells} cells that it was joined from; the file has them as one."
+            )
+        }
         Why::Undecided(doubt) => {
             let reason = match doubt {
                 Doubt::Inside => "it is in the cell, and no ray has met it".to_owned(),

@@ -64,6 +64,8 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         pvs: pvs.clone(),
         keep_bounds: true,
         smallest_hole: args.scene.smallest_hole,
+        // The page compares rows of the cells as they were found.
+        clusters: Some(0.0),
         import: import_options,
         given: Some(graph.clone()),
         view_cells,

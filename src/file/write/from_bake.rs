@@ -35,6 +35,7 @@ impl PvsFile {
             reason: graph.reason.clone(),
             smallest_hole: graph.smallest_hole,
             closed_holes: graph.closed_holes.iter().map(|hole| hole.iter().map(|p| p.as_vec3()).collect()).collect(),
+            clusters: pvs.clusters.clone(),
             left_out: Vec::new(),
             notes: scene.source.notes.iter().chain(&graph.notes).cloned().chain(too_fine(scene, graph)).collect(),
             cells: graph.cells.iter().map(cell).collect(),

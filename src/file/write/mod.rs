@@ -73,6 +73,8 @@ impl PvsFile {
         let placed = || self.placed.iter().flatten().flat_map(|placed| placed.0).collect();
         add(SectionId::Placed, self.placed.is_some(), &placed);
         add(SectionId::ClosedHoles, !self.closed_holes.is_empty(), &|| self.closed_hole_list());
+        let clusters = || self.clusters.iter().flat_map(|cells| cells.to_le_bytes()).collect();
+        add(SectionId::Clusters, !self.clusters.is_empty(), &clusters);
         assemble(self.model_hash, self.guarantee, &sections)
     }
 

@@ -175,6 +175,7 @@ impl Building {
             narrow: BitMatrix::new(n, m),
             witnesses: Vec::new(),
             guarantee: Guarantee::Conservative,
+            clusters: Vec::new(),
             repairs: Vec::new(),
             unseen: None,
             sampling_end: SamplingEnd::Rays,

@@ -303,6 +303,7 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         },
         views: views(r, objects, guarantee, shape.keep_bounds),
         closed_holes: (0..r.below(3)).map(|_| (0..3 + r.below(4)).map(|_| r.point().as_vec3()).collect()).collect(),
+        clusters: if r.below(2) > 0 { (0..cells).map(|_| 1 + r.below(9) as u32).collect() } else { Vec::new() },
     }
 }
 
@@ -334,7 +335,11 @@ pub fn sample() -> PvsFile {
         .map(|seed| random_file(seed, shape))
         .find(|f| {
             let full = f.cell_rows.is_some() && f.object_rows.is_some() && !f.repairs.is_empty() && !f.notes.is_empty();
-            let full = full && f.views.cells.len() == 2 && f.views.rows.is_some() && !f.closed_holes.is_empty();
+            let full = full
+                && f.views.cells.len() == 2
+                && f.views.rows.is_some()
+                && !f.closed_holes.is_empty()
+                && !f.clusters.is_empty();
             full && f.guarantee == Guarantee::Conservative && f.cells.iter().all(|c| c.pieces.iter().any(|p| !p.is_empty()))
         })
         .expect("one of them has every section")
