@@ -122,6 +122,9 @@ const FOR_ONE_CELL: f64 = 0.02;
 /// Rows of a level's leaves may grow by this, so that neighbours share one, where nobody says otherwise.
 const LEAVES_GROW: f64 = 0.05;
 
+/// View cells whose rows are proven to save less than this share of the triangles cost more, in bytes and in the bake, than they save.
+const VIEW_CELLS_PAY: f64 = 0.05;
+
 /// Portals that draw more of the frustum than this are not worth a graph: all is one open cell.
 const WORTH: f64 = 0.95;
 
@@ -196,7 +199,13 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let mut partition = None;
     let mut view_cells = options.view_cells;
     if let Some(bytes) = options.view_cell_bytes {
-        let found = partition::partition(scene, &pvs, bytes, pvs_options.seed, work)?;
+        let mut found = partition::partition(scene, &pvs, bytes, pvs_options.seed, work)?;
+        if pvs.guarantee == Guarantee::Conservative && !found.views.is_empty() {
+            let saving = view_cells::saving(scene, &pvs, &found.views, &found.eyes, &pvs_options, work)?;
+            if saving < VIEW_CELLS_PAY {
+                found.reject(saving);
+            }
+        }
         view_cells.extend_from_slice(&found.views);
         partition = Some(found);
     }

@@ -47,11 +47,32 @@ pub struct Partition {
     pub curve: Vec<(u64, f64)>,
     /// It ended because the next split would have taken too many bytes.
     pub full: bool,
+    /// For each view cell, the cells that the eyes in it are in.
+    pub eyes: Vec<Vec<usize>>,
+    /// Set where no view cell is kept, because a file that promises to hold all that is visible can save so little by them: the share of
+    /// the triangles that portals prove hidden, from 0 to 1.
+    pub unproven: Option<f64>,
+}
+
+impl Partition {
+    /// Leaves every view cell out, because portals prove that they save no more than this share of the triangles.
+    pub(crate) fn reject(&mut self, saving: f64) {
+        (self.views, self.eyes) = (Vec::new(), Vec::new());
+        self.curve.truncate(1);
+        (self.full, self.unproven) = (false, Some(saving));
+    }
 }
 
 impl fmt::Display for Partition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (first, last) = (self.curve.first().map_or(0.0, |c| c.1), self.curve.last().map_or(0.0, |c| c.1));
+        if let Some(saving) = self.unproven {
+            let hidden = 100.0 * saving;
+            return write!(
+                f,
+                "view cells by cost: none is kept, as portals prove only {hidden:.1} % of a row hidden from them (--ship sampled takes what is seen)"
+            );
+        }
         let end = if self.full { "their bytes were spent" } else { "the next would have saved too little" };
         write!(f, "{} view cells by cost: a row from {first:.0} to {last:.0} triangles, expected; {end}", self.views.len())
     }
@@ -165,6 +186,7 @@ impl Cost<'_> {
         if parts.len() > 1 {
             let view = |(i, part): (usize, &Part)| ViewCell { id: format!("auto {i}"), pieces: vec![piece(self.low(part))] };
             found.views = parts.iter().enumerate().map(view).collect();
+            found.eyes = parts.iter().map(|part| part.eyes.iter().map(|&eye| self.eyes[eye].cell).collect()).collect();
         }
         found
     }

@@ -2,7 +2,7 @@
 //!
 //! **Upper**: a line from a point of a region to an object that doesn't touch the region leaves it for the last time through its
 //! boundary, and goes on through cells from there. So the region is laid out as one more cell, from which portals, the facets of
-//! its pieces, lead into every cell that goes on beyond them; and flow searches from that cell alone. Facets beyond which no cell
+//! its pieces, lead into every cell that goes on beyond them; and flow searches from that cell alone, through what these cells see. Facets beyond which no cell
 //! goes on lie on walls or in them. What is nearer than the clearance is promised nothing, as everywhere; windows are widened by
 //! it.
 //!
@@ -14,8 +14,10 @@ use super::options::PvsOptions;
 use super::sampling::confidence::doubt_of;
 use super::sampling::regions::RegionSampler;
 use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
+use super::triangles::Triangles;
 use super::{Guarantee, Pvs};
-use crate::cells::{Cell, CellGraph, Locator, Placement, Portal, PortalKind, PortalState, ViewCell, place_objects};
+use crate::bits;
+use crate::cells::{Cell, CellGraph, Locator, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
 use crate::scene::Scene;
@@ -31,6 +33,11 @@ const SHARE: f64 = 0.5;
 const FIRST: u64 = 1_000_000;
 /// Rows of more view cells than this, where what was witnessed is shipped, aim at what their cells may see; of fewer, at what flow leaves.
 const MANY: usize = 32;
+/// Whether view cells pay is tried on so many of them, fewer where a graph is large. More: it takes as long as all of them do. Fewer: chance
+/// decides.
+const TRIED: [usize; 2] = [3, 12];
+/// Pairs of directed portals that all trials together may ask, where they are more than the least.
+const TRIED_PAIRS: usize = 250_000_000;
 /// Of that, this fraction tests what the others found.
 const TESTED: f64 = 0.2;
 /// A facet that lies in more pieces of a cell than this leads into it as a whole.
@@ -80,10 +87,7 @@ pub fn bake(
     let mut sampler = RegionSampler::new(prover, pvs, views, options.seed);
     sampler.take_from_cells();
     // 2. Flow from each region.
-    let region = |view: &ViewCell| Cell { pieces: view.pieces.clone(), ..Cell::default() };
-    let regions = CellGraph { cells: views.iter().map(region).collect(), portals: Vec::new(), ..graph.clone() };
-    let touching = place_objects(scene, &regions, PLACEMENT_MARGIN * clearance).matrix;
-    let bounds: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
+    let uppers = Uppers::new(scene, pvs, &locator, views, options);
     let (mut upper, mut in_no_cell, mut capped) = (BitMatrix::new(views.len(), scene.objects.len()), Vec::new(), 0);
     let by_cells = options.ship == Guarantee::Sampled && views.len() > MANY;
     for (v, view) in views.iter().enumerate() {
@@ -102,13 +106,10 @@ pub fn bake(
             }
             continue;
         }
-        let ways = ways_out(graph, &locator, view, clearance);
-        if ways.is_empty() {
-            in_no_cell.push(v);
+        match uppers.set(v, sampler.lower.row(v), upper.row_mut(v), work)? {
+            Some(more) => capped += more,
+            None => in_no_cell.push(v),
         }
-        let inserted = Inserted { graph, ways, touching: touching.row(v), known: sampler.lower.row(v) };
-        let coplanar = scene.tolerance().coplanar;
-        capped += inserted.flow(&pvs.placement, &bounds, options, coplanar, upper.row_mut(v), work)?;
     }
     // 3. Cubes and rays at what is left, and tests, until the goal is reached or all rays are cast.
     let budget = (options.ray_budget as f64 * SHARE) as u64;
@@ -135,6 +136,74 @@ pub fn bake(
     upper.union_with(&lower);
     let contradictions = upper.count_ones() - before;
     Ok(ViewRows { lower, upper, witnesses, in_no_cell, unseen, unseen_mean: mean, rays, capped, contradictions })
+}
+
+/// By how much rows of view cells lessen the triangles of what eyes get to see, as far as portals prove it: tried on some of them, as a
+/// share from 0 to 1. `eyes`: for each view cell, the cells that eyes in it are in.
+///
+/// # Errors
+///
+/// Where it was stopped.
+pub(crate) fn saving(
+    scene: &Scene,
+    pvs: &Pvs,
+    views: &[ViewCell],
+    eyes: &[Vec<usize>],
+    options: &PvsOptions,
+    work: &Job<'_>,
+) -> Result<f64, Stopped> {
+    let (locator, triangles) = (Locator::new(&pvs.graph), Triangles::of(scene));
+    let uppers = Uppers::new(scene, pvs, &locator, views, options);
+    let words = scene.objects.len().div_ceil(64);
+    let [mut before, mut after] = [0; 2];
+    let pairs = (2 * pvs.graph.portals.len()).pow(2).max(1);
+    let tried = (TRIED_PAIRS / pairs).clamp(TRIED[0], TRIED[1]);
+    for v in (0..views.len()).step_by(views.len().div_ceil(tried).max(1)) {
+        work.tell("view cells: trial", v as f64 / views.len() as f64);
+        let mut row = vec![0; words];
+        uppers.set(v, &vec![0; words], &mut row, work)?;
+        for &cell in &eyes[v] {
+            let of_cell = pvs.objects_upper.row(cell);
+            before += triangles.in_row(of_cell.iter().copied());
+            after += triangles.in_row(of_cell.iter().zip(&row).map(|(a, b)| a & b));
+        }
+    }
+    Ok(if before == 0 { 0.0 } else { 1.0 - after as f64 / before as f64 })
+}
+
+/// Finds what may be seen from regions.
+struct Uppers<'a> {
+    pvs: &'a Pvs,
+    locator: &'a Locator<'a>,
+    views: &'a [ViewCell],
+    options: &'a PvsOptions,
+    /// Views x objects: what touches them.
+    touching: BitMatrix,
+    /// Of the objects.
+    bounds: Vec<Aabb>,
+    clearance: f64,
+    coplanar: f64,
+}
+
+impl<'a> Uppers<'a> {
+    fn new(scene: &Scene, pvs: &'a Pvs, locator: &'a Locator<'a>, views: &'a [ViewCell], options: &'a PvsOptions) -> Self {
+        let (clearance, coplanar) = (scene.tolerance().clearance, scene.tolerance().coplanar);
+        let region = |view: &ViewCell| Cell { pieces: view.pieces.clone(), ..Cell::default() };
+        let regions = CellGraph { cells: views.iter().map(region).collect(), portals: Vec::new(), ..pvs.graph.clone() };
+        let touching = place_objects(scene, &regions, PLACEMENT_MARGIN * clearance).matrix;
+        let bounds = scene.objects.iter().map(|o| o.bounds).collect();
+        Self { pvs, locator, views, options, touching, bounds, clearance, coplanar }
+    }
+
+    /// Sets what may be seen from a view cell, of which `known` is visible. Gives the number of searches that ran out of steps; `None` where
+    /// it lies in no cell.
+    fn set(&self, v: usize, known: &[u64], row: &mut [u64], work: &Job<'_>) -> Result<Option<u64>, Stopped> {
+        let ways = ways_out(&self.pvs.graph, self.locator, &self.views[v], self.clearance);
+        let is_in_a_cell = !ways.is_empty();
+        let inserted = Inserted { pvs: self.pvs, ways, touching: self.touching.row(v), known };
+        let capped = inserted.flow(&self.bounds, self.options, self.coplanar, row, work)?;
+        Ok(is_in_a_cell.then_some(capped))
+    }
 }
 
 /// The portals that lead out of a region: its facets as far as cells go on beyond them, leading into those from cell
@@ -206,9 +275,10 @@ fn outside(polygon: Vec<DVec3>, planes: &[Plane]) -> Vec<Vec<DVec3>> {
     parts
 }
 
-/// A region as one more cell of a graph.
+/// A region as one more cell of a graph, beside the cells that those next to it see: any line that leaves it goes on through one of
+/// these, and meets no cell that this one doesn't see.
 struct Inserted<'a> {
-    graph: &'a CellGraph,
+    pvs: &'a Pvs,
     ways: Vec<Portal>,
     /// Objects that touch it.
     touching: &'a [u64],
@@ -220,17 +290,38 @@ impl Inserted<'_> {
     /// Sets what may be seen from the region; gives the number of searches that ran out of steps.
     fn flow(
         self,
-        placement: &Placement,
         bounds: &[Aabb],
         options: &PvsOptions,
         coplanar: f64,
         row: &mut [u64],
         work: &Job<'_>,
     ) -> Result<u64, Stopped> {
-        let here = self.graph.cells.len();
-        let mut graph = self.graph.clone();
-        graph.cells.push(Cell::default());
-        graph.portals.extend(self.ways);
+        let Pvs { graph: whole, placement, .. } = self.pvs;
+        let mut next: Vec<usize> = self.ways.iter().map(|way| way.cells[1].index()).collect();
+        next.sort_unstable();
+        next.dedup();
+        // The cells that may be on a line, by their new numbers.
+        let mut on_lines = vec![0; whole.cells.len().div_ceil(64)];
+        for &cell in &next {
+            on_lines.iter_mut().zip(self.pvs.cells_upper.row(cell)).for_each(|(all, more)| *all |= more);
+        }
+        let old: Vec<usize> = bits::ones(&on_lines).collect();
+        let here = old.len();
+        let mut new = vec![None; whole.cells.len()];
+        old.iter().enumerate().for_each(|(i, &cell)| new[cell] = Some(CellId(i as u32)));
+        let kept = |portal: &Portal| {
+            let [a, b] = portal.cells.map(|c| new.get(c.index()).copied().unwrap_or(Some(CellId(here as u32))));
+            Some(Portal { cells: [a?, b?], ..portal.clone() })
+        };
+        let graph = CellGraph {
+            cells: vec![Cell::default(); here + 1],
+            portals: whole.portals.iter().chain(&self.ways).filter_map(kept).collect(),
+            strategy: whole.strategy,
+            smallest_hole: whole.smallest_hole,
+            reason: String::new(),
+            closed_holes: Vec::new(),
+            notes: Vec::new(),
+        };
         // Of the cells everything is taken as known, so that nothing is searched for from there.
         let all = |columns: usize, known: usize| {
             let mut matrix = BitMatrix::new(here + 1, columns);
@@ -244,11 +335,21 @@ impl Inserted<'_> {
         let (cells_lower, mut objects_lower) = (all(here + 1, here), all(bounds.len(), bounds.len()));
         objects_lower.row_mut(here).copy_from_slice(self.known);
         let mut places = BitMatrix::new(here + 1, bounds.len());
-        (0..here).for_each(|cell| places.row_mut(cell).copy_from_slice(placement.matrix.row(cell)));
+        old.iter().enumerate().for_each(|(i, &cell)| places.row_mut(i).copy_from_slice(placement.matrix.row(cell)));
         places.row_mut(here).copy_from_slice(self.touching);
-        // What touches the region is met wherever it is.
-        let touching = places.ones(here).map(|_| PlacedBox::WHOLE);
-        let placed_boxes = placement.boxes.as_ref().map(|boxes| boxes.iter().copied().chain(touching).collect::<Vec<_>>());
+        let placed_boxes = placement.boxes.as_ref().map(|boxes| {
+            let (mut all, mut boxes) = (Vec::new(), boxes.as_slice());
+            for (cell, kept) in new.iter().enumerate() {
+                let (of_cell, rest) = boxes.split_at(placement.matrix.count_row(cell) as usize);
+                boxes = rest;
+                if kept.is_some() {
+                    all.extend_from_slice(of_cell);
+                }
+            }
+            // What touches the region is met wherever it is.
+            all.extend(places.ones(here).map(|_| PlacedBox::WHOLE));
+            all
+        });
         let input = FlowInput {
             graph: &graph,
             placement: &places,
