@@ -131,7 +131,7 @@ mod level {
     use enfilade::proof::{Asker, Goal, Why};
     use enfilade::scene::ImportOptions;
     use enfilade::scene::quake::import_bytes;
-    use enfilade::{CellId, ObjectId};
+    use enfilade::{BitMatrix, CellId, ObjectId};
     use glam::Vec4;
     use testing::data::data;
 
@@ -159,7 +159,8 @@ mod level {
         assert_eq!(clusters.clusters.iter().sum::<u32>() as usize, leaves.cells.len());
 
         let [few, many] = [&clusters, &leaves].map(|file| file.object_rows.as_ref().unwrap());
-        let triangles = |row: &[u64]| ones(row).map(|o| f64::from(leaves.objects[o].triangles)).sum::<f64>();
+        let triangles =
+            |rows: &BitMatrix, row: usize| rows.ones(row).map(|o| f64::from(leaves.objects[o].triangles)).sum::<f64>();
         let (mut before, mut after, mut found) = (0.0, 0.0, 0);
         for (c, cell) in clusters.cells.iter().enumerate() {
             let member = |piece| leaves.cells.iter().position(|leaf| leaf.pieces == [piece].map(Clone::clone)).unwrap();
@@ -169,8 +170,8 @@ mod level {
             for &leaf in &members {
                 united.iter_mut().zip(many.row(leaf)).for_each(|(all, more)| *all |= more);
                 let volume = volume(&leaves.cells[leaf].pieces[0]);
-                before += volume * triangles(many.row(leaf));
-                after += volume * triangles(few.row(c));
+                before += volume * triangles(many, leaf);
+                after += volume * triangles(few, c);
             }
             assert_eq!(united, few.row(c), "cluster {c}");
         }
@@ -193,10 +194,5 @@ mod level {
             }
         }
         assert!(joined > 0 && joined < hidden, "{joined} of {hidden}");
-    }
-
-    /// Set bits of a row.
-    fn ones(row: &[u64]) -> impl Iterator<Item = usize> + '_ {
-        row.iter().enumerate().flat_map(|(i, &word)| (0..64).filter(move |b| word >> b & 1 > 0).map(move |b| 64 * i + b))
     }
 }

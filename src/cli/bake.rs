@@ -17,7 +17,7 @@ use std::time::Instant;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene: .glb, .gltf, .obj, .ifc, or .gml (IndoorGML), whose cell spaces are the cells
+    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), or .gml (IndoorGML), whose cell spaces are the cells
     input: PathBuf,
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]

@@ -196,13 +196,79 @@ impl<'a> Uppers<'a> {
     }
 
     /// Sets what may be seen from a view cell, of which `known` is visible. Gives the number of searches that ran out of steps; `None` where
-    /// it lies in no cell.
+    /// it lies in no cell. The region is one more cell of a graph, beside the cells that those next to it see: any line that leaves it goes
+    /// on through one of these, and meets no cell that this one doesn't see.
     fn set(&self, v: usize, known: &[u64], row: &mut [u64], work: &Job<'_>) -> Result<Option<u64>, Stopped> {
-        let ways = ways_out(&self.pvs.graph, self.locator, &self.views[v], self.clearance);
+        let Pvs { graph: whole, placement, .. } = self.pvs;
+        let bounds = self.bounds.as_slice();
+        let ways = ways_out(whole, self.locator, &self.views[v], self.clearance);
         let is_in_a_cell = !ways.is_empty();
-        let inserted = Inserted { pvs: self.pvs, ways, touching: self.touching.row(v), known };
-        let capped = inserted.flow(&self.bounds, self.options, self.coplanar, row, work)?;
-        Ok(is_in_a_cell.then_some(capped))
+        let mut next: Vec<usize> = ways.iter().map(|way| way.cells[1].index()).collect();
+        next.sort_unstable();
+        next.dedup();
+        // The cells that may be on a line, by their new numbers.
+        let mut on_lines = vec![0; whole.cells.len().div_ceil(64)];
+        for &cell in &next {
+            on_lines.iter_mut().zip(self.pvs.cells_upper.row(cell)).for_each(|(all, more)| *all |= more);
+        }
+        let old: Vec<usize> = bits::ones(&on_lines).collect();
+        let here = old.len();
+        let mut new = vec![None; whole.cells.len()];
+        old.iter().enumerate().for_each(|(i, &cell)| new[cell] = Some(CellId(i as u32)));
+        let kept = |portal: &Portal| {
+            let [a, b] = portal.cells.map(|c| new.get(c.index()).copied().unwrap_or(Some(CellId(here as u32))));
+            Some(Portal { cells: [a?, b?], ..portal.clone() })
+        };
+        let graph = CellGraph {
+            cells: vec![Cell::default(); here + 1],
+            portals: whole.portals.iter().chain(&ways).filter_map(kept).collect(),
+            strategy: whole.strategy,
+            smallest_hole: whole.smallest_hole,
+            reason: String::new(),
+            closed_holes: Vec::new(),
+            notes: Vec::new(),
+        };
+        // Of the cells everything is taken as known, so that nothing is searched for from there.
+        let all = |columns: usize, known: usize| {
+            let mut matrix = BitMatrix::new(here + 1, columns);
+            for row in 0..here {
+                (0..known).for_each(|column| {
+                    matrix.set(row, column);
+                });
+            }
+            matrix
+        };
+        let (cells_lower, mut objects_lower) = (all(here + 1, here), all(bounds.len(), bounds.len()));
+        objects_lower.row_mut(here).copy_from_slice(known);
+        let mut places = BitMatrix::new(here + 1, bounds.len());
+        old.iter().enumerate().for_each(|(i, &cell)| places.row_mut(i).copy_from_slice(placement.matrix.row(cell)));
+        places.row_mut(here).copy_from_slice(self.touching.row(v));
+        let placed_boxes = placement.boxes.as_ref().map(|boxes| {
+            let (mut all, mut boxes) = (Vec::new(), boxes.as_slice());
+            for (cell, kept) in new.iter().enumerate() {
+                let (of_cell, rest) = boxes.split_at(placement.matrix.count_row(cell) as usize);
+                boxes = rest;
+                if kept.is_some() {
+                    all.extend_from_slice(of_cell);
+                }
+            }
+            // What touches the region is met wherever it is.
+            all.extend(places.ones(here).map(|_| PlacedBox::WHOLE));
+            all
+        });
+        let input = FlowInput {
+            graph: &graph,
+            placement: &places,
+            placed_boxes: placed_boxes.as_deref(),
+            object_bounds: bounds,
+            cells_lower: &cells_lower,
+            objects_lower: &objects_lower,
+            max_steps: self.options.flow_steps,
+            coplanar: self.coplanar,
+        };
+        let flowed = flow(&input, work)?;
+        row.copy_from_slice(flowed.objects_upper.row(here));
+        Ok(is_in_a_cell.then_some(flowed.capped))
     }
 }
 
@@ -273,95 +339,4 @@ fn outside(polygon: Vec<DVec3>, planes: &[Plane]) -> Vec<Vec<DVec3>> {
     }
     parts.retain(|part| part.len() >= 3);
     parts
-}
-
-/// A region as one more cell of a graph, beside the cells that those next to it see: any line that leaves it goes on through one of
-/// these, and meets no cell that this one doesn't see.
-struct Inserted<'a> {
-    pvs: &'a Pvs,
-    ways: Vec<Portal>,
-    /// Objects that touch it.
-    touching: &'a [u64],
-    /// Objects known to be visible.
-    known: &'a [u64],
-}
-
-impl Inserted<'_> {
-    /// Sets what may be seen from the region; gives the number of searches that ran out of steps.
-    fn flow(
-        self,
-        bounds: &[Aabb],
-        options: &PvsOptions,
-        coplanar: f64,
-        row: &mut [u64],
-        work: &Job<'_>,
-    ) -> Result<u64, Stopped> {
-        let Pvs { graph: whole, placement, .. } = self.pvs;
-        let mut next: Vec<usize> = self.ways.iter().map(|way| way.cells[1].index()).collect();
-        next.sort_unstable();
-        next.dedup();
-        // The cells that may be on a line, by their new numbers.
-        let mut on_lines = vec![0; whole.cells.len().div_ceil(64)];
-        for &cell in &next {
-            on_lines.iter_mut().zip(self.pvs.cells_upper.row(cell)).for_each(|(all, more)| *all |= more);
-        }
-        let old: Vec<usize> = bits::ones(&on_lines).collect();
-        let here = old.len();
-        let mut new = vec![None; whole.cells.len()];
-        old.iter().enumerate().for_each(|(i, &cell)| new[cell] = Some(CellId(i as u32)));
-        let kept = |portal: &Portal| {
-            let [a, b] = portal.cells.map(|c| new.get(c.index()).copied().unwrap_or(Some(CellId(here as u32))));
-            Some(Portal { cells: [a?, b?], ..portal.clone() })
-        };
-        let graph = CellGraph {
-            cells: vec![Cell::default(); here + 1],
-            portals: whole.portals.iter().chain(&self.ways).filter_map(kept).collect(),
-            strategy: whole.strategy,
-            smallest_hole: whole.smallest_hole,
-            reason: String::new(),
-            closed_holes: Vec::new(),
-            notes: Vec::new(),
-        };
-        // Of the cells everything is taken as known, so that nothing is searched for from there.
-        let all = |columns: usize, known: usize| {
-            let mut matrix = BitMatrix::new(here + 1, columns);
-            for row in 0..here {
-                (0..known).for_each(|column| {
-                    matrix.set(row, column);
-                });
-            }
-            matrix
-        };
-        let (cells_lower, mut objects_lower) = (all(here + 1, here), all(bounds.len(), bounds.len()));
-        objects_lower.row_mut(here).copy_from_slice(self.known);
-        let mut places = BitMatrix::new(here + 1, bounds.len());
-        old.iter().enumerate().for_each(|(i, &cell)| places.row_mut(i).copy_from_slice(placement.matrix.row(cell)));
-        places.row_mut(here).copy_from_slice(self.touching);
-        let placed_boxes = placement.boxes.as_ref().map(|boxes| {
-            let (mut all, mut boxes) = (Vec::new(), boxes.as_slice());
-            for (cell, kept) in new.iter().enumerate() {
-                let (of_cell, rest) = boxes.split_at(placement.matrix.count_row(cell) as usize);
-                boxes = rest;
-                if kept.is_some() {
-                    all.extend_from_slice(of_cell);
-                }
-            }
-            // What touches the region is met wherever it is.
-            all.extend(places.ones(here).map(|_| PlacedBox::WHOLE));
-            all
-        });
-        let input = FlowInput {
-            graph: &graph,
-            placement: &places,
-            placed_boxes: placed_boxes.as_deref(),
-            object_bounds: bounds,
-            cells_lower: &cells_lower,
-            objects_lower: &objects_lower,
-            max_steps: options.flow_steps,
-            coplanar,
-        };
-        let flowed = flow(&input, work)?;
-        row.copy_from_slice(flowed.objects_upper.row(here));
-        Ok(flowed.capped)
-    }
 }
