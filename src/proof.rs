@@ -4,7 +4,7 @@
 use crate::cells::CellGraph;
 use crate::file::PvsFile;
 use crate::geom::Aabb;
-use crate::pvs::pair_proof::{Flowed, PairFlow, Separation, is_shielded};
+use crate::pvs::pair_proof::{Flowed, Fronts, PairFlow, Separation, is_shielded};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::types::guarantee::Guarantee;
@@ -35,6 +35,8 @@ pub enum Why {
     /// No line passes: each chain of portals from the cell ends in one of these. None at all: the planes of the portals alone leave
     /// no chain.
     Separated(Vec<Separation>),
+    /// Portals leave the pair open, but the cell is behind all triangles of the object that it could see.
+    Behind,
     /// Portals leave the pair open, triangles shut it.
     Shielded(Shield),
     /// No line passes: proven from each of so many cells that this one was joined from, when they and others were still apart. The file
@@ -136,6 +138,7 @@ pub struct Asker<'f> {
     graph: CellGraph,
     flow: PairFlow,
     rays: Option<RayScene<'f>>,
+    fronts: Option<Fronts>,
 }
 
 /// What is known of a pair.
@@ -160,7 +163,8 @@ impl<'f> Asker<'f> {
         let bounds: Vec<Aabb> = file.object_bounds().collect();
         let flow = PairFlow::new(&graph, &file.placement, file.placed.as_deref(), &bounds, file.tolerance().coplanar);
         let rays = model.map(|scene| RayScene::with_closed_holes(scene, &graph.closed_holes));
-        Ok(Self { file, graph, flow, rays })
+        let fronts = model.map(|scene| Fronts::new(scene, &graph));
+        Ok(Self { file, graph, flow, rays, fronts })
     }
 
     /// Why `cell` sees `goal`, or doesn't.
@@ -234,9 +238,12 @@ impl<'f> Asker<'f> {
                     Flowed::Open(chain) => chain,
                     Flowed::OutOfSteps => Vec::new(),
                 };
+                let cells_upper = self.cells_upper();
+                if self.fronts.as_ref().is_some_and(|fronts| fronts.is_behind(&self.graph, &cells_upper, cell, object)) {
+                    return Why::Behind;
+                }
                 let (placement, pair) = (&self.file.placement, [cell.index(), object.index()]);
-                let confirmed =
-                    self.rays.as_ref().map(|rays| is_shielded(rays, &self.graph, placement, &self.cells_upper(), pair));
+                let confirmed = self.rays.as_ref().map(|rays| is_shielded(rays, &self.graph, placement, &cells_upper, pair));
                 match self.file.clusters.get(cell.index()) {
                     Some(&cells) if confirmed != Some(true) => Why::Joined(cells),
                     _ => Why::Shielded(Shield { chain, confirmed }),

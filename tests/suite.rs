@@ -5,6 +5,7 @@ mod sources;
 
 mod audit;
 mod auto;
+mod backfaces;
 mod bake;
 mod bsp;
 mod bsp_cells;

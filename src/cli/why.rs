@@ -96,6 +96,7 @@ impl Teller<'_> {
             Why::Shielded(shield) => {
                 vec![("verdict", "shielded".into()), ("chain", ids(&shield.chain)), ("confirmed", shield.confirmed.into())]
             }
+            Why::Behind => vec![("verdict", "behind".into())],
             Why::Joined(cells) => vec![("verdict", "joined".into()), ("joined_from", (*cells).into())],
             Why::Undecided(doubt) => {
                 let mut told = vec![("verdict", "undecided".into())];
@@ -191,6 +192,7 @@ impl Teller<'_> {
                     way(&s.chain)
                 )
             }
+            Why::Behind => format!("{a} doesn't see {b}: it is behind all triangles of it that face its way"),
             Why::Joined(1) => format!("{a} doesn't see {b}: proven before others were joined (--clusters)"),
             Why::Joined(cells) => {
                 format!("{a} doesn't see {b}: proven for each of the {cells} cells that it was joined from (--clusters)")

@@ -1,5 +1,6 @@
 //! Both sides, step by step: sampling, portal flow, occluders, and repairs between them.
 
+use super::backfaces::Fronts;
 use super::flow::{FlowInput, FlowResult, flow};
 use super::sampling::clock::Clock;
 use super::sampling::witness::{Lower, PLACEMENT_MARGIN};
@@ -63,6 +64,7 @@ struct Bake<'a> {
     graph: CellGraph,
     /// Which objects are in which cell.
     placement: Placement,
+    fronts: Fronts,
     object_bounds: Vec<Aabb>,
     lower: Lower,
     /// Cells x objects: pairs that triangles leave open for the tolerance.
@@ -78,6 +80,7 @@ impl<'a> Bake<'a> {
         let (cells, objects) = (graph.cells.len(), scene.objects.len());
         Self {
             placement: place_objects(scene, &graph, PLACEMENT_MARGIN * scene.tolerance().clearance),
+            fronts: Fronts::new(scene, &graph),
             object_bounds: scene.objects.iter().map(|o| o.bounds).collect(),
             lower: Lower { most_witnesses: options.most_witnesses, ..Lower::new(cells, objects) },
             narrow: BitMatrix::new(cells, objects),
@@ -127,7 +130,7 @@ impl<'a> Bake<'a> {
         self.repairs.len() > before
     }
 
-    /// What portals let through.
+    /// What portals let through, and what of it is not behind all that it could see.
     fn flow(&self) -> Result<FlowResult, Stopped> {
         let input = FlowInput {
             graph: &self.graph,
@@ -139,7 +142,10 @@ impl<'a> Bake<'a> {
             max_steps: self.options.flow_steps,
             coplanar: self.scene.tolerance().coplanar,
         };
-        flow(&input, self.work)
+        let mut upper = flow(&input, self.work)?;
+        let FlowResult { cells_upper, objects_upper, .. } = &mut upper;
+        self.fronts.hide(&self.graph, &self.lower.objects, cells_upper, objects_upper);
+        Ok(upper)
     }
 
     /// Rays at pairs that flow leaves undecided.

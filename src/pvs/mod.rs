@@ -1,11 +1,12 @@
 //! What can be seen from each cell: both sides of it.
 //!
-//! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, then `occluders`. Where
-//! the two contradict each other: `repair`. What stays between them: `gap`. Both for regions across cells: `view_cells`, which
-//! a user gives or [`partition`] chooses by cost.
+//! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, `backfaces`,
+//! then `occluders`. Where the two contradict each other: `repair`. What stays between them: `gap`. Both for regions across cells:
+//! `view_cells`, which a user gives or [`partition`] chooses by cost.
 //! Rows that neighbours share: [`clusters`].
 //! Single pairs once more, with the reason: `pair_proof`.
 
+mod backfaces;
 mod bake;
 pub mod clusters;
 pub mod cubes;

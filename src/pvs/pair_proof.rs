@@ -3,6 +3,7 @@
 //! Portals are taken as they are given. Those of a file are rounded to `f32`, so that an answer may differ from the bake's by as
 //! much; what is in the file stays what was proven.
 
+pub(crate) use super::backfaces::Fronts;
 use super::flow::goals::{Boxes, CellGoals, Goals, Inside, NoProof, ObjectGoals};
 use super::flow::might_see::{MightSee, set};
 use super::flow::net::Net;

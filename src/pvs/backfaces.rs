@@ -1,0 +1,136 @@
+//! Pairs that are hidden because the cell is behind all that it could see of the object.
+//!
+//! Based on: back-face culling from a region, as in Kumar, Manocha, Garrett, Lin, *Hierarchical back-face computation*, 1996; but
+//! which side of a triangle is its front is not taken from its winding, which models get wrong. A triangle in a plane that bounds a convex
+//! piece of a cell has the whole piece on one side. So a line that ends on it in that piece arrives from that side, and comes
+//! from an eye on that side, through portals that reach there.
+//!
+//! Portals alone do not tell: flow asks for the box of an object, and half of such a box may be behind a wall.
+
+use super::sampling::witness::PLACEMENT_MARGIN;
+use crate::cells::{CellGraph, Locator, Piece};
+use crate::geom::{Aabb, Plane, clip, width};
+use crate::scene::Scene;
+use crate::tolerance::Tolerance;
+use crate::{BitMatrix, CellId, ObjectId, bits, parallel};
+use glam::DVec3;
+
+/// More planes than this, and an object counts as seen from everywhere. Larger: time for objects that are round. Smaller: what
+/// has many faces in one cell is never proven hidden.
+const MOST_PLANES: usize = 16;
+
+/// What of a triangle reaches into a piece is its rim where it is no wider than so many margins, and no deeper in than the clearance. Larger:
+/// a triangle that leans out of a piece by little counts as a rim. Smaller: rounding of a rim counts as a triangle.
+const RIM: f64 = 4.0;
+
+/// From where the part of an object in a cell is seen.
+#[derive(Clone, PartialEq, Debug)]
+enum Front {
+    /// Perhaps from anywhere.
+    Unknown,
+    /// From inside at least one of these.
+    Inside(Vec<Plane>),
+}
+
+/// For each object, its cells, ascending, and from where its part in each is seen.
+pub struct Fronts {
+    of_object: Vec<Vec<(u32, Front)>>,
+    /// Corners this far inside a plane are in front of it, metres: see [`Tolerance::coplanar`].
+    coplanar: f64,
+}
+
+impl Fronts {
+    /// Asks the triangles of all objects.
+    pub fn new(scene: &Scene, graph: &CellGraph) -> Self {
+        let (locator, tolerance) = (Locator::new(graph), scene.tolerance());
+        let margin = PLACEMENT_MARGIN * tolerance.clearance;
+        let of_object = parallel::map(&scene.objects, |object| {
+            let mut fronts: Vec<(u32, Front)> = Vec::new();
+            for triangle in object.triangles.clone() {
+                let corners = scene.corners(triangle as usize);
+                locator.pieces_in_box(&Aabb::of(corners).inflated(margin), |cell, piece| {
+                    let piece = &graph.cells[cell.index()].pieces[piece];
+                    let Some(found) = front(&corners, piece, margin, &tolerance) else { return };
+                    match fronts.iter_mut().find(|(c, _)| *c == cell.0) {
+                        Some((_, front)) => front.join(found),
+                        None => fronts.push((cell.0, found)),
+                    }
+                });
+            }
+            fronts.sort_unstable_by_key(|&(cell, _)| cell);
+            fronts
+        });
+        Self { of_object, coplanar: tolerance.coplanar }
+    }
+
+    /// Takes from `objects_upper` the pairs of a cell and an object that [`Self::is_behind`]. Pairs of `known` stay.
+    pub fn hide(&self, graph: &CellGraph, known: &BitMatrix, cells_upper: &BitMatrix, objects_upper: &mut BitMatrix) {
+        let hidden = parallel::map_range(0..graph.cells.len(), |cell| {
+            let exits = exits(graph, cell);
+            let row = objects_upper.row(cell).iter().zip(known.row(cell));
+            let asked: Vec<u64> = row.map(|(upper, known)| upper & !known).collect();
+            let is_behind = |&object: &usize| !self.shows(cells_upper, cell, object, &exits);
+            bits::ones(&asked).filter(is_behind).collect::<Vec<_>>()
+        });
+        for (cell, objects) in hidden.into_iter().enumerate() {
+            objects.into_iter().for_each(|object| objects_upper.clear(cell, object));
+        }
+    }
+
+    /// True where a cell is behind all that it could see of an object; `cells_upper`: pairs of cells that may see each other.
+    pub fn is_behind(&self, graph: &CellGraph, cells_upper: &BitMatrix, cell: CellId, object: ObjectId) -> bool {
+        !self.shows(cells_upper, cell.index(), object.index(), &exits(graph, cell.index()))
+    }
+
+    /// True where an eye in `from` may see the object: in its own cell, or through one of `exits` in another.
+    fn shows(&self, cells_upper: &BitMatrix, from: usize, object: usize, exits: &[DVec3]) -> bool {
+        let is_before = |plane: &Plane| exits.iter().any(|&p| plane.distance(p) < -self.coplanar);
+        self.of_object[object].iter().any(|(cell, front)| match front {
+            _ if *cell as usize == from => true,
+            _ if !cells_upper.get(from, *cell as usize) => false,
+            Front::Unknown => true,
+            Front::Inside(planes) => planes.iter().any(is_before),
+        })
+    }
+}
+
+impl Front {
+    fn join(&mut self, other: Self) {
+        match (&mut *self, other) {
+            (Self::Inside(planes), Self::Inside(more)) if planes.len() <= MOST_PLANES => {
+                more.into_iter().for_each(|plane| {
+                    if !planes.contains(&plane) {
+                        planes.push(plane)
+                    }
+                });
+            }
+            _ => *self = Self::Unknown,
+        }
+    }
+}
+
+/// The corners of the portals of a cell.
+fn exits(graph: &CellGraph, cell: usize) -> Vec<DVec3> {
+    let portals = graph.cells[cell].portals.iter();
+    portals.flat_map(|p| graph.portals[p.portal().index()].winding.iter().copied()).collect()
+}
+
+/// From where the part of a triangle in a piece is seen; `None` where the piece has no more of it than its rim.
+fn front(corners: &[DVec3; 3], piece: &Piece, margin: f64, tolerance: &Tolerance) -> Option<Front> {
+    let part = cut(corners, &piece.planes, margin);
+    if part.is_empty() {
+        return None;
+    }
+    let lies_in = |plane: &Plane| corners.iter().all(|&p| plane.distance(p).abs() <= margin);
+    let (own, others): (Vec<Plane>, Vec<Plane>) = piece.planes.iter().partition(|plane| lies_in(plane));
+    if width(&part) <= RIM * margin && cut(corners, &others, -tolerance.clearance).is_empty() {
+        return None;
+    }
+    Some(if own.is_empty() { Front::Unknown } else { Front::Inside(own) })
+}
+
+/// What of a triangle is inside some planes, each moved out by a distance, metres.
+fn cut(corners: &[DVec3; 3], planes: &[Plane], by: f64) -> Vec<DVec3> {
+    let moved = planes.iter().map(|plane| Plane { d: plane.d + by, ..*plane });
+    moved.fold(corners.to_vec(), |polygon, plane| clip(&polygon, &plane, 0.0))
+}
