@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use qbsp::prelude::*;
 use std::collections::BTreeSet;
 use testing::data::data;
-use testing::quake::{AIR, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms};
+use testing::quake::{AIR, Face, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms, with_faces};
 
 const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
 const VISIBILITY: usize = 4;
@@ -132,7 +132,7 @@ fn rows_come_back_and_the_rest_stays() {
             let level = Bsp::read(before.clone()).unwrap();
             let mut rows = diagonal(5);
             [(0, 1), (1, 0), (1, 2), (4, 0)].iter().for_each(|&(a, b)| _ = rows.set(a, b));
-            let after = level.with_rows(&rows, &[0, 1, 2, 3, 4]).unwrap();
+            let after = level.with_rows(&rows, &[0, 1, 2, 3, 4], None).unwrap();
             let again = Bsp::read(after.clone()).unwrap();
             assert_eq!(again.rows().unwrap(), Some(rows.clone()), "layout {k}");
             assert_eq!(again.level().unwrap(), level.level().unwrap());
@@ -146,7 +146,7 @@ fn rows_come_back_and_the_rest_stays() {
                 .collect();
             assert_eq!((offsets[0], offsets[6], offsets.len()), (-1, -1, 7));
             // Once more, with the same rows: the same file.
-            assert_eq!(again.with_rows(&rows, &[0, 1, 2, 3, 4]).unwrap(), after, "layout {k}");
+            assert_eq!(again.with_rows(&rows, &[0, 1, 2, 3, 4], None).unwrap(), after, "layout {k}");
         }
     }
 }
@@ -157,10 +157,63 @@ fn clusters_rows_are_spread_over_their_leaves() {
     // Two clusters: leaves 0, 1, 2 and 3, 4; the first sees the second, which sees itself only.
     let mut rows = diagonal(2);
     rows.set(0, 1);
-    let after = Bsp::read(level.with_rows(&rows, &[0, 0, 0, 1, 1]).unwrap()).unwrap().rows().unwrap().unwrap();
+    let after = Bsp::read(level.with_rows(&rows, &[0, 0, 0, 1, 1], None).unwrap()).unwrap().rows().unwrap().unwrap();
     let of = |leaf: usize| after.ones(leaf).collect::<Vec<_>>();
     assert_eq!([of(0), of(1), of(2)], [(); 3].map(|()| vec![0, 1, 2, 3, 4]));
     assert_eq!([of(3), of(4)], [(); 2].map(|()| vec![3, 4]));
+}
+
+/// A triangle that a leaf names.
+fn sounding(texture: &'static str, leaf: usize) -> Face {
+    Face { corners: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], texture, leaf }
+}
+
+#[test]
+fn leaves_hear_what_they_see() {
+    // Leaf `i + 1` is cell `i`. Slime sounds like water; a teleporter doesn't sound.
+    let faces = vec![
+        sounding("*Slime0", 1),
+        sounding("SKY4", 2),
+        sounding("*lava1", 3),
+        sounding("*04water2", 4),
+        sounding("*teleport", 5),
+        sounding("brick", 5),
+    ];
+    let level = Bsp::read(with_faces(&bsp(&three_rooms(AIR), Layout::default()), &[faces], "")).unwrap();
+    let heard = |rows: &BitMatrix, clusters: &[u32]| level.ambient_levels(rows, clusters).unwrap();
+    let (water, sky, lava, none) = ([255, 0, 0, 0], [0, 255, 0, 0], [0, 0, 0, 255], [0; 4]);
+    assert_eq!(heard(&diagonal(5), &[0, 1, 2, 3, 4]), [water, sky, lava, water, none]);
+    let mut rows = diagonal(5);
+    [(4, 0), (4, 1), (1, 3), (0, 3), (2, 4)].iter().for_each(|&(a, b)| _ = rows.set(a, b));
+    let both = [255, 255, 0, 0];
+    assert_eq!(heard(&rows, &[0, 1, 2, 3, 4]), [water, both, lava, water, both]);
+    // Clusters of leaves: 0, 1, 2 and 3, 4; the second sees the first.
+    let mut rows = diagonal(2);
+    rows.set(1, 0);
+    let all = [255, 255, 0, 255];
+    assert_eq!(heard(&rows, &[0, 0, 0, 1, 1]), [all; 5]);
+    assert_eq!(heard(&diagonal(2), &[0, 0, 0, 1, 1]), [all, all, all, water, water]);
+}
+
+#[test]
+fn ambient_levels_are_written_where_they_belong_and_only_if_asked_for() {
+    let levels: Vec<[u8; 4]> = (0..5).map(|leaf| [leaf, 10 + leaf, 20, 255]).collect();
+    for layout in formats() {
+        let before = bsp(&three_rooms(AIR), layout);
+        let level = Bsp::read(before.clone()).unwrap();
+        assert_eq!(level.own_ambient_levels(), [[0; 4]; 5]);
+        let write = |levels| level.with_rows(&diagonal(5), &[0, 1, 2, 3, 4], levels).unwrap();
+        let (without, after) = (write(None), write(Some(&levels[..])));
+        assert_kept(&before, &without, if layout.bsp2 { 44 } else { 28 });
+        let again = Bsp::read(after.clone()).unwrap();
+        assert_eq!(again.own_ambient_levels(), levels);
+        // Five leaves' four bytes, less those that are zero; nothing else.
+        let changed = after.iter().zip(&without).filter(|(a, b)| a != b).count();
+        assert_eq!((changed, after.len()), (5 * 4 - 1, without.len()));
+        // Rows alone leave them as they are.
+        let rows = again.with_rows(&diagonal(5), &[0, 1, 2, 3, 4], None).unwrap();
+        assert_eq!(Bsp::read(rows).unwrap().own_ambient_levels(), levels);
+    }
 }
 
 #[test]
@@ -224,7 +277,7 @@ proptest! {
             let _ = (level.rows(), level.level());
             let n = level.leaves();
             let clusters: Vec<u32> = (0..n as u32).collect();
-            if let Ok(after) = level.with_rows(&diagonal(n), &clusters) {
+            if let Ok(after) = level.with_rows(&diagonal(n), &clusters, None) {
                 prop_assert_eq!(Bsp::read(after).unwrap().rows().unwrap().unwrap_or(diagonal(n)), diagonal(n));
             }
         }
@@ -261,7 +314,7 @@ fn real_levels_keep_everything_but_their_rows() {
         let mut checkered = diagonal(level.leaves());
         (0..level.leaves()).for_each(|i| (i % 2..level.leaves()).step_by(2).for_each(|j| _ = checkered.set(i, j)));
         for new in [diagonal(level.leaves()), rows, checkered] {
-            let after = level.with_rows(&new, &clusters).unwrap();
+            let after = level.with_rows(&new, &clusters, None).unwrap();
             assert_kept(&bytes, &after, 28);
             let read =
                 BspData::parse(BspParseInput { bsp: &after, lit: None, settings: BspParseSettings::default() }).unwrap();
@@ -269,6 +322,21 @@ fn real_levels_keep_everything_but_their_rows() {
             assert_eq!(Bsp::read(after).unwrap().rows().unwrap().unwrap(), new, "{name}");
         }
     }
+}
+
+#[test]
+fn real_levels_sound_as_another_tool_has_it() {
+    let Some(folder) = data("real_levels_sound_as_another_tool_has_it") else { return };
+    let mut heard = [0; 4];
+    for name in LEVELS {
+        let (_, level, _) = real(&folder, name);
+        let clusters: Vec<u32> = (0..level.leaves() as u32).collect();
+        let own = level.own_ambient_levels();
+        assert_eq!(level.ambient_levels(&level.rows().unwrap().unwrap(), &clusters).unwrap(), own, "{name}");
+        own.iter().for_each(|leaf| (0..4).for_each(|sound| heard[sound] += usize::from(leaf[sound] > 0)));
+    }
+    // Counted in the five files: leaves that hear water, sky, slime, lava.
+    assert_eq!(heard, [2848, 2496, 0, 696]);
 }
 
 #[test]

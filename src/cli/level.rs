@@ -43,7 +43,12 @@ impl Bsp {
     }
 
     /// Never called.
-    pub fn with_rows(&self, _: &BitMatrix, _: &[u32]) -> Result<Vec<u8>, String> {
+    pub fn ambient_levels(&self, _: &BitMatrix, _: &[u32]) -> Result<Vec<[u8; 4]>, String> {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn with_rows(&self, _: &BitMatrix, _: &[u32], _: Option<&[[u8; 4]]>) -> Result<Vec<u8>, String> {
         match *self {}
     }
 }

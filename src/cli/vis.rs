@@ -30,6 +30,9 @@ pub struct Args {
     /// The level to write, for a .bsp [default: LEVEL.bsp itself, but nothing with --why]
     #[arg(short, long, value_name = "OUT.bsp")]
     output: Option<PathBuf>,
+    /// Leave the ambient levels of a .bsp as they are: how loud each leaf hears water, sky and lava
+    #[arg(long)]
+    no_ambient: bool,
     #[command(flatten)]
     search: SearchFlags,
     /// What an interrupted run leaves, and the next goes on from [default: the level's name with .vis-state]
@@ -88,8 +91,13 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     if let Some(path) = &args.rows {
         replace_file(path, |out| write_rows(&result.upper, out)).map_err(|e| at(path, e))?;
     }
+    let mut ambient = None;
     if let (Some(path), Some(bsp)) = (&output, &input.bsp) {
-        let bytes = bsp.with_rows(&result.upper, &input.clusters).map_err(|e| at(&args.input, e))?;
+        if !args.no_ambient {
+            ambient = Some(bsp.ambient_levels(&result.upper, &input.clusters).map_err(|e| at(&args.input, e))?);
+        }
+        let bytes = bsp.with_rows(&result.upper, &input.clusters, ambient.as_deref());
+        let bytes = bytes.map_err(|e| at(&args.input, e))?;
         replace_file(path, |out| out.write_all(&bytes)).map_err(|e| at(path, e))?;
     }
     kept.done()?;
@@ -97,6 +105,10 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
 
     // 4. The report.
     let mut report = report(&input, &result);
+    if let Some(levels) = &ambient {
+        let hear = |sound: usize| levels.iter().filter(|leaf| leaf[sound] > 0).count();
+        report["ambient_leaves"] = json!({ "water": hear(0), "sky": hear(1), "slime": hear(2), "lava": hear(3) });
+    }
     let mut seconds = serde_json::Map::new();
     seconds.insert("read".into(), read.into());
     stages.done.iter().for_each(|s| _ = seconds.insert(s.name.clone(), s.seconds.into()));
@@ -187,6 +199,10 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
         ),
         format!("{} lines, {} steps, {:.2} s", n("/lines"), n("/steps"), s("/seconds")),
     ];
+    if report.get("ambient_leaves").is_some() {
+        let n = |sound: &str| n(&format!("/ambient_leaves/{sound}"));
+        lines.push(format!("ambient sounds: {} leaves hear water, {} sky, {} lava", n("water"), n("sky"), n("lava")));
+    }
     if s("/slivers") > 0.0 {
         lines.push(format!("{} portals narrower than the level's own rounding were left out", n("/slivers")));
     }

@@ -1,5 +1,6 @@
 //! Rows of a Quake 1 level: into the visibility lump and out of it. The level itself is read by [`crate::scene::quake`].
 
+mod ambient;
 mod lump;
 
 use super::{Level, LevelPortal};
@@ -7,6 +8,7 @@ use crate::BitMatrix;
 use crate::level::prt::Prt;
 use crate::scene::quake::layout::VISIBILITY;
 pub use crate::scene::quake::{Bsp, BspError};
+pub use ambient::SOUNDS;
 use glam::DVec3;
 
 /// Portals of a level, and where they come from.
@@ -58,8 +60,28 @@ impl Bsp {
         if vis.is_empty() { Ok(None) } else { lump::decode(vis, &self.tree).map(Some) }
     }
 
-    /// The file with other rows: `rows` of clusters, and the cluster of each leaf (leaf `i + 1` at `i`). But for the visibility
-    /// lump, the leaves' offsets into it and the directory's offsets, every byte is as it was.
+    /// How loud each leaf (leaf `i + 1` at `i`) hears water, sky, slime and lava, 0 to 255. `rows` and `clusters` as for [`Self::with_rows`].
+    ///
+    /// # Errors
+    ///
+    /// A leaf whose faces don't exist.
+    ///
+    /// # Panics
+    ///
+    /// If `clusters` hasn't an entry for each leaf, or `rows` no row for each cluster.
+    pub fn ambient_levels(&self, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec<[u8; SOUNDS]>, BspError> {
+        assert_eq!(clusters.len(), self.leaves(), "a cluster for each leaf");
+        ambient::levels(self, rows, clusters)
+    }
+
+    /// The ambient levels that the file has, a leaf each as in [`Self::ambient_levels`].
+    pub fn own_ambient_levels(&self) -> Vec<[u8; SOUNDS]> {
+        lump::ambient(self)
+    }
+
+    /// The file with other rows: `rows` of clusters, and the cluster of each leaf (leaf `i + 1` at `i`); and with `ambient` levels, where
+    /// there are some. But for the visibility lump, the leaves' offsets into it, those levels and the directory's offsets, every byte is
+    /// as it was.
     ///
     /// # Errors
     ///
@@ -67,9 +89,15 @@ impl Bsp {
     ///
     /// # Panics
     ///
-    /// If `clusters` hasn't an entry for each leaf, or `rows` no row for each cluster.
-    pub fn with_rows(&self, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec<u8>, BspError> {
+    /// If `clusters` or `ambient` hasn't an entry for each leaf, or `rows` no row for each cluster.
+    pub fn with_rows(
+        &self,
+        rows: &BitMatrix,
+        clusters: &[u32],
+        ambient: Option<&[[u8; SOUNDS]]>,
+    ) -> Result<Vec<u8>, BspError> {
         assert_eq!(clusters.len(), self.leaves(), "a cluster for each leaf");
-        lump::write(self, rows, clusters)
+        assert!(ambient.is_none_or(|levels| levels.len() == self.leaves()), "levels for each leaf");
+        lump::write(self, rows, clusters, ambient)
     }
 }

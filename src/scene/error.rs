@@ -31,7 +31,7 @@ pub enum ImportError {
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// No importer for this extension.
-    #[error("no importer for \".{extension}\"; give .glb, .gltf, .obj, .ifc, .gml or .bsp")]
+    #[error("no importer for \".{extension}\"; give .glb, .gltf, .obj, .ifc, .gml, .bsp or .map")]
     UnknownFormat {
         /// As found, in lower case.
         extension: String,

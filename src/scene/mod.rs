@@ -26,7 +26,7 @@ use crate::geom;
 use glam::DVec3;
 use std::path::Path;
 
-/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`, `.bsp`).
+/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`, `.bsp`, `.map`).
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
@@ -35,6 +35,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         "ifc" => ifc::import(path, options),
         "gml" => indoorgml::import(path, options),
         "bsp" => quake::import(path, options),
+        "map" => quake::import_map(path, options),
         _ => Err(ImportError::UnknownFormat { extension }),
     }
 }

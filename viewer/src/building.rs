@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 /// Extensions of models, in the order in which they are looked for beside a `.pvs` file.
-const MODELS: [&str; 6] = ["glb", "gltf", "obj", "ifc", "gml", "bsp"];
+const MODELS: [&str; 7] = ["glb", "gltf", "obj", "ifc", "gml", "bsp", "map"];
 
 /// A model and what was baked of it.
 pub struct Building {

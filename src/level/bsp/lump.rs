@@ -3,7 +3,7 @@
 //! A row has a bit for each leaf of the world but the solid one, lowest bit first. A byte that isn't zero stands for itself; a
 //! zero is followed by how many there are, 1 to 255. A leaf has the offset of its row, or -1: it sees everything.
 
-use super::Bsp;
+use super::{Bsp, SOUNDS};
 use crate::BitMatrix;
 use crate::scene::quake::BspError;
 use crate::scene::quake::layout::{HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
@@ -68,8 +68,24 @@ fn compress(row: &[u8]) -> Vec<u8> {
     code
 }
 
+/// Bytes of a leaf. The last ones are its ambient levels.
+fn leaf_size(bsp: &Bsp) -> usize {
+    if bsp.format == BspFormat::BSP2 { 44 } else { 28 }
+}
+
+/// The ambient levels of the leaves with rows.
+pub(super) fn ambient(bsp: &Bsp) -> Vec<[u8; SOUNDS]> {
+    let leaves = bsp.source().lump(LEAVES).chunks_exact(leaf_size(bsp));
+    leaves.skip(1).take(bsp.leaves()).filter_map(|leaf| leaf.last_chunk().copied()).collect()
+}
+
 /// See [`Bsp::with_rows`].
-pub(super) fn write(bsp: &Bsp, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec<u8>, BspError> {
+pub(super) fn write(
+    bsp: &Bsp,
+    rows: &BitMatrix,
+    clusters: &[u32],
+    ambient: Option<&[[u8; SOUNDS]]>,
+) -> Result<Vec<u8>, BspError> {
     // 1. A code for each cluster; clusters that see alike share it.
     let (mut lump, mut known, mut offsets) = (Vec::new(), HashMap::new(), Vec::new());
     for cluster in 0..rows.rows() {
@@ -84,14 +100,18 @@ pub(super) fn write(bsp: &Bsp, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec
         offsets.push(i32::try_from(offset).map_err(|_| BspError::TooLong)?);
     }
 
-    // 2. The lump in its place, and the leaves' offsets. Leaves that are not the world's have no row.
+    // 2. The lump in its place, the leaves' offsets and levels. Leaves that are not the world's have no row.
     let (mut bytes, lumps) = replace(&bsp.bytes, &bsp.lumps, &lump)?;
     let Lump { offset, length } = lumps[LEAVES];
-    let size = if bsp.format == BspFormat::BSP2 { 44 } else { 28 };
-    for (leaf, entry) in bytes[offset..offset + length].chunks_exact_mut(size).enumerate() {
-        let cluster = leaf.checked_sub(1).and_then(|cell| clusters.get(cell));
+    for (leaf, entry) in bytes[offset..offset + length].chunks_exact_mut(leaf_size(bsp)).enumerate() {
+        let cell = leaf.checked_sub(1);
+        let cluster = cell.and_then(|cell| clusters.get(cell));
         let vis_offset = cluster.map_or(-1, |&c| offsets[c as usize]);
         entry[VIS_OFFSET..VIS_OFFSET + 4].copy_from_slice(&vis_offset.to_le_bytes());
+        let levels = cell.zip(ambient).and_then(|(cell, ambient)| ambient.get(cell));
+        if let Some((levels, last)) = levels.zip(entry.last_chunk_mut()) {
+            *last = *levels;
+        }
     }
     Ok(bytes)
 }

@@ -14,6 +14,8 @@ mod entities;
 #[cfg(feature = "quake")]
 pub(crate) mod layout;
 #[cfg(feature = "quake")]
+mod map;
+#[cfg(feature = "quake")]
 mod portals;
 #[cfg(feature = "quake")]
 pub(crate) mod tree;
@@ -42,6 +44,28 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         let _ = (path, options);
         Err(ImportError::MissingFeature { format: ".bsp", feature: "quake" })
     }
+}
+
+/// Reads a map, as editors write it: its brushes, and leaves of a tree over them as cells. Units and axes as of [`import`].
+///
+/// Fails on files that can't be read, aren't maps, are damaged, or leak; without the cargo feature `quake`, always.
+pub fn import_map(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
+    #[cfg(feature = "quake")]
+    {
+        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        import_map_bytes(&super::whole_file::read(path)?, &name, options)
+    }
+    #[cfg(not(feature = "quake"))]
+    {
+        let _ = (path, options);
+        Err(ImportError::MissingFeature { format: ".map", feature: "quake" })
+    }
+}
+
+/// As [`import_map`], of a map in memory.
+#[cfg(feature = "quake")]
+pub fn import_map_bytes(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+    map::scene(bytes, name, options)
 }
 
 /// As [`import`], of a level in memory.

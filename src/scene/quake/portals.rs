@@ -21,9 +21,9 @@ const MARGIN: f64 = 64.0;
 const ON_PLANE: f64 = 1e-12;
 
 /// A winding in a leaf; `None` for one that is not open.
-struct Piece {
-    leaf: Option<usize>,
-    winding: Vec<DVec3>,
+pub(super) struct Piece {
+    pub leaf: Option<usize>,
+    pub winding: Vec<DVec3>,
 }
 
 /// What lies between the leaves of a tree.
@@ -73,12 +73,26 @@ pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
     out
 }
 
+/// The faces of a region within some bounds.
+pub(super) fn region_faces(way: &[Plane], bounds: &Aabb) -> Vec<Vec<DVec3>> {
+    let bounds = bounds.inflated(MARGIN);
+    let eps = bounds.diagonal() * ON_PLANE;
+    let sides = box_planes(&bounds);
+    let all: Vec<Plane> = way.iter().copied().chain(sides).collect();
+    let others = |i: usize| all.iter().enumerate().filter(move |&(j, _)| j != i).map(|(_, plane)| *plane);
+    let faces = all.iter().enumerate().map(|(i, plane)| others(i).fold(square(plane, &bounds), |w, p| clip(&w, &p, eps)));
+    faces.filter(|face| !face.is_empty()).collect()
+}
+
+fn box_planes(bounds: &Aabb) -> [Plane; 6] {
+    let [x, y, z] = DVec3::AXES.map(|n| [Plane { n, d: n.dot(bounds.max) }, Plane { n: -n, d: -n.dot(bounds.min) }]);
+    [x[0], x[1], y[0], y[1], z[0], z[1]]
+}
+
 /// The part of a plane within a region; nothing where it only touches it. Counter-clockwise seen from the tip of its normal.
 fn face(plane: &Plane, bounds: &Aabb, way: &[Plane], eps: f64) -> Option<Vec<DVec3>> {
-    let axes =
-        DVec3::AXES.into_iter().flat_map(|a| [Plane { n: a, d: a.dot(bounds.max) }, Plane { n: -a, d: -a.dot(bounds.min) }]);
     let mut winding = square(plane, bounds);
-    for half_space in axes.chain(way.iter().copied()) {
+    for half_space in box_planes(bounds).into_iter().chain(way.iter().copied()) {
         winding = clip(&winding, &half_space, eps);
         if winding.iter().all(|&p| half_space.distance(p) >= -eps) {
             return None;
@@ -88,7 +102,7 @@ fn face(plane: &Plane, bounds: &Aabb, way: &[Plane], eps: f64) -> Option<Vec<DVe
 }
 
 /// A square of a plane that reaches beyond the bounds.
-fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
+pub(super) fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
     let centre = bounds.centre();
     let middle = centre - plane.n * plane.distance(centre);
     let u = plane.n.any_orthonormal_vector();
@@ -99,7 +113,7 @@ fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
 
 /// Sends a winding down a subtree. `inside` is the plane that it lies in: the subtree is on its inner side, which decides where
 /// a plane that is the same one leads to. `with_solid`: what comes into leaves that are not open is kept, too.
-fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane, eps: f64, with_solid: bool) -> Vec<Piece> {
+pub(super) fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane, eps: f64, with_solid: bool) -> Vec<Piece> {
     let (mut pieces, mut stack) = (Vec::new(), vec![(from, winding)]);
     while let Some((child, winding)) = stack.pop() {
         let node = match child {

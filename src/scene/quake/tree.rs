@@ -1,12 +1,13 @@
 //! A level's tree of planes: read, and checked to be a tree.
 
 use super::layout::{
-    BspError, FACES, LEAVES, LUMPS, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable, entry,
+    BspError, FACES, LEAVES, LUMPS, MARK_SURFACES, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable, entry,
 };
 use crate::geom::{Aabb, Plane};
 use crate::types::level::FARTHEST;
 use glam::DVec3;
 use qbsp::data::nodes::BspLeafContentFlags;
+use qbsp::data::util::UBspValue;
 use qbsp::data::visdata::VisDataRef;
 use qbsp::data::{BspFace, BspLeaf, BspModel, BspNode, BspNodeRef, BspPlane, BspTexInfo};
 
@@ -133,16 +134,44 @@ impl Tree {
 
 /// Faces of the world with textures that games look through.
 pub(crate) fn fences(source: &Source<'_>) -> Result<usize, BspError> {
-    let infos: Vec<bool> = source
-        .entries::<BspTexInfo>(TEXTURE_INFOS)?
-        .iter()
-        .map(|info| info.texture_idx.0.and_then(|texture| texture_name(source, texture)).is_some_and(|n| n.starts_with('{')))
-        .collect();
+    let infos = infos_with(source, |name| name.starts_with('{'))?;
     let models: Vec<BspModel> = source.entries(MODELS)?;
     let Some(world) = models.first() else { return Ok(0) };
     let faces: Vec<BspFace> = source.entries(FACES)?;
     let of_world = faces.iter().skip(world.first_face as usize).take(world.num_faces as usize);
     Ok(of_world.filter(|f| infos.get(f.texture_info_idx.0 as usize) == Some(&true)).count())
+}
+
+/// For each texture info, what its texture's name, in lower case, says; the default where it has none.
+pub(crate) fn infos_with<T: Default>(source: &Source<'_>, told: impl Fn(&str) -> T) -> Result<Vec<T>, BspError> {
+    let infos = source.entries::<BspTexInfo>(TEXTURE_INFOS)?;
+    let name = |info: &BspTexInfo| info.texture_idx.0.and_then(|texture| texture_name(source, texture));
+    Ok(infos.iter().map(|info| name(info).map(|name| told(&name)).unwrap_or_default()).collect())
+}
+
+/// Visits the faces that each leaf names, of `faces` that there are, leaf by leaf.
+pub(crate) fn marked_faces(
+    source: &Source<'_>,
+    faces: usize,
+    mut visit: impl FnMut(usize, usize),
+) -> Result<(), BspError> {
+    let marks: Vec<UBspValue> = source.entries(MARK_SURFACES)?;
+    let mut all = 0usize;
+    for (i, leaf) in source.entries::<BspLeaf>(LEAVES)?.iter().enumerate() {
+        let (from, count) = (leaf.face_idx.0 as usize, leaf.face_num.0 as usize);
+        all = all.saturating_add(count);
+        let named = marks.get(from..from.saturating_add(count)).filter(|_| all <= marks.len());
+        for mark in
+            named.ok_or_else(|| entry(LEAVES, i, format!("its mark surfaces go beyond the {} of the file", marks.len())))?
+        {
+            let face = mark.0 as usize;
+            if face >= faces {
+                return Err(entry(LEAVES, i, format!("its face {face} doesn't exist")));
+            }
+            visit(i, face);
+        }
+    }
+    Ok(())
 }
 
 /// Most letters of a texture's name.

@@ -7,20 +7,19 @@
 use super::entities::entities;
 use super::layout::*;
 use super::portals::Between;
-use super::tree::{Child, Tree, point, texture_name};
+use super::tree::{Child, Tree, marked_faces, point, texture_name};
 use super::{Bsp, malformed};
 use crate::geom::Plane;
 use crate::scene::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source as SceneSource};
 use crate::types::hints::Leaves;
 use crate::types::level::{FARTHEST, LevelPortal};
 use glam::DVec3;
-use qbsp::data::util::UBspValue;
-use qbsp::data::{BspEdge, BspFace, BspLeaf, BspModel, BspTexInfo};
+use qbsp::data::{BspEdge, BspFace, BspModel, BspTexInfo};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
 /// Metres of a unit: players are 56 units tall.
-const UNIT: f64 = 1.0 / 32.0;
+pub(super) const UNIT: f64 = 1.0 / 32.0;
 
 /// Deepest tree, and most half-spaces of all leaves together: 0.5 GB. Levels of 100,000 leaves have some sixty a leaf. More: what a file
 /// of a few megabytes asks for doesn't fit the memory. Fewer: large levels are refused.
@@ -49,7 +48,7 @@ struct Faces {
 pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let source = bsp.source();
     let unit = options.metres_per_unit.unwrap_or(UNIT);
-    let turned = |p: DVec3| unit * DVec3::new(p.x, p.z, -p.y);
+    let turned = |p: DVec3| turned(p, unit);
     let mut builder = SceneBuilder::new(
         options,
         SceneSource { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
@@ -100,24 +99,35 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
     }
 
     // 3. Leaves and portals.
-    let Between { portals, walls, slivers } = bsp.between(true).map_err(malformed)?;
-    if slivers > 0 {
-        builder.source.notes.push(format!("{slivers} portals narrower than the rounding of the file's planes left out"));
+    let between = bsp.between(true).map_err(malformed)?;
+    if between.slivers > 0 {
+        let note = format!("{} portals narrower than the rounding of the file's planes left out", between.slivers);
+        builder.source.notes.push(note);
     }
-    let all_turned = |winding: Vec<DVec3>| winding.into_iter().map(turned).collect::<Vec<_>>();
-    let portal = |p: LevelPortal| LevelPortal { winding: all_turned(p.winding), ..p };
-    let walls = walls.into_iter().map(all_turned).collect();
-    let turned_plane = |p: Plane| Plane { n: DVec3::new(p.n.x, p.n.z, -p.n.y), d: unit * p.d };
-    let leaves = half_spaces.into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
-    builder.hints.leaves = Some(Leaves { leaves, portals: portals.into_iter().map(portal).collect(), walls });
+    builder.hints.leaves = Some(leaves_of(between, half_spaces, unit));
     builder.finish(name)
 }
 
-fn is_undrawn(texture: &str) -> bool {
+/// A point of the level in the scene.
+pub(super) fn turned(p: DVec3, unit: f64) -> DVec3 {
+    unit * DVec3::new(p.x, p.z, -p.y)
+}
+
+/// Leaves, given by the half-spaces of each, and what lies between them, in the scene.
+pub(super) fn leaves_of(between: Between, half_spaces: Vec<Vec<Plane>>, unit: f64) -> Leaves {
+    let all_turned = |winding: Vec<DVec3>| winding.into_iter().map(|p| turned(p, unit)).collect::<Vec<_>>();
+    let portal = |p: LevelPortal| LevelPortal { winding: all_turned(p.winding), ..p };
+    let walls = between.walls.into_iter().map(all_turned).collect();
+    let turned_plane = |p: Plane| Plane { n: turned(p.n, 1.0), d: unit * p.d };
+    let leaves = half_spaces.into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
+    Leaves { leaves, portals: between.portals.into_iter().map(portal).collect(), walls }
+}
+
+pub(super) fn is_undrawn(texture: &str) -> bool {
     UNDRAWN.contains(&texture)
 }
 
-fn is_see_through(texture: &str) -> bool {
+pub(super) fn is_see_through(texture: &str) -> bool {
     texture.starts_with(['{', '*'])
 }
 
@@ -208,20 +218,8 @@ fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<Range<usize>>, BspErr
 
 /// The first leaf that names each face; `usize::MAX` for none.
 fn first_leaves(source: &Source<'_>, faces: usize) -> Result<Vec<usize>, BspError> {
-    let marks: Vec<UBspValue> = source.entries(MARK_SURFACES)?;
-    let (mut first, mut all) = (vec![usize::MAX; faces], 0usize);
-    for (i, leaf) in source.entries::<BspLeaf>(LEAVES)?.iter().enumerate() {
-        let (from, count) = (leaf.face_idx.0 as usize, leaf.face_num.0 as usize);
-        all = all.saturating_add(count);
-        let named = marks.get(from..from.saturating_add(count)).filter(|_| all <= marks.len());
-        for mark in
-            named.ok_or_else(|| entry(LEAVES, i, format!("its mark surfaces go beyond the {} of the file", marks.len())))?
-        {
-            let face = mark.0 as usize;
-            let slot = first.get_mut(face).ok_or_else(|| entry(LEAVES, i, format!("its face {face} doesn't exist")))?;
-            *slot = (*slot).min(i);
-        }
-    }
+    let mut first = vec![usize::MAX; faces];
+    marked_faces(source, faces, |leaf, face| first[face] = first[face].min(leaf))?;
     Ok(first)
 }
 
@@ -245,7 +243,7 @@ fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspE
 }
 
 /// Half-spaces of the world's leaves from 1 on, from the root down; none for leaves that the tree doesn't reach.
-fn half_spaces(tree: &Tree) -> Result<Vec<Vec<Plane>>, BspError> {
+pub(super) fn half_spaces(tree: &Tree) -> Result<Vec<Vec<Plane>>, BspError> {
     let (mut leaves, mut all) = (vec![Vec::new(); tree.vis_leaves], 0);
     let mut way: Vec<Plane> = Vec::new();
     let mut stack = vec![(tree.root, None, 0)];

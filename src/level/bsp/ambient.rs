@@ -1,0 +1,42 @@
+//! Ambient sounds: how loud each leaf hears water, sky, slime and lava.
+//!
+//! A leaf that sees a face with such a texture hears it at full volume; one that sees none hears nothing. That is what the level compilers
+//! after Carmack, 1996, write: the five levels of Quake that the tests know have no other values. Slime sounds like water, and no
+//! compiler writes the third value. Textures are known by how their names begin.
+
+use crate::BitMatrix;
+use crate::scene::quake::layout::FACES;
+use crate::scene::quake::tree::{infos_with, marked_faces};
+use crate::scene::quake::{Bsp, BspError};
+use qbsp::data::BspFace;
+
+/// Values of a leaf: water, sky, slime, lava.
+pub const SOUNDS: usize = 4;
+/// The loudest.
+const FULL: u8 = 255;
+/// How names begin, and which value they stand for.
+const NAMES: [(&str, usize); 5] = [("sky", 1), ("*water", 0), ("*04water", 0), ("*slime", 0), ("*lava", 3)];
+
+/// The values of each leaf of the world, from rows of clusters and the cluster of each leaf.
+pub(super) fn levels(bsp: &Bsp, rows: &BitMatrix, clusters: &[u32]) -> Result<Vec<[u8; SOUNDS]>, BspError> {
+    let source = bsp.source();
+    let heard = |name: &str| NAMES.iter().find(|(begin, _)| name.starts_with(begin)).map(|&(_, sound)| sound);
+    let infos = infos_with(&source, heard)?;
+    let faces: Vec<BspFace> = source.entries(FACES)?;
+    // 1. What sounds in each cluster.
+    let mut sounds = vec![[0; SOUNDS]; rows.rows()];
+    marked_faces(&source, faces.len(), |leaf, face| {
+        let cluster = leaf.checked_sub(1).and_then(|cell| clusters.get(cell));
+        let sound = infos.get(faces[face].texture_info_idx.0 as usize).copied().flatten();
+        if let (Some(&cluster), Some(sound)) = (cluster, sound) {
+            sounds[cluster as usize][sound] = FULL;
+        }
+    })?;
+    // 2. What is heard of it.
+    let hear = |cluster: usize| {
+        let seen = rows.ones(cluster).map(|other| sounds[other]);
+        seen.fold([0; SOUNDS], |all, one| std::array::from_fn(|sound| u8::max(all[sound], one[sound])))
+    };
+    let of_cluster: Vec<[u8; SOUNDS]> = (0..rows.rows()).map(hear).collect();
+    Ok(clusters.iter().map(|&cluster| of_cluster[cluster as usize]).collect())
+}

@@ -1,0 +1,244 @@
+//! Maps as editors write them (`.map`; Quake, plain or Valve 220): brushes as a scene, and leaves of a tree over them as cells.
+//!
+//! What a brush is follows from its entity and its textures, as level compilers have it: liquids (`*...`) and fences (`{...`) are
+//! see-through and cut nothing; `clip`, `trigger`, `hint` and `origin` are not there; `func_detail...` is drawn and cuts nothing,
+//! `func_illusionary` hides nothing; `func_group` and `func_illusionary_visblocker` are world. All else of entities with brushes
+//! is as in a compiled level: doors are doors, triggers are not drawn, the rest hides nothing, because it may move.
+
+mod brush;
+mod build;
+mod flood;
+mod union;
+
+use super::portals::{derive, sink};
+use super::world::{UNIT, half_spaces, is_see_through, is_undrawn, leaves_of, turned};
+use super::{ImportError, ImportOptions, Scene, malformed};
+use crate::geom::Aabb;
+use crate::scene::{Mesh, Place, Role, SceneBuilder, Source};
+use brush::{Brush, ON, planes};
+use flood::{Leak, Origin, keep_inside};
+use glam::DVec3;
+use quake_map::{Entity, QuakeMap, TextParseError};
+use std::collections::BTreeMap;
+
+/// Most brushes. More: what a hostile file asks for takes hours.
+const MOST_BRUSHES: usize = 1 << 16;
+/// Points of the way out that are told of a leak.
+const TOLD: usize = 12;
+
+/// Textures of brushes that only the game or the compiler knows.
+const ABSENT: [&str; 5] = ["clip", "trigger", "hint", "hintskip", "origin"];
+
+/// What a brush does.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    /// Divides space.
+    Structure,
+    /// Hides, and divides nothing.
+    Detail,
+    /// Is looked through.
+    SeeThrough,
+    /// Hides nothing, because it may move.
+    Moving,
+    /// Nothing: it is not there.
+    Absent,
+}
+
+/// The map as a scene.
+pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let map = parsed(bytes)?;
+    let unit = options.metres_per_unit.unwrap_or(UNIT);
+    let source = Source { format: "map".into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() };
+    let mut builder = SceneBuilder::new(options, source);
+    let Sorted { structure, other, origins } = sorted(&map, &mut builder.source.notes)?;
+
+    // 1. The tree, and what of it is inside.
+    let solid: Vec<&Brush> = structure.iter().collect();
+    let parts = union::surface(&structure);
+    let bounds = Aabb::of(structure.iter().flat_map(|brush| [brush.bounds.min, brush.bounds.max]));
+    if solid.is_empty() {
+        return Err(ImportError::Empty);
+    }
+    let fault = |what: String| ImportError::malformed(Place::File, what);
+    let mut tree = build::tree(&parts, &solid, bounds).map_err(|what| fault(format!("the map {what}")))?;
+    keep_inside(&mut tree, &origins).map_err(|leak| fault(told(&leak)))?;
+    if origins.is_empty() {
+        builder.source.notes.push("no point entities: all space that is closed counts as inside".into());
+    }
+
+    // 2. What shows of the world, by leaf and texture.
+    let mut groups: BTreeMap<(usize, &str), Vec<Vec<DVec3>>> = BTreeMap::new();
+    for part in &parts {
+        let texture = structure[part.side[0]].sides[part.side[1]].texture.as_str();
+        if !is_undrawn(texture) {
+            for piece in sink(&tree, tree.root, part.winding.clone(), &part.plane.flipped(), ON, false) {
+                groups.entry((piece.leaf.unwrap_or_default(), texture)).or_default().push(piece.winding);
+            }
+        }
+    }
+    for ((leaf, texture), faces) in groups {
+        builder.add(fans(faces, format!("leaf {leaf}/{texture}"), Role::Structure, true, unit))?;
+    }
+
+    // 3. What divides nothing.
+    for Other { node, role, kind, brushes } in other {
+        for (texture, faces) in drawn(&brushes) {
+            let node = format!("{node}/{texture}");
+            let mesh = |opaque| fans(faces, node, role, opaque, unit);
+            match kind {
+                _ if is_see_through(texture) => builder.add_glass(mesh(false))?,
+                Kind::SeeThrough => builder.add_glass(mesh(false))?,
+                Kind::Moving => builder.add_moving(mesh(false))?,
+                Kind::Detail | Kind::Structure | Kind::Absent => builder.add(mesh(true))?,
+            }
+        }
+    }
+
+    // 4. Leaves and portals.
+    builder.hints.leaves = Some(leaves_of(derive(&tree, true), half_spaces(&tree).map_err(malformed)?, unit));
+    builder.finish(name)
+}
+
+/// Brushes that are drawn and divide nothing.
+struct Other {
+    node: String,
+    role: Role,
+    kind: Kind,
+    brushes: Vec<Brush>,
+}
+
+/// A map's brushes by what they do.
+struct Sorted {
+    structure: Vec<Brush>,
+    other: Vec<Other>,
+    origins: Vec<Origin>,
+}
+
+fn parsed(bytes: &[u8]) -> Result<QuakeMap, ImportError> {
+    let mut text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    for word in [&b"patchDef"[..], b"brushDef"] {
+        if let Some(at) = text.windows(word.len()).position(|w| w == word) {
+            let line = 1 + text[..at].iter().filter(|&&b| b == b'\n').count();
+            let what = format!("line {line}: {} is of Quake 3 and not read", String::from_utf8_lossy(word));
+            return Err(ImportError::malformed(Place::File, what));
+        }
+    }
+    let map = quake_map::parse(&mut text).map_err(|e| match e {
+        TextParseError::Io(e) => ImportError::Io(e),
+        e => ImportError::malformed(Place::File, e.to_string()),
+    })?;
+    let brushes: usize = map.entities.iter().map(|entity| entity.brushes.len()).sum();
+    if brushes > MOST_BRUSHES {
+        return Err(ImportError::malformed(Place::File, format!("{brushes} brushes, more than {MOST_BRUSHES}")));
+    }
+    Ok(map)
+}
+
+fn sorted(map: &QuakeMap, notes: &mut Vec<String>) -> Result<Sorted, ImportError> {
+    let (mut structure, mut other, mut origins) = (Vec::new(), Vec::new(), Vec::new());
+    // All planes first: they tell how far a brush may reach.
+    let mut all = Vec::new();
+    for (e, entity) in map.entities.iter().enumerate() {
+        for (b, brush) in entity.brushes.iter().enumerate() {
+            let fault = |what| ImportError::malformed(Place::File, format!("entity {e}, brush {b}, {what}"));
+            all.push(planes(brush).map_err(fault)?);
+        }
+    }
+    let points = map.entities.iter().flat_map(|e| &e.brushes).flatten().flat_map(|side| side.half_space.map(DVec3::from));
+    let within = Aabb::of(points);
+    let within = within.inflated(within.diagonal());
+    let (mut planes, mut flat, mut absent) = (all.iter(), Vec::new(), 0);
+    for (e, entity) in map.entities.iter().enumerate() {
+        let class = value(entity, "classname").unwrap_or_else(|| "unnamed".into());
+        if entity.brushes.is_empty() {
+            origins.extend(origin(entity).map(|at| Origin { class: class.clone(), at }));
+        }
+        let mut by_kind: BTreeMap<Kind, Vec<Brush>> = BTreeMap::new();
+        for (b, surfaces) in entity.brushes.iter().enumerate() {
+            let Some(brush) = planes.next().and_then(|planes| Brush::new(surfaces, planes, &within)) else {
+                flat.push(format!("entity {e} brush {b}"));
+                continue;
+            };
+            match kind(&class, &brush) {
+                Kind::Structure => structure.push(brush),
+                Kind::Absent => absent += 1,
+                kind => by_kind.entry(kind).or_default().push(brush),
+            }
+        }
+        let role = match class.as_str() {
+            _ if is_world(&class) => Role::Structure,
+            _ if class.starts_with("func_door") => Role::Door,
+            _ => Role::Furnishing,
+        };
+        let named = |(kind, brushes)| Other { node: format!("{class} {e}"), role, kind, brushes };
+        other.extend(by_kind.into_iter().map(named));
+    }
+    if !flat.is_empty() {
+        let first = flat.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
+        notes.push(format!("{} brushes without a volume left out: {first}", flat.len()));
+    }
+    if absent > 0 {
+        notes.push(format!("{absent} brushes of triggers and for the compiler aren't drawn"));
+    }
+    Ok(Sorted { structure, other, origins })
+}
+
+/// Classes whose brushes are part of the world.
+fn is_world(class: &str) -> bool {
+    matches!(class, "worldspawn" | "func_group" | "func_illusionary_visblocker") || class.starts_with("func_detail")
+}
+
+fn kind(class: &str, brush: &Brush) -> Kind {
+    let any = |is: fn(&str) -> bool| brush.sides.iter().any(|side| is(&side.texture));
+    match class {
+        _ if class.starts_with("trigger") || any(|texture| ABSENT.contains(&texture)) => Kind::Absent,
+        "func_areaportal" => Kind::Absent,
+        "func_illusionary" | "func_detail_illusionary" | "func_detail_fence" => Kind::SeeThrough,
+        _ if !is_world(class) => Kind::Moving,
+        _ if any(is_see_through) => Kind::SeeThrough,
+        _ if class.starts_with("func_detail") => Kind::Detail,
+        _ => Kind::Structure,
+    }
+}
+
+/// The last value of a key.
+fn value(entity: &Entity, key: &str) -> Option<String> {
+    let found = entity.edict.iter().rev().find(|(k, _)| k.to_bytes() == key.as_bytes());
+    found.map(|(_, value)| value.to_string_lossy().into_owned())
+}
+
+/// Where an entity is.
+fn origin(entity: &Entity) -> Option<DVec3> {
+    let text = value(entity, "origin")?;
+    let numbers: Vec<f64> = text.split_whitespace().map_while(|word| word.parse().ok()).collect();
+    let at: [f64; 3] = numbers.try_into().ok()?;
+    Some(DVec3::from(at)).filter(|p| p.is_finite())
+}
+
+/// The drawn faces of brushes, by texture.
+fn drawn(brushes: &[Brush]) -> BTreeMap<&str, Vec<Vec<DVec3>>> {
+    let mut faces: BTreeMap<&str, Vec<Vec<DVec3>>> = BTreeMap::new();
+    for side in brushes.iter().flat_map(|brush| &brush.sides).filter(|side| !is_undrawn(&side.texture)) {
+        faces.entry(&side.texture).or_default().push(side.face.clone());
+    }
+    faces
+}
+
+/// Faces as fans.
+fn fans(faces: Vec<Vec<DVec3>>, node: String, role: Role, opaque: bool, unit: f64) -> Mesh {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for face in faces {
+        let first = positions.len() as u32;
+        triangles.extend((2..face.len() as u32).map(|k| [first, first + k - 1, first + k]));
+        positions.extend(face.into_iter().map(|p| turned(p, unit)));
+    }
+    Mesh { node, role, opaque, positions, triangles }
+}
+
+fn told(leak: &Leak<'_>) -> String {
+    let point = |p: &DVec3| format!("({} {} {})", p.x.round(), p.y.round(), p.z.round());
+    let way: Vec<String> = leak.way.iter().skip(1).take(TOLD).map(point).collect();
+    let more = if leak.way.len() > TOLD + 1 { " ..." } else { "" };
+    let Origin { class, at } = leak.from;
+    format!("the map leaks: the way out from {class} at {} is {}{more}", point(at), way.join(" "))
+}

@@ -1,0 +1,148 @@
+//! The tree of a map: planes of what shows of its structural brushes, down to leaves that are all open or all solid.
+//!
+//! Based on: Fuchs, Kedem, Naylor, *On visible surface generation by a priori tree structures*, 1980; the choice of planes after level
+//! compilers since Carmack, 1996: one that cuts few faces, and upright or level ones before slanted ones.
+//!
+//! A leaf is solid if a point in the midst of it is inside a brush. Every face of the union of the brushes is on a plane of the
+//! tree, so a leaf has no face within, and all its points are like that one.
+
+use super::super::portals::region_faces;
+use super::super::tree::{Child, Leaf, Node, Tree};
+use super::brush::{Brush, ON};
+use super::union::{Part, reach};
+use crate::geom::{Aabb, Plane, clip};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Deepest tree. Deeper: a hostile file takes memory squared in its size. Less deep: large levels are refused.
+const DEEPEST: usize = 1000;
+/// A cut face costs as much as so many faces that one side has more than the other.
+const CUT: usize = 8;
+/// Slanted planes cost as much as so many cuts.
+const SLANTED: usize = 2;
+/// Planes that are tried at a node, times faces. More: the uppermost nodes of a large map take minutes. Fewer: more faces are cut.
+const TRIED: usize = 1 << 22;
+
+/// A part of a face, and the number of its plane, which faces of both directions share.
+struct Face {
+    plane: usize,
+    winding: Vec<DVec3>,
+}
+
+/// Where a subtree goes.
+struct Work {
+    faces: Vec<Face>,
+    /// Half-spaces from the root down.
+    way: Vec<Plane>,
+    /// The node above, and which of its children this is.
+    parent: Option<(usize, usize)>,
+}
+
+/// Builds the tree of `parts`, which are what shows of `brushes`. Open leaves are numbered from 1; leaf 0 is all that is solid.
+pub(super) fn tree(parts: &[Part], brushes: &[&Brush], bounds: Aabb) -> Result<Tree, String> {
+    let (planes, faces) = numbered(parts);
+    let solid = Leaf { open: false, vis_offset: -1 };
+    let mut tree = Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), vis_leaves: 0, bounds };
+    let mut stack = vec![Work { faces, way: Vec::new(), parent: None }];
+    while let Some(Work { faces, way, parent }) = stack.pop() {
+        let child = match choose(&faces, &planes) {
+            None => Child::Leaf(leaf(&mut tree, brushes, &way)),
+            Some(chosen) => {
+                if way.len() >= DEEPEST {
+                    return Err(format!("needs a tree that is more than {DEEPEST} deep"));
+                }
+                let plane = planes[chosen];
+                let node = tree.nodes.len();
+                tree.nodes.push(Node { plane, children: [Child::Leaf(0); 2] });
+                let [front, back] = divided(faces, chosen, &plane);
+                let beyond = |half_space: Plane| way.iter().copied().chain([half_space]).collect();
+                stack.push(Work { faces: back, way: beyond(plane), parent: Some((node, 1)) });
+                stack.push(Work { faces: front, way: beyond(plane.flipped()), parent: Some((node, 0)) });
+                Child::Node(node)
+            }
+        };
+        match parent {
+            Some((node, side)) => tree.nodes[node].children[side] = child,
+            None => tree.root = child,
+        }
+    }
+    tree.vis_leaves = tree.leaves.len() - 1;
+    Ok(tree)
+}
+
+/// The planes of all parts, each once however it is turned.
+fn numbered(parts: &[Part]) -> (Vec<Plane>, Vec<Face>) {
+    let (mut planes, mut known): (Vec<Plane>, HashMap<[i64; 4], usize>) = (Vec::new(), HashMap::new());
+    let face = |part: &Part| {
+        let plane = upright(part.plane);
+        let key = [plane.n.x * 1e6, plane.n.y * 1e6, plane.n.z * 1e6, plane.d / ON].map(|x| x.round() as i64);
+        let number = *known.entry(key).or_insert_with(|| {
+            planes.push(plane);
+            planes.len() - 1
+        });
+        Face { plane: number, winding: part.winding.clone() }
+    };
+    let faces = parts.iter().map(face).collect();
+    (planes, faces)
+}
+
+/// The plane with the greatest part of its normal positive.
+fn upright(plane: Plane) -> Plane {
+    let n = plane.n.to_array();
+    let greatest = n.iter().fold(0.0f64, |a, &b| if b.abs() > a.abs() { b } else { a });
+    if greatest < 0.0 { plane.flipped() } else { plane }
+}
+
+/// The number of the plane that divides best; `None` where there are no faces.
+fn choose(faces: &[Face], planes: &[Plane]) -> Option<usize> {
+    let mut numbers: Vec<usize> = faces.iter().map(|face| face.plane).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let step = (numbers.len() * faces.len()).div_ceil(TRIED).max(1);
+    let cost = |&number: &usize| {
+        let plane = &planes[number];
+        let (mut front, mut back, mut cut) = (0usize, 0, 0);
+        for face in faces.iter().filter(|face| face.plane != number) {
+            let (least, most) = reach(&face.winding, plane);
+            match (least < -ON, most > ON) {
+                (true, true) => cut += 1,
+                (true, false) => back += 1,
+                (false, _) => front += 1,
+            }
+        }
+        let is_slanted = plane.n.abs().max_element() < 1.0;
+        (CUT * (cut + usize::from(is_slanted) * SLANTED) + front.abs_diff(back), number)
+    };
+    numbers.iter().step_by(step).min_by_key(|number| cost(number)).copied()
+}
+
+/// What of the faces is before a plane, and what behind; those in it are done with.
+fn divided(faces: Vec<Face>, chosen: usize, plane: &Plane) -> [Vec<Face>; 2] {
+    let [mut front, mut back] = [Vec::new(), Vec::new()];
+    for face in faces {
+        let (least, most) = reach(&face.winding, plane);
+        match (least < -ON, most > ON) {
+            _ if face.plane == chosen => {}
+            (true, true) => {
+                back.push(Face { winding: clip(&face.winding, plane, 0.0), ..face });
+                front.push(Face { winding: clip(&face.winding, &plane.flipped(), 0.0), ..face });
+            }
+            (true, false) => back.push(face),
+            (false, true) => front.push(face),
+            (false, false) => {}
+        }
+    }
+    [front, back]
+}
+
+/// The number of the leaf inside `way`.
+fn leaf(tree: &mut Tree, brushes: &[&Brush], way: &[Plane]) -> usize {
+    let corners: Vec<DVec3> = region_faces(way, &tree.bounds).concat();
+    let middle = crate::geom::middle(&corners);
+    // A region without a volume is solid: nobody stands in it.
+    if corners.is_empty() || brushes.iter().any(|brush| brush.holds(middle)) {
+        return 0;
+    }
+    tree.leaves.push(Leaf { open: true, vis_offset: -1 });
+    tree.leaves.len() - 1
+}
