@@ -10,7 +10,9 @@ use proptest::prelude::*;
 use qbsp::prelude::*;
 use std::collections::BTreeSet;
 use testing::data::data;
-use testing::quake::{AIR, Face, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms, with_faces};
+use testing::quake::{
+    AIR, Face, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms, with_faces,
+};
 
 const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
 const VISIBILITY: usize = 4;
@@ -197,19 +199,20 @@ fn leaves_hear_what_they_see() {
 
 #[test]
 fn ambient_levels_are_written_where_they_belong_and_only_if_asked_for() {
-    let levels: Vec<[u8; 4]> = (0..5).map(|leaf| [leaf, 10 + leaf, 20, 255]).collect();
     for layout in formats() {
         let before = bsp(&three_rooms(AIR), layout);
         let level = Bsp::read(before.clone()).unwrap();
-        assert_eq!(level.own_ambient_levels(), [[0; 4]; 5]);
+        let own = level.own_ambient_levels();
+        assert_eq!(own, [1, 2, 3, 4, 5].map(|leaf| [1, 2, 3, leaf]));
+        let levels: Vec<[u8; 4]> = own.iter().map(|leaf| leaf.map(|level| level + 100)).collect();
         let write = |levels| level.with_rows(&diagonal(5), &[0, 1, 2, 3, 4], levels).unwrap();
         let (without, after) = (write(None), write(Some(&levels[..])));
         assert_kept(&before, &without, if layout.bsp2 { 44 } else { 28 });
         let again = Bsp::read(after.clone()).unwrap();
         assert_eq!(again.own_ambient_levels(), levels);
-        // Five leaves' four bytes, less those that are zero; nothing else.
+        // Five leaves' four bytes, and nothing else.
         let changed = after.iter().zip(&without).filter(|(a, b)| a != b).count();
-        assert_eq!((changed, after.len()), (5 * 4 - 1, without.len()));
+        assert_eq!((changed, after.len()), (5 * 4, without.len()));
         // Rows alone leave them as they are.
         let rows = again.with_rows(&diagonal(5), &[0, 1, 2, 3, 4], None).unwrap();
         assert_eq!(Bsp::read(rows).unwrap().own_ambient_levels(), levels);

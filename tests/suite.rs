@@ -39,6 +39,7 @@ mod level_lines;
 mod level_scene;
 mod licences;
 mod locate;
+mod map_scene;
 mod mirrors_drawn;
 mod numbers;
 mod plan_scenes;

@@ -6,18 +6,20 @@ use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
 use enfilade::cells::{ViewCell, read_view_cells};
-use enfilade::file::load_bytes;
+use enfilade::file::{load_bytes, replace_file};
 use enfilade::pvs::cubes::Choice;
 use enfilade::pvs::{Guarantee, PvsOptions};
-use enfilade::scene::{Scene, import};
+use enfilade::scene::{ImportError, Scene, import};
 use enfilade::walkthrough::expected::expected_draw;
+use glam::DVec3;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), or .gml (IndoorGML), whose cell spaces are the cells
+    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), .map (its source), or .gml (IndoorGML), whose cell spaces are the cells
     input: PathBuf,
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]
@@ -58,6 +60,9 @@ pub struct Args {
     /// What an interrupted bake leaves, and the next goes on from [default: the output's name with .bake-state]
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
+    /// Where a .map leaks, write the way out as points, a line each, as editors of maps load them (.pts)
+    #[arg(long, value_name = "FILE")]
+    leak: Option<PathBuf>,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
@@ -114,12 +119,26 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     super::pool(args.threads)?.install(|| bake_file(&args))
 }
 
+/// A map that isn't closed: no file, but the way out.
+fn leaks(args: &Args, error: &ImportError) -> Result<Outcome, CliError> {
+    if let (Some(path), ImportError::Leaks { from, way, .. }) = (&args.leak, error) {
+        let line = |out: &mut dyn Write, p: &DVec3| writeln!(out, "{} {} {}", p.x, p.y, p.z);
+        replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p)))
+            .map_err(|e| at(path, e))?;
+    }
+    eprintln!("{}", at(&args.input, error));
+    Ok(Outcome::Failed)
+}
+
 fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let begin = Instant::now();
     let bar = progress_bar();
     bar.set_message("import");
     let import_options = args.scene.import();
-    let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
+    let scene = match import(&args.input, &import_options) {
+        Err(error @ ImportError::Leaks { .. }) => return leaks(args, &error),
+        scene => scene.map_err(|e| at(&args.input, e))?,
+    };
     let cubes = choice(args.cubes, &scene)?;
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;

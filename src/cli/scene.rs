@@ -45,6 +45,7 @@ pub enum CellsFlag {
     Plan,
     Volume,
     Bsp,
+    #[value(alias = "brushes")]
     Leaves,
 }
 

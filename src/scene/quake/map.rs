@@ -1,4 +1,4 @@
-//! Maps as editors write them (`.map`; Quake, plain or Valve 220): brushes as a scene, and leaves of a tree over them as cells.
+//! Maps as editors write them (`.map`; Quake and Quake 2, plain or Valve 220): brushes as a scene, and leaves of a tree over them as cells.
 //!
 //! What a brush is follows from its entity and its textures, as level compilers have it: liquids (`*...`) and fences (`{...`) are
 //! see-through and cut nothing; `clip`, `trigger`, `hint` and `origin` are not there; `func_detail...` is drawn and cuts nothing,
@@ -23,11 +23,18 @@ use std::collections::BTreeMap;
 
 /// Most brushes. More: what a hostile file asks for takes hours.
 const MOST_BRUSHES: usize = 1 << 16;
-/// Points of the way out that are told of a leak.
-const TOLD: usize = 12;
+
+/// Corners this near to each other are one, in the map's units. Larger: what an editor drew is bent. Smaller: cuts leave needles.
+const NEAR: f64 = 4.0 * ON;
 
 /// Textures of brushes that only the game or the compiler knows.
 const ABSENT: [&str; 5] = ["clip", "trigger", "hint", "hintskip", "origin"];
+
+/// Contents of a brush in Quake 2, whose maps say them with each side: windows, liquids and mist, and what is translucent; areaportals, clips
+/// and origins; what divides nothing.
+const LOOKED_THROUGH: u32 = 0x2 | 0x8 | 0x10 | 0x20 | 0x40 | 0x1000_0000;
+const NOT_THERE: u32 = 0x8000 | 0x1_0000 | 0x2_0000 | 0x100_0000;
+const DETAIL: u32 = 0x800_0000;
 
 /// What a brush does.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,7 +68,11 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     }
     let fault = |what: String| ImportError::malformed(Place::File, what);
     let mut tree = build::tree(&parts, &solid, bounds).map_err(|what| fault(format!("the map {what}")))?;
-    keep_inside(&mut tree, &origins).map_err(|leak| fault(told(&leak)))?;
+    keep_inside(&mut tree, &origins).map_err(|Leak { from, way }| ImportError::Leaks {
+        entity: from.class.clone(),
+        from: from.at,
+        way,
+    })?;
     if origins.is_empty() {
         builder.source.notes.push("no point entities: all space that is closed counts as inside".into());
     }
@@ -190,13 +201,15 @@ fn is_world(class: &str) -> bool {
 
 fn kind(class: &str, brush: &Brush) -> Kind {
     let any = |is: fn(&str) -> bool| brush.sides.iter().any(|side| is(&side.texture));
+    let has = |flags: u32| brush.contents & flags != 0;
     match class {
-        _ if class.starts_with("trigger") || any(|texture| ABSENT.contains(&texture)) => Kind::Absent,
+        _ if class.starts_with("trigger") || any(|texture| ABSENT.contains(&texture)) || has(NOT_THERE) => Kind::Absent,
         "func_areaportal" => Kind::Absent,
+        "func_illusionary_visblocker" => Kind::Structure,
         "func_illusionary" | "func_detail_illusionary" | "func_detail_fence" => Kind::SeeThrough,
         _ if !is_world(class) => Kind::Moving,
-        _ if any(is_see_through) => Kind::SeeThrough,
-        _ if class.starts_with("func_detail") => Kind::Detail,
+        _ if any(is_see_through) || has(LOOKED_THROUGH) => Kind::SeeThrough,
+        _ if class.starts_with("func_detail") || has(DETAIL) => Kind::Detail,
         _ => Kind::Structure,
     }
 }
@@ -224,21 +237,17 @@ fn drawn(brushes: &[Brush]) -> BTreeMap<&str, Vec<Vec<DVec3>>> {
     faces
 }
 
-/// Faces as fans.
+/// Faces as fans, without corners that lie on the one before: rays would meet needles anywhere.
 fn fans(faces: Vec<Vec<DVec3>>, node: String, role: Role, opaque: bool, unit: f64) -> Mesh {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for face in faces {
+    for mut face in faces {
+        face.dedup_by(|a, b| a.distance(*b) <= NEAR);
+        if face.len() > 1 && face[0].distance(face[face.len() - 1]) <= NEAR {
+            face.pop();
+        }
         let first = positions.len() as u32;
         triangles.extend((2..face.len() as u32).map(|k| [first, first + k - 1, first + k]));
         positions.extend(face.into_iter().map(|p| turned(p, unit)));
     }
     Mesh { node, role, opaque, positions, triangles }
-}
-
-fn told(leak: &Leak<'_>) -> String {
-    let point = |p: &DVec3| format!("({} {} {})", p.x.round(), p.y.round(), p.z.round());
-    let way: Vec<String> = leak.way.iter().skip(1).take(TOLD).map(point).collect();
-    let more = if leak.way.len() > TOLD + 1 { " ..." } else { "" };
-    let Origin { class, at } = leak.from;
-    format!("the map leaks: the way out from {class} at {} is {}{more}", point(at), way.join(" "))
 }

@@ -1,7 +1,8 @@
 //! A level's tree of planes: read, and checked to be a tree.
 
 use super::layout::{
-    BspError, FACES, LEAVES, LUMPS, MARK_SURFACES, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable, entry,
+    BspError, FACES, LEAVES, LUMPS, MARK_SURFACES, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES,
+    countable, entry,
 };
 use crate::geom::{Aabb, Plane};
 use crate::types::level::FARTHEST;
@@ -150,11 +151,7 @@ pub(crate) fn infos_with<T: Default>(source: &Source<'_>, told: impl Fn(&str) ->
 }
 
 /// Visits the faces that each leaf names, of `faces` that there are, leaf by leaf.
-pub(crate) fn marked_faces(
-    source: &Source<'_>,
-    faces: usize,
-    mut visit: impl FnMut(usize, usize),
-) -> Result<(), BspError> {
+pub(crate) fn marked_faces(source: &Source<'_>, faces: usize, mut visit: impl FnMut(usize, usize)) -> Result<(), BspError> {
     let marks: Vec<UBspValue> = source.entries(MARK_SURFACES)?;
     let mut all = 0usize;
     for (i, leaf) in source.entries::<BspLeaf>(LEAVES)?.iter().enumerate() {

@@ -28,6 +28,8 @@ pub(super) struct Side {
 pub(super) struct Brush {
     pub sides: Vec<Side>,
     pub bounds: Aabb,
+    /// Flags of Quake 2, of all sides.
+    pub contents: u32,
 }
 
 /// The planes of a brush, of which each is given by three points, clockwise from outside. What is wrong with one is told with its number.
@@ -55,13 +57,16 @@ impl Brush {
             let face = others.fold(square(plane, within), |face, (_, other)| clip(&face, other, ON * 0.1));
             let is_face = !doubled && area(&face) > ON;
             let texture = surface.texture.to_string_lossy().to_lowercase();
+            // Quake 2 has textures in folders.
+            let texture = texture.rsplit('/').next().unwrap_or_default().to_owned();
             sides.push(Side { plane: *plane, texture, face: if is_face { face } else { Vec::new() } });
         }
         let bounds = Aabb::of(sides.iter().flat_map(|side| side.face.iter().copied()));
         let is_closed = within.contains(bounds.min) && within.contains(bounds.max);
         let is_solid = sides.iter().filter(|side| !side.face.is_empty()).count() > 3 && bounds.size().min_element() > ON;
         sides.retain(|side| !side.face.is_empty());
-        (is_closed && is_solid).then_some(Self { sides, bounds })
+        let contents = surfaces.iter().fold(0, |all, side| all | side.q2ext.content_flags as u32);
+        (is_closed && is_solid).then_some(Self { sides, bounds, contents })
     }
 
     /// True where a point is inside or, as where two brushes meet, in a face.
@@ -76,7 +81,12 @@ pub(super) mod tests {
 
     fn side([a, b, c]: [[f64; 3]; 3]) -> Surface {
         let alignment = quake_map::Alignment { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], axes: None };
-        Surface { half_space: [a, b, c], texture: c"Brick".into(), alignment, q2ext: quake_map::Quake2SurfaceExtension::default() }
+        Surface {
+            half_space: [a, b, c],
+            texture: c"Brick".into(),
+            alignment,
+            q2ext: quake_map::Quake2SurfaceExtension::default(),
+        }
     }
 
     /// The sides of a box as a map writes them.
@@ -90,7 +100,11 @@ pub(super) mod tests {
                 p
             };
             // Clockwise from outside.
-            if above { [at(0.0, 1.0), at(0.0, 0.0), at(1.0, 0.0)].map(|p| p) } else { [at(1.0, 0.0), at(0.0, 0.0), at(0.0, 1.0)] }
+            if above {
+                [at(0.0, 1.0), at(0.0, 0.0), at(1.0, 0.0)].map(|p| p)
+            } else {
+                [at(1.0, 0.0), at(0.0, 0.0), at(0.0, 1.0)]
+            }
         };
         axes.map(points).map(|[a, b, c]| side([c, b, a])).collect()
     }
@@ -103,7 +117,10 @@ pub(super) mod tests {
     #[test]
     fn a_box_has_six_faces_that_look_out_of_it() {
         let brush = block([1.0, 2.0, 3.0], [5.0, 7.0, 9.0]);
-        assert_eq!((brush.sides.len(), brush.bounds.min, brush.bounds.max), (6, DVec3::new(1., 2., 3.), DVec3::new(5., 7., 9.)));
+        assert_eq!(
+            (brush.sides.len(), brush.bounds.min, brush.bounds.max),
+            (6, DVec3::new(1., 2., 3.), DVec3::new(5., 7., 9.))
+        );
         for side in &brush.sides {
             let normal = crate::geom::newell(&side.face).normalize();
             assert!(normal.distance(side.plane.n) < 1e-12 && side.plane.distance(DVec3::new(3., 4., 5.)) < 0.0);

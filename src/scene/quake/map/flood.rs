@@ -33,19 +33,21 @@ pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin]) -> Result<
         next[b].push((a, i));
     }
     // 1. The outside, from a point beyond the map.
-    let outside = flood(&next, tree.leaf_at(tree.bounds.max + 1.0));
+    let beyond = tree.bounds.max + 1.0;
+    let outside = flood(&next, tree.leaf_at(beyond));
     // 2. The inside.
     let mut inside = vec![false; tree.leaves.len()];
     let placed = origins.iter().map(|origin| (origin, tree.leaf_at(origin.at))).filter(|&(_, leaf)| tree.leaves[leaf].open);
     let placed: Vec<(&Origin, usize)> = placed.collect();
     for &(from, leaf) in &placed {
         if outside[leaf].is_some() {
-            let mut way = vec![from.at];
+            let mut way = Vec::new();
             let mut at = leaf;
             while let Some(Some((before, portal))) = outside[at] {
                 way.push(middle(&portals[portal].winding));
                 at = before;
             }
+            way.push(beyond);
             return Err(Leak { from, way });
         }
         if !inside[leaf] {
