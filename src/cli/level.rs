@@ -75,6 +75,9 @@ impl Input {
         match path.extension().map(|e| e.to_ascii_lowercase()) {
             Some(e) if e == "prt" => Ok(Self::of_prt(prt_file(path)?, None)),
             Some(e) if e == "bsp" => Self::of_bsp(path),
+            Some(e) if e == "map" => {
+                Err(at(path, "is a level's source: compile it (qbsp) and give the .bsp or the .prt, or `bake` it as it is"))
+            }
             _ => Err(at(path, "is named neither .prt nor .bsp")),
         }
     }

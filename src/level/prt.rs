@@ -63,6 +63,9 @@ pub struct Prt {
     pub leaves: Vec<u32>,
 }
 
+/// Characters that editors put at the beginning or the end of a text.
+const UNSEEN: [(char, &str); 3] = [('\u{feff}', "a byte-order mark"), ('\u{1a}', "Ctrl-Z"), ('\0', "a zero byte")];
+
 /// What is wrong, and where.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("line {line}, {field}: {fault}")]
@@ -82,6 +85,14 @@ pub enum PrtFault {
     /// Bytes that are not UTF-8.
     #[error("not text")]
     NotText,
+    /// A character that some editors leave behind and nobody sees.
+    #[error("U+{:04X} ({name}) is no part of a portal file; save it as plain text without that", u32::from(*.character))]
+    Unseen {
+        /// The character.
+        character: char,
+        /// Its name.
+        name: &'static str,
+    },
     /// Neither of the three magics.
     #[error("'{0}' begins no portal file; PRT1, PRT2 and PRT1-AM are read")]
     NotPrt(String),
@@ -153,6 +164,12 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
         let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         PrtError { line, field: "text".into(), fault: PrtFault::NotText }
     })?;
+    for (character, name) in UNSEEN {
+        if let Some(at) = text.find(character) {
+            let line = 1 + text[..at].bytes().filter(|&b| b == b'\n').count();
+            return Err(PrtError { line, field: "text".into(), fault: PrtFault::Unseen { character, name } });
+        }
+    }
     let mut reader = Reader { lines: text.lines(), line: 0 };
 
     // 1. The grammar, and how much of everything is promised.

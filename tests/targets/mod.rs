@@ -57,6 +57,8 @@ pub const TARGETS: &[Target] = &[
     Target { name: "flow", run: graph::cells, seeds: seeds::graph, memory: [MIB, 4096], share: 10 },
     #[cfg(feature = "quake")]
     Target { name: "bsp", run: bsp, seeds: seeds::bsp, memory: [MIB / 4, 64], share: 4 },
+    #[cfg(feature = "quake")]
+    Target { name: "map", run: map, seeds: seeds::map, memory: [MIB, 4096], share: 10 },
     #[cfg(feature = "ifc")]
     Target { name: "ifc", run: ifc, seeds: seeds::ifc, memory: [64 * MIB, 4096], share: 100 },
 ];
@@ -218,6 +220,16 @@ fn rooms(bytes: &[u8]) -> bool {
     let Ok(written) = serde_json::from_slice::<RoomsFile>(bytes) else { return false };
     let (scene, file) = flat();
     score_rooms(file, scene, &written).is_ok()
+}
+
+#[cfg(feature = "quake")]
+fn map(bytes: &[u8]) -> bool {
+    let scene = enfilade::scene::quake::import_map_bytes(bytes, "hostile", &ImportOptions::default());
+    if let Ok(scene) = &scene {
+        let leaves = scene.hints.leaves.as_ref().expect("a map has leaves");
+        assert!(leaves.portals.iter().flat_map(|p| p.cells).all(|c| (c as usize) < leaves.leaves.len()));
+    }
+    read(scene)
 }
 
 #[cfg(feature = "quake")]

@@ -166,6 +166,14 @@ pub fn bsp() -> Vec<Vec<u8>> {
     [false, true].map(|bsp2| level(&three_rooms(AIR), Layout { bsp2, ..Layout::default() })).to_vec()
 }
 
+#[cfg(feature = "quake")]
+pub fn map() -> Vec<Vec<u8>> {
+    use testing::map::{block, entity, start, two_rooms};
+    let door = entity("func_door", "", &[block([128, 32, 0], [136, 96, 64], "wood")]);
+    let water = entity("func_group", "", &[block([200, 0, 0], [264, 128, 16], "*water")]);
+    vec![(entity("worldspawn", "", &two_rooms()) + &door + &water + &start("64 64 24")).into_bytes()]
+}
+
 #[cfg(feature = "ifc")]
 pub fn ifc() -> Vec<Vec<u8>> {
     vec![testing::house::House::default().text().into_bytes()]

@@ -28,8 +28,14 @@ const ALONG_PORTAL_COSINE: f64 = 0.9;
 const LEAF_NEAR_SHARE: f64 = 0.35;
 const MOST_TIMES: f64 = 4.0;
 
-/// Gives every portal its state, by its kind and by what the model hangs in it.
-pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal]) {
+/// A leaf that is to cover its portal wholly leaves no more than this share of it open. Larger: strips beside it count as covered. Smaller:
+/// rounding of the leaf's rim counts as a strip.
+const WHOLLY: f64 = 1e-4;
+
+/// Gives every portal its state, by its kind and by what the model hangs in it. Between leaves of a level (`of_level`) a portal is
+/// often wider than its doorway, and beside the leaf a wall of a cell beyond is seen: there only a leaf that covers its portal
+/// wholly is not ajar.
+pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal], of_level: bool) {
     let boxes: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
     let leaves = (0..boxes.len() as u32).filter(|&i| matches!(scene.objects[i as usize].role, Role::Door | Role::Window));
     let tree = BoxTree::new(&boxes, leaves.collect());
@@ -42,11 +48,13 @@ pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal]) {
             let rim = convex_hull(portal.winding.iter().map(|&p| face.flat(p)).collect());
             let whole = area(&portal.winding);
             let leaf = Leaf::new(scene, &tree, portal, &face, &rim);
-            portal.state.shut = leaf.open.iter().map(shape_area).sum::<f64>() < (1.0 - SHUT_SHARE) * whole;
+            let open = leaf.open.iter().map(shape_area).sum::<f64>();
+            portal.state.shut = open < (1.0 - SHUT_SHARE) * whole;
             portal.state.see_through |= leaf.glass;
             if portal.state.shut && !portal.state.see_through {
                 let rays = rays.get_or_init(|| RayScene::new(scene));
-                portal.state.ajar = lets_through(rays, &face, &rim, &leaf.open, i as u64);
+                portal.state.ajar =
+                    of_level && open > WHOLLY * whole || lets_through(rays, &face, &rim, &leaf.open, i as u64);
             }
         }
     });
@@ -135,7 +143,7 @@ mod tests {
         let plane = Plane::through(winding[0], DVec3::X);
         let state = PortalState::of_kind(kind);
         let mut portals = [Portal { cells: [CellId(0), CellId(1)], plane, winding, kind, state, source: None }];
-        find_states(&scene, &mut portals);
+        find_states(&scene, &mut portals, false);
         portals[0].state
     }
 

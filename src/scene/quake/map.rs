@@ -106,7 +106,11 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     }
 
     // 4. Leaves and portals.
-    builder.hints.leaves = Some(leaves_of(derive(&tree, true), half_spaces(&tree).map_err(malformed)?, unit));
+    let between = derive(&tree, true);
+    if between.slivers > 0 {
+        builder.source.notes.push(format!("{} portals too narrow for a compiled level left out", between.slivers));
+    }
+    builder.hints.leaves = Some(leaves_of(between, half_spaces(&tree).map_err(malformed)?, unit));
     builder.finish(name)
 }
 

@@ -1,4 +1,5 @@
-//! Quake 1 levels (`.bsp`, bsp29 and BSP2): the tree with its leaves and portals, and the faces as a scene.
+//! Quake 1 levels (`.bsp`, bsp29 and BSP2): the tree with its leaves and portals, and the faces as a scene. Maps (`.map`), from which
+//! levels are compiled: a tree over their brushes.
 //!
 //! Leaf 0 is what is solid; the world's leaves follow, and leaf `i + 1` is cell `i` here. Lumps' entries are decoded by the
 //! `qbsp` crate, one lump at a time and only once lengths and bounds are checked here: its own way in asserts, and takes memory

@@ -8,6 +8,7 @@ pub mod forge;
 pub mod grid;
 pub mod house;
 pub mod level_mesh;
+pub mod map;
 pub mod maze;
 pub mod meshes;
 pub mod openings;

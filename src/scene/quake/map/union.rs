@@ -70,7 +70,7 @@ mod tests {
     fn areas(brushes: &[Brush]) -> Vec<f64> {
         let mut areas = vec![0.0; brushes.len()];
         surface(brushes).iter().for_each(|part| areas[part.side[0]] += area(&part.winding));
-        areas
+        areas.into_iter().map(|area| (area * 1e6).round() / 1e6).collect()
     }
 
     #[test]
