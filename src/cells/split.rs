@@ -70,7 +70,10 @@ pub(crate) fn split_beside(
         Some(Strategy::Leaves) if scene.hints.leaves.is_none() => return Err(SplitError::NoLeaves),
         Some(Strategy::Given) => return Err(SplitError::Given),
         Some(s) => (s, "asked for".to_owned()),
-        None if scene.hints.leaves.is_some() => (Strategy::Leaves, "the level's own".to_owned()),
+        None if scene.hints.leaves.is_some() => {
+            let of_map = scene.source.format == "map";
+            (Strategy::Leaves, if of_map { "a tree over the map's brushes" } else { "the level's own" }.to_owned())
+        }
         None => choose(scene),
     };
     if let (Strategy::Leaves, Some(found)) = (strategy, &scene.hints.leaves) {

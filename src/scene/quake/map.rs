@@ -61,12 +61,12 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
 
     // 1. The tree, and what of it is inside.
     let solid: Vec<&Brush> = structure.iter().collect();
-    let parts = union::surface(&structure);
+    let fault = |what: String| ImportError::malformed(Place::File, what);
+    let parts = union::surface(&structure).map_err(|what| fault(format!("the map {what}")))?;
     let bounds = Aabb::of(structure.iter().flat_map(|brush| [brush.bounds.min, brush.bounds.max]));
     if solid.is_empty() {
         return Err(ImportError::Empty);
     }
-    let fault = |what: String| ImportError::malformed(Place::File, what);
     let mut tree = build::tree(&parts, &solid, bounds).map_err(|what| fault(format!("the map {what}")))?;
     keep_inside(&mut tree, &origins).map_err(|Leak { from, way }| ImportError::Leaks {
         entity: from.class.clone(),

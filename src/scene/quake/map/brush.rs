@@ -71,7 +71,7 @@ impl Brush {
 
     /// True where a point is inside or, as where two brushes meet, in a face.
     pub fn holds(&self, p: DVec3) -> bool {
-        self.sides.iter().all(|side| side.plane.distance(p) <= ON)
+        self.bounds.inflated(ON).contains(p) && self.sides.iter().all(|side| side.plane.distance(p) <= ON)
     }
 }
 

@@ -16,6 +16,8 @@ use std::collections::HashMap;
 
 /// Deepest tree. Deeper: a hostile file takes memory squared in its size. Less deep: large levels are refused.
 const DEEPEST: usize = 1000;
+/// Most nodes. More: what slanted brushes across each other ask for does not fit the memory. Fewer: large levels are refused.
+const MOST_NODES: usize = 1 << 20;
 /// A cut face costs as much as so many faces that one side has more than the other.
 const CUT: usize = 8;
 /// Slanted planes cost as much as so many cuts.
@@ -48,8 +50,8 @@ pub(super) fn tree(parts: &[Part], brushes: &[&Brush], bounds: Aabb) -> Result<T
         let child = match choose(&faces, &planes) {
             None => Child::Leaf(leaf(&mut tree, brushes, &way)),
             Some(chosen) => {
-                if way.len() >= DEEPEST {
-                    return Err(format!("needs a tree that is more than {DEEPEST} deep"));
+                if way.len() >= DEEPEST || tree.nodes.len() >= MOST_NODES {
+                    return Err(format!("needs a tree of more than {MOST_NODES} nodes, or deeper than {DEEPEST}"));
                 }
                 let plane = planes[chosen];
                 let node = tree.nodes.len();

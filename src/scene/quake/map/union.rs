@@ -8,7 +8,12 @@ use crate::geom::{Plane, area, clip};
 use crate::parallel;
 use glam::DVec3;
 
+/// Most parts that a face falls into. More: a hostile file of overlapping brushes takes hours. Fewer: a floor under a forest of pillars
+/// is refused.
+const MOST_PARTS: usize = 1 << 12;
+
 /// A part of a face.
+#[derive(Clone)]
 pub(super) struct Part {
     pub plane: Plane,
     /// Brush and side.
@@ -17,7 +22,11 @@ pub(super) struct Part {
 }
 
 /// What of the brushes' faces lies on the surface of their union. Where faces of two brushes lie in one place, the later brush's shows.
-pub(super) fn surface(brushes: &[Brush]) -> Vec<Part> {
+///
+/// # Errors
+///
+/// A face that falls into too many parts.
+pub(super) fn surface(brushes: &[Brush]) -> Result<Vec<Part>, String> {
     let indices: Vec<usize> = (0..brushes.len()).collect();
     let of_brush = parallel::map(&indices, |&i| {
         let brush = &brushes[i];
@@ -29,12 +38,15 @@ pub(super) fn surface(brushes: &[Brush]) -> Vec<Part> {
             let mut left = vec![side.face.clone()];
             for &(j, other) in &others {
                 left = left.into_iter().flat_map(|winding| outside(winding, &side.plane, other, j > i)).collect();
+                if left.len() > MOST_PARTS {
+                    return Err(format!("has a face that other brushes cut into more than {MOST_PARTS} parts"));
+                }
             }
             parts.extend(left.into_iter().map(|winding| Part { plane: side.plane, side: [i, s], winding }));
         }
-        parts
+        Ok(parts)
     });
-    of_brush.into_iter().flatten().collect()
+    Ok(of_brush.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
 }
 
 /// What of a winding in `plane` is not inside `brush`, or on its faces: those that look the same way cover it if the brush `is_later`, and
@@ -69,7 +81,7 @@ mod tests {
 
     fn areas(brushes: &[Brush]) -> Vec<f64> {
         let mut areas = vec![0.0; brushes.len()];
-        surface(brushes).iter().for_each(|part| areas[part.side[0]] += area(&part.winding));
+        surface(brushes).unwrap().iter().for_each(|part| areas[part.side[0]] += area(&part.winding));
         areas.into_iter().map(|area| (area * 1e6).round() / 1e6).collect()
     }
 
