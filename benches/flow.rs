@@ -35,6 +35,7 @@ impl World {
             objects_lower: &BitMatrix::new(cells, objects),
             max_steps: 200_000,
             coplanar: 1e-4,
+            fronts: None,
         };
         flow(&input, &Job::quiet()).expect("nobody stops it")
     }

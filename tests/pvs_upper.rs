@@ -23,6 +23,7 @@ fn upper(graph: &CellGraph) -> BitMatrix {
         objects_lower: &none,
         max_steps: 1_000_000,
         coplanar: 1e-5,
+        fronts: None,
     };
     let result = flow(&input, &Job::quiet()).unwrap();
     assert_eq!((result.capped, result.objects_upper.count_ones()), (0, 0));
@@ -41,6 +42,7 @@ fn grid_flow(grid: &Grid, max_steps: u64) -> FlowResult {
         objects_lower: &BitMatrix::new(grid.cells, grid.objects.len()),
         max_steps,
         coplanar: 1e-5,
+        fronts: None,
     };
     flow(&input, &Job::quiet()).unwrap()
 }
@@ -456,6 +458,7 @@ fn what_is_known_to_be_visible_is_in_the_bound_and_saves_steps() {
             objects_lower,
             max_steps: 1_000_000,
             coplanar: 1e-5,
+            fronts: None,
         };
         flow(&input, &Job::quiet()).unwrap()
     };
@@ -501,6 +504,7 @@ fn objects_behind_the_door_frame_are_hidden_in_a_cell_that_is_seen() {
         objects_lower: &BitMatrix::new(3, 4),
         max_steps: 1000,
         coplanar: 1e-5,
+        fronts: None,
     };
     let result = flow(&input, &Job::quiet()).unwrap();
     // A line from room 0 through both doors rises at most 1 m in 4: z <= 2 + 0.15 / 4 at x = 8.15.

@@ -65,16 +65,22 @@ impl Fronts {
 
     /// Takes from `objects_upper` the pairs of a cell and an object that [`Self::is_behind`]. Pairs of `known` stay.
     pub fn hide(&self, graph: &CellGraph, known: &BitMatrix, cells_upper: &BitMatrix, objects_upper: &mut BitMatrix) {
-        let hidden = parallel::map_range(0..graph.cells.len(), |cell| {
-            let exits = exits(graph, cell);
-            let row = objects_upper.row(cell).iter().zip(known.row(cell));
-            let asked: Vec<u64> = row.map(|(upper, known)| upper & !known).collect();
-            let is_behind = |&object: &usize| !self.shows(cells_upper, cell, object, &exits);
-            bits::ones(&asked).filter(is_behind).collect::<Vec<_>>()
+        let rows = parallel::map_range(0..graph.cells.len(), |cell| {
+            let (upper, known) = (objects_upper.row(cell), known.row(cell));
+            let mut row: Vec<u64> = upper.iter().zip(known).map(|(upper, known)| upper & !known).collect();
+            self.keep_shown(graph, cells_upper, cell, &mut row);
+            row.iter_mut().zip(upper.iter().zip(known)).for_each(|(row, (upper, known))| *row |= upper & known);
+            row
         });
-        for (cell, objects) in hidden.into_iter().enumerate() {
-            objects.into_iter().for_each(|object| objects_upper.clear(cell, object));
-        }
+        rows.iter().enumerate().for_each(|(cell, row)| objects_upper.assign_row(cell, row));
+    }
+
+    /// Keeps, of a row of objects, as bits, those that `cell` is not behind.
+    pub fn keep_shown(&self, graph: &CellGraph, cells_upper: &BitMatrix, cell: usize, row: &mut [u64]) {
+        let exits = exits(graph, cell);
+        let is_behind = |&object: &usize| !self.shows(cells_upper, cell, object, &exits);
+        let hidden: Vec<usize> = bits::ones(row).filter(is_behind).collect();
+        hidden.into_iter().for_each(|object| row[object / 64] &= !(1 << (object % 64)));
     }
 
     /// True where a cell is behind all that it could see of an object; `cells_upper`: pairs of cells that may see each other.

@@ -141,6 +141,7 @@ impl<'a> Bake<'a> {
             objects_lower: &self.lower.objects,
             max_steps: self.options.flow_steps,
             coplanar: self.scene.tolerance().coplanar,
+            fronts: Some(&self.fronts),
         };
         let mut upper = flow(&input, self.work)?;
         let FlowResult { cells_upper, objects_upper, .. } = &mut upper;

@@ -56,6 +56,7 @@ pub(crate) mod separators;
 pub(crate) mod stab;
 pub(crate) mod window;
 
+use super::backfaces::Fronts;
 use crate::BitMatrix;
 use crate::cells::CellGraph;
 use crate::geom::Aabb;
@@ -89,6 +90,9 @@ pub struct FlowInput<'a> {
     pub max_steps: u64,
     /// How far from a plane corners may lie that are meant to lie in it, metres: [`crate::tolerance::Tolerance::coplanar`].
     pub coplanar: f64,
+    /// From where objects are seen, where that is known: what is behind all that it could see of an object is hidden from it, and not
+    /// searched for. `None`, or in a graph that is searched in parts: not asked.
+    pub fronts: Option<&'a Fronts>,
 }
 
 /// The upper bound, and what it took.

@@ -265,6 +265,7 @@ impl<'a> Uppers<'a> {
             objects_lower: &objects_lower,
             max_steps: self.options.flow_steps,
             coplanar: self.coplanar,
+            fronts: None,
         };
         let flowed = flow(&input, work)?;
         row.copy_from_slice(flowed.objects_upper.row(here));

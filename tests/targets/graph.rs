@@ -126,6 +126,7 @@ pub fn flown(graph: &CellGraph) {
         objects_lower: &none,
         max_steps: 2_000,
         coplanar: 1e-5,
+        fronts: None,
     };
     let found = flow(&input, &Job::quiet()).expect("nobody stops it");
     assert_eq!((found.cells_upper.rows(), found.cells_upper.columns()), (n, n));

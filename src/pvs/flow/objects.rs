@@ -42,7 +42,10 @@ pub(super) fn decide(
         let spent = tally.steps - before;
         let found = run(work, "flow: objects", &rounds, k, spent, net, might_see, input.max_steps, |search, task| {
             let cells = cells_upper.row(task.cell);
-            let undecided = undecided(input.placement, cells, upper.row(task.cell));
+            let mut undecided = undecided(input.placement, cells, upper.row(task.cell));
+            if let Some(fronts) = input.fronts {
+                fronts.keep_shown(input.graph, cells_upper, task.cell, &mut undecided);
+            }
             search_from(net, might_see, search, task, &boxes, cells, undecided)
         })?;
         for (task, found) in round.iter().zip(&found) {

@@ -183,6 +183,8 @@ impl Parts {
             object_bounds: &bounds,
             cells_lower: &of_part(input.cells_lower, &part.cells),
             objects_lower: &of_part(input.objects_lower, &objects),
+            // It goes by the graph's own names.
+            fronts: None,
             ..*input
         };
         // 3. What its own cells see, by the graph's names.
@@ -316,6 +318,7 @@ mod tests {
                 objects_lower: &known,
                 max_steps: 1_000_000,
                 coplanar: 1e-6,
+                fronts: None,
             };
             let net = Net::of_graph(&graph, 1e-6);
             let sizes = Sizes { many: 0, looks: 1, own: 60, worth: 0 };
