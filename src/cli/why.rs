@@ -192,7 +192,7 @@ impl Teller<'_> {
                     way(&s.chain)
                 )
             }
-            Why::Behind => format!("{a} doesn't see {b}: it is behind all triangles of it that face its way"),
+            Why::Behind => format!("{a} doesn't see {b}: all that it could see of it faces away"),
             Why::Joined(1) => format!("{a} doesn't see {b}: proven before others were joined (--clusters)"),
             Why::Joined(cells) => {
                 format!("{a} doesn't see {b}: proven for each of the {cells} cells that it was joined from (--clusters)")

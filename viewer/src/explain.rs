@@ -57,7 +57,7 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told
                 shield.chain.len()
             )
         }
-        Why::Behind => format!("{who} can't see {what}: it is behind all of it that it could see."),
+        Why::Behind => format!("{who} can't see {what}: all that it could see of it faces away."),
         Why::Joined(cells) => {
             format!(
                 "{who} can't see {what}: proven for each of the {cells} cells that it was joined from; the file has them as one."

@@ -1,8 +1,8 @@
 //! Ambient sounds: how loud each leaf hears water, sky, slime and lava.
 //!
-//! A leaf that sees a face with such a texture hears it at full volume; one that sees none hears nothing. That is what the level compilers
-//! after Carmack, 1996, write: the five levels of Quake that the tests know have no other values. Slime sounds like water, and no
-//! compiler writes the third value. Textures are known by how their names begin.
+//! A leaf that sees a face with such a texture hears it at full volume; one that sees none hears nothing. The five levels of Quake that
+//! the tests know have no other values. Slime sounds like water, and the third value stays 0. Textures are known by how their
+//! names begin.
 
 use crate::BitMatrix;
 use crate::scene::quake::layout::FACES;

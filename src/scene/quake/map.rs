@@ -60,14 +60,13 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     let Sorted { structure, other, origins } = sorted(&map, &mut builder.source.notes)?;
 
     // 1. The tree, and what of it is inside.
-    let solid: Vec<&Brush> = structure.iter().collect();
+    if structure.is_empty() {
+        return Err(ImportError::Empty);
+    }
     let fault = |what: String| ImportError::malformed(Place::File, what);
     let parts = union::surface(&structure).map_err(|what| fault(format!("the map {what}")))?;
     let bounds = Aabb::of(structure.iter().flat_map(|brush| [brush.bounds.min, brush.bounds.max]));
-    if solid.is_empty() {
-        return Err(ImportError::Empty);
-    }
-    let mut tree = build::tree(&parts, &solid, bounds).map_err(|what| fault(format!("the map {what}")))?;
+    let mut tree = build::tree(&parts, &structure, bounds).map_err(|what| fault(format!("the map {what}")))?;
     keep_inside(&mut tree, &origins).map_err(|Leak { from, way }| ImportError::Leaks {
         entity: from.class.clone(),
         from: from.at,
@@ -97,10 +96,9 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
             let node = format!("{node}/{texture}");
             let mesh = |opaque| fans(faces, node, role, opaque, unit);
             match kind {
-                _ if is_see_through(texture) => builder.add_glass(mesh(false))?,
-                Kind::SeeThrough => builder.add_glass(mesh(false))?,
-                Kind::Moving => builder.add_moving(mesh(false))?,
-                Kind::Detail | Kind::Structure | Kind::Absent => builder.add(mesh(true))?,
+                Kind::Moving if !is_see_through(texture) => builder.add_moving(mesh(false))?,
+                Kind::Detail if !is_see_through(texture) => builder.add(mesh(true))?,
+                _ => builder.add_glass(mesh(false))?,
             }
         }
     }

@@ -41,7 +41,7 @@ struct Work {
 }
 
 /// Builds the tree of `parts`, which are what shows of `brushes`. Open leaves are numbered from 1; leaf 0 is all that is solid.
-pub(super) fn tree(parts: &[Part], brushes: &[&Brush], bounds: Aabb) -> Result<Tree, String> {
+pub(super) fn tree(parts: &[Part], brushes: &[Brush], bounds: Aabb) -> Result<Tree, String> {
     let (planes, faces) = numbered(parts);
     let solid = Leaf { open: false, vis_offset: -1 };
     let mut tree = Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), vis_leaves: 0, bounds };
@@ -138,7 +138,7 @@ fn divided(faces: Vec<Face>, chosen: usize, plane: &Plane) -> [Vec<Face>; 2] {
 }
 
 /// The number of the leaf inside `way`.
-fn leaf(tree: &mut Tree, brushes: &[&Brush], way: &[Plane]) -> usize {
+fn leaf(tree: &mut Tree, brushes: &[Brush], way: &[Plane]) -> usize {
     let corners: Vec<DVec3> = region_faces(way, &tree.bounds).concat();
     let middle = crate::geom::middle(&corners);
     // A region without a volume is solid: nobody stands in it.
