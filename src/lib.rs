@@ -34,6 +34,8 @@
 pub mod bake;
 #[cfg(feature = "bake")]
 pub mod cells;
+#[cfg(feature = "bake")]
+pub mod export;
 pub mod file;
 #[cfg(feature = "bake")]
 pub mod generate;

@@ -27,6 +27,8 @@ enum Command {
     Why(cli::why::Args),
     /// Write out cells, portals, objects and rows.
     Dump(cli::dump::Args),
+    /// Write the model with a node an object, as .glb, for engines.
+    Export(cli::export::Args),
     /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
     Vis(cli::vis::Args),
     /// Draw what can be seen in a building or a level, both sides of it, against time, as a page of one file.
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         Command::Info(args) => cli::info::run(args),
         Command::Why(args) => cli::why::run(args),
         Command::Dump(args) => cli::dump::run(args),
+        Command::Export(args) => cli::export::run(args),
         Command::Vis(args) => cli::vis::run(args),
         Command::Report(args) => cli::report::run(args),
         Command::Generate(args) => cli::generate::run(args),

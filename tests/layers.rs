@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// What each room may use, beside [`BASE`] and itself. `room` allows all of it, `room::item` that item only. The first three are what is built
 /// without default features, and know nothing of the builder.
-const MAY_USE: [(&str, &[&str]); 14] = [
+const MAY_USE: [(&str, &[&str]); 15] = [
     ("occlusion", &[]),
     ("file", &[]),
     ("runtime", &["file", "occlusion"]),
@@ -20,7 +20,8 @@ const MAY_USE: [(&str, &[&str]); 14] = [
     ("walkthrough", &["scene", "file", "occlusion", "runtime"]),
     ("verify", &["scene", "file", "walkthrough::path", "level::Level"]),
     ("pages", &["scene", "file", "verify"]),
-    ("generate", &["scene::Role"]),
+    ("generate", &["scene::Role", "scene::gltf"]),
+    ("export", &["scene", "file"]),
 ];
 
 /// Below everything; uses nothing but itself.

@@ -25,6 +25,7 @@ mod clusters;
 mod coarsen;
 mod cubes;
 mod cubes_gpu;
+mod export;
 mod extremes;
 mod faults;
 mod file_format;

@@ -5,6 +5,7 @@ pub mod check;
 pub mod compare;
 pub mod count;
 pub mod dump;
+pub mod export;
 pub mod generate;
 pub mod info;
 pub mod level;

@@ -1,4 +1,4 @@
-//! Writes a [`Model`] as binary glTF 2.0 (Khronos Group, *glTF 2.0 Specification*, 2021, section 4.4 for the container).
+//! Writes a [`Model`] as binary glTF 2.0 (Khronos Group, *glTF 2.0 Specification*, 2021).
 //!
 //! One buffer with two views (positions, indices); positions are `f32`, indices `u16` where they fit. Normals are left out:
 //! surfaces are flat, and a reader derives flat normals where there are none (section 3.7.2.1). Every node carries
@@ -7,6 +7,7 @@
 use super::model::{Material, Model, Node};
 use super::solid::Solid;
 use crate::scene::Role;
+use crate::scene::gltf::container::{glb, pad};
 use glam::DMat3;
 use serde_json::{Value, json};
 
@@ -58,7 +59,8 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
         ],
         "buffers": [{ "byteLength": positions.len() + indices.len() }],
     });
-    container(&header, [positions, indices].concat())
+    // Generated scenes are bounded far below what the container can count.
+    glb(&header, [positions, indices].concat()).unwrap_or_default()
 }
 
 /// What meshes hold, and where it lies in the buffer's two views.
@@ -141,26 +143,4 @@ fn material(material: &Material) -> Value {
         value["alphaMode"] = json!("BLEND");
     }
     value
-}
-
-/// The two chunks of the container, each a multiple of four bytes.
-fn container(header: &Value, mut binary: Vec<u8>) -> Vec<u8> {
-    let mut text = header.to_string().into_bytes();
-    pad(&mut text, b' ');
-    pad(&mut binary, 0);
-    let total = 12 + 8 + text.len() + 8 + binary.len();
-    let mut out = Vec::with_capacity(total);
-    out.extend(b"glTF");
-    out.extend(2u32.to_le_bytes());
-    out.extend((total as u32).to_le_bytes());
-    for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &binary)] {
-        out.extend((chunk.len() as u32).to_le_bytes());
-        out.extend(kind);
-        out.extend(chunk);
-    }
-    out
-}
-
-fn pad(bytes: &mut Vec<u8>, with: u8) {
-    bytes.resize(bytes.len().next_multiple_of(4), with);
 }

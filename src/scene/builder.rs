@@ -1,7 +1,7 @@
 //! Where every importer hands in its meshes: numbers checked, degenerate triangles dropped and counted, large meshes split.
 
 use super::cluster::clusters;
-use super::{Hints, ImportError, ImportOptions, Object, Place, Role, Scene, Source};
+use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
 use crate::geom::Aabb;
 use crate::types::hints::Leaves;
 use glam::DVec3;
@@ -27,12 +27,38 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// A mesh that was handed in, less its triangles without area.
+#[derive(Debug)]
+struct Added {
+    mesh: Mesh,
+    glass: bool,
+    /// Of those that were handed in.
+    number: u32,
+    look: Look,
+    /// Numbers of the triangles that were left out, ascending.
+    dropped: Vec<u32>,
+}
+
+impl Added {
+    /// The numbers that its triangles had when it was handed in.
+    fn numbers(&self) -> Vec<u32> {
+        let mut dropped = self.dropped.iter().peekable();
+        let all = 0..(self.mesh.triangles.len() + self.dropped.len()) as u32;
+        all.filter(|t| dropped.next_if(|d| *d == t).is_none()).collect()
+    }
+}
+
 /// Collects meshes and hints into a [`Scene`].
 #[derive(Debug)]
 pub struct SceneBuilder {
     options: ImportOptions,
-    /// Meshes, and whether each is of glass.
-    meshes: Vec<(Mesh, bool)>,
+    meshes: Vec<Added>,
+    /// How many were handed in, empty ones counted.
+    handed_in: u32,
+    /// How the next mesh looks.
+    look: Look,
+    materials: Vec<Material>,
+    number_of_material: HashMap<String, u32>,
     count: usize,
     degenerate: usize,
     /// In the model's own coordinates; moved to the origin by [`SceneBuilder::finish`].
@@ -44,7 +70,35 @@ pub struct SceneBuilder {
 impl SceneBuilder {
     /// An empty scene.
     pub fn new(options: &ImportOptions, source: Source) -> Self {
-        Self { options: options.clone(), meshes: Vec::new(), count: 0, degenerate: 0, hints: Hints::default(), source }
+        Self {
+            options: options.clone(),
+            meshes: Vec::new(),
+            handed_in: 0,
+            look: Look::default(),
+            materials: Vec::new(),
+            number_of_material: HashMap::new(),
+            count: 0,
+            degenerate: 0,
+            hints: Hints::default(),
+            source,
+        }
+    }
+
+    /// Whether somebody asked where triangles come from and how they look ([`ImportOptions::trace`]).
+    pub fn is_traced(&self) -> bool {
+        self.options.trace
+    }
+
+    /// Says how the mesh looks that is added next, if somebody asked: its material, and texture coordinates by triangle (or none).
+    /// Materials with one name are one.
+    pub fn look(&mut self, material: Material, texture_coordinates: Vec<[[f32; 2]; 3]>) {
+        if self.is_traced() {
+            let number = *self.number_of_material.entry(material.name.clone()).or_insert(self.materials.len() as u32);
+            if number as usize == self.materials.len() {
+                self.materials.push(material);
+            }
+            self.look = Look { material: Some(number), texture_coordinates };
+        }
     }
 
     /// Counts triangles against [`ImportOptions::max_triangles`]. [`SceneBuilder::add`] does so itself; importers call it for
@@ -82,12 +136,17 @@ impl SceneBuilder {
         if let Some(bad) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
             return Err(ImportError::malformed(Place::File, format!("{}: vertex index {bad} of {n} vertices", mesh.node)));
         }
-        let before = mesh.triangles.len();
-        let positions = &mesh.positions;
-        mesh.triangles.retain(|t| has_area(t.map(|i| positions[i as usize])));
-        self.degenerate += before - mesh.triangles.len();
+        let (positions, mut dropped, mut next) = (&mesh.positions, Vec::new(), 0..);
+        mesh.triangles.retain(|t| {
+            let has_area = has_area(t.map(|i| positions[i as usize]));
+            dropped.extend(next.next().filter(|_| !has_area));
+            has_area
+        });
+        self.degenerate += dropped.len();
+        let (number, look) = (self.handed_in, std::mem::take(&mut self.look));
+        self.handed_in += 1;
         if !mesh.triangles.is_empty() {
-            self.meshes.push((mesh, glass));
+            self.meshes.push(Added { mesh, glass, number, look, dropped });
         }
         Ok(())
     }
@@ -95,14 +154,27 @@ impl SceneBuilder {
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
         let used = |m: &Mesh| Aabb::of(m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
-        let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, (m, _)| b.union(used(m)));
+        let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, added| b.union(used(&added.mesh)));
         if bounds.is_empty() {
             return Err(ImportError::Empty);
         }
         let origin = bounds.centre().round();
         let (mut positions, mut triangles, mut objects) = (Vec::new(), Vec::new(), Vec::new());
-        for (mesh, glass) in self.meshes {
-            for part in clusters(&mesh, self.options.object_triangles) {
+        let mut trace = self.options.trace.then(|| Trace {
+            looks: vec![Look::default(); self.handed_in as usize],
+            materials: self.materials,
+            ..Trace::default()
+        });
+        for mut added in self.meshes {
+            let parts = clusters(&added.mesh, self.options.object_triangles);
+            if let Some(trace) = &mut trace {
+                let numbers = added.numbers();
+                trace.meshes.extend(parts.iter().map(|_| added.number));
+                trace.triangles.extend(parts.iter().flatten().map(|&t| numbers[t as usize]));
+                trace.looks[added.number as usize] = std::mem::take(&mut added.look);
+            }
+            let Added { mesh, glass, .. } = added;
+            for part in parts {
                 let mut welded = HashMap::with_capacity(part.len());
                 let start = triangles.len() as u32;
                 let mut bounds = Aabb::EMPTY;
@@ -140,7 +212,7 @@ impl SceneBuilder {
             let windings = portals.iter_mut().map(|p| &mut p.winding).chain(walls);
             windings.flatten().for_each(|p| *p -= origin);
         }
-        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, hints })
+        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, hints, trace })
     }
 }
 
@@ -195,6 +267,23 @@ mod tests {
         assert!(matches!(b.count(1), Err(ImportError::TooLarge { limit: 2 })));
         let scene = b.finish("s").unwrap();
         assert_eq!((scene.positions.len(), scene.triangles), (4, vec![[0, 1, 2], [2, 1, 3]]));
+    }
+
+    #[test]
+    fn a_trace_counts_what_was_dropped() {
+        let mut b = SceneBuilder::new(&ImportOptions { trace: true, ..ImportOptions::default() }, Source::default());
+        b.add(triangle([[0.1; 3], [0.2; 3], [0.3; 3]])).unwrap();
+        let mut mesh = triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        mesh.triangles = vec![[0, 0, 1], [0, 1, 2], [1, 1, 1], [2, 1, 0]];
+        let red = Material { name: "red".into(), colour: [1.0, 0.0, 0.0, 1.0], texture: None };
+        b.look(red.clone(), vec![[[0.5; 2]; 3]; 4]);
+        b.add(mesh).unwrap();
+        b.add(triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])).unwrap();
+        let trace = b.finish("s").unwrap().trace.unwrap();
+        assert_eq!((trace.meshes, trace.triangles, trace.materials), (vec![1, 2], vec![1, 3, 0], vec![red]));
+        let materials: Vec<Option<u32>> = trace.looks.iter().map(|look| look.material).collect();
+        assert_eq!(materials, [None, Some(0), None]);
+        assert_eq!(trace.looks[1].texture_coordinates.len(), 4);
     }
 
     #[test]

@@ -35,11 +35,14 @@
 //! * `portal` makes the node's mesh an opening between two rooms; an empty name leaves a side to geometry.
 
 mod authored;
+pub(crate) mod container;
+mod cut;
 mod data;
 mod document;
 mod draco;
 mod hull;
 mod meshopt;
+pub(crate) mod pictures;
 mod primitive;
 
 use super::builder::short_name;
@@ -48,6 +51,7 @@ use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source,
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 use data::{Buffers, broken, entry};
+pub(crate) use cut::cut_file;
 use document::{Document, Instancing, Node};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use primitive::{LeftOut, Part};
@@ -65,16 +69,58 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
 /// refused.
 pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let (document, bin) = document::read(bytes)?;
+    Ok(read(&document, bin, name, folder, options)?.scene)
+}
+
+/// A document that was read, with what cutting it needs.
+struct Reading<'a> {
+    scene: Scene,
+    buffers: Buffers<'a>,
+    /// By mesh and primitive, as far as they are drawn.
+    parts: Vec<Option<Rc<Vec<Option<Part>>>>>,
+    /// By mesh of the scene ([`Trace::meshes`](super::Trace::meshes)).
+    drawn: Vec<Drawn>,
+    /// Nodes whose meshes are rooms' surfaces or portals.
+    undrawn: Vec<usize>,
+}
+
+/// A primitive that a node shows.
+#[derive(Clone, Copy)]
+struct Drawn {
+    node: usize,
+    mesh: usize,
+    primitive: usize,
+    /// Where the node has instances: of this one, within the node.
+    instance: Option<Placement>,
+}
+
+/// Scale, then rotation, then translation.
+#[derive(Clone, Copy)]
+struct Placement {
+    scale: DVec3,
+    rotation: DQuat,
+    translation: DVec3,
+}
+
+fn read<'a>(
+    document: &'a Document,
+    bin: Option<&'a [u8]>,
+    name: &str,
+    folder: Option<&'a Path>,
+    options: &'a ImportOptions,
+) -> Result<Reading<'a>, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "glTF".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
     let mut importer = Importer {
-        document: &document,
-        buffers: Buffers::new(&document, bin, Sidecars { folder, under: options.files_under.as_deref() }),
+        document,
+        buffers: Buffers::new(document, bin, Sidecars { folder, under: options.files_under.as_deref() }),
         builder: SceneBuilder::new(options, source),
         parts: document.meshes.iter().map(|_| None).collect(),
         authored: Authored::default(),
         left_out: LeftOut::default(),
         skinned: 0,
+        drawn: Vec::new(),
+        undrawn: Vec::new(),
     };
     importer.walk(metres_per_unit)?;
     importer.finish(name)
@@ -98,9 +144,12 @@ struct Importer<'a> {
     authored: Authored,
     left_out: LeftOut,
     skinned: usize,
+    /// Of [`Reading`].
+    drawn: Vec<Drawn>,
+    undrawn: Vec<usize>,
 }
 
-impl Importer<'_> {
+impl<'a> Importer<'a> {
     fn walk(&mut self, metres_per_unit: f64) -> Result<(), ImportError> {
         let world = DAffine3::from_scale(DVec3::splat(metres_per_unit));
         let mut seen = vec![false; self.document.node_count()];
@@ -146,6 +195,8 @@ impl Importer<'_> {
         let Some(mesh) = node.mesh else { return Ok(()) };
         self.skinned += usize::from(node.skin.is_some());
         let parts = self.parts_of(mesh)?;
+        let is_drawn = extras.portal.is_none() && !matches!(named, Named::Portal(_) | Named::Bound);
+        self.undrawn.extend((!is_drawn).then_some(visit.node));
         match (named, extras.portal) {
             (_, Some(rooms)) => self.portal(&name, visit, rooms, &parts),
             (Named::Portal(room), _) => self.portal(&name, visit, [String::new(), room], &parts),
@@ -155,10 +206,10 @@ impl Importer<'_> {
                 Ok(())
             }
             _ => match node.instancing() {
-                None => self.add(&name, mesh, visit, visit.parent, &parts),
+                None => self.add(&name, mesh, visit, None, &parts),
                 Some(instancing) => {
                     for (i, instance) in instances(&self.buffers, instancing)?.into_iter().enumerate() {
-                        self.add(&format!("{name}@{i}"), mesh, visit, visit.parent * instance, &parts)?;
+                        self.add(&format!("{name}@{i}"), mesh, visit, Some(instance), &parts)?;
                     }
                     Ok(())
                 }
@@ -184,9 +235,10 @@ impl Importer<'_> {
         name: &str,
         mesh: usize,
         visit: &Visit,
-        world: DAffine3,
+        instance: Option<Placement>,
         parts: &[Option<Part>],
     ) -> Result<(), ImportError> {
+        let world = instance.map_or(visit.parent, |instance| visit.parent * instance.transform());
         let mirrored = world.matrix3.determinant() < 0.0;
         for (i, (part, primitive)) in parts.iter().zip(&self.document.meshes[mesh].primitives).enumerate() {
             let Some(part) = part else { continue };
@@ -196,6 +248,7 @@ impl Importer<'_> {
             let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
             let glass = material.is_some_and(|m| !m.is_opaque());
+            self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, instance });
             let mesh = Mesh {
                 node: if parts.len() > 1 { format!("{name}/{i}") } else { name.to_owned() },
                 role: visit.role,
@@ -232,8 +285,8 @@ impl Importer<'_> {
         }
     }
 
-    fn finish(self, name: &str) -> Result<Scene, ImportError> {
-        let mut builder = self.builder;
+    fn finish(self, name: &str) -> Result<Reading<'a>, ImportError> {
+        let Self { mut builder, buffers, parts, drawn, undrawn, .. } = self;
         let LeftOut { points_and_lines, without_positions, leftover_corners } = self.left_out;
         for (count, what) in [
             (points_and_lines, "primitives of points or lines left out"),
@@ -251,7 +304,7 @@ impl Importer<'_> {
             builder.source.notes.push(format!("{morphed} primitives taken without their morph targets"));
         }
         builder.hints = self.authored.finish(&mut builder.source.notes);
-        builder.finish(name)
+        Ok(Reading { scene: builder.finish(name)?, buffers, parts, drawn, undrawn })
     }
 }
 
@@ -303,18 +356,24 @@ fn transform(node: &Node, index: usize) -> Result<DAffine3, ImportError> {
     let rotation = node.rotation.as_deref().map_or(DQuat::IDENTITY, |&r| DQuat::from_array(r));
     let [scale, translation] = [(&node.scale, DVec3::ONE), (&node.translation, DVec3::ZERO)]
         .map(|(given, default)| given.as_deref().map_or(default, |&v| DVec3::from(v)));
-    Ok(placed(scale, rotation, translation))
+    Ok(Placement::new(scale, rotation, translation).transform())
 }
 
-/// Scale, then rotation (made a unit quaternion: files round it to `f32`), then translation.
-fn placed(scale: DVec3, rotation: DQuat, translation: DVec3) -> DAffine3 {
-    let length = rotation.length();
-    let rotation = if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY };
-    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+impl Placement {
+    /// The rotation is made a unit quaternion: files round it to `f32`.
+    fn new(scale: DVec3, rotation: DQuat, translation: DVec3) -> Self {
+        let length = rotation.length();
+        let rotation = if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY };
+        Self { scale, rotation, translation }
+    }
+
+    fn transform(self) -> DAffine3 {
+        DAffine3::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
+    }
 }
 
 /// The transforms of EXT_mesh_gpu_instancing.
-fn instances(buffers: &Buffers, instancing: &Instancing) -> Result<Vec<DAffine3>, ImportError> {
+fn instances(buffers: &Buffers, instancing: &Instancing) -> Result<Vec<Placement>, ImportError> {
     let open = |index: Option<usize>, kind| index.map(|i| buffers.accessor(i, &[kind])).transpose();
     let attributes = &instancing.attributes;
     let translations = open(attributes.translation, "VEC3")?;
@@ -330,7 +389,7 @@ fn instances(buffers: &Buffers, instancing: &Instancing) -> Result<Vec<DAffine3>
         let [tx, ty, tz, _] = get(&translations, [0.0; 4]);
         let [sx, sy, sz, _] = get(&scales, [1.0; 4]);
         let rotation = DQuat::from_array(get(&rotations, [0.0, 0.0, 0.0, 1.0]));
-        placed(DVec3::new(sx, sy, sz), rotation, DVec3::new(tx, ty, tz))
+        Placement::new(DVec3::new(sx, sy, sz), rotation, DVec3::new(tx, ty, tz))
     };
     Ok((0..count).map(instance).collect())
 }

@@ -18,7 +18,7 @@ mod whole_file;
 
 pub use crate::types::hints::{Hints, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
 pub use crate::types::import::ImportOptions;
-pub use crate::types::scene::{Object, Role, Scene, Source};
+pub use crate::types::scene::{Look, Material, Object, Role, Scene, Source, Trace};
 pub use builder::{Mesh, SceneBuilder};
 pub use error::{ImportError, Place};
 

@@ -7,7 +7,7 @@
 //! Each combination of `o`, `g` and `usemtl` is a mesh, in order of first use, named after its object, else its group (`o/g` where
 //! both are given), with `/material` added where one of those has several materials, else after its material, else `mesh`.
 //! Polygons are cut into triangles, concave ones by their ears. Lines, points and free-form surfaces are left out with a note.
-//! Texture coordinates and normals are skipped unread.
+//! Normals are skipped unread, and so are texture coordinates unless [`ImportOptions::trace`] asks for them.
 
 mod materials;
 mod polygon;
@@ -16,6 +16,7 @@ use super::builder::short_name;
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use glam::DVec3;
+use materials::Material;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -32,7 +33,7 @@ pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &Imp
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "OBJ".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
-    let mut reader = Reader { metres_per_unit, ..Reader::default() };
+    let mut reader = Reader { metres_per_unit, is_traced: builder.is_traced(), ..Reader::default() };
     for (number, line) in lines(bytes) {
         reader.line(number, &line).map_err(|what| ImportError::malformed(Place::Line(number), what))?;
     }
@@ -59,6 +60,21 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
     })
 }
 
+/// The number of a corner's texture coordinates where it has none.
+const NONE: u32 = u32::MAX;
+
+/// What engines know of a material. `Kd` is taken as sRGB, as the programs that write it show it.
+fn look(name: &str, material: Option<&Material>) -> super::Material {
+    let linear = |x: f32| x.clamp(0.0, 1.0).powf(2.2);
+    let [r, g, b] = material.and_then(|m| m.diffuse).map_or([0.6; 3], |kd| kd.map(linear));
+    let opacity = material.map_or(1.0, Material::opacity).clamp(0.0, 1.0);
+    super::Material {
+        name: if name.is_empty() { "none".to_owned() } else { short_name(name) },
+        colour: [r, g, b, opacity as f32],
+        texture: material.and_then(|m| m.picture.clone()),
+    }
+}
+
 /// Everything that tells one mesh from another: indices into [`Reader::names`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 struct Key {
@@ -77,8 +93,13 @@ struct Face {
 #[derive(Default)]
 struct Reader {
     metres_per_unit: f64,
+    /// Whether texture coordinates are wanted.
+    is_traced: bool,
     positions: Vec<DVec3>,
+    texture_coordinates: Vec<[f32; 2]>,
     corners: Vec<u32>,
+    /// For each corner its texture coordinates, [`NONE`] without; empty unless they are wanted.
+    textured: Vec<u32>,
     faces: Vec<Face>,
     names: Vec<String>,
     number_of_name: HashMap<String, usize>,
@@ -100,6 +121,12 @@ impl Reader {
         let rest = rest.trim();
         match keyword {
             "v" => self.vertex(rest)?,
+            "vt" if self.is_traced => {
+                let mut numbers = rest.split_ascii_whitespace().map(|n| n.parse().unwrap_or(0.0f32));
+                let [u, v] = std::array::from_fn(|_| numbers.next().unwrap_or(0.0));
+                // From the lower left of the picture here, from the upper left in glTF.
+                self.texture_coordinates.push([u, 1.0 - v]);
+            }
             "f" | "fo" => self.face(number, rest)?,
             "o" => self.current.object = self.name(rest),
             "g" => self.current.group = self.name(rest),
@@ -135,7 +162,13 @@ impl Reader {
     fn face(&mut self, line: usize, rest: &str) -> Result<(), String> {
         let start = self.corners.len();
         for corner in rest.split_ascii_whitespace() {
-            let text = corner.split('/').next().unwrap_or_default();
+            let mut parts = corner.split('/');
+            let text = parts.next().unwrap_or_default();
+            if self.is_traced {
+                let index = parts.next().and_then(|text| text.parse().ok()).unwrap_or(0i64);
+                let place = if index > 0 { index - 1 } else { self.texture_coordinates.len() as i64 + index };
+                self.textured.push(u32::try_from(place).ok().filter(|_| index != 0).unwrap_or(NONE));
+            }
             let index: i64 = text.parse().map_err(|_| format!("`{}` is not a vertex of a face", short_name(corner)))?;
             // From 1 up, or back from the vertex before this line. Vertices may still come: the range is checked at the end.
             let position = if index > 0 { index - 1 } else { self.positions.len() as i64 + index };
@@ -169,20 +202,27 @@ impl Reader {
 
     /// Hands all meshes to the builder.
     fn finish(self, beside: Sidecars<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
-        let see_through = self.see_through(beside, &mut builder.source.notes);
+        let materials = self.materials(beside, &mut builder.source.notes);
         let mut meshes: Vec<Vec<[u32; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
+        let mut looks: Vec<Vec<[[f32; 2]; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
         let (mut concave, mut fanned) = (0usize, 0usize);
+        let mut cut = Vec::new();
         for face in &self.faces {
             let corners = &self.corners[face.corners.clone()];
             if let Some(&bad) = corners.iter().find(|&&i| i as usize >= self.positions.len()) {
                 let what = format!("vertex {} of {} does not exist", u64::from(bad) + 1, self.positions.len());
                 return Err(ImportError::malformed(Place::Line(face.line), what));
             }
-            match polygon::triangulate(&self.positions, corners, &mut meshes[face.mesh]) {
+            match polygon::triangulate(&self.positions, corners, &mut cut) {
                 polygon::Shape::Convex => {}
                 polygon::Shape::Concave => concave += 1,
                 polygon::Shape::Fanned => fanned += 1,
             }
+            if self.is_traced {
+                let textured = &self.textured[face.corners.clone()];
+                looks[face.mesh].extend(cut.iter().map(|t| t.map(|k| self.coordinates(textured[k]))));
+            }
+            meshes[face.mesh].extend(cut.drain(..).map(|t| t.map(|k| corners[k])));
         }
         for (count, what) in [
             (concave, "concave polygons cut into triangles"),
@@ -199,7 +239,7 @@ impl Reader {
         }
         let names = self.mesh_names();
         // Vertices are numbered over the whole file; a mesh takes those that it uses.
-        for ((key, node), triangles) in self.keys.iter().zip(names).zip(meshes) {
+        for (((key, node), triangles), coordinates) in self.keys.iter().zip(names).zip(meshes).zip(looks) {
             let mut numbers = HashMap::new();
             let mut positions = Vec::new();
             let mut renumber = |i: u32| {
@@ -209,10 +249,21 @@ impl Reader {
                 })
             };
             let triangles = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
-            let opaque = key.material.is_none_or(|m| !see_through.contains(&self.names[m]));
+            let name = key.material.map_or("", |m| &self.names[m]);
+            let material = materials.get(name);
+            let opaque = material.is_none_or(|m| !m.is_see_through());
+            if self.is_traced {
+                let has_any = coordinates.iter().flatten().any(|c| *c != [0.0; 2]);
+                builder.look(look(name, material), if has_any { coordinates } else { Vec::new() });
+            }
             builder.add(Mesh { node, role: Role::Unknown, opaque, positions, triangles })?;
         }
         Ok(())
+    }
+
+    /// The texture coordinates of that number; zeros where there are none.
+    fn coordinates(&self, number: u32) -> [f32; 2] {
+        self.texture_coordinates.get(number as usize).copied().unwrap_or_default()
     }
 
     fn mesh_names(&self) -> Vec<String> {
@@ -236,9 +287,9 @@ impl Reader {
         self.keys.iter().map(named).collect()
     }
 
-    /// The names of see-through materials in all libraries that can be read.
-    fn see_through(&self, beside: Sidecars<'_>, notes: &mut Vec<String>) -> HashSet<String> {
-        let mut out = HashSet::new();
+    /// The materials of all libraries that can be read, by name.
+    fn materials(&self, beside: Sidecars<'_>, notes: &mut Vec<String>) -> HashMap<String, Material> {
+        let mut out = HashMap::new();
         let mut read: HashSet<&str> = HashSet::new();
         for line in &self.libraries {
             // One file name with spaces in it, or several.
@@ -250,7 +301,7 @@ impl Reader {
             for (name, file) in files {
                 if read.insert(name) {
                     match file {
-                        Ok(bytes) => materials::see_through(&bytes, &mut out),
+                        Ok(bytes) => materials::read(&bytes, &mut out),
                         Err(why) => notes.push(format!("materials taken as opaque: {why}")),
                     }
                 }

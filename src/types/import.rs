@@ -15,10 +15,13 @@ pub struct ImportOptions {
     /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
     #[cfg_attr(feature = "bake", serde(skip))] // a path need not be text; what was read is in the scene
     pub files_under: Option<PathBuf>,
+    /// Whether the scene says where its triangles come from ([`Scene::trace`](super::scene::Scene::trace)).
+    #[cfg_attr(feature = "bake", serde(skip))] // visibility doesn't depend on it
+    pub trace: bool,
 }
 
 impl Default for ImportOptions {
     fn default() -> Self {
-        Self { object_triangles: 256, metres_per_unit: None, max_triangles: 50_000_000, files_under: None }
+        Self { object_triangles: 256, metres_per_unit: None, max_triangles: 50_000_000, files_under: None, trace: false }
     }
 }

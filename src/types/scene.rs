@@ -74,6 +74,42 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// What the author said.
     pub hints: Hints,
+    /// Where the triangles come from; `None` unless [`ImportOptions::trace`](super::import::ImportOptions::trace) asks for it.
+    pub trace: Option<Trace>,
+}
+
+/// Where the triangles of a scene come from in its source, and what they are drawn with. Meshes count from 0, in the order in which the
+/// importer found them.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Trace {
+    /// By object: its mesh.
+    pub meshes: Vec<u32>,
+    /// By triangle of the scene: its number in its mesh, those without area counted.
+    pub triangles: Vec<u32>,
+    /// By mesh: how it looks. For glTF nothing is said: its own primitives do.
+    pub looks: Vec<Look>,
+    /// Materials of the source, as far as the importer tells them.
+    pub materials: Vec<Material>,
+}
+
+/// How a mesh looks.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Look {
+    /// Index into [`Trace::materials`].
+    pub material: Option<u32>,
+    /// By triangle of the mesh: texture coordinates of its corners, from the top left of the picture, as in glTF; empty where there are none.
+    pub texture_coordinates: Vec<[[f32; 2]; 3]>,
+}
+
+/// A material of a source that isn't glTF.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Material {
+    /// As the source has it.
+    pub name: String,
+    /// Red, green, blue and opacity, linear, 0 to 1.
+    pub colour: [f32; 4],
+    /// The file of its picture, as the source spells it.
+    pub texture: Option<String>,
 }
 
 impl Scene {

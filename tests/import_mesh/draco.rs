@@ -6,9 +6,9 @@ use enfilade::scene::ImportOptions;
 use serde_json::{Value, json};
 
 /// EdgeBreaker, 16 bits a coordinate.
-const EDGEBREAKER: &[u8] = include_bytes!("draco/edgebreaker.glb");
+pub const EDGEBREAKER: &[u8] = include_bytes!("draco/edgebreaker.glb");
 /// Sequential, 16 bits a coordinate.
-const SEQUENTIAL: &[u8] = include_bytes!("draco/sequential.glb");
+pub const SEQUENTIAL: &[u8] = include_bytes!("draco/sequential.glb");
 
 #[test]
 fn compressed_models_are_those_that_were_compressed() {

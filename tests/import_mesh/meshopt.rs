@@ -6,11 +6,11 @@ use enfilade::scene::ImportOptions;
 use serde_json::{Value, json};
 
 /// Vertex codec 0, EXT_meshopt_compression.
-const EXT: &[u8] = include_bytes!("meshopt/ext.glb");
+pub const EXT: &[u8] = include_bytes!("meshopt/ext.glb");
 /// Vertex codec 1, KHR_meshopt_compression.
-const KHR: &[u8] = include_bytes!("meshopt/khr.glb");
+pub const KHR: &[u8] = include_bytes!("meshopt/khr.glb");
 /// Floats behind the exponential filter, which keeps 15 bits or so of them.
-const FLOAT: &[u8] = include_bytes!("meshopt/float.glb");
+pub const FLOAT: &[u8] = include_bytes!("meshopt/float.glb");
 
 #[test]
 fn compressed_models_are_those_that_were_compressed() {

@@ -3,12 +3,12 @@
 #[cfg(any(feature = "draco", feature = "meshopt"))]
 mod compressed;
 #[cfg(feature = "draco")]
-mod draco;
-mod glb;
+pub mod draco;
+pub mod glb;
 mod gltf;
 mod hostile;
 #[cfg(feature = "meshopt")]
-mod meshopt;
+pub mod meshopt;
 mod obj;
 mod real;
 

@@ -301,6 +301,7 @@ mod tests {
             triangles: vec![[0, 1, 2]],
             objects: vec![object],
             hints: Default::default(),
+            trace: None,
         }
     }
 

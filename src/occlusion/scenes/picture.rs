@@ -15,6 +15,7 @@ pub fn empty() -> Scene {
         triangles: Vec::new(),
         objects: Vec::new(),
         hints: Hints::default(),
+        trace: None,
     }
 }
 

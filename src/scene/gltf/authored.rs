@@ -7,6 +7,7 @@ use crate::geom::Aabb;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
 use std::collections::HashMap;
 
@@ -63,6 +64,12 @@ pub(super) struct Extras {
     pub role: Option<RoleName>,
     pub room: Option<RoomName>,
     pub portal: Option<[String; 2]>,
+    /// What `export` writes.
+    #[serde(rename = "object")]
+    _object: Option<IgnoredAny>,
+    /// The same.
+    #[serde(rename = "cells")]
+    _cells: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize, Clone, Copy)]

@@ -4,7 +4,7 @@
 
 use super::super::sidecar::Sidecars;
 use super::super::{ImportError, Place};
-use super::document::{AccessorEntry, Document, Draco, SparsePart};
+use super::document::{AccessorEntry, Document, Draco, Filter, SparsePart};
 use super::primitive::Part;
 use super::{draco, meshopt};
 use std::cell::{Cell, OnceCell, RefCell};
@@ -69,8 +69,14 @@ impl<'a> Buffers<'a> {
         })
     }
 
+    /// Bytes of all buffers that are there.
+    pub fn size(&self) -> usize {
+        let size = |i| self.buffer(i).map_or(0, <[u8]>::len);
+        (0..self.document.buffers.len()).map(size).fold(0, usize::saturating_add)
+    }
+
     /// The bytes of a buffer view, decoded where they are compressed.
-    fn view(&self, view: usize) -> Result<&[u8], ImportError> {
+    pub fn view(&self, view: usize) -> Result<&[u8], ImportError> {
         let entry = entry(&self.document.buffer_views, view, "bufferView")?;
         let within = |buffer: usize, from: usize, len: usize| {
             let buffer = self.buffer(buffer)?;
@@ -125,6 +131,16 @@ impl<'a> Buffers<'a> {
         entry(&self.document.accessors, index, "accessor")
     }
 
+    /// Fails where an accessor's bytes went through a filter that is for normals, quaternions or colours.
+    pub fn refuse_filters(&self, index: usize) -> Result<(), ImportError> {
+        let view = self.claimed(index)?.buffer_view.and_then(|view| self.document.buffer_views.get(view));
+        let filter = view.and_then(|view| view.compressed()).map_or(Filter::None, |compressed| compressed.filter);
+        match filter {
+            Filter::None | Filter::Exponential => Ok(()),
+            _ => Err(broken(format!("accessor {index}: positions and indices have no such meshopt filter"))),
+        }
+    }
+
     /// `count` elements of `size` bytes in a buffer view, from `offset`. A stride below the element's size is refused, so
     /// `count` is at most the number of bytes.
     fn elements(&self, view: usize, offset: usize, count: usize, size: usize) -> Result<Elements<'_>, ImportError> {
@@ -143,18 +159,14 @@ impl<'a> Buffers<'a> {
         Ok(Elements { bytes, stride })
     }
 
-    /// Accessor `index`, which must be of one of the `kinds` (`SCALAR`, `VEC3`, `VEC4`).
+    /// Accessor `index`, which must be of one of the `kinds` (`SCALAR`, `VEC2`, `VEC3`, `VEC4`).
     pub fn accessor(&self, index: usize, kinds: &[&str]) -> Result<Accessor<'_>, ImportError> {
         let entry = entry(&self.document.accessors, index, "accessor")?;
         let wrong = |what: String| broken(format!("accessor {index}: {what}"));
         if !kinds.contains(&entry.kind.as_str()) {
             return Err(wrong(format!("type {} where {} is expected", entry.kind, kinds.join(" or "))));
         }
-        let width = match entry.kind.as_str() {
-            "SCALAR" => 1,
-            "VEC3" => 3,
-            _ => 4,
-        };
+        let width = width(&entry.kind);
         let component = Component::of(entry.component_type)
             .ok_or_else(|| wrong(format!("component type {} is not one of glTF's", entry.component_type)))?;
         let size = component.size() * width;
@@ -256,9 +268,15 @@ impl Accessor<'_> {
         self.component.is_index() && !self.normalized
     }
 
-    fn bytes(&self, i: usize) -> Option<&[u8]> {
+    /// Bytes of an element.
+    pub fn size(&self) -> usize {
+        self.width * self.component.size()
+    }
+
+    /// The bytes of element `i`, and more after them; `None` beyond the count, and for a zero that isn't stored.
+    pub fn bytes(&self, i: usize) -> Option<&[u8]> {
         let replaced = self.sparse.as_ref().and_then(|s| s.find(i));
-        replaced.or_else(|| self.base.as_ref().map(|b| b.at(i)))
+        replaced.or_else(|| self.base.as_ref().filter(|_| i < self.count).map(|b| b.at(i)))
     }
 
     /// Element `i`, zeros beyond the accessor's width; `None` beyond its count.
@@ -279,6 +297,22 @@ impl Accessor<'_> {
     pub fn index(&self, i: usize) -> Option<u32> {
         (i < self.count).then(|| self.bytes(i).map_or(0, |bytes| self.component.index(bytes)))
     }
+}
+
+/// Numbers of an element: of `SCALAR`, `VEC2`, `VEC3` or `VEC4`.
+pub(super) fn width(kind: &str) -> usize {
+    match kind {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        _ => 4,
+    }
+}
+
+/// The numbers in the bytes of an element, as they are stored.
+pub(super) fn numbers(bytes: &[u8], component_type: u64) -> impl Iterator<Item = f64> {
+    let component = Component::of(component_type).unwrap_or(Component::U8);
+    bytes.chunks_exact(component.size()).map(move |b| component.number(b, false))
 }
 
 #[derive(Clone, Copy)]
@@ -341,7 +375,7 @@ impl Component {
 }
 
 /// The bytes behind a uri: a `data:` uri in base64, or a file beside the model.
-fn load(uri: &str, beside: Sidecars<'_>) -> Result<Vec<u8>, String> {
+pub(super) fn load(uri: &str, beside: Sidecars<'_>) -> Result<Vec<u8>, String> {
     match uri.strip_prefix("data:") {
         Some(data) => match data.split_once(',') {
             Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()).ok_or("broken base64 text".into()),

@@ -1,10 +1,11 @@
-//! The container and the part of the JSON document that geometry needs.
+//! The part of the JSON document that geometry needs.
 //!
-//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021 (sections 3 and 4). Own types rather than the `gltf` crate's: that one
+//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021 (section 3). Own types rather than the `gltf` crate's: that one
 //! keeps node transforms in `f32`, which moves the walls of a georeferenced building by decimetres, and refuses
 //! KHR_mesh_quantization.
 
 use super::super::{ImportError, Place};
+use super::container::{JSON_START, chunks};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
@@ -334,12 +335,21 @@ impl Material {
     }
 }
 
-/// Reads a `.glb` (told by its magic) or `.gltf`: the document, and the BIN chunk where there is one.
+/// Whether it is a `.glb`, told by its magic.
+fn is_glb(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"glTF")
+}
+
+/// The document's text, and the BIN chunk where there is one.
+pub(super) fn text(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
+    if is_glb(bytes) { chunks(bytes) } else { Ok((bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None)) }
+}
+
+/// Reads a `.glb` or `.gltf`: the document, and the BIN chunk where there is one.
 pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportError> {
-    let is_glb = bytes.starts_with(b"glTF");
-    let (json, bin) = if is_glb { chunks(bytes)? } else { (bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None) };
+    let (json, bin) = text(bytes)?;
     let document: Document = serde_json::from_slice(json).map_err(|e| {
-        let place = if is_glb { Place::Byte(JSON_START) } else { Place::Line(e.line()) };
+        let place = if is_glb(bytes) { Place::Byte(JSON_START) } else { Place::Line(e.line()) };
         ImportError::malformed(place, format!("not a glTF document: {e}"))
     })?;
     let version = document.asset.min_version.as_ref().unwrap_or(&document.asset.version);
@@ -352,45 +362,4 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportErro
         return Err(ImportError::Unsupported { what, hint: "export without it" });
     }
     Ok((document, bin))
-}
-
-/// Where the JSON chunk's text starts in a `.glb`.
-const JSON_START: usize = 20;
-
-/// The JSON and BIN chunks of a `.glb`.
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
-    let word = |at: usize| {
-        let word = bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
-        word.ok_or_else(|| ImportError::malformed(Place::Byte(bytes.len()), "the file ends within a GLB header"))
-    };
-    let version = word(4)?;
-    if version != 2 {
-        return Err(ImportError::Unsupported { what: format!("GLB version {version}"), hint: "export it as glTF 2.0" });
-    }
-    let length = word(8)? as usize;
-    if length > bytes.len() || length < JSON_START {
-        let what = format!("the header says {length} bytes, the file has {}", bytes.len());
-        return Err(ImportError::malformed(Place::Byte(8), what));
-    }
-    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], ImportError> {
-        let end = at + 8 + word(at)? as usize;
-        if end > length {
-            let what = format!("a chunk ends at byte {end}, the file at {length}");
-            return Err(ImportError::malformed(Place::Byte(at), what));
-        }
-        if word(at + 4)? != u32::from_le_bytes(*kind) {
-            let what = format!("no {} chunk here", kind.escape_ascii().to_string().trim_end_matches("\\x00"));
-            return Err(ImportError::malformed(Place::Byte(at + 4), what));
-        }
-        Ok(&bytes[at + 8..end])
-    };
-    let json = chunk(12, b"JSON")?;
-    let next = JSON_START + json.len();
-    // Chunks of other kinds may follow, and are to be ignored.
-    let bin = if next + 8 <= length && word(next + 4)? == u32::from_le_bytes(*b"BIN\0") {
-        Some(chunk(next, b"BIN\0")?)
-    } else {
-        None
-    };
-    Ok((json, bin))
 }

@@ -1,13 +1,17 @@
 //! Compressed buffer views: `EXT_meshopt_compression`, and `KHR_meshopt_compression`, which adds a version of the vertex codec.
 //!
-//! Based on: Khronos Group, *EXT_meshopt_compression*, 2021; the codecs are the crate `meshoptimizer-rs`'s. Only what positions and
-//! indices may have is decoded: no filters for normals, quaternions and colours.
+//! Based on: Khronos Group, *EXT_meshopt_compression*, 2021; the codecs are the crate `meshoptimizer-rs`'s.
 
 #[cfg(feature = "meshopt")]
 use super::document::Mode;
-use super::document::{Compressed, Filter};
 #[cfg(feature = "meshopt")]
-use meshoptimizer_rs::codec::{decode_filter_exp, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
+use super::document::Filter;
+use super::document::Compressed;
+#[cfg(feature = "meshopt")]
+use meshoptimizer_rs::codec::{
+    decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer, decode_index_sequence,
+    decode_vertex_buffer,
+};
 #[cfg(feature = "meshopt")]
 use meshoptimizer_rs::{Error, Workspace};
 
@@ -22,9 +26,6 @@ pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String
         let Compressed { count, byte_stride, .. } = view;
         return Err(format!("{count} elements of {byte_stride} bytes can't be in {} compressed bytes", source.len()));
     }
-    if !matches!(view.filter, Filter::None | Filter::Exponential) {
-        return Err("positions and indices have no such meshopt filter".to_owned());
-    }
     codec(view, source)
 }
 
@@ -38,8 +39,12 @@ fn codec(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String> {
         Mode::Indices => decode_index_sequence(count, stride, source, workspace),
     };
     let filtered = |mut bytes: Vec<u8>| -> Result<Vec<u8>, Error> {
-        if filter == Filter::Exponential {
-            decode_filter_exp(&mut bytes, count, stride, workspace)?;
+        match filter {
+            Filter::None => {}
+            Filter::Exponential => decode_filter_exp(&mut bytes, count, stride, workspace)?,
+            Filter::Octahedral => decode_filter_oct(&mut bytes, count, stride, workspace)?,
+            Filter::Quaternion => decode_filter_quat(&mut bytes, count, stride, workspace)?,
+            Filter::Color => decode_filter_color(&mut bytes, count, stride, workspace)?,
         }
         Ok(bytes)
     };

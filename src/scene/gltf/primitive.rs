@@ -18,6 +18,8 @@ pub(super) struct LeftOut {
 #[derive(Clone)]
 pub(super) struct Part {
     pub positions: Vec<DVec3>,
+    /// By position: its number among the vertices of the primitive.
+    pub vertices: Vec<u32>,
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -73,9 +75,11 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
         let corners = primitive.indices.map_or(Ok(0), |indices| buffers.claimed(indices).map(|a| a.count))?;
         return Ok(Some(buffers.draco(draco, mode.triangles(corners))?.as_ref().clone()));
     }
+    buffers.refuse_filters(position)?;
     let positions = buffers.accessor(position, &["VEC3"])?;
     let indices = match primitive.indices {
         Some(index) => {
+            buffers.refuse_filters(index)?;
             let indices = buffers.accessor(index, &["SCALAR"])?;
             if !indices.holds_indices() {
                 return Err(broken(format!("accessor {index}: vertex indices that are not unsigned integers")));
@@ -90,7 +94,7 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
     }
     let count = mode.triangles(corners);
 
-    let mut part = Part { positions: Vec::new(), triangles: Vec::new() };
+    let mut part = Part { positions: Vec::new(), vertices: Vec::new(), triangles: Vec::new() };
     // Vertex index to index in the part. A table where most vertices are used; primitives that share one large accessor
     // get a map instead, so that many of them don't each pay for all of it.
     const UNSEEN: u32 = u32::MAX;
@@ -113,6 +117,7 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
                 let [x, y, z, _] = p.ok_or_else(|| broken(format!("vertex index {vertex} of {n} vertices")))?;
                 *slot = part.positions.len() as u32;
                 part.positions.push(DVec3::new(x, y, z));
+                part.vertices.push(vertex);
             }
             *corner = *slot;
         }

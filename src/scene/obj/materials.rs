@@ -1,36 +1,47 @@
-//! Material libraries (`.mtl`): which materials are see-through.
+//! Material libraries (`.mtl`): which materials are see-through, and their colours and pictures.
 //!
-//! Based on: Wavefront Technologies, *MTL material format (Lightwave, OBJ)*, 1995. `d` below 1, `Tr` above 0, an opacity map, or an
-//! illumination model with glass or refraction (4, 6, 7, 9). Where `d` and `Tr` contradict each other `d` counts: some exporters
-//! write `Tr 1` for opaque.
+//! Based on: Wavefront Technologies, *MTL material format (Lightwave, OBJ)*, 1995. See-through: `d` below 1, `Tr` above 0, an opacity
+//! map, or an illumination model with glass or refraction (4, 6, 7, 9). Where `d` and `Tr` contradict each other `d` counts: some
+//! exporters write `Tr 1` for opaque.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
+/// A material of a library.
 #[derive(Default)]
-struct Material {
+pub(super) struct Material {
+    /// `Kd`: red, green and blue of a matt surface, 0 to 1.
+    pub diffuse: Option<[f32; 3]>,
+    /// `map_Kd`: the file of a picture, as the library spells it.
+    pub picture: Option<String>,
     dissolve: Option<f64>,
     transparency: Option<f64>,
     illumination: Option<u32>,
     has_opacity_map: bool,
+    /// An earlier one of this name was.
+    was_see_through: bool,
 }
 
 impl Material {
-    fn is_see_through(&self) -> bool {
-        let thin = match (self.dissolve, self.transparency) {
-            (Some(d), _) => d < 1.0,
-            (None, Some(tr)) => tr > 0.0,
-            (None, None) => false,
-        };
-        thin || self.has_opacity_map || matches!(self.illumination, Some(4 | 6 | 7 | 9))
+    /// 0 (clear) to 1 (opaque).
+    pub fn opacity(&self) -> f64 {
+        self.dissolve.or(self.transparency.map(|tr| 1.0 - tr)).unwrap_or(1.0)
+    }
+
+    /// Whether what is behind it may show.
+    pub fn is_see_through(&self) -> bool {
+        let shows = self.opacity() < 1.0 || self.has_opacity_map || matches!(self.illumination, Some(4 | 6 | 7 | 9));
+        shows || self.was_see_through
     }
 }
 
-/// Adds the names of the see-through materials of a library to `out`. What isn't understood is skipped.
-pub(super) fn see_through(bytes: &[u8], out: &mut HashSet<String>) {
+/// Adds the materials of a library to `out`, by name; of several with one name the last counts, but one that is see-through stays so.
+/// What isn't understood is skipped.
+pub(super) fn read(bytes: &[u8], out: &mut HashMap<String, Material>) {
     let mut current: Option<(String, Material)> = None;
     let mut close = |material: Option<(String, Material)>| {
-        if let Some((name, _)) = material.filter(|(_, m)| m.is_see_through()) {
-            out.insert(name);
+        if let Some((name, mut material)) = material {
+            material.was_see_through = out.get(&name).is_some_and(Material::is_see_through);
+            out.insert(name, material);
         }
     };
     for line in bytes.split(|&b| b == b'\n') {
@@ -50,6 +61,13 @@ pub(super) fn see_through(bytes: &[u8], out: &mut HashSet<String>) {
             "Tr" => material.transparency = number.and_then(|n| n.parse().ok()),
             "illum" => material.illumination = number.and_then(|n| n.parse().ok()),
             "map_d" => material.has_opacity_map = true,
+            "Kd" => {
+                let numbers: Vec<f32> = rest.split_ascii_whitespace().map_while(|n| n.parse().ok()).collect();
+                material.diffuse = numbers.try_into().ok();
+            }
+            // Its options, as `-s 1 1 1`, come first; a name may have blanks in it.
+            "map_Kd" if rest.starts_with('-') => material.picture = rest.split_ascii_whitespace().next_back().map(str::to_owned),
+            "map_Kd" if !rest.is_empty() => material.picture = Some(rest.to_owned()),
             _ => {}
         }
     }
@@ -64,10 +82,20 @@ mod tests {
     fn see_through_is_what_dissolves_transmits_or_refracts() {
         let library = "newmtl wall\nd 1.0\nTr 1\nnewmtl glass\r\nd 0.3\r\nnewmtl halo\nd -halo 0.5\nnewmtl thin # x\nTr 0.5\n\
                        newmtl solid\nTr 0\nillum 2\nnewmtl ray\nillum 7\nnewmtl leaf\nmap_d leaf.png\nnewmtl odd\nd x\n";
-        let mut out = HashSet::new();
-        see_through(library.as_bytes(), &mut out);
-        let mut names: Vec<_> = out.into_iter().collect();
+        let mut out = HashMap::new();
+        read(library.as_bytes(), &mut out);
+        let mut names: Vec<_> = out.iter().filter(|(_, m)| m.is_see_through()).map(|(name, _)| name.as_str()).collect();
         names.sort();
         assert_eq!(names, ["glass", "halo", "leaf", "ray", "thin"]);
+    }
+
+    #[test]
+    fn colours_and_pictures_are_read() {
+        let library = "newmtl a\nKd 0.5 0.25 1\nmap_Kd my wall.png\nnewmtl b\nKd spectral x.rfl\nmap_Kd -s 2 2 1 wood.jpg\nTr 0.25\n";
+        let mut out = HashMap::new();
+        read(library.as_bytes(), &mut out);
+        let [a, b] = ["a", "b"].map(|name| &out[name]);
+        assert_eq!((a.diffuse, a.picture.as_deref(), a.opacity()), (Some([0.5, 0.25, 1.0]), Some("my wall.png"), 1.0));
+        assert_eq!((b.diffuse, b.picture.as_deref(), b.opacity()), (None, Some("wood.jpg"), 0.75));
     }
 }

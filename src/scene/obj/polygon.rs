@@ -21,23 +21,24 @@ pub(super) enum Shape {
     Fanned,
 }
 
-/// Appends the triangles of the polygon `corners` (three or more indices into `positions`, all in range) to `out`.
-pub(super) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u32; 3]>) -> Shape {
+/// Appends the triangles of the polygon `corners` (three or more indices into `positions`, all in range) to `out`, as numbers of
+/// corners of the polygon.
+pub(super) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[usize; 3]>) -> Shape {
     let n = corners.len();
     if n == 3 {
-        out.push([corners[0], corners[1], corners[2]]);
+        out.push([0, 1, 2]);
         return Shape::Convex;
     }
     let points = project(positions, corners);
     let start = out.len();
     let shape = match &points {
         Some(points) if is_convex(points) => Shape::Convex,
-        Some(points) if n <= MOST_CORNERS && clip_ears(points, corners, out) => Shape::Concave,
+        Some(points) if n <= MOST_CORNERS && clip_ears(points, out) => Shape::Concave,
         _ => Shape::Fanned,
     };
     if shape != Shape::Concave {
         out.truncate(start);
-        out.extend((1..n - 1).map(|i| [corners[0], corners[i], corners[i + 1]]));
+        out.extend((1..n - 1).map(|i| [0, i, i + 1]));
     }
     shape
 }
@@ -80,7 +81,7 @@ fn is_convex(points: &[DVec2]) -> bool {
 }
 
 /// Cuts off one ear after the other; false where there is none left to cut.
-fn clip_ears(points: &[DVec2], corners: &[u32], out: &mut Vec<[u32; 3]>) -> bool {
+fn clip_ears(points: &[DVec2], out: &mut Vec<[usize; 3]>) -> bool {
     let mut left: Vec<usize> = (0..points.len()).collect();
     // Where to look next: going on from the last ear, rather than from the start, makes rounder triangles.
     let mut at = 0;
@@ -101,12 +102,12 @@ fn clip_ears(points: &[DVec2], corners: &[u32], out: &mut Vec<[u32; 3]>) -> bool
             straight || (bend > 0.0 && !left.iter().any(|v| inside(&v)))
         });
         let Some(i) = ear else { return false };
-        out.push([left[(i + n - 1) % n], left[i], left[(i + 1) % n]].map(|k| corners[k]));
+        out.push([left[(i + n - 1) % n], left[i], left[(i + 1) % n]]);
         left.remove(i);
         at = i % left.len();
     }
     let last = [left[0], left[1], left[2]];
-    out.push(last.map(|k| corners[k]));
+    out.push(last);
     turn(points[last[0]], points[last[1]], points[last[2]]) >= 0.0
 }
 
@@ -123,7 +124,7 @@ mod tests {
         let shape = triangulate(&positions, &corners, &mut out);
         let facing = newell(&positions);
         let signed = |t: [DVec3; 3]| area(&t) * newell(&t).dot(facing).signum();
-        let sum: f64 = out.iter().map(|t| signed(t.map(|i| positions[i as usize]))).sum();
+        let sum: f64 = out.iter().map(|t| signed(t.map(|i| positions[i]))).sum();
         (shape, out.len(), sum / area(&positions))
     }
 

@@ -11,7 +11,7 @@ mod flood;
 mod union;
 
 use super::portals::{derive, sink};
-use super::world::{UNIT, half_spaces, is_see_through, is_undrawn, leaves_of, turned};
+use super::world::{UNIT, half_spaces, is_see_through, is_undrawn, leaves_of, material, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
 use crate::geom::Aabb;
 use crate::scene::{Mesh, Place, Role, SceneBuilder, Source};
@@ -87,6 +87,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
         }
     }
     for ((leaf, texture), faces) in groups {
+        builder.look(material(texture), Vec::new());
         builder.add(fans(faces, format!("leaf {leaf}/{texture}"), Role::Structure, true, unit))?;
     }
 
@@ -95,6 +96,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
         for (texture, faces) in drawn(&brushes) {
             let node = format!("{node}/{texture}");
             let mesh = |opaque| fans(faces, node, role, opaque, unit);
+            builder.look(material(texture), Vec::new());
             match kind {
                 Kind::Moving if !is_see_through(texture) => builder.add_moving(mesh(false))?,
                 Kind::Detail if !is_see_through(texture) => builder.add(mesh(true))?,

@@ -176,12 +176,28 @@ const NAME: usize = 16;
 
 /// A texture's name in lower case; `None` where the file has none of that number.
 pub(crate) fn texture_name(source: &Source<'_>, texture: u32) -> Option<String> {
-    let textures = source.lump(TEXTURES);
-    let word =
-        |at: usize| textures.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)));
-    let offset = word(4 + 4 * texture as usize).filter(|_| word(0).is_some_and(|count| texture < count))?;
-    let name = textures.get(offset as usize..)?.iter().take(NAME).take_while(|&&b| b != 0);
+    let name = texture_entry(source, texture)?.iter().take(NAME).take_while(|&&b| b != 0);
     Some(name.map(|&b| char::from(b.to_ascii_lowercase())).collect())
+}
+
+/// A texture's width and height, texels; `None` where the file has none of that number, or it has no texels.
+pub(super) fn texture_size(source: &Source<'_>, texture: u32) -> Option<[u32; 2]> {
+    let entry = texture_entry(source, texture)?;
+    let size = [word(entry, NAME)?, word(entry, NAME + 4)?];
+    (!size.contains(&0)).then_some(size)
+}
+
+/// The lump of textures from one of them on.
+fn texture_entry<'a>(source: &Source<'a>, texture: u32) -> Option<&'a [u8]> {
+    let textures = source.lump(TEXTURES);
+    let count = word(textures, 0)?;
+    let offset = word(textures, 4 + 4 * texture as usize).filter(|_| texture < count)?;
+    textures.get(offset as usize..)
+}
+
+/// The number in the four bytes at a place.
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    bytes.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)))
 }
 
 fn leaf(leaf: &BspLeaf) -> Leaf {

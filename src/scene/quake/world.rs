@@ -7,13 +7,14 @@
 use super::entities::entities;
 use super::layout::*;
 use super::portals::Between;
-use super::tree::{Child, Tree, marked_faces, point, texture_name};
+use super::tree::{Child, Tree, marked_faces, point, texture_name, texture_size};
 use super::{Bsp, malformed};
 use crate::geom::Plane;
-use crate::scene::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source as SceneSource};
+use crate::scene::{ImportError, ImportOptions, Material, Mesh, Role, Scene, SceneBuilder, Source as SceneSource};
 use crate::types::hints::Leaves;
 use crate::types::level::{FARTHEST, LevelPortal};
 use glam::DVec3;
+use qbsp::data::texture::PlanarTextureProjection;
 use qbsp::data::{BspEdge, BspFace, BspModel, BspTexInfo};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -42,7 +43,12 @@ struct Faces {
     faces: Vec<Face>,
     /// Names in lower case.
     textures: Vec<String>,
+    /// Of each of them, and its width and height, texels.
+    projections: Vec<(PlanarTextureProjection, [f64; 2])>,
 }
+
+/// Width and height of a texture that the file doesn't have, texels.
+const USUAL_SIZE: u32 = 64;
 
 /// The level as a scene.
 pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
@@ -71,6 +77,7 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
     for ((leaf, texture), group) in groups {
         let texture = &faces.textures[texture];
         let node = if leaf == usize::MAX { texture.clone() } else { format!("leaf {leaf}/{texture}") };
+        faces.look(&mut builder, &group);
         builder.add(faces.mesh(&group, node, Role::Structure, !is_see_through(texture), &turned))?;
     }
 
@@ -88,6 +95,7 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
         let role = if class.starts_with("func_door") { Role::Door } else { Role::Furnishing };
         for (texture, group) in groups.into_iter().filter(|(texture, _)| !is_undrawn(&faces.textures[*texture])) {
             let mesh = faces.mesh(&group, format!("{class} *{model}"), role, false, &turned);
+            faces.look(&mut builder, &group);
             if is_see_through(&faces.textures[texture]) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
         }
         shown += 1;
@@ -123,6 +131,12 @@ pub(super) fn leaves_of(between: Between, half_spaces: Vec<Vec<Plane>>, unit: f6
     Leaves { leaves, portals: between.portals.into_iter().map(portal).collect(), walls }
 }
 
+/// What engines know of a texture by its name.
+pub(super) fn material(texture: &str) -> Material {
+    let opacity = if is_see_through(texture) { 0.5 } else { 1.0 };
+    Material { name: texture.to_owned(), colour: [0.6, 0.6, 0.6, opacity], texture: None }
+}
+
 pub(super) fn is_undrawn(texture: &str) -> bool {
     UNDRAWN.contains(&texture)
 }
@@ -141,7 +155,7 @@ impl Faces {
         let edges: Vec<BspEdge> = source.entries(EDGES)?;
         let surface_edges: Vec<i32> = source.entries(SURFACE_EDGES)?;
         let infos: Vec<BspTexInfo> = source.entries(TEXTURE_INFOS)?;
-        let mut textures = Vec::new();
+        let (mut textures, mut projections) = (Vec::new(), Vec::new());
         for (i, info) in infos.iter().enumerate() {
             let texture = info.texture_idx.0.unwrap_or(u32::MAX);
             let count = source.lump(TEXTURES).first_chunk().map_or(0, |&b| u32::from_le_bytes(b));
@@ -150,6 +164,8 @@ impl Faces {
             }
             // A file without its textures has no names, either.
             textures.push(texture_name(source, texture).unwrap_or_else(|| format!("texture {texture}")));
+            let size = texture_size(source, texture).unwrap_or([USUAL_SIZE; 2]);
+            projections.push((info.projection.clone(), size.map(f64::from)));
         }
         let corner = |face: usize, at: usize| -> Result<u32, BspError> {
             let missing = |what: String| entry(FACES, face, what);
@@ -179,7 +195,25 @@ impl Faces {
             let corners = (first..last).rev().map(|at| corner(i, at)).collect::<Result<Vec<_>, _>>()?;
             faces.push(Face { corners, texture });
         }
-        Ok(Self { vertices, faces, textures })
+        Ok(Self { vertices, faces, textures, projections })
+    }
+
+    /// Says how the mesh of faces with one texture looks.
+    fn look(&self, builder: &mut SceneBuilder, faces: &[usize]) {
+        if !builder.is_traced() {
+            return;
+        }
+        let coordinates = |face: &Face, vertex: u32| {
+            let (projection, size) = &self.projections[face.texture];
+            let p = self.vertices[vertex as usize];
+            let along = |axis, offset: f32| point(axis).dot(p) + f64::from(offset);
+            let texels = [along(projection.u_axis, projection.u_offset), along(projection.v_axis, projection.v_offset)];
+            [0, 1].map(|k| (texels[k] / size[k]) as f32)
+        };
+        let all = faces.iter().map(|&face| &self.faces[face]);
+        let triangles = all.clone().flat_map(|face| fan(&face.corners).map(|t| t.map(|vertex| coordinates(face, vertex))));
+        let texture = all.map(|face| self.textures[face.texture].as_str()).next().unwrap_or_default();
+        builder.look(material(texture), triangles.collect());
     }
 
     /// Faces as fans.
@@ -196,10 +230,15 @@ impl Faces {
                     })
                 })
                 .collect();
-            triangles.extend((2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]));
+            triangles.extend(fan(&corners));
         }
         Mesh { node, role, opaque, positions, triangles }
     }
+}
+
+/// The triangles of a convex polygon.
+fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    (2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]])
 }
 
 /// The faces of each model; none is of two.

@@ -1,0 +1,48 @@
+//! `enfilade export`.
+
+use super::{CliError, Outcome, at};
+use enfilade::export::{ExportError, export};
+use enfilade::file::{PvsFile, replace_file};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Flags.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The .pvs file.
+    #[arg(value_name = "OUT.pvs")]
+    file: PathBuf,
+    /// The model that the file was baked for.
+    #[arg(long, value_name = "INPUT")]
+    model: PathBuf,
+    /// The model cut into the objects of the file.
+    #[arg(short, long, value_name = "OUT.glb")]
+    output: PathBuf,
+    #[command(flatten)]
+    files: super::FilesFlag,
+    /// Print JSON to stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<Outcome, CliError> {
+    let Args { file: path, model, output, files, json } = args;
+    if !output.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
+        return Err(at(&output, "export writes binary glTF; give a name that ends in .glb"));
+    }
+    let file = PvsFile::load(&path).map_err(|e| at(&path, e))?;
+    let made = export(&model, &files.again(&file.import), &file).map_err(|e| match e {
+        ExportError::OtherModel { .. } => at(&model, format!("{}: {e}", path.display())),
+        e => at(&model, e),
+    })?;
+    replace_file(&output, |out| out.write_all(&made.glb)).map_err(|e| at(&output, e))?;
+    let (objects, meshes, bytes) = (file.objects.len(), made.meshes, made.glb.len());
+    if json {
+        println!("{:#}", json!({ "objects": objects, "meshes": meshes, "bytes": bytes, "notes": made.notes }));
+    } else {
+        made.notes.iter().for_each(|note| println!("{note}"));
+        println!("{}: {objects} objects in {meshes} meshes, {bytes} bytes", output.display());
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,97 @@
+//! A model cut as a file counts it, for engines: a `.glb` with a node an object, in the order of ids.
+//!
+//! Under `extras.enfilade` each node has `object`, its id, and `cells`, the ids of the cells that it is in, ascending. Positions are the
+//! model's own: metres, +Y up. What becomes of materials depends on the source:
+//!
+//! | source | materials |
+//! | --- | --- |
+//! | glTF | all of the source, with all attributes of the vertices, pictures, animations, cameras and lights |
+//! | OBJ | colours and pictures of its material library, texture coordinates |
+//! | `.bsp` | a material a texture, named after it, without its picture; texture coordinates |
+//! | `.map` | a material a texture, named after it |
+//! | IFC, IndoorGML | two: opaque and glass |
+
+mod plain;
+
+use crate::file::PvsFile;
+use crate::scene::{self, ImportError, ImportOptions, Scene, gltf};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// A model that was cut.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Exported {
+    /// The bytes of the `.glb`.
+    pub glb: Vec<u8>,
+    /// Number of meshes. Objects of equal shape may share one.
+    pub meshes: usize,
+    /// What was left out, one line each.
+    pub notes: Vec<String>,
+}
+
+/// Why a model can't be cut.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The model can't be read.
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// The file lies: it has other objects than the model that it names.
+    #[error("{found} objects in the model, {expected} in the file that names it: the file is damaged")]
+    OtherObjects {
+        /// Of the model.
+        found: usize,
+        /// Of the file.
+        expected: usize,
+    },
+    /// The file was baked for another model.
+    #[error("not the model that was baked (hash {found:032x}, expected {expected:032x}); give that model, or bake this one")]
+    OtherModel {
+        /// [`Scene::hash`] of the model.
+        found: u128,
+        /// Of the file.
+        expected: u128,
+    },
+}
+
+/// Cuts a model into the objects of a file that was baked for it.
+///
+/// # Errors
+///
+/// If the model can't be read, is another one, or makes more than 4 GiB; and of glTF, more than 256 times the bytes of its source.
+pub fn export(model: &Path, options: &ImportOptions, file: &PvsFile) -> Result<Exported, ExportError> {
+    let check = |scene: &Scene| match (scene.hash(), scene.objects.len()) {
+        (found, _) if found != file.model_hash => Err(ExportError::OtherModel { found, expected: file.model_hash }),
+        (_, found) if found != file.placement.columns() => {
+            Err(ExportError::OtherObjects { found, expected: file.placement.columns() })
+        }
+        _ => Ok(()),
+    };
+    let cells = cells_of_objects(file);
+    let extras = |object: usize| json!({ "object": object, "cells": cells[object] });
+    let extension = model.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    if extension.eq_ignore_ascii_case("glb") || extension.eq_ignore_ascii_case("gltf") {
+        let cut = gltf::cut_file(model, options, check, &extras)?;
+        return Ok(Exported { glb: cut.glb, meshes: cut.meshes, notes: cut.notes });
+    }
+    let scene = scene::import(model, &ImportOptions { trace: true, ..options.clone() })?;
+    check(&scene)?;
+    Ok(plain::cut(&scene, model.parent(), options, &extras)?)
+}
+
+/// The cells that each object is in.
+fn cells_of_objects(file: &PvsFile) -> Vec<Vec<usize>> {
+    let mut cells = vec![Vec::new(); file.placement.columns()];
+    for cell in 0..file.placement.rows() {
+        file.placement.ones(cell).for_each(|object| cells[object].push(cell));
+    }
+    cells
+}
+
+/// The role of an object, as the importer of glTF reads it.
+fn with_role(mut extras: Value, role: scene::Role) -> Value {
+    if role != scene::Role::Unknown {
+        extras["role"] = json!(role);
+    }
+    extras
+}

@@ -1,0 +1,70 @@
+//! The container of a `.glb`: two chunks, JSON and binary.
+//!
+//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021, section 4.4.
+
+use super::super::{ImportError, Place};
+use serde_json::Value;
+
+/// Where the JSON chunk's text starts.
+pub(super) const JSON_START: usize = 20;
+
+/// The JSON and BIN chunks of a `.glb`.
+pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
+    let word = |at: usize| {
+        let word = bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
+        word.ok_or_else(|| ImportError::malformed(Place::Byte(bytes.len()), "the file ends within a GLB header"))
+    };
+    let version = word(4)?;
+    if version != 2 {
+        return Err(ImportError::Unsupported { what: format!("GLB version {version}"), hint: "export it as glTF 2.0" });
+    }
+    let length = word(8)? as usize;
+    if length > bytes.len() || length < JSON_START {
+        let what = format!("the header says {length} bytes, the file has {}", bytes.len());
+        return Err(ImportError::malformed(Place::Byte(8), what));
+    }
+    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], ImportError> {
+        let end = at + 8 + word(at)? as usize;
+        if end > length {
+            let what = format!("a chunk ends at byte {end}, the file at {length}");
+            return Err(ImportError::malformed(Place::Byte(at), what));
+        }
+        if word(at + 4)? != u32::from_le_bytes(*kind) {
+            let what = format!("no {} chunk here", kind.escape_ascii().to_string().trim_end_matches("\\x00"));
+            return Err(ImportError::malformed(Place::Byte(at + 4), what));
+        }
+        Ok(&bytes[at + 8..end])
+    };
+    let json = chunk(12, b"JSON")?;
+    let next = JSON_START + json.len();
+    // Chunks of other kinds may follow, and are to be ignored.
+    let bin = if next + 8 <= length && word(next + 4)? == u32::from_le_bytes(*b"BIN\0") {
+        Some(chunk(next, b"BIN\0")?)
+    } else {
+        None
+    };
+    Ok((json, bin))
+}
+
+/// The bytes of a `.glb`; `None` where they are more than its header can count (4 GiB).
+pub(crate) fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
+    let mut text = document.to_string().into_bytes();
+    pad(&mut text, b' ');
+    pad(&mut binary, 0);
+    let total = u32::try_from(12 + 8 + text.len() + 8 + binary.len()).ok()?;
+    let mut out = Vec::with_capacity(total as usize);
+    out.extend(b"glTF");
+    out.extend(2u32.to_le_bytes());
+    out.extend(total.to_le_bytes());
+    for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &binary)] {
+        out.extend((chunk.len() as u32).to_le_bytes());
+        out.extend(kind);
+        out.extend(chunk);
+    }
+    Some(out)
+}
+
+/// Fills up to a multiple of four bytes, as chunks and views are.
+pub(crate) fn pad(bytes: &mut Vec<u8>, with: u8) {
+    bytes.resize(bytes.len().next_multiple_of(4), with);
+}

@@ -1,0 +1,600 @@
+//! A model cut into its objects: a node and a mesh an object, with the attributes, materials and pictures of the source.
+//!
+//! Nodes keep their numbers, transforms, animations, cameras and lights; what a node showed hangs below it, an object a child. The mesh of
+//! an object has only the vertices that its triangles use, and objects with the same triangles of one primitive share it, as those of
+//! instances do. Compressed data is written plainly, and all buffers and pictures are in the one binary chunk.
+
+use super::data::{Accessor, broken, entry, numbers, width};
+use super::document::{self, Document, Primitive};
+use super::pictures::Pictures;
+use super::{Drawn, Placement, Reading, container, draco, read, roots};
+use crate::scene::{ImportError, ImportOptions, Scene, Trace, whole_file};
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
+
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const U16: u32 = 5123;
+const U32: u32 = 5125;
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// Bytes written are at most so many times those of the source. Vertices are repeated where objects meet, and decoded: four times is much.
+/// More: a small file with many views of the same bytes takes much memory. Less: models in strong compression are refused.
+const MOST_GROWTH: usize = 256;
+
+/// A model cut into its objects.
+pub(crate) struct Cut {
+    /// A `.glb`.
+    pub glb: Vec<u8>,
+    /// Objects with the same mesh are counted once.
+    pub meshes: usize,
+    /// What was left out, one line each.
+    pub notes: Vec<String>,
+}
+
+/// Reads a model as [`super::import`] does, looks whether it is the right one, and cuts it. `extras` says for each object what its node
+/// has under `extras.enfilade`.
+pub(crate) fn cut_file<E: From<ImportError>>(
+    path: &Path,
+    options: &ImportOptions,
+    check: impl FnOnce(&Scene) -> Result<(), E>,
+    extras: &dyn Fn(usize) -> Value,
+) -> Result<Cut, E> {
+    let source = &whole_file::read(path).map_err(ImportError::from)?;
+    let folder = path.parent();
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let (document, bin) = document::read(source)?;
+    let options = ImportOptions { trace: true, ..options.clone() };
+    let reading = read(&document, bin, &name, folder, &options)?;
+    check(&reading.scene)?;
+    let root = serde_json::from_slice(document::text(source)?.0);
+    let root: Value = root.map_err(|e| broken(format!("not a glTF document: {e}")))?;
+    if !is_plain(&root) {
+        return Err(broken("not a glTF document: arrays where objects are expected").into());
+    }
+    let most = MOST_GROWTH.saturating_mul(source.len().saturating_add(reading.buffers.size()));
+    let output = Output { accessors: Vec::new(), views: Vec::new(), kept: Vec::new(), streams: Vec::new(), most };
+    let mut cutter = Cutter { reading: &reading, document: &document, root, output, notes: Vec::new() };
+    let source_meshes = cutter.keep_the_rest()?;
+    cutter.pictures(Pictures::beside(folder, &options))?;
+    let meshes = cutter.objects(&source_meshes, extras)?;
+    cutter.scenes(options.metres_per_unit.unwrap_or(1.0))?;
+    Ok(Cut { glb: cutter.finish()?, meshes, notes: cutter.notes })
+}
+
+struct Cutter<'a> {
+    reading: &'a Reading<'a>,
+    document: &'a Document,
+    /// The document as it is written.
+    root: Value,
+    output: Output,
+    notes: Vec<String>,
+}
+
+/// What is written: first what is kept of the source, a view each, then streams of new elements, a view each.
+struct Output {
+    accessors: Vec<Value>,
+    views: Vec<Value>,
+    /// The bytes of `views`.
+    kept: Vec<u8>,
+    /// Bytes from element to element (0: indices), and the elements.
+    streams: Vec<(usize, Vec<u8>)>,
+    /// Most bytes of all that.
+    most: usize,
+}
+
+/// Whether what is an object in a document isn't an array here. The importer takes both.
+fn is_plain(root: &Value) -> bool {
+    let each = |value: &Value, name: &str, is_so: &dyn Fn(&Value) -> bool| {
+        value.get(name).is_none_or(|list| list.as_array().is_some_and(|list| list.iter().all(is_so)))
+    };
+    let is_primitive = |primitive: &Value| {
+        primitive.get("attributes").is_some_and(Value::is_object) && each(primitive, "targets", &Value::is_object)
+    };
+    let is_mesh = |mesh: &Value| mesh.is_object() && each(mesh, "primitives", &is_primitive);
+    let lists = ["scenes", "nodes", "images"].iter().all(|name| each(root, name, &Value::is_object));
+    root.is_object() && root.get("asset").is_some_and(Value::is_object) && lists && each(root, "meshes", &is_mesh)
+}
+
+/// Takes entries out of one of the document's lists.
+fn taken(root: &mut Value, name: &str, numbers: &[usize]) -> Result<Vec<Value>, ImportError> {
+    let mut list = root.get_mut(name).map(Value::take).and_then(|list| list.as_array().cloned()).unwrap_or_default();
+    let count = list.len();
+    let take = |&number: &usize| {
+        let entry = list.get_mut(number).map(Value::take);
+        entry.ok_or_else(|| broken(format!("{name}: {number} is used, there are {count}")))
+    };
+    numbers.iter().map(take).collect()
+}
+
+/// The entries of one of the document's lists.
+fn list<'v>(root: &'v mut Value, name: &str) -> std::slice::IterMut<'v, Value> {
+    root.get_mut(name).and_then(Value::as_array_mut).map_or(&mut [][..], Vec::as_mut_slice).iter_mut()
+}
+
+/// Moves the numbers that `each` finds in a document to those of a shorter list, which is returned: only what is found is in it, in order.
+fn renumbered(root: &mut Value, each: fn(&mut Value, &mut dyn FnMut(&mut Value))) -> Vec<usize> {
+    let mut used = BTreeSet::new();
+    each(root, &mut |number| used.extend(number.as_u64().map(|n| n as usize)));
+    let used: Vec<usize> = used.into_iter().collect();
+    each(root, &mut |number| {
+        if let Some(place) = number.as_u64().and_then(|n| used.binary_search(&(n as usize)).ok()) {
+            *number = place.into();
+        }
+    });
+    used
+}
+
+/// The meshes that nodes show.
+fn each_mesh(root: &mut Value, found: &mut dyn FnMut(&mut Value)) {
+    list(root, "nodes").filter_map(|node| node.get_mut("mesh")).for_each(found);
+}
+
+/// The accessors that anything but the list of accessors names.
+fn each_accessor(root: &mut Value, found: &mut dyn FnMut(&mut Value)) {
+    let mut all = |values: Option<&mut Value>| {
+        values.and_then(Value::as_object_mut).into_iter().flat_map(Map::values_mut).for_each(&mut *found);
+    };
+    for primitive in list(root, "meshes").flat_map(|mesh| list(mesh, "primitives")) {
+        all(primitive.get_mut("attributes"));
+        list(primitive, "targets").for_each(|target| all(Some(target)));
+    }
+    let instances = format!("/extensions/{INSTANCING}/attributes");
+    list(root, "nodes").for_each(|node| all(node.pointer_mut(&instances)));
+    list(root, "meshes").flat_map(|m| list(m, "primitives")).filter_map(|p| p.get_mut("indices")).for_each(&mut *found);
+    list(root, "skins").filter_map(|skin| skin.get_mut("inverseBindMatrices")).for_each(&mut *found);
+    for sampler in list(root, "animations").flat_map(|animation| list(animation, "samplers")) {
+        ["input", "output"].iter().for_each(|key| sampler.get_mut(key).into_iter().for_each(&mut *found));
+    }
+}
+
+/// The buffer views that anything names, accessors, pictures and extensions.
+fn each_view(value: &mut Value, found: &mut dyn FnMut(&mut Value)) {
+    match value {
+        Value::Object(map) => {
+            for (key, value) in map {
+                if key == "bufferView" && value.is_u64() { found(value) } else { each_view(value, found) }
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(|value| each_view(value, found)),
+        _ => {}
+    }
+}
+
+/// Takes out what is under a key of `extensions`, and `extensions` if nothing is left.
+fn remove_extension(value: &mut Value, name: &str) -> Option<Value> {
+    let extensions = value.get_mut("extensions")?.as_object_mut()?;
+    let removed = extensions.remove(name);
+    if extensions.is_empty() {
+        value.as_object_mut()?.remove("extensions");
+    }
+    removed
+}
+
+impl<'a> Cutter<'a> {
+    /// Takes from the document what objects replace, and from its lists what nothing names then. Returns its meshes as they were.
+    fn keep_the_rest(&mut self) -> Result<Vec<Value>, ImportError> {
+        let source_meshes: Vec<Value> = list(&mut self.root, "meshes").map(|mesh| mesh.clone()).collect();
+
+        // 1. Meshes: of the drawn ones, points and lines stay.
+        let mut rests: BTreeMap<usize, Option<usize>> = BTreeMap::new();
+        for &Drawn { node, mesh, .. } in &self.reading.drawn {
+            let rest = *rests.entry(mesh).or_insert_with(|| self.rest_of(mesh));
+            let node = &mut self.root["nodes"][node];
+            remove_extension(node, INSTANCING);
+            node["mesh"] = json!(rest);
+        }
+        self.undraw();
+        let kept = renumbered(&mut self.root, each_mesh);
+        self.root["meshes"] = taken(&mut self.root, "meshes", &kept)?.into();
+
+        // 2. Accessors.
+        let kept = renumbered(&mut self.root, each_accessor);
+        self.root["accessors"] = taken(&mut self.root, "accessors", &kept)?.into();
+
+        // 3. Views.
+        self.root["bufferViews"].take();
+        let kept = renumbered(&mut self.root, each_view);
+        for view in kept {
+            let bytes = self.reading.buffers.view(view)?;
+            let stride = entry(&self.document.buffer_views, view, "bufferView")?.byte_stride;
+            let number = self.output.view(bytes)?;
+            if let Some(stride) = stride {
+                self.output.views[number]["byteStride"] = stride.into();
+            }
+        }
+        let count = list(&mut self.root, "accessors").len();
+        self.output.accessors = taken(&mut self.root, "accessors", &(0..count).collect::<Vec<_>>())?;
+        Ok(source_meshes)
+    }
+
+    /// A new mesh of what isn't triangles in a mesh, if there is any.
+    fn rest_of(&mut self, mesh: usize) -> Option<usize> {
+        let parts = self.reading.parts[mesh].as_ref()?;
+        let mut rest = self.root["meshes"][mesh].clone();
+        let mut is_rest = parts.iter().map(Option::is_none);
+        rest["primitives"].as_array_mut()?.retain(|_| is_rest.next().unwrap_or(false));
+        let meshes = self.root["meshes"].as_array_mut().filter(|_| rest["primitives"] != json!([]))?;
+        meshes.push(rest);
+        Some(meshes.len() - 1)
+    }
+
+    /// Takes meshes from the nodes of rooms' surfaces and portals, and where objects have replaced them all.
+    fn undraw(&mut self) {
+        for &node in &self.reading.undrawn {
+            self.root["nodes"][node]["mesh"].take();
+        }
+        if !self.reading.undrawn.is_empty() {
+            self.notes.push(format!("{} surfaces of rooms and portals aren't drawn", self.reading.undrawn.len()));
+        }
+        let drawn: BTreeSet<usize> = self.reading.drawn.iter().map(|d| d.node).collect();
+        for node in list(&mut self.root, "nodes").filter(|node| node.get("mesh").is_some_and(Value::is_null)) {
+            node.as_object_mut().map(|node| node.remove("mesh"));
+        }
+        let mut left_out = 0;
+        for animation in list(&mut self.root, "animations") {
+            let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) else { continue };
+            let before = channels.len();
+            channels.retain(|channel| {
+                let target = &channel["target"];
+                target["path"] != "weights" || target["node"].as_u64().is_none_or(|node| !drawn.contains(&(node as usize)))
+            });
+            left_out += before - channels.len();
+        }
+        if left_out > 0 {
+            self.notes.push(format!("{left_out} animations of morph targets left out"));
+        }
+    }
+
+    /// Brings pictures beside the model into the file.
+    fn pictures(&mut self, pictures: Pictures<'_>) -> Result<(), ImportError> {
+        for i in 0..list(&mut self.root, "images").len() {
+            let Some(uri) = self.root["images"][i]["uri"].as_str().map(str::to_owned) else { continue };
+            match pictures.read(&uri) {
+                Ok((kind, bytes)) => {
+                    let view = self.output.view(&bytes)?;
+                    let image = &mut self.root["images"][i];
+                    image["mimeType"] = kind.into();
+                    image["bufferView"] = view.into();
+                    image.as_object_mut().map(|image| image.remove("uri"));
+                }
+                Err(why) => self.notes.push(format!("picture {i} stays outside: {why}")),
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a node for each object, below the node that showed it. Returns how many meshes they have.
+    fn objects(&mut self, source: &[Value], extras: &dyn Fn(usize) -> Value) -> Result<usize, ImportError> {
+        let Reading { scene, drawn, .. } = self.reading;
+        let Some(Trace { meshes: mesh_of, triangles: triangle_of, .. }) = &scene.trace else { return Ok(0) };
+        let mut known: HashMap<(usize, usize, &[u32]), usize> = HashMap::new();
+        let mut opened = None;
+        let before = list(&mut self.root, "meshes").len();
+        for (id, object) in scene.objects.iter().enumerate() {
+            let Drawn { node, mesh, primitive, instance } = drawn[mesh_of[id] as usize];
+            let triangles = &triangle_of[object.triangles.start as usize..object.triangles.end as usize];
+            let number = match known.get(&(mesh, primitive, triangles)) {
+                Some(&number) => number,
+                None => {
+                    if opened.as_ref().is_none_or(|(key, _)| *key != (mesh, primitive)) {
+                        let source = &source[mesh]["primitives"][primitive];
+                        opened = Some(((mesh, primitive), self.open(source, &self.document.meshes[mesh].primitives[primitive])?));
+                    }
+                    let slots = opened.as_ref().map_or(&[][..], |(_, slots)| slots);
+                    let mut new = source[mesh].clone();
+                    let mut cut = new["primitives"][primitive].take();
+                    self.write(&mut cut, slots, &self.corners(mesh, primitive, triangles))?;
+                    new["primitives"] = json!([cut]);
+                    let number = push(&mut self.root, "meshes", new);
+                    known.insert((mesh, primitive, triangles), number);
+                    number
+                }
+            };
+            let mut new = json!({
+                "name": format!("{} #{id}", object.node), "mesh": number, "extras": { "enfilade": extras(id) },
+            });
+            for key in ["skin", "weights"] {
+                if let Some(value) = self.root["nodes"][node].get(key) {
+                    new[key] = value.clone();
+                }
+            }
+            place(&mut new, instance);
+            let child = push(&mut self.root, "nodes", new);
+            push(&mut self.root["nodes"][node], "children", child.into());
+        }
+        // What a skin bends is below now.
+        for node in drawn.iter().map(|d| d.node).collect::<BTreeSet<_>>() {
+            if let Some(node) = self.root["nodes"][node].as_object_mut().filter(|node| !node.contains_key("mesh")) {
+                node.remove("skin");
+                node.remove("weights");
+            }
+        }
+        Ok(list(&mut self.root, "meshes").len() - before)
+    }
+
+    /// The vertices of triangles, three each, as the primitive numbers them.
+    fn corners(&self, mesh: usize, primitive: usize, triangles: &[u32]) -> Vec<u32> {
+        let part = self.reading.parts[mesh].as_ref().and_then(|parts| parts[primitive].as_ref());
+        part.map_or_else(Vec::new, |part| {
+            triangles.iter().flat_map(|&t| part.triangles[t as usize].map(|v| part.vertices[v as usize])).collect()
+        })
+    }
+
+    /// The attributes of a primitive and of its morph targets.
+    fn open(&self, source: &Value, primitive: &Primitive) -> Result<Vec<Slot<'a>>, ImportError> {
+        let attributes = named(source.get("attributes")).into_iter().map(|(name, accessor)| (None, name, accessor));
+        let targets = source.get("targets").and_then(Value::as_array).into_iter().flatten().enumerate();
+        let targets =
+            targets.flat_map(|(t, target)| named(Some(target)).into_iter().map(move |(name, n)| (Some(t), name, n)));
+        let slots: Vec<_> = attributes.chain(targets).collect();
+        let mut decoded = self.decode(source, primitive)?;
+        slots
+            .into_iter()
+            .map(|(target, name, accessor)| {
+                let claimed = self.reading.buffers.claimed(accessor)?;
+                let elements = match decoded.remove(name).filter(|_| target.is_none()) {
+                    Some((bytes, size)) => Elements::Decoded(bytes, size),
+                    None => {
+                        Elements::Stored(self.reading.buffers.accessor(accessor, &["SCALAR", "VEC2", "VEC3", "VEC4"])?)
+                    }
+                };
+                let mut like = json!({ "componentType": claimed.component_type, "type": claimed.kind });
+                if claimed.normalized {
+                    like["normalized"] = true.into();
+                }
+                let bounds = (name == "POSITION").then(|| (claimed.component_type, width(&claimed.kind)));
+                Ok(Slot { target, name: name.to_owned(), elements, like, bounds })
+            })
+            .collect()
+    }
+
+    /// The attributes of a primitive that are in Draco compression, by name.
+    fn decode(&self, source: &Value, primitive: &Primitive) -> Result<HashMap<String, (Vec<u8>, usize)>, ImportError> {
+        let buffers = &self.reading.buffers;
+        let position = primitive.attributes.position.map(|accessor| buffers.claimed(accessor)).transpose()?;
+        // The same choice as that of the import.
+        let is_compressed = position.is_none_or(|p| p.buffer_view.is_none());
+        let Some(draco) = primitive.extensions.draco.as_ref().filter(|_| is_compressed) else { return Ok(HashMap::new()) };
+        let (names, ids): (Vec<&str>, Vec<usize>) =
+            named(source["extensions"][DRACO].get("attributes")).into_iter().unzip();
+        let bytes = buffers.view(draco.buffer_view)?;
+        let corners = primitive.indices.map_or(Ok(0), |indices| buffers.claimed(indices).map(|a| a.count))?;
+        let decoded = draco::attributes(bytes, &ids, corners).map_err(broken)?;
+        Ok(names.into_iter().map(str::to_owned).zip(decoded).collect())
+    }
+
+    /// Writes the vertices and triangles of an object, and has its primitive name them.
+    fn write(&mut self, primitive: &mut Value, slots: &[Slot<'_>], corners: &[u32]) -> Result<(), ImportError> {
+        let (mut order, mut places) = (Vec::new(), HashMap::new());
+        let indices: Vec<u32> = corners
+            .iter()
+            .map(|&vertex| {
+                *places.entry(vertex).or_insert_with(|| {
+                    order.push(vertex);
+                    order.len() as u32 - 1
+                })
+            })
+            .collect();
+        primitive["indices"] = self.output.indices(&indices, order.len())?.into();
+        for slot in slots {
+            let accessor = self.output.elements(slot, &order)?;
+            match slot.target {
+                None => primitive["attributes"][&slot.name] = accessor.into(),
+                Some(target) => primitive["targets"][target][&slot.name] = accessor.into(),
+            }
+        }
+        remove_extension(primitive, DRACO);
+        primitive.as_object_mut().map(|primitive| primitive.remove("mode"));
+        Ok(())
+    }
+
+    /// One scene, in metres.
+    fn scenes(&mut self, metres_per_unit: f64) -> Result<(), ImportError> {
+        let mut nodes = roots(self.document)?;
+        if metres_per_unit != 1.0 {
+            let scale = [metres_per_unit; 3];
+            let metres = json!({ "name": "metres", "scale": scale, "children": nodes });
+            nodes = vec![push(&mut self.root, "nodes", metres)];
+        }
+        let shown = self.root["scene"].as_u64().unwrap_or(0) as usize;
+        let mut scene = self.root["scenes"].get_mut(shown).map_or_else(|| json!({}), Value::take);
+        scene["nodes"] = nodes.into();
+        self.root["scenes"] = json!([scene]);
+        self.root["scene"] = 0.into();
+        Ok(())
+    }
+
+    /// The bytes of the file.
+    fn finish(&mut self) -> Result<Vec<u8>, ImportError> {
+        let Output { accessors, mut views, kept: mut binary, streams, .. } = std::mem::replace(&mut self.output, Output::NONE);
+        for (stride, stream) in streams {
+            let mut view = json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": stream.len() });
+            if stride > 0 {
+                view["byteStride"] = stride.into();
+            }
+            view["target"] = if stride > 0 { ARRAY_BUFFER } else { ELEMENT_ARRAY_BUFFER }.into();
+            views.push(view);
+            binary.extend(stream);
+            container::pad(&mut binary, 0);
+        }
+        let has_draco = self.root["meshes"].to_string().contains(DRACO);
+        let has_instances = list(&mut self.root, "nodes").any(|node| node["extensions"].get(INSTANCING).is_some());
+        for list in ["extensionsUsed", "extensionsRequired"] {
+            let Some(names) = self.root.get_mut(list).and_then(Value::as_array_mut) else { continue };
+            names.retain(|name| match name.as_str() {
+                Some(DRACO) => has_draco,
+                Some(INSTANCING) => has_instances,
+                Some(name) => !MESHOPT.contains(&name),
+                None => false,
+            });
+            if names.is_empty() {
+                self.root.as_object_mut().map(|root| root.remove(list));
+            }
+        }
+        self.root["asset"]["generator"] = "enfilade export".into();
+        self.root["accessors"] = accessors.into();
+        self.root["bufferViews"] = views.into();
+        self.root["buffers"] = json!([{ "byteLength": binary.len() }]);
+        container::glb(&self.root, binary).ok_or_else(too_large)
+    }
+}
+
+/// Appends to a list of a document. Returns the number of the new entry.
+fn push(root: &mut Value, name: &str, value: Value) -> usize {
+    if !root[name].is_array() {
+        root[name] = json!([]);
+    }
+    root[name].as_array_mut().map_or(0, |values| {
+        values.push(value);
+        values.len() - 1
+    })
+}
+
+/// Puts a node where an instance is.
+fn place(node: &mut Value, instance: Option<Placement>) {
+    if let Some(Placement { scale, rotation, translation }) = instance {
+        node["translation"] = json!(translation.to_array());
+        node["rotation"] = json!(rotation.to_array());
+        if scale != DVec3::ONE {
+            node["scale"] = json!(scale.to_array());
+        }
+    }
+}
+
+fn too_large() -> ImportError {
+    ImportError::Unsupported { what: "a model that grows so much when it is cut".to_owned(), hint: "export it in parts" }
+}
+
+/// Numbers by name; what is no number is left out.
+fn named(attributes: Option<&Value>) -> Vec<(&str, usize)> {
+    let all = attributes.and_then(Value::as_object).into_iter().flatten();
+    all.filter_map(|(name, number)| Some((name.as_str(), number.as_u64()? as usize))).collect()
+}
+
+/// An attribute of a primitive, or of a morph target.
+struct Slot<'b> {
+    target: Option<usize>,
+    name: String,
+    elements: Elements<'b>,
+    /// What its accessors have in common.
+    like: Value,
+    /// Component type and width, where accessors need bounds.
+    bounds: Option<(u64, usize)>,
+}
+
+/// The elements of an attribute, by vertex.
+enum Elements<'b> {
+    Stored(Accessor<'b>),
+    /// Bytes, and how many a vertex has.
+    Decoded(Vec<u8>, usize),
+}
+
+impl Elements<'_> {
+    fn size(&self) -> usize {
+        match self {
+            Self::Stored(accessor) => accessor.size(),
+            Self::Decoded(_, size) => *size,
+        }
+    }
+
+    /// Appends the element of a vertex; false where there is none.
+    fn append(&self, vertex: usize, out: &mut Vec<u8>) -> bool {
+        let size = self.size();
+        let bytes = match self {
+            Self::Stored(accessor) => accessor.bytes(vertex).map(|bytes| &bytes[..size]),
+            Self::Decoded(bytes, _) => bytes.get(vertex * size..(vertex + 1) * size),
+        };
+        match (bytes, self) {
+            (Some(bytes), _) => out.extend(bytes),
+            // A sparse accessor without a view has zeros.
+            (None, Self::Stored(accessor)) if vertex < accessor.count() => out.resize(out.len() + size, 0),
+            (None, _) => return false,
+        }
+        true
+    }
+}
+
+impl Output {
+    const NONE: Self = Self { accessors: Vec::new(), views: Vec::new(), kept: Vec::new(), streams: Vec::new(), most: 0 };
+
+    /// Fails if so many bytes more are too many.
+    fn room(&self, bytes: usize) -> Result<(), ImportError> {
+        let now: usize = self.kept.len() + self.streams.iter().map(|(_, stream)| stream.len()).sum::<usize>();
+        if now.saturating_add(bytes) > self.most { Err(too_large()) } else { Ok(()) }
+    }
+
+    /// Appends a view. Returns its number.
+    fn view(&mut self, bytes: &[u8]) -> Result<usize, ImportError> {
+        self.room(bytes.len())?;
+        self.views.push(json!({ "buffer": 0, "byteOffset": self.kept.len(), "byteLength": bytes.len() }));
+        self.kept.extend(bytes);
+        container::pad(&mut self.kept, 0);
+        Ok(self.views.len() - 1)
+    }
+
+    /// The stream of elements so many bytes apart, and the number of its view.
+    fn stream(&mut self, stride: usize) -> (usize, &mut Vec<u8>) {
+        let place = self.streams.iter().position(|s| s.0 == stride).unwrap_or_else(|| {
+            self.streams.push((stride, Vec::new()));
+            self.streams.len() - 1
+        });
+        (self.views.len() + place, &mut self.streams[place].1)
+    }
+
+    /// Appends indices of so many vertices. Returns their accessor.
+    fn indices(&mut self, indices: &[u32], vertices: usize) -> Result<usize, ImportError> {
+        self.room(4 * indices.len())?;
+        let (view, bytes) = self.stream(0);
+        let (offset, narrow) = (bytes.len(), vertices <= usize::from(u16::MAX));
+        for &i in indices {
+            if narrow {
+                bytes.extend((i as u16).to_le_bytes());
+            } else {
+                bytes.extend(i.to_le_bytes());
+            }
+        }
+        container::pad(bytes, 0);
+        self.accessors.push(json!({
+            "bufferView": view, "byteOffset": offset, "componentType": if narrow { U16 } else { U32 },
+            "count": indices.len(), "type": "SCALAR",
+        }));
+        Ok(self.accessors.len() - 1)
+    }
+
+    /// Appends the elements of vertices. Returns their accessor.
+    fn elements(&mut self, slot: &Slot<'_>, vertices: &[u32]) -> Result<usize, ImportError> {
+        let stride = slot.elements.size().next_multiple_of(4);
+        self.room(stride.saturating_mul(vertices.len()))?;
+        let (view, bytes) = self.stream(stride);
+        let offset = bytes.len();
+        for &vertex in vertices {
+            if !slot.elements.append(vertex as usize, bytes) {
+                return Err(broken(format!("attribute {} ends before vertex {vertex}", slot.name)));
+            }
+            container::pad(bytes, 0);
+        }
+        let mut accessor = slot.like.clone();
+        if let Some((component_type, width)) = slot.bounds {
+            let elements = bytes[offset..].chunks_exact(stride).map(|b| numbers(&b[..slot.elements.size()], component_type));
+            let (mut least, mut most) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
+            for element in elements {
+                for ((x, least), most) in element.zip(&mut least).zip(&mut most) {
+                    (*least, *most) = (least.min(x), most.max(x));
+                }
+            }
+            accessor["min"] = json!(least);
+            accessor["max"] = json!(most);
+        }
+        accessor["bufferView"] = view.into();
+        accessor["byteOffset"] = offset.into();
+        accessor["count"] = vertices.len().into();
+        self.accessors.push(accessor);
+        Ok(self.accessors.len() - 1)
+    }
+}

@@ -1,0 +1,36 @@
+//! Pictures that a model names: files beside it, or `data:` uris.
+
+use super::super::ImportOptions;
+use super::super::sidecar::Sidecars;
+use super::data::load;
+use std::path::Path;
+
+/// Where a model's pictures are looked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Pictures<'a>(Sidecars<'a>);
+
+impl<'a> Pictures<'a> {
+    /// In the folder of a model, or where the options allow it.
+    pub(crate) fn beside(folder: Option<&'a Path>, options: &'a ImportOptions) -> Self {
+        Self(Sidecars { folder, under: options.files_under.as_deref() })
+    }
+
+    /// A picture, and what it is as glTF has it: `image/png` or another type of a file.
+    pub(crate) fn read(&self, uri: &str) -> Result<(&'static str, Vec<u8>), String> {
+        let bytes = load(uri, self.0)?;
+        let kind = kind(&bytes).ok_or_else(|| format!("`{uri:.100}` is no picture that glTF has"))?;
+        Ok((kind, bytes))
+    }
+}
+
+/// What the first bytes say, of the kinds that glTF and its extensions have.
+fn kind(bytes: &[u8]) -> Option<&'static str> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => Some("image/png"),
+        [0xFF, 0xD8, 0xFF, ..] => Some("image/jpeg"),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some("image/webp"),
+        [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', ..] => Some("image/ktx2"),
+        [b'D', b'D', b'S', b' ', ..] => Some("image/vnd-ms.dds"),
+        _ => None,
+    }
+}
