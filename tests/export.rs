@@ -119,7 +119,8 @@ fn rich() -> Glb {
     let plain = glb.mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     for accessor in glb.json["accessors"].as_array_mut().unwrap().iter_mut().filter(|a| a["type"] == "VEC3") {
         // Wide enough for all of them.
-        (accessor["min"], accessor["max"]) = (json!([-1.0, 0.0, 0.0]), json!([f32::from(COLUMNS), 2.0, f32::from(2 * COLUMNS)]));
+        (accessor["min"], accessor["max"]) =
+            (json!([-1.0, 0.0, 0.0]), json!([f32::from(COLUMNS), 2.0, f32::from(2 * COLUMNS)]));
     }
     let places = glb.positions(&[[0.0, 0.0, 5.0], [0.0, 0.0, 7.0], [1.0, 2.0, 3.0]]);
     let sizes = glb.positions(&[[1.0; 3], [2.0; 3], [1.0, 1.0, 3.0]]);
@@ -232,7 +233,9 @@ fn attributes_stay_with_their_vertices() {
 fn compressed_models_are_written_plainly() {
     use crate::import_mesh::{draco, meshopt};
     let folder = folder("compressed");
-    for (i, bytes) in [meshopt::EXT, meshopt::KHR, meshopt::FLOAT, draco::EDGEBREAKER, draco::SEQUENTIAL].into_iter().enumerate() {
+    for (i, bytes) in
+        [meshopt::EXT, meshopt::KHR, meshopt::FLOAT, draco::EDGEBREAKER, draco::SEQUENTIAL].into_iter().enumerate()
+    {
         let model = written(&folder, "model.glb", bytes);
         let (scene, glb) = exported(&model, &options(20));
         assert!(scene.objects.len() > 10, "{i}");
@@ -255,7 +258,8 @@ fn pictures_come_with_the_model() {
     written(&folder, "a.png", png);
     written(&folder, "b.tga", b"something else");
     let mut glb = rich();
-    glb.json["images"] = json!([{ "uri": "a.png" }, { "uri": "b.tga" }, { "uri": "gone.jpg" }, { "uri": "data:image/png;base64,iVBORw0K" }]);
+    glb.json["images"] =
+        json!([{ "uri": "a.png" }, { "uri": "b.tga" }, { "uri": "gone.jpg" }, { "uri": "data:image/png;base64,iVBORw0K" }]);
     let model = written(&folder, "rich.glb", &glb.bytes());
     let scene = import(&model, &options(16)).unwrap();
     let made = export(&model, &options(16), &file_of(&scene, &options(16))).unwrap();

@@ -58,6 +58,76 @@ fn two_rooms_are_cells_joined_by_their_doorway() {
     assert!(scene.objects.iter().any(|o| o.node.ends_with("/lintel")));
 }
 
+/// The parts of a graph that hang together without the portals that an area portal shuts.
+fn parts_without_shutters(graph: &CellGraph) -> Vec<usize> {
+    let mut part: Vec<usize> = (0..graph.cells.len()).collect();
+    for _ in 0..graph.cells.len() {
+        for portal in graph.portals.iter().filter(|p| !p.source.as_ref().is_some_and(|s| s.starts_with("func_areaportal"))) {
+            let [a, b] = portal.cells.map(|cell| cell.index());
+            (part[a], part[b]) = (part[a].min(part[b]), part[a].min(part[b]));
+        }
+    }
+    part
+}
+
+#[test]
+fn an_area_portal_is_a_door_that_is_not_drawn() {
+    let world = entity("worldspawn", "", &two_rooms());
+    // In the doorway, thinner than the wall; and in the midst of the second room, from wall to wall.
+    for (at, layers) in [([130, 134], [130.0, 134.0]), ([190, 200], [190.0, 200.0])] {
+        let [y, z] = if at[0] < 136 { [[32, 96], [0, 64]] } else { [[0, 128], [0, 128]] };
+        let brush = block([at[0], y[0], z[0]], [at[1], y[1], z[1]], "trigger");
+        let text = world.clone() + &entity("func_areaportal", "", &[brush]) + &start("64 64 24");
+        let scene = imported(&text).unwrap();
+        let plain = imported(&(world.clone() + &start("64 64 24"))).unwrap();
+        let area = |s: &Scene| (0..s.triangles.len()).map(|t| enfilade::geom::area(&s.corners(t))).sum::<f64>();
+        assert!((area(&scene) - area(&plain)).abs() < 1e-9);
+        let graph = cells(&scene);
+        let shutters: Vec<_> = graph.portals.iter().filter(|p| p.source.as_deref() == Some("func_areaportal 1")).collect();
+        // They cover both faces, each once, and nothing else is a door.
+        let unit = 1.0 / 32.0;
+        for x in layers {
+            let on = |w: &[DVec3]| w.iter().all(|p| (p.x - (x * unit - scene.origin.x)).abs() < 1e-9);
+            let covered: f64 = shutters.iter().filter(|p| on(&p.winding)).map(|p| enfilade::geom::area(&p.winding)).sum();
+            let face = f64::from((y[1] - y[0]) * (z[1] - z[0])) * unit * unit;
+            assert!((covered - face).abs() < 1e-9, "{x}: {covered} of {face}");
+        }
+        let doors = graph.portals.iter().filter(|p| p.kind == PortalKind::Door).count();
+        assert_eq!(doors, shutters.len());
+        assert!(shutters.iter().all(|p| p.state.closable && !p.state.shut));
+        // Without them, the start does not hang together with what is beyond.
+        let part = parts_without_shutters(&graph);
+        let locator = Locator::new(&graph);
+        let at = |x: f64| locator.locate(DVec3::new(x, 64.0, -64.0) * unit - scene.origin).unwrap().0.index();
+        assert_ne!(part[at(64.0)], part[at(240.0)]);
+    }
+}
+
+#[test]
+fn area_portals_of_other_maps_shut_off_what_is_in_them() {
+    let Some(data) = data("area_portals_of_other_maps_shut_off_what_is_in_them") else { return };
+    let maps =
+        ["q2_areaportal", "q2_areaportals", "q2_areaportal_with_detail", "q2_double_areaportal", "q2_areaportal_split"];
+    for map in maps {
+        let text = std::fs::read_to_string(data.join(format!("ericw-testmaps-gpl/{map}.map"))).unwrap();
+        let scene = imported(&text).unwrap();
+        let graph = cells(&scene);
+        // Beside them, doors are doors.
+        let named = graph.portals.iter().filter_map(|p| p.source.as_deref());
+        let mut shutters: Vec<&str> = named.filter(|name| name.starts_with("func_areaportal")).collect();
+        shutters.sort_unstable();
+        shutters.dedup();
+        assert_eq!(shutters.len(), text.matches("\"func_areaportal\"").count(), "{map}: {shutters:?}");
+        let part = parts_without_shutters(&graph);
+        for name in shutters {
+            // A cell that a shutter leads to is on another side than the one it leads from.
+            let of_name = graph.portals.iter().filter(|p| p.source.as_deref() == Some(name));
+            let crosses = of_name.map(|p| p.cells.map(|cell| part[cell.index()])).collect::<Vec<_>>();
+            assert!(crosses.iter().all(|[a, b]| a != b), "{map}: {name} leads round itself");
+        }
+    }
+}
+
 #[test]
 fn a_map_leaks_if_any_of_its_walls_is_missing() {
     let walls = shell([0, 0, 0], [128, 128, 128], "brick");

@@ -71,6 +71,14 @@ impl EnfiladeObject {
     pub const fn new(id: ObjectId) -> Self {
         Self { first: id, last: id, shown: Visibility::Inherited }
     }
+
+    /// The object that a node of an exported model draws, by the node's extras: the JSON text that Bevy's glTF loader keeps in
+    /// `GltfExtras::value`. `None` for nodes that `enfilade export` didn't make.
+    pub fn from_extras(extras: &str) -> Option<Self> {
+        let extras: serde_json::Value = serde_json::from_str(extras).ok()?;
+        let id = extras.get("enfilade")?.get("object")?.as_u64()?;
+        Some(Self::new(ObjectId(u32::try_from(id).ok()?)))
+    }
 }
 
 /// The README's example compiles.

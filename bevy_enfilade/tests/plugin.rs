@@ -291,3 +291,21 @@ fn objects_are_found_by_their_nodes_and_one_of_several_is_enough() {
     let all = Building::new(&file).object("thing").unwrap();
     assert_eq!((all.first, all.last), (ObjectId(0), ObjectId(2)));
 }
+
+#[test]
+fn nodes_of_an_exported_model_say_which_object_they_draw() {
+    let object = |extras: &str| EnfiladeObject::from_extras(extras).map(|o| (o.first, o.last));
+    let seventeen = Some((ObjectId(17), ObjectId(17)));
+    assert_eq!(object(r#"{"enfilade":{"object":17,"cells":[0,3]}}"#), seventeen);
+    assert_eq!(object(r#"{"artist":"A","enfilade":{"object":17,"cells":[],"role":"door"}}"#), seventeen);
+    for other in [
+        "",
+        "17",
+        "{}",
+        r#"{"enfilade":{"role":"door"}}"#,
+        r#"{"enfilade":{"object":-1}}"#,
+        r#"{"enfilade":{"object":4294967296}}"#,
+    ] {
+        assert_eq!(object(other), None, "{other}");
+    }
+}

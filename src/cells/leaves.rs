@@ -17,7 +17,9 @@ const MARGIN: f64 = 1.0;
 
 /// A graph of leaves. Those that go on without end are one open cell: the outside of a level that leaks.
 pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph {
-    let within = scene.bounds().inflated(MARGIN);
+    // Where nothing is drawn on the walls, they reach beyond what is drawn.
+    let walls = Aabb::of(found.walls.iter().flatten().copied());
+    let within = scene.bounds().union(walls).inflated(MARGIN);
     let eps = scene.tolerance().coplanar;
     // 1. The planes that bound each leaf, and whether they bound it on all sides.
     let bounded = parallel::map(&found.leaves, |planes| {
@@ -55,15 +57,17 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     }
 
     // 3. Portals.
-    let portal = |p: &LevelPortal| {
+    let portal = |(i, p): (usize, &LevelPortal)| {
         let [a, b] = p.cells.map(|leaf| cell_of[leaf as usize]);
         let (a, b) = a.zip(b).filter(|(a, b)| a != b)?;
         let plane = Plane::through(p.winding[0], newell(&p.winding).normalize());
         let winding = apart(&p.winding, eps);
-        let (kind, state) = (PortalKind::Opening, PortalState::default());
-        (winding.len() >= 3).then_some(Portal { cells: [a, b], plane, winding, kind, state, source: None })
+        let shutter = found.shutters.binary_search_by_key(&(i as u32), |(portal, _)| *portal).ok();
+        let source = shutter.map(|shutter| found.shutters[shutter].1.clone());
+        let kind = if source.is_some() { PortalKind::Door } else { PortalKind::Opening };
+        (winding.len() >= 3).then_some(Portal { cells: [a, b], plane, winding, kind, state: PortalState::default(), source })
     };
-    let portals = found.portals.iter().filter_map(portal).collect();
+    let portals = found.portals.iter().enumerate().filter_map(portal).collect();
 
     // 4. Walls behind which the tree has nothing open, and before which nothing is drawn.
     let (opaque, tolerance) = (Opaque::new(scene), scene.tolerance());

@@ -77,7 +77,8 @@ fn corners(scene: &Scene, object: &Object, look: Option<&Look>) -> Corners {
     let mut known = HashMap::new();
     let in_mesh = scene.trace.as_ref().map(|trace| &trace.triangles);
     for triangle in object.triangles.start as usize..object.triangles.end as usize {
-        let coordinates = look.zip(in_mesh).and_then(|(look, in_mesh)| look.texture_coordinates.get(in_mesh[triangle] as usize));
+        let coordinates =
+            look.zip(in_mesh).and_then(|(look, in_mesh)| look.texture_coordinates.get(in_mesh[triangle] as usize));
         for (k, &position) in scene.triangles[triangle].iter().enumerate() {
             let at = coordinates.map(|c| c[k]);
             let number = *known.entry((position, at.map(|at| at.map(f32::to_bits)))).or_insert_with(|| {
@@ -175,9 +176,8 @@ impl Buffers {
 
     fn positions(&mut self, corners: &Corners) -> usize {
         let all: Vec<[f32; 3]> = corners.positions.iter().map(|p| p.as_vec3().to_array()).collect();
-        let bound = |pick: fn(f32, f32) -> f32| -> Value {
-            (0..3).map(|k| json!(all.iter().map(|p| p[k]).reduce(pick))).collect()
-        };
+        let bound =
+            |pick: fn(f32, f32) -> f32| -> Value { (0..3).map(|k| json!(all.iter().map(|p| p[k]).reduce(pick))).collect() };
         let accessor = json!({
             "bufferView": POSITIONS, "byteOffset": self.positions.len(), "componentType": FLOAT, "count": all.len(),
             "type": "VEC3", "min": bound(f32::min), "max": bound(f32::max),

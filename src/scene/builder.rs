@@ -207,7 +207,7 @@ impl SceneBuilder {
         for p in hints.openings.iter_mut().flat_map(|o| o.winding.iter_mut()) {
             *p -= origin;
         }
-        if let Some(Leaves { leaves, portals, walls }) = &mut hints.leaves {
+        if let Some(Leaves { leaves, portals, walls, shutters: _ }) = &mut hints.leaves {
             leaves.iter_mut().flatten().for_each(|plane| plane.d -= plane.n.dot(origin));
             let windings = portals.iter_mut().map(|p| &mut p.winding).chain(walls);
             windings.flatten().for_each(|p| *p -= origin);

@@ -28,6 +28,8 @@ pub struct Leaves {
     pub portals: Vec<LevelPortal>,
     /// Where leaves end at what is solid: convex polygons, most of them behind what is drawn.
     pub walls: Vec<Vec<DVec3>>,
+    /// Portals that the author says can be shut: their numbers, ascending, and the name of what shuts them.
+    pub shutters: Vec<(u32, String)>,
 }
 
 /// A storey.

@@ -39,7 +39,7 @@ struct Slab<'s> {
     reach: f64,
 }
 
-/// Names the portals that are doors and windows.
+/// Names the portals that are doors and windows, of those that have no name.
 pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], human: HumanScale) {
     let mut slabs: Vec<Slab<'_>> = scene.hints.openings.iter().filter_map(|o| Slab::drawn(o, human)).collect();
     let mut hung: BTreeMap<(&str, bool), Vec<DVec3>> = BTreeMap::new();
@@ -72,7 +72,10 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
             costs.extend(slabs[i as usize].cost(portal).map(|cost| (cost, i as usize)));
         });
         if let Some((_, i)) = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
-            (portal.kind, portal.source) = (slabs[i].kind, Some(slabs[i].id.to_owned()));
+            // What the author says of the portal itself stays.
+            if portal.source.is_none() {
+                (portal.kind, portal.source) = (slabs[i].kind, Some(slabs[i].id.to_owned()));
+            }
             taken[i] = true;
         }
     }

@@ -284,7 +284,8 @@ impl<'a> Cutter<'a> {
                 None => {
                     if opened.as_ref().is_none_or(|(key, _)| *key != (mesh, primitive)) {
                         let source = &source[mesh]["primitives"][primitive];
-                        opened = Some(((mesh, primitive), self.open(source, &self.document.meshes[mesh].primitives[primitive])?));
+                        opened =
+                            Some(((mesh, primitive), self.open(source, &self.document.meshes[mesh].primitives[primitive])?));
                     }
                     let slots = opened.as_ref().map_or(&[][..], |(_, slots)| slots);
                     let mut new = source[mesh].clone();
@@ -340,9 +341,7 @@ impl<'a> Cutter<'a> {
                 let claimed = self.reading.buffers.claimed(accessor)?;
                 let elements = match decoded.remove(name).filter(|_| target.is_none()) {
                     Some((bytes, size)) => Elements::Decoded(bytes, size),
-                    None => {
-                        Elements::Stored(self.reading.buffers.accessor(accessor, &["SCALAR", "VEC2", "VEC3", "VEC4"])?)
-                    }
+                    None => Elements::Stored(self.reading.buffers.accessor(accessor, &["SCALAR", "VEC2", "VEC3", "VEC4"])?),
                 };
                 let mut like = json!({ "componentType": claimed.component_type, "type": claimed.kind });
                 if claimed.normalized {
@@ -361,8 +360,7 @@ impl<'a> Cutter<'a> {
         // The same choice as that of the import.
         let is_compressed = position.is_none_or(|p| p.buffer_view.is_none());
         let Some(draco) = primitive.extensions.draco.as_ref().filter(|_| is_compressed) else { return Ok(HashMap::new()) };
-        let (names, ids): (Vec<&str>, Vec<usize>) =
-            named(source["extensions"][DRACO].get("attributes")).into_iter().unzip();
+        let (names, ids): (Vec<&str>, Vec<usize>) = named(source["extensions"][DRACO].get("attributes")).into_iter().unzip();
         let bytes = buffers.view(draco.buffer_view)?;
         let corners = primitive.indices.map_or(Ok(0), |indices| buffers.claimed(indices).map(|a| a.count))?;
         let decoded = draco::attributes(bytes, &ids, corners).map_err(broken)?;
@@ -412,7 +410,8 @@ impl<'a> Cutter<'a> {
 
     /// The bytes of the file.
     fn finish(&mut self) -> Result<Vec<u8>, ImportError> {
-        let Output { accessors, mut views, kept: mut binary, streams, .. } = std::mem::replace(&mut self.output, Output::NONE);
+        let Output { accessors, mut views, kept: mut binary, streams, .. } =
+            std::mem::replace(&mut self.output, Output::NONE);
         for (stride, stream) in streams {
             let mut view = json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": stream.len() });
             if stride > 0 {

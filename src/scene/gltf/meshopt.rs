@@ -2,15 +2,15 @@
 //!
 //! Based on: Khronos Group, *EXT_meshopt_compression*, 2021; the codecs are the crate `meshoptimizer-rs`'s.
 
+use super::document::Compressed;
+#[cfg(feature = "meshopt")]
+use super::document::Filter;
 #[cfg(feature = "meshopt")]
 use super::document::Mode;
 #[cfg(feature = "meshopt")]
-use super::document::Filter;
-use super::document::Compressed;
-#[cfg(feature = "meshopt")]
 use meshoptimizer_rs::codec::{
-    decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer, decode_index_sequence,
-    decode_vertex_buffer,
+    decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer,
+    decode_index_sequence, decode_vertex_buffer,
 };
 #[cfg(feature = "meshopt")]
 use meshoptimizer_rs::{Error, Workspace};

@@ -66,7 +66,9 @@ pub(super) fn read(bytes: &[u8], out: &mut HashMap<String, Material>) {
                 material.diffuse = numbers.try_into().ok();
             }
             // Its options, as `-s 1 1 1`, come first; a name may have blanks in it.
-            "map_Kd" if rest.starts_with('-') => material.picture = rest.split_ascii_whitespace().next_back().map(str::to_owned),
+            "map_Kd" if rest.starts_with('-') => {
+                material.picture = rest.split_ascii_whitespace().next_back().map(str::to_owned)
+            }
             "map_Kd" if !rest.is_empty() => material.picture = Some(rest.to_owned()),
             _ => {}
         }
@@ -91,7 +93,8 @@ mod tests {
 
     #[test]
     fn colours_and_pictures_are_read() {
-        let library = "newmtl a\nKd 0.5 0.25 1\nmap_Kd my wall.png\nnewmtl b\nKd spectral x.rfl\nmap_Kd -s 2 2 1 wood.jpg\nTr 0.25\n";
+        let library =
+            "newmtl a\nKd 0.5 0.25 1\nmap_Kd my wall.png\nnewmtl b\nKd spectral x.rfl\nmap_Kd -s 2 2 1 wood.jpg\nTr 0.25\n";
         let mut out = HashMap::new();
         read(library.as_bytes(), &mut out);
         let [a, b] = ["a", "b"].map(|name| &out[name]);

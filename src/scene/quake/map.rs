@@ -2,7 +2,8 @@
 //!
 //! What a brush is follows from its entity and its textures, as level compilers have it: liquids (`*...`) and fences (`{...`) are
 //! see-through and cut nothing; `clip`, `trigger`, `hint` and `origin` are not there; `func_detail...` is drawn and cuts nothing,
-//! `func_illusionary` hides nothing; `func_group` and `func_illusionary_visblocker` are world. All else of entities with brushes
+//! `func_illusionary` hides nothing; `func_group` and `func_illusionary_visblocker` are world. A
+//! `func_areaportal` is not drawn; the tree has a plane for each of its faces, and portals there can be shut. All else of entities with brushes
 //! is as in a compiled level: doors are doors, triggers are not drawn, the rest hides nothing, because it may move.
 
 mod brush;
@@ -13,13 +14,15 @@ mod union;
 use super::portals::{derive, sink};
 use super::world::{UNIT, half_spaces, is_see_through, is_undrawn, leaves_of, material, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
-use crate::geom::Aabb;
-use crate::scene::{Mesh, Place, Role, SceneBuilder, Source};
-use brush::{Brush, ON, planes};
+use crate::geom::{Aabb, middle};
+use crate::scene::{Leaves, Mesh, Place, Role, SceneBuilder, Source};
+use crate::types::level::LevelPortal;
+use brush::{Brush, ON, Side, planes};
 use flood::{Leak, Origin, keep_inside};
 use glam::DVec3;
 use quake_map::{Entity, QuakeMap, TextParseError};
 use std::collections::BTreeMap;
+use union::Part;
 
 /// Most brushes. More: what a hostile file asks for takes hours.
 const MOST_BRUSHES: usize = 1 << 16;
@@ -47,6 +50,8 @@ enum Kind {
     SeeThrough,
     /// Hides nothing, because it may move.
     Moving,
+    /// Is a door that isn't drawn.
+    AreaPortal,
     /// Nothing: it is not there.
     Absent,
 }
@@ -57,7 +62,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     let unit = options.metres_per_unit.unwrap_or(UNIT);
     let source = Source { format: "map".into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
-    let Sorted { structure, other, origins } = sorted(&map, &mut builder.source.notes)?;
+    let Sorted { structure, other, area_portals, origins } = sorted(&map, &mut builder.source.notes)?;
 
     // 1. The tree, and what of it is inside.
     if structure.is_empty() {
@@ -66,7 +71,10 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     let fault = |what: String| ImportError::malformed(Place::File, what);
     let parts = union::surface(&structure).map_err(|what| fault(format!("the map {what}")))?;
     let bounds = Aabb::of(structure.iter().flat_map(|brush| [brush.bounds.min, brush.bounds.max]));
-    let mut tree = build::tree(&parts, &structure, bounds).map_err(|what| fault(format!("the map {what}")))?;
+    let sides = area_portals.iter().flat_map(|(_, brush)| &brush.sides);
+    let between: Vec<Part> =
+        sides.map(|side| Part { plane: side.plane, side: [0; 2], winding: side.face.clone() }).collect();
+    let mut tree = build::tree(&parts, &between, &structure, bounds).map_err(|what| fault(format!("the map {what}")))?;
     keep_inside(&mut tree, &origins).map_err(|Leak { from, way }| ImportError::Leaks {
         entity: from.class.clone(),
         from: from.at,
@@ -110,8 +118,24 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     if between.slivers > 0 {
         builder.source.notes.push(format!("{} portals too narrow for a compiled level left out", between.slivers));
     }
-    builder.hints.leaves = Some(leaves_of(between, half_spaces(&tree).map_err(malformed)?, unit));
+    let shutters = shutters(&between.portals, &area_portals);
+    let leaves = leaves_of(between, half_spaces(&tree).map_err(malformed)?, unit);
+    builder.hints.leaves = Some(Leaves { shutters, ..leaves });
     builder.finish(name)
+}
+
+/// The portals on the faces of area portals. The tree has a plane for each face, so a portal is on it wholly or not at all.
+fn shutters(portals: &[LevelPortal], area_portals: &[(String, Brush)]) -> Vec<(u32, String)> {
+    let on_face = |portal: &LevelPortal, brush: &Brush| {
+        let p = middle(&portal.winding);
+        let is_on = |side: &Side| portal.winding.iter().all(|corner| side.plane.distance(*corner).abs() <= NEAR);
+        brush.holds(p) && brush.sides.iter().any(is_on)
+    };
+    let shutter = |(i, portal): (usize, &LevelPortal)| {
+        let found = area_portals.iter().find(|(_, brush)| on_face(portal, brush));
+        found.map(|(name, _)| (i as u32, name.clone()))
+    };
+    portals.iter().enumerate().filter_map(shutter).collect()
 }
 
 /// Brushes that are drawn and divide nothing.
@@ -126,6 +150,8 @@ struct Other {
 struct Sorted {
     structure: Vec<Brush>,
     other: Vec<Other>,
+    /// With the name of the entity.
+    area_portals: Vec<(String, Brush)>,
     origins: Vec<Origin>,
 }
 
@@ -150,7 +176,7 @@ fn parsed(bytes: &[u8]) -> Result<QuakeMap, ImportError> {
 }
 
 fn sorted(map: &QuakeMap, notes: &mut Vec<String>) -> Result<Sorted, ImportError> {
-    let (mut structure, mut other, mut origins) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut structure, mut other, mut area_portals, mut origins) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     // All planes first: they tell how far a brush may reach.
     let mut all = Vec::new();
     for (e, entity) in map.entities.iter().enumerate() {
@@ -176,6 +202,7 @@ fn sorted(map: &QuakeMap, notes: &mut Vec<String>) -> Result<Sorted, ImportError
             };
             match kind(&class, &brush) {
                 Kind::Structure => structure.push(brush),
+                Kind::AreaPortal => area_portals.push((format!("{class} {e}"), brush)),
                 Kind::Absent => absent += 1,
                 kind => by_kind.entry(kind).or_default().push(brush),
             }
@@ -195,7 +222,7 @@ fn sorted(map: &QuakeMap, notes: &mut Vec<String>) -> Result<Sorted, ImportError
     if absent > 0 {
         notes.push(format!("{absent} brushes of triggers and for the compiler aren't drawn"));
     }
-    Ok(Sorted { structure, other, origins })
+    Ok(Sorted { structure, other, area_portals, origins })
 }
 
 /// Classes whose brushes are part of the world.
@@ -207,8 +234,8 @@ fn kind(class: &str, brush: &Brush) -> Kind {
     let any = |is: fn(&str) -> bool| brush.sides.iter().any(|side| is(&side.texture));
     let has = |flags: u32| brush.contents & flags != 0;
     match class {
+        "func_areaportal" => Kind::AreaPortal,
         _ if class.starts_with("trigger") || any(|texture| ABSENT.contains(&texture)) || has(NOT_THERE) => Kind::Absent,
-        "func_areaportal" => Kind::Absent,
         "func_illusionary_visblocker" => Kind::Structure,
         "func_illusionary" | "func_detail_illusionary" | "func_detail_fence" => Kind::SeeThrough,
         _ if !is_world(class) => Kind::Moving,

@@ -128,7 +128,8 @@ pub(super) fn leaves_of(between: Between, half_spaces: Vec<Vec<Plane>>, unit: f6
     let walls = between.walls.into_iter().map(all_turned).collect();
     let turned_plane = |p: Plane| Plane { n: turned(p.n, 1.0), d: unit * p.d };
     let leaves = half_spaces.into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
-    Leaves { leaves, portals: between.portals.into_iter().map(portal).collect(), walls }
+    let portals = between.portals.into_iter().map(portal).collect();
+    Leaves { leaves, portals, walls, shutters: Vec::new() }
 }
 
 /// What engines know of a texture by its name.

@@ -40,9 +40,10 @@ struct Work {
     parent: Option<(usize, usize)>,
 }
 
-/// Builds the tree of `parts`, which are what shows of `brushes`. Open leaves are numbered from 1; leaf 0 is all that is solid.
-pub(super) fn tree(parts: &[Part], brushes: &[Brush], bounds: Aabb) -> Result<Tree, String> {
-    let (planes, faces) = numbered(parts);
+/// Builds the tree of `parts`, which are what shows of `brushes`, and of faces that are to lie between leaves. Open leaves are numbered
+/// from 1; leaf 0 is all that is solid.
+pub(super) fn tree(parts: &[Part], between: &[Part], brushes: &[Brush], bounds: Aabb) -> Result<Tree, String> {
+    let (planes, faces) = numbered(parts.iter().chain(between));
     let solid = Leaf { open: false, vis_offset: -1 };
     let mut tree = Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), vis_leaves: 0, bounds };
     let mut stack = vec![Work { faces, way: Vec::new(), parent: None }];
@@ -73,7 +74,7 @@ pub(super) fn tree(parts: &[Part], brushes: &[Brush], bounds: Aabb) -> Result<Tr
 }
 
 /// The planes of all parts, each once however it is turned.
-fn numbered(parts: &[Part]) -> (Vec<Plane>, Vec<Face>) {
+fn numbered<'p>(parts: impl Iterator<Item = &'p Part>) -> (Vec<Plane>, Vec<Face>) {
     let (mut planes, mut known): (Vec<Plane>, HashMap<[i64; 4], usize>) = (Vec::new(), HashMap::new());
     let face = |part: &Part| {
         let plane = upright(part.plane);
@@ -84,7 +85,7 @@ fn numbered(parts: &[Part]) -> (Vec<Plane>, Vec<Face>) {
         });
         Face { plane: number, winding: part.winding.clone() }
     };
-    let faces = parts.iter().map(face).collect();
+    let faces = parts.map(face).collect();
     (planes, faces)
 }
 
