@@ -85,7 +85,7 @@ fn the_same_lines_on_any_number_of_threads() {
 
 #[test]
 fn no_portals_no_lines() {
-    let level = Level { cells: 2, portals: Vec::new() };
+    let level = Level { cells: 2, portals: Vec::new(), rounding: 0.0 };
     let report = check(&level, &rows(2, &[(0, 1)]), 1000, 0);
     assert!(report.passed && report.rays == 0);
 }

@@ -225,3 +225,16 @@ proptest! {
         prop_assert_eq!(read_rows(&text, n).unwrap(), rows);
     }
 }
+
+#[test]
+fn the_number_of_decimals_says_how_coordinates_were_rounded() {
+    let with = |x: &str| {
+        let text = format!("PRT1\n2\n1\n4 0 1 ({x} 0 0) ({x} 8 0) ({x} 8 8) ({x} 0 8)\n");
+        read_prt(text.as_bytes()).unwrap().level.rounding
+    };
+    for (x, rounding) in
+        [("4", 0.5), ("4.5", 0.05), ("-4.250", 0.0005), ("4.123456789", 5e-10), ("4.1234567891", 0.0), ("4e0", 0.0)]
+    {
+        assert_eq!(with(x), rounding, "{x}");
+    }
+}

@@ -4,8 +4,9 @@ use crate::cli::folder;
 use enfilade::BitMatrix;
 use enfilade::cells::CellGraph;
 use enfilade::job::{Job, Journal};
-use enfilade::level::{Level, LevelPortal, Line, PairProof, Vis, VisError, VisOptions, digest, vis, why};
-use glam::DVec3;
+use enfilade::level::prt::read_prt;
+use enfilade::level::{Level, LevelPortal, Line, PairProof, Vis, VisError, VisOptions, digest, vis, vis_rows, why};
+use glam::{DMat3, DVec3};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use testing::data::data;
@@ -96,7 +97,7 @@ fn row(doors: &[(f64, Vec<(f64, f64)>)]) -> Level {
         cells: [k, k + 1],
         winding: corners.iter().map(|&(y, z)| DVec3::new(*x, y, z)).collect(),
     });
-    Level { cells: doors.len() + 1, portals: portals.collect() }
+    Level { cells: doors.len() + 1, portals: portals.collect(), rounding: 0.0 }
 }
 
 fn rectangle(y: [f64; 2], z: [f64; 2]) -> Vec<(f64, f64)> {
@@ -212,7 +213,7 @@ fn cells_that_are_not_convex_lose_nothing() {
 
 fn level(graph: &CellGraph) -> Level {
     let portal = |p: &enfilade::cells::Portal| LevelPortal { cells: p.cells.map(|c| c.0), winding: p.winding.clone() };
-    Level { cells: graph.cells.len(), portals: graph.portals.iter().map(portal).collect() }
+    Level { cells: graph.cells.len(), portals: graph.portals.iter().map(portal).collect(), rounding: 0.0 }
 }
 
 #[test]
@@ -284,6 +285,7 @@ fn portals_of_nearly_one_plane_are_not_seen_through_each_other_and_hide_nothing_
                 LevelPortal { cells: [2, 0], winding: window(2.0, -off) },
                 LevelPortal { cells: [0, 3], winding: far(1.0) },
             ],
+            rounding: 0.0,
         };
         let result = run(&level);
         check_shape(&level, &result);
@@ -518,4 +520,94 @@ fn rays_through_real_levels_stay_in_the_rows() {
         }
     }
     assert!(settled > 0, "chains that only the exact question settles");
+}
+
+/// Copies of a level far from each other, their cells in turns, and a cell that nothing leads to at the end.
+fn copies(level: &Level, count: usize) -> Level {
+    let mut portals = Vec::new();
+    for copy in 0..count {
+        let aside = DVec3::X * 1000.0 * copy as f64;
+        portals.extend(level.portals.iter().map(|p| LevelPortal {
+            cells: p.cells.map(|cell| cell * count as u32 + copy as u32),
+            winding: p.winding.iter().map(|corner| *corner + aside).collect(),
+        }));
+    }
+    Level { cells: level.cells * count + 1, portals, rounding: level.rounding }
+}
+
+#[test]
+fn parts_that_no_portal_joins_are_worked_out_by_themselves() {
+    for seed in 0..4 {
+        let recipe = Recipe { size: [4, 1, 4], doors: 0.6, joined: 0.2, outside: false, objects: 0 };
+        let level = level(&Grid::random(recipe, seed).graph());
+        let (one, count) = (run(&level), 3);
+        let all = copies(&level, count);
+        let found = run(&all);
+        check_shape(&all, &found);
+        for (whole, part) in [(&found.upper, &one.upper), (&found.lower, &one.lower)] {
+            let mut expected = BitMatrix::new(all.cells, all.cells);
+            expected.set(all.cells - 1, all.cells - 1);
+            for copy in 0..count {
+                for i in 0..level.cells {
+                    part.ones(i).for_each(|j| _ = expected.set(i * count + copy, j * count + copy));
+                }
+            }
+            assert_eq!(*whole, expected);
+        }
+        // Rows alone are the same.
+        let rows = vis_rows(&all, &OPTIONS, &Job::quiet()).unwrap();
+        let lists: Vec<Vec<u32>> = (0..all.cells).map(|i| found.upper.ones(i).map(|j| j as u32).collect()).collect();
+        assert_eq!(rows.rows, lists);
+        assert_eq!((rows.lower_pairs, rows.upper_pairs), (found.lower.count_ones(), found.upper.count_ones()));
+        assert_eq!((rows.lines, rows.stats), (found.lines.len(), found.stats));
+    }
+}
+
+/// A level as a `.prt` whose coordinates have so many decimals.
+fn rounded(level: &Level, decimals: usize) -> Level {
+    let mut text = format!("PRT1\n{}\n{}\n", level.cells, level.portals.len());
+    for p in &level.portals {
+        text += &format!("{} {} {}", p.winding.len(), p.cells[0], p.cells[1]);
+        p.winding.iter().for_each(|c| text += &format!(" ({:.decimals$} {:.decimals$} {:.decimals$})", c.x, c.y, c.z));
+        text.push('\n');
+    }
+    read_prt(text.as_bytes()).expect("a portal file").level
+}
+
+/// What rounding moves by less than itself is decided, and nothing that is seen in the level is lost.
+#[test]
+fn rounded_coordinates_leave_nothing_undecided() {
+    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.4);
+    let mut turned_apart = 0;
+    for seed in 0..6 {
+        let recipe = Recipe { size: [6, 1, 6], doors: 0.7, joined: 0.2, outside: false, objects: 0 };
+        let mut exact = level(&Grid::random(recipe, seed).graph());
+        exact.portals.iter_mut().flat_map(|p| &mut p.winding).for_each(|c| *c = turn * *c * 100.0);
+        let truth = run(&exact);
+        assert_eq!(truth.lower, truth.upper);
+        let coarse = rounded(&exact, 3);
+        assert_eq!(coarse.rounding, 0.0005);
+        let found = run(&coarse);
+        assert_eq!(truth.upper.first_outside(&found.upper), None, "seed {seed}: what is seen was lost");
+        let undecided = found.upper.count_ones() - found.lower.count_ones();
+        assert!(undecided * 1000 <= found.upper.count_ones(), "seed {seed}: {undecided} undecided");
+        // Taken for exact, the same file leaves more open or costs more.
+        let taken_for_exact = run(&Level { rounding: 0.0, ..coarse });
+        turned_apart += taken_for_exact.stats.exact_asked - found.stats.exact_asked.min(taken_for_exact.stats.exact_asked);
+    }
+    assert!(turned_apart > 0);
+}
+
+#[test]
+fn a_real_level_with_three_decimals_is_decided() {
+    let Some(data) = data("a_real_level_with_three_decimals_is_decided") else { return };
+    for name in ["lq_e0m1", "id_e1m3"] {
+        let exact = read_prt(&std::fs::read(data.join(format!("prt/{name}.prt"))).unwrap()).unwrap().level;
+        assert_eq!(exact.rounding, 0.0, "full doubles");
+        let truth = run(&exact);
+        let found = run(&rounded(&exact, 3));
+        assert_eq!(truth.lower.first_outside(&found.upper), None, "{name}");
+        let undecided = found.upper.count_ones() - found.lower.count_ones();
+        assert!(undecided * 10_000 <= found.upper.count_ones(), "{name}: {undecided} of {}", found.upper.count_ones());
+    }
 }

@@ -7,9 +7,10 @@ use super::resume::{Kept, catch_interrupts};
 use super::stage_times::Stages;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
+use enfilade::job::Job;
 use enfilade::level::compare::against;
-use enfilade::level::rows::write_rows;
-use enfilade::level::{Level, PairProof, Term, Vis, VisError, VisOptions, digest, vis, why};
+use enfilade::level::rows::{write_lists, write_rows};
+use enfilade::level::{PairProof, Term, Vis, VisError, VisRows, VisStats, digest, vis, vis_rows, why};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -81,7 +82,12 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let options = args.search.options();
     let kept = Kept::open(args.state.as_deref(), &args.input, digest(&input.level, &options), "vis-state")?;
     let mut stages = Stages::default();
-    let result = match followed(&input.level, &options, &kept, &mut stages) {
+    let is_whole = output.is_some() || pair.is_some() || theirs.is_some();
+    let result = followed(&kept, &mut stages, |work| match is_whole {
+        true => vis(&input.level, &options, None, work).map(Found::Whole),
+        false => vis_rows(&input.level, &options, work).map(Found::Rows),
+    });
+    let result = match result {
         Err(VisError::Stopped(_)) => return kept.stopped(),
         result => result.map_err(|e| CliError(e.to_string()))?,
     };
@@ -89,10 +95,15 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     // 3. What comes of it. The state is done with only once everything is written.
     let writing = Instant::now();
     if let Some(path) = &args.rows {
-        replace_file(path, |out| write_rows(&result.upper, out)).map_err(|e| at(path, e))?;
+        let written = replace_file(path, |out| match &result {
+            Found::Whole(whole) => write_rows(&whole.upper, out),
+            Found::Rows(rows) => write_lists(&rows.rows, out),
+        });
+        written.map_err(|e| at(path, e))?;
     }
     let mut ambient = None;
-    if let (Some(path), Some(bsp)) = (&output, &input.bsp) {
+    let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
+    if let (Some(path), Some(bsp), Some(result)) = (&output, &input.bsp, whole) {
         if !args.no_ambient {
             ambient = Some(bsp.ambient_levels(&result.upper, &input.clusters).map_err(|e| at(&args.input, e))?);
         }
@@ -104,7 +115,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let write = writing.elapsed().as_secs_f64();
 
     // 4. The report.
-    let mut report = report(&input, &result);
+    let mut report = report(&input, &result.totals());
     if let Some(levels) = &ambient {
         let hear = |sound: usize| levels.iter().filter(|leaf| leaf[sound] > 0).count();
         report["ambient_leaves"] = json!({ "water": hear(0), "sky": hear(1), "slime": hear(2), "lava": hear(3) });
@@ -116,14 +127,14 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     report["stage_seconds"] = seconds.into();
     report["seconds"] = begin.elapsed().as_secs_f64().into();
     report["peak_rss_mb"] = peak_rss_mb().into();
-    if let Some([a, b]) = pair {
-        let answer = why(&input.level, &options, &result, a, b).map_err(|e| at(&args.input, e))?;
+    if let (Some([a, b]), Some(result)) = (pair, whole) {
+        let answer = why(&input.level, &options, result, a, b).map_err(|e| at(&args.input, e))?;
         report["why"] = told([a, b], &answer);
         if !args.json {
             explain([a, b], &answer);
         }
     }
-    let beside = theirs.map(|rows| against(&input.level, &result, &rows));
+    let beside = theirs.zip(whole).map(|(rows, result)| against(&input.level, result, &rows));
     if let Some(beside) = &beside {
         report["against"] = super::compare::told(beside);
     }
@@ -137,8 +148,44 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
+/// What was found: all of it, where something needs that, or rows.
+enum Found {
+    Whole(Vis),
+    Rows(VisRows),
+}
+
+/// What a report tells of it.
+pub(super) struct Totals {
+    lower: u64,
+    upper: u64,
+    lines: usize,
+    stats: VisStats,
+}
+
+impl Totals {
+    pub(super) fn of(vis: &Vis) -> Self {
+        let Vis { lower, upper, lines, stats } = vis;
+        Self { lower: lower.count_ones(), upper: upper.count_ones(), lines: lines.len(), stats: *stats }
+    }
+}
+
+impl Found {
+    fn totals(&self) -> Totals {
+        match self {
+            Self::Whole(vis) => Totals::of(vis),
+            Self::Rows(rows) => {
+                Totals { lower: rows.lower_pairs, upper: rows.upper_pairs, lines: rows.lines, stats: rows.stats }
+            }
+        }
+    }
+}
+
 /// Runs with a bar.
-fn followed(level: &Level, options: &VisOptions, kept: &Kept, stages: &mut Stages) -> Result<Vis, VisError> {
+fn followed(
+    kept: &Kept,
+    stages: &mut Stages,
+    run: impl FnOnce(&Job<'_>) -> Result<Found, VisError>,
+) -> Result<Found, VisError> {
     let bar = progress_bar();
     let clock = Mutex::new(std::mem::take(stages));
     let progress = |stage: &str, done: f64| {
@@ -150,7 +197,7 @@ fn followed(level: &Level, options: &VisOptions, kept: &Kept, stages: &mut Stage
         }
         bar.set_position((done * 1000.0) as u64);
     };
-    let result = vis(level, options, None, &kept.work(&progress));
+    let result = run(&kept.work(&progress));
     bar.finish_and_clear();
     *stages = clock.into_inner().unwrap_or_default();
     stages.leave();
@@ -158,9 +205,9 @@ fn followed(level: &Level, options: &VisOptions, kept: &Kept, stages: &mut Stage
 }
 
 /// The keys of `vis --json`; docs/cli.md says what each means.
-pub(super) fn report(input: &Input, vis: &Vis) -> Value {
+pub(super) fn report(input: &Input, found: &Totals) -> Value {
     let cells = input.level.cells;
-    let (lower, upper) = (vis.lower.count_ones(), vis.upper.count_ones());
+    let Totals { lower, upper, lines, stats } = found;
     json!({
         "clusters": cells,
         "portals": input.level.portals.len(),
@@ -171,14 +218,14 @@ pub(super) fn report(input: &Input, vis: &Vis) -> Value {
         "upper_pairs": upper,
         "undecided_pairs": upper - lower,
         "total_pairs": cells as u64 * cells as u64,
-        "mean_visible": upper as f64 / cells.max(1) as f64,
-        "lines": vis.stats.lines,
-        "steps": vis.stats.steps,
-        "capped": vis.stats.capped,
-        "exact_asked": vis.stats.exact_asked,
-        "exact_refuted": vis.stats.exact_refuted,
-        "exact_lines": vis.stats.exact_lines,
-        "witnesses": vis.lines.len(),
+        "mean_visible": *upper as f64 / cells.max(1) as f64,
+        "lines": stats.lines,
+        "steps": stats.steps,
+        "capped": stats.capped,
+        "exact_asked": stats.exact_asked,
+        "exact_refuted": stats.exact_refuted,
+        "exact_lines": stats.exact_lines,
+        "witnesses": lines,
         "notes": input.notes,
     })
 }

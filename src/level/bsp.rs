@@ -28,7 +28,7 @@ impl Bsp {
     /// [`BspError::Fences`] where the tree doesn't tell what can be looked through.
     pub fn level(&self) -> Result<Derived, BspError> {
         let (portals, slivers) = self.portals()?;
-        Ok(Derived { level: Level { cells: self.leaves(), portals }, slivers })
+        Ok(Derived { level: Level { cells: self.leaves(), portals, rounding: 0.0 }, slivers })
     }
 
     /// Whether portals of a `.prt` can be this level's: it has a leaf for each of the level's, and nine in ten of its portals

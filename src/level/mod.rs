@@ -13,6 +13,7 @@
 pub mod bsp;
 pub mod compare;
 mod lines;
+mod parts;
 mod proof;
 pub mod prt;
 pub mod rows;
@@ -39,6 +40,8 @@ pub struct Level {
     pub cells: usize,
     /// Portals; each is crossed both ways.
     pub portals: Vec<LevelPortal>,
+    /// Half of the last place to which coordinates were rounded, in their unit; 0: they are exact, as far as anybody knows.
+    pub rounding: f64,
 }
 
 /// How to work.
@@ -139,7 +142,8 @@ pub enum VisError {
 /// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
 pub fn digest(level: &Level, options: &VisOptions) -> u128 {
     let mut hash = Xxh3::new();
-    for n in [options.seed, options.steps, options.lines, level.cells as u64, level.portals.len() as u64] {
+    let rounding = level.rounding.to_bits();
+    for n in [options.seed, options.steps, options.lines, level.cells as u64, level.portals.len() as u64, rounding] {
         hash.update(&n.to_le_bytes());
     }
     for portal in &level.portals {
@@ -150,7 +154,8 @@ pub fn digest(level: &Level, options: &VisOptions) -> u128 {
     hash.digest128()
 }
 
-/// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way.
+/// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way, and parts of the level that no
+/// portal joins are worked out one after the other.
 ///
 /// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
 ///
@@ -158,8 +163,59 @@ pub fn digest(level: &Level, options: &VisOptions) -> u128 {
 ///
 /// [`VisError`].
 pub fn vis(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Job<'_>) -> Result<Vis, VisError> {
-    // 1. The portals, and a cheap superset of what each sees.
     check(level)?;
+    let parts = if follow.is_none() { parts::parts(level) } else { Vec::new() };
+    if parts.len() < 2 {
+        return joined(level, options, follow, work);
+    }
+    let mut all = Vis::of_none(level.cells);
+    for part in parts {
+        all.take(&part, joined(&part.level, options, None, work)?);
+    }
+    Ok(all)
+}
+
+/// What [`vis_rows`] keeps of a level.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct VisRows {
+    /// By cell, the cells that are not proven hidden from it, itself among them, ascending.
+    pub rows: Vec<Vec<u32>>,
+    /// Ordered pairs that see each other, and that are not proven hidden; each cell with itself among them.
+    pub lower_pairs: u64,
+    /// Likewise.
+    pub upper_pairs: u64,
+    /// Number of lines that prove the former.
+    pub lines: usize,
+    /// Counters.
+    pub stats: VisStats,
+}
+
+/// As [`vis`], for who only needs rows: takes memory for the largest of the parts that no portal joins, and for what is visible.
+///
+/// # Errors
+///
+/// [`VisError`].
+pub fn vis_rows(level: &Level, options: &VisOptions, work: &Job<'_>) -> Result<VisRows, VisError> {
+    check(level)?;
+    let mut all = VisRows { rows: (0..level.cells as u32).map(|cell| vec![cell]).collect(), ..VisRows::default() };
+    (all.lower_pairs, all.upper_pairs) = (level.cells as u64, level.cells as u64);
+    for part in parts::parts(level) {
+        let Vis { lower, upper, lines, stats } = joined(&part.level, options, None, work)?;
+        let itself = part.cells.len() as u64;
+        all.lower_pairs += lower.count_ones() - itself;
+        all.upper_pairs += upper.count_ones() - itself;
+        all.lines += lines.len();
+        all.stats.add(&stats);
+        for (row, &cell) in part.cells.iter().enumerate() {
+            all.rows[cell as usize] = upper.ones(row).map(|other| part.cells[other]).collect();
+        }
+    }
+    Ok(all)
+}
+
+/// Decides a level whose parts aren't looked at.
+fn joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Job<'_>) -> Result<Vis, VisError> {
+    // 1. The portals, and a cheap superset of what each sees.
     work.tell("might-see", 0.0);
     let net = net(level);
     let might_see = MightSee::new(&net);
@@ -197,11 +253,12 @@ pub fn vis(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work
         bounds("flow", pairs.tally.steps, &lower, all - pairs.hidden.count_ones());
     }
 
-    // 4. What is not hidden may be visible.
+    // 4. What is not hidden may be visible; and what lines prove only through gaps that rounding made, too.
     let mut upper = BitMatrix::new(level.cells, level.cells);
     for i in 0..level.cells {
         (0..level.cells).filter(|&j| !pairs.hidden.get(i, j)).for_each(|j| _ = upper.set(i, j));
     }
+    upper.union_with(&lower);
     let stats = VisStats {
         lines: options.lines * net.portals() as u64,
         steps: pairs.tally.steps,
@@ -247,16 +304,32 @@ fn check(level: &Level) -> Result<(), VisError> {
 
 /// Corners within this fraction of the level's size of their winding's plane were meant to lie in it.
 const COPLANAR: f64 = 1e-8;
+/// Of rounded coordinates, so are those within so many times the farthest that a corner is off its own winding, but no more than so many
+/// times the rounding. Larger: slits are lost. Smaller: portals of one wall see each other through gaps that rounding made, and such
+/// pairs stay undecided.
+const ROUNDED: [f64; 2] = [2.0, 4.0];
+
+/// How far corners are from a plane that they were meant to lie in, at most, as far as rounding tells.
+fn coplanar(level: &Level) -> f64 {
+    let off = |winding: &[DVec3]| {
+        let plane = plane(winding);
+        winding.iter().map(|p| plane.distance(*p).abs()).fold(0.0, f64::max)
+    };
+    let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
+    let farthest = level.portals.iter().map(|p| off(&p.winding)).fold(0.0, f64::max);
+    (COPLANAR * bounds.diagonal()).max((ROUNDED[0] * farthest).min(ROUNDED[1] * level.rounding))
+}
+
+/// The plane of a winding.
+fn plane(winding: &[DVec3]) -> Plane {
+    let middle = crate::geom::middle(winding);
+    let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
+    Plane::through(middle, newell(&relative).normalize_or_zero())
+}
 
 /// A level's portals, laid out for flow. Every cell that they name is there.
 fn net(level: &Level) -> Net {
-    let plane = |winding: &[DVec3]| {
-        let middle = crate::geom::middle(winding);
-        let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
-        Plane::through(middle, newell(&relative).normalize_or_zero())
-    };
     let portals: Vec<NetPortal<'_>> =
         level.portals.iter().map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding }).collect();
-    let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
-    Net::new(level.cells, &portals, COPLANAR * bounds.diagonal())
+    Net::new(level.cells, &portals, coplanar(level))
 }

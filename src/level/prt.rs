@@ -170,7 +170,7 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
             return Err(PrtError { line, field: "text".into(), fault: PrtFault::Unseen { character, name } });
         }
     }
-    let mut reader = Reader { lines: text.lines(), line: 0 };
+    let mut reader = Reader { lines: text.lines(), line: 0, decimals: 0 };
 
     // 1. The grammar, and how much of everything is promised.
     let dialect = reader.magic()?;
@@ -209,7 +209,8 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
         Dialect::Prt1Am => reader.cluster_by_leaf(clusters, leaf_count)?,
     };
     reader.end()?;
-    Ok(Prt { dialect, level: Level { cells: clusters as usize, portals }, leaves })
+    let rounding = reader.rounding();
+    Ok(Prt { dialect, level: Level { cells: clusters as usize, portals, rounding }, leaves })
 }
 
 /// Lines, without blank ones.
@@ -217,6 +218,8 @@ struct Reader<'t> {
     lines: Lines<'t>,
     /// Of the line read last; one past the last at the end.
     line: usize,
+    /// Most decimals of a coordinate.
+    decimals: usize,
 }
 
 impl<'t> Reader<'t> {
@@ -263,7 +266,7 @@ impl<'t> Reader<'t> {
 
     /// Quake 3's begin alike, but count solid faces, too: a line with one number where a portal is due.
     fn refuse_quake3(&mut self) -> Result<(), PrtError> {
-        let mut ahead = Reader { lines: self.lines.clone(), line: self.line };
+        let mut ahead = Reader { lines: self.lines.clone(), line: self.line, decimals: 0 };
         let Some(mut fields) = ahead.next() else { return Ok(()) };
         let alone = fields.next().is_some_and(|f| f.parse::<u32>().is_ok()) && fields.next().is_none();
         if alone { Err(fields.error("faces", PrtFault::Dialect("Quake 3"))) } else { Ok(()) }
@@ -280,7 +283,7 @@ impl<'t> Reader<'t> {
         }
         let mut winding = Vec::new();
         for k in 1..=points {
-            winding.push(fields.point(k)?);
+            winding.push(fields.point(k, &mut self.decimals)?);
         }
         fields.end("after the last point")?;
         sound(&winding).map_err(|fault| fields.error("winding", fault))?;
@@ -323,11 +326,28 @@ impl<'t> Reader<'t> {
         Ok(list)
     }
 
+    /// Half of the last place of all coordinates; 0 where they have so many that they are not rounded.
+    fn rounding(&self) -> f64 {
+        if self.decimals > MOST_DECIMALS { 0.0 } else { 0.5 * 10f64.powi(-(self.decimals as i32)) }
+    }
+
     fn end(&mut self) -> Result<(), PrtError> {
         match self.next() {
             Some(mut fields) => fields.end("end of file"),
             None => Ok(()),
         }
+    }
+}
+
+/// Coordinates with more decimals than this are those of doubles, as they are.
+const MOST_DECIMALS: usize = 9;
+
+/// Decimals of a number; more than any has where it has an exponent.
+fn decimals_of(text: &str) -> usize {
+    match text.split_once('.') {
+        _ if text.contains(['e', 'E']) => MOST_DECIMALS + 1,
+        Some((_, decimals)) => decimals.len(),
+        None => 0,
     }
 }
 
@@ -381,7 +401,7 @@ impl<'t> Fields<'t> {
     }
 
     /// `(x y z)`.
-    fn point(&mut self, number: u64) -> Result<DVec3, PrtError> {
+    fn point(&mut self, number: u64, decimals: &mut usize) -> Result<DVec3, PrtError> {
         let name = format!("point {number}");
         self.bracket(&name, "(", "'('")?;
         let mut p = [0.0; 3];
@@ -393,6 +413,7 @@ impl<'t> Fields<'t> {
                 return Err(self.error(&field, PrtFault::Coordinate(text.chars().take(32).collect())));
             }
             *value = number;
+            *decimals = (*decimals).max(decimals_of(text));
         }
         self.bracket(&name, ")", "')'")?;
         Ok(DVec3::from_array(p))

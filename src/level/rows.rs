@@ -69,18 +69,28 @@ pub enum RowsFault {
 ///
 /// Those of `out`.
 pub fn write_rows(rows: &BitMatrix, out: &mut dyn Write) -> io::Result<()> {
+    (0..rows.rows()).try_for_each(|row| write_row(row, rows.count_row(row) as usize, rows.ones(row), out))
+}
+
+/// Writes square rows that are lists of ids, ascending.
+///
+/// # Errors
+///
+/// Those of `out`.
+pub fn write_lists(rows: &[Vec<u32>], out: &mut dyn Write) -> io::Result<()> {
+    let ids = |row: &[u32]| row.iter().map(|&id| id as usize).collect::<Vec<_>>();
+    rows.iter().enumerate().try_for_each(|(i, row)| write_row(i, row.len(), ids(row).into_iter(), out))
+}
+
+fn write_row(row: usize, count: usize, ids: impl Iterator<Item = usize>, out: &mut dyn Write) -> io::Result<()> {
+    use std::fmt::Write;
     let mut line = String::new();
-    for row in 0..rows.rows() {
-        use std::fmt::Write;
-        line.clear();
-        let _ = write!(line, "{row} {}:", rows.count_row(row));
-        for id in rows.ones(row) {
-            let _ = write!(line, " {id}");
-        }
-        line.push('\n');
-        out.write_all(line.as_bytes())?;
+    let _ = write!(line, "{row} {count}:");
+    for id in ids {
+        let _ = write!(line, " {id}");
     }
-    Ok(())
+    line.push('\n');
+    out.write_all(line.as_bytes())
 }
 
 /// Reads the rows of a level with `cells` cells; blank lines at the end are allowed.

@@ -58,7 +58,7 @@ impl Bytes<'_> {
         while let Some(portal) = self.portal(cells).filter(|_| portals.len() < MOST) {
             portals.push(portal);
         }
-        Some(Level { cells, portals })
+        Some(Level { cells, portals, rounding: 0.0 })
     }
 
     fn portal(&mut self, cells: usize) -> Option<LevelPortal> {

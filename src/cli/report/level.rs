@@ -4,6 +4,7 @@ use super::{Args, command, name, write};
 use crate::cli::bake::{peak_rss_mb, progress_bar};
 use crate::cli::compare::{counts, other_rows, prose, told};
 use crate::cli::level::Input;
+use crate::cli::vis::Totals;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::job::Job;
 use enfilade::level::compare::against;
@@ -71,7 +72,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 
     // 5. The same in numbers.
     if args.json {
-        let mut json = crate::cli::vis::report(&input, &result);
+        let mut json = crate::cli::vis::report(&input, &Totals::of(&result));
         json["bounds"] = moments.iter().map(moment).collect();
         json["lines_alone"] =
             lines_alone.iter().map(|l| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower })).collect();

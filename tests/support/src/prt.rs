@@ -27,7 +27,7 @@ pub fn level(path: &Path) -> Level {
         let winding = numbers[3..].chunks_exact(3).map(DVec3::from_slice).collect();
         LevelPortal { cells: [numbers[1] as u32, numbers[2] as u32], winding }
     };
-    Level { cells, portals: words.take(portals).map(portal).collect() }
+    Level { cells, portals: words.take(portals).map(portal).collect(), rounding: 0.0 }
 }
 
 /// Reference rows: `c n: id id ...`.
