@@ -158,11 +158,9 @@ run truth cargo bench --features full --bench truth -- --write "$PWD/$out/files"
 for level in dm4 e1m1 e1m3 e2m2 start; do
   mesh=$out/files/$level
   has "$data/quake-id-gpl/$level.bsp" || continue
-  for cells in auto bsp; do
-    run truth "$enfilade" bake "$mesh.obj" --rays 5M --cells "$cells" -o "$mesh.$cells.pvs" --json
-    run truth "$enfilade" walk "$mesh.$cells.pvs" --model "$mesh.obj" --path "$mesh.path.json" --mode all --verify-pixels \
-      --size 480x270 --json
-  done
+  run truth "$enfilade" bake "$mesh.obj" --rays 5M -o "$mesh.pvs" --json
+  run truth "$enfilade" walk "$mesh.pvs" --model "$mesh.obj" --path "$mesh.path.json" --mode all --verify-pixels \
+    --size 480x270 --json
 done
 
 run viewer cargo build --release -p enfilade-viewer --features enfilade/full
