@@ -9,7 +9,6 @@ use enfilade::scene::{ImportOptions, Scene, import};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use testing::data::data;
 use testing::forge::sample;
@@ -337,7 +336,7 @@ fn faces_of_a_level_have_the_texture_coordinates_of_the_file() {
     let bytes = std::fs::read(&model).unwrap();
     let level = BspData::parse(BspParseInput { bsp: &bytes, lit: None, settings: Default::default() }).unwrap();
     let rounded = |x: f64| (x * 1e3).round() as i64;
-    let mut expected: BTreeMap<(String, [i64; 3]), Vec<[f64; 2]>> = BTreeMap::new();
+    let mut expected: std::collections::BTreeMap<(String, [i64; 3]), Vec<[f64; 2]>> = std::collections::BTreeMap::new();
     for face in &level.faces {
         let info = &level.tex_info[face.texture_info_idx.0 as usize];
         let texture = level.textures[info.texture_idx.0.unwrap() as usize].as_ref().unwrap();

@@ -117,8 +117,11 @@ fn list<'v>(root: &'v mut Value, name: &str) -> std::slice::IterMut<'v, Value> {
     root.get_mut(name).and_then(Value::as_array_mut).map_or(&mut [][..], Vec::as_mut_slice).iter_mut()
 }
 
+/// Calls its second argument with every number of some kind in a document.
+type Each = fn(&mut Value, &mut dyn FnMut(&mut Value));
+
 /// Moves the numbers that `each` finds in a document to those of a shorter list, which is returned: only what is found is in it, in order.
-fn renumbered(root: &mut Value, each: fn(&mut Value, &mut dyn FnMut(&mut Value))) -> Vec<usize> {
+fn renumbered(root: &mut Value, each: Each) -> Vec<usize> {
     let mut used = BTreeSet::new();
     each(root, &mut |number| used.extend(number.as_u64().map(|n| n as usize)));
     let used: Vec<usize> = used.into_iter().collect();

@@ -166,7 +166,7 @@ impl Faces {
             // A file without its textures has no names, either.
             textures.push(texture_name(source, texture).unwrap_or_else(|| format!("texture {texture}")));
             let size = texture_size(source, texture).unwrap_or([USUAL_SIZE; 2]);
-            projections.push((info.projection.clone(), size.map(f64::from)));
+            projections.push((info.projection, size.map(f64::from)));
         }
         let corner = |face: usize, at: usize| -> Result<u32, BspError> {
             let missing = |what: String| entry(FACES, face, what);
