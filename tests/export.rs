@@ -257,8 +257,7 @@ fn pictures_come_with_the_model() {
     written(&folder, "a.png", png);
     written(&folder, "b.tga", b"something else");
     let mut glb = rich();
-    glb.json["images"] =
-        json!([{ "uri": "a.png" }, { "uri": "b.tga" }, { "uri": "gone.jpg" }, { "uri": "data:image/png;base64,iVBORw0K" }]);
+    glb.json["images"] = json!([{ "uri": "a.png" }, { "uri": "b.tga" }, { "uri": "gone.jpg" }, { "uri": "data:image/png;base64,iVBORw0K" }, { "uri": "a.png" }]);
     let model = written(&folder, "rich.glb", &glb.bytes());
     let scene = import(&model, &options(16)).unwrap();
     let made = export(&model, &options(16), &file_of(&scene, &options(16))).unwrap();
@@ -270,6 +269,7 @@ fn pictures_come_with_the_model() {
     };
     assert_eq!((bytes(0), &root["images"][0]["mimeType"]), (&png[..], &json!("image/png")));
     assert_eq!(bytes(3), &png[..6]);
+    assert_eq!(root["images"][4]["bufferView"], root["images"][0]["bufferView"], "each file once");
     assert_eq!((&root["images"][1]["uri"], &root["images"][2]["uri"]), (&json!("b.tga"), &json!("gone.jpg")));
     let told = made.notes.join("\n");
     assert!(told.contains("picture 1 stays outside: `b.tga` is no picture that glTF has"), "{told}");

@@ -254,19 +254,26 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Brings pictures beside the model into the file.
+    /// Brings pictures beside the model into the file, each once.
     fn pictures(&mut self, pictures: Pictures<'_>) -> Result<(), ImportError> {
+        let mut known: HashMap<String, (&str, usize)> = HashMap::new();
         for i in 0..list(&mut self.root, "images").len() {
             let Some(uri) = self.root["images"][i]["uri"].as_str().map(str::to_owned) else { continue };
-            match pictures.read(&uri) {
-                Ok((kind, bytes)) => {
-                    let view = self.output.view(&bytes)?;
-                    let image = &mut self.root["images"][i];
-                    image["mimeType"] = kind.into();
-                    image["bufferView"] = view.into();
-                    image.as_object_mut().map(|image| image.remove("uri"));
+            if !known.contains_key(&uri) {
+                match pictures.read(&uri) {
+                    Ok((kind, bytes)) => {
+                        // They are there: what they take is no growth.
+                        self.output.most = self.output.most.saturating_add(bytes.len());
+                        known.insert(uri.clone(), (kind, self.output.view(&bytes)?));
+                    }
+                    Err(why) => self.notes.push(format!("picture {i} stays outside: {why}")),
                 }
-                Err(why) => self.notes.push(format!("picture {i} stays outside: {why}")),
+            }
+            if let Some(&(kind, view)) = known.get(&uri) {
+                let image = &mut self.root["images"][i];
+                image["mimeType"] = kind.into();
+                image["bufferView"] = view.into();
+                image.as_object_mut().map(|image| image.remove("uri"));
             }
         }
         Ok(())
