@@ -94,23 +94,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
 
     // 3. What comes of it. The state is done with only once everything is written.
     let writing = Instant::now();
-    if let Some(path) = &args.rows {
-        let written = replace_file(path, |out| match &result {
-            Found::Whole(whole) => write_rows(&whole.upper, out),
-            Found::Rows(rows) => write_lists(&rows.rows, out),
-        });
-        written.map_err(|e| at(path, e))?;
-    }
-    let mut ambient = None;
     let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
-    if let (Some(path), Some(bsp), Some(result)) = (&output, &input.bsp, whole) {
-        if !args.no_ambient {
-            ambient = Some(bsp.ambient_levels(&result.upper, &input.clusters).map_err(|e| at(&args.input, e))?);
-        }
-        let bytes = bsp.with_rows(&result.upper, &input.clusters, ambient.as_deref());
-        let bytes = bytes.map_err(|e| at(&args.input, e))?;
-        replace_file(path, |out| out.write_all(&bytes)).map_err(|e| at(path, e))?;
-    }
+    let ambient = write(args, &input, output.as_deref(), &result)?;
     kept.done()?;
     let write = writing.elapsed().as_secs_f64();
 
@@ -146,6 +131,23 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         eprintln!("{}", super::compare::prose(beside, path));
     }
     Ok(Outcome::Done)
+}
+
+/// Writes what was asked for. Returns the ambient levels of a level, if it got some.
+fn write(args: &Args, input: &Input, output: Option<&Path>, result: &Found) -> Result<Option<Vec<[u8; 4]>>, CliError> {
+    if let Some(path) = &args.rows {
+        let written = replace_file(path, |out| match result {
+            Found::Whole(whole) => write_rows(&whole.upper, out),
+            Found::Rows(rows) => write_lists(&rows.rows, out),
+        });
+        written.map_err(|e| at(path, e))?;
+    }
+    let (Some(path), Some(bsp), Found::Whole(whole)) = (output, &input.bsp, result) else { return Ok(None) };
+    let ambient = (!args.no_ambient).then(|| bsp.ambient_levels(&whole.upper, &input.clusters));
+    let ambient = ambient.transpose().map_err(|e| at(&args.input, e))?;
+    let bytes = bsp.with_rows(&whole.upper, &input.clusters, ambient.as_deref()).map_err(|e| at(&args.input, e))?;
+    replace_file(path, |out| out.write_all(&bytes)).map_err(|e| at(path, e))?;
+    Ok(ambient)
 }
 
 /// What was found: all of it, where something needs that, or rows.
