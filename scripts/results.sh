@@ -146,6 +146,19 @@ for level in "${levels[@]}"; do
   run closing "$enfilade" report "$prt" --rows "$theirs" --threads 1 -o "$out/files/$level.html" --json
 done
 
+# The same with three decimals, and copies of the largest side by side.
+for level in "${levels[@]}"; do
+  prt=$data/prt/$level.prt
+  has "$prt" || continue
+  bash scripts/prt-copies.sh "$prt" 1 3 >"$out/files/$level.3.prt"
+  run rounded "$enfilade" vis "$out/files/$level.3.prt" --rows "$out/files/$level.3.rows" --json
+done
+for copies in 1 2 8 49; do
+  has "$data/prt/lq_e0m2.prt" || continue
+  bash scripts/prt-copies.sh "$data/prt/lq_e0m2.prt" "$copies" >"$out/files/copies.$copies.prt"
+  run copies "$enfilade" vis "$out/files/copies.$copies.prt" --rows "$out/files/copies.$copies.rows" --json
+done
+
 for level in dm4 e1m1 e1m3 e2m2 start; do
   bsp=$data/quake-id-gpl/$level.bsp
   has "$bsp" || continue

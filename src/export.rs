@@ -15,7 +15,7 @@ mod plain;
 
 use crate::file::PvsFile;
 use crate::scene::{self, ImportError, ImportOptions, Scene, gltf};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::Path;
 
 /// A model that was cut.
@@ -86,12 +86,4 @@ fn cells_of_objects(file: &PvsFile) -> Vec<Vec<usize>> {
         file.placement.ones(cell).for_each(|object| cells[object].push(cell));
     }
     cells
-}
-
-/// The role of an object, as the importer of glTF reads it.
-fn with_role(mut extras: Value, role: scene::Role) -> Value {
-    if role != scene::Role::Unknown {
-        extras["role"] = json!(role);
-    }
-    extras
 }

@@ -1,7 +1,7 @@
 //! `export`: what is read again is what was cut, object by object; attributes stay with their vertices; others' readers agree.
 
 use crate::cli::{done, enfilade, folder, json as printed, refused, text};
-use crate::import_mesh::glb::{Glb, pack};
+use crate::import_mesh::glb::{Glb, pack, parts};
 use enfilade::BitMatrix;
 use enfilade::export::{ExportError, export};
 use enfilade::file::{FileObject, Import, PvsFile};
@@ -80,15 +80,11 @@ fn assert_same(scene: &Scene, glb: &[u8]) {
     }
 }
 
-/// The document and the chunk behind it.
-fn parts(glb: &[u8]) -> (Value, &[u8]) {
-    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
-    (serde_json::from_slice(&glb[20..20 + length]).unwrap(), &glb[28 + length..])
-}
-
-/// A strip of squares along x, and what is asked of a vertex of it: twice its number in its texture coordinates, as `u16` that stand for 0 to 1.
+/// Columns of vertices of [`strip`].
 const COLUMNS: u16 = 40;
 
+/// A strip of squares along x. A vertex has twice its number as its first texture coordinate, of `u16` that stand for 0 to 1, and its
+/// number as its red and as the height that a morph target gives it.
 fn strip(glb: &mut Glb) -> Value {
     let points: Vec<[f32; 3]> = (0..2 * COLUMNS).map(|v| [f32::from(v / 2), f32::from(v % 2), 0.0]).collect();
     let squares = (0..COLUMNS - 1).flat_map(|c| [2 * c, 2 * c + 2, 2 * c + 1, 2 * c + 1, 2 * c + 2, 2 * c + 3]);

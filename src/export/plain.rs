@@ -1,18 +1,13 @@
 //! Scenes whose source isn't glTF: positions, texture coordinates, and a material for each that the importer tells.
 
-use super::{Exported, with_role};
-use crate::scene::gltf::container::{glb, pad};
+use super::Exported;
+use crate::scene::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, FLOAT, U32, glb, pad, positions_accessor};
 use crate::scene::gltf::pictures::Pictures;
-use crate::scene::{ImportError, ImportOptions, Look, Material, Object, Scene, Trace};
+use crate::scene::{ImportError, ImportOptions, Look, Material, Object, Role, Scene, Trace};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
-
-const FLOAT: u32 = 5126;
-const U32: u32 = 5125;
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// The scene as a `.glb`.
 pub(super) fn cut(
@@ -36,7 +31,10 @@ pub(super) fn cut(
         let indices = buffers.indices(&corners.indices);
         let material = materials.number(material, object.glass);
         meshes.push(json!({ "primitives": [{ "attributes": attributes, "indices": indices, "material": material }] }));
-        let extras = with_role(extras(id), object.role);
+        let mut extras = extras(id);
+        if object.role != Role::Unknown {
+            extras["role"] = json!(object.role);
+        }
         nodes.push(json!({ "name": format!("{} #{id}", object.node), "mesh": id, "extras": { "enfilade": extras } }));
     }
     // Corners are near zero below this one, so `f32` holds them well.
@@ -176,12 +174,7 @@ impl Buffers {
 
     fn positions(&mut self, corners: &Corners) -> usize {
         let all: Vec<[f32; 3]> = corners.positions.iter().map(|p| p.as_vec3().to_array()).collect();
-        let bound =
-            |pick: fn(f32, f32) -> f32| -> Value { (0..3).map(|k| json!(all.iter().map(|p| p[k]).reduce(pick))).collect() };
-        let accessor = json!({
-            "bufferView": POSITIONS, "byteOffset": self.positions.len(), "componentType": FLOAT, "count": all.len(),
-            "type": "VEC3", "min": bound(f32::min), "max": bound(f32::max),
-        });
+        let accessor = positions_accessor(POSITIONS, self.positions.len(), &all);
         self.positions.extend(all.iter().flatten().flat_map(|x| x.to_le_bytes()));
         self.accessor(accessor)
     }

@@ -7,15 +7,9 @@
 use super::model::{Material, Model, Node};
 use super::solid::Solid;
 use crate::scene::Role;
-use crate::scene::gltf::container::{glb, pad};
+use crate::scene::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16, U32, glb, pad, positions_accessor};
 use glam::DMat3;
 use serde_json::{Value, json};
-
-const FLOAT: u32 = 5126;
-const U16: u32 = 5123;
-const U32: u32 = 5125;
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 fn role_name(role: Role) -> &'static str {
     match role {
@@ -75,13 +69,7 @@ impl Buffers {
     /// Adds a mesh. Returns the accessors of its positions and of its indices.
     fn add(&mut self, solid: &Solid) -> [usize; 2] {
         let corners: Vec<[f32; 3]> = solid.positions.iter().map(|p| p.as_vec3().to_array()).collect();
-        let bound = |pick: fn(f32, f32) -> f32| -> Value {
-            (0..3).map(|k| json!(corners.iter().map(|c| c[k]).reduce(pick))).collect::<Vec<_>>().into()
-        };
-        self.accessors.push(json!({
-            "bufferView": 0, "byteOffset": self.positions.len(), "componentType": FLOAT, "count": corners.len(),
-            "type": "VEC3", "min": bound(f32::min), "max": bound(f32::max),
-        }));
+        self.accessors.push(positions_accessor(0, self.positions.len(), &corners));
         self.positions.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
 
         let narrow = corners.len() <= usize::from(u16::MAX);

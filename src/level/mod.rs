@@ -105,7 +105,8 @@ pub struct Vis {
 }
 
 /// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower` never
-/// falls and `upper` never rises. The counts are the same on every run; what time it is, the caller knows.
+/// falls and `upper` never rises. In the end the result has pairs, too, that a line proves only through gaps that rounding made. The
+/// counts are the same on every run; what time it is, the caller knows.
 pub type Follow<'a> = &'a dyn Fn(&Bounds);
 
 /// Both sides at some moment of a run.
@@ -164,9 +165,14 @@ pub fn digest(level: &Level, options: &VisOptions) -> u128 {
 /// [`VisError`].
 pub fn vis(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Job<'_>) -> Result<Vis, VisError> {
     check(level)?;
-    let parts = if follow.is_none() { parts::parts(level) } else { Vec::new() };
-    if parts.len() < 2 {
+    if follow.is_some() {
         return joined(level, options, follow, work);
+    }
+    let parts = parts::parts(level);
+    if let [part] = &parts[..]
+        && part.cells.len() == level.cells
+    {
+        return joined(&part.level, options, None, work);
     }
     let mut all = Vis::of_none(level.cells);
     for part in parts {
@@ -190,7 +196,7 @@ pub struct VisRows {
     pub stats: VisStats,
 }
 
-/// As [`vis`], for who only needs rows: takes memory for the largest of the parts that no portal joins, and for what is visible.
+/// As [`vis`], whose journal it can go on from, for who only needs rows: takes memory for the largest of the parts that no portal joins, and for what is visible.
 ///
 /// # Errors
 ///

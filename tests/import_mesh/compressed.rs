@@ -1,6 +1,6 @@
 //! What the tests of compressed models share: 45 boxes around a court, as gltfpack 1.3 wrote them without compression, and tools.
 
-use super::glb::pack;
+use super::glb::{pack, parts};
 use super::{assert_sound, read_glb};
 use enfilade::scene::{ImportOptions, Scene};
 use glam::DVec3;
@@ -18,12 +18,6 @@ pub fn triangles(scene: &Scene) -> Vec<[DVec3; 3]> {
     }
     all.sort_by_key(|t| t.map(key));
     all
-}
-
-/// The document and the chunk behind it.
-pub fn parts(glb: &[u8]) -> (Value, Vec<u8>) {
-    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
-    (serde_json::from_slice(&glb[20..20 + length]).unwrap(), glb[28 + length..].to_vec())
 }
 
 /// A file of both.

@@ -1,6 +1,7 @@
 //! Compressed models that glTF-Transform 4.5 made with Google's encoder of the boxes in `meshopt/plain.glb`.
 
-use super::compressed::{PLAIN, assert_survives_flips, glb, parts, triangles};
+use super::compressed::{PLAIN, assert_survives_flips, glb, triangles};
+use super::glb::parts;
 use super::{assert_sound, read_glb};
 use enfilade::scene::ImportOptions;
 use serde_json::{Value, json};

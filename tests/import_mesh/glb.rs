@@ -90,3 +90,9 @@ pub fn pack(json: &[u8], bin: Option<&[u8]>) -> Vec<u8> {
     out[8..12].copy_from_slice(&length.to_le_bytes());
     out
 }
+
+/// The document of a `.glb` and the chunk behind it.
+pub fn parts(glb: &[u8]) -> (Value, Vec<u8>) {
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    (serde_json::from_slice(&glb[20..20 + length]).unwrap(), glb[28 + length..].to_vec())
+}

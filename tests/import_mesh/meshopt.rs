@@ -1,6 +1,7 @@
 //! Compressed models that gltfpack 1.3 made of 45 boxes around a court; `plain.glb` is the same without compression.
 
-use super::compressed::{PLAIN, assert_survives_flips, glb, parts, triangles};
+use super::compressed::{PLAIN, assert_survives_flips, glb, triangles};
+use super::glb::parts;
 use super::{assert_sound, read_glb};
 use enfilade::scene::ImportOptions;
 use serde_json::{Value, json};

@@ -1,9 +1,17 @@
-//! The container of a `.glb`: two chunks, JSON and binary.
+//! The container of a `.glb`, two chunks, JSON and binary; and what is common to all that is written into one.
 //!
 //! Based on: Khronos Group, *glTF 2.0 Specification*, 2021, section 4.4.
 
 use super::super::{ImportError, Place};
-use serde_json::Value;
+use serde_json::{Value, json};
+
+/// Component types of accessors.
+pub(crate) const U16: u32 = 5123;
+pub(crate) const U32: u32 = 5125;
+pub(crate) const FLOAT: u32 = 5126;
+/// Targets of buffer views.
+pub(crate) const ARRAY_BUFFER: u32 = 34962;
+pub(crate) const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Where the JSON chunk's text starts.
 pub(super) const JSON_START: usize = 20;
@@ -62,6 +70,17 @@ pub(crate) fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
         out.extend(chunk);
     }
     Some(out)
+}
+
+/// An accessor of positions that begin at a byte of a view, with their bounds.
+pub(crate) fn positions_accessor(view: usize, offset: usize, positions: &[[f32; 3]]) -> Value {
+    let bound = |pick: fn(f32, f32) -> f32| -> Value {
+        (0..3).map(|k| json!(positions.iter().map(|p| p[k]).reduce(pick))).collect()
+    };
+    json!({
+        "bufferView": view, "byteOffset": offset, "componentType": FLOAT, "count": positions.len(), "type": "VEC3",
+        "min": bound(f32::min), "max": bound(f32::max),
+    })
 }
 
 /// Fills up to a multiple of four bytes, as chunks and views are.

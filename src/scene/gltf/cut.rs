@@ -4,6 +4,7 @@
 //! an object has only the vertices that its triangles use, and objects with the same triangles of one primitive share it, as those of
 //! instances do. Compressed data is written plainly, and all buffers and pictures are in the one binary chunk.
 
+use super::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16, U32};
 use super::data::{Accessor, broken, entry, numbers, width};
 use super::document::{self, Document, Primitive};
 use super::pictures::Pictures;
@@ -13,11 +14,6 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
-
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
-const U16: u32 = 5123;
-const U32: u32 = 5125;
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
