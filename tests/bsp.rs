@@ -11,7 +11,8 @@ use qbsp::prelude::*;
 use std::collections::BTreeSet;
 use testing::data::data;
 use testing::quake::{
-    AIR, Face, Layout, SKY, SOLID, Tree, WATER, bsp, extension, hollow, leaf, lumps, node, three_rooms, with_faces,
+    AIR, FENCE, Face, Layout, SKY, SOLID, Tree, WATER, bsp, extension, grated_room, hollow, leaf, lumps, node, three_rooms,
+    with_faces,
 };
 
 const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
@@ -227,9 +228,29 @@ fn leaves_without_an_offset_see_everything() {
 }
 
 #[test]
-fn fences_are_not_taken_for_walls() {
-    let level = read(&three_rooms(AIR), Layout { texture: b'{', ..Layout::default() });
-    assert_eq!(level.level().unwrap_err(), BspError::Fences(1));
+fn a_solid_leaf_of_its_own_is_looked_through() {
+    // A wall of one leaf, without any.
+    let wall = Bsp::read(grated_room(SOLID)).unwrap();
+    assert_eq!((wall.leaves(), wall.level().unwrap_err()), (3, BspError::Fences(2)));
+    let fence = Bsp::read(grated_room(FENCE)).unwrap();
+    assert_eq!(portals(&fence), [([3, 2], 2.0, 16.0), ([2, 1], 4.0, 16.0), ([1, 0], 5.0, 16.0)]);
+}
+
+#[test]
+fn a_fence_half_before_a_wall_is_told() {
+    // Of what is behind the grating, half is a wall.
+    let half = node(1, 0.0, leaf(FENCE), leaf(SOLID));
+    let tree = hollow([0.0, -2.0, -2.0], [9.0, 2.0, 2.0], node(0, 4.0, half, leaf(AIR)));
+    let grating = |from: f32| Face {
+        corners: vec![[4.0, from, -2.0], [4.0, from, 2.0], [4.0, 2.0, 2.0], [4.0, 2.0, -2.0]],
+        texture: "{grate",
+        leaf: 2,
+    };
+    let told = |from: f32| {
+        let file = with_faces(&bsp(&tree, Layout::default()), &[vec![grating(from)]], "");
+        Bsp::read(file).unwrap().level().map(|found| found.level.portals.len())
+    };
+    assert_eq!((told(-2.0), told(0.0)), (Err(BspError::Fences(1)), Ok(1)));
 }
 
 #[test]

@@ -9,13 +9,13 @@ use enfilade::level::bsp::Bsp;
 use enfilade::level::{VisOptions, vis};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::quake::import_bytes;
-use enfilade::scene::{ImportOptions, Role, Scene};
+use enfilade::scene::{ImportOptions, Role, Scene, import};
 use enfilade::verify::{CheckOptions, check};
 use glam::DVec3;
 use qbsp::prelude::*;
 use std::path::Path;
 use testing::data::data;
-use testing::quake::{AIR, Face, Layout, SOLID, WATER, bsp, leaf, node, three_rooms, with_faces};
+use testing::quake::{AIR, FENCE, Face, Layout, SOLID, WATER, bsp, grated_room, leaf, node, three_rooms, with_faces};
 
 use crate::cli::{folder, refused, run};
 
@@ -249,9 +249,8 @@ fn damage_is_named_by_lump_and_entry() {
 #[test]
 fn commands_take_levels_and_refuse_what_is_none() {
     let folder = folder("level_scene");
-    let (level, fence) = (folder.join("rooms.bsp"), folder.join("fence.bsp"));
+    let level = folder.join("rooms.bsp");
     std::fs::write(&level, rooms(AIR)).unwrap();
-    std::fs::write(&fence, bsp(&three_rooms(AIR), Layout { texture: b'{', ..Layout::default() })).unwrap();
     let path = Path::new;
     let file = level.with_extension("pvs");
     let baked = run(&[path("bake"), &level, path("--rays"), path("10k")]);
@@ -265,7 +264,35 @@ fn commands_take_levels_and_refuse_what_is_none() {
     let office = folder.join("office.glb");
     assert!(run(&[path("generate"), path("office"), path("--rooms"), path("4"), path("-o"), &office]).status.success());
     refused(&run(&[path("bake"), &office, path("--cells"), path("leaves")]), &["has no leaves, as a .bsp has"]);
-    refused(&run(&[path("bake"), &fence]), &["fence.bsp", "{...", ".prt"]);
+}
+
+/// What a grating on a solid brush hides, the `.prt` beside the level tells.
+#[test]
+fn gratings_hide_what_they_hid_from_the_compiler() {
+    let folder = folder("level_gratings");
+    let (level, prt, file) = (folder.join("grate.bsp"), folder.join("grate.prt"), folder.join("grate.pvs"));
+    std::fs::write(&level, grated_room(SOLID)).unwrap();
+    let bake = || run(&[Path::new("bake"), &level, Path::new("-o"), &file, Path::new("--clusters"), Path::new("0")]);
+    refused(&bake(), &["grate.bsp: 2 faces", "{...", ".prt"]);
+    // Of another level: its portal is elsewhere.
+    let portal_at = |x: &str| format!("PRT1\n3\n1\n4 1 2 ({x} -2 -2) ({x} -2 2) ({x} 2 2) ({x} 2 -2)\n");
+    std::fs::write(&prt, portal_at("7")).unwrap();
+    refused(&bake(), &["grate.bsp: 2 faces"]);
+    std::fs::write(&prt, portal_at("2")).unwrap();
+    let out = bake();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+
+    let scene = import(&level, &ImportOptions::default()).unwrap();
+    assert!(scene.objects.iter().all(|o| o.opaque) && scene.source.notes.iter().any(|n| n.starts_with("2 faces")));
+    let file = PvsFile::read(&std::fs::read(&file).unwrap()).unwrap();
+    assert_eq!((file.cells.len(), file.portals.len()), (3, 1));
+
+    // With a leaf behind it nothing needs to be told, and nothing is hidden.
+    std::fs::remove_file(&prt).unwrap();
+    let scene = import_bytes(grated_room(FENCE), "fence", &ImportOptions::default()).unwrap();
+    assert!(scene.objects.iter().all(|o| !o.opaque) && scene.source.notes.is_empty());
+    let graph = split(&scene, &SplitOptions::default()).unwrap();
+    assert_eq!((graph.cells.len(), graph.portals.len()), (4, 3));
 }
 
 /// Each leaf a cell.

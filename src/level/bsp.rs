@@ -3,13 +3,11 @@
 mod ambient;
 mod lump;
 
-use super::{Level, LevelPortal};
+use super::Level;
 use crate::BitMatrix;
-use crate::level::prt::Prt;
 use crate::scene::quake::layout::VISIBILITY;
 pub use crate::scene::quake::{Bsp, BspError};
 pub use ambient::SOUNDS;
-use glam::DVec3;
 
 /// Portals of a level, and where they come from.
 #[derive(Clone, PartialEq, Debug)]
@@ -29,25 +27,6 @@ impl Bsp {
     pub fn level(&self) -> Result<Derived, BspError> {
         let (portals, slivers) = self.portals()?;
         Ok(Derived { level: Level { cells: self.leaves(), portals, rounding: 0.0 }, slivers })
-    }
-
-    /// Whether portals of a `.prt` can be this level's: it has a leaf for each of the level's, and nine in ten of its portals
-    /// lie where the tree has the leaves of their clusters on both sides.
-    pub fn fits(&self, prt: &Prt) -> bool {
-        if prt.leaves.len() != self.leaves() {
-            return false;
-        }
-        let cluster = |p: DVec3| {
-            let leaf = self.tree.leaf_at(p);
-            self.tree.leaves[leaf].open.then(|| leaf.checked_sub(1).and_then(|cell| prt.leaves.get(cell))).flatten().copied()
-        };
-        let between = |portal: &&LevelPortal| {
-            let (middle, normal) = (crate::geom::middle(&portal.winding), crate::geom::newell(&portal.winding).normalize());
-            let sides = [-1.0, 1.0].map(|side| cluster(middle + normal * side * 16.0 * self.rounding()));
-            sides == portal.cells.map(Some)
-        };
-        let fitting = prt.level.portals.iter().filter(between).count();
-        fitting * 10 >= prt.level.portals.len() * 9
     }
 
     /// Rows of the file's own visibility lump, a row and a column a cell; `None` where it has none.

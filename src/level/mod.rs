@@ -19,7 +19,7 @@ pub mod prt;
 pub mod rows;
 
 pub use crate::pvs::flow::exact::{Edge, Term};
-pub use crate::types::level::LevelPortal;
+pub use crate::types::level::{Level, LevelPortal};
 pub use proof::{ChainProof, PairProof, why};
 
 use crate::BitMatrix;
@@ -32,17 +32,6 @@ use glam::DVec3;
 use lines::Walker;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
-
-/// A ready portal graph: what a `.prt` file holds. Lengths are in any unit; nothing depends on which.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct Level {
-    /// Number of cells (clusters, where the file has clusters).
-    pub cells: usize,
-    /// Portals; each is crossed both ways.
-    pub portals: Vec<LevelPortal>,
-    /// Half of the last place to which coordinates were rounded, in their unit; 0: they are exact, as far as anybody knows.
-    pub rounding: f64,
-}
 
 /// How to work.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]

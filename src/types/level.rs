@@ -16,3 +16,14 @@ pub struct LevelPortal {
     /// Corners, counter-clockwise seen from the tip of that normal; 3 or more, any number.
     pub winding: Vec<DVec3>,
 }
+
+/// A ready portal graph: what a `.prt` file holds. Lengths are in any unit; nothing depends on which.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Level {
+    /// Number of cells (clusters, where the file has clusters).
+    pub cells: usize,
+    /// Portals; each is crossed both ways.
+    pub portals: Vec<LevelPortal>,
+    /// Half of the last place to which coordinates were rounded, in their unit; 0: they are exact, as far as anybody knows.
+    pub rounding: f64,
+}

@@ -1,9 +1,13 @@
 //! A level's file as it is read: header and lumps checked, and the tree.
 
+use super::fences;
 use super::layout::*;
 use super::portals::{self, Between};
-use super::tree::{self, Tree};
+use super::prt::Prt;
+use super::tree::Tree;
+use crate::geom::{middle, newell};
 use crate::types::level::LevelPortal;
+use glam::DVec3;
 use qbsp::BspFormat;
 use qbsp::reader::BspParseContext;
 
@@ -51,17 +55,33 @@ impl Bsp {
     ///
     /// [`BspError::Fences`] where the tree doesn't tell what can be looked through.
     pub fn portals(&self) -> Result<(Vec<LevelPortal>, usize), BspError> {
-        let found = self.between(false)?;
+        fences::refuse(&fences::on_walls(self)?)?;
+        let found = self.between(false);
         Ok((found.portals, found.slivers))
     }
 
     /// What lies between leaves.
-    pub(super) fn between(&self, with_walls: bool) -> Result<Between, BspError> {
-        let fences = tree::fences(&self.source())?;
-        if fences > 0 {
-            return Err(BspError::Fences(fences));
+    pub(super) fn between(&self, with_walls: bool) -> Between {
+        portals::derive(&self.tree, with_walls)
+    }
+
+    /// Whether portals of a `.prt` can be this level's: it has a leaf for each of the level's, and nine in ten of its portals
+    /// lie where the tree has the leaves of their clusters on both sides.
+    pub fn fits(&self, prt: &Prt) -> bool {
+        if prt.leaves.len() != self.leaves() {
+            return false;
         }
-        Ok(portals::derive(&self.tree, with_walls))
+        let cluster = |p: DVec3| {
+            let leaf = self.tree.leaf_at(p);
+            self.tree.leaves[leaf].open.then(|| leaf.checked_sub(1).and_then(|cell| prt.leaves.get(cell))).flatten().copied()
+        };
+        let between = |portal: &&LevelPortal| {
+            let (middle, normal) = (middle(&portal.winding), newell(&portal.winding).normalize());
+            let sides = [-1.0, 1.0].map(|side| cluster(middle + normal * side * 16.0 * self.rounding()));
+            sides == portal.cells.map(Some)
+        };
+        let fitting = prt.level.portals.iter().filter(between).count();
+        fitting * 10 >= prt.level.portals.len() * 9
     }
 
     pub(crate) fn source(&self) -> Source<'_> {

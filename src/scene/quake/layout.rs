@@ -65,9 +65,9 @@ pub enum BspError {
         /// What is wrong with it.
         what: String,
     },
-    /// See-through faces on solid leaves.
+    /// See-through faces with solid matter behind.
     #[error(
-        "{0} faces of the world bear textures named {{..., which games look through, but the leaves behind are solid: the tree doesn't tell what is seen; put the level's .prt beside it"
+        "{0} faces of the world bear textures named {{..., which games look through, but what is behind is solid: the tree doesn't tell what is seen; put the level's .prt beside it, or make their brushes func_detail_fence"
     )]
     Fences(usize),
     /// A file too long for its own offsets.

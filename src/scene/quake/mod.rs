@@ -13,16 +13,23 @@ mod bsp;
 #[cfg(feature = "quake")]
 mod entities;
 #[cfg(feature = "quake")]
+mod faces;
+#[cfg(feature = "quake")]
+mod fences;
+#[cfg(feature = "quake")]
 pub(crate) mod layout;
 #[cfg(feature = "quake")]
 mod map;
 #[cfg(feature = "quake")]
 mod portals;
+pub(crate) mod prt;
 #[cfg(feature = "quake")]
 pub(crate) mod tree;
 #[cfg(feature = "quake")]
 mod world;
 
+#[cfg(feature = "quake")]
+use super::whole_file;
 use super::{ImportError, ImportOptions, Scene};
 #[cfg(feature = "quake")]
 pub use bsp::Bsp;
@@ -38,7 +45,12 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     #[cfg(feature = "quake")]
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        import_bytes(super::whole_file::read(path)?, &name, options)
+        let bsp = Bsp::read(whole_file::read(path)?).map_err(malformed)?;
+        let walls = fences::on_walls(&bsp).map_err(malformed)?;
+        if !walls.is_empty() && !fences::are_compiled(path, &bsp) {
+            return Err(malformed(BspError::Fences(walls.len())));
+        }
+        world::scene(&bsp, &name, options, &walls)
     }
     #[cfg(not(feature = "quake"))]
     {
@@ -54,7 +66,7 @@ pub fn import_map(path: &Path, options: &ImportOptions) -> Result<Scene, ImportE
     #[cfg(feature = "quake")]
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        import_map_bytes(&super::whole_file::read(path)?, &name, options)
+        import_map_bytes(&whole_file::read(path)?, &name, options)
     }
     #[cfg(not(feature = "quake"))]
     {
@@ -73,7 +85,8 @@ pub fn import_map_bytes(bytes: &[u8], name: &str, options: &ImportOptions) -> Re
 #[cfg(feature = "quake")]
 pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let bsp = Bsp::read(bytes).map_err(malformed)?;
-    world::scene(&bsp, name, options)
+    fences::on_walls(&bsp).and_then(|walls| fences::refuse(&walls)).map_err(malformed)?;
+    world::scene(&bsp, name, options, &[])
 }
 
 #[cfg(feature = "quake")]

@@ -145,7 +145,7 @@ pub(super) fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane
 }
 
 /// The least distance of two parallel lines that hold a convex winding between them.
-fn width(winding: &[DVec3], normal: DVec3) -> f64 {
+pub(super) fn width(winding: &[DVec3], normal: DVec3) -> f64 {
     let edges = winding.iter().zip(winding.iter().cycle().skip(1));
     let across = edges.filter_map(|(&a, &b)| {
         let inwards = normal.cross(b - a).try_normalize()?;

@@ -1,8 +1,8 @@
 //! A level's tree of planes: read, and checked to be a tree.
 
 use super::layout::{
-    BspError, FACES, LEAVES, LUMPS, MARK_SURFACES, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES,
-    countable, entry,
+    BspError, LEAVES, LUMPS, MARK_SURFACES, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable,
+    entry,
 };
 use crate::geom::{Aabb, Plane};
 use crate::types::level::FARTHEST;
@@ -10,7 +10,7 @@ use glam::DVec3;
 use qbsp::data::nodes::BspLeafContentFlags;
 use qbsp::data::util::UBspValue;
 use qbsp::data::visdata::VisDataRef;
-use qbsp::data::{BspFace, BspLeaf, BspModel, BspNode, BspNodeRef, BspPlane, BspTexInfo};
+use qbsp::data::{BspLeaf, BspModel, BspNode, BspNodeRef, BspPlane, BspTexInfo};
 
 /// What is beyond a node's plane.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -28,7 +28,7 @@ pub(crate) struct Node {
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leaf {
-    /// Air or a liquid.
+    /// Air, a liquid, or what is solid and can be looked through: a fence.
     pub open: bool,
     /// Of its row in the visibility lump; negative for none.
     pub vis_offset: i32,
@@ -49,7 +49,7 @@ pub(crate) struct Tree {
 impl Tree {
     pub fn read(source: &Source<'_>) -> Result<Self, BspError> {
         // 1. Leaves, and how many are the world's.
-        let leaves: Vec<Leaf> = source.entries::<BspLeaf>(LEAVES)?.iter().map(leaf).collect();
+        let mut leaves: Vec<Leaf> = source.entries::<BspLeaf>(LEAVES)?.iter().map(leaf).collect();
         let models: Vec<BspModel> = source.entries(MODELS)?;
         let world = models.first().ok_or_else(|| missing(MODELS))?;
         let vis_leaves = world.visleafs.0.unwrap_or_default() as usize;
@@ -64,6 +64,13 @@ impl Tree {
             ));
         }
         countable(vis_leaves)?;
+        // Compilers write one leaf, 0, for all that is solid. A solid one with a row can be looked through (ericw-tools'
+        // `func_detail_fence`).
+        let size = source.lump(LEAVES).len() / leaves.len();
+        let entries = source.lump(LEAVES).chunks_exact(size);
+        for (leaf, entry) in leaves.iter_mut().zip(entries).take(vis_leaves + 1).skip(1) {
+            leaf.open |= entry.starts_with(&SOLID);
+        }
 
         // 2. Nodes with their planes.
         let planes = source.entries::<BspPlane>(PLANES)?;
@@ -133,16 +140,6 @@ impl Tree {
     }
 }
 
-/// Faces of the world with textures that games look through.
-pub(crate) fn fences(source: &Source<'_>) -> Result<usize, BspError> {
-    let infos = infos_with(source, |name| name.starts_with('{'))?;
-    let models: Vec<BspModel> = source.entries(MODELS)?;
-    let Some(world) = models.first() else { return Ok(0) };
-    let faces: Vec<BspFace> = source.entries(FACES)?;
-    let of_world = faces.iter().skip(world.first_face as usize).take(world.num_faces as usize);
-    Ok(of_world.filter(|f| infos.get(f.texture_info_idx.0 as usize) == Some(&true)).count())
-}
-
 /// For each texture info, what its texture's name, in lower case, says; the default where it has none.
 pub(crate) fn infos_with<T: Default>(source: &Source<'_>, told: impl Fn(&str) -> T) -> Result<Vec<T>, BspError> {
     let infos = source.entries::<BspTexInfo>(TEXTURE_INFOS)?;
@@ -200,12 +197,14 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     bytes.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)))
 }
 
+/// Contents of a solid leaf, which each begins with: -2. The `qbsp` crate calls sky and player clips solid, too.
+const SOLID: [u8; 4] = (-2i32).to_le_bytes();
+
 fn leaf(leaf: &BspLeaf) -> Leaf {
     let vis_offset = match leaf.visdata {
         VisDataRef::Offset(offset) => offset,
         VisDataRef::Cluster(_) => -1,
     };
-    // qbsp calls sky and player clips solid, too.
     Leaf { open: !leaf.contents.0.contains(BspLeafContentFlags::SOLID), vis_offset }
 }
 

@@ -5,18 +5,18 @@
 //! (`func_door...`) are doors; every other brush model hides nothing, because it may move. Triggers aren't drawn.
 
 use super::entities::entities;
+use super::faces::Faces;
 use super::layout::*;
 use super::portals::Between;
-use super::tree::{Child, Tree, marked_faces, point, texture_name, texture_size};
+use super::tree::{Child, Tree, marked_faces};
 use super::{Bsp, malformed};
 use crate::geom::Plane;
-use crate::scene::{ImportError, ImportOptions, Material, Mesh, Role, Scene, SceneBuilder, Source as SceneSource};
+use crate::scene::{ImportError, ImportOptions, Material, Role, Scene, SceneBuilder, Source as SceneSource};
 use crate::types::hints::Leaves;
-use crate::types::level::{FARTHEST, LevelPortal};
+use crate::types::level::LevelPortal;
 use glam::DVec3;
-use qbsp::data::texture::PlanarTextureProjection;
-use qbsp::data::{BspEdge, BspFace, BspModel, BspTexInfo};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use qbsp::data::BspModel;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Metres of a unit: players are 56 units tall.
@@ -30,28 +30,8 @@ const MOST_HALF_SPACES: usize = 1 << 24;
 /// Textures of faces that games never draw.
 const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
 
-/// A convex face.
-struct Face {
-    /// Indices of vertices, counter-clockwise from where it is seen.
-    corners: Vec<u32>,
-    texture: usize,
-}
-
-/// The faces of a level.
-struct Faces {
-    vertices: Vec<DVec3>,
-    faces: Vec<Face>,
-    /// Names in lower case.
-    textures: Vec<String>,
-    /// Of each of them, and its width and height, texels.
-    projections: Vec<(PlanarTextureProjection, [f64; 2])>,
-}
-
-/// Width and height of a texture that the file doesn't have, texels.
-const USUAL_SIZE: u32 = 64;
-
-/// The level as a scene.
-pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+/// The level as a scene. `walls`: faces that hide what is behind whatever their textures are, rising.
+pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions, walls: &[usize]) -> Result<Scene, ImportError> {
     let source = bsp.source();
     let unit = options.metres_per_unit.unwrap_or(UNIT);
     let turned = |p: DVec3| turned(p, unit);
@@ -66,19 +46,20 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
 
     // 1. The world, by leaf and texture; faces that no leaf names come last.
     let leaf_of = first_leaves(&source, faces.faces.len()).map_err(malformed)?;
-    let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    let mut groups: BTreeMap<(usize, usize, bool), Vec<usize>> = BTreeMap::new();
     // `Bsp::read` has seen that there is a world.
     for face in ranges[0].clone() {
         let texture = faces.faces[face].texture;
         if !is_undrawn(&faces.textures[texture]) {
-            groups.entry((leaf_of[face], texture)).or_default().push(face);
+            let hides = !is_see_through(&faces.textures[texture]) || walls.binary_search(&face).is_ok();
+            groups.entry((leaf_of[face], texture, hides)).or_default().push(face);
         }
     }
-    for ((leaf, texture), group) in groups {
+    for ((leaf, texture, hides), group) in groups {
         let texture = &faces.textures[texture];
         let node = if leaf == usize::MAX { texture.clone() } else { format!("leaf {leaf}/{texture}") };
         faces.look(&mut builder, &group);
-        builder.add(faces.mesh(&group, node, Role::Structure, !is_see_through(texture), &turned))?;
+        builder.add(faces.mesh(&group, node, Role::Structure, hides, &turned))?;
     }
 
     // 2. Brush models.
@@ -106,8 +87,16 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions) -> Result<Sc
         builder.source.notes.push(note);
     }
 
+    if !walls.is_empty() {
+        let count = walls.len();
+        let note = format!(
+            "{count} faces with textures named {{... count as walls, as for the compiler that wrote the .prt beside the level"
+        );
+        builder.source.notes.push(note);
+    }
+
     // 3. Leaves and portals.
-    let between = bsp.between(true).map_err(malformed)?;
+    let between = bsp.between(true);
     if between.slivers > 0 {
         let note = format!("{} portals narrower than the rounding of the file's planes left out", between.slivers);
         builder.source.notes.push(note);
@@ -144,102 +133,6 @@ pub(super) fn is_undrawn(texture: &str) -> bool {
 
 pub(super) fn is_see_through(texture: &str) -> bool {
     texture.starts_with(['{', '*'])
-}
-
-impl Faces {
-    fn read(source: &Source<'_>) -> Result<Self, BspError> {
-        let vertices: Vec<DVec3> = source.entries(VERTICES)?.into_iter().map(point).collect();
-        let is_near = |p: &DVec3| p.abs().cmple(DVec3::splat(FARTHEST)).all();
-        if let Some(i) = vertices.iter().position(|p| !is_near(p)) {
-            return Err(entry(VERTICES, i, format!("is not within {FARTHEST:e} of the origin")));
-        }
-        let edges: Vec<BspEdge> = source.entries(EDGES)?;
-        let surface_edges: Vec<i32> = source.entries(SURFACE_EDGES)?;
-        let infos: Vec<BspTexInfo> = source.entries(TEXTURE_INFOS)?;
-        let (mut textures, mut projections) = (Vec::new(), Vec::new());
-        for (i, info) in infos.iter().enumerate() {
-            let texture = info.texture_idx.0.unwrap_or(u32::MAX);
-            let count = source.lump(TEXTURES).first_chunk().map_or(0, |&b| u32::from_le_bytes(b));
-            if texture >= count {
-                return Err(entry(TEXTURE_INFOS, i, format!("its texture {texture} doesn't exist")));
-            }
-            // A file without its textures has no names, either.
-            textures.push(texture_name(source, texture).unwrap_or_else(|| format!("texture {texture}")));
-            let size = texture_size(source, texture).unwrap_or([USUAL_SIZE; 2]);
-            projections.push((info.projection, size.map(f64::from)));
-        }
-        let corner = |face: usize, at: usize| -> Result<u32, BspError> {
-            let missing = |what: String| entry(FACES, face, what);
-            let edge = *surface_edges.get(at).ok_or_else(|| missing(format!("its surface edge {at} doesn't exist")))?;
-            let index = edge.unsigned_abs() as usize;
-            let ends = edges.get(index).ok_or_else(|| missing(format!("its edge {index} doesn't exist")))?;
-            let vertex = if edge < 0 { ends.b.0 } else { ends.a.0 };
-            match (vertex as usize) < vertices.len() {
-                true => Ok(vertex),
-                false => Err(missing(format!("its vertex {vertex} doesn't exist"))),
-            }
-        };
-        let (mut faces, mut corners_of_all) = (Vec::new(), 0usize);
-        for (i, face) in source.entries::<BspFace>(FACES)?.into_iter().enumerate() {
-            let first = face.first_edge as usize;
-            let last = first.saturating_add(face.num_edges.0 as usize);
-            let texture = face.texture_info_idx.0 as usize;
-            if texture >= textures.len() {
-                return Err(entry(FACES, i, format!("its texture info {texture} doesn't exist")));
-            }
-            corners_of_all = corners_of_all.saturating_add(face.num_edges.0 as usize);
-            if corners_of_all > surface_edges.len() {
-                let what = format!("ends beyond the {} surface edges, of which each is one face's", surface_edges.len());
-                return Err(entry(FACES, i, what));
-            }
-            // Clockwise in the file.
-            let corners = (first..last).rev().map(|at| corner(i, at)).collect::<Result<Vec<_>, _>>()?;
-            faces.push(Face { corners, texture });
-        }
-        Ok(Self { vertices, faces, textures, projections })
-    }
-
-    /// Says how the mesh of faces with one texture looks.
-    fn look(&self, builder: &mut SceneBuilder, faces: &[usize]) {
-        if !builder.is_traced() {
-            return;
-        }
-        let coordinates = |face: &Face, vertex: u32| {
-            let (projection, size) = &self.projections[face.texture];
-            let p = self.vertices[vertex as usize];
-            let along = |axis, offset: f32| point(axis).dot(p) + f64::from(offset);
-            let texels = [along(projection.u_axis, projection.u_offset), along(projection.v_axis, projection.v_offset)];
-            [0, 1].map(|k| (texels[k] / size[k]) as f32)
-        };
-        let all = faces.iter().map(|&face| &self.faces[face]);
-        let triangles = all.clone().flat_map(|face| fan(&face.corners).map(|t| t.map(|vertex| coordinates(face, vertex))));
-        let texture = all.map(|face| self.textures[face.texture].as_str()).next().unwrap_or_default();
-        builder.look(material(texture), triangles.collect());
-    }
-
-    /// Faces as fans.
-    fn mesh(&self, faces: &[usize], node: String, role: Role, opaque: bool, turned: &dyn Fn(DVec3) -> DVec3) -> Mesh {
-        let (mut positions, mut triangles, mut known) = (Vec::new(), Vec::new(), HashMap::new());
-        for &face in faces {
-            let corners: Vec<u32> = self.faces[face]
-                .corners
-                .iter()
-                .map(|&vertex| {
-                    *known.entry(vertex).or_insert_with(|| {
-                        positions.push(turned(self.vertices[vertex as usize]));
-                        positions.len() as u32 - 1
-                    })
-                })
-                .collect();
-            triangles.extend(fan(&corners));
-        }
-        Mesh { node, role, opaque, positions, triangles }
-    }
-}
-
-/// The triangles of a convex polygon.
-fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
-    (2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]])
 }
 
 /// The faces of each model; none is of two.

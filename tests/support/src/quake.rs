@@ -3,6 +3,8 @@
 /// Contents, as in the file.
 pub const AIR: i32 = -1;
 pub const SOLID: i32 = -2;
+/// Solid, but a leaf of its own, as compilers write what is behind a fence.
+pub const FENCE: i32 = -2 - 1000;
 pub const WATER: i32 = -3;
 pub const SKY: i32 = -6;
 
@@ -39,6 +41,24 @@ pub fn three_rooms(last: i32) -> Tree {
     hollow([0.0, -2.0, -2.0], [14.0, 2.0, 2.0], node(0, 4.0, second, leaf(AIR)))
 }
 
+/// A room with a partition of `behind` from x = 4 to 5, whose two faces are gratings. Before it, at x = 2, two leaves of air meet: leaves 1
+/// (east), 2 (the partition, unless it is [`SOLID`]) and the two before it.
+pub fn grated_room(behind: i32) -> Vec<u8> {
+    let east = node(0, 5.0, leaf(AIR), leaf(behind));
+    let west = node(0, 2.0, leaf(AIR), leaf(AIR));
+    let tree = hollow([0.0, -2.0, -2.0], [9.0, 2.0, 2.0], node(0, 4.0, east, west));
+    let across = |x: f32, turned: bool, leaf: usize| {
+        let mut corners = vec![[x, -2.0, -2.0], [x, 2.0, -2.0], [x, 2.0, 2.0], [x, -2.0, 2.0]];
+        if turned {
+            corners.reverse();
+        }
+        Face { corners, texture: "{grate", leaf }
+    };
+    let before = if behind == SOLID { 2 } else { 3 };
+    let entities = "{\n\"classname\" \"worldspawn\"\n}\n";
+    with_faces(&bsp(&tree, Layout::default()), &[vec![across(5.0, false, 1), across(4.0, true, before)]], entities)
+}
+
 /// How a file is laid out.
 #[derive(Clone, Copy, Default)]
 pub struct Layout {
@@ -51,8 +71,6 @@ pub struct Layout {
     pub extended: bool,
     /// Bytes after everything.
     pub tail: &'static [u8],
-    /// The first letter of the world's one texture, on its one face.
-    pub texture: u8,
 }
 
 struct Writer {
@@ -93,7 +111,7 @@ impl Writer {
         match tree {
             Tree::Leaf(SOLID) => -1,
             Tree::Leaf(contents) => {
-                self.leaf(*contents);
+                self.leaf(if *contents == FENCE { SOLID } else { *contents });
                 -self.leaf_count
             }
             Tree::Node(axis, at, front, back) => {
@@ -143,7 +161,7 @@ pub fn bsp(tree: &Tree, layout: Layout) -> Vec<u8> {
     let mut info = vec![0; 32];
     info.extend([0i32, 0].iter().flat_map(|x| x.to_le_bytes()));
     let mut texture: Vec<u8> = [1i32, 8].iter().flat_map(|x| x.to_le_bytes()).collect();
-    texture.extend([layout.texture.max(b'a'), b'b', 0]);
+    texture.extend(*b"ab\0");
     texture.extend([0; 37]);
 
     let mut lumps: [Vec<u8>; 15] = Default::default();
