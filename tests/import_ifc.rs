@@ -206,6 +206,43 @@ fn glass_lets_light_through_and_walls_do_not() {
     }
 }
 
+/// Colours are sRGB in the file, and linear here.
+#[test]
+fn surface_styles_are_materials() {
+    for schema in [Schema::Ifc2x3, Schema::Ifc4] {
+        let options = ImportOptions { trace: true, ..ImportOptions::default() };
+        let house = House { schema, ..House::default() };
+        let scene = import_bytes(house.text().into_bytes(), "house", &options).unwrap();
+        let trace = scene.trace.unwrap();
+        let [glass] = &trace.materials[..] else { panic!("{:?}", trace.materials) };
+        let linear = [0.5f32, 0.6, 0.7].map(|x| x.powf(2.2));
+        let off = glass.colour.iter().zip([linear[0], linear[1], linear[2], 0.1]).map(|(a, b)| (a - b).abs());
+        assert!(glass.name == "Glass" && off.fold(0.0, f32::max) < 1e-6, "{glass:?}");
+        // The pane has it, and nothing else.
+        for (object, mesh) in scene.objects.iter().zip(&trace.meshes) {
+            assert_eq!(trace.looks[*mesh as usize].material.is_some(), object.glass, "{}", object.node);
+        }
+        assert!(scene.objects.iter().any(|o| o.glass));
+    }
+}
+
+#[test]
+fn materials_of_buildings_are_told_apart() {
+    let Some(folder) = data("materials_of_buildings_are_told_apart") else { return };
+    let options = ImportOptions { trace: true, ..ImportOptions::default() };
+    for file in ["webifc-mpl/Office_A_20110811", "duplex/Duplex_A_20110907"] {
+        let scene = enfilade::scene::import(&folder.join(format!("{file}.ifc")), &options).unwrap();
+        let trace = scene.trace.unwrap();
+        let has_look = |mesh: &u32| trace.looks[*mesh as usize].material.is_some();
+        let told = trace.meshes.iter().filter(|mesh| has_look(mesh)).count();
+        assert!(told * 10 >= 8 * trace.meshes.len(), "{file}: {told} of {} objects", trace.meshes.len());
+        let mut colours: Vec<[u32; 4]> = trace.materials.iter().map(|m| m.colour.map(f32::to_bits)).collect();
+        colours.sort_unstable();
+        colours.dedup();
+        assert!(colours.len() >= 8, "{file}: {} colours", colours.len());
+    }
+}
+
 #[test]
 fn the_same_on_any_number_of_threads() {
     let Some(folder) = data("the_same_on_any_number_of_threads") else { return };

@@ -3,7 +3,7 @@
 use super::Exported;
 use crate::scene::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, FLOAT, U32, glb, pad, positions_accessor};
 use crate::scene::gltf::pictures::Pictures;
-use crate::scene::{ImportError, ImportOptions, Look, Material, Object, Role, Scene, Trace};
+use crate::scene::{ImportError, ImportOptions, Look, Material, Object, Picture, Role, Scene, Trace};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
@@ -102,7 +102,10 @@ impl Materials {
     /// The number of a material; without one, of glass or of what is opaque.
     fn number(&mut self, material: Option<&Material>, glass: bool) -> usize {
         let (name, colour, texture) = match material {
-            Some(Material { name, colour, texture }) => (name.as_str(), *colour, texture.clone()),
+            Some(Material { name, colour, texture: Some(Picture::Named(uri)), .. }) => {
+                (name.as_str(), *colour, Some(uri.clone()))
+            }
+            Some(Material { name, colour, .. }) => (name.as_str(), *colour, None),
             None if glass => ("glass", [0.6, 0.7, 0.8, 0.3], None),
             None => ("opaque", [0.6, 0.6, 0.6, 1.0], None),
         };
@@ -132,8 +135,6 @@ impl Materials {
             let mut look = json!({ "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9 });
             if let Some(image) = image {
                 look["baseColorTexture"] = json!({ "index": image });
-                // The colour of a material with a picture is often left black.
-                look["baseColorFactor"] = json!([1.0, 1.0, 1.0, colour[3]]);
             }
             let mut material = json!({ "name": name, "pbrMetallicRoughness": look, "doubleSided": true });
             if colour[3] < 1.0 {

@@ -275,7 +275,7 @@ mod tests {
         b.add(triangle([[0.1; 3], [0.2; 3], [0.3; 3]])).unwrap();
         let mut mesh = triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
         mesh.triangles = vec![[0, 0, 1], [0, 1, 2], [1, 1, 1], [2, 1, 0]];
-        let red = Material { name: "red".into(), colour: [1.0, 0.0, 0.0, 1.0], texture: None };
+        let red = Material::matt("red", [1.0, 0.0, 0.0, 1.0]);
         b.look(red.clone(), vec![[[0.5; 2]; 3]; 4]);
         b.add(mesh).unwrap();
         b.add(triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])).unwrap();

@@ -41,6 +41,7 @@ mod data;
 mod document;
 mod draco;
 mod hull;
+mod looks;
 mod meshopt;
 pub(crate) mod pictures;
 mod primitive;
@@ -54,6 +55,7 @@ pub(crate) use cut::cut_file;
 use data::{Buffers, broken, entry};
 use document::{Document, Instancing, Node};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
+use looks::Looks;
 use primitive::{LeftOut, Part};
 use std::path::Path;
 use std::rc::Rc;
@@ -69,7 +71,8 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
 /// refused.
 pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let (document, bin) = document::read(bytes)?;
-    Ok(read(&document, bin, name, folder, options)?.scene)
+    let json = if options.trace { Some(document::text(bytes)?.0) } else { None };
+    Ok(read(&document, bin, json, name, folder, options)?.scene)
 }
 
 /// A document that was read, with what cutting it needs.
@@ -102,18 +105,22 @@ struct Placement {
     translation: DVec3,
 }
 
+/// Reads a document; `json` is its text, where somebody asks how it looks.
 fn read<'a>(
     document: &'a Document,
     bin: Option<&'a [u8]>,
+    json: Option<&[u8]>,
     name: &str,
     folder: Option<&'a Path>,
     options: &'a ImportOptions,
 ) -> Result<Reading<'a>, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "glTF".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
+    let buffers = Buffers::new(document, bin, Sidecars { folder, under: options.files_under.as_deref() });
     let mut importer = Importer {
         document,
-        buffers: Buffers::new(document, bin, Sidecars { folder, under: options.files_under.as_deref() }),
+        looks: json.map(|json| Looks::read(json, &buffers)),
+        buffers,
         builder: SceneBuilder::new(options, source),
         parts: document.meshes.iter().map(|_| None).collect(),
         authored: Authored::default(),
@@ -138,6 +145,7 @@ struct Visit {
 struct Importer<'a> {
     document: &'a Document,
     buffers: Buffers<'a>,
+    looks: Option<Looks>,
     builder: SceneBuilder,
     /// By mesh and primitive, as they are first needed.
     parts: Vec<Option<Rc<Vec<Option<Part>>>>>,
@@ -244,11 +252,15 @@ impl<'a> Importer<'a> {
             let Some(part) = part else { continue };
             let material = primitive.material.map(|m| entry(&self.document.materials, m, "material")).transpose()?;
             let opens = matches!(visit.role, Role::Door | Role::Window);
-            let turned = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
+            let turned = |&triangle: &[u32; 3]| turned(triangle, mirrored);
             let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
             let glass = material.is_some_and(|m| !m.is_opaque());
             self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, instance });
+            if let Some((look, coordinates)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, i], part)) {
+                let coordinates = coordinates.into_iter().map(|triangle| self::turned(triangle, mirrored));
+                self.builder.look(look, coordinates.collect());
+            }
             let mesh = Mesh {
                 node: if parts.len() > 1 { format!("{name}/{i}") } else { name.to_owned() },
                 role: visit.role,
@@ -306,6 +318,11 @@ impl<'a> Importer<'a> {
         builder.hints = self.authored.finish(&mut builder.source.notes);
         Ok(Reading { scene: builder.finish(name)?, buffers, parts, drawn, undrawn })
     }
+}
+
+/// The corners of a triangle; the other way round where its node is mirrored.
+fn turned<T>([a, b, c]: [T; 3], mirrored: bool) -> [T; 3] {
+    if mirrored { [a, c, b] } else { [a, b, c] }
 }
 
 /// The roots of the scene to show: of the default scene, else the first, else every node without a parent. Checks the node

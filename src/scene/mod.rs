@@ -18,12 +18,13 @@ mod whole_file;
 
 pub use crate::types::hints::{Hints, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
 pub use crate::types::import::ImportOptions;
-pub use crate::types::scene::{Look, Material, Object, Role, Scene, Source, Trace};
+pub use crate::types::scene::{Look, Material, Object, Picture, Role, Scene, Source, Trace};
 pub use builder::{Mesh, SceneBuilder};
 pub use error::{ImportError, Place};
 
 use crate::geom;
 use glam::DVec3;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`, `.bsp`, `.map`).
@@ -37,6 +38,14 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         "bsp" => quake::import(path, options),
         "map" => quake::import_map(path, options),
         _ => Err(ImportError::UnknownFormat { extension }),
+    }
+}
+
+/// The file of a material's picture (PNG, JPEG, WebP, KTX2 or DDS), for a model read from `path` with `options`. The error is one line.
+pub fn picture<'p>(picture: &'p Picture, path: &Path, options: &ImportOptions) -> Result<Cow<'p, [u8]>, String> {
+    match picture {
+        Picture::Within(bytes) => Ok(Cow::Borrowed(bytes)),
+        Picture::Named(uri) => Ok(Cow::Owned(gltf::pictures::Pictures::beside(path.parent(), options).read(uri)?.1)),
     }
 }
 

@@ -14,7 +14,7 @@ mod polygon;
 
 use super::builder::short_name;
 use super::sidecar::Sidecars;
-use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use glam::DVec3;
 use materials::Material;
 use std::collections::{HashMap, HashSet};
@@ -68,11 +68,12 @@ fn look(name: &str, material: Option<&Material>) -> super::Material {
     let linear = |x: f32| x.clamp(0.0, 1.0).powf(2.2);
     let [r, g, b] = material.and_then(|m| m.diffuse).map_or([0.6; 3], |kd| kd.map(linear));
     let opacity = material.map_or(1.0, Material::opacity).clamp(0.0, 1.0);
-    super::Material {
-        name: if name.is_empty() { "none".to_owned() } else { short_name(name) },
-        colour: [r, g, b, opacity as f32],
-        texture: material.and_then(|m| m.picture.clone()),
-    }
+    let picture = material.and_then(|m| m.picture.clone());
+    // The colour of a material with a picture is often left black.
+    let is_black = picture.is_some() && [r, g, b] == [0.0; 3];
+    let [r, g, b] = if is_black { [1.0; 3] } else { [r, g, b] };
+    let name = if name.is_empty() { "none".to_owned() } else { short_name(name) };
+    super::Material { texture: picture.map(Picture::Named), ..super::Material::matt(name, [r, g, b, opacity as f32]) }
 }
 
 /// Everything that tells one mesh from another: indices into [`Reader::names`].

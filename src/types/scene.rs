@@ -6,6 +6,7 @@ use crate::geom::Aabb;
 use crate::tolerance::Tolerance;
 use glam::DVec3;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What an object is to the split into cells.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -86,7 +87,7 @@ pub struct Trace {
     pub meshes: Vec<u32>,
     /// By triangle of the scene: its number in its mesh, those without area counted.
     pub triangles: Vec<u32>,
-    /// By mesh: how it looks. For glTF nothing is said: its own primitives do.
+    /// By mesh: how it looks.
     pub looks: Vec<Look>,
     /// Materials of the source, as far as the importer tells them.
     pub materials: Vec<Material>,
@@ -101,15 +102,42 @@ pub struct Look {
     pub texture_coordinates: Vec<[[f32; 2]; 3]>,
 }
 
-/// A material of a source that isn't glTF.
+/// A material of a source: metallic and rough, as glTF 2.0 has them. Others give their matt colour.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Material {
-    /// As the source has it.
+    /// As the source has it; made different where materials of one name differ.
     pub name: String,
     /// Red, green, blue and opacity, linear, 0 to 1.
     pub colour: [f32; 4],
-    /// The file of its picture, as the source spells it.
-    pub texture: Option<String>,
+    /// 0 (not a metal) to 1.
+    pub metallic: f32,
+    /// 0 (smooth) to 1 (matt).
+    pub roughness: f32,
+    /// Red, green and blue that it shines with, linear, 0 or more.
+    pub emissive: [f32; 3],
+    /// Whether no light changes it.
+    pub unlit: bool,
+    /// Where the opacity of the picture is below this, 0 to 1, nothing is drawn.
+    pub cutoff: Option<f32>,
+    /// Its picture (sRGB), which [`Self::colour`] is multiplied by.
+    pub texture: Option<Picture>,
+}
+
+/// A picture of a material.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Picture {
+    /// A file beside the model, or a `data:` uri, as the source spells it.
+    Named(String),
+    /// A PNG, JPEG or other file that is in the model's own.
+    Within(Arc<[u8]>),
+}
+
+impl Material {
+    /// Of one colour, matt, without a picture.
+    pub fn matt(name: impl Into<String>, colour: [f32; 4]) -> Self {
+        let (name, emissive) = (name.into(), [0.0; 3]);
+        Self { name, colour, metallic: 0.0, roughness: 1.0, emissive, unlit: false, cutoff: None, texture: None }
+    }
 }
 
 impl Scene {

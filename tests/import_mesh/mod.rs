@@ -7,6 +7,7 @@ pub mod draco;
 pub mod glb;
 mod gltf;
 mod hostile;
+mod looks;
 #[cfg(feature = "meshopt")]
 pub mod meshopt;
 mod obj;

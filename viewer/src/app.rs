@@ -174,6 +174,7 @@ impl<'a> App<'a> {
         let mode = self.args.mode.or(settings.mode.parse::<FrameMode>().ok());
         session.apply(settings);
         session.show.mode = mode.unwrap_or(session.show.mode);
+        session.show.detail = self.args.detail.unwrap_or(session.show.detail);
         session.show.layers.alarm |= self.args.alarm;
         let context = session.egui.context.clone();
         let side = session.stage.gpu.limits.max_texture_dimension_2d as usize;

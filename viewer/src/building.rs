@@ -1,5 +1,6 @@
 //! What is looked at: a model with its `.pvs` file, found, read or baked.
 
+use crate::looks::Looks;
 use enfilade::bake::{BakeError, BakeOptions, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
@@ -16,6 +17,8 @@ pub struct Building {
     pub scene: Scene,
     /// Cells, portals and rows.
     pub file: PvsFile,
+    /// Materials and pictures.
+    pub looks: Looks,
 }
 
 /// How far opening is: a stage and its fraction.
@@ -32,12 +35,13 @@ impl Building {
                 Some(model) => model.to_owned(),
                 None => beside(file)?,
             };
-            let scene = import(&model, &pvs.import.options()).map_err(|e| at(&model, e))?;
+            let options = ImportOptions { trace: true, ..pvs.import.options() };
+            let scene = import(&model, &options).map_err(|e| at(&model, e))?;
             if scene.hash() != pvs.model_hash {
                 let file = file.display();
                 return Err(format!("{}: not the model that {file} was baked for; give it with --model", model.display()));
             }
-            return Ok(Self { scene, file: pvs });
+            return Ok(Self::with_looks(scene, pvs, &model, &options, progress));
         }
         if let Some(model) = model {
             return Err(format!("{}: --model goes with a .pvs file, and {} is a model", model.display(), file.display()));
@@ -51,7 +55,8 @@ impl Building {
     }
 
     fn bake(model: &Path, to: &Path, progress: Progress<'_>, stop: &AtomicBool) -> Result<Self, String> {
-        let scene = import(model, &ImportOptions::default()).map_err(|e| at(model, e))?;
+        let options = ImportOptions { trace: true, ..ImportOptions::default() };
+        let scene = import(model, &options).map_err(|e| at(model, e))?;
         let work = Job::new(progress).until(stop);
         let baked =
             bake(&scene, BakeOptions { keep_bounds: true, ..BakeOptions::default() }, &work).map_err(|e| match e {
@@ -64,7 +69,13 @@ impl Building {
         } else if let Err(e) = baked.file.save(to) {
             eprintln!("{}: not kept: {e}", to.display());
         }
-        Ok(Self { scene, file: baked.file })
+        Ok(Self::with_looks(scene, baked.file, model, &options, progress))
+    }
+
+    fn with_looks(scene: Scene, file: PvsFile, model: &Path, options: &ImportOptions, progress: Progress<'_>) -> Self {
+        let looks = Looks::read(&scene, model, options, &|done| progress("pictures", done));
+        looks.notes.iter().for_each(|note| eprintln!("{}: {note}", model.display()));
+        Self { scene, file, looks }
     }
 }
 

@@ -7,6 +7,7 @@ use crate::draw::alarm::Missed;
 use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::targets::{Canvas, PICTURE};
+use crate::looks::Detail;
 use crate::session::Session;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::{Camera, FrameMode};
@@ -73,6 +74,7 @@ impl Headless {
         run: impl FnOnce(&mut Walk<'_, '_>) -> T,
     ) -> Result<T, String> {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
+        walk.stage.set_detail(args.detail.unwrap_or(Detail::Plain))?;
         Ok(run(&mut walk))
     }
 }
@@ -146,6 +148,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
     let mut session = Session::new(&held.building, stage, PICTURE, size)?;
     session.show.mode = args.mode.unwrap_or(session.show.mode);
+    session.show.detail = args.detail.unwrap_or_default();
     session.show.layers.alarm = args.alarm;
     session.show.hud = !args.show.is_empty();
     // The walk up to here, so that graphs and the walked path are those of a walk.

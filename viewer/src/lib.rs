@@ -14,6 +14,7 @@ pub mod delayed_queries;
 pub mod draw;
 pub mod explain;
 pub mod headless;
+pub mod looks;
 pub mod overlays;
 pub mod pick;
 pub mod screen;

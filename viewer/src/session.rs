@@ -9,6 +9,7 @@ use crate::draw::alarm::Missed;
 use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
+use crate::looks::Detail;
 use crate::settings::{Layers, Settings};
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
@@ -43,6 +44,8 @@ const WAY: (f64, usize) = (0.25, 4000);
 pub struct Show {
     /// How frames are culled.
     pub mode: FrameMode,
+    /// How the scene is drawn; cells' colours are always plain.
+    pub detail: Detail,
     /// Colours.
     pub tints: Tints,
     /// What lies over the picture.
@@ -109,6 +112,7 @@ impl<'b> Session<'b> {
         let (eye, along) = start(&building.file);
         let show = Show {
             mode: FrameMode::Auto,
+            detail: Detail::Plain,
             tints: Tints::default(),
             layers: Layers::NONE,
             hud: true,
@@ -156,20 +160,20 @@ impl<'b> Session<'b> {
 
     /// Shows what was shown when somebody was here last.
     pub fn apply(&mut self, settings: &Settings) {
-        let Settings { tints, layers, fov_y_degrees, flies, .. } = *settings;
+        let Settings { detail, tints, layers, fov_y_degrees, flies, .. } = *settings;
         let (hud, keys, mode, fov_y) = (true, false, self.show.mode, fov_y_degrees.to_radians());
-        self.show = Show { mode, tints, layers, hud, keys, fov_y };
+        self.show = Show { mode, detail, tints, layers, hud, keys, fov_y };
         self.walker.flies = flies;
         self.paint();
     }
 
     /// Keeps that for the next time.
     pub fn remember(&self, settings: &mut Settings) {
-        let Show { mode, tints, layers, fov_y, .. } = self.show;
+        let Show { mode, detail, tints, layers, fov_y, .. } = self.show;
         let (flies, size, fov_y_degrees) =
             (self.frozen.map_or(self.walker.flies, |frozen| frozen.1.flies), self.size, fov_y.to_degrees());
         let mode = mode.name().to_owned();
-        *settings = Settings { mode, tints, layers, flies, size, fov_y_degrees };
+        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees };
     }
 
     /// Stands where a frame of a path does, without weight.
@@ -206,6 +210,9 @@ impl<'b> Session<'b> {
             Action::Cells => {
                 show.tints = if show.tints == Tints::Roles { Tints::Cells } else { Tints::Roles };
                 self.paint();
+            }
+            Action::Detail => {
+                show.detail = if show.detail == Detail::Plain { Detail::Full } else { Detail::Plain };
             }
             Action::Layer(shown) => {
                 if let Some(layer) = show.layer(shown) {
@@ -278,6 +285,8 @@ impl<'b> Session<'b> {
         if !self.mirrors.is_empty() {
             self.mirrors.look(&self.stage.culling.culler, &camera, &mut self.scratch);
         }
+        let detail = if self.show.tints == Tints::Cells { Detail::Plain } else { self.show.detail };
+        self.stage.set_detail(detail)?;
         // The culling of the last frame is there from the first on.
         let culled_by = if self.frozen.is_some() && self.stage.culling.last.is_some() { None } else { Some(camera) };
         let wish = Wish {

@@ -1,6 +1,7 @@
 //! What is remembered from one run to the next, as JSON in the folder where the system keeps settings.
 
 use crate::colours::Tints;
+use crate::looks::Detail;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -10,6 +11,8 @@ use std::path::PathBuf;
 pub struct Settings {
     /// A mode's name, as on the command line.
     pub mode: String,
+    /// How the scene is drawn.
+    pub detail: Detail,
     /// Colours of objects.
     pub tints: Tints,
     /// What is shown over the picture.
@@ -57,6 +60,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             mode: "auto".into(),
+            detail: Detail::Full,
             tints: Tints::Roles,
             layers: Layers::default(),
             flies: false,

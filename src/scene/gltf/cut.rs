@@ -46,7 +46,7 @@ pub(crate) fn cut_file<E: From<ImportError>>(
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let (document, bin) = document::read(source)?;
     let options = ImportOptions { trace: true, ..options.clone() };
-    let reading = read(&document, bin, &name, folder, &options)?;
+    let reading = read(&document, bin, None, &name, folder, &options)?;
     check(&reading.scene)?;
     let root = serde_json::from_slice(document::text(source)?.0);
     let root: Value = root.map_err(|e| broken(format!("not a glTF document: {e}")))?;

@@ -2,7 +2,7 @@
 
 use super::model::{Model, Voids, global_id, y_up};
 use super::relations::Relations;
-use super::styles::Styles;
+use super::styles::{Styles, Surface};
 use super::workers::{self, DeadlinePassed, Limits, Outcome};
 use crate::parallel;
 use glam::DVec3;
@@ -44,6 +44,8 @@ pub(super) struct Built {
     pub(super) solid: Shape,
     /// What is see-through by its style.
     pub(super) clear: Shape,
+    /// The first surface of each of the two.
+    pub(super) surfaces: [Option<Arc<Surface>>; 2],
 }
 
 impl Built {
@@ -137,10 +139,10 @@ impl workers::Task for Task {
 impl Task {
     fn build(&self, product: u32, decoder: &mut EntityDecoder<'_>, router: &GeometryRouter) -> Result<Built, String> {
         let entity = decoder.decode_by_id(product).map_err(one_line)?;
-        let clear_items = self.styles.clear_items(&entity, &self.relations, decoder);
-        let mut built = Built::default();
-        match clear_items {
-            None => {
+        let items = self.styles.of(&entity, &self.relations, decoder);
+        let mut built = Built { surfaces: [items.solid.clone(), items.clear.clone()], ..Built::default() };
+        match items.have_clear() {
+            false => {
                 let parts =
                     router.process_element_with_voids_parts(&entity, decoder, &self.model.voids).map_err(one_line)?;
                 for mesh in &parts {
@@ -148,9 +150,9 @@ impl Task {
                 }
             }
             // Part by part only where parts differ: the other way is cheaper.
-            Some(clear_items) => {
+            true => {
                 for part in &parts_by_item(router, &entity, decoder, &self.model.voids)?.sub_meshes {
-                    let shape = if clear_items.contains(part.geometry_id) { &mut built.clear } else { &mut built.solid };
+                    let shape = if items.is_clear(part.geometry_id) { &mut built.clear } else { &mut built.solid };
                     self.append(shape, &part.mesh)?;
                 }
             }

@@ -7,7 +7,7 @@ use super::roles::{holds_panes, role};
 use super::styles::Styles;
 use super::workers::{DeadlinePassed, Limits, Outcome, run_one};
 use super::{boundaries, openings, spaces};
-use crate::scene::{Hints, ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source};
+use crate::scene::{Hints, ImportError, ImportOptions, Material, Mesh, Place, Role, Scene, SceneBuilder, Source};
 use ifc_lite_core::{EntityDecoder, IfcType};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -108,6 +108,9 @@ fn add_meshes(
             continue;
         }
         let mut add = |shape: &Shape, role: Role, opaque: bool, glass: bool| {
+            if let Some(surface) = &built.surfaces[usize::from(glass)] {
+                builder.look(Material::matt(&surface.name, surface.colour), Vec::new());
+            }
             if shape.triangles.is_empty() {
                 return Ok(());
             }

@@ -1,6 +1,7 @@
 //! A frame, from top to bottom: [`Stage::frame`].
 
 use super::alarm::{Alarm, Missed};
+use super::full::Full;
 use super::lines::{Lines, Overlay};
 use super::mesh::{Mesh, Runs};
 use super::mirror::Mirrors;
@@ -10,6 +11,7 @@ use super::targets::Targets;
 use super::timer::Timer;
 use crate::building::Building;
 use crate::culling::{Culling, Oracle};
+use crate::looks::Detail;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::{Camera, FrameMode};
@@ -74,6 +76,11 @@ pub struct Stage<'b> {
     pub mesh: Mesh,
     /// What is drawn of a frame.
     pub targets: Targets,
+    building: &'b Building,
+    format: TextureFormat,
+    /// Made when it is first asked for.
+    full: Option<Full>,
+    detail: Detail,
     eye: Eye,
     alarm: Alarm,
     lines: Lines,
@@ -118,6 +125,10 @@ impl<'b> Stage<'b> {
             everything: Runs::default(),
             all: (0..scene.objects.len() as u32).map(ObjectId).collect(),
             timing: None,
+            building,
+            format,
+            full: None,
+            detail: Detail::Plain,
             mesh,
             pipelines,
             gpu,
@@ -145,8 +156,24 @@ impl<'b> Stage<'b> {
         self.pipelines.paint(&self.gpu, &colours);
     }
 
+    /// Draws in this detail from now on.
+    ///
+    /// # Errors
+    ///
+    /// One line: what it takes doesn't fit; the detail stays as it was.
+    pub fn set_detail(&mut self, detail: Detail) -> Result<(), String> {
+        if detail == Detail::Full && self.full.is_none() {
+            let (scene, looks) = (&self.building.scene, &self.building.looks);
+            let full = Full::new(&self.gpu, &self.pipelines, &self.mesh, scene, looks, self.format);
+            self.full = Some(full.map_err(|e| e.to_string())?);
+        }
+        self.detail = detail;
+        Ok(())
+    }
+
     /// [`Self::is_ghost`] has changed.
     pub fn doors_moved(&mut self) {
+        self.full.iter_mut().for_each(Full::doors_moved);
         self.everything.set(&self.mesh, &self.all, &self.is_ghost, None);
     }
 
@@ -195,6 +222,13 @@ impl<'b> Stage<'b> {
         if let Some(mirrors) = &mut wish.mirrors {
             mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, self.targets.size, &mut commands);
         }
+        let mut full = self.full.as_mut().filter(|_| self.detail == Detail::Full);
+        if let Some(full) = &mut full {
+            let asked = if asks { &self.culling.late.conditional[..] } else { &[] };
+            let objects = decision.objects.iter().copied().chain(asked.iter().map(|(_, object)| *object));
+            let seen_through = objects.filter(|o| self.is_ghost[o.index()]);
+            full.prepare(&self.pipelines, &self.mesh, &self.is_ghost, seen_through, wish.camera.eye, &mut commands);
+        }
         let timing = if wish.timed && self.timing.is_none() {
             self.timer.as_mut().and_then(|timer| timer.start(self.frame))
         } else {
@@ -214,8 +248,13 @@ impl<'b> Stage<'b> {
 
         // 4. What is certain.
         let mut pass = begin(&mut commands, picture, &self.targets.depth, Some(SKY), stamps(0));
-        self.pipelines.bind(&mut pass, &self.eye);
-        self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
+        match &full {
+            Some(full) => full.draw(&mut pass, &self.pipelines, &self.eye, &runs.solid),
+            None => {
+                self.pipelines.bind(&mut pass, &self.eye);
+                self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
+            }
+        }
         drop(pass);
 
         // 5. What the device decides: questions about the rest, and what the answers say.
@@ -224,12 +263,22 @@ impl<'b> Stage<'b> {
             let (late, mesh, targets) = (&self.culling.late, &self.mesh, &self.targets);
             answers = self.queries.record(gpu, late, mesh, &self.is_ghost, &self.eye, targets, &mut commands);
             let mut pass = begin(&mut commands, picture, &self.targets.depth, None, stamps(1));
-            self.pipelines.bind(&mut pass, &self.eye);
             let Queries { draws, solid, count, .. } = &self.queries;
-            self.pipelines.colours.draw_indirect(&mut pass, draws, *solid, *count);
+            match &full {
+                Some(full) => full.draw_indirect(&mut pass, &self.pipelines, &self.eye, draws, *solid),
+                None => {
+                    self.pipelines.bind(&mut pass, &self.eye);
+                    self.pipelines.colours.draw_indirect(&mut pass, draws, *solid, *count);
+                }
+            }
         }
 
-        // 6. What there is, held against it.
+        // 6. How it looks, by its depth: sky, shade and edges; then glass.
+        if let Some(full) = full {
+            full.finish(gpu, &self.pipelines, &self.eye, &wish, &self.targets, picture, &mut commands);
+        }
+
+        // 7. What there is, held against it.
         let mut counts = None;
         if wish.alarm {
             let everything = [&self.everything.solid[..], &self.everything.ghosts];
@@ -237,7 +286,7 @@ impl<'b> Stage<'b> {
             counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, self.frame, &mut commands);
         }
 
-        // 7. Over it: mirrors, portals, frusta; then the interface.
+        // 8. Over it: mirrors, portals, frusta; then the interface.
         if has_overlay {
             let mut pass = begin(&mut commands, picture, &self.targets.depth, None, stamps(2));
             if let Some(mirrors) = &wish.mirrors {
@@ -253,7 +302,7 @@ impl<'b> Stage<'b> {
             painter.paint(pass.forget_lifetime());
         }
 
-        // 8. Off it goes; what is read back is asked for, to be heard some frames later.
+        // 9. Off it goes; what is read back is asked for, to be heard some frames later.
         if let (Some(timer), Some(slot)) = (&self.timer, timing) {
             timer.resolve(slot, &mut commands);
         }
@@ -311,7 +360,7 @@ impl<'b> Stage<'b> {
 }
 
 /// A pass over the scene; `clear`: it is the first.
-fn begin<'e>(
+pub(super) fn begin<'e>(
     commands: &'e mut wgpu::CommandEncoder,
     picture: &TextureView,
     depth: &TextureView,

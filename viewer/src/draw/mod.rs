@@ -2,11 +2,15 @@
 
 pub mod alarm;
 pub mod frame;
+pub mod full;
 pub mod lines;
 pub mod mesh;
 pub mod mirror;
 pub mod pipelines;
 pub mod queries;
 pub mod readback;
+pub mod shade;
+pub mod sun;
+pub mod surfaces;
 pub mod targets;
 pub mod timer;

@@ -78,7 +78,7 @@ impl Pipelines {
 
     /// A camera of its own.
     pub fn eye(&self, gpu: &Gpu) -> Eye {
-        let camera = gpu.buffer(80, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let camera = gpu.buffer(96, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &self.layout,
@@ -96,10 +96,15 @@ impl Pipelines {
         gpu.queue.write_buffer(&self.palette, 0, bytemuck::cast_slice(&words));
     }
 
+    /// The scene's corners, as [`Mesh::corners`] has them.
+    pub fn corners(&self) -> wgpu::BufferSlice<'_> {
+        self.corners.slice(..)
+    }
+
     /// Binds the scene's corners.
     pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
         pass.set_bind_group(0, &eye.group, &[]);
-        pass.set_vertex_buffer(0, self.corners.slice(..));
+        pass.set_vertex_buffer(0, self.corners());
     }
 }
 
@@ -137,6 +142,7 @@ impl Eye {
         let (n, d) = cut.unwrap_or((Vec3::ZERO, -1.0));
         let mut words = clip(camera).to_cols_array().to_vec();
         words.extend(n.extend(d).to_array());
+        words.extend(camera.eye.extend(1.0).to_array());
         gpu.queue.write_buffer(&self.camera, 0, bytemuck::cast_slice(&words));
     }
 }
@@ -172,6 +178,8 @@ pub struct Recipe<'r> {
     pub corner: &'r str,
     /// The buffer that corners come from, if there is one.
     pub corners: Option<wgpu::VertexBufferLayout<'r>>,
+    /// Another one, with more about them.
+    pub more: Option<wgpu::VertexBufferLayout<'r>>,
     /// What corners make.
     pub topology: wgpu::PrimitiveTopology,
     /// What is bound.
@@ -186,12 +194,12 @@ impl<'r> Recipe<'r> {
     /// Triangles without a buffer, depth or pixels.
     pub fn new(module: &'r wgpu::ShaderModule, corner: &'r str) -> Self {
         let topology = wgpu::PrimitiveTopology::TriangleList;
-        Self { module, corner, corners: None, topology, groups: &[], depth: None, pixel: None }
+        Self { module, corner, corners: None, more: None, topology, groups: &[], depth: None, pixel: None }
     }
 
     /// The pipeline.
     pub fn pipeline(self, gpu: &Gpu) -> wgpu::RenderPipeline {
-        let corners: Vec<_> = self.corners.map(Some).into_iter().collect();
+        let corners: Vec<_> = [self.corners, self.more].into_iter().flatten().map(Some).collect();
         let (pixel, target) = self.pixel.unzip();
         let targets = [target];
         gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -224,6 +232,13 @@ pub fn layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::Pip
     gpu.device.create_pipeline_layout(&wanted)
 }
 
+/// A place, then a word: see [`Mesh::corners`].
+pub const CORNERS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: 16,
+    step_mode: wgpu::VertexStepMode::Vertex,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
+};
+
 /// What pipelines of the scene share.
 struct Maker<'m> {
     gpu: &'m Gpu,
@@ -240,11 +255,7 @@ impl Maker<'_> {
         // Models are wound both ways: nothing is culled by winding.
         Recipe {
             groups: &[Some(self.layout)],
-            corners: Some(wgpu::VertexBufferLayout {
-                array_stride: 16,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
-            }),
+            corners: Some(CORNERS),
             depth: Some(depth_state(true, wgpu::CompareFunction::Greater)),
             pixel: Some((fragment, format.into())),
             ..Recipe::new(&self.module, vertex)

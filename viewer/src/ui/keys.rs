@@ -12,6 +12,8 @@ pub enum Action {
     Freeze,
     /// See [`crate::colours::Tints`].
     Cells,
+    /// See [`crate::looks::Detail`].
+    Detail,
     /// Shows something over the picture, or no longer: none of cells, mirrors and `why`.
     Layer(Shown),
     /// The alarm.
@@ -32,7 +34,7 @@ pub enum Action {
 pub type Key = (KeyCode, &'static str, Action, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 21] = [
+pub const KEYS: [Key; 22] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "cull through portals"),
@@ -42,6 +44,7 @@ pub const KEYS: [Key; 21] = [
     (KeyCode::Digit7, "7", Action::Mode(6), "whatever costs the least here (auto)"),
     (KeyCode::KeyF, "F", Action::Freeze, "freeze the culling and fly out, or go on"),
     (KeyCode::KeyC, "C", Action::Cells, "colours of cells"),
+    (KeyCode::KeyL, "L", Action::Detail, "as it looks, or in flat colours"),
     (KeyCode::KeyP, "P", Action::Layer(Shown::Portals), "outlines of portals"),
     (KeyCode::KeyR, "R", Action::Layer(Shown::Rectangles), "portals' rectangles on the screen"),
     (KeyCode::KeyM, "M", Action::Layer(Shown::Plan), "plan of the storey"),

@@ -7,14 +7,17 @@ use enfilade::scene::{ImportOptions, import};
 use enfilade::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::headless::device;
+use enfilade_viewer::looks::Looks;
 use std::path::{Path, PathBuf};
 
 /// A building of this repository, with flow's rows only: what is undecided is drawn, so that pictures are whole all the same.
 pub fn building(name: &str) -> Building {
-    let scene = import(&shipped(name, "glb"), &ImportOptions::default()).unwrap();
+    let (model, options) = (shipped(name, "glb"), ImportOptions { trace: true, ..ImportOptions::default() });
+    let scene = import(&model, &options).unwrap();
+    let looks = Looks::read(&scene, &model, &options, &|_| {});
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
-    Building { scene, file }
+    Building { scene, file, looks }
 }
 
 /// The walk that comes with a building.

@@ -1,0 +1,233 @@
+//! The scene as it looks, in place of flat colours: materials, pictures, the sun and its shadows, shade in corners, edges, glass.
+//!
+//! What is drawn of a pixel depends on what is seen there and on nothing that culling decides: shadows are cast by everything, shade and
+//! edges come from the depth of the picture, and glass is sorted by where it is. So pictures are the same in every mode.
+
+use super::frame::{Wish, begin};
+use super::mesh::Mesh;
+use super::pipelines::{CORNERS, Eye, Pipelines, Recipe, depth_state, shader};
+use super::shade::Shade;
+use super::sun::Sun;
+use super::surfaces::{self, SURFACES};
+use super::targets::Targets;
+use crate::looks::{Looks, SKY, Surface};
+use enfilade::ObjectId;
+use enfilade::gpu::{Gpu, GpuError};
+use enfilade::scene::Scene;
+use glam::Vec3;
+use std::ops::Range;
+use wgpu::{BlendState, BufferUsages, CompareFunction, TextureFormat, TextureView};
+
+/// How objects that may be seen through are drawn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    /// As a picture with holes.
+    Masked,
+    /// Blended.
+    Glass,
+    /// Not see-through by its material: a door that stands open.
+    Other,
+}
+
+/// What draws a scene as it looks.
+pub struct Full {
+    /// Depth of solid things, so that each pixel is shaded once.
+    depth: wgpu::RenderPipeline,
+    solid: wgpu::RenderPipeline,
+    masked: wgpu::RenderPipeline,
+    screen: wgpu::RenderPipeline,
+    glass: wgpu::RenderPipeline,
+    screen_depth: wgpu::RenderPipeline,
+    sky: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+    more: wgpu::Buffer,
+    sun: Sun,
+    shade: Shade,
+    kinds: Vec<Kind>,
+    /// By object: whether the sky is seen through it. That casts no shadow.
+    is_sky: Vec<bool>,
+    middles: Vec<Vec3>,
+    sorted: Sorted,
+}
+
+/// What is seen through in a frame, by how it is drawn.
+#[derive(Default)]
+struct Sorted {
+    masked: Vec<Range<u32>>,
+    screens: Vec<Range<u32>>,
+    /// Far ones first.
+    glass: Vec<Range<u32>>,
+    keys: Vec<(f32, ObjectId)>,
+}
+
+impl Full {
+    /// Puts looks on a device that has the scene.
+    ///
+    /// # Errors
+    ///
+    /// Where they don't fit.
+    pub fn new(
+        gpu: &Gpu,
+        pipelines: &Pipelines,
+        mesh: &Mesh,
+        scene: &Scene,
+        looks: &Looks,
+        format: TextureFormat,
+    ) -> Result<Self, GpuError> {
+        gpu.fits("surfaces", surfaces::BYTES * mesh.corners.len() as u64)?;
+        let sun = Sun::new(gpu, scene);
+        let layout = surfaces::layout(gpu);
+        let module = shader(gpu, include_str!("full.wgsl"));
+        let groups = [Some(&pipelines.layout), Some(&layout)];
+        let scene_pipeline = |fragment, target: wgpu::ColorTargetState, writes, compare| {
+            Recipe {
+                groups: &groups,
+                corners: Some(CORNERS),
+                more: Some(SURFACES),
+                depth: Some(depth_state(writes, compare)),
+                pixel: Some((fragment, target)),
+                ..Recipe::new(&module, "lit")
+            }
+            .pipeline(gpu)
+        };
+        let plain = || wgpu::ColorTargetState::from(format);
+        let blended =
+            wgpu::ColorTargetState { format, blend: Some(BlendState::ALPHA_BLENDING), write_mask: wgpu::ColorWrites::COLOR };
+        let nothing = || wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::empty() };
+        let surface = |object: usize| -> &Surface { &looks.surfaces[looks.of_objects[object] as usize] };
+        let kind = |object: usize| {
+            let surface = surface(object);
+            match scene.objects[object].glass {
+                true if surface.cutoff > 0.0 => Kind::Masked,
+                true => Kind::Glass,
+                false => Kind::Other,
+            }
+        };
+        let words = surfaces::words(scene, mesh, looks);
+        Ok(Self {
+            depth: scene_pipeline("nothing", nothing(), true, CompareFunction::Greater),
+            solid: scene_pipeline("solid", plain(), false, CompareFunction::Equal),
+            masked: scene_pipeline("masked", plain(), true, CompareFunction::Greater),
+            screen: scene_pipeline("screen", plain(), true, CompareFunction::Greater),
+            glass: scene_pipeline("glass", blended, false, CompareFunction::Greater),
+            screen_depth: scene_pipeline("screen_depth", nothing(), true, CompareFunction::Greater),
+            sky: Recipe {
+                groups: &groups,
+                depth: Some(depth_state(false, CompareFunction::Equal)),
+                pixel: Some(("heaven", format.into())),
+                ..Recipe::new(&module, "everywhere")
+            }
+            .pipeline(gpu),
+            group: surfaces::group(gpu, &layout, looks, &sun),
+            more: gpu.filled(bytemuck::cast_slice(&words), BufferUsages::VERTEX),
+            sun,
+            shade: Shade::new(gpu, scene, format),
+            kinds: (0..scene.objects.len()).map(kind).collect(),
+            is_sky: (0..scene.objects.len()).map(|o| surface(o).kind == SKY).collect(),
+            middles: scene.objects.iter().map(|o| o.bounds.centre().as_vec3()).collect(),
+            sorted: Sorted::default(),
+        })
+    }
+
+    /// What casts shadows has changed.
+    pub fn doors_moved(&mut self) {
+        self.sun.is_new = true;
+    }
+
+    /// Casts shadows where something has changed, and sorts what is seen through.
+    pub fn prepare(
+        &mut self,
+        pipelines: &Pipelines,
+        mesh: &Mesh,
+        is_ghost: &[bool],
+        seen_through: impl Iterator<Item = ObjectId>,
+        eye: Vec3,
+        commands: &mut wgpu::CommandEncoder,
+    ) {
+        let casts = |o: &usize| !is_ghost[*o] && !self.is_sky[*o];
+        self.sun.cast(pipelines, (0..is_ghost.len()).filter(casts).map(|o| &mesh.ranges[o]), commands);
+        let Sorted { masked, screens, glass, keys } = &mut self.sorted;
+        keys.clear();
+        keys.extend(seen_through.map(|o| (self.middles[o.index()].distance_squared(eye), o)));
+        // Far ones first; of those that are as far in the order of their numbers, in every mode.
+        keys.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        [&mut *masked, &mut *screens, &mut *glass].into_iter().for_each(Vec::clear);
+        for &(_, object) in keys.iter() {
+            let runs = match self.kinds[object.index()] {
+                Kind::Masked => &mut *masked,
+                Kind::Glass => &mut *glass,
+                Kind::Other => &mut *screens,
+            };
+            runs.push(mesh.ranges[object.index()].clone());
+        }
+    }
+
+    /// What is certain: solid things, then pictures with holes.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, eye: &Eye, solid: &[Range<u32>]) {
+        self.bind(pass, pipelines, eye);
+        let lists = [
+            (&self.depth, solid),
+            (&self.solid, solid),
+            (&self.masked, &self.sorted.masked),
+            (&self.screen, &self.sorted.screens),
+        ];
+        lists.into_iter().for_each(|(pipeline, runs)| draw(pass, pipeline, runs));
+    }
+
+    /// So many indirect draws of solid things.
+    pub fn draw_indirect(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipelines: &Pipelines,
+        eye: &Eye,
+        draws: &wgpu::Buffer,
+        count: usize,
+    ) {
+        self.bind(pass, pipelines, eye);
+        for pipeline in [&self.depth, &self.solid] {
+            pass.set_pipeline(pipeline);
+            (0..count).for_each(|i| pass.draw_indirect(draws, 16 * i as u64));
+        }
+    }
+
+    /// Once everything solid is there: the sky, shade and edges, glass. For the alarm, too, the depth of what is seen through, as screens.
+    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
+    pub fn finish(
+        &mut self,
+        gpu: &Gpu,
+        pipelines: &Pipelines,
+        eye: &Eye,
+        wish: &Wish<'_>,
+        targets: &Targets,
+        picture: &TextureView,
+        commands: &mut wgpu::CommandEncoder,
+    ) {
+        let mut pass = begin(commands, picture, &targets.depth, None, None);
+        pass.set_bind_group(0, &eye.group, &[]);
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_pipeline(&self.sky);
+        pass.draw(0..3, 0..1);
+        drop(pass);
+        self.shade.record(gpu, &wish.camera, targets, picture, commands);
+        let mut pass = begin(commands, picture, &targets.depth, None, None);
+        self.bind(&mut pass, pipelines, eye);
+        draw(&mut pass, &self.glass, &self.sorted.glass);
+        if wish.alarm {
+            draw(&mut pass, &self.screen_depth, &self.sorted.glass);
+            draw(&mut pass, &self.screen_depth, &self.sorted.masked);
+        }
+    }
+
+    fn bind(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, eye: &Eye) {
+        pipelines.bind(pass, eye);
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_vertex_buffer(1, self.more.slice(..));
+    }
+}
+
+fn draw(pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, runs: &[Range<u32>]) {
+    if !runs.is_empty() {
+        pass.set_pipeline(pipeline);
+        runs.iter().for_each(|run| pass.draw(run.clone(), 0..1));
+    }
+}

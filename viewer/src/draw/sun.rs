@@ -1,0 +1,102 @@
+//! The sun: where it stands, and the depth that it sees, which shadows are looked up in.
+//!
+//! Based on: Williams 1978.
+
+use super::pipelines::{CORNERS, DEPTH, Pipelines, Recipe, depth_state, shader};
+use super::targets::texture;
+use enfilade::gpu::Gpu;
+use enfilade::scene::Scene;
+use glam::{Mat4, Vec3, Vec4};
+use std::ops::Range;
+use wgpu::{BufferUsages, CompareFunction, TextureUsages, TextureView};
+
+/// Where it stands, about a unit vector: high, and square to no wall.
+const TOWARDS: Vec3 = Vec3::new(0.42, 0.78, 0.46);
+/// Side of the depth, texels. A building of 40 m has 2 cm a texel. More: software drivers take long. Fewer: windows cast no shapes.
+const SIDE: u32 = 2048;
+/// Shadows are looked up this many texels before the face. More: shadows leave the foot of what casts them. Fewer: faces shade themselves.
+const BEFORE: f32 = 1.8;
+
+/// See [`self`].
+pub struct Sun {
+    /// Its matrix and direction.
+    pub uniform: wgpu::Buffer,
+    /// Its depth: less is nearer to it.
+    pub shadows: TextureView,
+    /// Whether that is to be drawn.
+    pub is_new: bool,
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+}
+
+impl Sun {
+    /// Over a scene.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
+        let bounds = scene.bounds();
+        let (middle, radius) = (bounds.centre().as_vec3(), (bounds.diagonal() * 0.5).max(1e-3) as f32);
+        let towards = TOWARDS.normalize();
+        // A ball around the scene becomes the cube that is drawn.
+        let right = Vec3::Y.cross(towards).normalize();
+        let row = |axis: Vec3, add: f32| axis.extend(add - axis.dot(middle));
+        let rows = [row(right / radius, 0.0), row(towards.cross(right) / radius, 0.0), row(-towards / (2.0 * radius), 0.5)];
+        let clip = Mat4::from_cols(rows[0], rows[1], rows[2], Vec4::W).transpose();
+        let mut words = clip.to_cols_array().to_vec();
+        words.extend(towards.extend(BEFORE * 2.0 * radius / SIDE as f32).to_array());
+        let uniform = gpu.filled(bytemuck::cast_slice(&words), BufferUsages::UNIFORM);
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+        Self {
+            shadows: texture(gpu, [SIDE; 2], DEPTH, usage).create_view(&Default::default()),
+            is_new: true,
+            pipeline: Recipe {
+                groups: &[None, Some(&layout)],
+                corners: Some(CORNERS),
+                depth: Some(depth_state(true, CompareFunction::Less)),
+                ..Recipe::new(&shader(gpu, include_str!("full.wgsl")), "shadow")
+            }
+            .pipeline(gpu),
+            group: gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &layout,
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+            }),
+            uniform,
+        }
+    }
+
+    /// Draws its depth, if something has changed: the corners in `casting`.
+    pub fn cast<'r>(
+        &mut self,
+        pipelines: &Pipelines,
+        casting: impl Iterator<Item = &'r Range<u32>>,
+        commands: &mut wgpu::CommandEncoder,
+    ) {
+        if !std::mem::replace(&mut self.is_new, false) {
+            return;
+        }
+        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.shadows,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_vertex_buffer(0, pipelines.corners());
+        casting.for_each(|run| pass.draw(run.clone(), 0..1));
+    }
+}

@@ -1,0 +1,185 @@
+//! What a corner's face is made of, and the materials and pictures that it names.
+
+use super::mesh::Mesh;
+use super::sun::Sun;
+use crate::looks::Looks;
+use enfilade::gpu::Gpu;
+use enfilade::scene::Scene;
+use glam::DVec3;
+use half::f16;
+use image::RgbaImage;
+use image::imageops::{FilterType, resize};
+use wgpu::{BindingType, BufferUsages, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
+
+/// Of a corner.
+pub const BYTES: u64 = 8;
+
+/// Texture coordinates as `f16`; then the material in the lower half of a word, and the face's normal in the upper one.
+pub const SURFACES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: BYTES,
+    step_mode: wgpu::VertexStepMode::Vertex,
+    attributes: &wgpu::vertex_attr_array![2 => Float16x2, 3 => Uint32],
+};
+
+/// What corners are made of, in the order of [`Mesh::corners`], as [`SURFACES`] has it.
+pub fn words(scene: &Scene, mesh: &Mesh, looks: &Looks) -> Vec<[u32; 2]> {
+    let mut words = vec![[0; 2]; mesh.corners.len()];
+    for (id, object) in scene.objects.iter().enumerate() {
+        let material = u32::from(looks.of_objects[id]);
+        let coordinates = scene.trace.as_ref().map(|trace| {
+            let look = &trace.looks[trace.meshes[id] as usize];
+            (&trace.triangles, &look.texture_coordinates)
+        });
+        let mut next = mesh.ranges[id].start as usize;
+        for triangle in object.triangles.clone() {
+            let [a, b, c] = scene.corners(triangle as usize);
+            let word = material | packed((b - a).cross(c - a)) << 16;
+            let at = coordinates.and_then(|(numbers, all)| all.get(numbers[triangle as usize] as usize));
+            for corner in near_zero(at.copied().unwrap_or_default()) {
+                let [u, v] = corner.map(|x| u32::from(f16::from_f32(x).to_bits()));
+                words[next] = [u | v << 16, word];
+                next += 1;
+            }
+        }
+    }
+    words
+}
+
+/// Pictures repeat: whole numbers are taken off, so that few digits are enough.
+fn near_zero(corners: [[f32; 2]; 3]) -> [[f32; 2]; 3] {
+    let least = |k: usize| corners.iter().map(|c| c[k]).fold(f32::MAX, f32::min).floor();
+    let base = [least(0), least(1)];
+    corners.map(|c| [0, 1].map(|k| if c[k].is_finite() { c[k] - base[k] } else { 0.0 }))
+}
+
+/// A normal as two bytes, on an octahedron.
+fn packed(n: DVec3) -> u32 {
+    let n = n.normalize_or(DVec3::Y).as_vec3();
+    let p = n / (n.x.abs() + n.y.abs() + n.z.abs());
+    let folded = |a: f32, b: f32| if p.z < 0.0 { (1.0 - b.abs()) * 1f32.copysign(a) } else { a };
+    let byte = |x: f32| u32::from((x * 127.0).round() as i8 as u8);
+    byte(folded(p.x, p.y)) | byte(folded(p.y, p.x)) << 8
+}
+
+/// What binds the sun, materials and pictures.
+pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let texture = |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
+    let kinds = [
+        buffer(wgpu::BufferBindingType::Uniform),
+        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
+        BindingType::Sampler(SamplerBindingType::Filtering),
+        texture(TextureSampleType::Depth, TextureViewDimension::D2),
+        BindingType::Sampler(SamplerBindingType::Comparison),
+    ];
+    let entries: Vec<_> = (0..)
+        .zip(kinds)
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::VERTEX_FRAGMENT,
+            ty,
+            count: None,
+        })
+        .collect();
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
+/// The sun, materials and pictures.
+pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, looks: &Looks, sun: &Sun) -> wgpu::BindGroup {
+    let materials = gpu.filled(bytemuck::cast_slice(&looks.surfaces), BufferUsages::STORAGE);
+    let pictures = pictures(gpu, &looks.pictures);
+    let repeating = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        address_mode_u: wgpu::AddressMode::Repeat,
+        address_mode_v: wgpu::AddressMode::Repeat,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..Default::default()
+    });
+    let comparing = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        compare: Some(wgpu::CompareFunction::LessEqual),
+        ..Default::default()
+    });
+    let resources = [
+        sun.uniform.as_entire_binding(),
+        materials.as_entire_binding(),
+        wgpu::BindingResource::TextureView(&pictures),
+        wgpu::BindingResource::Sampler(&repeating),
+        wgpu::BindingResource::TextureView(&sun.shadows),
+        wgpu::BindingResource::Sampler(&comparing),
+    ];
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// Pictures as layers, with smaller and smaller ones of each.
+fn pictures(gpu: &Gpu, pictures: &[RgbaImage]) -> wgpu::TextureView {
+    let side = pictures.first().map_or(1, RgbaImage::width);
+    let layers = (pictures.len() as u32).clamp(1, gpu.limits.max_texture_array_layers);
+    let levels = side.ilog2() + 1;
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for (layer, picture) in (0..layers).zip(pictures) {
+        let mut smaller = picture.clone();
+        for mip_level in 0..levels {
+            let width = side >> mip_level;
+            if smaller.width() != width {
+                smaller = resize(&smaller, width, width, FilterType::Triangle);
+            }
+            let origin = wgpu::Origin3d { x: 0, y: 0, z: layer };
+            let to = wgpu::TexelCopyTextureInfo { texture: &texture, mip_level, origin, aspect: wgpu::TextureAspect::All };
+            let rows =
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: Some(width) };
+            let extent = wgpu::Extent3d { width, height: width, depth_or_array_layers: 1 };
+            gpu.queue.write_texture(to, &smaller, rows, extent);
+        }
+    }
+    texture
+        .create_view(&wgpu::TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..Default::default() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// The shader's way back.
+    fn unpacked(word: u32) -> Vec3 {
+        let [x, y] = [word, word >> 8].map(|b| f32::from(b as u8 as i8) / 127.0);
+        let z = 1.0 - x.abs() - y.abs();
+        let t = (-z).max(0.0);
+        Vec3::new(x - t.copysign(x), y - t.copysign(y), z).normalize()
+    }
+
+    #[test]
+    fn normals_come_back_and_walls_exactly() {
+        for n in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z] {
+            assert!(unpacked(packed(n)).distance(n.as_vec3()) < 1e-6, "{n}");
+        }
+        for i in 0..1000 {
+            let (z, angle) = (f64::from(i) / 500.0 - 1.0, f64::from(i) * 2.4);
+            let r = (1.0 - z * z).max(0.0).sqrt();
+            let n = DVec3::new(r * angle.cos(), r * angle.sin(), z).normalize();
+            assert!(unpacked(packed(n)).dot(n.as_vec3()) > 0.999, "{n}");
+        }
+    }
+
+    #[test]
+    fn pictures_that_repeat_lose_whole_numbers_only() {
+        let near = near_zero([[100.25, -7.5], [101.75, -7.0], [100.5, -6.0]]);
+        assert_eq!(near, [[0.25, 0.5], [1.75, 1.0], [0.5, 2.0]]);
+        assert_eq!(near_zero([[f32::NAN, 0.0]; 3]), [[0.0; 2]; 3]);
+    }
+}
