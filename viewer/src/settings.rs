@@ -187,6 +187,16 @@ mod tests {
     }
 
     #[test]
+    fn a_place_that_is_not_in_the_model_is_none() {
+        let bounds = Aabb { min: DVec3::splat(-5.0), max: DVec3::splat(5.0) };
+        let at = |eye, yaw| LastPlace { model: key(1), eye, yaw, pitch: -0.25 }.walker(&bounds);
+        let walker = at([1.0, -2.0, 3.0], 0.5).expect("within");
+        assert_eq!((walker.eye, walker.yaw, walker.pitch), (DVec3::new(1.0, -2.0, 3.0), 0.5, -0.25));
+        assert!(at([6.0, 0.0, 0.0], 0.0).is_none() && at([0.0, f64::NAN, 0.0], 0.0).is_none());
+        assert!(at([0.0; 3], f64::INFINITY).is_none());
+    }
+
+    #[test]
     fn a_bad_place_is_as_none_and_the_rest_is_kept() {
         let text = r#"{"mode": "pvs", "places": [
             {"model": "00000000000000000000000000000001", "eye": [null, 0, 0], "yaw": 0, "pitch": 0},

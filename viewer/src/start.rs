@@ -52,9 +52,8 @@ pub fn start(building: &Building, solid: &Solid<'_>) -> (DVec3, DVec3) {
     let (space, sight) = (Space::new(solid, &|_| false), Space::new(solid, &is_open));
     let chooser = Chooser { scene, space, sight, rays: sphere(RAYS) };
     let rooms = rooms(file, scene);
-    // On a doll's house nobody stands, but in it; on a hillside they do.
-    let size = bounds.size();
-    let is_for_people = if rooms.is_empty() { size.max_element() } else { size.y } >= TALL;
+    // On a doll's house nobody stands, but in it.
+    let is_for_people = bounds.size().max_element() >= TALL;
     let stands = chooser.indoors(&rooms).or_else(|| is_for_people.then(|| chooser.anywhere())?);
     let fullest = || rooms.iter().max_by_key(|room| file.placement.ones(room.cell.index()).count());
     let eye = stands.map(|feet| feet + DVec3::Y * EYE).or_else(|| chooser.afloat(fullest()?));
