@@ -51,8 +51,8 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// Where somebody of this radius who is in something gets out of it: the eye at the nearest place where they fit. `None` for who is in nothing,
-/// and where there is no such place within some metres.
+/// Where somebody of this radius who is in something gets out of it: the eye at the nearest place where they fit. `None` for who is in
+/// nothing, and where there is no such place within some metres.
 pub fn way_out(solid: &Solid<'_>, eye: DVec3, radius: f64, passes: Passes<'_>) -> Option<DVec3> {
     let (inside, feet) = (Inside::new(solid, radius, passes), eye - DVec3::Y * EYE);
     if !inside.holds(feet) {

@@ -1,8 +1,9 @@
 //! Where a visit begins: in a room, on its floor, with space on all sides, looking along the longest free line.
 //!
-//! Closed cells are gone through as rooms, the best first ([`rooms`]), until one has a place where a person fits ([`places`]) that is indoors: the
-//! rays that go out from there meet the fronts of faces. In a solid thing, and outside a level of one-sided walls, they meet backs; under the sky,
-//! nothing. Where no room has any place, floors anywhere do, then the freest point of the fullest cell, then a point before the model.
+//! Closed cells are gone through as rooms, the best first ([`rooms`]), until one has a place where a person fits ([`places`]) that is
+//! indoors: the rays that go out from there meet the fronts of faces. In a solid thing, and outside a level of one-sided walls, they meet
+//! backs; under the sky, nothing. Where no room has any place, floors anywhere do, then the freest point of the fullest cell, then a point
+//! before the model.
 
 mod places;
 mod rooms;
@@ -27,7 +28,7 @@ const COMPARED: usize = 24;
 const COMPARED_ANYWHERE: usize = 96;
 /// Directions of the rays that tell indoors from elsewhere.
 const RAYS: usize = 32;
-/// Indoors, at least this share of the rays meets fronts. More: windows without panes make a room none. Less: so does a wall make a yard a room.
+/// Indoors, at least this share of the rays meets fronts. More: windows without panes make a room none. Less: a wall makes a yard a room.
 const INDOORS: f64 = 0.7;
 /// A ceiling higher than this, metres, is that of a shaft or a hall: of rooms with names, others are better.
 const HIGHEST: f64 = 6.0;
@@ -54,7 +55,7 @@ pub fn start(building: &Building, solid: &Solid<'_>) -> (DVec3, DVec3) {
     let rooms = rooms(file, scene);
     // On a doll's house nobody stands, but in it.
     let is_for_people = bounds.size().max_element() >= TALL;
-    let stands = chooser.indoors(&rooms).or_else(|| is_for_people.then(|| chooser.anywhere())?);
+    let stands = chooser.indoors(&rooms).or_else(|| is_for_people.then(|| chooser.anywhere()).flatten());
     let fullest = || rooms.iter().max_by_key(|room| file.placement.ones(room.cell.index()).count());
     let eye = stands.map(|feet| feet + DVec3::Y * EYE).or_else(|| chooser.afloat(fullest()?));
     let Some(eye) = eye else { return before(&bounds) };
@@ -108,8 +109,8 @@ impl Chooser<'_> {
         self.best(&places, COMPARED_ANYWHERE, false).map(|(_, feet)| feet)
     }
 
-    /// Of some places, evenly chosen, the one that is most indoors, and how much it is, up to [`INDOORS`]; of those, the one with the deepest
-    /// view and the most space. Of a room that the author named, nobody doubts which side of its walls it is on.
+    /// Of some places, evenly chosen, the one that is most indoors, and how much it is, up to [`INDOORS`]; of those, the one with the
+    /// deepest view and the most space. Of a room that the author named, nobody doubts which side of its walls it is on.
     fn best(&self, places: &[Place], most: usize, is_named: bool) -> Option<(f64, DVec3)> {
         let compared = places.len().min(most);
         let mut best: Option<([f64; 2], DVec3)> = None;
@@ -155,7 +156,8 @@ impl Chooser<'_> {
     }
 }
 
-/// Unit vectors in all directions, on a spiral (Gonzalez, *Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices*, 2010).
+/// Unit vectors in all directions, on a spiral (Gonzalez, *Measurement of areas on a sphere using Fibonacci and latitude-longitude
+/// lattices*, 2010).
 fn sphere(count: usize) -> Vec<DVec3> {
     let golden = std::f64::consts::PI * (5f64.sqrt() - 1.0);
     let point = |i: usize| {

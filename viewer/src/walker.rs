@@ -182,7 +182,8 @@ mod tests {
     const CUPBOARD: (DVec3, DVec3) = (DVec3::new(4.0, 0.0, -2.0), DVec3::new(4.7, 2.2, -1.0));
     const ROCK: (DVec3, DVec3) = (DVec3::new(-4.0, 0.0, 1.8), DVec3::new(-1.0, 2.5, 4.6));
 
-    /// A floor of 10 by 10 m, a wall at x = 2, a counter, a cupboard and a rock behind it, stairs of five steps of 0.18 m from z = -2 on, up to a landing.
+    /// A floor of 10 by 10 m, a wall at x = 2 with a counter and a cupboard behind it, a rock, stairs of five steps of 0.18 m from z = -2
+    /// on, up to a landing.
     fn scene() -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let mut boxed = |min: DVec3, max: DVec3| {

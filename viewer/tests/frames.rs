@@ -1,5 +1,6 @@
 //! Frames on a device: no mode misses a pixel, the alarm sees what is broken on purpose, pictures are as they were.
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
 use common::{building, has_device, path};

@@ -1,5 +1,5 @@
-//! Where a visit begins, by hand and in real models: a person fits there, stands on a floor, in the room that anybody would choose. What is free
-//! is measured here on every triangle, slice by slice; nothing of that is the viewer's.
+//! Where a visit begins, by hand and in real models: a person fits there, stands on a floor, in the room that anybody would choose. What
+//! is free is measured here on every triangle, slice by slice; nothing of that is the viewer's.
 
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
@@ -39,7 +39,7 @@ fn corners(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> + '_ {
     scene.triangles.iter().map(|t| t.map(|i| scene.positions[i as usize] + scene.origin))
 }
 
-/// Distance in the plan of the nearest triangle to an axis between two heights: each triangle is cut at many heights, and the cuts are lines.
+/// Distance in the plan of the nearest triangle to an axis between two heights: each triangle is cut at many heights, into lines.
 fn nearest_beside(scene: &Scene, at: DVec3, low: f64, high: f64) -> f64 {
     let mut nearest = f64::INFINITY;
     for triangle in corners(scene) {
@@ -87,14 +87,21 @@ fn free(what: &str, scene: &Scene, eye: DVec3) {
     }
 }
 
+/// The faces of a box, their fronts out of it.
+fn box_faces(min: DVec3, max: DVec3) -> Vec<[DVec3; 3]> {
+    let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]].map(|half| half.map(corner))).collect()
+}
+
 /// A room of slabs and walls, 0.2 m thick, around free space.
 fn walls(house: &mut boxes::Building, min: DVec3, max: DVec3) {
     let (low, high) = (min - 0.2, max + 0.2);
     for axis in 0..3 {
         let (mut below, mut above) = (high, low);
         (below[axis], above[axis]) = (min[axis], max[axis]);
-        house.solid("wall", Role::Structure, true, low, below);
-        house.solid("wall", Role::Structure, true, above, high);
+        house.mesh("wall", Role::Structure, true, box_faces(low, below));
+        house.mesh("wall", Role::Structure, true, box_faces(above, high));
     }
 }
 
@@ -155,7 +162,7 @@ fn a_hall_is_begun_on_its_floor_and_not_on_its_ceiling() {
     // The author drew one space from slab to slab; a hung ceiling divides it, and a pillar stands in the middle.
     house.cell("hall", vec![block(p(0.0, 0.0, 0.0), p(8.0, 6.0, 8.0))]);
     house.solid("ceiling", Role::Structure, true, p(0.0, 3.0, 0.0), p(8.0, 3.05, 8.0));
-    house.solid("pillar", Role::Structure, true, p(3.0, 0.0, 3.0), p(5.0, 3.0, 5.0));
+    house.solid("pillar", Role::Structure, true, p(3.7, 0.0, 3.7), p(4.3, 3.0, 4.3));
     let house = made(house);
     let (eye, _) = begun(&house);
     assert!(free_and_on_a_floor("hall", &house.scene, eye).abs() < 1e-6, "{eye}");
@@ -174,6 +181,22 @@ fn a_room_with_a_name_comes_before_a_larger_one_without() {
     let (eye, _) = begun(&house);
     free_and_on_a_floor("named", &house.scene, eye);
     assert!((12.4..15.0).contains(&eye.x), "{eye}");
+}
+
+#[test]
+fn a_furnished_room_comes_before_a_larger_bare_one() {
+    let mut house = boxes::Building::default();
+    walls(&mut house, p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0));
+    walls(&mut house, p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0));
+    house.cell("bare", vec![block(p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0))]);
+    house.cell("furnished", vec![block(p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0))]);
+    house.thing("desk", p(7.4, 0.0, 1.0), p(8.2, 0.75, 2.6));
+    // What reaches from room to room is no furniture of either.
+    house.solid("railing", Role::Furnishing, true, p(6.5, 0.9, 5.0), p(7.5, 1.0, 5.1));
+    let house = made(house);
+    let (eye, _) = begun(&house);
+    free_and_on_a_floor("furnished", &house.scene, eye);
+    assert!((7.4..11.0).contains(&eye.x), "{eye}");
 }
 
 #[test]
@@ -203,22 +226,18 @@ fn stairs_are_no_room_to_begin_in() {
 
 #[test]
 fn a_visit_begins_within_a_level_whose_walls_show_one_side() {
-    // A room whose faces show their fronts to its middle, and a wide ground that belongs to no room.
-    let middle = p(4.0, 2.0, 4.0);
-    let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { 0.0 } else { 2.0 * middle[k] }));
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let halves = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]].map(|half| half.map(corner)));
-    let faces_middle = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).dot(middle - a) > 0.0;
-    let faces = halves.map(|[a, b, c]| if faces_middle([a, b, c]) { [a, b, c] } else { [a, c, b] }).collect();
+    // A hall whose faces show their fronts to who is in it, and around it, within a larger shell, what shows backs only: rock.
+    let (low, high) = (p(0.0, 0.0, 0.0), p(8.0, 4.0, 8.0));
+    let (below, above) = (p(-20.0, -1.0, -20.0), p(20.0, 5.0, 20.0));
     let mut level = boxes::Building::default();
-    level.mesh("room", Role::Unknown, true, faces);
-    level.wall("ground", p(-30.0, -0.5, -30.0), p(30.0, -0.5, 30.0), &[]);
+    level.mesh("hall", Role::Unknown, true, box_faces(low, high).into_iter().map(|[a, b, c]| [a, c, b]).collect());
+    level.mesh("shell", Role::Unknown, true, box_faces(below, above));
     for i in 0..8 {
-        level.thing("stone", p(-20.0, -0.5, -20.0 + f64::from(i)), p(-19.5, 0.0, -19.5 + f64::from(i)));
+        level.thing("stone", p(-15.0, -1.0, -15.0 + f64::from(i)), p(-14.5, 0.0, -14.5 + f64::from(i)));
     }
-    // What is outside counts as a closed cell, too, as it does where a split takes rock for a room.
-    level.cell("rock", vec![block(p(-30.0, -0.5, -30.0), p(-0.01, 6.0, 30.0))]);
-    level.cell("hall", vec![block(p(0.0, 0.0, 0.0), p(8.0, 4.0, 8.0))]);
+    // Some splits take rock for a closed cell.
+    level.cell("rock", vec![block(below, above.with_x(-0.01))]);
+    level.cell("hall", vec![block(low, high)]);
     let level = made(level);
     let (eye, _) = begun(&level);
     free_and_on_a_floor("level", &level.scene, eye);
@@ -233,7 +252,8 @@ fn one_looks_along_a_corridor_and_not_at_its_side() {
     let house = made(house);
     let (eye, along) = begun(&house);
     let ahead = if along.z > 0.0 { 20.0 - eye.z } else { eye.z };
-    assert!(along.z.abs() > 0.95 && ahead > 10.0, "{eye} {along}");
+    // From one end, all of it is ahead; from the middle, half.
+    assert!(along.z.abs() > 0.95 && ahead > 14.0, "{eye} {along}");
 }
 
 #[test]

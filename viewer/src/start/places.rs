@@ -32,8 +32,8 @@ pub struct Place {
     pub clearance: f64,
 }
 
-/// Places of a room on its floor, from the grid's first corner on; on other heights where its floor has none. No more is looked at once it has
-/// cost `limit`.
+/// Places of a room on its floor, from the grid's first corner on; on other heights where its floor has none. No more is looked at once
+/// it has cost `limit`.
 pub fn of_room(space: &Space<'_>, scene: &Scene, room: &Room, limit: usize) -> Vec<Place> {
     let bounds = room.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds));
     let size = bounds.size().xz();

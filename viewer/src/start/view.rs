@@ -9,8 +9,8 @@ const LINES: usize = 32;
 const SLANTS: [f64; 2] = [-0.2, 0.2];
 /// A view is as broad as so many lines on each side of its middle.
 const BESIDE: usize = 2;
-/// Lines of at least this share of the longest are as good as it; of them, the view with most around is taken. Less: somebody looks at a wall.
-/// More: somebody looks through a crack beside a wall.
+/// Lines of at least this share of the longest are as good as it; of them, the view with most around is taken. Less: somebody looks at a
+/// wall. More: somebody looks through a crack beside a wall.
 const AS_LONG: f64 = 0.8;
 /// A view into which all furniture falls is worth so much more.
 const FURNISHED: f64 = 0.25;
