@@ -191,7 +191,11 @@ fn a_furnished_room_comes_before_a_larger_bare_one() {
     house.cell("bare", vec![block(p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0))]);
     house.cell("furnished", vec![block(p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0))]);
     house.thing("desk", p(7.4, 0.0, 1.0), p(8.2, 0.75, 2.6));
-    // What reaches from room to room is no furniture of either.
+    // Beams are no furniture; nor is what reaches from room to room.
+    for i in 0..6 {
+        let x = 0.5 + f64::from(i);
+        house.mesh("beam", Role::Structure, true, box_faces(p(x, 2.5, 0.0), p(x + 0.2, 2.7, 6.0)));
+    }
     house.solid("railing", Role::Furnishing, true, p(6.5, 0.9, 5.0), p(7.5, 1.0, 5.1));
     let house = made(house);
     let (eye, _) = begun(&house);
