@@ -172,6 +172,7 @@ impl<'a> App<'a> {
         let mut session = Session::new(building, stage, format, size)?;
         let settings = &self.settings;
         let mode = self.args.mode.or(settings.mode.parse::<FrameMode>().ok());
+        session.begin(settings.place(building.file.model_hash));
         session.apply(settings);
         session.show.mode = mode.unwrap_or(session.show.mode);
         session.show.detail = self.args.detail.unwrap_or(session.show.detail);
@@ -203,7 +204,8 @@ impl<'a> App<'a> {
 
     fn keep_settings(&self) {
         if let Some(session) = &self.session {
-            let mut settings = self.settings.clone();
+            // Another window may have been shut since.
+            let mut settings = Settings { places: Settings::load().places, ..self.settings.clone() };
             session.remember(&mut settings);
             settings.save();
         }

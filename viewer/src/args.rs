@@ -25,6 +25,9 @@ pub struct Args {
     /// A camera path, as `enfilade walk` takes it [default: a path through every cell]
     #[arg(long, value_name = "P.json")]
     pub path: Option<PathBuf>,
+    /// Draw what a first visit begins with, in place of a frame of a path
+    #[arg(long, requires = "shot", conflicts_with_all = ["path", "frame", "freeze"])]
+    pub start: bool,
     /// Which frame of the path, from 0
     #[arg(long, value_name = "N", default_value_t = 0, requires = "shot")]
     pub frame: usize,

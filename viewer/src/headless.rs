@@ -157,7 +157,11 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
         if args.freeze.is_some_and(|freeze| frame > freeze) && !session.is_frozen() {
             session.freeze();
         }
-        session.stand(&held.path, frame);
+        if args.start {
+            session.begin(None);
+        } else {
+            session.stand(&held.path, frame);
+        }
         if frame == args.frame {
             args.show.iter().for_each(|&shown| session.show_this(shown));
         }

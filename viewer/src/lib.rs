@@ -6,6 +6,7 @@
 pub mod app;
 pub mod args;
 pub mod bench;
+pub mod body;
 pub mod building;
 pub mod collision;
 pub mod colours;
@@ -13,6 +14,7 @@ pub mod culling;
 pub mod delayed_queries;
 pub mod draw;
 pub mod explain;
+pub mod freed;
 pub mod headless;
 pub mod looks;
 pub mod overlays;

@@ -10,7 +10,7 @@ use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::looks::Detail;
-use crate::settings::{Layers, Settings};
+use crate::settings::{LastPlace, Layers, Settings};
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
@@ -107,9 +107,8 @@ pub struct Session<'b> {
 }
 
 impl<'b> Session<'b> {
-    /// Where a visit begins; pictures are of `size` pixels and `format`.
+    /// Nobody has gone anywhere yet: see [`Session::begin`] and [`Session::stand`]. Pictures are of `size` pixels and `format`.
     pub fn new(building: &'b Building, stage: Stage<'b>, format: TextureFormat, size: [u32; 2]) -> Result<Self, String> {
-        let (eye, along) = start(&building.file);
         let show = Show {
             mode: FrameMode::Auto,
             detail: Detail::Plain,
@@ -126,7 +125,7 @@ impl<'b> Session<'b> {
             solid: Solid::new(&building.scene),
             plan: Plan::new(&building.file),
             matrix: Matrix::new(&building.file),
-            walker: Walker::new(eye, along, false),
+            walker: Walker::new(DVec3::ZERO, DVec3::NEG_Z, false),
             overlay: Overlay::default(),
             graphs: Graphs::default(),
             way: Vec::new(),
@@ -160,20 +159,31 @@ impl<'b> Session<'b> {
 
     /// Shows what was shown when somebody was here last.
     pub fn apply(&mut self, settings: &Settings) {
-        let Settings { detail, tints, layers, fov_y_degrees, flies, .. } = *settings;
+        let &Settings { detail, tints, layers, fov_y_degrees, flies, .. } = settings;
         let (hud, keys, mode, fov_y) = (true, false, self.show.mode, fov_y_degrees.to_radians());
         self.show = Show { mode, detail, tints, layers, hud, keys, fov_y };
         self.walker.flies = flies;
         self.paint();
     }
 
-    /// Keeps that for the next time.
+    /// Keeps that for the next time, and where somebody is.
     pub fn remember(&self, settings: &mut Settings) {
         let Show { mode, detail, tints, layers, fov_y, .. } = self.show;
-        let (flies, size, fov_y_degrees) =
-            (self.frozen.map_or(self.walker.flies, |frozen| frozen.1.flies), self.size, fov_y.to_degrees());
-        let mode = mode.name().to_owned();
-        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees };
+        // Who looks at a frozen culling goes back to where that was.
+        let walker = self.frozen.map_or(self.walker, |frozen| frozen.1);
+        let (flies, size, fov_y_degrees) = (walker.flies, self.size, fov_y.to_degrees());
+        let (mode, places) = (mode.name().to_owned(), std::mem::take(&mut settings.places));
+        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, places };
+        settings.leave(self.building.file.model_hash, walker.eye.to_array(), walker.yaw, walker.pitch);
+    }
+
+    /// Stands where a visit begins: where somebody was last, if that is in the model still.
+    pub fn begin(&mut self, last: Option<&LastPlace>) {
+        let last = last.and_then(|last| last.walker(&self.building.scene.bounds()));
+        self.walker = last.unwrap_or_else(|| {
+            let (eye, along) = start(self.building, &self.solid);
+            Walker::new(eye, along, false)
+        });
     }
 
     /// Stands where a frame of a path does, without weight.

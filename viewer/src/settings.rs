@@ -2,8 +2,15 @@
 
 use crate::colours::Tints;
 use crate::looks::Detail;
-use serde::{Deserialize, Serialize};
+use crate::walker::Walker;
+use enfilade::geom::Aabb;
+use glam::DVec3;
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Value;
 use std::path::PathBuf;
+
+/// Models whose last place is remembered; beyond, the oldest is forgotten.
+const MODELS: usize = 64;
 
 /// What is remembered. A file that can't be read is as none: settings are never in the way.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -24,6 +31,42 @@ pub struct Settings {
     pub size: [u32; 2],
     /// Vertical opening angle, degrees.
     pub fov_y_degrees: f64,
+    /// Where somebody was last, by model; the latest last.
+    #[serde(deserialize_with = "whole_places")]
+    pub places: Vec<LastPlace>,
+}
+
+/// Where somebody was when a model was left.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct LastPlace {
+    /// [`enfilade::file::PvsFile::model_hash`], hexadecimal.
+    pub model: String,
+    /// The eye, metres relative to the model's origin.
+    pub eye: [f64; 3],
+    /// Radians from -Z to the right.
+    pub yaw: f64,
+    /// Radians up.
+    pub pitch: f64,
+}
+
+impl LastPlace {
+    /// Somebody there; `None` where it isn't within a model's bounds or a number means nothing.
+    pub fn walker(&self, bounds: &Aabb) -> Option<Walker> {
+        let eye = DVec3::from(self.eye);
+        if !bounds.contains(eye) || !self.yaw.is_finite() || !self.pitch.is_finite() {
+            return None;
+        }
+        let mut walker = Walker::new(eye, DVec3::NEG_Z, false);
+        walker.turn(self.yaw, self.pitch);
+        Some(walker)
+    }
+}
+
+/// Places that can't be read are as none, and take nothing else with them.
+fn whole_places<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<LastPlace>, D::Error> {
+    let places = Value::deserialize(from)?;
+    let places = places.as_array().into_iter().flatten();
+    Ok(places.filter_map(|place| serde_json::from_value(place.clone()).ok()).collect())
 }
 
 /// What may lie over the picture: shown or not.
@@ -66,6 +109,7 @@ impl Default for Settings {
             flies: false,
             size: [1280, 720],
             fov_y_degrees: 65.0,
+            places: Vec::new(),
         }
     }
 }
@@ -94,6 +138,20 @@ impl Settings {
         settings
     }
 
+    /// Where somebody was last in a model.
+    pub fn place(&self, model: u128) -> Option<&LastPlace> {
+        let model = key(model);
+        self.places.iter().rev().find(|place| place.model == model)
+    }
+
+    /// Remembers where somebody is in a model.
+    pub fn leave(&mut self, model: u128, eye: [f64; 3], yaw: f64, pitch: f64) {
+        let model = key(model);
+        self.places.retain(|place| place.model != model);
+        self.places.push(LastPlace { model, eye, yaw, pitch });
+        self.places.drain(..self.places.len().saturating_sub(MODELS));
+    }
+
     /// Keeps them.
     pub fn save(&self) {
         let Some(path) = Self::path() else { return };
@@ -104,5 +162,58 @@ impl Settings {
         if let Err(e) = kept {
             eprintln!("{}: settings not kept: {e}", path.display());
         }
+    }
+}
+
+fn key(model: u128) -> String {
+    format!("{model:032x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_model_has_its_last_place_and_the_oldest_model_is_forgotten() {
+        let mut settings = Settings::default();
+        for model in 0..70 {
+            settings.leave(model, [model as f64, 1.6, 0.0], 0.5, 0.0);
+        }
+        settings.leave(10, [-3.0, 1.6, 2.0], 1.0, -0.25);
+        let read: Settings = serde_json::from_str(&serde_json::to_string(&settings).unwrap()).unwrap();
+        assert_eq!(read.places.len(), 64);
+        assert!(read.place(5).is_none() && read.place(6).is_some() && read.place(69).is_some());
+        let place = read.place(10).unwrap();
+        assert_eq!((place.eye, place.yaw, place.pitch), ([-3.0, 1.6, 2.0], 1.0, -0.25));
+        // It is the latest now: the next one that goes is another.
+        (100..163).for_each(|model| settings.leave(model, [0.0; 3], 0.0, 0.0));
+        assert!(settings.place(10).is_some() && settings.place(69).is_none());
+    }
+
+    #[test]
+    fn a_place_that_is_not_in_the_model_is_none() {
+        let bounds = Aabb { min: DVec3::splat(-5.0), max: DVec3::splat(5.0) };
+        let at = |eye, yaw| LastPlace { model: key(1), eye, yaw, pitch: -0.25 }.walker(&bounds);
+        let walker = at([1.0, -2.0, 3.0], 0.5).expect("within");
+        assert_eq!((walker.eye, walker.yaw, walker.pitch), (DVec3::new(1.0, -2.0, 3.0), 0.5, -0.25));
+        assert!(at([6.0, 0.0, 0.0], 0.0).is_none() && at([0.0, f64::NAN, 0.0], 0.0).is_none());
+        assert!(at([0.0; 3], f64::INFINITY).is_none());
+    }
+
+    #[test]
+    fn a_bad_place_is_as_none_and_the_rest_is_kept() {
+        let text = r#"{"mode": "pvs", "places": [
+            {"model": "00000000000000000000000000000001", "eye": [null, 0, 0], "yaw": 0, "pitch": 0},
+            {"model": "00000000000000000000000000000002", "eye": [1, 2], "yaw": 0, "pitch": 0},
+            7,
+            {"model": "00000000000000000000000000000003", "eye": [1, 2, 3], "yaw": 0.5, "pitch": 0}]}"#;
+        let settings: Settings = serde_json::from_str(text).unwrap();
+        assert_eq!((settings.mode.as_str(), settings.places.len()), ("pvs", 1));
+        assert_eq!(settings.place(3).unwrap().eye, [1.0, 2.0, 3.0]);
+        let settings: Settings = serde_json::from_str(r#"{"mode": "pvs", "places": "none"}"#).unwrap();
+        assert_eq!((settings.mode.as_str(), settings.places.len()), ("pvs", 0));
+        // As it was before there were any.
+        let settings: Settings = serde_json::from_str(r#"{"mode": "pvs"}"#).unwrap();
+        assert_eq!((settings.mode.as_str(), settings.places.len()), ("pvs", 0));
     }
 }

@@ -1,66 +1,170 @@
-//! Where a visit begins: on the floor of the closed cell that has the most in it.
+//! Where a visit begins: in a room, on its floor, with space on all sides, looking along the longest free line.
+//!
+//! Closed cells are gone through as rooms, the best first ([`rooms`]), until one has a place where a person fits ([`places`]) that is
+//! indoors: the rays that go out from there meet the fronts of faces. In a solid thing, and outside a level of one-sided walls, they meet
+//! backs; under the sky, nothing. Where no room has any place, floors anywhere do, then the freest point of the fullest cell, then a point
+//! before the model.
 
-use enfilade::file::PvsFile;
-use enfilade::geom::{Aabb, Plane, clip};
-use glam::{DVec3, Vec4};
+mod places;
+mod rooms;
+mod view;
 
-/// No piece reaches farther than this from the origin, metres, as far as it matters where to stand.
-const FARTHEST: f64 = 1e4;
+use crate::body::{EYE, Space, TALL};
+use crate::building::Building;
+use crate::collision::Solid;
+use enfilade::ObjectId;
+use enfilade::geom::Aabb;
+use enfilade::scene::{Role, Scene};
+use glam::{DVec3, Vec3Swizzles};
+use places::Place;
+use rooms::{Room, holds, rooms};
+use view::view;
+
+/// Faces that are looked at, at most, for a start: some tenths of a second. Each next resort may look at as many again.
+const MOST_LOOKS: usize = 12_000_000;
+/// Of the places of a room, so many are compared.
+const COMPARED: usize = 24;
+/// Of the places anywhere in a model.
+const COMPARED_ANYWHERE: usize = 96;
+/// Directions of the rays that tell indoors from elsewhere.
+const RAYS: usize = 32;
+/// Indoors, at least this share of the rays meets fronts. More: windows without panes make a room none. Less: a wall makes a yard a room.
+const INDOORS: f64 = 0.7;
+/// A ceiling higher than this, metres, is that of a shaft or a hall: of rooms with names, others are better.
+const HIGHEST: f64 = 6.0;
+/// What a metre of free space beside a place is worth, in logarithms of how far one sees.
+const SPACIOUS: f64 = 0.5;
+/// Shares of rays are compared in steps of one over this.
+const STEPS: f64 = 10.0;
+/// Points along each side of the box of a cell in which nobody can stand.
+const POINTS: usize = 8;
+/// How far before a model one stands to see all of it, and how far above its middle, in its diagonals.
+const BEFORE: (f64, f64) = (1.0, 0.3);
 
 /// The eye and where it looks, metres relative to the origin.
-pub fn start(file: &PvsFile) -> (DVec3, DVec3) {
-    let closed = (0..file.cells.len()).filter(|&c| !file.cells[c].open && !file.cells[c].pieces.is_empty());
-    let home = closed.max_by_key(|&c| file.placement.ones(c).count()).or((!file.cells.is_empty()).then_some(0));
-    let pieces = home.into_iter().flat_map(|c| &file.cells[c].pieces).map(|piece| corners(piece));
-    let size = |corners: &[DVec3]| {
-        let size = Aabb::of(corners.iter().copied()).size();
-        if corners.is_empty() { 0.0 } else { size.x * size.z }
-    };
-    let largest = pieces.max_by(|a, b| size(a).total_cmp(&size(b))).filter(|corners| !corners.is_empty());
-    let Some(corners) = largest else {
-        let all = Aabb::of(file.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3()));
-        return (all.centre(), DVec3::NEG_Z);
-    };
-    let bounds = Aabb::of(corners.iter().copied());
-    let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
-    let height = crate::walker::EYE.min(0.8 * bounds.size().y);
-    let along = if bounds.size().x > bounds.size().z { DVec3::X } else { DVec3::Z };
-    (middle.with_y(bounds.min.y + height), along)
+pub fn start(building: &Building, solid: &Solid<'_>) -> (DVec3, DVec3) {
+    let (scene, file) = (&building.scene, &building.file);
+    let bounds = scene.bounds();
+    if bounds.is_empty() {
+        return (DVec3::ZERO, DVec3::NEG_Z);
+    }
+    // One sees through doors: they are open. Panes end lines, so that nobody looks out at nothing.
+    let is_open = |o: ObjectId| scene.objects[o.index()].role == Role::Door && !scene.objects[o.index()].glass;
+    let (space, sight) = (Space::new(solid, &|_| false), Space::new(solid, &is_open));
+    let chooser = Chooser { scene, space, sight, rays: sphere(RAYS) };
+    let rooms = rooms(file, scene);
+    // On a doll's house nobody stands, but in it.
+    let is_for_people = bounds.size().max_element() >= TALL;
+    let stands = chooser.indoors(&rooms).or_else(|| is_for_people.then(|| chooser.anywhere()).flatten());
+    let fullest = || rooms.iter().max_by_key(|room| file.placement.ones(room.cell.index()).count());
+    let eye = stands.map(|feet| feet + DVec3::Y * EYE).or_else(|| chooser.afloat(fullest()?));
+    let Some(eye) = eye else { return before(&bounds) };
+    let home = rooms.iter().find(|room| holds(&room.pieces, eye - DVec3::Y * EYE));
+    let inside = home.into_iter().flat_map(|room| file.placement.ones(room.cell.index()));
+    let furniture = inside.filter_map(|o| scene.objects.get(o)).filter(|o| o.role == Role::Furnishing);
+    let furniture: Vec<DVec3> = furniture.map(|o| o.bounds.centre()).collect();
+    let view = view(&chooser.sight, eye, &furniture);
+    let middle = (bounds.centre() - eye).with_y(0.0).normalize_or(DVec3::NEG_Z);
+    (eye, if view.depth > 0.0 { view.along } else { middle })
 }
 
-/// The corners of a convex piece: each plane's part of it.
-fn corners(planes: &[Vec4]) -> Vec<DVec3> {
-    let planes: Vec<Plane> = planes.iter().map(|p| Plane { n: p.truncate().as_dvec3(), d: f64::from(p.w) }).collect();
-    let mut all = Vec::new();
-    for (i, plane) in planes.iter().enumerate() {
-        let across = plane.n.any_orthonormal_vector() * FARTHEST;
-        let up = plane.n.cross(across);
-        let middle = plane.n * plane.d;
-        let square = vec![middle - across - up, middle + across - up, middle + across + up, middle - across + up];
-        let others = planes.iter().enumerate().filter(|(other, _)| *other != i);
-        all.extend(others.fold(square, |face, (_, other)| clip(&face, other, 1e-9)));
-    }
-    all
+/// From outside, looking at the middle.
+fn before(bounds: &Aabb) -> (DVec3, DVec3) {
+    let eye = bounds.centre() + DVec3::new(0.0, BEFORE.1, BEFORE.0) * bounds.diagonal();
+    (eye, (bounds.centre() - eye).normalize_or(DVec3::NEG_Z))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+struct Chooser<'a> {
+    scene: &'a Scene,
+    /// For the body: all is solid.
+    space: Space<'a>,
+    /// For the eye: doors are open.
+    sight: Space<'a>,
+    rays: Vec<DVec3>,
+}
 
-    #[test]
-    fn a_box_has_its_corners() {
-        let planes = [
-            Vec4::new(1.0, 0.0, 0.0, 4.0),
-            Vec4::new(-1.0, 0.0, 0.0, 0.0),
-            Vec4::new(0.0, 1.0, 0.0, 3.0),
-            Vec4::new(0.0, -1.0, 0.0, 0.0),
-            Vec4::new(0.0, 0.0, 1.0, 2.0),
-            Vec4::new(0.0, 0.0, -1.0, 0.0),
-        ];
-        let bounds = Aabb::of(corners(&planes));
-        assert!(
-            bounds.min.distance(DVec3::ZERO) < 1e-6 && bounds.max.distance(DVec3::new(4.0, 3.0, 2.0)) < 1e-6,
-            "{bounds:?}"
-        );
+impl Chooser<'_> {
+    /// A place in the first room that has one indoors, below a ceiling of a room; else in the one that lacks least of that.
+    fn indoors(&self, rooms: &[Room]) -> Option<DVec3> {
+        let mut best: Option<((f64, bool), bool, DVec3)> = None;
+        for room in rooms {
+            let is_done = best.is_some_and(|(good, is_named, _)| good == (INDOORS, true) || is_named && !room.is_named);
+            if is_done || self.cost() > MOST_LOOKS {
+                break;
+            }
+            let places = places::of_room(&self.space, self.scene, room, MOST_LOOKS);
+            let Some((shelter, feet)) = self.best(&places, COMPARED, room.is_named) else { continue };
+            let is_low = !room.is_named || EYE + self.space.height_over(feet + DVec3::Y * EYE) <= HIGHEST;
+            let good = (shelter, is_low);
+            if best.is_none_or(|(most, ..)| good > most) {
+                best = Some((good, room.is_named, feet));
+            }
+        }
+        best.map(|(.., feet)| feet)
     }
+
+    /// A place on any floor, with as much around and above it as there is.
+    fn anywhere(&self) -> Option<DVec3> {
+        let places = places::anywhere(&self.space, self.scene, self.cost() + MOST_LOOKS);
+        self.best(&places, COMPARED_ANYWHERE, false).map(|(_, feet)| feet)
+    }
+
+    /// Of some places, evenly chosen, the one that is most indoors, and how much it is, up to [`INDOORS`]; of those, the one with the
+    /// deepest view and the most space. Of a room that the author named, nobody doubts which side of its walls it is on.
+    fn best(&self, places: &[Place], most: usize, is_named: bool) -> Option<(f64, DVec3)> {
+        let compared = places.len().min(most);
+        let mut best: Option<([f64; 2], DVec3)> = None;
+        for place in (0..compared).map(|i| places[(2 * i + 1) * places.len() / (2 * compared)]) {
+            let eye = place.feet + DVec3::Y * EYE;
+            let depth = view(&self.sight, eye, &[]).depth;
+            let [fronts, backs] = self.space.sides(eye, &self.rays);
+            let walls = if is_named { fronts + backs } else { fronts };
+            let shelter = if walls >= INDOORS { INDOORS } else { (walls * STEPS).floor() / STEPS };
+            let worth = [shelter, depth.ln_1p() + SPACIOUS * place.clearance];
+            if best.is_none_or(|(most, _)| worth > most) {
+                best = Some((worth, place.feet));
+            }
+        }
+        best.map(|(worth, feet)| (worth[0], feet))
+    }
+
+    /// The point of a cell that is farthest from all faces, for a model in which nobody can stand.
+    fn afloat(&self, room: &Room) -> Option<DVec3> {
+        let (mut best, limit): (Option<(f64, DVec3)>, _) = (None, self.cost() + MOST_LOOKS);
+        for piece in &room.pieces {
+            let point = |i: usize| {
+                let share = [i % POINTS, i / POINTS % POINTS, i / POINTS / POINTS].map(|k| (k as f64 + 0.5) / POINTS as f64);
+                piece.bounds.min + piece.bounds.size() * DVec3::from(share)
+            };
+            for p in (0..POINTS.pow(3)).map(point) {
+                let is_within = piece.heights(p.xz()).is_some_and(|[low, high]| (low..=high).contains(&p.y));
+                if !is_within || self.cost() > limit {
+                    continue;
+                }
+                let reach = room.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)).diagonal();
+                let free = self.space.distance(p, reach);
+                if best.is_none_or(|(most, _)| free > most) {
+                    best = Some((free, p));
+                }
+            }
+        }
+        best.map(|(_, p)| p)
+    }
+
+    fn cost(&self) -> usize {
+        self.space.cost() + self.sight.cost()
+    }
+}
+
+/// Unit vectors in all directions, on a spiral (Gonzalez, *Measurement of areas on a sphere using Fibonacci and latitude-longitude
+/// lattices*, 2010).
+fn sphere(count: usize) -> Vec<DVec3> {
+    let golden = std::f64::consts::PI * (5f64.sqrt() - 1.0);
+    let point = |i: usize| {
+        let y = 1.0 - (2 * i + 1) as f64 / count as f64;
+        let (sin, cos) = (golden * i as f64).sin_cos();
+        let flat = (1.0 - y * y).sqrt();
+        DVec3::new(flat * cos, y, flat * sin)
+    };
+    (0..count).map(point).collect()
 }

@@ -3,7 +3,9 @@
 //! A person is spheres one above the other, from the height of a step up, that are pushed out of triangles sideways; what is lower than a
 //! step is stepped on. So stairs need no names, and furniture is in the way.
 
+use crate::body::{DEEPEST, EYE, STEP};
 use crate::collision::Solid;
+use crate::freed;
 use enfilade::ObjectId;
 use enfilade::runtime::Camera;
 use glam::{DVec2, DVec3, Vec3Swizzles};
@@ -16,12 +18,10 @@ const UPHILL: f64 = 0.3;
 /// Lengths (metres) and areas (square metres) below this have no direction.
 const LEAST: f64 = 1e-9;
 
-/// Height of the eye above the floor, metres.
-pub const EYE: f64 = 1.6;
 /// Half of how broad a person is, metres: a door of 0.6 m is wide enough.
 const RADIUS: f64 = 0.24;
-/// What is stepped on, metres: two steps of stairs. Higher: chairs are climbed. Lower: steep stairs stop people.
-const STEP: f64 = 0.45;
+/// How much more room there is where somebody is freed to, metres: none of the faces around pushes.
+const ROOM: f64 = 0.01;
 /// Heights of the spheres' middles above the floor, metres.
 const SPHERES: [f64; 3] = [STEP + RADIUS, 1.05, 1.45];
 /// Metres a second, walking and flying; a second squared, falling.
@@ -30,8 +30,6 @@ const FLY: f64 = 6.0;
 const GRAVITY: f64 = 9.81;
 /// How fast a step is climbed, metres a second.
 const CLIMB: f64 = 3.0;
-/// A floor deeper down than this is none: where nothing is below, nobody falls. Some models have no slabs at all.
-const DEEPEST: f64 = 30.0;
 /// Longest way between two looks for walls, metres: less than [`RADIUS`].
 const STRIDE: f64 = 0.1;
 /// Up and down, no farther than this, radians.
@@ -58,6 +56,8 @@ pub struct Walker {
     /// Through walls, without weight.
     pub flies: bool,
     falling: f64,
+    /// Walked from here before, so not shut in: nothing lets a walker into what is solid.
+    walked: bool,
 }
 
 impl Walker {
@@ -65,7 +65,7 @@ impl Walker {
     pub fn new(eye: DVec3, along: DVec3, flies: bool) -> Self {
         let along = along.normalize_or(DVec3::NEG_Z);
         let (yaw, pitch) = (along.x.atan2(-along.z), along.y.asin());
-        Self { eye, yaw, pitch: pitch.clamp(-STEEPEST, STEEPEST), flies, falling: 0.0 }
+        Self { eye, yaw, pitch: pitch.clamp(-STEEPEST, STEEPEST), flies, falling: 0.0, walked: false }
     }
 
     /// Turns by radians: to the right, and up.
@@ -93,17 +93,21 @@ impl Walker {
         if self.flies {
             let way = right * wants.to.x + DVec3::Y * wants.to.y + self.forward() * wants.to.z;
             self.eye += way.clamp_length_max(1.0) * (FLY * hurry * seconds);
-            self.falling = 0.0;
+            (self.falling, self.walked) = (0.0, false);
             return;
         }
-        // 1. Sideways, and out of walls, in strides.
+        // 1. Whoever was put into something, or flew there, gets out of it by the first step.
+        if (wants.to.x, wants.to.z) != (0.0, 0.0) && !std::mem::replace(&mut self.walked, true) {
+            self.eye = freed::way_out(solid, self.eye, RADIUS + ROOM, passes).unwrap_or(self.eye);
+        }
+        // 2. Sideways, and out of walls, in strides.
         let way = (right * wants.to.x + level * wants.to.z).clamp_length_max(1.0) * (WALK * hurry * seconds);
         let strides = (way.length() / STRIDE).ceil().max(1.0);
         for _ in 0..strides as usize {
             self.eye += way / strides;
             self.push_out(solid, passes);
         }
-        // 2. Up and down.
+        // 3. Up and down.
         let feet = self.eye.y - EYE;
         let floor = self.floor(solid, passes);
         match floor {
@@ -129,8 +133,8 @@ impl Walker {
     fn floor(&self, solid: &Solid<'_>, passes: &dyn Fn(ObjectId) -> bool) -> Option<f64> {
         let feet = self.eye.y - EYE;
         let mut best: Option<f64> = None;
-        solid.near(self.eye, 0.0, |face| {
-            let y = height_at(face.corners, self.eye.xz());
+        solid.near(self.eye, 0.0, [feet - DEEPEST, feet + STEP], |face| {
+            let y = face.height_at(self.eye.xz());
             let Some(y) = y.filter(|y| *y <= feet + STEP && *y >= feet - DEEPEST) else { return };
             if best.is_none_or(|best| y > best) && !passes(face.object) {
                 best = Some(y);
@@ -144,10 +148,11 @@ impl Walker {
         // A corner of walls takes a push from each.
         for _ in 0..3 {
             let (feet, mut push, mut deepest) = (self.eye.y - EYE, DVec2::ZERO, 0.0);
-            solid.near(self.eye, RADIUS, |face| {
+            let heights = [feet + SPHERES[0] - RADIUS, feet + SPHERES[2] + RADIUS];
+            solid.near(self.eye, RADIUS, heights, |face| {
                 for height in SPHERES {
                     let middle = self.eye.with_y(feet + height);
-                    let away = middle - closest(face.corners, middle);
+                    let away = middle - face.closest(middle);
                     let depth = RADIUS - away.length();
                     let side = away.xz();
                     // What is straight above or below pushes nobody sideways.
@@ -168,51 +173,33 @@ impl Walker {
     }
 }
 
-/// The height of a triangle over a point of the plan (x, z); `None` beside it, and where it is upright.
-fn height_at([a, b, c]: [DVec3; 3], p: DVec2) -> Option<f64> {
-    let (u, v, w) = (b.xz() - a.xz(), c.xz() - a.xz(), p - a.xz());
-    let area = u.perp_dot(v);
-    if area.abs() < LEAST {
-        return None;
-    }
-    let (s, t) = (w.perp_dot(v) / area, u.perp_dot(w) / area);
-    (s >= -1e-9 && t >= -1e-9 && s + t <= 1.0 + 1e-9).then_some(a.y + s * (b.y - a.y) + t * (c.y - a.y))
-}
-
-/// The point of a triangle that is nearest to `p`.
-fn closest([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
-    let n = (b - a).cross(c - a);
-    let inside = [[a, b], [b, c], [c, a]].iter().all(|[from, to]| (*to - *from).cross(p - *from).dot(n) >= 0.0);
-    if inside && n.length_squared() > 0.0 {
-        return p - n * (n.dot(p - a) / n.length_squared());
-    }
-    let on_edge = |from: DVec3, to: DVec3| {
-        let along = to - from;
-        from + along * ((p - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
-    };
-    let edges = [on_edge(a, b), on_edge(b, c), on_edge(c, a)];
-    edges.into_iter().min_by(|x, y| x.distance_squared(p).total_cmp(&y.distance_squared(p))).unwrap_or(a)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 
-    /// A floor of 10 by 10 m, a wall at x = 2, stairs of five steps of 0.18 m from z = -2 on, up to a landing.
+    const COUNTER: (DVec3, DVec3) = (DVec3::new(3.0, 0.0, 2.0), DVec3::new(3.7, 0.9, 4.5));
+    const CUPBOARD: (DVec3, DVec3) = (DVec3::new(4.0, 0.0, -2.0), DVec3::new(4.7, 2.2, -1.0));
+    const ROCK: (DVec3, DVec3) = (DVec3::new(-4.0, 0.0, 1.8), DVec3::new(-1.0, 2.5, 4.6));
+
+    /// A floor of 10 by 10 m, a wall at x = 2 with a counter and a cupboard behind it, a rock, stairs of five steps of 0.18 m from z = -2
+    /// on, up to a landing.
     fn scene() -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let mut boxed = |min: DVec3, max: DVec3| {
             let corners: Vec<DVec3> = (0..8)
                 .map(|i| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { min[k] } else { max[k] })))
                 .collect();
-            let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+            let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
             let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
             let mesh = Mesh { node: "box".into(), role: Role::Structure, opaque: true, positions: corners, triangles };
             builder.add(mesh).expect("a box is a mesh");
         };
         boxed(DVec3::new(-5.0, -0.1, -5.0), DVec3::new(5.0, 0.0, 5.0));
         boxed(DVec3::new(2.0, 0.0, -5.0), DVec3::new(2.2, 3.0, 5.0));
+        boxed(COUNTER.0, COUNTER.1);
+        boxed(CUPBOARD.0, CUPBOARD.1);
+        boxed(ROCK.0, ROCK.1);
         for step in 0..5 {
             let near = -2.0 - 0.3 * f64::from(step);
             boxed(DVec3::new(-4.0, 0.0, -5.0), DVec3::new(-2.0, 0.18 * f64::from(step + 1), near));
@@ -257,6 +244,42 @@ mod tests {
         assert!((at.y - EYE).abs() < 1e-6, "{at}");
         let (_, at) = walk(DVec3::new(20.0, EYE, 1.0), DVec3::ZERO, 2.0);
         assert_eq!(at.y, EYE, "nothing is below");
+    }
+
+    #[test]
+    fn who_is_shut_in_is_out_after_one_step() {
+        for (what, (min, max)) in [("counter", COUNTER), ("cupboard", CUPBOARD), ("rock", ROCK)] {
+            let inside = ((min + max) * 0.5).with_y(EYE);
+            let (_, at) = walk(inside, DVec3::Z, 1.0 / 60.0);
+            let beside = DVec3::new((min.x - at.x).max(at.x - max.x), 0.0, (min.z - at.z).max(at.z - max.z));
+            assert!(beside.max_element() >= RADIUS - 1e-3, "{what}: still in it at {at}");
+            // Not farther than to its nearest side, and a body and a stride from there; on the floor.
+            let nearest = ((max - min) * 0.5).with_y(f64::INFINITY).min_element();
+            assert!(at.distance(inside) < nearest + 2.0 * RADIUS + 0.2 && (at.y - EYE).abs() < 1e-6, "{what}: {at}");
+            // Who stands still is left alone: nobody is moved who doesn't ask for it.
+            let (_, at) = walk(inside, DVec3::ZERO, 0.1);
+            assert!(at.distance(inside) < 0.5, "{what}: {at}");
+        }
+        // Who flew into something and walks on from there.
+        let (scene, inside) = (scene(), ((ROCK.0 + ROCK.1) * 0.5).with_y(EYE));
+        let (solid, mut walker) =
+            (Solid::new(&scene), Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, false));
+        let go = |walker: &mut Walker| walker.go(0.01, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false);
+        go(&mut walker);
+        (walker.flies, walker.eye) = (true, inside - scene.origin);
+        go(&mut walker);
+        walker.flies = false;
+        go(&mut walker);
+        let at = walker.eye + scene.origin;
+        assert!(at.x < ROCK.0.x || at.x > ROCK.1.x || at.z < ROCK.0.z || at.z > ROCK.1.z, "{at}");
+    }
+
+    #[test]
+    fn who_stands_free_is_where_they_step() {
+        for from in [DVec3::new(0.0, EYE, 1.0), DVec3::new(2.7, EYE, 3.0), DVec3::new(-3.0, EYE + 0.9, -4.0)] {
+            let (_, at) = walk(from, DVec3::Z, 1.0 / 60.0);
+            assert!((at - from).length() < 0.06, "{from} to {at}");
+        }
     }
 
     #[test]

@@ -33,9 +33,14 @@ fn bad_input_is_one_line_that_names_it() {
         assert!(line.starts_with("enfilade-viewer: ") && line.contains(expected), "{args:?}: {told}");
     }
     // What clap refuses, too.
-    for args in
-        [&["x.pvs", "--shot", out, "--size", "0x9"][..], &["x.pvs", "--mode", "fast"], &["x.pvs", "--frame", "3"], &[]]
-    {
+    for args in [
+        &["x.pvs", "--shot", out, "--size", "0x9"][..],
+        &["x.pvs", "--mode", "fast"],
+        &["x.pvs", "--frame", "3"],
+        &["x.pvs", "--start"],
+        &["x.pvs", "--shot", out, "--start", "--frame", "3"],
+        &[],
+    ] {
         assert_eq!(viewer(args).status.code(), Some(2), "{args:?}");
     }
 }
@@ -73,6 +78,33 @@ fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
     let output = shot(&pvs, &["--frame", "100000"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(String::from_utf8_lossy(&output.stderr).contains("no frame 100000"), "{output:?}");
+}
+
+#[test]
+fn a_shot_of_the_start_is_the_same_whoever_was_there() {
+    if !has_device("a_shot_of_the_start_is_the_same_whoever_was_there") {
+        return;
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_start");
+    std::fs::create_dir_all(folder.join("enfilade")).unwrap();
+    let pvs = folder.join("villa.pvs");
+    let villa = building("villa_rotonda");
+    villa.file.save(&pvs).unwrap();
+    let model = shipped("villa_rotonda", "glb");
+    let shot = |name: &str, more: &[&str]| {
+        let png = folder.join(name);
+        let args = [pvs.to_str().unwrap(), "--model", model.to_str().unwrap(), "--size", "160x90", "--mode", "both"];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade-viewer"));
+        let output = command.args(args).args(["--shot", png.to_str().unwrap()]).args(more);
+        let output = output.env("XDG_CONFIG_HOME", &folder).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        std::fs::read(png).unwrap()
+    };
+    let first = shot("first.png", &["--start"]);
+    let place = format!(r#"{{"model": "{:032x}", "eye": [0, 0, 0], "yaw": 1, "pitch": 0.5}}"#, villa.file.model_hash);
+    std::fs::write(folder.join("enfilade/viewer.json"), format!(r#"{{"places": [{place}]}}"#)).unwrap();
+    assert!(first == shot("again.png", &["--start"]), "settings change a picture");
+    assert!(first != shot("frame.png", &[]), "a start is no frame of the path");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Frames on a device: no mode misses a pixel, the alarm sees what is broken on purpose, pictures are as they were.
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
 use common::{building, has_device, path};
@@ -104,11 +105,12 @@ fn golden_pictures() {
     }
     let (villa, path) = (villa(), path("villa_rotonda"));
     let frame = path.frames.len() / 3;
-    let shows: [(&str, &[Action]); 4] = [
+    let shows: [(&str, &[Action]); 5] = [
         ("plain", &[]),
         ("cells", &[Action::Cells]),
         ("portals", &[Action::Layer(Shown::Portals)]),
         ("frozen", &[Action::Freeze]),
+        ("full", &[Action::Detail]),
     ];
     for (name, actions) in shows {
         let (canvas, mut session) = visit(villa);

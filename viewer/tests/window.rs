@@ -45,8 +45,9 @@ struct Display {
 impl Display {
     /// Starts a server, which picks a free display itself and names it once it can be reached.
     fn open() -> Self {
+        // A server that its last client has left begins anew, and refuses who comes meanwhile: it must not.
         let server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "800x600x24"])
+            .args(["-displayfd", "1", "-screen", "0", "800x600x24", "-noreset"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn();
@@ -164,6 +165,8 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     // 4. Somebody walks: the picture is another.
     display.run("xdotool", &["keydown", "d", "sleep", "0.7", "keyup", "d"]);
     until("another view", || (display.pixels(&window).differ(&first) > 0.1).then_some(()));
+    std::thread::sleep(Duration::from_millis(500));
+    let left = display.pixels(&window);
     // 5. A mode and the alarm, then the window is shut; settings are there.
     press("3");
     press("k");
@@ -175,6 +178,13 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     assert!(status.success(), "{status}");
     let settings = std::fs::read_to_string(folder.join("enfilade/viewer.json")).unwrap();
     assert!(settings.contains(r#""mode": "portals""#) && settings.contains(r#""alarm": true"#), "{settings}");
+    // 6. Who comes again is where they left.
+    let mut again = viewer(&display, &folder, &[pvs.to_str().unwrap(), "--size", "640x360"]);
+    let window = until("window again", find);
+    until("the view that was left", || (display.pixels(&window).differ(&left) < 0.1).then_some(()));
+    display.run("xdotool", &["windowfocus", &window, "key", "Escape"]);
+    let status = until("end again", || again.0.try_wait().unwrap());
+    assert!(status.success(), "{status}");
 }
 
 #[test]

@@ -36,7 +36,7 @@ impl Plan {
         sides: [DVec2; 2],
         way: &[DVec3],
     ) {
-        let feet = eye.y - crate::walker::EYE;
+        let feet = eye.y - crate::body::EYE;
         let nearest = |s: &Storey| (s.floor - feet).abs();
         let storey =
             (0..self.storeys.len()).min_by(|&a, &b| nearest(&self.storeys[a]).total_cmp(&nearest(&self.storeys[b])));

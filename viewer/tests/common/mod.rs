@@ -3,7 +3,7 @@
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, import};
+use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::headless::device;
@@ -12,9 +12,29 @@ use std::path::{Path, PathBuf};
 
 /// A building of this repository, with flow's rows only: what is undecided is drawn, so that pictures are whole all the same.
 pub fn building(name: &str) -> Building {
-    let (model, options) = (shipped(name, "glb"), ImportOptions { trace: true, ..ImportOptions::default() });
-    let scene = import(&model, &options).unwrap();
-    let looks = Looks::read(&scene, &model, &options, &|_| {});
+    let model = shipped(name, "glb");
+    baked(import(&model, &options()).unwrap(), &model)
+}
+
+/// A model from elsewhere, baked as fast. `None`, and by name, where this build doesn't read its format; fails where `CI` is set.
+pub fn quickly_baked(test: &str, model: &Path) -> Option<Building> {
+    match import(model, &options()) {
+        Ok(scene) => Some(baked(scene, model)),
+        Err(e) => {
+            assert!(std::env::var_os("CI").is_none(), "{test}: {}: {e}", model.display());
+            eprintln!("not run: {test}: {}: {e}", model.display());
+            None
+        }
+    }
+}
+
+fn options() -> ImportOptions {
+    ImportOptions { trace: true, ..ImportOptions::default() }
+}
+
+/// A scene that was read from `model`.
+pub fn baked(scene: Scene, model: &Path) -> Building {
+    let looks = Looks::read(&scene, model, &options(), &|_| {});
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
     Building { scene, file, looks }

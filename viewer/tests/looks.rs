@@ -1,0 +1,209 @@
+//! A scene as it looks: the same picture in every mode, materials and pictures in their places.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{baked, building, has_device, path};
+use enfilade::runtime::{Camera, FrameMode};
+use enfilade::scene::{ImportOptions, import};
+use enfilade::walkthrough::path::{CameraPath, PathFrame};
+use enfilade_viewer::building::Building;
+use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::frame::Wish;
+use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::headless::Walk;
+use enfilade_viewer::looks::{Detail, NO_PICTURE};
+use glam::DVec3;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+const SIZE: [u32; 2] = [320, 180];
+
+fn villa() -> &'static Building {
+    static VILLA: OnceLock<Building> = OnceLock::new();
+    VILLA.get_or_init(|| building("villa_rotonda"))
+}
+
+/// The picture of a frame.
+fn drawn(walk: &mut Walk<'_, '_>, camera: Camera, mode: FrameMode) -> Vec<[u8; 3]> {
+    let overlay = Overlay::default();
+    let (culled_by, mirrors) = (Some(camera), None);
+    walk.draw(Wish { camera, culled_by, mode, alarm: false, timed: false, overlay: &overlay, mirrors }).unwrap();
+    walk.picture().unwrap().pixels().to_vec()
+}
+
+#[test]
+fn pictures_are_the_same_in_every_mode() {
+    if !has_device("pictures_are_the_same_in_every_mode") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let ways = FrameMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
+    let ways: Vec<_> = ways.chain([(FrameMode::Chc, Oracle::Device), (FrameMode::Auto, Oracle::Device)]).collect();
+    for detail in [Detail::Plain, Detail::Full] {
+        let mut whole = Walk::new(villa, &path, None, SIZE).unwrap();
+        whole.stage.set_detail(detail).unwrap();
+        for (mode, oracle) in &ways {
+            let mut walk = Walk::new(villa, &path, Some(*oracle), SIZE).unwrap();
+            walk.stage.set_detail(detail).unwrap();
+            let mut least = u64::MAX;
+            for frame in (0..path.frames.len()).step_by(9) {
+                let camera = whole.camera(frame);
+                let [expected, found] = [drawn(&mut whole, camera, FrameMode::None), drawn(&mut walk, camera, *mode)];
+                let differ = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
+                assert_eq!(differ, 0, "{detail:?}, {mode} by {oracle:?}, frame {frame}");
+                least = least.min(walk.stage.triangles());
+            }
+            // That something was culled at all is what makes it a test.
+            let all = villa.scene.triangles.len() as u64;
+            assert!(*mode == FrameMode::None || least < all / 2, "{mode} by {oracle:?} drew {least} of {all} at least");
+        }
+    }
+}
+
+#[test]
+fn the_alarm_counts_the_same_in_full() {
+    if !has_device("the_alarm_counts_the_same_in_full") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let frame = path.frames.len() / 2;
+    let mut sound = Walk::new(villa, &path, None, SIZE).unwrap();
+    let camera = sound.camera(frame);
+    let mut broken = Building { scene: villa.scene.clone(), file: villa.file.clone(), looks: villa.looks.clone() };
+    sound.missed(camera, FrameMode::Pvs).unwrap();
+    let home = sound.stage.culling.last.as_ref().and_then(|d| d.home).unwrap();
+    // Everything but what the eye stands in: walls that are seen across rooms, glass and doors among it.
+    let rows = broken.file.object_rows.as_mut().unwrap();
+    let seen: Vec<usize> = rows.ones(home.index()).collect();
+    seen.iter().filter(|o| *o % 3 == 0).for_each(|&o| rows.clear(home.index(), o));
+    let missed = |building: &Building, detail| {
+        let mut walk = Walk::new(building, &path, None, SIZE).unwrap();
+        walk.stage.set_detail(detail).unwrap();
+        walk.missed(camera, FrameMode::Pvs).unwrap().expect("counted").pixels
+    };
+    assert_eq!([Detail::Plain, Detail::Full].map(|detail| missed(villa, detail)), [0, 0]);
+    let [plain, full] = [Detail::Plain, Detail::Full].map(|detail| missed(&broken, detail));
+    assert!(plain == full && plain > 100, "{plain} and {full}");
+}
+
+/// A picture of two texels, red on the left, and on the right blue with an opacity of 0.
+fn two_texels() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header().unwrap().write_image_data(&[255, 0, 0, 255, 0, 0, 255, 0]).unwrap();
+    bytes
+}
+
+/// Walls across z, 2 x 2 m about x = y = 0, each of a material of its own; texture coordinates as a picture hangs.
+fn walls(name: &str, walls: &[(f32, Value)]) -> (PathBuf, Building) {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("two.png"), two_texels()).unwrap();
+    let (mut bin, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut meshes, mut nodes, mut materials) = (Vec::new(), Vec::new(), Vec::new());
+    for (z, material) in walls {
+        let corners = [[-1.0, -1.0, *z], [1.0, -1.0, *z], [1.0, 1.0, *z], [-1.0, -1.0, *z], [1.0, 1.0, *z], [-1.0, 1.0, *z]];
+        let mut numbers = |floats: Vec<f32>, kind: &str| {
+            let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+            views.push(json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": bytes.len()}));
+            bin.extend(bytes);
+            accessors.push(json!({"bufferView": views.len() - 1, "componentType": 5126, "type": kind, "count": 6}));
+            accessors.len() - 1
+        };
+        let position = numbers(corners.concat(), "VEC3");
+        let texture = numbers(corners.iter().flat_map(|p| [(p[0] + 1.0) * 0.5, (1.0 - p[1]) * 0.5]).collect(), "VEC2");
+        let attributes = json!({"POSITION": position, "TEXCOORD_0": texture});
+        materials.push(material.clone());
+        meshes.push(json!({"primitives": [{"attributes": attributes, "material": materials.len() - 1}]}));
+        nodes.push(json!({"mesh": meshes.len() - 1}));
+    }
+    std::fs::write(folder.join("walls.bin"), &bin).unwrap();
+    let document = json!({
+        "asset": {"version": "2.0"}, "buffers": [{"byteLength": bin.len(), "uri": "walls.bin"}], "bufferViews": views,
+        "accessors": accessors, "meshes": meshes, "nodes": nodes, "materials": materials,
+        "images": [{"uri": "two.png"}, {"uri": "gone.png"}], "textures": [{"source": 0}, {"source": 1}],
+    });
+    let model = folder.join("walls.gltf");
+    std::fs::write(&model, document.to_string()).unwrap();
+    let scene = import(&model, &ImportOptions { trace: true, ..ImportOptions::default() }).unwrap();
+    (model.clone(), baked(scene, &model))
+}
+
+/// What is seen on the walls at x = -0.8 and 0.8, from before them.
+fn seen(building: &Building) -> [[u8; 3]; 2] {
+    let path = CameraPath {
+        name: "before".into(),
+        fov_y_degrees: 60.0,
+        near: 0.1,
+        frames: vec![PathFrame { eye: DVec3::new(0.0, 0.0, 3.0), target: DVec3::ZERO }],
+    };
+    let mut walk = Walk::new(building, &path, None, [192, 108]).unwrap();
+    walk.stage.set_detail(Detail::Full).unwrap();
+    let camera = walk.camera(0);
+    let pixels = drawn(&mut walk, camera, FrameMode::None);
+    // A metre is 54 / (3 tan 30 degrees) pixels.
+    let half = (54.0 / (3.0 * 30f64.to_radians().tan()) * 0.8) as usize;
+    [96 - half, 96 + half].map(|x| pixels[54 * 192 + x])
+}
+
+fn unlit(base: Value) -> Value {
+    json!({"pbrMetallicRoughness": base, "extensions": {"KHR_materials_unlit": {}}})
+}
+
+#[test]
+fn a_picture_hangs_the_right_way_and_no_light_changes_what_is_unlit() {
+    if !has_device("a_picture_hangs_the_right_way_and_no_light_changes_what_is_unlit") {
+        return;
+    }
+    let near = |found: [u8; 3], expected: [u8; 3]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 3), "{found:?} is not {expected:?}");
+    };
+    let (_, picture) = walls("looks_picture", &[(0.0, unlit(json!({"baseColorTexture": {"index": 0}})))]);
+    let [left, right] = seen(&picture);
+    near(left, [255, 0, 0]);
+    near(right, [0, 0, 255]);
+    // Half the light is 188 of 255 on a screen (a curve of 2.2: 186).
+    let (_, grey) = walls("looks_grey", &[(0.0, unlit(json!({"baseColorFactor": [0.5, 0.5, 0.5, 1.0]})))]);
+    near(seen(&grey)[0], [186; 3]);
+    // A picture that isn't there is told, and the colour stays.
+    let base = json!({"baseColorTexture": {"index": 1}, "baseColorFactor": [0.5, 0.5, 0.5, 1.0]});
+    let (_, gone) = walls("looks_gone", &[(0.0, unlit(base))]);
+    assert!(gone.looks.notes.len() == 1 && gone.looks.notes[0].contains("gone.png"), "{:?}", gone.looks.notes);
+    assert_eq!(gone.looks.surfaces[0].picture, NO_PICTURE);
+    near(seen(&gone)[0], [186; 3]);
+}
+
+#[test]
+fn glass_is_blended_far_ones_first_and_holes_are_holes() {
+    if !has_device("glass_is_blended_far_ones_first_and_holes_are_holes") {
+        return;
+    }
+    let of = |colour: [f32; 4], mode: &str| {
+        let mut material = unlit(json!({"baseColorFactor": colour, "roughnessFactor": 1.0}));
+        material["alphaMode"] = mode.into();
+        material
+    };
+    let white = || of([1.0; 4], "OPAQUE");
+    // Whatever the order in the file: red before green before white, each half.
+    let panes = [(0.5, of([1.0, 0.0, 0.0, 0.5], "BLEND")), (0.2, of([0.0, 1.0, 0.0, 0.5], "BLEND")), (0.0, white())];
+    for turn in 0..3 {
+        let mut turned = panes.to_vec();
+        turned.rotate_left(turn);
+        let (_, building) = walls(&format!("looks_panes_{turn}"), &turned);
+        // On the screen: (white + green) / 2, then half of that with red.
+        let found = seen(&building)[0];
+        let expected = [191, 128, 64];
+        assert!(found.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 4), "{turn}: {found:?}");
+    }
+    // Where its picture has no opacity, there is none of it.
+    let picture = |mode: &str| {
+        let mut material = unlit(json!({"baseColorTexture": {"index": 0}}));
+        material["alphaMode"] = mode.into();
+        seen(&walls(&format!("looks_{mode}"), &[(0.5, material), (0.0, white())]).1)
+    };
+    assert_eq!(picture("MASK"), [[255, 0, 0], [255, 255, 255]]);
+    assert_eq!(picture("OPAQUE")[0], [255, 0, 0]);
+}
