@@ -18,6 +18,20 @@ pub struct Face {
     pub object: ObjectId,
 }
 
+/// Of no object.
+pub const NOBODY: ObjectId = ObjectId(u32::MAX);
+
+impl Face {
+    /// Whether any of it may be over the square of `reach` around a point.
+    fn reaches(&self, p: DVec3, reach: f64) -> bool {
+        let [low, high] = [f64::min, f64::max].map(|of| {
+            let [a, b, c] = self.corners.map(flat);
+            DVec2::new(of(of(a.x, b.x), c.x), of(of(a.y, b.y), c.y))
+        });
+        flat(p).cmpge(low - reach).all() && flat(p).cmple(high + reach).all()
+    }
+}
+
 /// Triangles by the squares of the plan that they are over.
 pub struct Solid<'s> {
     scene: &'s Scene,
@@ -27,19 +41,34 @@ pub struct Solid<'s> {
     /// Where each square's triangles start.
     starts: Vec<u32>,
     triangles: Vec<u32>,
+    /// What stands there besides, such as doors that are shut.
+    more: Vec<Face>,
 }
 
 impl<'s> Solid<'s> {
     /// Sorts a scene's triangles in.
     pub fn new(scene: &'s Scene) -> Self {
+        Self::without(scene, &|_| false)
+    }
+
+    /// Sorts in those that aren't left out.
+    pub fn without(scene: &'s Scene, is_left: &dyn Fn(usize) -> bool) -> Self {
         let bounds = scene.bounds();
         let (min, size) = (flat(bounds.min), flat(bounds.max) - flat(bounds.min));
         let square = (size.max_element() / MOST).max(SQUARE);
         let across = size.to_array().map(|s| (s / square).floor().max(0.0) as usize + 1);
-        let mut solid =
-            Self { scene, min, square, across, starts: vec![0; across[0] * across[1] + 1], triangles: Vec::new() };
+        let mut solid = Self {
+            scene,
+            min,
+            square,
+            across,
+            starts: vec![0; across[0] * across[1] + 1],
+            triangles: Vec::new(),
+            more: Vec::new(),
+        };
         // Counted first, then put in their places.
-        for triangle in 0..scene.triangles.len() {
+        let sorted = || (0..scene.triangles.len()).filter(|&t| !is_left(t));
+        for triangle in sorted() {
             solid.each_square(solid.range(triangle), |squares, s| squares[s + 1] += 1);
         }
         for s in 1..solid.starts.len() {
@@ -47,7 +76,7 @@ impl<'s> Solid<'s> {
         }
         let mut next = solid.starts.clone();
         let mut triangles = vec![0; solid.starts.last().map_or(0, |&n| n as usize)];
-        for triangle in 0..scene.triangles.len() {
+        for triangle in sorted() {
             let [low, high] = solid.range(triangle);
             for z in low[1]..=high[1] {
                 for x in low[0]..=high[0] {
@@ -61,8 +90,14 @@ impl<'s> Solid<'s> {
         solid
     }
 
+    /// Puts other triangles in the way, in place of those that were; they are nobody's.
+    pub fn put_in_the_way(&mut self, triangles: &[[DVec3; 3]]) {
+        self.more = triangles.iter().map(|&corners| Face { corners, object: NOBODY }).collect();
+    }
+
     /// Looks at every triangle over a square around a point, some of them more than once.
     pub fn near(&self, p: DVec3, reach: f64, mut look: impl FnMut(Face)) {
+        self.more.iter().filter(|face| face.reaches(p, reach)).for_each(|face| look(*face));
         let [low, high] = [-reach, reach].map(|r| self.square_of(flat(p) + r));
         for z in low[1]..=high[1] {
             for x in low[0]..=high[0] {

@@ -1,6 +1,7 @@
 //! A frame, from top to bottom: [`Stage::frame`].
 
 use super::alarm::{Alarm, Missed};
+use super::leaves::{Drawn, Leaves};
 use super::lines::{Lines, Overlay};
 use super::mesh::{Mesh, Runs};
 use super::mirror::Mirrors;
@@ -10,9 +11,11 @@ use super::targets::Targets;
 use super::timer::Timer;
 use crate::building::Building;
 use crate::culling::{Culling, Oracle};
+use crate::doors::Doors;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::{Camera, FrameMode};
+use enfilade::scene::{Object, Role};
 use std::time::Instant;
 use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
 
@@ -62,7 +65,9 @@ pub struct Stage<'b> {
     pub gpu: Gpu,
     /// Who decides what is drawn.
     pub culling: Culling<'b>,
-    /// By object: whether it is drawn as a screen that is seen through: glass, and doors that are open.
+    /// Doors. [`Self::doors_changed`] says that they were opened, shut or moved.
+    pub doors: Doors,
+    /// By object: whether it is drawn as a screen that is seen through: glass, and what is called a door and hangs nowhere.
     pub is_ghost: Vec<bool>,
     /// News of frames.
     pub heard: Heard,
@@ -79,8 +84,12 @@ pub struct Stage<'b> {
     lines: Lines,
     queries: Queries,
     timer: Option<Timer>,
+    leaves: Leaves,
+    /// Doors that are drawn in this frame, and their leaves.
+    seen: (Vec<usize>, Drawn),
     runs: Runs,
     everything: Runs,
+    all_leaves: Drawn,
     all: Vec<ObjectId>,
     /// The processor's milliseconds of the frame that the device is timed for, and its triangles.
     timing: Option<(u64, f64, u64)>,
@@ -100,11 +109,22 @@ impl<'b> Stage<'b> {
         format: TextureFormat,
     ) -> Result<Self, String> {
         let scene = &building.scene;
-        let mesh = Mesh::new(scene)?;
+        let mut culling = Culling::new(building, oracle, size);
+        let doors = Doors::new(building, &culling.culler);
+        doors.tell(&mut culling.culler);
+        let mesh = Mesh::new(scene, &doors.is_leaf)?;
         let pipelines = Pipelines::new(&gpu, &mesh, scene, format).map_err(|e| e.to_string())?;
-        let is_ghost: Vec<bool> = scene.objects.iter().map(|o| o.glass || o.role == enfilade::scene::Role::Door).collect();
-        let mut stage = Self {
-            culling: Culling::new(building, oracle, size),
+        let hangs_nowhere = |(o, hung): (&Object, &bool)| o.role == Role::Door && !hung;
+        let is_ghost: Vec<bool> =
+            scene.objects.iter().zip(&doors.is_hung).map(|both| both.0.glass || hangs_nowhere(both)).collect();
+        let leaves = Leaves::new(&gpu, &doors, &mesh);
+        let all: Vec<ObjectId> = (0..scene.objects.len() as u32).map(ObjectId).collect();
+        let (mut everything, mut all_leaves) = (Runs::default(), Drawn::default());
+        everything.set(&mesh, &all, &is_ghost, None);
+        leaves.list(&(0..doors.doors.len()).collect::<Vec<_>>(), &mut all_leaves);
+        let stage = Self {
+            culling,
+            doors,
             is_ghost,
             heard: Heard::default(),
             frame: 0,
@@ -114,15 +134,17 @@ impl<'b> Stage<'b> {
             lines: Lines::new(&gpu, &pipelines, format),
             queries: Queries::new(&gpu, &pipelines, scene.objects.len()),
             timer: Timer::new(&gpu),
+            leaves,
+            seen: Default::default(),
             runs: Runs::default(),
-            everything: Runs::default(),
-            all: (0..scene.objects.len() as u32).map(ObjectId).collect(),
+            everything,
+            all_leaves,
+            all,
             timing: None,
             mesh,
             pipelines,
             gpu,
         };
-        stage.doors_moved();
         stage.gpu.check().map_err(|e| e.to_string())?;
         Ok(stage)
     }
@@ -145,9 +167,9 @@ impl<'b> Stage<'b> {
         self.pipelines.paint(&self.gpu, &colours);
     }
 
-    /// [`Self::is_ghost`] has changed.
-    pub fn doors_moved(&mut self) {
-        self.everything.set(&self.mesh, &self.all, &self.is_ghost, None);
+    /// [`Self::doors`] were opened, shut or moved.
+    pub fn doors_changed(&mut self) {
+        self.doors.tell(&mut self.culling.culler);
     }
 
     /// Draws a frame on `picture`, which has the size and format of the stage.
@@ -183,17 +205,21 @@ impl<'b> Stage<'b> {
         }
         // What is all is in order already.
         let runs = if is_all { &self.everything } else { &self.runs };
+        self.doors.seen(decision, &mut self.seen.0);
+        self.leaves.list(&self.seen.0, &mut self.seen.1);
         let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
 
         // 3. What needs no pass: cameras, uploads, pictures in mirrors.
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         self.eye.set(gpu, &wish.camera, None);
+        self.leaves.update(gpu, &mut self.doors);
         let mut painter = painter;
         if let Some(painter) = &mut painter {
             painter.prepare(gpu, &mut commands);
         }
         if let Some(mirrors) = &mut wish.mirrors {
-            mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, self.targets.size, &mut commands);
+            let leaves = (&self.leaves, &self.doors);
+            mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, leaves, self.targets.size, &mut commands);
         }
         let timing = if wish.timed && self.timing.is_none() {
             self.timer.as_mut().and_then(|timer| timer.start(self.frame))
@@ -216,6 +242,7 @@ impl<'b> Stage<'b> {
         let mut pass = begin(&mut commands, picture, &self.targets.depth, Some(SKY), stamps(0));
         self.pipelines.bind(&mut pass, &self.eye);
         self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
+        self.leaves.draw(&mut pass, &self.eye, &self.pipelines.colours, &self.seen.1);
         drop(pass);
 
         // 5. What the device decides: questions about the rest, and what the answers say.
@@ -234,7 +261,8 @@ impl<'b> Stage<'b> {
         if wish.alarm {
             let everything = [&self.everything.solid[..], &self.everything.ghosts];
             let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
-            counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, self.frame, &mut commands);
+            let (leaves, frame) = ((&self.leaves, &self.all_leaves), self.frame);
+            counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, leaves, frame, &mut commands);
         }
 
         // 7. Over it: mirrors, portals, frusta; then the interface.

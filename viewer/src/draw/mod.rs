@@ -2,6 +2,7 @@
 
 pub mod alarm;
 pub mod frame;
+pub mod leaves;
 pub mod lines;
 pub mod mesh;
 pub mod mirror;
