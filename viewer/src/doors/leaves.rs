@@ -87,7 +87,7 @@ impl<'p> Part<'p> {
             middle(axis) > self.reach[axis][0] - slack && middle(axis) < self.reach[axis][1] + slack
         };
         let is_frame = part.reach[0][0] < self.reach[0][0] - BEYOND && part.reach[0][1] > self.reach[0][1] + BEYOND;
-        is_in(0, 0.0) && is_in(1, HANDLE_AWAY) && is_in(2, 0.0) && !is_frame
+        is_in(0, BEYOND) && is_in(1, HANDLE_AWAY) && is_in(2, BEYOND) && !is_frame
     }
 }
 

@@ -147,12 +147,14 @@ mod tests {
         let halves: Vec<[DVec3; 3]> =
             [[-1.0, 0.0], [0.0, 1.0]].iter().flat_map(|&part| opening.made_leaf(part)).map(|f| f.corners).collect();
         let shapes = [opening.tub(0.3), opening.tub(-0.3), opening.tub(0.0), leaf, halves];
-        let mut random = enfilade::random::SplitMix::new(1);
-        for _ in 0..2000 {
-            let p = DVec3::new(random.unit(), 2.0 * random.unit(), 5.0);
-            let slope = DVec3::new(8.0 * random.unit() - 4.0, 8.0 * random.unit() - 4.0, 1.0);
-            for (i, shape) in shapes.iter().enumerate() {
-                assert!(meets(shape, p - slope, p + slope), "shape {i} at {p} along {slope}");
+        // Points of a grid over the portal, its rim among them, and slopes to all sides.
+        for i in 0..=20 * 20 {
+            let p = DVec3::new(f64::from(i % 21) / 20.0, f64::from(i / 21) / 10.0, 5.0);
+            for slope in [(0.0, 0.0), (4.0, 1.0), (-4.0, 0.5), (0.3, 3.0), (-0.7, -4.0)].map(|(x, y)| DVec3::new(x, y, 1.0))
+            {
+                for (i, shape) in shapes.iter().enumerate() {
+                    assert!(meets(shape, p - slope, p + slope), "shape {i} at {p} along {slope}");
+                }
             }
         }
         // And a line beside it does.

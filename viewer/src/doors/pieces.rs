@@ -1,10 +1,10 @@
-//! The doors of a model, in pieces: what hangs together by its corners. A door's frame and its leaf are often one mesh.
+//! The doors of a model, in pieces: what hangs together by its edges. A door's frame and its leaf are often one mesh.
 
 use enfilade::ObjectId;
 use enfilade::geom::Aabb;
 use enfilade::scene::{Role, Scene};
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// Corners nearer than about this are one, metres. Larger: a leaf is joined to the frame that it stands in. Smaller: rounding tears a leaf.
 const SAME: f64 = 1e-4;
@@ -43,27 +43,26 @@ pub fn pieces(scene: &Scene) -> Vec<Piece> {
 
 fn of_object(scene: &Scene, object: ObjectId) -> Vec<Piece> {
     let (range, glass) = (scene.objects[object.index()].triangles.clone(), scene.objects[object.index()].glass);
-    let mut numbers: HashMap<[i64; 3], usize> = HashMap::new();
-    let mut parents: Vec<usize> = Vec::new();
-    let mut first: Vec<usize> = Vec::new();
-    for triangle in range.clone() {
-        let ids = scene.corners(triangle as usize).map(|p| {
-            let key = (p / SAME).round().to_array().map(|x| x as i64);
-            *numbers.entry(key).or_insert_with(|| {
-                parents.push(parents.len());
-                parents.len() - 1
-            })
-        });
-        let [a, b, c] = ids.map(|id| root(&mut parents, id));
-        parents[b] = a;
-        let c = root(&mut parents, c);
-        parents[c] = a;
-        first.push(ids[0]);
+    // 1. Which triangles lie at which edge.
+    let mut edges: BTreeMap<[[i64; 3]; 2], Vec<usize>> = BTreeMap::new();
+    for (i, triangle) in range.clone().enumerate() {
+        let keys = scene.corners(triangle as usize).map(|p| (p / SAME).round().to_array().map(|x| x as i64));
+        for side in 0..3 {
+            let (a, b) = (keys[side], keys[(side + 1) % 3]);
+            edges.entry([a.min(b), a.max(b)]).or_default().push(i);
+        }
     }
-    let mut places: HashMap<usize, usize> = HashMap::new();
+    // 2. Two hang together. At an edge of more, solids touch: a leaf and its frame.
+    let mut parents: Vec<usize> = (0..range.len()).collect();
+    for triangles in edges.values().filter(|triangles| triangles.len() == 2) {
+        let [a, b] = [0, 1].map(|i| root(&mut parents, triangles[i]));
+        parents[b] = a;
+    }
+    // 3. A piece each.
+    let mut places: BTreeMap<usize, usize> = BTreeMap::new();
     let mut pieces: Vec<Piece> = Vec::new();
-    for (triangle, id) in range.zip(first) {
-        let place = *places.entry(root(&mut parents, id)).or_insert_with(|| {
+    for (i, triangle) in range.enumerate() {
+        let place = *places.entry(root(&mut parents, i)).or_insert_with(|| {
             pieces.push(Piece { object, facets: Vec::new(), bounds: Aabb::EMPTY });
             pieces.len() - 1
         });
