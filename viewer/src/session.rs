@@ -21,6 +21,7 @@ use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
 use enfilade::proof::{Asker, Goal};
 use enfilade::runtime::{Camera, FrameMode, Mirror, Scratch};
+use enfilade::scene::Role;
 use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::{CellId, ObjectId};
@@ -187,9 +188,9 @@ impl<'b> Session<'b> {
             self.doors_changed();
         }
         // 2. Who walks.
-        let (scene, is_ghost) = (&self.building.scene, &self.stage.is_ghost);
-        // What is called a door and hangs nowhere is gone through; glass isn't.
-        let passes = |o: ObjectId| o != NOBODY && is_ghost[o.index()] && !scene.objects[o.index()].glass;
+        let (scene, doors) = (&self.building.scene, &self.stage.doors);
+        // A door that hangs in no portal can't be opened: it is gone through.
+        let passes = |o: ObjectId| o != NOBODY && scene.objects[o.index()].role == Role::Door && !doors.is_hung[o.index()];
         // Who stands still and holds on isn't moved by a long frame.
         self.walker.go(seconds.min(0.1), wants, &self.solid, &passes);
     }

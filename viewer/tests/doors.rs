@@ -19,6 +19,7 @@ use enfilade_viewer::draw::lines::Overlay;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
 use enfilade_viewer::session::Session;
+use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::{EYE, Walker, Wants};
 use glam::DVec3;
 use std::path::Path;
@@ -271,11 +272,64 @@ fn a_door_shows_where_it_is() {
     visit.session.open_or_shut(2);
     visit.session.go(SECONDS, &Wants::default());
     let again = drawn(&mut visit, "again");
-    let differ = |a: &[[u8; 3]], b: &[[u8; 3]]| a.iter().zip(b).filter(|(a, b)| a != b).count();
     let far = [differ(&open, &half), differ(&half, &shut), differ(&open, &shut)];
     // Of 230,400 pixels.
     assert!(far.iter().all(|&far| far > 8000), "{far:?}");
     assert_eq!(differ(&open, &again), 0);
+}
+
+fn picture(visit: &mut Visit<'_>) -> Vec<[u8; 3]> {
+    visit.session.show.hud = false;
+    visit.session.draw(&visit.canvas.view, Default::default(), 0.0).unwrap();
+    visit.canvas.read(&visit.session.stage.gpu).unwrap().pixels().to_vec()
+}
+
+fn differ(a: &[[u8; 3]], b: &[[u8; 3]]) -> usize {
+    a.iter().zip(b).filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn a_mirror_shows_a_leaf_where_it_is() {
+    if !has_device("a_mirror_shows_a_leaf_where_it_is") {
+        return;
+    }
+    let mut visit = Visit::new(villa(), Oracle::Software, [320, 180], 1);
+    let mut most = 0;
+    for door in 0..visit.doors().len() {
+        // With the door behind, and a mirror on the wall ahead, beside the doors and windows that face each other here.
+        visit.stand(door, 1.5, 0.9);
+        let (eye, away) = (visit.session.walker.eye, visit.doors()[door].opening.n);
+        visit.session.walker = Walker::new(eye, away, true);
+        visit.session.act(Action::Mirror);
+        let open = picture(&mut visit);
+        visit.session.open_or_shut(door);
+        visit.session.go(1.0, &Wants::default());
+        most = most.max(differ(&open, &picture(&mut visit)));
+        visit.session.open_or_shut(door);
+        visit.session.go(1.0, &Wants::default());
+        assert_eq!(differ(&open, &picture(&mut visit)), 0, "door {door}");
+    }
+    // Of 57,600 pixels, all of them in a mirror.
+    assert!(most > 500, "no mirror shows a door: {most} pixels changed");
+}
+
+#[test]
+fn a_frozen_view_shows_a_leaf_where_it_is() {
+    if !has_device("a_frozen_view_shows_a_leaf_where_it_is") {
+        return;
+    }
+    let mut visit = Visit::new(villa(), Oracle::Software, [320, 180], 1);
+    visit.session.show.mode = FrameMode::Both;
+    visit.stand(2, 2.0, 0.0);
+    picture(&mut visit);
+    visit.session.act(Action::Freeze);
+    let objects = |visit: &Visit<'_>| visit.session.stage.culling.last.as_ref().unwrap().objects.clone();
+    let (open, drawn) = (picture(&mut visit), objects(&visit));
+    visit.session.open_or_shut(2);
+    visit.session.go(1.0, &Wants::default());
+    let shut = picture(&mut visit);
+    assert!(differ(&open, &shut) > 3000, "{} pixels changed", differ(&open, &shut));
+    assert_eq!(drawn, objects(&visit), "what is frozen stays");
 }
 
 /// Half of them by either oracle.

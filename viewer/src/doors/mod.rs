@@ -68,7 +68,7 @@ pub struct Doors {
     pub doors: Vec<Door>,
     /// By triangle of the scene: whether it is a leaf's.
     pub is_leaf: Vec<bool>,
-    /// By object: whether any of it is a leaf or hangs beside one.
+    /// By object: whether it belongs to a door.
     pub is_hung: Vec<bool>,
     /// Portals of doors that are shut, ascending.
     pub shut: Vec<PortalId>,
@@ -195,8 +195,10 @@ impl Doors {
 
     /// The doors that a frame shows, by what was decided for it.
     pub fn seen(&self, decision: &Decision, out: &mut Vec<usize>) {
-        let cells = &decision.cells;
-        let is_reached = |door: &Door| cells.is_empty() || door.cells.iter().any(|cell| cells.contains(cell));
+        let mut cells = decision.cells.clone();
+        cells.sort_unstable();
+        // Modes without portals tell no cells.
+        let is_reached = |door: &Door| cells.is_empty() || door.cells.iter().any(|cell| cells.binary_search(cell).is_ok());
         out.clear();
         let seen = self.doors.iter().enumerate().filter(|(_, d)| d.is_before(&decision.camera) && is_reached(d));
         out.extend(seen.map(|(i, _)| i));

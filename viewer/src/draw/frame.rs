@@ -15,7 +15,6 @@ use crate::doors::Doors;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::scene::{Object, Role};
 use std::time::Instant;
 use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
 
@@ -67,7 +66,7 @@ pub struct Stage<'b> {
     pub culling: Culling<'b>,
     /// Doors. [`Self::doors_changed`] says that they were opened, shut or moved.
     pub doors: Doors,
-    /// By object: whether it is drawn as a screen that is seen through: glass, and what is called a door and hangs nowhere.
+    /// By object: whether it is drawn as a screen that is seen through: glass.
     pub is_ghost: Vec<bool>,
     /// News of frames.
     pub heard: Heard,
@@ -114,9 +113,7 @@ impl<'b> Stage<'b> {
         doors.tell(&mut culling.culler);
         let mesh = Mesh::new(scene, &doors.is_leaf)?;
         let pipelines = Pipelines::new(&gpu, &mesh, scene, format).map_err(|e| e.to_string())?;
-        let hangs_nowhere = |(o, hung): (&Object, &bool)| o.role == Role::Door && !hung;
-        let is_ghost: Vec<bool> =
-            scene.objects.iter().zip(&doors.is_hung).map(|both| both.0.glass || hangs_nowhere(both)).collect();
+        let is_ghost: Vec<bool> = scene.objects.iter().map(|o| o.glass).collect();
         let leaves = Leaves::new(&gpu, &doors, &mesh);
         let all: Vec<ObjectId> = (0..scene.objects.len() as u32).map(ObjectId).collect();
         let (mut everything, mut all_leaves) = (Runs::default(), Drawn::default());
