@@ -117,9 +117,9 @@ fn two_leaves_hang_from_a_jamb_each() {
 fn a_frame_stays_where_it_is() {
     // Jambs and a lintel whose inner edges are the leaf's: one mesh, and edges of four triangles.
     let frame = [
-        [p(-0.06, 0.0, -0.05), p(0.0, 2.1, 0.02)],
-        [p(0.9, 0.0, -0.05), p(0.96, 2.1, 0.02)],
-        [p(-0.06, 2.1, -0.05), p(0.96, 2.16, 0.02)],
+        [p(-0.06, 0.0, -0.05), p(0.0, 2.1, -0.02)],
+        [p(0.9, 0.0, -0.05), p(0.96, 2.1, -0.02)],
+        [p(-0.06, 2.1, -0.05), p(0.96, 2.16, -0.02)],
     ];
     let leaf = [p(0.0, 0.0, -0.02), p(0.9, 2.1, 0.02)];
     let (_, leaves, origin) = hung(0.9, &[[&frame[..], &[leaf]].concat()], true);
