@@ -21,6 +21,7 @@ use glam::{DVec3, Vec3Swizzles};
 use leaves::Leaf;
 use opening::Opening;
 use pieces::Piece;
+use std::collections::BTreeSet;
 
 /// How long a leaf takes from shut to open, seconds.
 pub const SECONDS: f64 = 0.5;
@@ -36,6 +37,8 @@ const MARGIN: f64 = 2e-3;
 const BODY: f64 = 0.35;
 /// See [`BODY`].
 const TALL: f64 = 1.8;
+/// A frame is from so many to so many times as wide as its hole. Wider bounds: a level's doors count as frames of holes beside them.
+const FRAME: [f64; 2] = [0.8, 1.5];
 /// Leaves are drawn where a cell is seen that they come this near to, metres.
 const NEAR: f64 = 0.1;
 
@@ -84,20 +87,29 @@ impl Doors {
         let openings: Vec<Opening> = groups.iter().map(|group| opening(building, group, margin)).collect();
         let pieces = pieces::pieces(&building.scene);
         let mut hung: Vec<Vec<&Piece>> = vec![Vec::new(); groups.len()];
-        let mut is_hung = vec![false; building.scene.objects.len()];
         for piece in &pieces {
             if let Some(door) = nearest(building, &groups, &openings, piece) {
-                is_hung[piece.object.index()] = true;
                 hung[door].push(piece);
             }
         }
         let mut is_leaf = vec![false; building.scene.triangles.len()];
-        let doors: Vec<Door> = groups
+        let node = |piece: &Piece| building.scene.objects[piece.object.index()].node.as_str();
+        let named: BTreeSet<&str> = hung.iter().flatten().map(|&piece| node(piece)).collect();
+        let source = |door: &Door| building.file.portals[door.portals[0].index()].source.as_deref();
+        // Where the model's leaf hangs in another hole, or lies across this one, as in levels, none is made: it is no door of its own.
+        let is_one = |(door, pieces): &(Door, &Vec<&Piece>)| {
+            let is_elsewhere = || source(door).is_some_and(|name| named.contains(name));
+            door.first_object().is_some() || if pieces.is_empty() { !is_elsewhere() } else { door.is_framed_by(pieces) }
+        };
+        let (doors, hung): (Vec<Door>, Vec<&Vec<&Piece>>) = groups
             .into_iter()
             .zip(openings)
             .zip(&hung)
-            .map(|((portals, opening), pieces)| Door::new(building, portals, opening, pieces))
-            .collect();
+            .map(|((portals, opening), pieces)| (Door::new(building, portals, opening, pieces), pieces))
+            .filter(is_one)
+            .unzip();
+        let mut is_hung = vec![false; building.scene.objects.len()];
+        hung.into_iter().flatten().for_each(|piece| is_hung[piece.object.index()] = true);
         let facets = doors.iter().flat_map(|d| &d.leaves).flat_map(|leaf| &leaf.facets);
         facets.filter_map(|f| f.of).for_each(|(_, triangle)| is_leaf[triangle as usize] = true);
         let moved = (0..doors.len()).collect();
@@ -240,6 +252,13 @@ impl Door {
         door.bounds = door.leaves.iter().fold(door.bounds.inflated(door.depth.abs()), |b, leaf| b.union(swept(leaf)));
         door.cells = cells(building, &door.portals, &door.bounds.inflated(NEAR));
         door
+    }
+
+    /// Whether pieces that are no leaf are about as wide as its hole: its frame.
+    fn is_framed_by(&self, pieces: &[&Piece]) -> bool {
+        let [low, high] = pieces::range(pieces.iter().flat_map(|p| &p.facets), self.opening.along);
+        let times = (high - low) / (2.0 * self.opening.half.x);
+        times > FRAME[0] && times < FRAME[1]
     }
 
     /// Whether its leaves are at rest in it.
