@@ -24,6 +24,9 @@ pub struct Face {
     pub object: ObjectId,
 }
 
+/// Of no object.
+pub const NOBODY: ObjectId = ObjectId(u32::MAX);
+
 impl Face {
     /// Its height over a point of the plan (x, z); `None` beside it, and where it is upright.
     pub fn height_at(&self, p: DVec2) -> Option<f64> {
@@ -50,6 +53,16 @@ impl Face {
         };
         let edges = [on_edge(a, b), on_edge(b, c), on_edge(c, a)];
         edges.into_iter().min_by(|x, y| x.distance_squared(p).total_cmp(&y.distance_squared(p))).unwrap_or(a)
+    }
+
+    /// Whether any of it may be over the square of `reach` around a point, between two heights.
+    fn is_near(&self, p: DVec3, reach: f64, [low, high]: [f64; 2]) -> bool {
+        let [a, b, c] = self.corners;
+        let (least, most) = (a.min(b).min(c), a.max(b).max(c));
+        flat(p).cmpge(flat(least) - reach).all()
+            && flat(p).cmple(flat(most) + reach).all()
+            && least.y <= high
+            && most.y >= low
     }
 
     /// Twice its area times the unit vector that points out of its front.
@@ -94,11 +107,18 @@ pub struct Solid<'s> {
     heights: Vec<[f32; 2]>,
     /// By triangle: whose it is.
     owners: Vec<ObjectId>,
+    /// What stands there besides, such as doors that are shut.
+    more: Vec<Face>,
 }
 
 impl<'s> Solid<'s> {
     /// Sorts a scene's triangles in.
     pub fn new(scene: &'s Scene) -> Self {
+        Self::without(scene, &|_| false)
+    }
+
+    /// Sorts in those that aren't left out.
+    pub fn without(scene: &'s Scene, is_left: &dyn Fn(usize) -> bool) -> Self {
         let bounds = scene.bounds();
         let (min, size) = (flat(bounds.min), flat(bounds.max) - flat(bounds.min));
         let square = (size.max_element() / MOST).max(SQUARE);
@@ -110,9 +130,11 @@ impl<'s> Solid<'s> {
             [(a.min(b).min(c) as f32).next_down(), (a.max(b).max(c) as f32).next_up()]
         });
         let (heights, starts) = (heights.collect(), vec![0; across[0] * across[1] + 1]);
-        let mut solid = Self { scene, min, square, across, starts, triangles: Vec::new(), heights, owners };
+        let mut solid =
+            Self { scene, min, square, across, starts, triangles: Vec::new(), heights, owners, more: Vec::new() };
         // Counted first, then put in their places.
-        for triangle in 0..scene.triangles.len() {
+        let sorted = || (0..scene.triangles.len()).filter(|&t| !is_left(t));
+        for triangle in sorted() {
             solid.each_square(solid.range(triangle), |squares, s| squares[s + 1] += 1);
         }
         for s in 1..solid.starts.len() {
@@ -120,7 +142,7 @@ impl<'s> Solid<'s> {
         }
         let mut next = solid.starts.clone();
         let mut triangles = vec![0; solid.starts.last().map_or(0, |&n| n as usize)];
-        for triangle in 0..scene.triangles.len() {
+        for triangle in sorted() {
             let [low, high] = solid.range(triangle);
             for z in low[1]..=high[1] {
                 for x in low[0]..=high[0] {
@@ -134,6 +156,11 @@ impl<'s> Solid<'s> {
         solid
     }
 
+    /// Puts other triangles in the way, in place of those that were; they are nobody's.
+    pub fn put_in_the_way(&mut self, triangles: &[[DVec3; 3]]) {
+        self.more = triangles.iter().map(|&corners| Face { corners, object: NOBODY }).collect();
+    }
+
     /// The scene.
     pub fn scene(&self) -> &'s Scene {
         self.scene
@@ -143,7 +170,8 @@ impl<'s> Solid<'s> {
     /// many there were at any height: what it cost.
     pub fn near(&self, p: DVec3, reach: f64, [low, high]: [f64; 2], mut look: impl FnMut(Face)) -> usize {
         let [from, to] = [-reach, reach].map(|r| self.square_of(flat(p) + r));
-        let mut all = 0;
+        let mut all = self.more.len();
+        self.more.iter().filter(|face| face.is_near(p, reach, [low, high])).for_each(|face| look(*face));
         for z in from[1]..=to[1] {
             for x in from[0]..=to[0] {
                 let over = self.over([x, z]);

@@ -15,8 +15,17 @@ pub enum Tints {
     Cells,
 }
 
-/// Red, green and blue, by object.
+/// Of a door.
+const DOOR: (f32, f32, f32) = (0.075, 0.55, 0.76);
+
+/// Red, green and blue, by object; last of leaves that were made.
 pub fn colours(scene: &Scene, file: &PvsFile, tints: Tints) -> Vec<[u8; 3]> {
+    let mut colours = of_objects(scene, file, tints);
+    colours.push(hsv(DOOR.0, DOOR.1, DOOR.2));
+    colours
+}
+
+fn of_objects(scene: &Scene, file: &PvsFile, tints: Tints) -> Vec<[u8; 3]> {
     match tints {
         Tints::Roles => (0..scene.objects.len()).map(|o| by_role(scene, o)).collect(),
         Tints::Cells => {
@@ -35,7 +44,7 @@ fn by_role(scene: &Scene, id: usize) -> [u8; 3] {
     match scene.objects[id].role {
         Role::Structure | Role::Stair => hsv(0.09 + 0.05 * hue(id), 0.06 + 0.07 * hue(id + 7), 0.96),
         Role::Furnishing => hsv(hue(id), 0.45, 0.92),
-        Role::Door => hsv(0.075, 0.55, 0.76),
+        Role::Door => hsv(DOOR.0, DOOR.1, DOOR.2),
         Role::Window => hsv(0.56, 0.30, 0.86),
         Role::Unknown => hsv(hue(id), 0.22, 0.96),
     }

@@ -96,7 +96,10 @@ impl<'w, 'b> Walk<'w, 'b> {
         let gpu = device()?;
         let oracle = oracle.unwrap_or(Oracle::best(&gpu));
         let canvas = Canvas::new(&gpu, size);
-        let stage = Stage::new(gpu, building, oracle, size, PICTURE)?;
+        let mut stage = Stage::new(gpu, building, oracle, size, PICTURE)?;
+        // Paths lead through doors, and rows take them as open.
+        stage.doors.set_all(true);
+        stage.doors_changed();
         stage.paint(crate::colours::colours(&building.scene, &building.file, Default::default()));
         Ok(Self { path, stage, canvas, aspect: f64::from(size[0]) / f64::from(size[1]), building })
     }

@@ -12,6 +12,7 @@ pub mod collision;
 pub mod colours;
 pub mod culling;
 pub mod delayed_queries;
+pub mod doors;
 pub mod draw;
 pub mod explain;
 pub mod freed;

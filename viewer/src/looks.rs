@@ -61,6 +61,8 @@ pub struct Looks {
     pub surfaces: Vec<Surface>,
     /// By object: its material.
     pub of_objects: Vec<u16>,
+    /// That of leaves that were made for doors without any.
+    pub made: u16,
     /// Pictures of one size, square.
     pub pictures: Vec<RgbaImage>,
     /// What could not be read, a line each.
@@ -108,6 +110,8 @@ impl Looks {
         let kept = materials.len().min(MOST_MATERIALS - ROLES.len());
         looks.surfaces.extend(materials[..kept].iter().map(|m| surface(m, number(m))));
         looks.surfaces.extend(ROLES.map(|(_, colour)| surface(&Material::matt("", colour), NO_PICTURE)));
+
+        looks.made = (kept + by_role(Role::Door, false)) as u16;
 
         // 3. Objects.
         looks.of_objects = (0..scene.objects.len())

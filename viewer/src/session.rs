@@ -2,7 +2,7 @@
 
 use crate::args::Shown;
 use crate::building::Building;
-use crate::collision::Solid;
+use crate::collision::{NOBODY, Solid};
 use crate::colours::{Tints, colours};
 use crate::culling::MODES;
 use crate::draw::alarm::Missed;
@@ -22,9 +22,10 @@ use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
 use enfilade::proof::{Asker, Goal};
 use enfilade::runtime::{Camera, FrameMode, Mirror, Scratch};
+use enfilade::scene::Role;
 use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::walkthrough::path::CameraPath;
-use enfilade::{CellId, PortalId};
+use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3, Vec3};
 use std::time::Instant;
 use wgpu::{TextureFormat, TextureView};
@@ -34,6 +35,8 @@ const LEVEL: f64 = 0.9;
 
 /// How far doors are opened from, metres.
 const REACH: f64 = 4.0;
+/// A door is opened by what is so far before its portals, metres: its leaf, its frame.
+const WALL: f64 = 0.6;
 /// Width and height of a mirror, metres.
 const MIRROR: [f32; 2] = [1.2, 1.8];
 /// Steps of the walked way are this long, metres, and so many are kept.
@@ -95,8 +98,6 @@ pub struct Session<'b> {
     way: Vec<DVec3>,
     /// The camera that culls, and who walks on from there.
     frozen: Option<(Camera, Walker)>,
-    /// Portals that are shut, in order.
-    shut: Vec<PortalId>,
     /// Made when they are first needed.
     rays: Option<RayScene<'b>>,
     asker: Option<Asker<'b>>,
@@ -118,11 +119,11 @@ impl<'b> Session<'b> {
             keys: false,
             fov_y: 65f64.to_radians(),
         };
-        let session = Self {
+        let mut session = Self {
             egui: Egui::new(&stage.gpu, format),
             mirrors: Mirrors::new(&stage.gpu, &stage.pipelines, &stage.culling.culler, format),
             scratch: Scratch::for_culler(&stage.culling.culler),
-            solid: Solid::new(&building.scene),
+            solid: Solid::without(&building.scene, &|t| stage.doors.is_leaf[t]),
             plan: Plan::new(&building.file),
             matrix: Matrix::new(&building.file),
             walker: Walker::new(DVec3::ZERO, DVec3::NEG_Z, false),
@@ -130,7 +131,6 @@ impl<'b> Session<'b> {
             graphs: Graphs::default(),
             way: Vec::new(),
             frozen: None,
-            shut: Vec::new(),
             rays: None,
             asker: None,
             picked: Vec::new(),
@@ -143,6 +143,7 @@ impl<'b> Session<'b> {
             stage,
         };
         session.paint();
+        session.solid.put_in_the_way(&session.stage.doors.blocks());
         Ok(session)
     }
 
@@ -195,10 +196,15 @@ impl<'b> Session<'b> {
 
     /// Walks on for `seconds`.
     pub fn go(&mut self, seconds: f64, wants: &Wants) {
-        let scene = &self.building.scene;
-        let is_ghost = &self.stage.is_ghost;
-        // Doors that are open are gone through; glass isn't.
-        let passes = |o: enfilade::ObjectId| is_ghost[o.index()] && !scene.objects[o.index()].glass;
+        // 1. Doors: nobody is shut in one.
+        let walks = (!self.walker.flies).then_some(self.walker.eye);
+        if self.stage.doors.step(seconds, walks) {
+            self.doors_changed();
+        }
+        // 2. Who walks.
+        let (scene, doors) = (&self.building.scene, &self.stage.doors);
+        // A door that hangs in no portal can't be opened: it is gone through.
+        let passes = |o: ObjectId| o != NOBODY && scene.objects[o.index()].role == Role::Door && !doors.is_hung[o.index()];
         // Who stands still and holds on isn't moved by a long frame.
         self.walker.go(seconds.min(0.1), wants, &self.solid, &passes);
     }
@@ -327,7 +333,7 @@ impl<'b> Session<'b> {
     /// What was missed, in a line.
     pub fn say_missed(&self, missed: &Missed) -> String {
         let first = missed.objects.first().map(|&(object, pixels)| {
-            let node = &self.building.scene.objects[object.index()].node;
+            let node = self.building.scene.objects.get(object.index()).map_or("a leaf that was made", |o| o.node.as_str());
             format!(": object {object} ({node}), {pixels} pixels, and {} more", missed.objects.len() - 1)
         });
         format!("missed pixels: {}{}", missed.pixels, first.unwrap_or_default())
@@ -336,24 +342,22 @@ impl<'b> Session<'b> {
     /// Opens or shuts the door that a ray meets, if it is near. Returns whether it did.
     fn use_door(&mut self, at: DVec2) -> bool {
         let direction = self.camera().ray(at).normalize();
-        let wall = self.ahead(at).map_or(REACH, |hit| hit.t.min(REACH));
-        let Some(portal) = pick::door(self.building, self.walker.eye, direction, wall) else { return false };
-        let is_open = match self.shut.binary_search(&portal) {
-            Ok(place) => {
-                self.shut.remove(place);
-                true
-            }
-            Err(place) => {
-                self.shut.insert(place, portal);
-                false
-            }
-        };
-        self.stage.culling.culler.set_open(portal, is_open);
-        for leaf in pick::leaves(self.building, portal) {
-            self.stage.is_ghost[leaf.index()] = is_open;
-        }
-        self.stage.doors_moved();
+        let wall = self.ahead(at).map_or(REACH, |hit| (hit.t + WALL).min(REACH));
+        let Some(door) = self.stage.doors.aimed_at(self.walker.eye, direction, wall) else { return false };
+        self.open_or_shut(door);
         true
+    }
+
+    /// Opens a door, or shuts it.
+    pub fn open_or_shut(&mut self, door: usize) {
+        self.stage.doors.use_door(door, self.walker.eye);
+        self.doors_changed();
+    }
+
+    /// Doors were opened, shut or moved.
+    fn doors_changed(&mut self) {
+        self.stage.doors_changed();
+        self.solid.put_in_the_way(&self.stage.doors.blocks());
     }
 
     /// Picks what a ray meets; the second picked thing is asked about from where the first is.
@@ -380,16 +384,26 @@ impl<'b> Session<'b> {
         self.told = self.asker.as_ref().map(|asker| explain::tell(asker, &building.file, cell, goal));
     }
 
-    /// What a ray meets; open doors aren't met.
+    /// What a ray meets; leaves are met where they are now, and nothing is where a leaf was made.
     fn ahead(&mut self, at: DVec2) -> Option<Hit> {
         let direction = self.camera().ray(at).normalize();
         let rays = self.rays.get_or_insert_with(|| RayScene::new(&self.building.scene));
-        let is_ghost = &self.stage.is_ghost;
-        pick::pick(rays, self.walker.eye, direction, &|o| is_ghost[o.index()])
+        let (eye, stage) = (self.walker.eye, &self.stage);
+        let wall = pick::pick(rays, eye, direction, &|hit| {
+            stage.is_ghost[hit.object.index()] || stage.doors.is_leaf[hit.triangle as usize]
+        });
+        match stage.doors.first_leaf(eye, direction) {
+            Some((t, of)) if wall.is_none_or(|wall| t < wall.t) => of.map(|(object, triangle)| Hit { t, object, triangle }),
+            _ => wall,
+        }
     }
 
     fn hang_mirror(&mut self) {
         let Some(hit) = self.ahead(DVec2::ZERO) else { return };
+        // A leaf would leave without its mirror.
+        if self.stage.doors.is_leaf[hit.triangle as usize] {
+            return;
+        }
         let at = self.walker.eye + self.camera().ray(DVec2::ZERO).normalize() * hit.t;
         let [a, b, c] = self.building.scene.corners(hit.triangle as usize);
         let n = (b - a).cross(c - a).normalize_or(DVec3::Z);
@@ -417,7 +431,7 @@ impl<'b> Session<'b> {
         let file = &self.building.file;
         let last = self.stage.culling.last.as_ref();
         if self.show.layers.portals {
-            overlays::portals(&mut self.overlay, file, last, &self.shut);
+            overlays::portals(&mut self.overlay, file, last, &self.stage.doors.shut);
         }
         if let (Some((camera, _)), Some(last)) = (&self.frozen, last) {
             overlays::frusta(&mut self.overlay, file, camera, last);

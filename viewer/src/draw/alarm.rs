@@ -2,6 +2,7 @@
 //! shows was left out. It is held against the depth of the very frame that is shown, so whatever decided what to draw is tested, on the
 //! processor or on the device. Glass and open doors are screens of pixels, so that they are tested and so is what is behind them.
 
+use super::leaves::{Drawn, Leaves};
 use super::pipelines::{Eye, Pipelines, Recipe, shader};
 use super::readback::Readback;
 use super::targets::Targets;
@@ -32,7 +33,7 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// For so many objects; pictures are of `format`.
+    /// For so many objects, and what was made; pictures are of `format`.
     pub fn new(gpu: &Gpu, objects: usize, format: TextureFormat) -> Self {
         let entry =
             |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::FRAGMENT, ty, count: None };
@@ -59,18 +60,18 @@ impl Alarm {
         let pipeline =
             Recipe { groups: &[Some(&layout)], pixel: Some(("pixel", format.into())), ..Recipe::new(&module, "corner") }
                 .pipeline(gpu);
-        let bytes = 4 * (objects as u64 + 1);
+        let bytes = 4 * (objects as u64 + 2);
         Self {
             pipeline,
             layout,
             counts: gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST),
-            zeros: gpu.filled(&vec![0; objects + 1], BufferUsages::COPY_SRC),
+            zeros: gpu.filled(&vec![0; objects + 2], BufferUsages::COPY_SRC),
             read: Readback::new(gpu, bytes),
         }
     }
 
-    /// Records a comparison of what was drawn into `targets`, in magenta on `picture`. `everything`: runs of solid things and of ghosts.
-    /// Returns where the counts will be, for [`Self::ask`].
+    /// Records a comparison of what was drawn into `targets`, in magenta on `picture`. `everything`: runs of solid things and of ghosts,
+    /// and all leaves of doors. Returns where the counts will be, for [`Self::ask`].
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn record(
         &mut self,
@@ -80,6 +81,7 @@ impl Alarm {
         targets: &Targets,
         picture: &wgpu::TextureView,
         everything: [&[Range<u32>]; 2],
+        leaves: (&Leaves, &Drawn),
         frame: u64,
         commands: &mut wgpu::CommandEncoder,
     ) -> Option<usize> {
@@ -100,6 +102,7 @@ impl Alarm {
         });
         pipelines.bind(&mut pass, eye);
         pipelines.items.draw(&mut pass, everything[0], everything[1]);
+        leaves.0.draw(&mut pass, eye, &pipelines.items, leaves.1);
         drop(pass);
         // 2. Held against what was drawn.
         commands.copy_buffer_to_buffer(&self.zeros, 0, &self.counts, 0, self.counts.size());

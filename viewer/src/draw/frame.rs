@@ -2,6 +2,7 @@
 
 use super::alarm::{Alarm, Missed};
 use super::full::Full;
+use super::leaves::{Drawn, Leaves};
 use super::lines::{Lines, Overlay};
 use super::mesh::{Mesh, Runs};
 use super::mirror::Mirrors;
@@ -11,6 +12,7 @@ use super::targets::Targets;
 use super::timer::Timer;
 use crate::building::Building;
 use crate::culling::{Culling, Oracle};
+use crate::doors::Doors;
 use crate::looks::Detail;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
@@ -64,7 +66,9 @@ pub struct Stage<'b> {
     pub gpu: Gpu,
     /// Who decides what is drawn.
     pub culling: Culling<'b>,
-    /// By object: whether it is drawn as a screen that is seen through: glass, and doors that are open.
+    /// Doors. [`Self::doors_changed`] says that they were opened, shut or moved.
+    pub doors: Doors,
+    /// By object: whether it is drawn as a screen that is seen through: glass.
     pub is_ghost: Vec<bool>,
     /// News of frames.
     pub heard: Heard,
@@ -86,8 +90,12 @@ pub struct Stage<'b> {
     lines: Lines,
     queries: Queries,
     timer: Option<Timer>,
+    leaves: Leaves,
+    /// Doors that are drawn in this frame, and their leaves.
+    seen: (Vec<usize>, Drawn),
     runs: Runs,
     everything: Runs,
+    all_leaves: Drawn,
     all: Vec<ObjectId>,
     /// The processor's milliseconds of the frame that the device is timed for, and its triangles.
     timing: Option<(u64, f64, u64)>,
@@ -107,11 +115,20 @@ impl<'b> Stage<'b> {
         format: TextureFormat,
     ) -> Result<Self, String> {
         let scene = &building.scene;
-        let mesh = Mesh::new(scene)?;
+        let mut culling = Culling::new(building, oracle, size);
+        let doors = Doors::new(building, &culling.culler);
+        doors.tell(&mut culling.culler);
+        let mesh = Mesh::new(scene, &doors.is_leaf)?;
         let pipelines = Pipelines::new(&gpu, &mesh, scene, format).map_err(|e| e.to_string())?;
-        let is_ghost: Vec<bool> = scene.objects.iter().map(|o| o.glass || o.role == enfilade::scene::Role::Door).collect();
-        let mut stage = Self {
-            culling: Culling::new(building, oracle, size),
+        let is_ghost: Vec<bool> = scene.objects.iter().map(|o| o.glass).collect();
+        let leaves = Leaves::new(&gpu, &doors, &mesh);
+        let all: Vec<ObjectId> = (0..scene.objects.len() as u32).map(ObjectId).collect();
+        let (mut everything, mut all_leaves) = (Runs::default(), Drawn::default());
+        everything.set(&mesh, &all, &is_ghost, None);
+        leaves.list(&(0..doors.doors.len()).collect::<Vec<_>>(), &mut all_leaves);
+        let stage = Self {
+            culling,
+            doors,
             is_ghost,
             heard: Heard::default(),
             frame: 0,
@@ -121,9 +138,12 @@ impl<'b> Stage<'b> {
             lines: Lines::new(&gpu, &pipelines, format),
             queries: Queries::new(&gpu, &pipelines, scene.objects.len()),
             timer: Timer::new(&gpu),
+            leaves,
+            seen: Default::default(),
             runs: Runs::default(),
-            everything: Runs::default(),
-            all: (0..scene.objects.len() as u32).map(ObjectId).collect(),
+            everything,
+            all_leaves,
+            all,
             timing: None,
             building,
             format,
@@ -133,7 +153,6 @@ impl<'b> Stage<'b> {
             pipelines,
             gpu,
         };
-        stage.doors_moved();
         stage.gpu.check().map_err(|e| e.to_string())?;
         Ok(stage)
     }
@@ -163,18 +182,18 @@ impl<'b> Stage<'b> {
     /// One line: what it takes doesn't fit; the detail stays as it was.
     pub fn set_detail(&mut self, detail: Detail) -> Result<(), String> {
         if detail == Detail::Full && self.full.is_none() {
-            let (scene, looks) = (&self.building.scene, &self.building.looks);
-            let full = Full::new(&self.gpu, &self.pipelines, &self.mesh, scene, looks, self.format);
+            let (mesh, is_leaf) = (&self.mesh, &self.doors.is_leaf);
+            let full = Full::new(&self.gpu, &self.pipelines, mesh, self.building, is_leaf, self.format);
             self.full = Some(full.map_err(|e| e.to_string())?);
         }
         self.detail = detail;
         Ok(())
     }
 
-    /// [`Self::is_ghost`] has changed.
-    pub fn doors_moved(&mut self) {
+    /// [`Self::doors`] were opened, shut or moved.
+    pub fn doors_changed(&mut self) {
         self.full.iter_mut().for_each(Full::doors_moved);
-        self.everything.set(&self.mesh, &self.all, &self.is_ghost, None);
+        self.doors.tell(&mut self.culling.culler);
     }
 
     /// Draws a frame on `picture`, which has the size and format of the stage.
@@ -210,24 +229,29 @@ impl<'b> Stage<'b> {
         }
         // What is all is in order already.
         let runs = if is_all { &self.everything } else { &self.runs };
+        self.doors.seen(decision, &mut self.seen.0);
+        self.leaves.list(&self.seen.0, &mut self.seen.1);
         let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
 
         // 3. What needs no pass: cameras, uploads, pictures in mirrors.
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         self.eye.set(gpu, &wish.camera, None);
+        self.leaves.update(gpu, self.building, &mut self.doors);
         let mut painter = painter;
         if let Some(painter) = &mut painter {
             painter.prepare(gpu, &mut commands);
         }
         if let Some(mirrors) = &mut wish.mirrors {
-            mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, self.targets.size, &mut commands);
+            let leaves = (&self.leaves, &self.doors);
+            mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, leaves, self.targets.size, &mut commands);
         }
         let mut full = self.full.as_mut().filter(|_| self.detail == Detail::Full);
         if let Some(full) = &mut full {
             let asked = if asks { &self.culling.late.conditional[..] } else { &[] };
             let objects = decision.objects.iter().copied().chain(asked.iter().map(|(_, object)| *object));
             let seen_through = objects.filter(|o| self.is_ghost[o.index()]);
-            full.prepare(&self.pipelines, &self.mesh, &self.is_ghost, seen_through, wish.camera.eye, &mut commands);
+            let leaves = (&self.leaves, &self.all_leaves);
+            full.prepare(&self.pipelines, &self.mesh, &self.is_ghost, leaves, seen_through, wish.camera.eye, &mut commands);
         }
         let timing = if wish.timed && self.timing.is_none() {
             self.timer.as_mut().and_then(|timer| timer.start(self.frame))
@@ -249,10 +273,11 @@ impl<'b> Stage<'b> {
         // 4. What is certain.
         let mut pass = begin(&mut commands, picture, &self.targets.depth, Some(SKY), stamps(0));
         match &full {
-            Some(full) => full.draw(&mut pass, &self.pipelines, &self.eye, &runs.solid),
+            Some(full) => full.draw(&mut pass, &self.pipelines, &self.eye, &runs.solid, (&self.leaves, &self.seen.1)),
             None => {
                 self.pipelines.bind(&mut pass, &self.eye);
                 self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
+                self.leaves.draw(&mut pass, &self.eye, &self.pipelines.colours, &self.seen.1);
             }
         }
         drop(pass);
@@ -275,7 +300,8 @@ impl<'b> Stage<'b> {
 
         // 6. How it looks, by its depth: sky, shade and edges; then glass.
         if let Some(full) = full {
-            full.finish(gpu, &self.pipelines, &self.eye, &wish, &self.targets, picture, &mut commands);
+            let leaves = (&self.leaves, &self.seen.1);
+            full.finish(gpu, &self.pipelines, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);
         }
 
         // 7. What there is, held against it.
@@ -283,7 +309,8 @@ impl<'b> Stage<'b> {
         if wish.alarm {
             let everything = [&self.everything.solid[..], &self.everything.ghosts];
             let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
-            counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, self.frame, &mut commands);
+            let (leaves, frame) = ((&self.leaves, &self.all_leaves), self.frame);
+            counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, leaves, frame, &mut commands);
         }
 
         // 8. Over it: mirrors, portals, frusta; then the interface.

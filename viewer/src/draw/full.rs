@@ -4,16 +4,17 @@
 //! edges come from the depth of the picture, and glass is sorted by where it is. So pictures are the same in every mode.
 
 use super::frame::{Wish, begin};
+use super::leaves::{Drawn, Leaves};
 use super::mesh::Mesh;
 use super::pipelines::{CORNERS, Eye, Pipelines, Recipe, depth_state, shader};
 use super::shade::Shade;
 use super::sun::Sun;
 use super::surfaces::{self, SURFACES};
 use super::targets::Targets;
-use crate::looks::{Looks, SKY, Surface};
+use crate::building::Building;
+use crate::looks::{SKY, Surface};
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
-use enfilade::scene::Scene;
 use glam::Vec3;
 use std::ops::Range;
 use wgpu::{BlendState, BufferUsages, CompareFunction, TextureFormat, TextureView};
@@ -25,8 +26,6 @@ enum Kind {
     Masked,
     /// Blended.
     Glass,
-    /// Not see-through by its material: a door that stands open.
-    Other,
 }
 
 /// What draws a scene as it looks.
@@ -35,7 +34,6 @@ pub struct Full {
     depth: wgpu::RenderPipeline,
     solid: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
-    screen: wgpu::RenderPipeline,
     glass: wgpu::RenderPipeline,
     screen_depth: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
@@ -54,7 +52,6 @@ pub struct Full {
 #[derive(Default)]
 struct Sorted {
     masked: Vec<Range<u32>>,
-    screens: Vec<Range<u32>>,
     /// Far ones first.
     glass: Vec<Range<u32>>,
     keys: Vec<(f32, ObjectId)>,
@@ -70,10 +67,11 @@ impl Full {
         gpu: &Gpu,
         pipelines: &Pipelines,
         mesh: &Mesh,
-        scene: &Scene,
-        looks: &Looks,
+        building: &Building,
+        is_leaf: &[bool],
         format: TextureFormat,
     ) -> Result<Self, GpuError> {
+        let Building { scene, looks, .. } = building;
         gpu.fits("surfaces", surfaces::BYTES * mesh.corners.len() as u64)?;
         let sun = Sun::new(gpu, scene);
         let layout = surfaces::layout(gpu);
@@ -95,20 +93,12 @@ impl Full {
             wgpu::ColorTargetState { format, blend: Some(BlendState::ALPHA_BLENDING), write_mask: wgpu::ColorWrites::COLOR };
         let nothing = || wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::empty() };
         let surface = |object: usize| -> &Surface { &looks.surfaces[looks.of_objects[object] as usize] };
-        let kind = |object: usize| {
-            let surface = surface(object);
-            match scene.objects[object].glass {
-                true if surface.cutoff > 0.0 => Kind::Masked,
-                true => Kind::Glass,
-                false => Kind::Other,
-            }
-        };
-        let words = surfaces::words(scene, mesh, looks);
+        let kind = |object: usize| if surface(object).cutoff > 0.0 { Kind::Masked } else { Kind::Glass };
+        let words = surfaces::words(scene, mesh, looks, is_leaf);
         Ok(Self {
             depth: scene_pipeline("nothing", nothing(), true, CompareFunction::Greater),
             solid: scene_pipeline("solid", plain(), false, CompareFunction::Equal),
             masked: scene_pipeline("masked", plain(), true, CompareFunction::Greater),
-            screen: scene_pipeline("screen", plain(), true, CompareFunction::Greater),
             glass: scene_pipeline("glass", blended, false, CompareFunction::Greater),
             screen_depth: scene_pipeline("screen_depth", nothing(), true, CompareFunction::Greater),
             sky: Recipe {
@@ -140,38 +130,47 @@ impl Full {
         pipelines: &Pipelines,
         mesh: &Mesh,
         is_ghost: &[bool],
+        leaves: (&Leaves, &Drawn),
         seen_through: impl Iterator<Item = ObjectId>,
         eye: Vec3,
         commands: &mut wgpu::CommandEncoder,
     ) {
         let casts = |o: &usize| !is_ghost[*o] && !self.is_sky[*o];
-        self.sun.cast(pipelines, (0..is_ghost.len()).filter(casts).map(|o| &mesh.ranges[o]), commands);
-        let Sorted { masked, screens, glass, keys } = &mut self.sorted;
+        let casting = (0..is_ghost.len()).filter(casts).map(|o| &mesh.ranges[o]);
+        self.sun.cast(pipelines, casting, leaves, commands);
+        let Sorted { masked, glass, keys } = &mut self.sorted;
         keys.clear();
         keys.extend(seen_through.map(|o| (self.middles[o.index()].distance_squared(eye), o)));
         // Far ones first; of those that are as far in the order of their numbers, in every mode.
         keys.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        [&mut *masked, &mut *screens, &mut *glass].into_iter().for_each(Vec::clear);
+        [&mut *masked, &mut *glass].into_iter().for_each(Vec::clear);
         for &(_, object) in keys.iter() {
             let runs = match self.kinds[object.index()] {
                 Kind::Masked => &mut *masked,
                 Kind::Glass => &mut *glass,
-                Kind::Other => &mut *screens,
             };
             runs.push(mesh.ranges[object.index()].clone());
         }
     }
 
-    /// What is certain: solid things, then pictures with holes.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, eye: &Eye, solid: &[Range<u32>]) {
+    /// What is certain: solid things and leaves of doors, then pictures with holes.
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipelines: &Pipelines,
+        eye: &Eye,
+        solid: &[Range<u32>],
+        leaves: (&Leaves, &Drawn),
+    ) {
+        // Depth of all first: only what shows is shaded.
+        for pipeline in [&self.depth, &self.solid] {
+            self.bind(pass, pipelines, eye);
+            draw(pass, pipeline, solid);
+            self.bind_leaves(pass, eye, leaves.0);
+            draw(pass, pipeline, &leaves.1.solid);
+        }
         self.bind(pass, pipelines, eye);
-        let lists = [
-            (&self.depth, solid),
-            (&self.solid, solid),
-            (&self.masked, &self.sorted.masked),
-            (&self.screen, &self.sorted.screens),
-        ];
-        lists.into_iter().for_each(|(pipeline, runs)| draw(pass, pipeline, runs));
+        draw(pass, &self.masked, &self.sorted.masked);
     }
 
     /// So many indirect draws of solid things.
@@ -198,6 +197,7 @@ impl Full {
         pipelines: &Pipelines,
         eye: &Eye,
         wish: &Wish<'_>,
+        leaves: (&Leaves, &Drawn),
         targets: &Targets,
         picture: &TextureView,
         commands: &mut wgpu::CommandEncoder,
@@ -216,6 +216,17 @@ impl Full {
             draw(&mut pass, &self.screen_depth, &self.sorted.glass);
             draw(&mut pass, &self.screen_depth, &self.sorted.masked);
         }
+        self.bind_leaves(&mut pass, eye, leaves.0);
+        draw(&mut pass, &self.glass, &leaves.1.ghosts);
+        if wish.alarm {
+            draw(&mut pass, &self.screen_depth, &leaves.1.ghosts);
+        }
+    }
+
+    fn bind_leaves(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, leaves: &Leaves) {
+        leaves.bind(pass, eye);
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_vertex_buffer(1, leaves.surfaces.slice(..));
     }
 
     fn bind(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, eye: &Eye) {

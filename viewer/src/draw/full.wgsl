@@ -132,13 +132,6 @@ fn is_screen(at: vec4f) -> bool {
     return ((p.x | p.y) & 1u) == 0u;
 }
 
-@fragment
-fn screen(in: Lit) -> @location(0) vec4f {
-    let colour = base(in);
-    if !is_screen(in.at) { discard; }
-    return vec4f(shaded(in, colour.rgb), 1.0);
-}
-
 // Blended: what is seen along it reflects more.
 @fragment
 fn glass(in: Lit) -> @location(0) vec4f {

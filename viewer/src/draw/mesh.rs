@@ -1,4 +1,5 @@
-//! A scene as corners for the graphics processor: three a triangle, objects one after the other, those that may be seen through last.
+//! A scene as corners for the graphics processor: three a triangle, objects one after the other, those that may be seen through last. Leaves
+//! of doors, which move, are drawn by [`super::leaves`].
 //!
 //! Nothing is shared between triangles, so that a corner knows how light falls on its face, and fragments have nothing to work out: on a
 //! software driver they are what costs the most.
@@ -9,8 +10,8 @@ use enfilade::scene::{Role, Scene};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
-/// Most objects: their number shares a word with the light. More would take another word a corner.
-pub const MOST_OBJECTS: usize = 1 << 24;
+/// Most objects: their number, and one for what no object is, shares a word with the light. More would take another word a corner.
+pub const MOST_OBJECTS: usize = (1 << 24) - 1;
 /// Where light comes from, about a unit vector; surfaces are lit from both sides.
 const LIGHT: DVec3 = DVec3::new(0.36, 0.80, 0.48);
 
@@ -25,12 +26,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Lays a scene out.
+    /// Lays a scene out. `is_leaf`: the triangles that are left out.
     ///
     /// # Errors
     ///
     /// Where it has more than [`MOST_OBJECTS`] objects.
-    pub fn new(scene: &Scene) -> Result<Self, String> {
+    pub fn new(scene: &Scene, is_leaf: &[bool]) -> Result<Self, String> {
         if scene.objects.len() > MOST_OBJECTS {
             return Err(format!("{} objects: the viewer draws {MOST_OBJECTS} at most", scene.objects.len()));
         }
@@ -43,15 +44,17 @@ impl Mesh {
         };
         for object in order {
             let start = mesh.corners.len() as u32;
-            for triangle in scene.objects[object].triangles.clone() {
-                let corners = scene.corners(triangle as usize);
-                let word = object as u32 | u32::from(light(corners)) << 24;
-                mesh.corners
-                    .extend(corners.map(|p| p.as_vec3().to_array().map(f32::to_bits)).map(|[x, y, z]| [x, y, z, word]));
+            for triangle in scene.objects[object].triangles.clone().filter(|&t| !is_leaf[t as usize]) {
+                mesh.corners.extend(corners(scene.corners(triangle as usize), object as u32));
             }
             mesh.ranges[object] = start..mesh.corners.len() as u32;
         }
         Ok(mesh)
+    }
+
+    /// The number of what no object of the scene is: leaves that were made.
+    pub fn made(&self) -> u32 {
+        self.ranges.len() as u32
     }
 
     /// Which shell around an eye an object begins in.
@@ -71,7 +74,13 @@ impl Mesh {
     }
 }
 
-/// Solid things, then doors, which may open, then glass.
+/// A triangle as it is drawn.
+pub fn corners(triangle: [DVec3; 3], object: u32) -> [[u32; 4]; 3] {
+    let word = object | u32::from(light(triangle)) << 24;
+    triangle.map(|p| p.as_vec3().to_array().map(f32::to_bits)).map(|[x, y, z]| [x, y, z, word])
+}
+
+/// Solid things, then doors, then glass.
 fn seen_through_rank(scene: &Scene, object: usize) -> u8 {
     match &scene.objects[object] {
         o if o.glass => 2,
@@ -116,6 +125,9 @@ impl Runs {
         for &(_, _, object) in &self.keys {
             let runs = if is_ghost[object as usize] { &mut self.ghosts } else { &mut self.solid };
             let range = mesh.ranges[object as usize].clone();
+            if range.is_empty() {
+                continue;
+            }
             match runs.last_mut() {
                 Some(last) if last.end == range.start => last.end = range.end,
                 _ => runs.push(range),

@@ -3,9 +3,11 @@
 //! Based on: Luebke and Georges 1995, as [`enfilade::runtime::Mirror`] has it. A mirror in a mirror shows as dark glass.
 
 use super::frame::colour;
+use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
 use super::pipelines::{DEPTH, Eye, Pipelines, Recipe, depth_state, shader};
 use super::targets::texture;
+use crate::doors::Doors;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
 use glam::Vec3;
@@ -108,17 +110,19 @@ impl Mirrors {
     }
 
     /// Draws what they show into their pictures.
+    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn record(
         &mut self,
         gpu: &Gpu,
         pipelines: &Pipelines,
         mesh: &Mesh,
         is_ghost: &[bool],
+        leaves: (&Leaves, &Doors),
         size: [u32; 2],
         commands: &mut wgpu::CommandEncoder,
     ) {
         self.places.iter_mut().for_each(|place| place.shows = false);
-        let mut runs = Runs::default();
+        let (mut runs, mut doors, mut drawn) = (Runs::default(), Vec::new(), Drawn::default());
         for (i, view) in self.reflections.views().iter().enumerate() {
             let Some(place) = self.places.get_mut(view.mirror) else { continue };
             if place.picture.as_ref().is_none_or(|picture| picture.0 != size) {
@@ -149,6 +153,10 @@ impl Mirrors {
             pipelines.bind(&mut pass, &place.eye);
             pass.set_pipeline(&pipelines.mirrored);
             runs.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
+            leaves.1.before(&view.camera, &mut doors);
+            leaves.0.list(&doors, &mut drawn);
+            leaves.0.bind(&mut pass, &place.eye);
+            drawn.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
         }
     }
 

@@ -50,7 +50,7 @@ impl Pipelines {
     /// Where it doesn't fit.
     pub fn new(gpu: &Gpu, mesh: &Mesh, scene: &Scene, format: TextureFormat) -> Result<Self, GpuError> {
         mesh.check(gpu)?;
-        gpu.fits("colours", 4 * scene.objects.len() as u64)?;
+        gpu.fits("colours", 4 * (scene.objects.len() as u64 + 1))?;
         let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
@@ -71,7 +71,7 @@ impl Pipelines {
             mirrored: make.pipeline("seen_in_mirror", "colour_in_mirror", format),
             items: make.pair("item", ["object", "object_of_screen"], ITEMS),
             corners: gpu.filled(bytemuck::cast_slice(&mesh.corners), BufferUsages::VERTEX),
-            palette: gpu.filled(&vec![u32::MAX; scene.objects.len()], BufferUsages::STORAGE),
+            palette: gpu.filled(&vec![u32::MAX; scene.objects.len() + 1], BufferUsages::STORAGE),
             layout,
         })
     }
@@ -90,7 +90,7 @@ impl Pipelines {
         Eye { camera, group }
     }
 
-    /// Gives objects their colours: red, green and blue, by object.
+    /// Gives objects their colours: red, green and blue, by object, and then of what was made.
     pub fn paint(&self, gpu: &Gpu, colours: &[[u8; 3]]) {
         let words: Vec<u32> = colours.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255])).collect();
         gpu.queue.write_buffer(&self.palette, 0, bytemuck::cast_slice(&words));
@@ -103,8 +103,13 @@ impl Pipelines {
 
     /// Binds the scene's corners.
     pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
+        Self::bind_corners(pass, eye, &self.corners);
+    }
+
+    /// Binds other corners.
+    pub fn bind_corners(pass: &mut wgpu::RenderPass<'_>, eye: &Eye, corners: &wgpu::Buffer) {
         pass.set_bind_group(0, &eye.group, &[]);
-        pass.set_vertex_buffer(0, self.corners());
+        pass.set_vertex_buffer(0, corners.slice(..));
     }
 }
 

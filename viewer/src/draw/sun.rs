@@ -2,6 +2,7 @@
 //!
 //! Based on: Williams 1978.
 
+use super::leaves::{Drawn, Leaves};
 use super::pipelines::{CORNERS, DEPTH, Pipelines, Recipe, depth_state, shader};
 use super::targets::texture;
 use enfilade::gpu::Gpu;
@@ -76,11 +77,12 @@ impl Sun {
         }
     }
 
-    /// Draws its depth, if something has changed: the corners in `casting`.
+    /// Draws its depth, if something has changed: of the scene's corners those in `casting`, and leaves of doors.
     pub fn cast<'r>(
         &mut self,
         pipelines: &Pipelines,
         casting: impl Iterator<Item = &'r Range<u32>>,
+        (leaves, drawn): (&Leaves, &Drawn),
         commands: &mut wgpu::CommandEncoder,
     ) {
         if !std::mem::replace(&mut self.is_new, false) {
@@ -98,5 +100,7 @@ impl Sun {
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_vertex_buffer(0, pipelines.corners());
         casting.for_each(|run| pass.draw(run.clone(), 0..1));
+        pass.set_vertex_buffer(0, leaves.corners.slice(..));
+        drawn.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
     }
 }

@@ -3,6 +3,7 @@
 use super::mesh::Mesh;
 use super::sun::Sun;
 use crate::looks::Looks;
+use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use enfilade::scene::Scene;
 use glam::DVec3;
@@ -21,28 +22,32 @@ pub const SURFACES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout
     attributes: &wgpu::vertex_attr_array![2 => Float16x2, 3 => Uint32],
 };
 
-/// What corners are made of, in the order of [`Mesh::corners`], as [`SURFACES`] has it.
-pub fn words(scene: &Scene, mesh: &Mesh, looks: &Looks) -> Vec<[u32; 2]> {
+/// What corners are made of, in the order of [`Mesh::corners`], as [`SURFACES`] has it; triangles that are leaves are not among them.
+pub fn words(scene: &Scene, mesh: &Mesh, looks: &Looks, is_leaf: &[bool]) -> Vec<[u32; 2]> {
     let mut words = vec![[0; 2]; mesh.corners.len()];
-    for (id, object) in scene.objects.iter().enumerate() {
-        let material = u32::from(looks.of_objects[id]);
-        let coordinates = scene.trace.as_ref().map(|trace| {
-            let look = &trace.looks[trace.meshes[id] as usize];
-            (&trace.triangles, &look.texture_coordinates)
-        });
-        let mut next = mesh.ranges[id].start as usize;
-        for triangle in object.triangles.clone() {
-            let [a, b, c] = scene.corners(triangle as usize);
-            let word = material | packed((b - a).cross(c - a)) << 16;
-            let at = coordinates.and_then(|(numbers, all)| all.get(numbers[triangle as usize] as usize));
-            for corner in near_zero(at.copied().unwrap_or_default()) {
-                let [u, v] = corner.map(|x| u32::from(f16::from_f32(x).to_bits()));
-                words[next] = [u | v << 16, word];
-                next += 1;
-            }
+    for (id, object) in (0..).map(ObjectId).zip(&scene.objects) {
+        let drawn = object.triangles.clone().filter(|&t| !is_leaf[t as usize]);
+        let range = mesh.ranges[id.index()].clone();
+        let places = words[range.start as usize..range.end as usize].chunks_exact_mut(3);
+        for (triangle, places) in drawn.zip(places) {
+            places.copy_from_slice(&of_triangle(scene, looks, Some((id, triangle)), scene.corners(triangle as usize)));
         }
     }
     words
+}
+
+/// What the corners of a triangle of an object are made of, wherever it has been moved to; without one, it is of a door.
+pub fn of_triangle(scene: &Scene, looks: &Looks, of: Option<(ObjectId, u32)>, [a, b, c]: [DVec3; 3]) -> [[u32; 2]; 3] {
+    let material = of.map_or(Some(looks.made), |(object, _)| looks.of_objects.get(object.index()).copied());
+    let word = u32::from(material.unwrap_or_default()) | packed((b - a).cross(c - a)) << 16;
+    let coordinates = of.zip(scene.trace.as_ref()).and_then(|((object, triangle), trace)| {
+        let look = &trace.looks[trace.meshes[object.index()] as usize];
+        look.texture_coordinates.get(trace.triangles[triangle as usize] as usize).copied()
+    });
+    near_zero(coordinates.unwrap_or_default()).map(|corner| {
+        let [u, v] = corner.map(|x| u32::from(f16::from_f32(x).to_bits()));
+        [u | v << 16, word]
+    })
 }
 
 /// Pictures repeat: whole numbers are taken off, so that few digits are enough.
