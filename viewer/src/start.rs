@@ -49,7 +49,7 @@ pub fn start(building: &Building, solid: &Solid<'_>) -> (DVec3, DVec3) {
         return (DVec3::ZERO, DVec3::NEG_Z);
     }
     // One sees through doors: they are open. Panes end lines, so that nobody looks out at nothing.
-    let is_open = |o: ObjectId| scene.objects[o.index()].role == Role::Door && !scene.objects[o.index()].glass;
+    let is_open = |o: ObjectId| scene.objects.get(o.index()).is_none_or(|o| o.role == Role::Door && !o.glass);
     let (space, sight) = (Space::new(solid, &|_| false), Space::new(solid, &is_open));
     let chooser = Chooser { scene, space, sight, rays: sphere(RAYS) };
     let rooms = rooms(file, scene);

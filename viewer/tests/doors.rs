@@ -10,6 +10,7 @@ use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Camera, FrameMode};
 use enfilade::scene::{ImportOptions, import};
+use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::doors::{Door, SECONDS};
@@ -20,7 +21,6 @@ use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
-use enfilade_viewer::body::EYE;
 use enfilade_viewer::walker::{Walker, Wants};
 use glam::DVec3;
 use std::path::Path;
@@ -258,6 +258,26 @@ fn a_shut_door_stops_who_walks_and_an_open_one_does_not() {
         tried += usize::from(open < -0.5);
     }
     assert!(tried >= 10, "{tried} open doors of {} let anybody through", visit.doors().len());
+}
+
+#[test]
+fn a_visit_begins_in_a_room_whose_doors_are_shut() {
+    if !has_device("a_visit_begins_in_a_room_whose_doors_are_shut") {
+        return;
+    }
+    let villa = villa();
+    let mut visit = Visit::new(villa, Oracle::Software, SIZE, 0);
+    visit.session.begin(None);
+    let open = visit.session.walker;
+    for door in 0..visit.doors().len() {
+        visit.session.open_or_shut(door);
+    }
+    visit.session.go(5.0, &Wants::default());
+    (0..100).for_each(|_| visit.session.go(0.1, &Wants::default()));
+    assert!(visit.doors().iter().any(Door::is_shut), "no door was shut");
+    // Leaves in the way are nobody's, and neither floors nor furniture.
+    visit.session.begin(None);
+    assert_eq!(visit.session.walker.eye.y, open.eye.y);
 }
 
 #[test]

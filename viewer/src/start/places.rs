@@ -88,8 +88,9 @@ fn usual_height(feet: &[DVec3]) -> f64 {
 /// Heights of floors over a point of the plan, ascending. Some models have no slabs: then a room that the author drew has its own bottom, if
 /// nobody falls from there.
 fn floors(space: &Space<'_>, scene: &Scene, room: Option<&Room>, at: DVec2) -> Vec<f64> {
-    // Nobody stands on furniture, doors and windows.
-    let is_ground = |o: ObjectId| !matches!(scene.objects[o.index()].role, Role::Furnishing | Role::Door | Role::Window);
+    // Nobody stands on furniture, doors and windows; leaves of doors are of no object.
+    let is_floor = |role: Role| !matches!(role, Role::Furnishing | Role::Door | Role::Window);
+    let is_ground = |o: ObjectId| scene.objects.get(o.index()).is_some_and(|object| is_floor(object.role));
     let mut floors = space.floors(at, &is_ground);
     let heights = room.filter(|room| room.is_named).into_iter().flat_map(|room| &room.pieces);
     let bottom = heights.filter_map(|piece| piece.heights(at)).map(|[low, _]| low).min_by(f64::total_cmp);
