@@ -261,26 +261,6 @@ fn a_shut_door_stops_who_walks_and_an_open_one_does_not() {
 }
 
 #[test]
-fn a_visit_begins_in_a_room_whose_doors_are_shut() {
-    if !has_device("a_visit_begins_in_a_room_whose_doors_are_shut") {
-        return;
-    }
-    let villa = villa();
-    let mut visit = Visit::new(villa, Oracle::Software, SIZE, 0);
-    visit.session.begin(None);
-    let open = visit.session.walker;
-    for door in 0..visit.doors().len() {
-        visit.session.open_or_shut(door);
-    }
-    visit.session.go(5.0, &Wants::default());
-    (0..100).for_each(|_| visit.session.go(0.1, &Wants::default()));
-    assert!(visit.doors().iter().any(Door::is_shut), "no door was shut");
-    // Leaves in the way are nobody's, and neither floors nor furniture.
-    visit.session.begin(None);
-    assert_eq!(visit.session.walker.eye.y, open.eye.y);
-}
-
-#[test]
 fn nobody_is_shut_in_a_door() {
     if !has_device("nobody_is_shut_in_a_door") {
         return;

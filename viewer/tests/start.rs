@@ -393,3 +393,18 @@ fn cells_at(building: &Building, eye: DVec3) -> impl Iterator<Item = &FileCell> 
     let holds = move |piece: &Vec<glam::Vec4>| piece.iter().all(|plane| plane.truncate().dot(at) <= plane.w + 1e-4);
     building.file.cells.iter().filter(move |cell| cell.pieces.iter().any(holds))
 }
+
+/// Leaves of shut doors are in the way, and of no object: nobody stands on them.
+#[test]
+fn what_is_put_in_the_way_is_no_floor() {
+    let building = building("villa_rotonda");
+    let mut solid = Solid::new(&building.scene);
+    let alone = start(&building, &solid);
+    // Everywhere, a hand above the lowest floor.
+    let bounds = building.scene.bounds();
+    let y = alone.0.y - EYE + 0.1;
+    let [a, b, c, d] = [[0, 0], [1, 0], [1, 1], [0, 1]]
+        .map(|[i, k]| DVec3::new([bounds.min, bounds.max][i].x, y, [bounds.min, bounds.max][k].z));
+    solid.put_in_the_way(&[[a, b, c], [a, c, d]]);
+    assert_eq!(start(&building, &solid), alone);
+}
