@@ -18,6 +18,7 @@ pub mod explain;
 pub mod freed;
 pub mod headless;
 pub mod looks;
+pub mod opening;
 pub mod overlays;
 pub mod pick;
 pub mod screen;

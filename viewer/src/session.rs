@@ -10,6 +10,7 @@ use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::looks::Detail;
+use crate::opening::Share;
 use crate::settings::{LastPlace, Layers, Settings};
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
@@ -86,6 +87,8 @@ pub struct Session<'b> {
     pub walker: Walker,
     /// The interface.
     pub egui: Egui,
+    /// How far the bake is that is still to come.
+    pub opening: Option<Share>,
     building: &'b Building,
     size: [u32; 2],
     solid: Solid<'b>,
@@ -127,6 +130,7 @@ impl<'b> Session<'b> {
             plan: Plan::new(&building.file),
             matrix: Matrix::new(&building.file),
             walker: Walker::new(DVec3::ZERO, DVec3::NEG_Z, false),
+            opening: None,
             overlay: Overlay::default(),
             graphs: Graphs::default(),
             way: Vec::new(),
@@ -461,7 +465,7 @@ impl<'b> Session<'b> {
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
         let (mut clicked, size) = (None, self.size);
-        let Self { show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
+        let Self { show, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
@@ -469,6 +473,9 @@ impl<'b> Session<'b> {
             }
             if show.hud {
                 hud::show(ui, &lines);
+            }
+            if let Some(share) = opening {
+                hud::meanwhile(ui, share);
             }
             if show.layers.plan {
                 plan.show(ui, &building.file, &row, walker.eye, sides, way);
