@@ -13,12 +13,14 @@ use crate::walker::{Walker, Wants};
 use enfilade::runtime::FrameMode;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::platform::run_on_demand::EventLoopExtRunOnDemand;
 use winit::window::{CursorGrabMode, Window, WindowId};
 
 /// Radians of a pixel that the mouse is moved by, and of a second that an arrow key is held.
@@ -37,15 +39,30 @@ const WAITING: Duration = Duration::from_millis(50);
 ///
 /// No window can be opened, or what was to be shown failed; that was on the screen, too.
 pub fn run(args: &Args) -> Result<(), String> {
-    let event_loop = EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
+    let mut event_loop =
+        EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
+    let mut args = args.clone();
+    while let Some(file) = visit(&mut event_loop, &args)? {
+        // What goes with the file that was shown goes with it.
+        (args.file, args.model, args.path) = (file, None, None);
+    }
+    Ok(())
+}
+
+/// A window until it is shut, or until another file is dropped on it: that one.
+fn visit(event_loop: &mut EventLoop<()>, args: &Args) -> Result<Option<PathBuf>, String> {
     let opening = Opening::default();
     std::thread::scope(|scope| {
         scope.spawn(|| opening.run(args));
         let mut app = App::new(args, &opening);
-        let result = event_loop.run_app(&mut app).map_err(|e| e.to_string());
+        let result = event_loop.run_app_on_demand(&mut app).map_err(|e| e.to_string());
         opening.stop();
         app.keep_settings();
-        app.failure.map_or(result, Err)
+        match (app.dropped, app.failure) {
+            (Some(file), _) => Ok(Some(file)),
+            (None, Some(line)) => Err(line),
+            (None, None) => result.map(|()| None),
+        }
     })
 }
 
@@ -58,6 +75,8 @@ struct App<'a> {
     session: Option<Session<'a>>,
     winit: Option<egui_winit::State>,
     failure: Option<String>,
+    /// A file to show next.
+    dropped: Option<PathBuf>,
     /// Which of what opening gives is shown; see [`Opening::best`].
     shown: Option<usize>,
     /// Where the last visit ended, and where this one began.
@@ -86,6 +105,7 @@ impl<'a> App<'a> {
             session: None,
             winit: None,
             failure: None,
+            dropped: None,
             shown: None,
             last_place: None,
             begun: Walker::new(DVec3::ZERO, DVec3::NEG_Z, false),
@@ -314,6 +334,10 @@ impl ApplicationHandler for App<'_> {
                 if let Err(line) = self.frame(event_loop) {
                     self.fail(line);
                 }
+            }
+            WindowEvent::DroppedFile(file) => {
+                self.dropped = Some(file);
+                event_loop.exit();
             }
             WindowEvent::Focused(false) => self.held.clear(),
             WindowEvent::KeyboardInput { event, .. } => {
