@@ -13,8 +13,8 @@ pub const MOST_MATERIALS: usize = 1 << 16;
 pub const MOST_PICTURES: usize = 256;
 /// Side of pictures on the device, texels, and how many of that size there may be: all of them take 90 MB at most. More are smaller.
 const SIDES: [(u32, usize); 3] = [(512, 64), (256, 256), (128, usize::MAX)];
-/// Larger pictures aren't read: texels on a side, and bytes while they are decoded.
-const LARGEST: (u32, u64) = (16_384, 1 << 30);
+/// Larger pictures are not read: texels on a side, and bytes while one is decoded; as many are decoded at a time as there are cores.
+const LARGEST: (u32, u64) = (8192, 300 << 20);
 
 /// What fragments are coloured by, as the shader has it.
 #[repr(C)]
