@@ -4,25 +4,28 @@ use crate::args::Args;
 use crate::building::Building;
 use crate::culling::Oracle;
 use crate::draw::frame::Stage;
+use crate::kept::Kept;
 use crate::screen::Screen;
 use crate::session::Session;
 use crate::settings::Settings;
-use crate::ui::keys;
+use crate::ui::keys::{self, Action};
 use crate::walker::Wants;
 use enfilade::runtime::FrameMode;
+use enfilade::walkthrough::path::CameraPath;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
-use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, WindowEvent};
+use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::{KeyCode, PhysicalKey};
-use winit::window::{CursorGrabMode, Window, WindowId};
+use winit::window::{CursorGrabMode, Fullscreen, Window, WindowId};
 
-/// Radians of a pixel that the mouse is moved by, and of a second that an arrow key is held.
-const MOUSE: f64 = 0.003;
+/// Pixels of a notch of the wheel, for touchpads, which tell pixels.
+const NOTCH: f64 = 50.0;
+/// Radians of a second that an arrow key is held.
 const ARROW: f64 = 1.6;
 /// A button that goes up within so many pixels of where it went down has clicked.
 const CLICK: f64 = 4.0;
@@ -44,6 +47,8 @@ struct Opening {
 ///
 /// No window can be opened, or what was to be shown failed; that was on the screen, too.
 pub fn run(args: &Args) -> Result<(), String> {
+    let path = args.path.as_deref().map(|path| CameraPath::load(path).map_err(|e| format!("{}: {e}", path.display())));
+    let path = path.transpose()?;
     let event_loop = EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
     let opening = Opening::default();
     std::thread::scope(|scope| {
@@ -54,7 +59,7 @@ pub fn run(args: &Args) -> Result<(), String> {
             // Nobody else sets it.
             let _ = opening.building.set(Building::open(&args.file, args.model.as_deref(), &tell, &opening.stop));
         });
-        let mut app = App::new(args, &opening);
+        let mut app = App::new(args, path, &opening);
         let result = event_loop.run_app(&mut app).map_err(|e| e.to_string());
         opening.stop.store(true, Ordering::Relaxed);
         app.keep_settings();
@@ -64,6 +69,8 @@ pub fn run(args: &Args) -> Result<(), String> {
 
 struct App<'a> {
     args: &'a Args,
+    /// Played from its beginning when the building is there.
+    path: Option<CameraPath>,
     opening: &'a Opening,
     settings: Settings,
     window: Option<Arc<Window>>,
@@ -83,10 +90,11 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn new(args: &'a Args, opening: &'a Opening) -> Self {
+    fn new(args: &'a Args, path: Option<CameraPath>, opening: &'a Opening) -> Self {
         let now = Instant::now();
         Self {
             args,
+            path,
             opening,
             settings: Settings::load(),
             window: None,
@@ -148,6 +156,7 @@ impl<'a> App<'a> {
             turn(KeyCode::KeyS, KeyCode::KeyW),
         );
         session.go(seconds, &Wants { to, hurry: self.held.contains(&KeyCode::ShiftLeft) });
+        session.show.crosshair = self.grabbed || session.show.hud;
         // 4. The picture.
         let input = self.winit.as_mut().map(|winit| winit.take_egui_input(&window)).unwrap_or_default();
         let output = session.draw(&view, input, seconds)?;
@@ -157,6 +166,14 @@ impl<'a> App<'a> {
         screen.present(texture, Some(&session.stage.gpu));
         if !std::mem::replace(&mut self.drawn, true) {
             eprintln!("first frame after {:.2} s, on {}", self.started.elapsed().as_secs_f64(), session.stage.gpu.name);
+        }
+        // 5. What buttons ask of the window.
+        let asked = std::mem::take(&mut session.asked);
+        if asked.full_screen {
+            full_screen(&window);
+        }
+        if asked.quit {
+            event_loop.exit();
         }
         event_loop.set_control_flow(ControlFlow::Poll);
         Ok(())
@@ -177,6 +194,10 @@ impl<'a> App<'a> {
         session.show.mode = mode.unwrap_or(session.show.mode);
         session.show.detail = self.args.detail.unwrap_or(session.show.detail);
         session.show.layers.alarm |= self.args.alarm;
+        session.kept = Kept::beside(self.args.model.as_ref().unwrap_or(&self.args.file));
+        if let Some(path) = self.path.take() {
+            session.play_path(path);
+        }
         let context = session.egui.context.clone();
         let side = session.stage.gpu.limits.max_texture_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
@@ -225,13 +246,21 @@ impl<'a> App<'a> {
 
     fn key(&mut self, event_loop: &ActiveEventLoop, code: KeyCode) {
         match code {
-            KeyCode::Escape if self.grabbed => self.grab(false),
-            KeyCode::Escape => event_loop.exit(),
+            KeyCode::Escape => match &mut self.session {
+                Some(session) => {
+                    if session.escape(self.grabbed) {
+                        self.grab(false);
+                    }
+                }
+                None => event_loop.exit(),
+            },
             KeyCode::Tab => self.grab(!self.grabbed),
             code => {
                 let action = keys::action(code);
-                if let (Some(session), Some(action)) = (&mut self.session, action) {
-                    session.act(action);
+                match (&mut self.session, &self.window, action) {
+                    (Some(session), _, Some(action)) => session.act(action),
+                    (None, Some(window), Some(Action::FullScreen)) => full_screen(window),
+                    _ => {}
                 }
             }
         }
@@ -255,12 +284,16 @@ impl<'a> App<'a> {
         if let (Some(from), Some(session)) = (self.pressed, &mut self.session) {
             self.drags |= from.distance(to) > CLICK;
             if self.drags && !self.grabbed {
-                let by = (to - self.pointer) * MOUSE;
-                session.walker.turn(by.x, -by.y);
+                session.look(to - self.pointer);
             }
         }
         self.pointer = to;
     }
+}
+
+/// Fills the screen that a window is on, or is a window again.
+fn full_screen(window: &Window) {
+    window.set_fullscreen(if window.fullscreen().is_none() { Some(Fullscreen::Borderless(None)) } else { None });
 }
 
 impl ApplicationHandler for App<'_> {
@@ -289,12 +322,17 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        // Tab grabs the mouse; to panels it would go from one button to the next.
+        let is_tab = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.physical_key == KeyCode::Tab);
         let taken = match (&mut self.winit, &self.window) {
-            (Some(winit), Some(window)) => winit.on_window_event(window, &event).consumed,
+            (Some(winit), Some(window)) if !is_tab => winit.on_window_event(window, &event).consumed,
             _ => false,
         };
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested => match &mut self.session {
+                Some(session) => session.close(),
+                None => event_loop.exit(),
+            },
             WindowEvent::RedrawRequested => {
                 if let Err(line) = self.frame(event_loop) {
                     self.fail(line);
@@ -305,7 +343,8 @@ impl ApplicationHandler for App<'_> {
                 let PhysicalKey::Code(code) = event.physical_key else { return };
                 match event.state {
                     ElementState::Released => drop(self.held.remove(&code)),
-                    ElementState::Pressed if event.repeat => {}
+                    // Repeated, or a number that is typed into a panel.
+                    ElementState::Pressed if event.repeat || taken => {}
                     ElementState::Pressed => {
                         self.held.insert(code);
                         self.key(event_loop, code);
@@ -313,6 +352,16 @@ impl ApplicationHandler for App<'_> {
                 }
             }
             WindowEvent::CursorMoved { position, .. } => self.moved(DVec2::new(position.x, position.y)),
+            WindowEvent::MouseWheel { delta, .. } if !taken => {
+                let notches = match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / NOTCH,
+                };
+                let zooms = [KeyCode::ControlLeft, KeyCode::ControlRight].iter().any(|key| self.held.contains(key));
+                if let Some(session) = &mut self.session {
+                    session.wheel(notches, zooms);
+                }
+            }
             WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. }
                 if !taken || state == ElementState::Released =>
             {
@@ -324,7 +373,7 @@ impl ApplicationHandler for App<'_> {
 
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
         if let (DeviceEvent::MouseMotion { delta: (x, y) }, true, Some(session)) = (event, self.grabbed, &mut self.session) {
-            session.walker.turn(x * MOUSE, -y * MOUSE);
+            session.look(DVec2::new(x, y));
         }
     }
 

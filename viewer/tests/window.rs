@@ -173,11 +173,27 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     std::thread::sleep(Duration::from_millis(500));
     let magenta = display.pixels(&window).count(|p| p == [255, 0, 255]);
     assert_eq!(magenta, 0, "the alarm rings");
+    // A picture is saved, and the wheel makes faster.
+    press("F2");
+    until("screenshot", || folder.join("villa-1.png").exists().then_some(()));
+    display.run("xdotool", &["mousemove", "--window", &window, "320", "250", "click", "4"]);
+    // Whoever records a path is asked first; Escape is no.
+    let recorded = folder.join("villa-1.path.json");
+    press("F5");
+    press("Escape");
+    std::thread::sleep(Duration::from_millis(500));
+    press("Escape");
+    press("F5");
+    until("recorded path", || recorded.exists().then_some(()));
+    assert!(running.0.try_wait().unwrap().is_none(), "the recording was lost");
     press("Escape");
     let status = until("end", || running.0.try_wait().unwrap());
     assert!(status.success(), "{status}");
     let settings = std::fs::read_to_string(folder.join("enfilade/viewer.json")).unwrap();
     assert!(settings.contains(r#""mode": "portals""#) && settings.contains(r#""alarm": true"#), "{settings}");
+    let settings: serde_json::Value = serde_json::from_str(&settings).unwrap();
+    assert!(settings["speed"].as_f64().is_some_and(|speed| speed > 1.0), "{settings}");
+    enfilade::walkthrough::path::CameraPath::load(&recorded).unwrap();
     // 6. Who comes again is where they left.
     let mut again = viewer(&display, &folder, &[pvs.to_str().unwrap(), "--size", "640x360"]);
     let window = until("window again", find);
