@@ -205,7 +205,7 @@ impl<'b> Session<'b> {
         let Show { mode, detail, tints, layers, fov_y, .. } = self.show;
         // Who looks at a frozen culling goes back to where that was.
         let walker = self.frozen.map_or(self.walker, |frozen| frozen.1);
-        let (flies, size, fov_y_degrees) = (walker.flies, self.size, fov_y.to_degrees());
+        let (flies, size, fov_y_degrees) = (self.flies_by_itself(&walker), self.size, fov_y.to_degrees());
         let (mode, places) = (mode.name().to_owned(), std::mem::take(&mut settings.places));
         let preferences = self.preferences;
         *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places };

@@ -15,6 +15,7 @@ use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
 use enfilade_viewer::kept::Kept;
 use enfilade_viewer::session::Session;
+use enfilade_viewer::settings::Settings;
 use enfilade_viewer::ui::keys::{Action, KEYS};
 use enfilade_viewer::walker::Wants;
 use glam::{DVec2, DVec3};
@@ -116,6 +117,9 @@ fn a_recorded_path_is_where_the_walker_was_and_is_played_there() {
     session.walker.flies = false;
     session.act(Action::Play);
     session.go(1.0, &Wants { to: DVec3::X, hurry: true });
+    let mut kept = Settings::default();
+    session.remember(&mut kept);
+    assert!(!kept.flies, "a path makes nobody fly the next time");
     assert!((session.walker.eye + origin).distance(places[10]) < 1e-6 && session.walker.flies);
     session.go(1.5, &Wants::default());
     assert!((session.walker.eye + origin).distance(places[20]) < 1e-6 && !session.walker.flies);

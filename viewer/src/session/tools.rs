@@ -177,6 +177,11 @@ impl Session<'_> {
         true
     }
 
+    /// Whether a walker flies, or goes along a path only.
+    pub(super) fn flies_by_itself(&self, walker: &Walker) -> bool {
+        self.paths.playing.filter(|_| !self.is_frozen()).map_or(walker.flies, |(_, flies)| flies)
+    }
+
     /// A line for the counters while a path is recorded or played.
     pub(super) fn say_path(&self) -> Option<String> {
         match &self.paths {

@@ -87,6 +87,11 @@ const HELD: [(&str, &str); 6] = [
     ("Esc", "let go of the mouse; close a panel; quit"),
 ];
 
+/// Two columns of the list are less wide than this, points; one is, in a window that is narrower.
+const WIDE: f32 = 860.0;
+/// Room around the list, points: its title, and a bit of the picture.
+const MARGIN: egui::Vec2 = egui::vec2(32.0, 80.0);
+
 /// What a key does.
 pub fn action(code: KeyCode) -> Option<Action> {
     KEYS.iter().find(|key| key.0 == code).map(|key| key.2)
@@ -100,14 +105,23 @@ pub fn lines() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// The list on the screen.
 pub fn show(ui: &mut egui::Ui) {
     let window = egui::Window::new("Keys").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
-    // It is higher than a small window.
-    window.resizable(false).vscroll(true).show(ui.ctx(), |ui| {
-        egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
-            for (name, words) in lines() {
-                ui.strong(name);
-                ui.label(words);
-                ui.end_row();
-            }
+    window.resizable(false).show(ui.ctx(), |ui| {
+        let room = ui.ctx().content_rect().size() - MARGIN;
+        let lines: Vec<_> = lines().collect();
+        // Side by side where they fit; below each other they are higher than a small window.
+        let columns = if room.x > WIDE { 2 } else { 1 };
+        egui::ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
+            ui.horizontal_top(|ui| {
+                for (column, lines) in lines.chunks(lines.len().div_ceil(columns)).enumerate() {
+                    egui::Grid::new(("keys", column)).num_columns(2).striped(true).show(ui, |ui| {
+                        for (name, words) in lines {
+                            ui.strong(*name);
+                            ui.label(*words);
+                            ui.end_row();
+                        }
+                    });
+                }
+            });
         });
     });
 }

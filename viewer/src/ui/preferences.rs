@@ -9,7 +9,7 @@ const STEP: f64 = 0.1;
 /// Shows them; `fov_y` in radians.
 pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, detail: &mut Detail) {
     let window = egui::Window::new("Settings").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
-    window.resizable(false).vscroll(true).show(ui.ctx(), |ui| {
+    window.resizable(false).show(ui.ctx(), |ui| {
         egui::Grid::new("settings").num_columns(2).show(ui, |ui| {
             let mut slider = |label: &str, value: &mut f64, range: Range, unit: &str| {
                 ui.label(label);
@@ -19,9 +19,11 @@ pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, d
             };
             slider("Mouse sensitivity", &mut preferences.sensitivity, SENSITIVITY, "");
             slider("Speed", &mut preferences.speed, SPEED, "");
-            let mut degrees = fov_y.to_degrees();
+            let (before, mut degrees) = (fov_y.to_degrees(), fov_y.to_degrees());
             slider("Field of view", &mut degrees, FIELD_OF_VIEW, "°");
-            *fov_y = FIELD_OF_VIEW.clamp(degrees).to_radians();
+            if degrees != before {
+                *fov_y = FIELD_OF_VIEW.clamp(degrees).to_radians();
+            }
             ui.label("Look");
             ui.checkbox(&mut preferences.inverted, "up and down inverted");
             ui.end_row();

@@ -12,10 +12,9 @@ pub fn closed(ui: &mut egui::Ui) -> Option<Action> {
     let mut clicked = None;
     let area = egui::Area::new(egui::Id::unique("menu")).anchor(egui::Align2::CENTER_TOP, [0.0, 8.0]);
     area.show(ui.ctx(), |ui| {
-        let menu = KEYS.iter().filter(|key| key.2 == Action::Menu);
-        menu.for_each(|(_, name, action, label, words)| {
+        if let Some((_, name, action, label, words)) = KEYS.iter().find(|key| key.2 == Action::Menu) {
             clicked = ui.button(*label).on_hover_text(format!("{name}: {words}")).clicked().then_some(*action);
-        });
+        }
     });
     clicked
 }
