@@ -325,7 +325,14 @@ impl ApplicationHandler for App<'_> {
         // Tab grabs the mouse; to panels it would go from one button to the next.
         let is_tab = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.physical_key == KeyCode::Tab);
         let taken = match (&mut self.winit, &self.window) {
-            (Some(winit), Some(window)) if !is_tab => winit.on_window_event(window, &event).consumed,
+            (Some(winit), Some(window)) if !is_tab => {
+                // Text of another size leaves the pointer where it is, and panels elsewhere below it.
+                if let WindowEvent::MouseInput { device_id, .. } = event {
+                    let position = winit::dpi::PhysicalPosition::new(self.pointer.x, self.pointer.y);
+                    let _ = winit.on_window_event(window, &WindowEvent::CursorMoved { device_id, position });
+                }
+                winit.on_window_event(window, &event).consumed
+            }
             _ => false,
         };
         match event {

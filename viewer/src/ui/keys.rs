@@ -105,8 +105,8 @@ pub fn lines() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// The list on the screen.
 pub fn show(ui: &mut egui::Ui) {
     let window = egui::Window::new("Keys").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
-    window.resizable(false).show(ui.ctx(), |ui| {
-        let room = ui.ctx().content_rect().size() - MARGIN;
+    let room = ui.ctx().content_rect().size() - MARGIN;
+    window.resizable(false).default_height(room.y).show(ui.ctx(), |ui| {
         let lines: Vec<_> = lines().collect();
         // Side by side where they fit; below each other they are higher than a small window.
         let columns = if room.x > WIDE { 2 } else { 1 };
