@@ -1,15 +1,9 @@
 //! Long runs: Ctrl-C stops them, and the same command goes on with them.
 
 use super::{CliError, Outcome, at};
-use enfilade::job::{Job, Journal, JournalError, Progress};
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use enfilade::job::{Job, Journal, JournalError, Progress, of_this_build};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use xxhash_rust::xxh3::Xxh3;
-
-/// Bytes of the program that are read at once.
-const BUFFER: usize = 1 << 18;
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -73,22 +67,4 @@ impl Kept {
     pub fn done(self) -> Result<(), CliError> {
         self.0.map_or(Ok(()), |(path, journal)| journal.remove().map_err(|e| at(&path, e)))
     }
-}
-
-/// A digest that differs from build to build: another one may work otherwise.
-fn of_this_build(digest: u128) -> u128 {
-    let mut hash = Xxh3::new();
-    hash.update(&digest.to_le_bytes());
-    hash.update(env!("CARGO_PKG_VERSION").as_bytes());
-    // Where the program can't read itself, its version must do.
-    if let Ok(program) = std::env::current_exe().and_then(File::open) {
-        // As far as it can be read; a buffer at a time, because a small level takes less memory than the program.
-        let mut program = BufReader::with_capacity(BUFFER, program);
-        while let Ok(read @ [_, ..]) = program.fill_buf() {
-            let length = read.len();
-            hash.update(read);
-            program.consume(length);
-        }
-    }
-    hash.digest128()
 }

@@ -8,17 +8,19 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use xxhash_rust::xxh3::xxh3_64;
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 const MAGIC: &[u8; 8] = b"EnfWork\n";
 const HEAD: usize = 24;
 /// A block is written when it is so large, bytes, or so old: what a killed run loses at most, beside what is under way.
 const LARGE: usize = 4 << 20;
 const OLD: Duration = Duration::from_secs(1);
+/// Bytes of the program that are read at once.
+const BUFFER: usize = 1 << 18;
 /// No block unpacks to more than this, bytes: a file's word isn't taken for more.
 const MOST: u64 = 1 << 32;
 
@@ -65,6 +67,24 @@ struct Out {
 
 #[derive(Default, Serialize, Deserialize)]
 struct Block(Vec<(Key, Vec<u8>)>);
+
+/// A digest of work that differs from build to build of this program: another one may work otherwise.
+pub fn of_this_build(digest: u128) -> u128 {
+    let mut hash = Xxh3::new();
+    hash.update(&digest.to_le_bytes());
+    hash.update(env!("CARGO_PKG_VERSION").as_bytes());
+    // Where the program can't read itself, its version must do.
+    if let Ok(program) = std::env::current_exe().and_then(File::open) {
+        // As far as it can be read; a buffer at a time, because a small level takes less memory than the program.
+        let mut program = BufReader::with_capacity(BUFFER, program);
+        while let Ok(read @ [_, ..]) = program.fill_buf() {
+            let length = read.len();
+            hash.update(read);
+            program.consume(length);
+        }
+    }
+    hash.digest128()
+}
 
 impl Journal {
     /// Opens the journal of the work with this digest, or begins one.

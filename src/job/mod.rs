@@ -7,7 +7,7 @@
 
 mod journal;
 
-pub use journal::{Journal, JournalError};
+pub use journal::{Journal, JournalError, of_this_build};
 
 use crate::parallel::{self, Scratch};
 use serde::Serialize;

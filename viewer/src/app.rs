@@ -1,26 +1,28 @@
 //! The window: opens a building in the background, shows how far that is, then hands what is pressed to a [`Session`].
 
 use crate::args::Args;
-use crate::building::Building;
+use crate::building::{Building, EARLY};
 use crate::culling::Oracle;
 use crate::draw::frame::Stage;
 use crate::kept::Kept;
+use crate::opening::Opening;
 use crate::screen::Screen;
 use crate::session::Session;
-use crate::settings::Settings;
+use crate::settings::{LastPlace, Settings};
 use crate::ui::keys::{self, Action};
-use crate::walker::Wants;
+use crate::walker::{Walker, Wants};
 use enfilade::runtime::FrameMode;
 use enfilade::walkthrough::path::CameraPath;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::platform::run_on_demand::EventLoopExtRunOnDemand;
 use winit::window::{CursorGrabMode, Fullscreen, Window, WindowId};
 
 /// Pixels of a notch of the wheel, for touchpads, which tell pixels.
@@ -29,17 +31,10 @@ const NOTCH: f64 = 50.0;
 const ARROW: f64 = 1.6;
 /// A button that goes up within so many pixels of where it went down has clicked.
 const CLICK: f64 = 4.0;
+/// What there is of a building by and by, in words.
+const THERE: [&str; EARLY + 1] = ["the model", "cells and portals", "everything"];
 /// Pictures a second while something is opened.
 const WAITING: Duration = Duration::from_millis(50);
-
-/// What the thread that opens a building tells.
-#[derive(Default)]
-struct Opening {
-    building: OnceLock<Result<Building, String>>,
-    /// The stage, and how much of it is done.
-    progress: Mutex<(String, f64)>,
-    stop: AtomicBool,
-}
 
 /// Opens the window, and returns when it is shut.
 ///
@@ -48,22 +43,31 @@ struct Opening {
 /// No window can be opened, or what was to be shown failed; that was on the screen, too.
 pub fn run(args: &Args) -> Result<(), String> {
     let path = args.path.as_deref().map(|path| CameraPath::load(path).map_err(|e| format!("{}: {e}", path.display())));
-    let path = path.transpose()?;
-    let event_loop = EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
+    let mut path = path.transpose()?;
+    let mut event_loop =
+        EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
+    let mut args = args.clone();
+    while let Some(file) = visit(&mut event_loop, &args, path.take())? {
+        // What goes with the file that was shown goes with it.
+        (args.file, args.model, args.path) = (file, None, None);
+    }
+    Ok(())
+}
+
+/// A window until it is shut, or until another file is dropped on it: that one.
+fn visit(event_loop: &mut EventLoop<()>, args: &Args, path: Option<CameraPath>) -> Result<Option<PathBuf>, String> {
     let opening = Opening::default();
     std::thread::scope(|scope| {
-        scope.spawn(|| {
-            let tell = |stage: &str, done: f64| {
-                *opening.progress.lock().unwrap_or_else(PoisonError::into_inner) = (stage.to_owned(), done);
-            };
-            // Nobody else sets it.
-            let _ = opening.building.set(Building::open(&args.file, args.model.as_deref(), &tell, &opening.stop));
-        });
+        scope.spawn(|| opening.run(args));
         let mut app = App::new(args, path, &opening);
-        let result = event_loop.run_app(&mut app).map_err(|e| e.to_string());
-        opening.stop.store(true, Ordering::Relaxed);
+        let result = event_loop.run_app_on_demand(&mut app).map_err(|e| e.to_string());
+        opening.stop();
         app.keep_settings();
-        app.failure.map_or(result, Err)
+        match (app.dropped, app.failure) {
+            (Some(file), _) => Ok(Some(file)),
+            (None, Some(line)) => Err(line),
+            (None, None) => result.map(|()| None),
+        }
     })
 }
 
@@ -78,6 +82,13 @@ struct App<'a> {
     session: Option<Session<'a>>,
     winit: Option<egui_winit::State>,
     failure: Option<String>,
+    /// A file to show next.
+    dropped: Option<PathBuf>,
+    /// Which of what opening gives is shown; see [`Opening::best`].
+    shown: Option<usize>,
+    /// Where the last visit ended, and where this one began.
+    last_place: Option<LastPlace>,
+    begun: Walker,
     held: HashSet<KeyCode>,
     /// Where the pointer is, and where a button went down; pixels.
     pointer: DVec2,
@@ -102,6 +113,10 @@ impl<'a> App<'a> {
             session: None,
             winit: None,
             failure: None,
+            dropped: None,
+            shown: None,
+            last_place: None,
+            begun: Walker::new(DVec3::ZERO, DVec3::NEG_Z, false),
             held: HashSet::new(),
             pointer: DVec2::ZERO,
             pressed: None,
@@ -116,11 +131,16 @@ impl<'a> App<'a> {
     /// A frame, in order: what came, what a person does, what is drawn.
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), String> {
         let Some(window) = self.window.clone() else { return Ok(()) };
-        // 1. A building that has come.
-        if let (None, None, Some(opened)) = (&self.session, &self.failure, self.opening.building.get()) {
+        // 1. A building that has come, or more of it. Who looks at a frozen culling keeps it.
+        let opening = self.opening;
+        let is_frozen = self.session.as_ref().is_some_and(Session::is_frozen);
+        if let (None, Some((number, opened))) = (&self.failure, opening.best())
+            && self.shown.is_none_or(|shown| shown < number)
+            && !is_frozen
+        {
             match opened {
-                Ok(building) => self.begin(building)?,
-                Err(line) => self.fail(line.clone()),
+                Ok(building) => self.begin(number, building)?,
+                Err(line) => self.fail(line.to_owned()),
             }
         }
         let Some(screen) = &mut self.screen else { return Ok(()) };
@@ -131,11 +151,11 @@ impl<'a> App<'a> {
         let Some(session) = &mut self.session else {
             // 2. Until then, how far it is; or why it won't come.
             let name = self.args.file.display().to_string();
-            let (stage, done) = self.opening.progress.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let share = opening.share();
             let message = self.failure.clone();
             screen.say(&view, |ui| match &message {
                 Some(text) => crate::ui::hud::message(ui, "This can't be shown", text),
-                None => crate::ui::hud::progress(ui, &name, &stage, done as f32),
+                None => crate::ui::hud::progress(ui, &name, share.as_ref()),
             })?;
             screen.present(texture, None);
             event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + WAITING));
@@ -158,6 +178,7 @@ impl<'a> App<'a> {
         session.go(seconds, &Wants { to, hurry: self.held.contains(&KeyCode::ShiftLeft) });
         session.show.crosshair = self.grabbed || session.show.hud;
         // 4. The picture.
+        session.opening = opening.share();
         let input = self.winit.as_mut().map(|winit| winit.take_egui_input(&window)).unwrap_or_default();
         let output = session.draw(&view, input, seconds)?;
         if let Some(winit) = &mut self.winit {
@@ -179,25 +200,43 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// A building is there.
-    fn begin(&mut self, building: &'a Building) -> Result<(), String> {
+    /// A building is there, or more is known of it: who has gone anywhere goes on from there.
+    fn begin(&mut self, number: usize, building: &'a Building) -> Result<(), String> {
         let (Some(window), Some(screen)) = (&self.window, &mut self.screen) else { return Ok(()) };
-        let Some(gpu) = screen.take_gpu() else { return Ok(()) };
+        let hash = building.file.model_hash;
+        let mut before = self.session.take();
+        match &before {
+            Some(before) => before.remember(&mut self.settings),
+            None => self.last_place = self.settings.place(hash).cloned(),
+        }
+        let gone = before.as_ref().map(|before| before.walker).filter(|walker| walker.has_gone_from(&self.begun));
+        let mode = before.as_ref().map(|before| before.show.mode);
+        let ongoing = before.as_mut().map(Session::ongoing);
+        let Some(gpu) = before.map(|before| before.stage.gpu).or_else(|| screen.take_gpu()) else { return Ok(()) };
         let oracle = self.args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
         let (format, size) = (screen.format(), screen.size());
         let stage = Stage::new(gpu, building, oracle, size, format)?;
         let mut session = Session::new(building, stage, format, size)?;
         let settings = &self.settings;
-        let mode = self.args.mode.or(settings.mode.parse::<FrameMode>().ok());
-        session.begin(settings.place(building.file.model_hash));
+        let mode = mode.or(self.args.mode).or(settings.mode.parse::<FrameMode>().ok());
+        session.begin(self.last_place.as_ref());
+        self.begun = session.walker;
+        session.walker = gone.unwrap_or(session.walker);
         session.apply(settings);
         session.show.mode = mode.unwrap_or(session.show.mode);
-        session.show.detail = self.args.detail.unwrap_or(session.show.detail);
-        session.show.layers.alarm |= self.args.alarm;
+        if self.shown.is_none() {
+            session.show.detail = self.args.detail.unwrap_or(session.show.detail);
+            session.show.layers.alarm |= self.args.alarm;
+        }
         session.kept = Kept::beside(self.args.model.as_ref().unwrap_or(&self.args.file));
+        if let Some(ongoing) = ongoing {
+            session.go_on(ongoing);
+        }
         if let Some(path) = self.path.take() {
             session.play_path(path);
         }
+        self.shown = Some(number);
+        eprintln!("{} after {:.2} s", THERE[number], self.started.elapsed().as_secs_f64());
         let context = session.egui.context.clone();
         let side = session.stage.gpu.limits.max_texture_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
@@ -344,6 +383,11 @@ impl ApplicationHandler for App<'_> {
                 if let Err(line) = self.frame(event_loop) {
                     self.fail(line);
                 }
+            }
+            // A recorded path that can't be saved is told, and not lost for another building.
+            WindowEvent::DroppedFile(file) if self.session.as_mut().is_none_or(Session::save_recording) => {
+                self.dropped = Some(file);
+                event_loop.exit();
             }
             WindowEvent::Focused(false) => self.held.clear(),
             WindowEvent::KeyboardInput { event, .. } => {

@@ -7,7 +7,7 @@ use enfilade::runtime::FrameMode;
 use std::path::PathBuf;
 
 /// Walk through a building, and see what is not drawn
-#[derive(Parser, Debug)]
+#[derive(Parser, Clone, Debug)]
 #[command(name = "enfilade-viewer", version, about)]
 pub struct Args {
     /// A .pvs file, or a model, which is baked where no .pvs file lies beside it

@@ -1,11 +1,14 @@
 //! What is looked at: a model with its `.pvs` file, found, read or baked.
 
 use crate::looks::Looks;
-use enfilade::bake::{BakeError, BakeOptions, bake};
+use enfilade::bake::{BakeError, BakeOptions, bake, digest, find_cells};
+use enfilade::cells::{CellGraph, undivided};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
+use enfilade::job::{Job, Journal, JournalError, of_this_build};
+use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene, import};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Extensions of models, in the order in which they are looked for beside a `.pvs` file.
@@ -14,68 +17,143 @@ const MODELS: [&str; 7] = ["glb", "gltf", "obj", "ifc", "gml", "bsp", "map"];
 /// A model and what was baked of it.
 pub struct Building {
     /// The triangles.
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     /// Cells, portals and rows.
     pub file: PvsFile,
     /// Materials and pictures.
-    pub looks: Looks,
+    pub looks: Arc<Looks>,
 }
 
 /// How far opening is: a stage and its fraction.
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 
+/// Hears of a building before it is baked: first with all of it in one open cell, then with its cells and portals, whose rows hold whatever
+/// isn't proven hidden.
+pub type Early<'e> = &'e dyn Fn(usize, Building);
+
+/// How many times that is.
+pub const EARLY: usize = 2;
+
 impl Building {
+    /// Of its parts.
+    pub fn new(scene: Scene, file: PvsFile, looks: Looks) -> Self {
+        Self { scene: Arc::new(scene), file, looks: Arc::new(looks) }
+    }
+
     /// Opens a `.pvs` file with its model, or a model with the `.pvs` file beside it; without one that fits, bakes, and leaves the result
     /// beside the model where that can be written. The error is one line.
-    pub fn open(file: &Path, model: Option<&Path>, progress: Progress<'_>, stop: &AtomicBool) -> Result<Self, String> {
+    pub fn open(
+        file: &Path,
+        model: Option<&Path>,
+        progress: Progress<'_>,
+        stop: &AtomicBool,
+        early: Option<Early<'_>>,
+    ) -> Result<Self, String> {
         progress("read", 0.0);
         if file.extension().is_some_and(|e| e.eq_ignore_ascii_case("pvs")) {
-            let pvs = PvsFile::load(file).map_err(|e| at(file, e))?;
-            let model = match model {
-                Some(model) => model.to_owned(),
-                None => beside(file)?,
-            };
-            let options = ImportOptions { trace: true, ..pvs.import.options() };
-            let scene = import(&model, &options).map_err(|e| at(&model, e))?;
-            if scene.hash() != pvs.model_hash {
-                let file = file.display();
-                return Err(format!("{}: not the model that {file} was baked for; give it with --model", model.display()));
-            }
-            return Ok(Self::with_looks(scene, pvs, &model, &options, progress));
+            let model = model.map_or_else(|| beside(file), |model| Ok(model.to_owned()))?;
+            return Self::baked(file, &model, progress);
         }
         if let Some(model) = model {
             return Err(format!("{}: --model goes with a .pvs file, and {} is a model", model.display(), file.display()));
         }
-        let baked = file.with_extension("pvs");
-        let there = baked.exists().then(|| Self::open(&baked, Some(file), progress, stop)).and_then(Result::ok);
-        match there {
-            Some(building) => Ok(building),
-            None => Self::bake(file, &baked, progress, stop),
+        let to = file.with_extension("pvs");
+        if !to.exists() {
+            return Self::bake(file, &to, progress, stop, early);
         }
+        Self::baked(&to, file, progress).or_else(|why| {
+            eprintln!("{why}; it is baked anew");
+            Self::bake(file, &to, progress, stop, early)
+        })
     }
 
-    fn bake(model: &Path, to: &Path, progress: Progress<'_>, stop: &AtomicBool) -> Result<Self, String> {
-        let options = ImportOptions { trace: true, ..ImportOptions::default() };
+    /// A `.pvs` file with its model.
+    fn baked(file: &Path, model: &Path, progress: Progress<'_>) -> Result<Self, String> {
+        let pvs = PvsFile::load(file).map_err(|e| at(file, e))?;
+        let options = ImportOptions { trace: true, ..pvs.import.options() };
         let scene = import(model, &options).map_err(|e| at(model, e))?;
-        let work = Job::new(progress).until(stop);
-        let baked =
-            bake(&scene, BakeOptions { keep_bounds: true, ..BakeOptions::default() }, &work).map_err(|e| match e {
-                BakeError::Stopped(_) => "stopped".to_owned(),
-                e => at(model, e),
-            })?;
-        // A file that isn't this model's isn't replaced.
-        if to.exists() {
-            eprintln!("{}: of another model, and left as it is", to.display());
-        } else if let Err(e) = baked.file.save(to) {
-            eprintln!("{}: not kept: {e}", to.display());
+        if scene.hash() != pvs.model_hash {
+            let file = file.display();
+            return Err(format!("{}: not the model that {file} was baked for; give it with --model", model.display()));
         }
-        Ok(Self::with_looks(scene, baked.file, model, &options, progress))
+        let looks = looks(&scene, model, &options, progress);
+        Ok(Self::new(scene, pvs, looks))
     }
 
-    fn with_looks(scene: Scene, file: PvsFile, model: &Path, options: &ImportOptions, progress: Progress<'_>) -> Self {
-        let looks = Looks::read(&scene, model, options, &|done| progress("pictures", done));
-        looks.notes.iter().for_each(|note| eprintln!("{}: {note}", model.display()));
-        Self { scene, file, looks }
+    fn bake(
+        model: &Path,
+        to: &Path,
+        progress: Progress<'_>,
+        stop: &AtomicBool,
+        early: Option<Early<'_>>,
+    ) -> Result<Self, String> {
+        let import_options = ImportOptions { trace: true, ..ImportOptions::default() };
+        let scene = Arc::new(import(model, &import_options).map_err(|e| at(model, e))?);
+        let looks = Arc::new(looks(&scene, model, &import_options, progress));
+        let quickly = |given: CellGraph| {
+            let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
+            let options = BakeOptions { given: Some(given), pvs, keep_bounds: true, ..BakeOptions::default() };
+            bake(&scene, options, &Job::new(&|_, _| ()).until(stop)).map(|baked| baked.file)
+        };
+        let failed = |e: BakeError| match e {
+            BakeError::Stopped(_) => "stopped".to_owned(),
+            e => at(model, e),
+        };
+        if let Some(early) = early {
+            // 1. What needs no cells; 2. what needs no rays.
+            let tell = |number, file| early(number, Self { scene: scene.clone(), file, looks: looks.clone() });
+            tell(0, quickly(undivided(&scene)).map_err(failed)?);
+            progress("cells", 0.0);
+            let cells = find_cells(&scene, &BakeOptions::default().split).map_err(|e| failed(e.into()))?;
+            tell(1, quickly(cells).map_err(failed)?);
+        }
+        // 3. The whole; what is stopped goes on the next time.
+        let options = BakeOptions { keep_bounds: true, ..BakeOptions::default() };
+        let journal = journal(&to.with_extension("viewer-state"), of_this_build(digest(&scene, &options)));
+        let job = Job::new(progress).until(stop);
+        let baked = match &journal {
+            Some(journal) => bake(&scene, options, &job.kept_in(journal)),
+            None => bake(&scene, options, &job),
+        };
+        if let (Some(journal), Err(BakeError::Stopped(_))) = (&journal, &baked)
+            && let Err(e) = journal.flush()
+        {
+            eprintln!("{}: what was baked is not kept: {e}", to.display());
+        }
+        let file = baked.map_err(failed)?.file;
+        if to.exists() {
+            // What it was isn't lost.
+            let old = to.with_extension("pvs.old");
+            let kept = std::fs::rename(to, &old);
+            eprintln!(
+                "{}: replaced; {}",
+                to.display(),
+                kept.map_or_else(|e| e.to_string(), |()| format!("it is {} now", old.display()))
+            );
+        }
+        match file.save(to) {
+            Ok(()) => drop(journal.map(Journal::remove)),
+            Err(e) => eprintln!("{}: not kept: {e}", to.display()),
+        }
+        Ok(Self { scene, file, looks })
+    }
+}
+
+fn looks(scene: &Scene, model: &Path, options: &ImportOptions, progress: Progress<'_>) -> Looks {
+    let looks = Looks::read(scene, model, options, &|done| progress("pictures", done));
+    looks.notes.iter().for_each(|note| eprintln!("{}: {note}", model.display()));
+    looks
+}
+
+/// What is kept of a bake that is stopped. `None`: nothing is; somebody else is at it, or nothing can be written there.
+fn journal(path: &Path, digest: u128) -> Option<Journal> {
+    match Journal::open(path, digest) {
+        // Of an older model or program: it is the viewer's own, and worth nothing any more.
+        Err(JournalError::Other | JournalError::NotAJournal) => {
+            std::fs::remove_file(path).ok()?;
+            Journal::open(path, digest).ok()
+        }
+        journal => journal.ok(),
     }
 }
 

@@ -19,6 +19,7 @@ pub mod freed;
 pub mod headless;
 pub mod kept;
 pub mod looks;
+pub mod opening;
 pub mod overlays;
 pub mod pick;
 pub mod recording;

@@ -13,6 +13,7 @@ use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::kept::Kept;
 use crate::looks::Detail;
+use crate::opening::Share;
 use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
@@ -106,6 +107,8 @@ pub struct Session<'b> {
     pub paths: Paths,
     /// What a window is asked for by a button.
     pub asked: Asked,
+    /// How far the bake is that is still to come.
+    pub opening: Option<Share>,
     building: &'b Building,
     format: TextureFormat,
     size: [u32; 2],
@@ -154,6 +157,7 @@ impl<'b> Session<'b> {
             plan: Plan::new(&building.file),
             matrix: Matrix::new(&building.file),
             walker: Walker::new(DVec3::ZERO, DVec3::NEG_Z, false),
+            opening: None,
             overlay: Overlay::default(),
             graphs: Graphs::default(),
             way: Vec::new(),
@@ -518,7 +522,9 @@ impl<'b> Session<'b> {
         let (mut clicked, mut pressed, mut answer, size) = (None, None, None, self.size);
         let on: Vec<Action> = keys::KEYS.iter().map(|key| key.2).filter(|&action| self.is_on(action)).collect();
         self.egui.context.set_zoom_factor(self.preferences.text as f32);
-        let Self { show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
+        let Self {
+            show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
+        } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
@@ -534,6 +540,9 @@ impl<'b> Session<'b> {
                 pressed = pressed.or(toolbar::open(ui, &|action| on.contains(&action)));
             } else if show.hud {
                 pressed = pressed.or(toolbar::closed(ui));
+            }
+            if let Some(share) = opening {
+                hud::meanwhile(ui, share);
             }
             if show.layers.plan {
                 plan.show(ui, &building.file, &row, walker.eye, sides, way);

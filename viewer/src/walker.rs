@@ -32,6 +32,9 @@ const GRAVITY: f64 = 9.81;
 const CLIMB: f64 = 3.0;
 /// Longest way between two looks for walls, metres: less than [`RADIUS`].
 const STRIDE: f64 = 0.1;
+/// Who stands nearer to where they stood, metres, and looks along nearly the same line, radians, hasn't gone anywhere. Less: being pushed out
+/// of a wall is a walk.
+const GONE: f64 = 0.3;
 /// Up and down, no farther than this, radians.
 const STEEPEST: f64 = 1.55;
 
@@ -68,6 +71,12 @@ impl Walker {
         let along = along.normalize_or(DVec3::NEG_Z);
         let (yaw, pitch) = (along.x.atan2(-along.z), along.y.asin());
         Self { eye, yaw, pitch: pitch.clamp(-STEEPEST, STEEPEST), flies, speed: 1.0, falling: 0.0, walked: false }
+    }
+
+    /// Whether somebody who stood as `before` has gone or looked elsewhere since; falling to the floor isn't going.
+    pub fn has_gone_from(&self, before: &Self) -> bool {
+        let turned = (self.yaw - before.yaw).abs().max((self.pitch - before.pitch).abs());
+        self.eye.xz().distance(before.eye.xz()) > GONE || turned > GONE
     }
 
     /// Turns by radians: to the right, and up.

@@ -47,7 +47,7 @@ fn office(rooms: usize) -> Building {
     let scene = import(&file, &ImportOptions::default()).unwrap();
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
-    Building { scene, file, looks: Default::default() }
+    Building::new(scene, file, Default::default())
 }
 
 /// Repeatable numbers.
@@ -375,7 +375,7 @@ fn ten_thousand_steps_miss_no_pixel() {
     let files = std::env::var("ENFILADE_WALKS").unwrap_or_else(|_| own());
     let mut all = 0;
     for file in files.split(':') {
-        let building = Building::open(Path::new(file), None, &|_, _| {}, &AtomicBool::new(false)).unwrap();
+        let building = Building::open(Path::new(file), None, &|_, _| {}, &AtomicBool::new(false), None).unwrap();
         for oracle in [Oracle::Software, Oracle::Device] {
             let mut visit = Visit::new(&building, oracle, SIZE, 3);
             let modes = ways(oracle);

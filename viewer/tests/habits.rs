@@ -124,9 +124,18 @@ fn a_recorded_path_is_where_the_walker_was_and_is_played_there() {
     session.go(1.5, &Wants::default());
     assert!((session.walker.eye + origin).distance(places[20]) < 1e-6 && !session.walker.flies);
     assert!(!session.is_on(Action::Play));
-    // A path from a file.
+    // A path from a file, and on along it when more is known of the building.
     session.play_path(CameraPath { frames: path.frames[5..].to_vec(), ..path });
     assert!((session.walker.eye + origin).distance(places[5]) < 1e-6 && session.is_on(Action::Play));
+    session.act(Action::Record);
+    session.act(Action::Layer(Shown::Keys));
+    let ongoing = session.ongoing();
+    let Some((_, mut next, _)) = visit("a_recorded_path_is_where_the_walker_was_and_is_played_there") else { return };
+    next.go_on(ongoing);
+    assert!(next.is_on(Action::Play) && next.is_on(Action::Record) && next.is_on(Action::Layer(Shown::Keys)));
+    next.go(0.5, &Wants::default());
+    assert!((next.walker.eye + origin).distance(places[10]) < 1e-6);
+    assert!(next.save_recording() && folder.join("villa-1.path.json").exists());
 }
 
 #[test]

@@ -7,6 +7,7 @@ use common::{baked, building, has_device, path};
 use enfilade::runtime::{Camera, FrameMode};
 use enfilade::scene::{ImportOptions, import};
 use enfilade::walkthrough::path::{CameraPath, PathFrame};
+use enfilade::walkthrough::tour::tour;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::Wish;
@@ -17,6 +18,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 
 const SIZE: [u32; 2] = [320, 180];
 
@@ -58,6 +60,34 @@ fn pictures_are_the_same_in_every_mode() {
             // That something was culled at all is what makes it a test.
             let all = villa.scene.triangles.len() as u64;
             assert!(*mode == FrameMode::None || least < all / 2, "{mode} by {oracle:?} drew {least} of {all} at least");
+        }
+    }
+}
+
+/// The same on the tours of other buildings, `.pvs` files beside their models, that `ENFILADE_WALKS` names with colons between.
+#[test]
+#[ignore = "takes minutes; for figures"]
+fn pictures_are_the_same_along_tours() {
+    if !has_device("pictures_are_the_same_along_tours") {
+        return;
+    }
+    for name in std::env::var("ENFILADE_WALKS").unwrap_or_default().split(':').filter(|name| !name.is_empty()) {
+        let file = std::path::Path::new(name);
+        let building = Building::open(file, None, &|_, _| {}, &AtomicBool::new(false), None).unwrap();
+        let path = tour(&building.file, 0);
+        for detail in [Detail::Plain, Detail::Full] {
+            let mut walks = [(); 2].map(|()| Walk::new(&building, &path, Some(Oracle::Device), SIZE).unwrap());
+            walks.iter_mut().for_each(|walk| walk.stage.set_detail(detail).unwrap());
+            let [mut frames, mut differ, mut most] = [0; 3];
+            for frame in 0..path.frames.len() {
+                let mode = FrameMode::ALL[frame % FrameMode::ALL.len()];
+                let camera = walks[0].camera(frame);
+                let [whole, culled] = &mut walks;
+                let [expected, found] = [drawn(whole, camera, FrameMode::None), drawn(culled, camera, mode)];
+                let pixels = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
+                (frames, differ, most) = (frames + 1, differ + pixels, most.max(pixels));
+            }
+            println!("{name}, {detail:?}: {differ} pixels of {frames} frames differ, {most} in one");
         }
     }
 }

@@ -33,7 +33,7 @@ fn begun(building: &Building) -> (DVec3, DVec3) {
 /// Made by hand.
 fn made(building: boxes::Building) -> Building {
     let (scene, file) = building.finish();
-    Building { scene, file, looks: Looks::default() }
+    Building::new(scene, file, Looks::default())
 }
 
 fn corners(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> + '_ {

@@ -26,6 +26,7 @@ struct Sun {
 const NO_PICTURE: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<storage, read> colours: array<u32>;
 @group(1) @binding(0) var<uniform> sun: Sun;
 @group(1) @binding(1) var<storage, read> surfaces: array<Surface>;
 @group(1) @binding(2) var pictures: texture_2d_array<f32>;
@@ -51,9 +52,21 @@ fn unpacked(word: u32) -> vec3f {
     return normalize(n);
 }
 
+// As in scene.wgsl, to the bit.
+fn placed(place: vec3f, word: u32) -> vec4f {
+    let at = camera.clip * vec4f(place, 1.0);
+    let rank = f32(colours[word & 0xffffffu] >> 24u);
+    return vec4f(at.xy, at.z * (1.0 + rank * 0x1p-20f), at.w);
+}
+
 @vertex
-fn lit(@location(0) place: vec3f, @location(2) picture_at: vec2f, @location(3) word: u32) -> Lit {
-    return Lit(camera.clip * vec4f(place, 1.0), place, picture_at, word & 0xffffu, unpacked(word >> 16u));
+fn lit(
+    @location(0) place: vec3f,
+    @location(1) object: u32,
+    @location(2) picture_at: vec2f,
+    @location(3) word: u32,
+) -> Lit {
+    return Lit(placed(place, object), place, picture_at, word & 0xffffu, unpacked(word >> 16u));
 }
 
 // 0 to 1: how much of the sun shows. The sampler takes four texels, which smooths rims.

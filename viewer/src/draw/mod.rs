@@ -9,6 +9,7 @@ pub mod mesh;
 pub mod mirror;
 pub mod pipelines;
 pub mod queries;
+pub mod ranks;
 pub mod readback;
 pub mod shade;
 pub mod sun;

@@ -1,6 +1,7 @@
 //! The scene on the graphics processor, and the pipelines that draw it.
 
 use super::mesh::Mesh;
+use super::ranks::ranks;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
@@ -40,6 +41,8 @@ pub struct Pipelines {
     pub layout: wgpu::BindGroupLayout,
     corners: wgpu::Buffer,
     palette: wgpu::Buffer,
+    /// By object, and of what was made: see [`ranks`].
+    ranks: Vec<u8>,
 }
 
 impl Pipelines {
@@ -65,13 +68,16 @@ impl Pipelines {
                 entry(1, wgpu::BufferBindingType::Storage { read_only: true }),
             ],
         });
+        let mut ranks = ranks(scene);
+        ranks.push(0);
         let make = Maker { gpu, layout: &layout, module: shader(gpu, include_str!("scene.wgsl")) };
         Ok(Self {
             colours: make.pair("seen", ["colour", "colour_of_screen"], format),
             mirrored: make.pipeline("seen_in_mirror", "colour_in_mirror", format),
             items: make.pair("item", ["object", "object_of_screen"], ITEMS),
             corners: gpu.filled(bytemuck::cast_slice(&mesh.corners), BufferUsages::VERTEX),
-            palette: gpu.filled(&vec![u32::MAX; scene.objects.len() + 1], BufferUsages::STORAGE),
+            palette: gpu.filled(&words(&[], &ranks), BufferUsages::STORAGE),
+            ranks,
             layout,
         })
     }
@@ -92,8 +98,7 @@ impl Pipelines {
 
     /// Gives objects their colours: red, green and blue, by object, and then of what was made.
     pub fn paint(&self, gpu: &Gpu, colours: &[[u8; 3]]) {
-        let words: Vec<u32> = colours.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255])).collect();
-        gpu.queue.write_buffer(&self.palette, 0, bytemuck::cast_slice(&words));
+        gpu.queue.write_buffer(&self.palette, 0, bytemuck::cast_slice(&words(colours, &self.ranks)));
     }
 
     /// The scene's corners, as [`Mesh::corners`] has them.
@@ -156,6 +161,12 @@ impl Eye {
 pub fn clip(camera: &Camera) -> Mat4 {
     let row = |v: Vec3| v.extend(-v.dot(camera.eye));
     Mat4::from_cols(row(camera.x), row(camera.y), Vec4::W * NEAR, row(camera.w)).transpose()
+}
+
+/// Colours, white where there are none, with ranks in the highest bytes.
+fn words(colours: &[[u8; 3]], ranks: &[u8]) -> Vec<u32> {
+    let colours = colours.iter().chain(std::iter::repeat(&[255; 3]));
+    ranks.iter().zip(colours).map(|(&rank, &[r, g, b])| u32::from_le_bytes([r, g, b, rank])).collect()
 }
 
 /// Compiles a shader.

@@ -9,6 +9,15 @@ struct Camera {
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<storage, read> colours: array<u32>;
 
+// On the screen. Faces that lie on each other would be as far away, and what is seen of them chance: objects are a little nearer by their
+// ranks, which come with the colours, by 1.5e-5 of their distance at most. Less drowns in the rounding of depth; more, and what lies on a
+// wall sinks into it.
+fn placed(place: vec3f, word: u32) -> vec4f {
+    let at = camera.clip * vec4f(place, 1.0);
+    let rank = f32(colours[word & 0xffffffu] >> 24u);
+    return vec4f(at.xy, at.z * (1.0 + rank * 0x1p-20f), at.w);
+}
+
 struct Seen {
     @invariant @builtin(position) at: vec4f,
     @location(0) @interpolate(flat) colour: vec3f,
@@ -17,7 +26,7 @@ struct Seen {
 @vertex
 fn seen(@location(0) place: vec3f, @location(1) word: u32) -> Seen {
     let colour = unpack4x8unorm(colours[word & 0xffffffu]).rgb;
-    return Seen(camera.clip * vec4f(place, 1.0), colour * (f32(word >> 24u) / 255.0));
+    return Seen(placed(place, word), colour * (f32(word >> 24u) / 255.0));
 }
 
 @fragment
@@ -64,7 +73,7 @@ struct Item {
 
 @vertex
 fn item(@location(0) place: vec3f, @location(1) word: u32) -> Item {
-    return Item(camera.clip * vec4f(place, 1.0), (word & 0xffffffu) + 1u);
+    return Item(placed(place, word), (word & 0xffffffu) + 1u);
 }
 
 @fragment

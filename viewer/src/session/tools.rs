@@ -1,6 +1,6 @@
 //! What a session has for who keeps it open: looking and speed, pictures, paths, and leaving.
 
-use super::Session;
+use super::{Session, Show};
 use crate::colours::Tints;
 use crate::draw::pipelines::NEAR;
 use crate::draw::targets::Canvas;
@@ -45,7 +45,27 @@ pub struct Paths {
     playing: Option<(f64, bool)>,
 }
 
+/// What goes on when more is known of a building, and a session begins anew.
+pub struct Ongoing {
+    show: Show,
+    paths: Paths,
+    asked: Asked,
+    note: Option<(String, f64)>,
+}
+
 impl Session<'_> {
+    /// Hands on what the next session goes on with.
+    pub fn ongoing(&mut self) -> Ongoing {
+        let (paths, note) = (std::mem::take(&mut self.paths), self.note.take());
+        Ongoing { show: self.show.clone(), paths, asked: self.asked, note }
+    }
+
+    /// Goes on with it.
+    pub fn go_on(&mut self, Ongoing { show, paths, asked, note }: Ongoing) {
+        (self.show, self.paths, self.asked, self.note) = (show, paths, asked, note);
+        self.paint();
+    }
+
     /// The mouse was moved by so many pixels.
     pub fn look(&mut self, by: DVec2) {
         let by = by * (MOUSE * self.preferences.sensitivity);
@@ -140,6 +160,12 @@ impl Session<'_> {
         self.tell_saved(saved);
     }
 
+    /// Ends a recording and saves it. Returns false where it can't be written.
+    pub fn save_recording(&mut self) -> bool {
+        self.stop_recording();
+        self.paths.unsaved.is_none()
+    }
+
     /// Records for `seconds`.
     pub(super) fn record(&mut self, seconds: f64) {
         let place = self.place();
@@ -232,10 +258,7 @@ impl Session<'_> {
     pub(super) fn answer(&mut self, answer: usize) {
         self.show.question = false;
         match ANSWERS[answer] {
-            "Save and quit" => {
-                self.stop_recording();
-                self.asked.quit = self.paths.unsaved.is_none();
-            }
+            "Save and quit" => self.asked.quit = self.save_recording(),
             "Quit" => self.asked.quit = true,
             _ => {}
         }

@@ -1,4 +1,6 @@
-//! Counters in a corner, and what went wrong.
+//! Counters in a corner, what went wrong, and how far a bake is.
+
+use crate::opening::Share;
 
 /// Draws lines of text in the upper left corner; the first is a heading.
 pub fn show(ui: &mut egui::Ui, lines: &[String]) {
@@ -23,18 +25,23 @@ pub fn message(ui: &mut egui::Ui, title: &str, text: &str) {
     });
 }
 
-/// Draws how far a bake is, in the middle.
-pub fn progress(ui: &mut egui::Ui, name: &str, stage: &str, done: f32) {
+/// Draws how far a bake is, in the middle: there is nothing else yet.
+pub fn progress(ui: &mut egui::Ui, name: &str, share: Option<&Share>) {
     let window = egui::Window::new(name).id(egui::Id::unique("progress")).collapsible(false).resizable(false);
-    window.anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).show(ui.ctx(), |ui| {
-        ui.label(stage);
-        ui.add(egui::ProgressBar::new(done).desired_width(360.0).show_percentage());
+    window.anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).show(ui.ctx(), |ui| bar(ui, share, 360.0));
+}
+
+/// Draws how far a bake is, at the lower edge: one walks meanwhile.
+pub fn meanwhile(ui: &mut egui::Ui, share: &Share) {
+    let area = egui::Area::new(egui::Id::unique("meanwhile")).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
+    area.interactable(false).show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| bar(ui, Some(share), 240.0));
     });
 }
 
 /// Draws a line of text at the bottom.
 pub fn note(ui: &mut egui::Ui, line: &str) {
-    let area = egui::Area::new(egui::Id::unique("note")).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -24.0]);
+    let area = egui::Area::new(egui::Id::unique("note")).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -64.0]);
     area.interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::new().fill(egui::Color32::from_black_alpha(180)).inner_margin(6.0).corner_radius(3.0).show(ui, |ui| {
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
@@ -69,4 +76,10 @@ pub fn question(ui: &mut egui::Ui, text: &str, answers: &[&str]) -> Option<usize
         });
     });
     clicked
+}
+
+fn bar(ui: &mut egui::Ui, share: Option<&Share>, width: f32) {
+    ui.label(share.map_or_else(|| "read".to_owned(), Share::say));
+    let done = share.map_or(0.0, |share| share.done as f32);
+    ui.add(egui::ProgressBar::new(done).desired_width(width).show_percentage());
 }
