@@ -4,27 +4,30 @@ use crate::args::Args;
 use crate::building::{Building, EARLY};
 use crate::culling::Oracle;
 use crate::draw::frame::Stage;
+use crate::kept::Kept;
 use crate::opening::Opening;
 use crate::screen::Screen;
 use crate::session::Session;
 use crate::settings::{LastPlace, Settings};
-use crate::ui::keys;
+use crate::ui::keys::{self, Action};
 use crate::walker::{Walker, Wants};
 use enfilade::runtime::FrameMode;
+use enfilade::walkthrough::path::CameraPath;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
-use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, WindowEvent};
+use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::platform::run_on_demand::EventLoopExtRunOnDemand;
-use winit::window::{CursorGrabMode, Window, WindowId};
+use winit::window::{CursorGrabMode, Fullscreen, Window, WindowId};
 
-/// Radians of a pixel that the mouse is moved by, and of a second that an arrow key is held.
-const MOUSE: f64 = 0.003;
+/// Pixels of a notch of the wheel, for touchpads, which tell pixels.
+const NOTCH: f64 = 50.0;
+/// Radians of a second that an arrow key is held.
 const ARROW: f64 = 1.6;
 /// A button that goes up within so many pixels of where it went down has clicked.
 const CLICK: f64 = 4.0;
@@ -39,10 +42,12 @@ const WAITING: Duration = Duration::from_millis(50);
 ///
 /// No window can be opened, or what was to be shown failed; that was on the screen, too.
 pub fn run(args: &Args) -> Result<(), String> {
+    let path = args.path.as_deref().map(|path| CameraPath::load(path).map_err(|e| format!("{}: {e}", path.display())));
+    let mut path = path.transpose()?;
     let mut event_loop =
         EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
     let mut args = args.clone();
-    while let Some(file) = visit(&mut event_loop, &args)? {
+    while let Some(file) = visit(&mut event_loop, &args, path.take())? {
         // What goes with the file that was shown goes with it.
         (args.file, args.model, args.path) = (file, None, None);
     }
@@ -50,11 +55,11 @@ pub fn run(args: &Args) -> Result<(), String> {
 }
 
 /// A window until it is shut, or until another file is dropped on it: that one.
-fn visit(event_loop: &mut EventLoop<()>, args: &Args) -> Result<Option<PathBuf>, String> {
+fn visit(event_loop: &mut EventLoop<()>, args: &Args, path: Option<CameraPath>) -> Result<Option<PathBuf>, String> {
     let opening = Opening::default();
     std::thread::scope(|scope| {
         scope.spawn(|| opening.run(args));
-        let mut app = App::new(args, &opening);
+        let mut app = App::new(args, path, &opening);
         let result = event_loop.run_app_on_demand(&mut app).map_err(|e| e.to_string());
         opening.stop();
         app.keep_settings();
@@ -68,6 +73,8 @@ fn visit(event_loop: &mut EventLoop<()>, args: &Args) -> Result<Option<PathBuf>,
 
 struct App<'a> {
     args: &'a Args,
+    /// Played from its beginning when the building is there.
+    path: Option<CameraPath>,
     opening: &'a Opening,
     settings: Settings,
     window: Option<Arc<Window>>,
@@ -94,10 +101,11 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn new(args: &'a Args, opening: &'a Opening) -> Self {
+    fn new(args: &'a Args, path: Option<CameraPath>, opening: &'a Opening) -> Self {
         let now = Instant::now();
         Self {
             args,
+            path,
             opening,
             settings: Settings::load(),
             window: None,
@@ -168,6 +176,7 @@ impl<'a> App<'a> {
             turn(KeyCode::KeyS, KeyCode::KeyW),
         );
         session.go(seconds, &Wants { to, hurry: self.held.contains(&KeyCode::ShiftLeft) });
+        session.show.crosshair = self.grabbed || session.show.hud;
         // 4. The picture.
         session.opening = opening.share();
         let input = self.winit.as_mut().map(|winit| winit.take_egui_input(&window)).unwrap_or_default();
@@ -179,6 +188,14 @@ impl<'a> App<'a> {
         if !std::mem::replace(&mut self.drawn, true) {
             eprintln!("first frame after {:.2} s, on {}", self.started.elapsed().as_secs_f64(), session.stage.gpu.name);
         }
+        // 5. What buttons ask of the window.
+        let asked = std::mem::take(&mut session.asked);
+        if asked.full_screen {
+            full_screen(&window);
+        }
+        if asked.quit {
+            event_loop.exit();
+        }
         event_loop.set_control_flow(ControlFlow::Poll);
         Ok(())
     }
@@ -187,13 +204,14 @@ impl<'a> App<'a> {
     fn begin(&mut self, number: usize, building: &'a Building) -> Result<(), String> {
         let (Some(window), Some(screen)) = (&self.window, &mut self.screen) else { return Ok(()) };
         let hash = building.file.model_hash;
-        let before = self.session.take();
+        let mut before = self.session.take();
         match &before {
             Some(before) => before.remember(&mut self.settings),
             None => self.last_place = self.settings.place(hash).cloned(),
         }
         let gone = before.as_ref().map(|before| before.walker).filter(|walker| walker.has_gone_from(&self.begun));
         let mode = before.as_ref().map(|before| before.show.mode);
+        let ongoing = before.as_mut().map(Session::ongoing);
         let Some(gpu) = before.map(|before| before.stage.gpu).or_else(|| screen.take_gpu()) else { return Ok(()) };
         let oracle = self.args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
         let (format, size) = (screen.format(), screen.size());
@@ -209,6 +227,13 @@ impl<'a> App<'a> {
         if self.shown.is_none() {
             session.show.detail = self.args.detail.unwrap_or(session.show.detail);
             session.show.layers.alarm |= self.args.alarm;
+        }
+        session.kept = Kept::beside(self.args.model.as_ref().unwrap_or(&self.args.file));
+        if let Some(ongoing) = ongoing {
+            session.go_on(ongoing);
+        }
+        if let Some(path) = self.path.take() {
+            session.play_path(path);
         }
         self.shown = Some(number);
         eprintln!("{} after {:.2} s", THERE[number], self.started.elapsed().as_secs_f64());
@@ -260,13 +285,21 @@ impl<'a> App<'a> {
 
     fn key(&mut self, event_loop: &ActiveEventLoop, code: KeyCode) {
         match code {
-            KeyCode::Escape if self.grabbed => self.grab(false),
-            KeyCode::Escape => event_loop.exit(),
+            KeyCode::Escape => match &mut self.session {
+                Some(session) => {
+                    if session.escape(self.grabbed) {
+                        self.grab(false);
+                    }
+                }
+                None => event_loop.exit(),
+            },
             KeyCode::Tab => self.grab(!self.grabbed),
             code => {
                 let action = keys::action(code);
-                if let (Some(session), Some(action)) = (&mut self.session, action) {
-                    session.act(action);
+                match (&mut self.session, &self.window, action) {
+                    (Some(session), _, Some(action)) => session.act(action),
+                    (None, Some(window), Some(Action::FullScreen)) => full_screen(window),
+                    _ => {}
                 }
             }
         }
@@ -290,12 +323,16 @@ impl<'a> App<'a> {
         if let (Some(from), Some(session)) = (self.pressed, &mut self.session) {
             self.drags |= from.distance(to) > CLICK;
             if self.drags && !self.grabbed {
-                let by = (to - self.pointer) * MOUSE;
-                session.walker.turn(by.x, -by.y);
+                session.look(to - self.pointer);
             }
         }
         self.pointer = to;
     }
+}
+
+/// Fills the screen that a window is on, or is a window again.
+fn full_screen(window: &Window) {
+    window.set_fullscreen(if window.fullscreen().is_none() { Some(Fullscreen::Borderless(None)) } else { None });
 }
 
 impl ApplicationHandler for App<'_> {
@@ -324,18 +361,31 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        // Tab grabs the mouse; to panels it would go from one button to the next.
+        let is_tab = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.physical_key == KeyCode::Tab);
         let taken = match (&mut self.winit, &self.window) {
-            (Some(winit), Some(window)) => winit.on_window_event(window, &event).consumed,
+            (Some(winit), Some(window)) if !is_tab => {
+                // Text of another size leaves the pointer where it is, and panels elsewhere below it.
+                if let WindowEvent::MouseInput { device_id, .. } = event {
+                    let position = winit::dpi::PhysicalPosition::new(self.pointer.x, self.pointer.y);
+                    let _ = winit.on_window_event(window, &WindowEvent::CursorMoved { device_id, position });
+                }
+                winit.on_window_event(window, &event).consumed
+            }
             _ => false,
         };
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested => match &mut self.session {
+                Some(session) => session.close(),
+                None => event_loop.exit(),
+            },
             WindowEvent::RedrawRequested => {
                 if let Err(line) = self.frame(event_loop) {
                     self.fail(line);
                 }
             }
-            WindowEvent::DroppedFile(file) => {
+            // A recorded path that can't be saved is told, and not lost for another building.
+            WindowEvent::DroppedFile(file) if self.session.as_mut().is_none_or(Session::save_recording) => {
                 self.dropped = Some(file);
                 event_loop.exit();
             }
@@ -344,7 +394,8 @@ impl ApplicationHandler for App<'_> {
                 let PhysicalKey::Code(code) = event.physical_key else { return };
                 match event.state {
                     ElementState::Released => drop(self.held.remove(&code)),
-                    ElementState::Pressed if event.repeat => {}
+                    // Repeated, or a number that is typed into a panel.
+                    ElementState::Pressed if event.repeat || taken => {}
                     ElementState::Pressed => {
                         self.held.insert(code);
                         self.key(event_loop, code);
@@ -352,6 +403,16 @@ impl ApplicationHandler for App<'_> {
                 }
             }
             WindowEvent::CursorMoved { position, .. } => self.moved(DVec2::new(position.x, position.y)),
+            WindowEvent::MouseWheel { delta, .. } if !taken => {
+                let notches = match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / NOTCH,
+                };
+                let zooms = [KeyCode::ControlLeft, KeyCode::ControlRight].iter().any(|key| self.held.contains(key));
+                if let Some(session) = &mut self.session {
+                    session.wheel(notches, zooms);
+                }
+            }
             WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. }
                 if !taken || state == ElementState::Released =>
             {
@@ -363,7 +424,7 @@ impl ApplicationHandler for App<'_> {
 
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
         if let (DeviceEvent::MouseMotion { delta: (x, y) }, true, Some(session)) = (event, self.grabbed, &mut self.session) {
-            session.walker.turn(x * MOUSE, -y * MOUSE);
+            session.look(DVec2::new(x, y));
         }
     }
 

@@ -22,7 +22,7 @@ pub struct Args {
     /// Time the frames of a path in every mode, or in that of --mode, without a window: a JSON line each
     #[arg(long, conflicts_with = "shot")]
     pub bench: bool,
-    /// A camera path, as `enfilade walk` takes it [default: a path through every cell]
+    /// A camera path, as `enfilade walk` takes it, which a window plays [default: a path through every cell, without a window]
     #[arg(long, value_name = "P.json")]
     pub path: Option<PathBuf>,
     /// Draw what a first visit begins with, in place of a frame of a path

@@ -85,7 +85,8 @@ impl Opening {
 fn share(stage: &str, done: f64, since: Duration) -> Share {
     let at = STAGES.iter().position(|(name, _)| stage.starts_with(name)).unwrap_or(0);
     let before: f64 = STAGES[..at].iter().map(|(_, share)| share).sum();
-    let done = before + STAGES[at].1 * done.clamp(0.0, 1.0);
+    // Rounded sums end a little beyond all.
+    let done = (before + STAGES[at].1 * done.clamp(0.0, 1.0)).min(1.0);
     let left = (done >= TOLD).then(|| since.mul_f64((1.0 - done) / done));
     Share { stage: stage.to_owned(), done, left }
 }

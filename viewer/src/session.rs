@@ -1,24 +1,27 @@
 //! What a person does in a building: walks, opens doors, freezes the culling, asks why. No window is needed for it.
 
+mod tools;
+
 use crate::args::Shown;
 use crate::building::Building;
 use crate::collision::{NOBODY, Solid};
 use crate::colours::{Tints, colours};
 use crate::culling::MODES;
 use crate::draw::alarm::Missed;
-use crate::draw::frame::{Stage, Wish};
+use crate::draw::frame::{Painter, Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
+use crate::kept::Kept;
 use crate::looks::Detail;
 use crate::opening::Share;
-use crate::settings::{LastPlace, Layers, Settings};
+use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
 use crate::ui::paint::Egui;
 use crate::ui::plan::Plan;
-use crate::ui::{hud, keys};
+use crate::ui::{hud, keys, preferences, toolbar};
 use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
 use enfilade::proof::{Asker, Goal};
@@ -29,6 +32,7 @@ use enfilade::walkthrough::path::CameraPath;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3, Vec3};
 use std::time::Instant;
+use tools::{Asked, Paths};
 use wgpu::{TextureFormat, TextureView};
 
 /// A normal with a larger cosine with the vertical than this is a floor's or a ceiling's.
@@ -58,6 +62,14 @@ pub struct Show {
     pub hud: bool,
     /// The list of keys.
     pub keys: bool,
+    /// The buttons.
+    pub menu: bool,
+    /// The settings.
+    pub preferences: bool,
+    /// Whether to quit.
+    pub question: bool,
+    /// A cross in the middle, where keys aim.
+    pub crosshair: bool,
     /// Vertical opening angle, radians.
     pub fov_y: f64,
 }
@@ -87,9 +99,18 @@ pub struct Session<'b> {
     pub walker: Walker,
     /// The interface.
     pub egui: Egui,
+    /// How a person likes to walk and to read.
+    pub preferences: Preferences,
+    /// Where pictures and paths go.
+    pub kept: Kept,
+    /// A path is recorded or played.
+    pub paths: Paths,
+    /// What a window is asked for by a button.
+    pub asked: Asked,
     /// How far the bake is that is still to come.
     pub opening: Option<Share>,
     building: &'b Building,
+    format: TextureFormat,
     size: [u32; 2],
     solid: Solid<'b>,
     overlay: Overlay,
@@ -107,6 +128,8 @@ pub struct Session<'b> {
     picked: Vec<(CellId, Hit)>,
     pair: Option<(CellId, CellId)>,
     told: Option<explain::Told>,
+    /// A line at the bottom, and for how many seconds yet.
+    note: Option<(String, f64)>,
     frame_ms: f64,
 }
 
@@ -120,7 +143,11 @@ impl<'b> Session<'b> {
             layers: Layers::NONE,
             hud: true,
             keys: false,
-            fov_y: 65f64.to_radians(),
+            menu: false,
+            preferences: false,
+            question: false,
+            crosshair: false,
+            fov_y: FIELD_OF_VIEW.usual.to_radians(),
         };
         let mut session = Self {
             egui: Egui::new(&stage.gpu, format),
@@ -140,8 +167,14 @@ impl<'b> Session<'b> {
             picked: Vec::new(),
             pair: None,
             told: None,
+            preferences: Preferences::default(),
+            kept: Kept::here(&building.scene.name),
+            paths: Paths::default(),
+            asked: Asked::default(),
+            note: None,
             frame_ms: 0.0,
             building,
+            format,
             size,
             show,
             stage,
@@ -164,9 +197,9 @@ impl<'b> Session<'b> {
 
     /// Shows what was shown when somebody was here last.
     pub fn apply(&mut self, settings: &Settings) {
-        let &Settings { detail, tints, layers, fov_y_degrees, flies, .. } = settings;
-        let (hud, keys, mode, fov_y) = (true, false, self.show.mode, fov_y_degrees.to_radians());
-        self.show = Show { mode, detail, tints, layers, hud, keys, fov_y };
+        let &Settings { detail, tints, layers, fov_y_degrees, flies, preferences, .. } = settings;
+        self.show = Show { detail, tints, layers, fov_y: fov_y_degrees.to_radians(), ..self.show.clone() };
+        self.preferences = preferences;
         self.walker.flies = flies;
         self.paint();
     }
@@ -176,9 +209,10 @@ impl<'b> Session<'b> {
         let Show { mode, detail, tints, layers, fov_y, .. } = self.show;
         // Who looks at a frozen culling goes back to where that was.
         let walker = self.frozen.map_or(self.walker, |frozen| frozen.1);
-        let (flies, size, fov_y_degrees) = (walker.flies, self.size, fov_y.to_degrees());
+        let (flies, size, fov_y_degrees) = (self.flies_by_itself(&walker), self.size, fov_y.to_degrees());
         let (mode, places) = (mode.name().to_owned(), std::mem::take(&mut settings.places));
-        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, places };
+        let preferences = self.preferences;
+        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places };
         settings.leave(self.building.file.model_hash, walker.eye.to_array(), walker.yaw, walker.pitch);
     }
 
@@ -205,7 +239,15 @@ impl<'b> Session<'b> {
         if self.stage.doors.step(seconds, walks) {
             self.doors_changed();
         }
-        // 2. Who walks.
+        // 2. Who goes along a path, or walks.
+        if !self.play(seconds) {
+            self.walk(seconds, wants);
+        }
+        self.record(seconds);
+    }
+
+    fn walk(&mut self, seconds: f64, wants: &Wants) {
+        self.walker.speed = self.preferences.speed;
         let (scene, doors) = (&self.building.scene, &self.stage.doors);
         // A door that hangs in no portal can't be opened: it is gone through.
         let passes = |o: ObjectId| o != NOBODY && scene.objects[o.index()].role == Role::Door && !doors.is_hung[o.index()];
@@ -245,6 +287,12 @@ impl<'b> Session<'b> {
             Action::Door => drop(self.use_door(DVec2::ZERO)),
             Action::Mirror => self.hang_mirror(),
             Action::Pick => self.pick(DVec2::ZERO),
+            Action::Menu => show.menu ^= true,
+            Action::Preferences => show.preferences ^= true,
+            Action::Screenshot => self.save_screenshot(),
+            Action::Record => self.record_or_stop(),
+            Action::Play => self.play_or_stop(),
+            Action::FullScreen => self.asked.full_screen = true,
         }
     }
 
@@ -300,8 +348,27 @@ impl<'b> Session<'b> {
             let more = self.way.len().saturating_sub(WAY.1);
             self.way.drain(..more);
         }
+        self.note = self.note.take().map(|(line, left)| (line, left - seconds)).filter(|(_, left)| *left > 0.0);
         self.lay_over();
         let output = self.panels(input);
+        self.picture(picture, camera, true)?;
+        // Where the device has no clock, whole frames are what is known.
+        if !self.stage.has_clock() {
+            let (frame, triangles) = (self.stage.frame, self.stage.triangles());
+            self.stage.culling.frames.learn(frame, seconds * 1e3, triangles);
+        }
+        self.frame_ms = seconds * 1e3;
+        if let Some(last) = &self.stage.culling.last {
+            let (objects, queries) = (last.stats.objects as f64, last.stats.queries as f64);
+            let device = self.stage.heard.device_ms.unwrap_or(0.0);
+            let cpu = start.elapsed().as_secs_f64() * 1e3;
+            self.graphs.add(Sample { values: [self.stage.triangles() as f64, objects, cpu, device, queries] });
+        }
+        Ok(output)
+    }
+
+    /// Draws what `camera` sees, what lies over it, and the panels.
+    fn picture(&mut self, picture: &TextureView, camera: Camera, has_panels: bool) -> Result<(), String> {
         if !self.mirrors.is_empty() {
             self.mirrors.look(&self.stage.culling.culler, &camera, &mut self.scratch);
         }
@@ -318,20 +385,8 @@ impl<'b> Session<'b> {
             overlay: &self.overlay,
             mirrors: Some(&mut self.mirrors),
         };
-        self.stage.frame(wish, picture, Some(&mut self.egui)).map_err(|e| e.to_string())?;
-        // Where the device has no clock, whole frames are what is known.
-        if !self.stage.has_clock() {
-            let (frame, triangles) = (self.stage.frame, self.stage.triangles());
-            self.stage.culling.frames.learn(frame, seconds * 1e3, triangles);
-        }
-        self.frame_ms = seconds * 1e3;
-        if let Some(last) = &self.stage.culling.last {
-            let (objects, queries) = (last.stats.objects as f64, last.stats.queries as f64);
-            let device = self.stage.heard.device_ms.unwrap_or(0.0);
-            let cpu = start.elapsed().as_secs_f64() * 1e3;
-            self.graphs.add(Sample { values: [self.stage.triangles() as f64, objects, cpu, device, queries] });
-        }
-        Ok(output)
+        let painter = has_panels.then_some(&mut self.egui as &mut dyn Painter);
+        self.stage.frame(wish, picture, painter).map_err(|e| e.to_string())
     }
 
     /// What was missed, in a line.
@@ -450,7 +505,7 @@ impl<'b> Session<'b> {
 
     fn panels(&mut self, mut input: egui::RawInput) -> egui::PlatformOutput {
         if input.screen_rect.is_none() {
-            let [width, height] = self.size.map(|s| s as f32);
+            let [width, height] = self.size.map(|s| s as f32 / self.preferences.text as f32);
             input.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height)));
         }
         let lines = self.lines();
@@ -464,15 +519,27 @@ impl<'b> Session<'b> {
         };
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
-        let (mut clicked, size) = (None, self.size);
-        let Self { show, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, .. } = self;
+        let (mut clicked, mut pressed, mut answer, size) = (None, None, None, self.size);
+        let on: Vec<Action> = keys::KEYS.iter().map(|key| key.2).filter(|&action| self.is_on(action)).collect();
+        self.egui.context.set_zoom_factor(self.preferences.text as f32);
+        let Self {
+            show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
+        } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
                 overlays::rectangles(ui, stage.culling.last.as_ref());
             }
+            if show.crosshair {
+                hud::crosshair(ui);
+            }
             if show.hud {
                 hud::show(ui, &lines);
+            }
+            if show.menu {
+                pressed = pressed.or(toolbar::open(ui, &|action| on.contains(&action)));
+            } else if show.hud {
+                pressed = pressed.or(toolbar::closed(ui));
             }
             if let Some(share) = opening {
                 hud::meanwhile(ui, share);
@@ -489,6 +556,15 @@ impl<'b> Session<'b> {
             if show.keys {
                 keys::show(ui);
             }
+            if show.preferences {
+                preferences::show(ui, preferences, &mut show.fov_y, &mut show.detail);
+            }
+            if let Some((line, _)) = note {
+                hud::note(ui, line);
+            }
+            if show.question {
+                answer = answer.or(hud::question(ui, tools::QUESTION, &tools::ANSWERS));
+            }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
                 window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
@@ -503,6 +579,8 @@ impl<'b> Session<'b> {
             self.picked.clear();
             self.ask(row, Goal::Cell(column));
         }
+        pressed.into_iter().for_each(|action| self.act(action));
+        answer.into_iter().for_each(|answer| self.answer(answer));
         output
     }
 
@@ -531,8 +609,10 @@ impl<'b> Session<'b> {
             format!("{} cells, {} portals, {} queries", last.stats.cells, last.stats.portals, last.stats.queries),
             format!("cull {:.2} ms{device}", last.ms),
             format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
+            format!("{:.1} m/s, {:.0}° field of view", self.walker.metres_a_second(), self.show.fov_y.to_degrees()),
             "F1: keys".to_owned(),
         ];
+        lines.extend(self.say_path());
         if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {
             lines.push(self.say_missed(missed));
         }

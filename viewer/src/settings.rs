@@ -12,6 +12,69 @@ use std::path::PathBuf;
 /// Models whose last place is remembered; beyond, the oldest is forgotten.
 const MODELS: usize = 64;
 
+/// What a number of a person's may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Range {
+    /// No less.
+    pub least: f64,
+    /// Where nobody has said.
+    pub usual: f64,
+    /// No more.
+    pub most: f64,
+    /// Twice as much is as far as half of it.
+    pub is_factor: bool,
+}
+
+/// Vertical opening angle, degrees: less is a telescope, more shows nothing but edges.
+pub const FIELD_OF_VIEW: Range = Range { least: 20.0, usual: 65.0, most: 110.0, is_factor: false };
+/// How fast somebody walks and flies, times the usual: slower is standing, faster goes through a house in a picture.
+pub const SPEED: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
+/// How far the mouse turns, times the usual: a person can't aim beyond.
+pub const SENSITIVITY: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
+/// Size of text, times the usual: smaller can't be read, and larger panels are larger than the window.
+pub const TEXT: Range = Range { least: 0.5, usual: 1.0, most: 2.5, is_factor: true };
+
+/// Speed grows by this with a notch of the wheel, and the opening angle shrinks by these degrees.
+const FASTER: f64 = 1.15;
+const CLOSER: f64 = 3.0;
+
+impl Range {
+    /// The nearest number that may be; the usual one in place of what is none.
+    pub fn clamp(&self, number: f64) -> f64 {
+        if number.is_nan() { self.usual } else { number.clamp(self.least, self.most) }
+    }
+}
+
+/// The speed after so many notches of the wheel, away from a person.
+pub fn faster(speed: f64, notches: f64) -> f64 {
+    SPEED.clamp(speed * FASTER.powf(notches))
+}
+
+/// The opening angle, degrees, after so many notches.
+pub fn closer(fov_y_degrees: f64, notches: f64) -> f64 {
+    FIELD_OF_VIEW.clamp(fov_y_degrees - CLOSER * notches)
+}
+
+/// How a person likes to walk and to read.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Preferences {
+    /// See [`SENSITIVITY`].
+    pub sensitivity: f64,
+    /// The mouse looks down where it goes up.
+    pub inverted: bool,
+    /// See [`SPEED`].
+    pub speed: f64,
+    /// See [`TEXT`].
+    pub text: f64,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self { sensitivity: SENSITIVITY.usual, inverted: false, speed: SPEED.usual, text: TEXT.usual }
+    }
+}
+
 /// What is remembered. A file that can't be read is as none: settings are never in the way.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
@@ -31,6 +94,9 @@ pub struct Settings {
     pub size: [u32; 2],
     /// Vertical opening angle, degrees.
     pub fov_y_degrees: f64,
+    /// How a person likes it.
+    #[serde(flatten)]
+    pub preferences: Preferences,
     /// Where somebody was last, by model; the latest last.
     #[serde(deserialize_with = "whole_places")]
     pub places: Vec<LastPlace>,
@@ -108,7 +174,8 @@ impl Default for Settings {
             layers: Layers::default(),
             flies: false,
             size: [1280, 720],
-            fov_y_degrees: 65.0,
+            fov_y_degrees: FIELD_OF_VIEW.usual,
+            preferences: Preferences::default(),
             places: Vec::new(),
         }
     }
@@ -131,10 +198,22 @@ impl Settings {
     /// As they were left; the usual ones where there are none.
     pub fn load() -> Self {
         let text = Self::path().and_then(|path| std::fs::read_to_string(path).ok());
-        let mut settings: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
-        settings.fov_y_degrees =
-            if settings.fov_y_degrees.is_finite() { settings.fov_y_degrees.clamp(20.0, 120.0) } else { 65.0 };
+        text.map(|text| Self::read(&text)).unwrap_or_default()
+    }
+
+    /// Reads them. What can't be read is as if it were missing, and takes nothing else with it; numbers are as near as they may be.
+    fn read(text: &str) -> Self {
+        let Ok(Value::Object(kept)) = serde_json::from_str(text) else { return Self::default() };
+        let alone = |key: &str, value: &Value| {
+            serde_json::from_value::<Self>(Value::Object([(key.to_owned(), value.clone())].into_iter().collect()))
+        };
+        let kept = kept.into_iter().filter(|(key, value)| alone(key, value).is_ok()).collect();
+        let mut settings: Self = serde_json::from_value(Value::Object(kept)).unwrap_or_default();
+        settings.fov_y_degrees = FIELD_OF_VIEW.clamp(settings.fov_y_degrees);
         settings.size = settings.size.map(|side| side.clamp(160, 8192));
+        let Preferences { sensitivity, inverted, speed, text } = settings.preferences;
+        let (sensitivity, speed, text) = (SENSITIVITY.clamp(sensitivity), SPEED.clamp(speed), TEXT.clamp(text));
+        settings.preferences = Preferences { sensitivity, inverted, speed, text };
         settings
     }
 
@@ -215,5 +294,39 @@ mod tests {
         // As it was before there were any.
         let settings: Settings = serde_json::from_str(r#"{"mode": "pvs"}"#).unwrap();
         assert_eq!((settings.mode.as_str(), settings.places.len()), ("pvs", 0));
+    }
+
+    #[test]
+    fn preferences_are_read_as_they_were_written() {
+        let preferences = Preferences { sensitivity: 2.5, inverted: true, speed: 0.5, text: 1.5 };
+        let settings = Settings { preferences, fov_y_degrees: 90.0, detail: Detail::Plain, ..Settings::default() };
+        assert_eq!(Settings::read(&serde_json::to_string(&settings).unwrap()), settings);
+        // As it was before there were any.
+        let settings = Settings::read(r#"{"mode": "pvs", "flies": true}"#);
+        assert_eq!((settings.preferences, settings.fov_y_degrees), (Preferences::default(), 65.0));
+        assert_eq!((settings.mode.as_str(), settings.flies), ("pvs", true));
+    }
+
+    #[test]
+    fn bad_numbers_are_the_usual_ones_and_others_are_clamped() {
+        let text = r#"{"mode": "pvs", "sensitivity": null, "speed": "fast", "text": [1], "inverted": 7, "size": [-1, 2],
+            "fov_y_degrees": {}, "plan": "yes", "detail": "plain"}"#;
+        let usual = Settings::default();
+        assert_eq!(Settings::read(text), Settings { mode: "pvs".into(), detail: Detail::Plain, ..usual.clone() });
+        let text = r#"{"sensitivity": 1e300, "speed": -4, "text": 0, "fov_y_degrees": 179.9, "size": [1, 100000]}"#;
+        let preferences = Preferences { sensitivity: 10.0, inverted: false, speed: 0.1, text: 0.5 };
+        assert_eq!(Settings::read(text), Settings { preferences, fov_y_degrees: 110.0, size: [160, 8192], ..usual.clone() });
+        assert_eq!([Settings::read("7"), Settings::read("{"), Settings::read("")], [(); 3].map(|()| usual.clone()));
+    }
+
+    #[test]
+    fn the_wheel_ends_at_the_slowest_the_fastest_and_both_angles() {
+        assert!(faster(1.0, 1.0) > 1.0 && faster(1.0, -1.0) < 1.0 && closer(65.0, 1.0) < 65.0 && closer(65.0, -1.0) > 65.0);
+        assert!((faster(faster(1.0, 3.0), -3.0) - 1.0).abs() < 1e-12);
+        for notches in [100.0, 1e9, f64::INFINITY] {
+            assert_eq!((faster(1.0, notches), faster(1.0, -notches)), (10.0, 0.1));
+            assert_eq!((closer(65.0, notches), closer(65.0, -notches)), (20.0, 110.0));
+        }
+        assert_eq!((faster(1.0, f64::NAN), closer(65.0, f64::NAN)), (1.0, 65.0));
     }
 }

@@ -58,6 +58,8 @@ pub struct Walker {
     pub pitch: f64,
     /// Through walls, without weight.
     pub flies: bool,
+    /// Times the usual.
+    pub speed: f64,
     falling: f64,
     /// Walked from here before, so not shut in: nothing lets a walker into what is solid.
     walked: bool,
@@ -68,7 +70,7 @@ impl Walker {
     pub fn new(eye: DVec3, along: DVec3, flies: bool) -> Self {
         let along = along.normalize_or(DVec3::NEG_Z);
         let (yaw, pitch) = (along.x.atan2(-along.z), along.y.asin());
-        Self { eye, yaw, pitch: pitch.clamp(-STEEPEST, STEEPEST), flies, falling: 0.0, walked: false }
+        Self { eye, yaw, pitch: pitch.clamp(-STEEPEST, STEEPEST), flies, speed: 1.0, falling: 0.0, walked: false }
     }
 
     /// Whether somebody who stood as `before` has gone or looked elsewhere since; falling to the floor isn't going.
@@ -89,6 +91,11 @@ impl Walker {
         DVec3::new(sin * self.pitch.cos(), self.pitch.sin(), -cos * self.pitch.cos())
     }
 
+    /// How fast it goes, without hurry.
+    pub fn metres_a_second(&self) -> f64 {
+        self.speed * if self.flies { FLY } else { WALK }
+    }
+
     /// What it sees; `fov_y` in radians, `aspect` is width over height.
     pub fn camera(&self, fov_y: f64, aspect: f64) -> Camera {
         Camera::look_at(self.eye, self.eye + self.forward(), fov_y, aspect)
@@ -96,12 +103,12 @@ impl Walker {
 
     /// Goes on for `seconds`. `passes`: whether an object is gone through.
     pub fn go(&mut self, seconds: f64, wants: &Wants, solid: &Solid<'_>, passes: &dyn Fn(ObjectId) -> bool) {
-        let hurry = if wants.hurry { 3.0 } else { 1.0 };
+        let far = self.metres_a_second() * if wants.hurry { 3.0 } else { 1.0 } * seconds;
         let (sin, cos) = self.yaw.sin_cos();
         let (right, level) = (DVec3::new(cos, 0.0, sin), DVec3::new(sin, 0.0, -cos));
         if self.flies {
             let way = right * wants.to.x + DVec3::Y * wants.to.y + self.forward() * wants.to.z;
-            self.eye += way.clamp_length_max(1.0) * (FLY * hurry * seconds);
+            self.eye += way.clamp_length_max(1.0) * far;
             (self.falling, self.walked) = (0.0, false);
             return;
         }
@@ -110,7 +117,7 @@ impl Walker {
             self.eye = freed::way_out(solid, self.eye, RADIUS + ROOM, passes).unwrap_or(self.eye);
         }
         // 2. Sideways, and out of walls, in strides.
-        let way = (right * wants.to.x + level * wants.to.z).clamp_length_max(1.0) * (WALK * hurry * seconds);
+        let way = (right * wants.to.x + level * wants.to.z).clamp_length_max(1.0) * far;
         let strides = (way.length() / STRIDE).ceil().max(1.0);
         for _ in 0..strides as usize {
             self.eye += way / strides;

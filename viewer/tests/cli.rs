@@ -19,11 +19,12 @@ fn bad_input_is_one_line_that_names_it() {
     let glb = shipped("office", "glb");
     let (broken, glb, out) = (broken.to_str().unwrap(), glb.to_str().unwrap(), folder.join("no.png"));
     let out = out.to_str().unwrap();
-    let cases: [(&[&str], &str); 4] = [
+    let cases: [(&[&str], &str); 5] = [
         (&["missing.pvs", "--shot", out], "missing.pvs: "),
         (&["missing.glb", "--shot", out], "missing.glb: "),
         (&[broken, "--shot", out], "viewer_broken.pvs: "),
         (&[glb, "--model", glb, "--shot", out], "--model goes with a .pvs file"),
+        (&[glb, "--path", "missing.json"], "missing.json: "),
     ];
     for (args, expected) in cases {
         let output = viewer(args);

@@ -312,7 +312,8 @@ fn nothing_at_all_is_no_reason_to_fall() {
     let mut house = boxes::Building::default();
     house.wall("field", p(0.0, 0.0, 0.0), p(5.0, 0.0, 4.0), &[]);
     let mut empty = made(house);
-    (empty.scene.objects, empty.scene.triangles, empty.scene.positions) = Default::default();
+    let scene = std::sync::Arc::make_mut(&mut empty.scene);
+    (scene.objects, scene.triangles, scene.positions) = Default::default();
     empty.file.objects.clear();
     empty.file.placement = BitMatrix::new(0, 0);
     begun(&empty);

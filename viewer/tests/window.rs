@@ -7,6 +7,7 @@
 mod common;
 
 use common::{building, has_device};
+use enfilade::walkthrough::path::CameraPath;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -137,13 +138,14 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     let window = until("window", find);
     display.run("xdotool", &["windowfocus", &window]);
     // 1. A picture of the villa: many colours, not one.
-    until("picture", || {
-        let pixels = display.pixels(&window);
+    let picture = |window: &str| {
+        let pixels = display.pixels(window);
         let mut colours: Vec<[u8; 3]> = pixels.colours.clone();
         colours.sort_unstable();
         colours.dedup();
         (colours.len() > 30 && pixels.count(|[r, g, b]| r > 150 && g > 150 && b > 130) > 20_000).then_some(())
-    });
+    };
+    until("picture", || picture(&window));
     // Nobody falls any more: two pictures are the same.
     let first = until("rest", || {
         std::thread::sleep(Duration::from_millis(400));
@@ -173,11 +175,27 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     std::thread::sleep(Duration::from_millis(500));
     let magenta = display.pixels(&window).count(|p| p == [255, 0, 255]);
     assert_eq!(magenta, 0, "the alarm rings");
+    // A picture is saved, and the wheel makes faster.
+    press("F2");
+    until("screenshot", || folder.join("villa-1.png").exists().then_some(()));
+    display.run("xdotool", &["mousemove", "--window", &window, "320", "250", "click", "4"]);
+    // Whoever records a path is asked first; Escape is no.
+    let recorded = folder.join("villa-1.path.json");
+    press("F5");
+    press("Escape");
+    std::thread::sleep(Duration::from_millis(500));
+    press("Escape");
+    press("F5");
+    until("recorded path", || recorded.exists().then_some(()));
+    assert!(running.0.try_wait().unwrap().is_none(), "the recording was lost");
     press("Escape");
     let status = until("end", || running.0.try_wait().unwrap());
     assert!(status.success(), "{status}");
     let settings = std::fs::read_to_string(folder.join("enfilade/viewer.json")).unwrap();
     assert!(settings.contains(r#""mode": "portals""#) && settings.contains(r#""alarm": true"#), "{settings}");
+    let settings: serde_json::Value = serde_json::from_str(&settings).unwrap();
+    assert!(settings["speed"].as_f64().is_some_and(|speed| speed > 1.0), "{settings}");
+    CameraPath::load(&recorded).unwrap();
     // 6. Who comes again is where they left.
     let mut again = viewer(&display, &folder, &[pvs.to_str().unwrap(), "--size", "640x360"]);
     let window = until("window again", find);
@@ -185,6 +203,26 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     display.run("xdotool", &["windowfocus", &window, "key", "Escape"]);
     let status = until("end again", || again.0.try_wait().unwrap());
     assert!(status.success(), "{status}");
+    // 7. Who comes with a path is where it ends.
+    let path = common::path("villa_rotonda");
+    let frame = path.frames[path.frames.len() / 2];
+    let file = folder.join("given.path.json");
+    let path = CameraPath { frames: vec![frame; 2], ..path };
+    std::fs::write(&file, serde_json::to_string(&path).unwrap()).unwrap();
+    let args = [pvs.to_str().unwrap(), "--size", "640x360", "--path", file.to_str().unwrap()];
+    let mut played = viewer(&display, &folder, &args);
+    let window = until("window with a path", find);
+    until("picture of a path", || picture(&window));
+    std::thread::sleep(Duration::from_millis(500));
+    display.run("xdotool", &["windowfocus", &window, "key", "Escape"]);
+    let status = until("end of the path", || played.0.try_wait().unwrap());
+    assert!(status.success(), "{status}");
+    let settings: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("enfilade/viewer.json")).unwrap()).unwrap();
+    let eye = frame.eye - building("villa_rotonda").file.origin;
+    let left = &settings["places"][0]["eye"];
+    let off = [0, 2].map(|axis| (left[axis].as_f64().unwrap() - eye[axis]).abs());
+    assert!(off.iter().all(|off| *off < 1e-6), "{left} is not {eye}");
 }
 
 #[test]

@@ -49,6 +49,8 @@ pub fn texture(gpu: &Gpu, [width, height]: [u32; 2], format: TextureFormat, usag
 pub struct Canvas {
     size: [u32; 2],
     texture: wgpu::Texture,
+    /// By byte of a pixel's red, green and blue.
+    order: [usize; 3],
     /// To draw into.
     pub view: TextureView,
     pixels: wgpu::Buffer,
@@ -57,10 +59,24 @@ pub struct Canvas {
 impl Canvas {
     /// Of `size` pixels, each above 0.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
-        let texture = texture(gpu, size, PICTURE, TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC);
+        Self::ordered(gpu, size, PICTURE, [0, 1, 2])
+    }
+
+    /// In the format of a window; `None` where its pixels aren't four bytes.
+    pub fn of_format(gpu: &Gpu, size: [u32; 2], format: TextureFormat) -> Option<Self> {
+        let order = match format {
+            TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => [0, 1, 2],
+            TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => [2, 1, 0],
+            _ => return None,
+        };
+        Some(Self::ordered(gpu, size, format, order))
+    }
+
+    fn ordered(gpu: &Gpu, size: [u32; 2], format: TextureFormat, order: [usize; 3]) -> Self {
+        let texture = texture(gpu, size, format, TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC);
         let bytes = u64::from(row(size) * size[1]);
         let pixels = gpu.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-        Self { size, view: texture.create_view(&Default::default()), texture, pixels }
+        Self { size, view: texture.create_view(&Default::default()), texture, order, pixels }
     }
 
     /// Waits for what was drawn, and takes it.
@@ -75,7 +91,7 @@ impl Canvas {
         gpu.run(commands.finish(), &[(&self.pixels, self.pixels.size())], |views| {
             let rows = views[0].chunks_exact(row(self.size) as usize);
             for (to, from) in picture.pixels_mut().chunks_exact_mut(width as usize).zip(rows) {
-                to.iter_mut().zip(from.chunks_exact(4)).for_each(|(to, from)| to.copy_from_slice(&from[..3]));
+                to.iter_mut().zip(from.chunks_exact(4)).for_each(|(to, from)| *to = self.order.map(|byte| from[byte]));
             }
         })?;
         Ok(picture)

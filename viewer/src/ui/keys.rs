@@ -1,4 +1,4 @@
-//! The keys: one table, for who presses them and for the list on F1.
+//! The keys: one table, for who presses them, for the list on F1, and for the buttons of [`super::toolbar`].
 
 use crate::args::Shown;
 use winit::keyboard::KeyCode;
@@ -28,66 +28,102 @@ pub enum Action {
     Pick,
     /// Counters.
     Hud,
+    /// The buttons.
+    Menu,
+    /// The settings.
+    Preferences,
+    /// A picture of what is on the screen, as a file.
+    Screenshot,
+    /// Records where somebody goes; once more, and the path is a file.
+    Record,
+    /// Goes along the last path, or stops there.
+    Play,
+    /// The whole screen, or a window.
+    FullScreen,
 }
 
-/// A key, its name, what it does, and that in words.
-pub type Key = (KeyCode, &'static str, Action, &'static str);
+/// A key, its name, what it does, its button, and what it does in words.
+pub type Key = (KeyCode, &'static str, Action, &'static str, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 22] = [
-    (KeyCode::Digit1, "1", Action::Mode(0), "cull nothing"),
-    (KeyCode::Digit2, "2", Action::Mode(1), "cull by the view frustum"),
-    (KeyCode::Digit3, "3", Action::Mode(2), "cull through portals"),
-    (KeyCode::Digit4, "4", Action::Mode(3), "cull by rows (PVS)"),
-    (KeyCode::Digit5, "5", Action::Mode(4), "cull by both"),
-    (KeyCode::Digit6, "6", Action::Mode(5), "both, and occlusion queries (CHC)"),
-    (KeyCode::Digit7, "7", Action::Mode(6), "whatever costs the least here (auto)"),
-    (KeyCode::KeyF, "F", Action::Freeze, "freeze the culling and fly out, or go on"),
-    (KeyCode::KeyC, "C", Action::Cells, "colours of cells"),
-    (KeyCode::KeyL, "L", Action::Detail, "as it looks, or in flat colours"),
-    (KeyCode::KeyP, "P", Action::Layer(Shown::Portals), "outlines of portals"),
-    (KeyCode::KeyR, "R", Action::Layer(Shown::Rectangles), "portals' rectangles on the screen"),
-    (KeyCode::KeyM, "M", Action::Layer(Shown::Plan), "plan of the storey"),
-    (KeyCode::KeyX, "X", Action::Layer(Shown::Matrix), "visibility matrix; click a pair for why"),
-    (KeyCode::KeyG, "G", Action::Layer(Shown::Graphs), "graphs"),
-    (KeyCode::KeyK, "K", Action::Alarm, "missed-pixel alarm"),
-    (KeyCode::KeyV, "V", Action::Fly, "walk or fly"),
-    (KeyCode::KeyE, "E", Action::Door, "open or shut the door ahead (or click it)"),
-    (KeyCode::KeyT, "T", Action::Mirror, "hang a mirror on the wall ahead"),
-    (KeyCode::KeyY, "Y", Action::Pick, "pick what is ahead (or click it): why does one see the other?"),
-    (KeyCode::KeyH, "H", Action::Hud, "counters"),
-    (KeyCode::F1, "F1", Action::Layer(Shown::Keys), "this list"),
+pub const KEYS: [Key; 28] = [
+    (KeyCode::Digit1, "1", Action::Mode(0), "None", "cull nothing"),
+    (KeyCode::Digit2, "2", Action::Mode(1), "Frustum", "cull by the view frustum"),
+    (KeyCode::Digit3, "3", Action::Mode(2), "Portals", "cull through portals"),
+    (KeyCode::Digit4, "4", Action::Mode(3), "PVS", "cull by rows (PVS)"),
+    (KeyCode::Digit5, "5", Action::Mode(4), "Both", "cull by both"),
+    (KeyCode::Digit6, "6", Action::Mode(5), "CHC", "both, and occlusion queries (CHC)"),
+    (KeyCode::Digit7, "7", Action::Mode(6), "Auto", "whatever costs the least here (auto)"),
+    (KeyCode::KeyF, "F", Action::Freeze, "Freeze", "freeze the culling and fly out, or go on"),
+    (KeyCode::KeyC, "C", Action::Cells, "Cells", "colours of cells"),
+    (KeyCode::KeyL, "L", Action::Detail, "Detail", "as it looks, or in flat colours"),
+    (KeyCode::KeyP, "P", Action::Layer(Shown::Portals), "Outlines", "outlines of portals"),
+    (KeyCode::KeyR, "R", Action::Layer(Shown::Rectangles), "Rectangles", "portals' rectangles on the screen"),
+    (KeyCode::KeyM, "M", Action::Layer(Shown::Plan), "Plan", "plan of the storey"),
+    (KeyCode::KeyX, "X", Action::Layer(Shown::Matrix), "Matrix", "visibility matrix; click a pair for why"),
+    (KeyCode::KeyG, "G", Action::Layer(Shown::Graphs), "Graphs", "graphs"),
+    (KeyCode::KeyK, "K", Action::Alarm, "Alarm", "missed-pixel alarm"),
+    (KeyCode::KeyV, "V", Action::Fly, "Fly", "walk or fly"),
+    (KeyCode::KeyE, "E", Action::Door, "Door", "open or shut the door ahead (or click it)"),
+    (KeyCode::KeyT, "T", Action::Mirror, "Mirror", "hang a mirror on the wall ahead"),
+    (KeyCode::KeyY, "Y", Action::Pick, "Pick", "pick what is ahead (or click it): why does one see the other?"),
+    (KeyCode::KeyH, "H", Action::Hud, "Counters", "counters"),
+    (KeyCode::F1, "F1", Action::Layer(Shown::Keys), "Keys", "this list"),
+    (KeyCode::F2, "F2", Action::Screenshot, "Screenshot", "save a picture without the panels"),
+    (KeyCode::F3, "F3", Action::Menu, "Menu", "buttons for all of these"),
+    (KeyCode::F5, "F5", Action::Record, "Record", "record a path, or stop and save it"),
+    (KeyCode::F6, "F6", Action::Play, "Play", "play the last path, or stop"),
+    (KeyCode::F10, "F10", Action::Preferences, "Settings", "settings"),
+    (KeyCode::F11, "F11", Action::FullScreen, "Full screen", "full screen, or a window"),
 ];
 
 /// What is held down, in words.
-const HELD: [(&str, &str); 5] = [
+const HELD: [(&str, &str); 6] = [
     ("W A S D", "walk; arrow keys turn"),
     ("Space, Ctrl", "up and down, flying"),
     ("Shift", "faster"),
     ("Mouse", "drag to look; Tab: look without dragging"),
-    ("Esc", "let go of the mouse; quit"),
+    ("Wheel", "speed; with Ctrl: zoom"),
+    ("Esc", "let go of the mouse; close a panel; quit"),
 ];
+
+/// Two columns of the list are less wide than this, points; one is, in a window that is narrower.
+const WIDE: f32 = 860.0;
+/// Room around the list, points: its title, and a bit of the picture.
+const MARGIN: egui::Vec2 = egui::vec2(32.0, 80.0);
 
 /// What a key does.
 pub fn action(code: KeyCode) -> Option<Action> {
     KEYS.iter().find(|key| key.0 == code).map(|key| key.2)
 }
 
+/// The lines of the list: what is pressed, and what it does.
+pub fn lines() -> impl Iterator<Item = (&'static str, &'static str)> {
+    HELD.into_iter().chain(KEYS.iter().map(|(_, name, .., words)| (*name, *words)))
+}
+
 /// The list on the screen.
 pub fn show(ui: &mut egui::Ui) {
-    egui::Window::new("Keys").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false).resizable(false).show(
-        ui.ctx(),
-        |ui| {
-            egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
-                let pressed = KEYS.iter().map(|(_, name, _, words)| (*name, *words));
-                for (name, words) in HELD.into_iter().chain(pressed) {
-                    ui.strong(name);
-                    ui.label(words);
-                    ui.end_row();
+    let window = egui::Window::new("Keys").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
+    let room = ui.ctx().content_rect().size() - MARGIN;
+    window.resizable(false).default_height(room.y).show(ui.ctx(), |ui| {
+        let lines: Vec<_> = lines().collect();
+        // Side by side where they fit; below each other they are higher than a small window.
+        let columns = if room.x > WIDE { 2 } else { 1 };
+        egui::ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
+            ui.horizontal_top(|ui| {
+                for (column, lines) in lines.chunks(lines.len().div_ceil(columns)).enumerate() {
+                    egui::Grid::new(("keys", column)).num_columns(2).striped(true).show(ui, |ui| {
+                        for (name, words) in lines {
+                            ui.strong(*name);
+                            ui.label(*words);
+                            ui.end_row();
+                        }
+                    });
                 }
             });
-        },
-    );
+        });
+    });
 }
 
 #[cfg(test)]
@@ -102,5 +138,13 @@ mod tests {
         let modes = KEYS.iter().filter(|key| matches!(key.2, Action::Mode(_))).count();
         assert_eq!(modes, crate::culling::MODES.len());
         assert!(!KEYS.iter().any(|k| matches!(k.0, KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD)));
+    }
+
+    #[test]
+    fn every_action_is_in_the_list_with_its_key() {
+        for (_, name, action, label, words) in KEYS {
+            assert!(!label.is_empty() && !words.is_empty(), "{action:?}");
+            assert_eq!(lines().filter(|line| *line == (name, words)).count(), 1, "{action:?}");
+        }
     }
 }

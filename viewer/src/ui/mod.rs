@@ -1,8 +1,11 @@
 //! The interface: panels over the picture, by egui. Nothing here knows of a window, so pictures without one have panels, too.
 
+pub mod escape;
 pub mod graphs;
 pub mod hud;
 pub mod keys;
 pub mod matrix;
 pub mod paint;
 pub mod plan;
+pub mod preferences;
+pub mod toolbar;
