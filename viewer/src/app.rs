@@ -170,6 +170,7 @@ impl<'a> App<'a> {
         let (format, size) = (screen.format(), screen.size());
         let stage = Stage::new(gpu, building, oracle, size, format)?;
         let mut session = Session::new(building, stage, format, size)?;
+        session.model = Some(self.args.model.clone().unwrap_or_else(|| self.args.file.clone()));
         let settings = &self.settings;
         let mode = self.args.mode.or(settings.mode.parse::<FrameMode>().ok());
         session.begin(settings.place(building.file.model_hash));

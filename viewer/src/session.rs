@@ -1,5 +1,7 @@
 //! What a person does in a building: walks, opens doors, freezes the culling, asks why. No window is needed for it.
 
+mod going;
+
 use crate::args::Shown;
 use crate::building::Building;
 use crate::collision::{NOBODY, Solid};
@@ -11,6 +13,7 @@ use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::looks::Detail;
 use crate::settings::{LastPlace, Layers, Settings};
+use crate::start::rooms::Room;
 use crate::start::start;
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
@@ -27,6 +30,8 @@ use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3, Vec3};
+use std::cell::OnceCell;
+use std::path::PathBuf;
 use std::time::Instant;
 use wgpu::{TextureFormat, TextureView};
 
@@ -86,19 +91,23 @@ pub struct Session<'b> {
     pub walker: Walker,
     /// The interface.
     pub egui: Egui,
+    /// The plan.
+    pub plan: Plan,
+    /// Plans are written beside this file.
+    pub model: Option<PathBuf>,
     building: &'b Building,
     size: [u32; 2],
     solid: Solid<'b>,
     overlay: Overlay,
     mirrors: Mirrors,
     scratch: Scratch,
-    plan: Plan,
     matrix: Matrix,
     graphs: Graphs,
     way: Vec<DVec3>,
     /// The camera that culls, and who walks on from there.
     frozen: Option<(Camera, Walker)>,
     /// Made when they are first needed.
+    rooms: OnceCell<Vec<Room>>,
     rays: Option<RayScene<'b>>,
     asker: Option<Asker<'b>>,
     picked: Vec<(CellId, Hit)>,
@@ -131,6 +140,8 @@ impl<'b> Session<'b> {
             graphs: Graphs::default(),
             way: Vec::new(),
             frozen: None,
+            model: None,
+            rooms: OnceCell::new(),
             rays: None,
             asker: None,
             picked: Vec::new(),
@@ -241,6 +252,8 @@ impl<'b> Session<'b> {
             Action::Door => drop(self.use_door(DVec2::ZERO)),
             Action::Mirror => self.hang_mirror(),
             Action::Pick => self.pick(DVec2::ZERO),
+            Action::Storey(up) => self.turn_storey(up),
+            Action::SavePlan => self.save_shown_plan(),
         }
     }
 
@@ -460,8 +473,11 @@ impl<'b> Session<'b> {
         };
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
-        let (mut clicked, size) = (None, self.size);
-        let Self { show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
+        let (mut clicked, mut wish, size) = (None, None, self.size);
+        if self.show.layers.plan {
+            self.rooms();
+        }
+        let Self { rooms, show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
@@ -471,7 +487,8 @@ impl<'b> Session<'b> {
                 hud::show(ui, &lines);
             }
             if show.layers.plan {
-                plan.show(ui, &building.file, &row, walker.eye, sides, way);
+                let rooms = rooms.get().map_or(&[][..], Vec::as_slice);
+                wish = wish.or(plan.show(ui, &building.file, rooms, &row, walker.eye, sides, way));
             }
             if show.layers.matrix {
                 clicked = clicked.or(matrix.show(ui, home, *pair));
@@ -495,6 +512,9 @@ impl<'b> Session<'b> {
             self.pair = Some((row, column));
             self.picked.clear();
             self.ask(row, Goal::Cell(column));
+        }
+        if let Some(wish) = wish {
+            self.do_wish(wish);
         }
         output
     }

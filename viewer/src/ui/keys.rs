@@ -28,13 +28,17 @@ pub enum Action {
     Pick,
     /// Counters.
     Hud,
+    /// The plan of the storey above (true) or below; a second time, goes there.
+    Storey(bool),
+    /// Writes the plan that is shown beside the model.
+    SavePlan,
 }
 
 /// A key, its name, what it does, and that in words.
 pub type Key = (KeyCode, &'static str, Action, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 22] = [
+pub const KEYS: [Key; 25] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "cull through portals"),
@@ -47,7 +51,10 @@ pub const KEYS: [Key; 22] = [
     (KeyCode::KeyL, "L", Action::Detail, "as it looks, or in flat colours"),
     (KeyCode::KeyP, "P", Action::Layer(Shown::Portals), "outlines of portals"),
     (KeyCode::KeyR, "R", Action::Layer(Shown::Rectangles), "portals' rectangles on the screen"),
-    (KeyCode::KeyM, "M", Action::Layer(Shown::Plan), "plan of the storey"),
+    (KeyCode::KeyM, "M", Action::Layer(Shown::Plan), "plan of the storey; click to go there, wheel and drag to look closer"),
+    (KeyCode::PageUp, "Page Up", Action::Storey(true), "plan of the storey above; once more: go there"),
+    (KeyCode::PageDown, "Page Down", Action::Storey(false), "plan of the storey below; once more: go there"),
+    (KeyCode::KeyB, "B", Action::SavePlan, "write the plan beside the model, as SVG"),
     (KeyCode::KeyX, "X", Action::Layer(Shown::Matrix), "visibility matrix; click a pair for why"),
     (KeyCode::KeyG, "G", Action::Layer(Shown::Graphs), "graphs"),
     (KeyCode::KeyK, "K", Action::Alarm, "missed-pixel alarm"),
