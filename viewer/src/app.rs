@@ -227,15 +227,25 @@ impl<'a> App<'a> {
     fn key(&mut self, event_loop: &ActiveEventLoop, code: KeyCode) {
         match code {
             KeyCode::Escape if self.grabbed => self.grab(false),
-            KeyCode::Escape => event_loop.exit(),
+            KeyCode::Escape => match &mut self.session {
+                Some(session) if session.find.is_open => session.find.toggle(),
+                _ => event_loop.exit(),
+            },
             KeyCode::Tab => self.grab(!self.grabbed),
             code => {
-                let action = keys::action(code);
+                let is_held = |keys: [KeyCode; 2]| keys.iter().any(|key| self.held.contains(key));
+                let ctrl = is_held([KeyCode::ControlLeft, KeyCode::ControlRight]);
+                let action = keys::action(code, [ctrl, is_held([KeyCode::ShiftLeft, KeyCode::ShiftRight])]);
                 if let (Some(session), Some(action)) = (&mut self.session, action) {
                     session.act(action);
                 }
             }
         }
+    }
+
+    /// Whether a field of the interface takes the keys.
+    fn is_typed(&self) -> bool {
+        self.session.as_ref().is_some_and(|session| session.egui.context.egui_wants_keyboard_input())
     }
 
     fn button(&mut self, is_down: bool) {
@@ -307,6 +317,8 @@ impl ApplicationHandler for App<'_> {
                 match event.state {
                     ElementState::Released => drop(self.held.remove(&code)),
                     ElementState::Pressed if event.repeat => {}
+                    // What is typed into a field does nothing else.
+                    ElementState::Pressed if code != KeyCode::Escape && self.is_typed() => {}
                     ElementState::Pressed => {
                         self.held.insert(code);
                         self.key(event_loop, code);

@@ -1,5 +1,6 @@
 //! What a person does in a building: walks, opens doors, freezes the culling, asks why. No window is needed for it.
 
+mod finding;
 mod going;
 
 use crate::args::Shown;
@@ -15,6 +16,7 @@ use crate::looks::Detail;
 use crate::settings::{LastPlace, Layers, Settings};
 use crate::start::rooms::Room;
 use crate::start::start;
+use crate::ui::find::{self, Find};
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
@@ -93,6 +95,8 @@ pub struct Session<'b> {
     pub egui: Egui,
     /// The plan.
     pub plan: Plan,
+    /// The window to find things in.
+    pub find: Find,
     /// Plans are written beside this file.
     pub model: Option<PathBuf>,
     building: &'b Building,
@@ -111,6 +115,7 @@ pub struct Session<'b> {
     rays: Option<RayScene<'b>>,
     asker: Option<Asker<'b>>,
     picked: Vec<(CellId, Hit)>,
+    selected: finding::Selected,
     pair: Option<(CellId, CellId)>,
     told: Option<explain::Told>,
     frame_ms: f64,
@@ -145,6 +150,8 @@ impl<'b> Session<'b> {
             rays: None,
             asker: None,
             picked: Vec::new(),
+            selected: Default::default(),
+            find: Find::default(),
             pair: None,
             told: None,
             frame_ms: 0.0,
@@ -253,6 +260,10 @@ impl<'b> Session<'b> {
             Action::Mirror => self.hang_mirror(),
             Action::Pick => self.pick(DVec2::ZERO),
             Action::Storey(up) => self.turn_storey(up),
+            Action::Find => self.find.toggle(),
+            Action::Hide => self.hide(false),
+            Action::Isolate => self.hide(true),
+            Action::ShowAll => self.show_all(),
             Action::SavePlan => self.save_shown_plan(),
         }
     }
@@ -266,6 +277,7 @@ impl<'b> Session<'b> {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
                     self.picked = vec![(home, hit)];
+                    self.select(hit.object, home);
                     self.ask(home, Goal::Object(hit.object));
                 }
             }
@@ -375,7 +387,12 @@ impl<'b> Session<'b> {
 
     /// Picks what a ray meets; the second picked thing is asked about from where the first is.
     fn pick(&mut self, at: DVec2) {
-        let Some(hit) = self.ahead(at) else { return };
+        let Some(hit) = self.ahead(at) else {
+            // Nothing is ahead: nothing is picked any more.
+            self.picked.clear();
+            (self.told, self.selected) = (None, Default::default());
+            return;
+        };
         // A little before the surface is in the cell that it is seen from.
         let place = self.walker.eye + self.camera().ray(at).normalize() * (hit.t - 0.02).max(0.0);
         let Some(cell) = self.stage.culling.culler.cell_of(place.as_vec3(), &mut self.scratch) else { return };
@@ -384,6 +401,7 @@ impl<'b> Session<'b> {
             self.told = None;
         }
         self.picked.push((cell, hit));
+        self.select(hit.object, cell);
         if let [(cell, _), (_, hit)] = self.picked[..] {
             self.ask(cell, Goal::Object(hit.object));
         }
@@ -403,9 +421,10 @@ impl<'b> Session<'b> {
         let rays = self.rays.get_or_insert_with(|| RayScene::new(&self.building.scene));
         let (eye, stage) = (self.walker.eye, &self.stage);
         let wall = pick::pick(rays, eye, direction, &|hit| {
-            stage.is_ghost[hit.object.index()] || stage.doors.is_leaf[hit.triangle as usize]
+            let is_passed = stage.is_ghost[hit.object.index()] || stage.doors.is_leaf[hit.triangle as usize];
+            is_passed || stage.is_hidden(hit.object)
         });
-        match stage.doors.first_leaf(eye, direction) {
+        match stage.doors.first_leaf(eye, direction, &|door| stage.is_door_hidden(door)) {
             Some((t, of)) if wall.is_none_or(|wall| t < wall.t) => of.map(|(object, triangle)| Hit { t, object, triangle }),
             _ => wall,
         }
@@ -452,6 +471,7 @@ impl<'b> Session<'b> {
         for (_, hit) in &self.picked {
             overlays::object(&mut self.overlay, file, hit.object);
         }
+        self.selected.boxes.iter().for_each(|&bounds| overlays::selected(&mut self.overlay, bounds));
         if let Some([a, b]) = self.told.as_ref().and_then(|told| told.sight) {
             self.overlay.line_through(a.as_vec3(), b.as_vec3(), overlays::SIGHT);
         }
@@ -473,11 +493,11 @@ impl<'b> Session<'b> {
         };
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
-        let (mut clicked, mut wish, size) = (None, None, self.size);
+        let (mut clicked, mut wish, mut chosen, size) = (None, None, None, self.size);
         if self.show.layers.plan {
             self.rooms();
         }
-        let Self { rooms, show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
+        let Self { rooms, find, selected, show, plan, matrix, graphs, building, walker, way, told, pair, stage, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
@@ -499,6 +519,12 @@ impl<'b> Session<'b> {
             if show.keys {
                 keys::show(ui);
             }
+            if find.is_open {
+                chosen = chosen.or(find.show(ui, building));
+            }
+            if !selected.facts.is_empty() {
+                find::tell(ui, &selected.facts);
+            }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
                 window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
@@ -512,6 +538,9 @@ impl<'b> Session<'b> {
             self.pair = Some((row, column));
             self.picked.clear();
             self.ask(row, Goal::Cell(column));
+        }
+        if let Some(what) = chosen {
+            self.go_to_found(what);
         }
         if let Some(wish) = wish {
             self.do_wish(wish);

@@ -30,6 +30,14 @@ pub enum Action {
     Hud,
     /// The plan of the storey above (true) or below; a second time, goes there.
     Storey(bool),
+    /// Opens or shuts the window to find things in.
+    Find,
+    /// Hides what was picked or found.
+    Hide,
+    /// Hides all else.
+    Isolate,
+    /// Shows all that was hidden.
+    ShowAll,
     /// Writes the plan that is shown beside the model.
     SavePlan,
 }
@@ -38,7 +46,7 @@ pub enum Action {
 pub type Key = (KeyCode, &'static str, Action, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 25] = [
+pub const KEYS: [Key; 28] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "cull through portals"),
@@ -61,7 +69,10 @@ pub const KEYS: [Key; 25] = [
     (KeyCode::KeyV, "V", Action::Fly, "walk or fly"),
     (KeyCode::KeyE, "E", Action::Door, "open or shut the door ahead (or click it)"),
     (KeyCode::KeyT, "T", Action::Mirror, "hang a mirror on the wall ahead"),
-    (KeyCode::KeyY, "Y", Action::Pick, "pick what is ahead (or click it): why does one see the other?"),
+    (KeyCode::KeyY, "Y", Action::Pick, "pick what is ahead (or click it); a second pick: why does one see the other?"),
+    (KeyCode::Slash, "/, Ctrl+F", Action::Find, "find a room, a node or a material"),
+    (KeyCode::Delete, "Delete", Action::Hide, "hide what was picked or found (Shift+Delete: show all again)"),
+    (KeyCode::KeyI, "I", Action::Isolate, "show only what was picked or found"),
     (KeyCode::KeyH, "H", Action::Hud, "counters"),
     (KeyCode::F1, "F1", Action::Layer(Shown::Keys), "this list"),
 ];
@@ -75,8 +86,13 @@ const HELD: [(&str, &str); 5] = [
     ("Esc", "let go of the mouse; quit"),
 ];
 
-/// What a key does.
-pub fn action(code: KeyCode) -> Option<Action> {
+/// What a key does while Ctrl or Shift is held.
+pub fn action(code: KeyCode, [ctrl, shift]: [bool; 2]) -> Option<Action> {
+    match code {
+        KeyCode::KeyF if ctrl => return Some(Action::Find),
+        KeyCode::Delete if shift => return Some(Action::ShowAll),
+        _ => {}
+    }
     KEYS.iter().find(|key| key.0 == code).map(|key| key.2)
 }
 

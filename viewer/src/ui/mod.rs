@@ -1,5 +1,6 @@
 //! The interface: panels over the picture, by egui. Nothing here knows of a window, so pictures without one have panels, too.
 
+pub mod find;
 pub mod graphs;
 pub mod hud;
 pub mod keys;
