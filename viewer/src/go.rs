@@ -16,9 +16,12 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 
 /// Faces that are looked at, at most, for one way: some tenths of a second.
 const MOST_LOOKS: usize = 12_000_000;
-/// An object is looked at from so many of its diagonals away, and no nearer or farther than this, metres. Nearer: it overfills the picture.
-/// Farther: it is a dot.
-const AWAY: (f64, [f64; 2]) = (1.2, [1.5, 8.0]);
+/// Things are looked at from so many of their diagonals away, and no nearer or farther than this, metres. Nearer: they overfill the picture.
+/// Farther: they are dots.
+const AWAY: (f64, [f64; 2]) = (1.6, [2.2, 10.0]);
+/// A place from which so much of a thing is seen is taken at once. More: the eye goes far for the last corner. Less: a desk stands before
+/// it.
+const WELL: f64 = 0.75;
 /// Points of an object that are looked for.
 const POINTS: usize = 12;
 /// Places that are compared, the best first. More: large halls take seconds.
@@ -79,16 +82,18 @@ impl Guide<'_> {
         Some(self.look_around(places::nearest(&space, &self.building.scene, room, floor, MOST_LOOKS), middle))
     }
 
-    /// Before an object, looking at it: nearest to where it is seen whole, in a cell that sees it. `from`: the side to fly to, where
-    /// there is no such place.
-    pub fn before(&self, object: ObjectId, from: DVec3) -> Walker {
+    /// Before a thing of some objects, looking at it: nearest to where it is seen whole, in a cell that sees it. `from`: the side to fly
+    /// to, where there is no such place.
+    pub fn before(&self, objects: &[ObjectId], from: DVec3) -> Walker {
         let file = &self.building.file;
-        let bounds = &self.building.scene.objects[object.index()].bounds;
+        let of = |o: &ObjectId| self.building.scene.objects[o.index()].bounds;
+        let bounds = objects.iter().fold(Aabb::EMPTY, |b, o| b.union(of(o)));
         let (middle, [least, most]) = (bounds.centre(), AWAY.1);
         let wanted = (AWAY.0 * bounds.diagonal()).clamp(least, most);
-        let holds = |room: &Room| file.placement.get(room.cell.index(), object.index());
+        let holds = |room: &Room| objects.iter().any(|o| file.placement.get(room.cell.index(), o.index()));
+        let may_see = |room: &Room| objects.iter().any(|o| file.sees_object(room.cell, *o));
         // Its own cell first, then the nearest of those that see it.
-        let mut rooms: Vec<&Room> = self.rooms.iter().filter(|r| holds(r) || file.sees_object(r.cell, object)).collect();
+        let mut rooms: Vec<&Room> = self.rooms.iter().filter(|room| holds(room) || may_see(room)).collect();
         let away = |room: &Room| middle.distance_squared(middle.clamp(self::bounds(room).min, self::bounds(room).max));
         rooms.sort_by(|a, b| (!holds(a)).cmp(&!holds(b)).then(away(a).total_cmp(&away(b))));
         let space = Space::new(self.solid, &|_| false);
@@ -99,8 +104,17 @@ impl Guide<'_> {
             let mut places = places::of_room(&space, &self.building.scene, room, space.cost() + MOST_LOOKS);
             let off = |place: &Place| ((place.feet + DVec3::Y * EYE).distance(middle) - wanted).abs();
             places.sort_by(|a, b| off(a).total_cmp(&off(b)));
-            let mut eyes = places.iter().take(COMPARED).map(|place| place.feet + DVec3::Y * EYE);
-            if let Some(eye) = eyes.find(|&eye| self.sees(&space, eye, object)) {
+            let mut best: Option<(f64, DVec3)> = None;
+            for eye in places.iter().take(COMPARED).map(|place| place.feet + DVec3::Y * EYE) {
+                let seen = self.seen(&space, eye, objects);
+                if seen > best.map_or(0.0, |(most, _)| most) {
+                    best = Some((seen, eye));
+                }
+                if seen >= WELL {
+                    break;
+                }
+            }
+            if let Some((_, eye)) = best {
                 return Walker::new(eye, middle - eye, false);
             }
         }
@@ -108,16 +122,22 @@ impl Guide<'_> {
         Walker::new(eye, middle - eye, true)
     }
 
-    /// Whether a line from an eye meets an object first.
-    fn sees(&self, space: &Space<'_>, eye: DVec3, object: ObjectId) -> bool {
+    /// Of points of some objects, the share that lines from an eye reach. What an object hides of itself counts as seen.
+    fn seen(&self, space: &Space<'_>, eye: DVec3, objects: &[ObjectId]) -> f64 {
         let scene = &self.building.scene;
-        let triangles = scene.objects[object.index()].triangles.clone();
-        let step = triangles.len().div_ceil(POINTS).max(1);
-        triangles.step_by(step).any(|triangle| {
+        let is_seen = |triangle: u32| {
             let [a, b, c] = scene.corners(triangle as usize);
             let to = (a + b + c) / 3.0 - eye;
-            space.first(eye, to.normalize_or(DVec3::X)).is_none_or(|t| t.object == object || t.t > to.length() - TOUCH)
-        })
+            let touch = space.first(eye, to.normalize_or(DVec3::X));
+            touch.is_none_or(|touch| objects.contains(&touch.object) || touch.t > to.length() - TOUCH)
+        };
+        let points = objects.iter().flat_map(|o| {
+            let triangles = scene.objects[o.index()].triangles.clone();
+            let step = triangles.len().div_ceil(POINTS).max(1);
+            triangles.step_by(step)
+        });
+        let (seen, all) = points.fold((0, 0), |(seen, all), triangle| (seen + usize::from(is_seen(triangle)), all + 1));
+        seen as f64 / all.max(1) as f64
     }
 
     /// Stands at a place, or flies, and looks along the longest free line.

@@ -109,7 +109,7 @@ fn what_was_found_is_ahead() {
     let locator = Locator::new(&graph);
     for (node, home) in [("Desk", 0), ("Lamp", 1)] {
         let object = object(&house, node);
-        let walker = guide.before(object, glam::DVec3::ZERO);
+        let walker = guide.before(&[object], glam::DVec3::ZERO);
         assert!(!walker.flies && locator.locate(walker.eye).map(|(cell, _)| cell) == Some(CellId(home)), "{node}");
         let met = rays.first_opaque(walker.eye, walker.forward(), f64::INFINITY).expect("something is ahead");
         assert_eq!(met.object, object, "{node}: something else is ahead");

@@ -49,7 +49,11 @@ impl Session<'_> {
             eye.distance_squared(eye.clamp(bounds.min, bounds.max))
         };
         let Some(&nearest) = objects.iter().min_by(|a, b| away(a).total_cmp(&away(b))) else { return };
-        let to = self.guide().before(nearest, eye);
+        // A node is one thing; things of one material are many.
+        let to = match what {
+            What::Node(_) => self.guide().before(&objects, eye),
+            _ => self.guide().before(&[nearest], eye),
+        };
         self.be(to);
         let placement = &self.building.file.placement;
         let cell = (0..self.building.file.cells.len()).find(|&c| placement.get(c, nearest.index()));

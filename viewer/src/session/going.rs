@@ -61,6 +61,7 @@ impl Session<'_> {
     pub(super) fn be(&mut self, to: Walker) {
         self.walker = to;
         self.walker.flies |= self.is_frozen();
+        self.plan.follow(to.eye.xz());
         // Nobody walked there.
         self.way.clear();
     }

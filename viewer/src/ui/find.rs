@@ -7,7 +7,7 @@ use enfilade::{CellId, ObjectId};
 /// Most hits: a longer list is narrowed by another letter.
 pub const MOST: usize = 50;
 /// Height of the list, points.
-const LIST: f32 = 260.0;
+const LIST: f32 = 180.0;
 
 /// What has a name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -143,6 +143,14 @@ impl Plan {
         self.chosen = (storey != self.here(eye)).then_some(storey);
     }
 
+    /// Shows the storey of the eye again, and the eye in the middle where it isn't to be seen.
+    pub fn follow(&mut self, eye: DVec2) {
+        self.chosen = None;
+        if !self.rect.contains(self.view.to_screen(self.rect, eye)) {
+            self.view.middle = eye;
+        }
+    }
+
     /// One storey up or down: shows it; who asks for it once more goes there, so then it is returned.
     pub fn turn(&mut self, up: bool, eye: f64) -> Option<usize> {
         let (here, shown) = (self.here(eye), self.shown(eye));
@@ -192,7 +200,6 @@ impl Plan {
             self.look(ui, rect, &response);
             if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
                 wish = Some(Wish::Go(storey, self.view.to_plan(rect, at)));
-                self.chosen = None;
             }
             let painter = ui.painter_at(rect);
             painter.rect_filled(rect, 0.0, PAPER);
