@@ -124,6 +124,10 @@ mod tests {
         }
         let modes = KEYS.iter().filter(|key| matches!(key.2, Action::Mode(_))).count();
         assert_eq!(modes, crate::culling::MODES.len());
+        assert_eq!(action(KeyCode::KeyF, [false, true]), Some(Action::Freeze));
+        assert_eq!(action(KeyCode::KeyF, [true, false]), Some(Action::Find));
+        assert_eq!(action(KeyCode::Delete, [false, false]), Some(Action::Hide));
+        assert_eq!(action(KeyCode::Delete, [false, true]), Some(Action::ShowAll));
         assert!(!KEYS.iter().any(|k| matches!(k.0, KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD)));
     }
 }
