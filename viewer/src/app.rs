@@ -245,7 +245,7 @@ impl<'a> App<'a> {
 
     /// Whether a field of the interface takes the keys.
     fn is_typed(&self) -> bool {
-        self.session.as_ref().is_some_and(|session| session.egui.context.egui_wants_keyboard_input())
+        self.session.as_ref().is_some_and(|session| session.egui.context.text_edit_focused())
     }
 
     fn button(&mut self, is_down: bool) {
@@ -300,8 +300,10 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        // Tab is for the mouse here: it moves on to no button, which the next key would press.
+        let is_tab = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.physical_key == KeyCode::Tab);
         let taken = match (&mut self.winit, &self.window) {
-            (Some(winit), Some(window)) => winit.on_window_event(window, &event).consumed,
+            (Some(winit), Some(window)) if !is_tab => winit.on_window_event(window, &event).consumed,
             _ => false,
         };
         match event {
