@@ -295,7 +295,9 @@ impl<'a> App<'a> {
             },
             KeyCode::Tab => self.grab(!self.grabbed),
             code => {
-                let action = keys::action(code);
+                let is_held = |keys: [KeyCode; 2]| keys.iter().any(|key| self.held.contains(key));
+                let ctrl = is_held([KeyCode::ControlLeft, KeyCode::ControlRight]);
+                let action = keys::action(code, [ctrl, is_held([KeyCode::ShiftLeft, KeyCode::ShiftRight])]);
                 match (&mut self.session, &self.window, action) {
                     (Some(session), _, Some(action)) => session.act(action),
                     (None, Some(window), Some(Action::FullScreen)) => full_screen(window),
@@ -303,6 +305,11 @@ impl<'a> App<'a> {
                 }
             }
         }
+    }
+
+    /// Whether a field of the interface takes the keys.
+    fn is_typed(&self) -> bool {
+        self.session.as_ref().is_some_and(|session| session.egui.context.text_edit_focused())
     }
 
     fn button(&mut self, is_down: bool) {
@@ -394,8 +401,9 @@ impl ApplicationHandler for App<'_> {
                 let PhysicalKey::Code(code) = event.physical_key else { return };
                 match event.state {
                     ElementState::Released => drop(self.held.remove(&code)),
-                    // Repeated, or a number that is typed into a panel.
-                    ElementState::Pressed if event.repeat || taken => {}
+                    ElementState::Pressed if event.repeat => {}
+                    // What is typed into a field or a panel does nothing else.
+                    ElementState::Pressed if code != KeyCode::Escape && (taken || self.is_typed()) => {}
                     ElementState::Pressed => {
                         self.held.insert(code);
                         self.key(event_loop, code);

@@ -71,6 +71,11 @@ pub fn object(overlay: &mut Overlay, file: &PvsFile, object: ObjectId) {
     overlay.boxed(file.objects[object.index()].bounds, PICKED);
 }
 
+/// The box of something that was found; it shows through walls.
+pub fn selected(overlay: &mut Overlay, bounds: [Vec3; 2]) {
+    overlay.boxed(bounds, PICKED);
+}
+
 /// Rectangles of the portals that were seen through, on the screen.
 pub fn rectangles(ui: &egui::Ui, last: Option<&Decision>) {
     let screen = ui.ctx().content_rect();

@@ -3,9 +3,17 @@
 use enfilade::scene::rays::{Hit, RayScene};
 use glam::DVec3;
 
+/// A wall that is passed by is behind whoever is this far beyond it, metres. More: what lies on it is passed by, too.
+const BEYOND: f64 = 1e-4;
+
 /// The first thing that a ray meets that isn't passed by.
 pub fn pick(rays: &RayScene<'_>, origin: DVec3, direction: DVec3, passes: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
-    let wall = rays.first_opaque(origin, direction, f64::INFINITY);
+    let mut wall = rays.first_opaque(origin, direction, f64::INFINITY);
+    while let Some(hit) = wall.filter(passes) {
+        let passed = hit.t + BEYOND;
+        let next = rays.first_opaque(origin + direction * passed, direction, f64::INFINITY);
+        wall = next.map(|next| Hit { t: next.t + passed, ..next });
+    }
     let mut others = Vec::new();
     rays.see_through(origin, direction, wall.map_or(f64::INFINITY, |hit| hit.t), &mut others);
     let before = others.into_iter().filter(|hit| !passes(hit)).min_by(|a, b| a.t.total_cmp(&b.t));

@@ -1,5 +1,7 @@
 //! What a person does in a building: walks, opens doors, freezes the culling, asks why. No window is needed for it.
 
+mod finding;
+mod going;
 mod tools;
 
 use crate::args::Shown;
@@ -15,7 +17,9 @@ use crate::kept::Kept;
 use crate::looks::Detail;
 use crate::opening::Share;
 use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
+use crate::start::rooms::Room;
 use crate::start::start;
+use crate::ui::find::{self, Find};
 use crate::ui::graphs::{Graphs, Sample, number};
 use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
@@ -31,6 +35,7 @@ use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3, Vec3};
+use std::cell::OnceCell;
 use std::time::Instant;
 use tools::{Asked, Paths};
 use wgpu::{TextureFormat, TextureView};
@@ -109,6 +114,10 @@ pub struct Session<'b> {
     pub asked: Asked,
     /// How far the bake is that is still to come.
     pub opening: Option<Share>,
+    /// The plan.
+    pub plan: Plan,
+    /// The window to find things in.
+    pub find: Find,
     building: &'b Building,
     format: TextureFormat,
     size: [u32; 2],
@@ -116,16 +125,17 @@ pub struct Session<'b> {
     overlay: Overlay,
     mirrors: Mirrors,
     scratch: Scratch,
-    plan: Plan,
     matrix: Matrix,
     graphs: Graphs,
     way: Vec<DVec3>,
     /// The camera that culls, and who walks on from there.
     frozen: Option<(Camera, Walker)>,
     /// Made when they are first needed.
+    rooms: OnceCell<Vec<Room>>,
     rays: Option<RayScene<'b>>,
     asker: Option<Asker<'b>>,
     picked: Vec<(CellId, Hit)>,
+    selected: finding::Selected,
     pair: Option<(CellId, CellId)>,
     told: Option<explain::Told>,
     /// A line at the bottom, and for how many seconds yet.
@@ -162,9 +172,12 @@ impl<'b> Session<'b> {
             graphs: Graphs::default(),
             way: Vec::new(),
             frozen: None,
+            rooms: OnceCell::new(),
             rays: None,
             asker: None,
             picked: Vec::new(),
+            selected: Default::default(),
+            find: Find::default(),
             pair: None,
             told: None,
             preferences: Preferences::default(),
@@ -293,6 +306,12 @@ impl<'b> Session<'b> {
             Action::Record => self.record_or_stop(),
             Action::Play => self.play_or_stop(),
             Action::FullScreen => self.asked.full_screen = true,
+            Action::Storey(up) => self.turn_storey(up),
+            Action::Find => self.find.toggle(),
+            Action::Hide => self.hide(false),
+            Action::Isolate => self.hide(true),
+            Action::ShowAll => self.show_all(),
+            Action::SavePlan => self.save_shown_plan(),
         }
     }
 
@@ -305,6 +324,7 @@ impl<'b> Session<'b> {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
                     self.picked = vec![(home, hit)];
+                    self.select(hit.object, home);
                     self.ask(home, Goal::Object(hit.object));
                 }
             }
@@ -421,7 +441,12 @@ impl<'b> Session<'b> {
 
     /// Picks what a ray meets; the second picked thing is asked about from where the first is.
     fn pick(&mut self, at: DVec2) {
-        let Some(hit) = self.ahead(at) else { return };
+        let Some(hit) = self.ahead(at) else {
+            // Nothing is ahead: nothing is picked any more.
+            self.picked.clear();
+            (self.told, self.selected) = (None, Default::default());
+            return;
+        };
         // A little before the surface is in the cell that it is seen from.
         let place = self.walker.eye + self.camera().ray(at).normalize() * (hit.t - 0.02).max(0.0);
         let Some(cell) = self.stage.culling.culler.cell_of(place.as_vec3(), &mut self.scratch) else { return };
@@ -430,6 +455,7 @@ impl<'b> Session<'b> {
             self.told = None;
         }
         self.picked.push((cell, hit));
+        self.select(hit.object, cell);
         if let [(cell, _), (_, hit)] = self.picked[..] {
             self.ask(cell, Goal::Object(hit.object));
         }
@@ -449,9 +475,10 @@ impl<'b> Session<'b> {
         let rays = self.rays.get_or_insert_with(|| RayScene::new(&self.building.scene));
         let (eye, stage) = (self.walker.eye, &self.stage);
         let wall = pick::pick(rays, eye, direction, &|hit| {
-            stage.is_ghost[hit.object.index()] || stage.doors.is_leaf[hit.triangle as usize]
+            let is_passed = stage.is_ghost[hit.object.index()] || stage.doors.is_leaf[hit.triangle as usize];
+            is_passed || stage.is_hidden(hit.object)
         });
-        match stage.doors.first_leaf(eye, direction) {
+        match stage.doors.first_leaf(eye, direction, &|door| stage.is_door_hidden(door)) {
             Some((t, of)) if wall.is_none_or(|wall| t < wall.t) => of.map(|(object, triangle)| Hit { t, object, triangle }),
             _ => wall,
         }
@@ -498,6 +525,7 @@ impl<'b> Session<'b> {
         for (_, hit) in &self.picked {
             overlays::object(&mut self.overlay, file, hit.object);
         }
+        self.selected.boxes.iter().for_each(|&bounds| overlays::selected(&mut self.overlay, bounds));
         if let Some([a, b]) = self.told.as_ref().and_then(|told| told.sight) {
             self.overlay.line_through(a.as_vec3(), b.as_vec3(), overlays::SIGHT);
         }
@@ -520,11 +548,16 @@ impl<'b> Session<'b> {
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
         let (mut clicked, mut pressed, mut answer, size) = (None, None, None, self.size);
+        let (mut wish, mut chosen) = (None, None);
+        if self.show.layers.plan {
+            self.rooms();
+        }
         let on: Vec<Action> = keys::KEYS.iter().map(|key| key.2).filter(|&action| self.is_on(action)).collect();
         self.egui.context.set_zoom_factor(self.preferences.text as f32);
         let Self {
             show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
         } = self;
+        let Self { rooms, find, selected, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
@@ -545,7 +578,8 @@ impl<'b> Session<'b> {
                 hud::meanwhile(ui, share);
             }
             if show.layers.plan {
-                plan.show(ui, &building.file, &row, walker.eye, sides, way);
+                let rooms = rooms.get().map_or(&[][..], Vec::as_slice);
+                wish = wish.or(plan.show(ui, &building.file, rooms, &row, walker.eye, sides, way));
             }
             if show.layers.matrix {
                 clicked = clicked.or(matrix.show(ui, home, *pair));
@@ -565,6 +599,12 @@ impl<'b> Session<'b> {
             if show.question {
                 answer = answer.or(hud::question(ui, tools::QUESTION, &tools::ANSWERS));
             }
+            if find.is_open {
+                chosen = chosen.or(find.show(ui, building));
+            }
+            if !selected.facts.is_empty() {
+                find::tell(ui, &selected.facts);
+            }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
                 window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
@@ -581,6 +621,12 @@ impl<'b> Session<'b> {
         }
         pressed.into_iter().for_each(|action| self.act(action));
         answer.into_iter().for_each(|answer| self.answer(answer));
+        if let Some(what) = chosen {
+            self.go_to_found(what);
+        }
+        if let Some(wish) = wish {
+            self.do_wish(wish);
+        }
         output
     }
 

@@ -5,9 +5,9 @@
 //! backs; under the sky, nothing. Where no room has any place, floors anywhere do, then the freest point of the fullest cell, then a point
 //! before the model.
 
-mod places;
-mod rooms;
-mod view;
+pub mod places;
+pub mod rooms;
+pub mod view;
 
 use crate::body::{EYE, Space, TALL};
 use crate::building::Building;

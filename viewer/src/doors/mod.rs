@@ -198,9 +198,14 @@ impl Doors {
         met.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
     }
 
-    /// The leaf that a ray meets first, where it is now: how far off, and whose triangle, if the model has it.
-    pub fn first_leaf(&self, origin: DVec3, direction: DVec3) -> Option<(f64, Option<(ObjectId, u32)>)> {
-        let drawn = self.doors.iter().flat_map(Door::drawn);
+    /// The leaf that a ray meets first, where it is now, except those of doors that it passes: how far off, and whose triangle, if the model has it.
+    pub fn first_leaf(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        passes: &dyn Fn(usize) -> bool,
+    ) -> Option<(f64, Option<(ObjectId, u32)>)> {
+        let drawn = self.doors.iter().enumerate().filter(|(i, _)| !passes(*i)).flat_map(|(_, door)| door.drawn());
         let met = drawn.filter_map(|(corners, facet)| Some((hit(corners, origin, direction)?, facet.and_then(|f| f.of))));
         met.min_by(|a, b| a.0.total_cmp(&b.0))
     }
@@ -287,6 +292,11 @@ impl Door {
     /// The object whose colour the filled gaps have.
     pub fn first_object(&self) -> Option<ObjectId> {
         self.leaves.iter().flat_map(|leaf| &leaf.facets).find_map(|f| f.of).map(|(object, _)| object)
+    }
+
+    /// The objects that its leaves are of.
+    pub fn objects(&self) -> impl Iterator<Item = ObjectId> {
+        self.leaves.iter().flat_map(|leaf| &leaf.facets).filter_map(|f| f.of).map(|(object, _)| object)
     }
 
     fn is_before(&self, camera: &Camera) -> bool {

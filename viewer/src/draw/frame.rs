@@ -2,6 +2,7 @@
 
 use super::alarm::{Alarm, Missed};
 use super::full::Full;
+use super::hidden::Hidden;
 use super::leaves::{Drawn, Leaves};
 use super::lines::{Lines, Overlay};
 use super::mesh::{Mesh, Runs};
@@ -96,6 +97,7 @@ pub struct Stage<'b> {
     runs: Runs,
     everything: Runs,
     all_leaves: Drawn,
+    hidden: Hidden,
     all: Vec<ObjectId>,
     /// The processor's milliseconds of the frame that the device is timed for, and its triangles.
     timing: Option<(u64, f64, u64)>,
@@ -143,6 +145,7 @@ impl<'b> Stage<'b> {
             runs: Runs::default(),
             everything,
             all_leaves,
+            hidden: Hidden::default(),
             all,
             timing: None,
             building,
@@ -190,6 +193,24 @@ impl<'b> Stage<'b> {
         Ok(())
     }
 
+    /// Leaves out the objects for which `is_hidden`, and leaves that were made where `and_made`. Culling and walking know nothing of it.
+    pub fn hide(&mut self, is_hidden: Vec<bool>, and_made: bool) {
+        let (mesh, leaves) = (&mut self.mesh, &mut self.leaves);
+        self.hidden = Hidden::new(mesh, leaves, &self.doors, &self.is_ghost, is_hidden, and_made);
+        // What isn't drawn casts no shadow.
+        self.full.iter_mut().for_each(Full::doors_moved);
+    }
+
+    /// Whether an object is left out.
+    pub fn is_hidden(&self, object: ObjectId) -> bool {
+        self.mesh.is_hidden(object)
+    }
+
+    /// Whether the leaves of a door are left out.
+    pub fn is_door_hidden(&self, door: usize) -> bool {
+        self.leaves.is_hidden.get(door).is_some_and(|&hidden| hidden)
+    }
+
     /// [`Self::doors`] were opened, shut or moved.
     pub fn doors_changed(&mut self) {
         self.full.iter_mut().for_each(Full::doors_moved);
@@ -228,7 +249,8 @@ impl<'b> Stage<'b> {
             self.runs.set(&self.mesh, &decision.objects, &self.is_ghost, Some(wish.camera.eye));
         }
         // What is all is in order already.
-        let runs = if is_all { &self.everything } else { &self.runs };
+        let everything = if self.hidden.is_any { &self.hidden.shown } else { &self.everything };
+        let runs = if is_all { everything } else { &self.runs };
         self.doors.seen(decision, &mut self.seen.0);
         self.leaves.list(&self.seen.0, &mut self.seen.1);
         let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
@@ -250,7 +272,8 @@ impl<'b> Stage<'b> {
             let asked = if asks { &self.culling.late.conditional[..] } else { &[] };
             let objects = decision.objects.iter().copied().chain(asked.iter().map(|(_, object)| *object));
             let seen_through = objects.filter(|o| self.is_ghost[o.index()]);
-            let leaves = (&self.leaves, &self.all_leaves);
+            let all_leaves = if self.hidden.is_any { &self.hidden.shown_leaves } else { &self.all_leaves };
+            let leaves = (&self.leaves, all_leaves);
             full.prepare(&self.pipelines, &self.mesh, &self.is_ghost, leaves, seen_through, wish.camera.eye, &mut commands);
         }
         let timing = if wish.timed && self.timing.is_none() {
@@ -307,6 +330,9 @@ impl<'b> Stage<'b> {
         // 7. What there is, held against it.
         let mut counts = None;
         if wish.alarm {
+            if self.hidden.is_any {
+                self.hidden.stand_in(&self.pipelines, &self.eye, &self.targets, &self.leaves, &mut commands);
+            }
             let everything = [&self.everything.solid[..], &self.everything.ghosts];
             let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
             let (leaves, frame) = ((&self.leaves, &self.all_leaves), self.frame);

@@ -125,6 +125,7 @@ impl Full {
     }
 
     /// Casts shadows where something has changed, and sorts what is seen through.
+    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn prepare(
         &mut self,
         pipelines: &Pipelines,
@@ -135,7 +136,7 @@ impl Full {
         eye: Vec3,
         commands: &mut wgpu::CommandEncoder,
     ) {
-        let casts = |o: &usize| !is_ghost[*o] && !self.is_sky[*o];
+        let casts = |o: &usize| !is_ghost[*o] && !self.is_sky[*o] && !mesh.is_hidden(ObjectId(*o as u32));
         let casting = (0..is_ghost.len()).filter(casts).map(|o| &mesh.ranges[o]);
         self.sun.cast(pipelines, casting, leaves, commands);
         let Sorted { masked, glass, keys } = &mut self.sorted;
@@ -149,7 +150,7 @@ impl Full {
                 Kind::Masked => &mut *masked,
                 Kind::Glass => &mut *glass,
             };
-            runs.push(mesh.ranges[object.index()].clone());
+            runs.push(mesh.drawn(object));
         }
     }
 

@@ -19,6 +19,8 @@ pub struct Leaves {
     pub surfaces: wgpu::Buffer,
     /// By door: what nothing is seen through, and what is glass.
     ranges: Vec<[Range<u32>; 2]>,
+    /// By door: whether its leaves aren't drawn; empty: all are.
+    pub is_hidden: Vec<bool>,
     /// The number of what no object of the model is.
     made: u32,
 }
@@ -46,7 +48,7 @@ impl Leaves {
         let ranges = ranges.collect();
         // A buffer of nothing can't be bound.
         let buffer = |bytes| gpu.buffer(bytes * u64::from(end.max(1)), BufferUsages::VERTEX | BufferUsages::COPY_DST);
-        Self { corners: buffer(16), surfaces: buffer(surfaces::BYTES), ranges, made: mesh.made() }
+        Self { corners: buffer(16), surfaces: buffer(surfaces::BYTES), ranges, is_hidden: Vec::new(), made: mesh.made() }
     }
 
     /// Lays out what moved.
@@ -70,7 +72,8 @@ impl Leaves {
     pub fn list(&self, doors: &[usize], out: &mut Drawn) {
         out.solid.clear();
         out.ghosts.clear();
-        for &door in doors {
+        let is_shown = |door: &&usize| !self.is_hidden.get(**door).is_some_and(|&hidden| hidden);
+        for &door in doors.iter().filter(is_shown) {
             for (runs, range) in [&mut out.solid, &mut out.ghosts].into_iter().zip(&self.ranges[door]) {
                 match runs.last_mut() {
                     Some(last) if last.end == range.start => last.end = range.end,

@@ -21,6 +21,8 @@ pub struct Mesh {
     pub corners: Vec<[u32; 4]>,
     /// By object.
     pub ranges: Vec<Range<u32>>,
+    /// By object: whether it isn't drawn; empty: all are.
+    pub is_hidden: Vec<bool>,
     /// Boxes of objects.
     bounds: Vec<[Vec3; 2]>,
 }
@@ -40,6 +42,7 @@ impl Mesh {
         let mut mesh = Self {
             corners: Vec::with_capacity(3 * scene.triangles.len()),
             ranges: vec![0..0; order.len()],
+            is_hidden: Vec::new(),
             bounds: scene.objects.iter().map(|o| [o.bounds.min.as_vec3(), o.bounds.max.as_vec3()]).collect(),
         };
         for object in order {
@@ -55,6 +58,17 @@ impl Mesh {
     /// The number of what no object of the scene is: leaves that were made.
     pub fn made(&self) -> u32 {
         self.ranges.len() as u32
+    }
+
+    /// What is drawn of an object.
+    pub fn drawn(&self, object: ObjectId) -> Range<u32> {
+        let Range { start, end } = self.ranges[object.index()];
+        if self.is_hidden(object) { start..start } else { start..end }
+    }
+
+    /// Whether an object isn't drawn.
+    pub fn is_hidden(&self, object: ObjectId) -> bool {
+        self.is_hidden.get(object.index()).is_some_and(|&hidden| hidden)
     }
 
     /// Which shell around an eye an object begins in.
@@ -124,7 +138,7 @@ impl Runs {
         self.ghosts.clear();
         for &(_, _, object) in &self.keys {
             let runs = if is_ghost[object as usize] { &mut self.ghosts } else { &mut self.solid };
-            let range = mesh.ranges[object as usize].clone();
+            let range = mesh.drawn(ObjectId(object));
             if range.is_empty() {
                 continue;
             }

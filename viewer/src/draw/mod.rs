@@ -3,6 +3,7 @@
 pub mod alarm;
 pub mod frame;
 pub mod full;
+pub mod hidden;
 pub mod leaves;
 pub mod lines;
 pub mod mesh;

@@ -121,7 +121,7 @@ impl Queries {
         let mut slots: Vec<(bool, [u32; 3])> = Vec::with_capacity(late.conditional.len());
         let mut triangles = vec![0; late.questions.len()];
         for &(question, object) in &late.conditional {
-            let range = &mesh.ranges[object.index()];
+            let range = mesh.drawn(object);
             slots.push((is_ghost[object.index()], [question, range.start, range.end - range.start]));
             triangles[question as usize] += (range.end - range.start) / 3;
         }

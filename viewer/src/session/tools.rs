@@ -103,7 +103,9 @@ impl Session<'_> {
             Action::Preferences => show.preferences,
             Action::Record => self.paths.recording.is_some(),
             Action::Play => self.paths.playing.is_some(),
+            Action::Find => self.find.is_open,
             Action::Door | Action::Mirror | Action::Pick | Action::Screenshot | Action::FullScreen => false,
+            Action::Storey(_) | Action::Hide | Action::Isolate | Action::ShowAll | Action::SavePlan => false,
         }
     }
 
@@ -127,7 +129,7 @@ impl Session<'_> {
         self.tell_saved(saved);
     }
 
-    fn tell_saved(&mut self, saved: Result<PathBuf, String>) {
+    pub(super) fn tell_saved(&mut self, saved: Result<PathBuf, String>) {
         self.tell(saved.map_or_else(|e| format!("not saved: {e}"), |path| format!("saved: {}", path.display())));
     }
 
@@ -228,6 +230,7 @@ impl Session<'_> {
         let open = [
             (Panel::Question, show.question),
             (Panel::Keys, show.keys),
+            (Panel::Find, self.find.is_open),
             (Panel::Preferences, show.preferences),
             (Panel::Why, self.told.is_some()),
         ];
@@ -236,6 +239,7 @@ impl Session<'_> {
             Escape::LetGo => return true,
             Escape::Close(Panel::Question) => self.show.question = false,
             Escape::Close(Panel::Keys) => self.show.keys = false,
+            Escape::Close(Panel::Find) => self.find.toggle(),
             Escape::Close(Panel::Preferences) => self.show.preferences = false,
             Escape::Close(Panel::Why) => {
                 self.told = None;

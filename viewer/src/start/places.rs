@@ -67,6 +67,27 @@ pub fn anywhere(space: &Space<'_>, scene: &Scene, limit: usize) -> Vec<Place> {
     free(space, scene, None, &feet, limit)
 }
 
+/// The place of a room that is nearest to a point on the plan: there, on the floor whose height is nearest to the point's, where a person
+/// fits; else on the grid.
+pub fn nearest(space: &Space<'_>, scene: &Scene, room: &Room, at: DVec3, limit: usize) -> Option<Place> {
+    let limit = space.cost() + limit;
+    let here = floors(space, scene, Some(room), at.xz()).into_iter().map(|y| at.with_y(y));
+    let here = here.filter(|&feet| holds(&room.pieces, feet));
+    let here = here.min_by(|a, b| (a.y - at.y).abs().total_cmp(&(b.y - at.y).abs()));
+    let there = here.and_then(|feet| free(space, scene, Some(room), &[feet], limit).pop());
+    there.or_else(|| {
+        let away = |place: &Place| place.feet.distance_squared(at);
+        of_room(space, scene, room, limit).into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))
+    })
+}
+
+/// A place of no room over a point of the plan, on a floor that is no farther above or below than `reach`.
+pub fn outdoors(space: &Space<'_>, scene: &Scene, at: DVec3, reach: f64) -> Option<Place> {
+    let floors = floors(space, scene, None, at.xz()).into_iter().filter(|y| (y - at.y).abs() <= reach);
+    let feet = floors.map(|y| at.with_y(y)).min_by(|a, b| (a.y - at.y).abs().total_cmp(&(b.y - at.y).abs()))?;
+    free(space, scene, None, &[feet], usize::MAX).pop()
+}
+
 /// Points of the plan over a box, from one corner on.
 fn grid(bounds: &Aabb, spacing: f64) -> impl Iterator<Item = DVec2> + use<> {
     let (min, size) = (bounds.min.xz(), bounds.size().xz());

@@ -7,6 +7,8 @@ pub enum Panel {
     Question,
     /// The list of keys.
     Keys,
+    /// The window to find things in.
+    Find,
     /// The settings.
     Preferences,
     /// Why one sees the other.
@@ -28,8 +30,9 @@ pub enum Escape {
 
 /// `open`: panels that are, in any order; `unsaved`: something would be lost.
 pub fn escape(grabbed: bool, open: &[Panel], unsaved: bool) -> Escape {
-    let first =
-        [Panel::Question, Panel::Keys, Panel::Preferences, Panel::Why].into_iter().find(|panel| open.contains(panel));
+    let first = [Panel::Question, Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why]
+        .into_iter()
+        .find(|panel| open.contains(panel));
     match (grabbed, first) {
         (true, _) => Escape::LetGo,
         (false, Some(panel)) => Escape::Close(panel),
@@ -44,9 +47,9 @@ mod tests {
 
     #[test]
     fn escape_lets_go_then_closes_panels_then_asks_or_quits() {
-        let mut open = vec![Panel::Why, Panel::Keys, Panel::Preferences];
+        let mut open = vec![Panel::Why, Panel::Find, Panel::Keys, Panel::Preferences];
         assert_eq!(escape(true, &open, true), Escape::LetGo);
-        for panel in [Panel::Keys, Panel::Preferences, Panel::Why] {
+        for panel in [Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why] {
             assert_eq!(escape(false, &open, true), Escape::Close(panel));
             open.retain(|other| *other != panel);
         }

@@ -40,13 +40,25 @@ pub enum Action {
     Play,
     /// The whole screen, or a window.
     FullScreen,
+    /// The plan of the storey above (true) or below; a second time, goes there.
+    Storey(bool),
+    /// Opens or shuts the window to find things in.
+    Find,
+    /// Hides what was picked or found.
+    Hide,
+    /// Hides all else.
+    Isolate,
+    /// Shows all that was hidden.
+    ShowAll,
+    /// Writes the plan that is shown beside the model.
+    SavePlan,
 }
 
 /// A key, its name, what it does, its button, and what it does in words.
 pub type Key = (KeyCode, &'static str, Action, &'static str, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 28] = [
+pub const KEYS: [Key; 34] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "None", "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "Frustum", "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "Portals", "cull through portals"),
@@ -59,14 +71,32 @@ pub const KEYS: [Key; 28] = [
     (KeyCode::KeyL, "L", Action::Detail, "Detail", "as it looks, or in flat colours"),
     (KeyCode::KeyP, "P", Action::Layer(Shown::Portals), "Outlines", "outlines of portals"),
     (KeyCode::KeyR, "R", Action::Layer(Shown::Rectangles), "Rectangles", "portals' rectangles on the screen"),
-    (KeyCode::KeyM, "M", Action::Layer(Shown::Plan), "Plan", "plan of the storey"),
+    (
+        KeyCode::KeyM,
+        "M",
+        Action::Layer(Shown::Plan),
+        "Plan",
+        "plan of the storey; click to go there, wheel and drag to look closer",
+    ),
+    (KeyCode::PageUp, "Page Up", Action::Storey(true), "Storey up", "plan of the storey above; once more: go there"),
+    (KeyCode::PageDown, "Page Down", Action::Storey(false), "Storey down", "plan of the storey below; once more: go there"),
+    (KeyCode::KeyB, "B", Action::SavePlan, "Save plan", "write the plan beside the model, as SVG"),
     (KeyCode::KeyX, "X", Action::Layer(Shown::Matrix), "Matrix", "visibility matrix; click a pair for why"),
     (KeyCode::KeyG, "G", Action::Layer(Shown::Graphs), "Graphs", "graphs"),
     (KeyCode::KeyK, "K", Action::Alarm, "Alarm", "missed-pixel alarm"),
     (KeyCode::KeyV, "V", Action::Fly, "Fly", "walk or fly"),
     (KeyCode::KeyE, "E", Action::Door, "Door", "open or shut the door ahead (or click it)"),
     (KeyCode::KeyT, "T", Action::Mirror, "Mirror", "hang a mirror on the wall ahead"),
-    (KeyCode::KeyY, "Y", Action::Pick, "Pick", "pick what is ahead (or click it): why does one see the other?"),
+    (
+        KeyCode::KeyY,
+        "Y",
+        Action::Pick,
+        "Pick",
+        "pick what is ahead (or click it); a second pick: why does one see the other?",
+    ),
+    (KeyCode::Slash, "/, Ctrl+F", Action::Find, "Find", "find a room, a node or a material"),
+    (KeyCode::Delete, "Delete", Action::Hide, "Hide", "hide what was picked or found (Shift+Delete: show all again)"),
+    (KeyCode::KeyI, "I", Action::Isolate, "Isolate", "show only what was picked or found"),
     (KeyCode::KeyH, "H", Action::Hud, "Counters", "counters"),
     (KeyCode::F1, "F1", Action::Layer(Shown::Keys), "Keys", "this list"),
     (KeyCode::F2, "F2", Action::Screenshot, "Screenshot", "save a picture without the panels"),
@@ -92,8 +122,13 @@ const WIDE: f32 = 860.0;
 /// Room around the list, points: its title, and a bit of the picture.
 const MARGIN: egui::Vec2 = egui::vec2(32.0, 80.0);
 
-/// What a key does.
-pub fn action(code: KeyCode) -> Option<Action> {
+/// What a key does while Ctrl or Shift is held.
+pub fn action(code: KeyCode, [ctrl, shift]: [bool; 2]) -> Option<Action> {
+    match code {
+        KeyCode::KeyF if ctrl => return Some(Action::Find),
+        KeyCode::Delete if shift => return Some(Action::ShowAll),
+        _ => {}
+    }
     KEYS.iter().find(|key| key.0 == code).map(|key| key.2)
 }
 
@@ -137,6 +172,10 @@ mod tests {
         }
         let modes = KEYS.iter().filter(|key| matches!(key.2, Action::Mode(_))).count();
         assert_eq!(modes, crate::culling::MODES.len());
+        assert_eq!(action(KeyCode::KeyF, [false, true]), Some(Action::Freeze));
+        assert_eq!(action(KeyCode::KeyF, [true, false]), Some(Action::Find));
+        assert_eq!(action(KeyCode::Delete, [false, false]), Some(Action::Hide));
+        assert_eq!(action(KeyCode::Delete, [false, true]), Some(Action::ShowAll));
         assert!(!KEYS.iter().any(|k| matches!(k.0, KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD)));
     }
 

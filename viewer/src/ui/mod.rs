@@ -1,6 +1,7 @@
 //! The interface: panels over the picture, by egui. Nothing here knows of a window, so pictures without one have panels, too.
 
 pub mod escape;
+pub mod find;
 pub mod graphs;
 pub mod hud;
 pub mod keys;

@@ -1,0 +1,86 @@
+//! What is left out of pictures by hand. It hides nothing from the alarm: what shows only because a thing in front was taken away by hand isn't
+//! missed, so the alarm takes that thing as drawn.
+
+use super::leaves::{Drawn, Leaves};
+use super::mesh::{Mesh, Runs};
+use super::pipelines::{Eye, Pipelines};
+use super::targets::Targets;
+use crate::doors::Doors;
+use enfilade::ObjectId;
+
+/// Things that are left out, and the rest.
+#[derive(Default)]
+pub struct Hidden {
+    /// Whether there is any.
+    pub is_any: bool,
+    /// All that is drawn.
+    pub shown: Runs,
+    /// All leaves that are drawn.
+    pub shown_leaves: Drawn,
+    runs: Runs,
+    leaves: Drawn,
+}
+
+impl Hidden {
+    /// Leaves out the objects for which `is_hidden`, with the leaves of doors that are all of such objects; and, of doors without
+    /// leaves in the model, where `and_made`.
+    pub fn new(
+        mesh: &mut Mesh,
+        leaves: &mut Leaves,
+        doors: &Doors,
+        is_ghost: &[bool],
+        is_hidden: Vec<bool>,
+        and_made: bool,
+    ) -> Self {
+        let mut hidden = Self { is_any: and_made || is_hidden.contains(&true), ..Self::default() };
+        let objects = || (0..is_hidden.len() as u32).map(ObjectId);
+        let is_door_hidden = |i: &usize| {
+            let mut of = doors.doors[*i].objects().peekable();
+            if of.peek().is_none() { and_made } else { of.all(|o| is_hidden[o.index()]) }
+        };
+        let all: Vec<usize> = (0..doors.doors.len()).collect();
+        // 1. What is left out, while nothing is.
+        mesh.is_hidden.clear();
+        leaves.is_hidden.clear();
+        let out: Vec<ObjectId> = objects().filter(|o| is_hidden[o.index()]).collect();
+        hidden.runs.set(mesh, &out, is_ghost, None);
+        leaves.list(&all.iter().copied().filter(is_door_hidden).collect::<Vec<_>>(), &mut hidden.leaves);
+        // 2. The rest.
+        leaves.is_hidden = all.iter().map(is_door_hidden).collect();
+        let every: Vec<ObjectId> = objects().collect();
+        mesh.is_hidden = is_hidden;
+        hidden.shown.set(mesh, &every, is_ghost, None);
+        leaves.list(&all, &mut hidden.shown_leaves);
+        hidden
+    }
+
+    /// Draws the depth of what is left out, for the alarm.
+    pub fn stand_in(
+        &self,
+        pipelines: &Pipelines,
+        eye: &Eye,
+        targets: &Targets,
+        leaves: &Leaves,
+        commands: &mut wgpu::CommandEncoder,
+    ) {
+        let kept = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &targets.items,
+                depth_slice: None,
+                resolve_target: None,
+                // The alarm clears it before it draws.
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Discard },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.depth,
+                depth_ops: Some(kept),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        pipelines.bind(&mut pass, eye);
+        pipelines.items.draw(&mut pass, &self.runs.solid, &self.runs.ghosts);
+        leaves.draw(&mut pass, eye, &pipelines.items, &self.leaves);
+    }
+}

@@ -1,0 +1,208 @@
+//! What is found, told, gone to and hidden.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{building, has_device, path};
+use enfilade::cells::{Locator, PortalKind};
+use enfilade::runtime::{Culler, FrameMode};
+use enfilade::scene::rays::RayScene;
+use enfilade::scene::{Material, Role};
+use enfilade::types::scene::{Look, Trace};
+use enfilade::{CellId, ObjectId};
+use enfilade_viewer::building::Building;
+use enfilade_viewer::collision::Solid;
+use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::frame::Stage;
+use enfilade_viewer::draw::targets::{Canvas, PICTURE};
+use enfilade_viewer::go::Guide;
+use enfilade_viewer::headless::device;
+use enfilade_viewer::looks::{Detail, Looks};
+use enfilade_viewer::session::Session;
+use enfilade_viewer::start::rooms::rooms;
+use enfilade_viewer::ui::find::{Found, MOST, What, facts, find};
+use enfilade_viewer::ui::keys::Action;
+use enfilade_viewer::walker::{Walker, Wants};
+use glam::DVec2;
+use std::collections::BTreeSet;
+use testing::boxes::{self, block, p};
+
+/// Panels leave most of it free.
+const SIZE: [u32; 2] = [960, 720];
+
+/// Two rooms with a door between them; a lamp of brass and, in the other, a desk of oak and 60 books.
+fn house() -> Building {
+    let mut house = boxes::Building::default();
+    house.wall("slab", p(0.0, 0.0, 0.0), p(10.2, 0.0, 5.0), &[]);
+    let library = house.cell("Library", vec![block(p(0.0, 0.0, 0.0), p(4.0, 2.7, 5.0))]);
+    let parlour = house.cell("Oak parlour", vec![block(p(4.2, 0.0, 0.0), p(10.2, 2.7, 5.0))]);
+    house.cell("oak void", vec![block(p(0.0, 3.0, 0.0), p(10.2, 3.4, 5.0))]);
+    house.wall("wall", p(4.1, 0.0, 0.0), p(4.1, 2.7, 5.0), &[(p(4.1, 0.0, 1.0), p(4.1, 2.1, 2.0))]);
+    house.portal(library, parlour, p(4.1, 0.0, 1.0), p(4.1, 2.1, 2.0), PortalKind::Door);
+    house.thing("Lamp", p(8.0, 0.0, 3.0), p(8.3, 1.6, 3.3));
+    house.thing("Desk", p(0.2, 0.0, 3.0), p(1.2, 0.75, 4.6));
+    for i in 0..60 {
+        house.thing(&format!("book {i}"), p(0.02 * f64::from(i), 1.0, 0.0), p(0.02 * f64::from(i + 1), 1.3, 0.2));
+    }
+    let (mut scene, mut file) = house.finish();
+    let names = ["OAK", "brass", "unused oak"];
+    let material = |node: &str| ["Desk", "Lamp"].iter().position(|n| *n == node).map(|i| i as u32);
+    scene.trace = Some(Trace {
+        meshes: (0..scene.objects.len() as u32).collect(),
+        triangles: vec![0; scene.triangles.len()],
+        looks: scene.objects.iter().map(|o| Look { material: material(&o.node), ..Look::default() }).collect(),
+        materials: names.map(|name| Material::matt(name, [0.5, 0.4, 0.3, 1.0])).to_vec(),
+    });
+    [library, parlour].iter().for_each(|cell| file.cells[cell.index()].source = Some("room".into()));
+    Building::new(scene, file, Looks::default())
+}
+
+fn object(building: &Building, node: &str) -> ObjectId {
+    ObjectId(building.scene.objects.iter().position(|o| o.node == node).unwrap() as u32)
+}
+
+#[test]
+fn rooms_nodes_and_materials_are_found_by_their_names() {
+    let house = house();
+    let hit = |what, name: &str| Found { what, name: name.to_owned() };
+    // In any case; not the cell that nobody named, nor the material that nothing is made of.
+    assert_eq!(find(&house, " oaK"), [hit(What::Room(CellId(1)), "Oak parlour"), hit(What::Material(0), "OAK")]);
+    assert_eq!(find(&house, "lam"), [hit(What::Node(object(&house, "Lamp")), "Lamp")]);
+    assert_eq!(find(&house, "BRASS"), [hit(What::Material(1), "brass")]);
+    assert_eq!(find(&house, "book 59"), [hit(What::Node(object(&house, "book 59")), "book 59")]);
+    assert_eq!(find(&house, "book").len(), MOST);
+    for nothing in ["", "  ", "cellar"] {
+        assert_eq!(find(&house, nothing), [], "{nothing:?}");
+    }
+}
+
+#[test]
+fn a_pick_tells_what_it_is() {
+    let house = house();
+    let told = |node: &str, cell: u32| -> Vec<String> {
+        facts(&house, object(&house, node), CellId(cell))
+            .into_iter()
+            .map(|(name, value)| format!("{name}: {value}"))
+            .collect()
+    };
+    let number = object(&house, "Desk");
+    assert_eq!(
+        told("Desk", 0),
+        [
+            "Node: Desk".to_owned(),
+            format!("Object: {number}"),
+            "Role: furnishing".to_owned(),
+            "Cell: 0 (Library)".to_owned(),
+            "Triangles: 12".to_owned(),
+            "Size: 1.00 x 0.75 x 1.60 m".to_owned(),
+            "Material: OAK".to_owned(),
+        ]
+    );
+    assert!(!told("wall", 1).iter().any(|line| line.starts_with("Material")));
+}
+
+#[test]
+fn what_was_found_is_ahead() {
+    let house = house();
+    let (scene, file) = (&house.scene, &house.file);
+    let (solid, rooms, culler) = (Solid::new(scene), rooms(file, scene), Culler::new(file));
+    let guide = Guide { building: &house, solid: &solid, rooms: &rooms, culler: &culler };
+    let (graph, rays) = (file.graph(), RayScene::new(scene));
+    let locator = Locator::new(&graph);
+    for (node, home) in [("Desk", 0), ("Lamp", 1)] {
+        let object = object(&house, node);
+        let walker = guide.before(&[object], glam::DVec3::ZERO);
+        assert!(!walker.flies && locator.locate(walker.eye).map(|(cell, _)| cell) == Some(CellId(home)), "{node}");
+        let met = rays.first_opaque(walker.eye, walker.forward(), f64::INFINITY).expect("something is ahead");
+        assert_eq!(met.object, object, "{node}: something else is ahead");
+        assert!((1.0..5.0).contains(&met.t), "{node}: {} m away", met.t);
+    }
+    let walker = guide.into_room(CellId(1)).unwrap();
+    assert_eq!(locator.locate(walker.eye).map(|(cell, _)| cell), Some(CellId(1)));
+}
+
+#[test]
+fn what_is_hidden_has_no_pixel_and_nobody_misses_it() {
+    if !has_device("what_is_hidden_has_no_pixel_and_nobody_misses_it") {
+        return;
+    }
+    let villa = building("villa_rotonda");
+    [Oracle::Software, Oracle::Device].into_iter().for_each(|oracle| hide_and_show(&villa, oracle));
+}
+
+fn hide_and_show(villa: &Building, oracle: Oracle) {
+    let (gpu, walk) = (device().unwrap(), path("villa_rotonda"));
+    let canvas = Canvas::new(&gpu, SIZE);
+    let stage = Stage::new(gpu, villa, oracle, SIZE, PICTURE).unwrap();
+    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
+    (session.show.hud, session.show.layers.alarm) = (false, true);
+    session.stand(&walk, walk.frames.len() / 2);
+    // Pixels of one object, which alone is red, and missed ones.
+    let pixels = |session: &mut Session<'_>, object: ObjectId| {
+        let mut colours = vec![[0; 3]; villa.scene.objects.len() + 1];
+        colours[object.index()] = [255, 0, 0];
+        session.stage.paint(colours);
+        session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
+        session.stage.settle().unwrap();
+        let picture = canvas.read(&session.stage.gpu).unwrap();
+        let red = picture.pixels().iter().filter(|[r, g, b]| *r > 100 && *g < 60 && *b < 60).count();
+        (red, session.stage.heard.missed.as_ref().expect("counted").pixels)
+    };
+    let (mut hidden, mut revealed) = (BTreeSet::new(), 0);
+    for at in [(-0.6, 0.0), (0.0, 0.0), (0.6, 0.0), (0.0, -0.7), (0.3, 0.3)] {
+        session.click(DVec2::from(at));
+        let &[object] = session.selected() else { continue };
+        let seen = pixels(&mut session, object).0;
+        session.act(Action::Hide);
+        assert!(session.stage.is_hidden(object) && session.selected().is_empty());
+        hidden.insert(object);
+        for mode in [FrameMode::None, FrameMode::Pvs, FrameMode::Both, FrameMode::Chc] {
+            session.show.mode = mode;
+            for &object in &hidden {
+                assert_eq!(pixels(&mut session, object), (0, 0), "{mode}: {object}: pixels and missed ones");
+            }
+        }
+        revealed += seen;
+        // What is hidden isn't picked again.
+        session.click(DVec2::from(at));
+        assert!(!session.selected().iter().any(|o| hidden.contains(o)));
+    }
+    assert!(hidden.len() >= 3 && revealed > 2000, "{hidden:?}, {revealed} pixels");
+    // In full detail, too, glass and all.
+    session.show.detail = Detail::Full;
+    session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
+    session.stage.settle().unwrap();
+    assert_eq!(session.stage.heard.missed.as_ref().expect("counted").pixels, 0);
+    session.show.detail = Detail::Plain;
+    // Doors, which hide what is behind them while they are shut.
+    let (mut doors, mut seen) = (0, 0);
+    for door in villa.file.portals.iter().filter(|p| p.kind == PortalKind::Door && p.plane.y.abs() < 0.1) {
+        let n = door.plane.truncate().as_dvec3();
+        let middle = enfilade_viewer::session::middle(&door.winding).as_dvec3();
+        session.walker = Walker::new(middle - n * 1.5, n, true);
+        // The model has them open.
+        session.act(Action::Door);
+        session.go(1.0, &Wants::default());
+        session.act(Action::Pick);
+        let picked = session.selected().first().copied();
+        let Some(leaf) = picked.filter(|o| villa.scene.objects[o.index()].role == Role::Door) else { continue };
+        seen += pixels(&mut session, leaf).0;
+        session.act(Action::Hide);
+        assert_eq!(pixels(&mut session, leaf), (0, 0), "{leaf}, by {oracle:?}");
+        doors += 1;
+    }
+    assert!(doors >= 2 && seen > 2000, "{doors} doors were hidden, {seen} pixels");
+    session.stand(&walk, walk.frames.len() / 2);
+    // All is back; alone, nothing else is.
+    session.act(Action::ShowAll);
+    assert!(hidden.iter().any(|&object| pixels(&mut session, object).0 > 0));
+    // Where a door is ahead, a click opens it.
+    for x in [-0.6, 0.0, 0.6] {
+        session.click(DVec2::new(x, 0.0));
+    }
+    let &[alone] = session.selected() else { panic!("nothing is ahead") };
+    session.act(Action::Isolate);
+    assert!((0..villa.scene.objects.len() as u32).map(ObjectId).all(|o| session.stage.is_hidden(o) == (o != alone)));
+    assert_eq!(pixels(&mut session, alone).1, 0);
+    assert_ne!(villa.scene.objects[alone.index()].role, Role::Door);
+}

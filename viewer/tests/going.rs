@@ -1,0 +1,226 @@
+//! Ways that take somebody somewhere at once: points of a plan, storeys. What is free is measured here on every triangle; which cell is
+//! where, the library's own locator says.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{building, has_device, shipped};
+use enfilade::cells::{Locator, PortalKind};
+use enfilade::pages::storeys::storeys;
+use enfilade::runtime::Culler;
+use enfilade::scene::Scene;
+use enfilade_viewer::building::Building;
+use enfilade_viewer::collision::Solid;
+use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::frame::Stage;
+use enfilade_viewer::draw::targets::{Canvas, PICTURE};
+use enfilade_viewer::go::Guide;
+use enfilade_viewer::headless::device;
+use enfilade_viewer::looks::Looks;
+use enfilade_viewer::plan_file;
+use enfilade_viewer::session::Session;
+use enfilade_viewer::start::rooms::rooms;
+use enfilade_viewer::ui::keys::Action;
+use enfilade_viewer::ui::plan::Plan;
+use glam::{DVec2, DVec3, Vec3Swizzles};
+use std::sync::OnceLock;
+use testing::boxes::{self, block, p};
+
+/// Of a person, metres.
+const EYE: f64 = 1.6;
+/// What must be free on all sides, from the knees to the head, metres.
+const FREE: f64 = 0.4;
+const BODY: [f64; 2] = [0.45, 1.8];
+
+fn villa() -> &'static Building {
+    static VILLA: OnceLock<Building> = OnceLock::new();
+    VILLA.get_or_init(|| building("villa_rotonda"))
+}
+
+/// Distance in the plan of the nearest triangle to a body: each triangle is cut at many heights, into lines.
+fn nearest_beside(scene: &Scene, eye: DVec3) -> f64 {
+    let mut nearest = f64::INFINITY;
+    for triangle in (0..scene.triangles.len()).map(|t| scene.corners(t)) {
+        for i in 0..=60 {
+            let y = eye.y - EYE + BODY[0] + (BODY[1] - BODY[0]) * f64::from(i) / 60.0;
+            let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j]));
+            let crossed = sides.into_iter().filter(|(a, b)| (a.y < y) != (b.y < y));
+            let cut: Vec<DVec2> = crossed.map(|(a, b)| (a + (b - a) * ((y - a.y) / (b.y - a.y))).xz()).collect();
+            if let [a, b] = cut[..] {
+                let t = ((eye.xz() - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
+                nearest = nearest.min((a + (b - a) * t).distance(eye.xz()));
+            }
+        }
+    }
+    nearest
+}
+
+/// Three storeys, 3 m from floor to floor, of two rooms each: 4 by 5 m and 6 by 5 m, the larger with a closet (1 by 2 m) cut out.
+fn house() -> Building {
+    let mut house = boxes::Building::default();
+    let mut names = Vec::new();
+    for storey in 0..3 {
+        let y = 3.0 * f64::from(storey);
+        house.wall("slab", p(0.0, y, 0.0), p(10.2, y, 5.0), &[]);
+        let small = house.cell("Study", vec![block(p(0.0, y, 0.0), p(4.0, y + 2.7, 5.0))]);
+        let large = house
+            .cell("Hall", vec![block(p(4.2, y, 0.0), p(9.2, y + 2.7, 5.0)), block(p(9.2, y, 2.0), p(10.2, y + 2.7, 5.0))]);
+        house.wall("wall", p(4.1, y, 0.0), p(4.1, y + 2.7, 5.0), &[(p(4.1, y, 1.0), p(4.1, y + 2.1, 2.0))]);
+        house.portal(small, large, p(4.1, y, 1.0), p(4.1, y + 2.1, 2.0), PortalKind::Door);
+        house.thing("table", p(1.0, y, 2.0), p(3.0, y + 0.75, 3.0));
+        names.extend([small, large]);
+    }
+    let (scene, mut file) = house.finish();
+    names.iter().for_each(|cell| file.cells[cell.index()].source = Some("room".into()));
+    Building::new(scene, file, Looks::default())
+}
+
+#[test]
+fn a_click_on_the_plan_stands_in_the_cell_that_is_there() {
+    for (building, least) in [(villa(), 40), (&house(), 40)] {
+        let (scene, file) = (&building.scene, &building.file);
+        let (solid, rooms, culler) = (Solid::new(scene), rooms(file, scene), Culler::new(file));
+        let guide = Guide { building, solid: &solid, rooms: &rooms, culler: &culler };
+        let graph = file.graph();
+        let locator = Locator::new(&graph);
+        let (mut stood, bounds) = (0, scene.bounds());
+        for storey in storeys(file) {
+            for i in 0..14 * 14 {
+                let share = DVec2::new(f64::from(i % 14), f64::from(i / 14)) / 14.0 + 0.5 / 14.0;
+                let at = bounds.min.xz() + bounds.size().xz() * share;
+                let here = |x: f64, z: f64| locator.locate(DVec3::new(at.x + x, storey.floor + storey.cut, at.y + z));
+                let Some((cell, _)) = here(0.0, 0.0).filter(|(cell, _)| !graph.cells[cell.index()].open) else { continue };
+                // On a border, either is right.
+                if [(0.01, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.0, -0.01)]
+                    .iter()
+                    .any(|&(x, z)| here(x, z).map(|h| h.0) != Some(cell))
+                {
+                    continue;
+                }
+                let walker = guide.to_plan(&storey, at);
+                assert_eq!(locator.locate(walker.eye).map(|home| home.0), Some(cell), "{at}: another cell");
+                if !walker.flies {
+                    let beside = nearest_beside(scene, walker.eye);
+                    assert!(beside >= FREE - 1e-3, "{at}: {} with something {beside} m beside", walker.eye);
+                    stood += 1;
+                }
+            }
+        }
+        assert!(stood >= least, "{stood} clicks stood in {}", scene.name);
+    }
+}
+
+#[test]
+fn storeys_are_those_of_the_file() {
+    for name in ["villa_rotonda", "office"] {
+        let building = if name == "office" { &building(name) } else { villa() };
+        let told = std::fs::read_to_string(shipped(name, "rooms.json")).unwrap();
+        let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+        let told: Vec<f64> = told["storeys"].as_array().unwrap().iter().map(|s| s["elevation"].as_f64().unwrap()).collect();
+        let plan = Plan::new(&building.file);
+        let floors: Vec<f64> = plan.storeys.iter().map(|s| s.floor + building.file.origin.y).collect();
+        // The generator tells no cellars and no attics: the villa has one of the former, and two of the latter.
+        assert_eq!(floors.len(), told.len() + if name == "office" { 0 } else { 3 }, "{name}: {floors:?}");
+        let is_told = |a: &f64| floors.iter().any(|b| (a - b).abs() < 1e-3);
+        assert!(told.iter().all(is_told), "{name}: {floors:?}, without {told:?}");
+        assert!(floors.is_sorted());
+    }
+}
+
+#[test]
+fn rooms_have_their_names_and_areas() {
+    let house = house();
+    let rooms = rooms(&house.file, &house.scene);
+    let mut plan = Plan::new(&house.file);
+    for storey in 0..3 {
+        let mut names = plan.names(&house.file, &rooms, storey);
+        names.sort();
+        assert_eq!(names, ["Hall\n28.0 m²", "Study\n20.0 m²"]);
+    }
+}
+
+#[test]
+fn a_storey_is_shown_first_and_then_gone_to() {
+    let house = house();
+    let mut plan = Plan::new(&house.file);
+    let eye = |storey: usize| plan.storeys[storey].floor + EYE;
+    let [low, middle] = [eye(0), eye(1)];
+    assert_eq!((plan.turn(true, low), plan.shown(low)), (None, 1));
+    assert_eq!((plan.turn(false, low), plan.shown(low)), (None, 0), "back again");
+    assert_eq!((plan.turn(false, low), plan.shown(low)), (None, 0), "nothing is below");
+    assert_eq!((plan.turn(true, low), plan.shown(low)), (None, 1));
+    assert_eq!((plan.turn(true, low), plan.shown(middle)), (Some(1), 1));
+    // From the list, two storeys up: a click, and one on the plan.
+    plan.choose(2, middle);
+    assert_eq!((plan.turn(true, middle), plan.shown(middle)), (Some(2), 1));
+}
+
+#[test]
+fn a_plan_is_a_whole_svg_file() {
+    let house = house();
+    let plan = Plan::new(&house.file);
+    let text = plan_file::svg(&house, &plan.storeys, 1);
+    assert!(text.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\"") && text.ends_with("</svg>\n"), "{text}");
+    assert!(text.find("<style>").unwrap() < text.find("<path").unwrap() && text.contains(">Study</text>"), "{text}");
+    assert_eq!(text.matches("class=\"cell ").count(), 2);
+}
+
+#[test]
+fn a_click_a_wheel_and_a_key_reach_the_plan() {
+    if !has_device("a_click_a_wheel_and_a_key_reach_the_plan") {
+        return;
+    }
+    let (house, size) = (house(), [640, 480]);
+    let gpu = device().unwrap();
+    let canvas = Canvas::new(&gpu, size);
+    let stage = Stage::new(gpu, &house, Oracle::Software, size, PICTURE).unwrap();
+    let mut session = Session::new(&house, stage, PICTURE, size).unwrap();
+    session.begin(None);
+    session.show.layers.plan = true;
+    let mut draw = |session: &mut Session<'_>, events: Vec<egui::Event>| {
+        session.draw(&canvas.view, egui::RawInput { events, ..Default::default() }, 0.02).unwrap();
+    };
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Default::default(),
+    };
+    let click = |session: &mut Session<'_>, draw: &mut dyn FnMut(&mut Session<'_>, Vec<egui::Event>), pos| {
+        draw(session, vec![egui::Event::PointerMoved(pos)]);
+        draw(session, vec![button(pos, true)]);
+        draw(session, vec![button(pos, false)]);
+    };
+    (0..3).for_each(|_| draw(&mut session, Vec::new()));
+    // 1. Each room of each storey: a key and a click.
+    for storey in [0, 1, 2] {
+        if storey > 0 {
+            session.act(Action::Storey(true));
+            draw(&mut session, Vec::new());
+        }
+        for (x, z) in [(7.0, 1.0), (0.8, 4.2)] {
+            let at = DVec2::new(x, z) - house.scene.origin.xz();
+            let pos = session.plan.view.to_screen(session.plan.rect, at);
+            click(&mut session, &mut draw, pos);
+            let eye = session.walker.eye + house.scene.origin;
+            let wanted = DVec3::new(x, 3.0 * f64::from(storey) + EYE, z);
+            // A click is as exact as a point of the screen.
+            assert!(eye.distance(wanted) < 0.1 && !session.walker.flies, "{eye}, not {wanted}");
+        }
+    }
+    // 2. Two storeys down by keys alone.
+    (0..4).for_each(|_| session.act(Action::Storey(false)));
+    assert!((session.walker.eye.y + house.scene.origin.y - EYE).abs() < 1e-3);
+    // 3. The wheel looks closer.
+    let (scale, pos) = (session.plan.view.scale, session.plan.rect.center());
+    let wheel = egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: egui::vec2(0.0, 80.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: Default::default(),
+    };
+    draw(&mut session, vec![egui::Event::PointerMoved(pos), wheel]);
+    (0..5).for_each(|_| draw(&mut session, Vec::new()));
+    assert!(session.plan.view.scale > 1.2 * scale, "{} of {scale}", session.plan.view.scale);
+}
