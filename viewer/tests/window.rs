@@ -178,7 +178,7 @@ fn a_window_opens_keys_are_pressed_and_pixels_change() {
     // A picture is saved, and the wheel makes faster.
     press("F2");
     until("screenshot", || folder.join("villa-1.png").exists().then_some(()));
-    display.run("xdotool", &["mousemove", "--window", &window, "150", "250", "click", "4"]);
+    display.run("xdotool", &["mousemove", "--window", &window, "150", "250", "sleep", "0.3", "click", "4"]);
     // Whoever records a path is asked first; Escape is no.
     let recorded = folder.join("villa-1.path.json");
     press("F5");
