@@ -55,9 +55,14 @@ impl Bsp {
     ///
     /// [`BspError::Fences`] where the tree doesn't tell what can be looked through.
     pub fn portals(&self) -> Result<(Vec<LevelPortal>, usize), BspError> {
-        fences::refuse(&fences::on_walls(self)?)?;
+        fences::refuse(&self.fences_on_walls()?)?;
         let found = self.between(false);
         Ok((found.portals, found.slivers))
+    }
+
+    /// Fences with solid matter behind, as indices of faces, rising.
+    pub(super) fn fences_on_walls(&self) -> Result<Vec<usize>, BspError> {
+        fences::on_walls(&self.source(), &self.tree)
     }
 
     /// What lies between leaves.

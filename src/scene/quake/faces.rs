@@ -1,8 +1,8 @@
 //! The faces of a level: read and checked, as meshes, and how they look.
 
 use super::layout::*;
+use super::textures::material;
 use super::tree::{point, texture_name, texture_size};
-use super::world::material;
 use crate::scene::{Mesh, Role, SceneBuilder};
 use crate::types::level::FARTHEST;
 use glam::DVec3;

@@ -7,21 +7,18 @@
 use super::faces::Faces;
 use super::layout::*;
 use super::portals::{sink, width};
-use super::tree::infos_with;
-use super::{Bsp, prt, whole_file};
+use super::tree::{Tree, infos_with};
 use crate::geom::{Plane, newell};
 use glam::DVec3;
 use qbsp::data::{BspFace, BspModel};
-use std::path::Path;
 
 /// Vertices lie this many of the file's roundings off their planes, at most; what is narrower behind a face is not asked about. Larger:
 /// thin fences pass for walls' edges. Smaller: leaves beside a fence's edge count as behind it.
 const OFF_PLANE: f64 = 16.0;
 
 /// Fences with solid matter behind, as indices of faces, rising.
-pub(super) fn on_walls(bsp: &Bsp) -> Result<Vec<usize>, BspError> {
-    let source = bsp.source();
-    let infos = infos_with(&source, |name| name.starts_with('{'))?;
+pub(super) fn on_walls(source: &Source<'_>, tree: &Tree) -> Result<Vec<usize>, BspError> {
+    let infos = infos_with(source, |name| name.starts_with('{'))?;
     let models: Vec<BspModel> = source.entries(MODELS)?;
     let Some(world) = models.first() else { return Ok(Vec::new()) };
     let all: Vec<BspFace> = source.entries(FACES)?;
@@ -32,13 +29,13 @@ pub(super) fn on_walls(bsp: &Bsp) -> Result<Vec<usize>, BspError> {
         return Ok(fences);
     }
 
-    let (faces, off) = (Faces::read(&source)?, OFF_PLANE * bsp.rounding());
+    let (faces, off) = (Faces::read(source)?, OFF_PLANE * tree.rounding());
     fences.retain(|&face| {
         let winding: Vec<DVec3> = faces.faces[face].corners.iter().map(|&v| faces.vertices[v as usize]).collect();
         // The solid side is below the face.
         let Some(n) = newell(&winding).try_normalize() else { return false };
         let plane = Plane::through(winding[0], n);
-        let behind = sink(&bsp.tree, bsp.tree.root, winding, &plane, off, true);
+        let behind = sink(tree, tree.root, winding, &plane, off, true);
         behind.iter().any(|piece| piece.leaf.is_none() && width(&piece.winding, n) > 2.0 * off)
     });
     Ok(fences)
@@ -47,10 +44,4 @@ pub(super) fn on_walls(bsp: &Bsp) -> Result<Vec<usize>, BspError> {
 /// The error of a level of which nobody tells what such faces hide.
 pub(super) fn refuse(walls: &[usize]) -> Result<(), BspError> {
     if walls.is_empty() { Ok(()) } else { Err(BspError::Fences(walls.len())) }
-}
-
-/// Whether a compiler's portals lie beside a level, so that its solid brushes hide what is behind them, whatever their textures are.
-pub(super) fn are_compiled(path: &Path, bsp: &Bsp) -> bool {
-    let portals = whole_file::read(&path.with_extension("prt")).ok().and_then(|bytes| prt::read_prt(&bytes).ok());
-    portals.is_some_and(|prt| bsp.fits(&prt))
 }

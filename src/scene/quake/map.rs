@@ -12,7 +12,8 @@ mod flood;
 mod union;
 
 use super::portals::{derive, sink};
-use super::world::{UNIT, half_spaces, is_see_through, is_undrawn, leaves_of, material, turned};
+use super::textures::{is_see_through, is_undrawn, material};
+use super::world::{UNIT, half_spaces, leaves_of, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
 use crate::geom::{Aabb, middle};
 use crate::scene::{Leaves, Mesh, Place, Role, SceneBuilder, Source};

@@ -24,6 +24,8 @@ mod map;
 mod portals;
 pub(crate) mod prt;
 #[cfg(feature = "quake")]
+mod textures;
+#[cfg(feature = "quake")]
 pub(crate) mod tree;
 #[cfg(feature = "quake")]
 mod world;
@@ -46,8 +48,8 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let bsp = Bsp::read(whole_file::read(path)?).map_err(malformed)?;
-        let walls = fences::on_walls(&bsp).map_err(malformed)?;
-        if !walls.is_empty() && !fences::are_compiled(path, &bsp) {
+        let walls = bsp.fences_on_walls().map_err(malformed)?;
+        if !walls.is_empty() && !are_compiled(path, &bsp) {
             return Err(malformed(BspError::Fences(walls.len())));
         }
         world::scene(&bsp, &name, options, &walls)
@@ -85,11 +87,18 @@ pub fn import_map_bytes(bytes: &[u8], name: &str, options: &ImportOptions) -> Re
 #[cfg(feature = "quake")]
 pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let bsp = Bsp::read(bytes).map_err(malformed)?;
-    fences::on_walls(&bsp).and_then(|walls| fences::refuse(&walls)).map_err(malformed)?;
+    bsp.fences_on_walls().and_then(|walls| fences::refuse(&walls)).map_err(malformed)?;
     world::scene(&bsp, name, options, &[])
 }
 
 #[cfg(feature = "quake")]
 fn malformed(error: BspError) -> ImportError {
     ImportError::malformed(super::Place::File, error.to_string())
+}
+
+/// Whether a compiler's portals lie beside a level, so that its solid brushes hide what is behind them, whatever their textures are.
+#[cfg(feature = "quake")]
+fn are_compiled(path: &Path, bsp: &Bsp) -> bool {
+    let portals = whole_file::read(&path.with_extension("prt")).ok().and_then(|bytes| prt::read_prt(&bytes).ok());
+    portals.is_some_and(|prt| bsp.fits(&prt))
 }

@@ -8,10 +8,11 @@ use super::entities::entities;
 use super::faces::Faces;
 use super::layout::*;
 use super::portals::Between;
+use super::textures::{is_see_through, is_undrawn};
 use super::tree::{Child, Tree, marked_faces};
 use super::{Bsp, malformed};
 use crate::geom::Plane;
-use crate::scene::{ImportError, ImportOptions, Material, Role, Scene, SceneBuilder, Source as SceneSource};
+use crate::scene::{ImportError, ImportOptions, Role, Scene, SceneBuilder, Source as SceneSource};
 use crate::types::hints::Leaves;
 use crate::types::level::LevelPortal;
 use glam::DVec3;
@@ -26,9 +27,6 @@ pub(super) const UNIT: f64 = 1.0 / 32.0;
 /// of a few megabytes asks for doesn't fit the memory. Fewer: large levels are refused.
 const MOST_DEEP: usize = 1024;
 const MOST_HALF_SPACES: usize = 1 << 24;
-
-/// Textures of faces that games never draw.
-const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
 
 /// The level as a scene. `walls`: faces that hide what is behind whatever their textures are, rising.
 pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions, walls: &[usize]) -> Result<Scene, ImportError> {
@@ -119,40 +117,6 @@ pub(super) fn leaves_of(between: Between, half_spaces: Vec<Vec<Plane>>, unit: f6
     let leaves = half_spaces.into_iter().map(|leaf| leaf.into_iter().map(turned_plane).collect()).collect();
     let portals = between.portals.into_iter().map(portal).collect();
     Leaves { leaves, portals, walls, shutters: Vec::new() }
-}
-
-/// What engines know of a texture by its name. Its texels need the game's palette, which no level holds: liquids have their colours, what
-/// else there is one that is made from its name, so that textures can be told apart.
-pub(super) fn material(texture: &str) -> Material {
-    let opacity = if is_see_through(texture) { 0.5 } else { 1.0 };
-    let liquid = LIQUIDS.iter().find(|(name, _)| texture.starts_with(name)).map(|(_, colour)| *colour);
-    let [r, g, b] = liquid.unwrap_or_else(|| by_name(texture));
-    Material::matt(texture, [r, g, b, opacity])
-}
-
-/// Liquids by the beginnings of their names, as games have them.
-const LIQUIDS: [(&str, [f32; 3]); 5] = [
-    ("*lava", [0.90, 0.22, 0.03]),
-    ("*slime", [0.22, 0.36, 0.05]),
-    ("*tele", [0.12, 0.08, 0.20]),
-    ("*", [0.08, 0.20, 0.30]),
-    ("sky", [0.45, 0.60, 0.85]),
-];
-
-/// Brownish to greyish, as levels are.
-fn by_name(texture: &str) -> [f32; 3] {
-    let hash = xxhash_rust::xxh3::xxh3_64(texture.as_bytes());
-    let part = |shift: u32| (hash >> shift & 0xff) as f32 / 255.0;
-    let light = 0.30 + 0.22 * part(0);
-    [light * (1.0 + 0.18 * part(8)), light * (0.94 + 0.12 * part(16)), light * (0.78 + 0.24 * part(24))]
-}
-
-pub(super) fn is_undrawn(texture: &str) -> bool {
-    UNDRAWN.contains(&texture)
-}
-
-pub(super) fn is_see_through(texture: &str) -> bool {
-    texture.starts_with(['{', '*'])
 }
 
 /// The faces of each model; none is of two.

@@ -1,0 +1,40 @@
+//! What games know of textures by their names.
+
+use crate::scene::Material;
+
+/// Textures of faces that games never draw.
+const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
+
+/// What engines know of a texture by its name. Its texels need the game's palette, which no level holds: liquids have their colours, what
+/// else there is one that is made from its name, so that textures can be told apart.
+pub(super) fn material(texture: &str) -> Material {
+    let opacity = if is_see_through(texture) { 0.5 } else { 1.0 };
+    let liquid = LIQUIDS.iter().find(|(name, _)| texture.starts_with(name)).map(|(_, colour)| *colour);
+    let [r, g, b] = liquid.unwrap_or_else(|| by_name(texture));
+    Material::matt(texture, [r, g, b, opacity])
+}
+
+/// Liquids by the beginnings of their names, as games have them.
+const LIQUIDS: [(&str, [f32; 3]); 5] = [
+    ("*lava", [0.90, 0.22, 0.03]),
+    ("*slime", [0.22, 0.36, 0.05]),
+    ("*tele", [0.12, 0.08, 0.20]),
+    ("*", [0.08, 0.20, 0.30]),
+    ("sky", [0.45, 0.60, 0.85]),
+];
+
+/// Brownish to greyish, as levels are.
+fn by_name(texture: &str) -> [f32; 3] {
+    let hash = xxhash_rust::xxh3::xxh3_64(texture.as_bytes());
+    let part = |shift: u32| (hash >> shift & 0xff) as f32 / 255.0;
+    let light = 0.30 + 0.22 * part(0);
+    [light * (1.0 + 0.18 * part(8)), light * (0.94 + 0.12 * part(16)), light * (0.78 + 0.24 * part(24))]
+}
+
+pub(super) fn is_undrawn(texture: &str) -> bool {
+    UNDRAWN.contains(&texture)
+}
+
+pub(super) fn is_see_through(texture: &str) -> bool {
+    texture.starts_with(['{', '*'])
+}
