@@ -1,6 +1,6 @@
 //! Where a visit begins: in a room, on its floor, with space on all sides, looking along the longest free line.
 //!
-//! Closed cells are gone through as rooms, the best first ([`rooms`]), until one has a place where a person fits ([`places`]) that is
+//! Closed cells are gone through as rooms, the best first ([`mod@rooms`]), until one has a place where a person fits ([`places`]) that is
 //! indoors: the rays that go out from there meet the fronts of faces. In a solid thing, and outside a level of one-sided walls, they meet
 //! backs; under the sky, nothing. Where no room has any place, floors anywhere do, then the freest point of the fullest cell, then a point
 //! before the model.
