@@ -1,5 +1,5 @@
 #!/bin/sh
-# The pictures of a scene as the viewer draws it, for README.md and docs/viewer.md: `sh scripts/viewer-pictures.sh`, after
+# The picture of a scene as the viewer draws it, for README.md and docs/viewer.md: `sh scripts/viewer-pictures.sh`, after
 # `cargo build --release -p enfilade-viewer`. Needs a device or a software driver.
 set -eu
 cd "$(dirname "$0")/.."
@@ -12,4 +12,3 @@ viewer() {
   target/release/enfilade-viewer "out/pictures/$model.glb" --size 960x540 --shot "docs/pictures/$picture.png" "$@"
 }
 viewer villa_rotonda viewer_full --path data/buildings/villa_rotonda.path.json --frame 60 --mode both
-viewer villa_rotonda viewer_portico --path data/buildings/villa_rotonda.path.json --frame 12 --mode both
