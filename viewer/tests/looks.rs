@@ -22,6 +22,9 @@ use std::sync::atomic::AtomicBool;
 
 const SIZE: [u32; 2] = [320, 180];
 
+/// Pixels of a frame that may be missed where a line passes a crack narrower than a file's clearance. What a wall hides is hundreds.
+const AT_CRACKS: u32 = 2;
+
 fn villa() -> &'static Building {
     static VILLA: OnceLock<Building> = OnceLock::new();
     VILLA.get_or_init(|| building("villa_rotonda"))
@@ -64,7 +67,8 @@ fn pictures_are_the_same_in_every_mode() {
     }
 }
 
-/// The same on the tours of other buildings, `.pvs` files beside their models, that `ENFILADE_WALKS` names with colons between.
+/// On the tours of other buildings, `.pvs` files beside their models, that `ENFILADE_WALKS` names with colons between: how much differs, and
+/// that nothing is missing.
 #[test]
 #[ignore = "takes minutes; for figures"]
 fn pictures_are_the_same_along_tours() {
@@ -79,6 +83,7 @@ fn pictures_are_the_same_along_tours() {
             let mut walks = [(); 2].map(|()| Walk::new(&building, &path, Some(Oracle::Device), SIZE).unwrap());
             walks.iter_mut().for_each(|walk| walk.stage.set_detail(detail).unwrap());
             let [mut frames, mut differ, mut most] = [0; 3];
+            let mut all_missed = 0;
             for frame in 0..path.frames.len() {
                 let mode = FrameMode::ALL[frame % FrameMode::ALL.len()];
                 let camera = walks[0].camera(frame);
@@ -86,8 +91,16 @@ fn pictures_are_the_same_along_tours() {
                 let [expected, found] = [drawn(whole, camera, FrameMode::None), drawn(culled, camera, mode)];
                 let pixels = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
                 (frames, differ, most) = (frames + 1, differ + pixels, most.max(pixels));
+                // What differs lies on what is drawn: nothing is missing, but for single pixels at cracks, which are promised nothing.
+                if pixels > 0 {
+                    let missed = culled.missed(camera, mode).unwrap().expect("counted").pixels;
+                    assert!(missed <= AT_CRACKS, "{name}, {detail:?}, frame {frame}, {mode}: {missed} pixels");
+                    all_missed += missed;
+                }
             }
-            println!("{name}, {detail:?}: {differ} pixels of {frames} frames differ, {most} in one");
+            println!(
+                "{name}, {detail:?}: {differ} pixels of {frames} frames differ, {most} in one; {all_missed} are missed"
+            );
         }
     }
 }
