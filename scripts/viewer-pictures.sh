@@ -1,5 +1,5 @@
 #!/bin/sh
-# The picture of a scene as the viewer draws it, for README.md and docs/viewer.md: `sh scripts/viewer-pictures.sh`, after
+# The pictures of the viewer, for README.md and docs/viewer.md: `sh scripts/viewer-pictures.sh`, after
 # `cargo build --release -p enfilade-viewer`. Needs a device or a software driver.
 set -eu
 cd "$(dirname "$0")/.."
@@ -12,3 +12,14 @@ viewer() {
   target/release/enfilade-viewer "out/pictures/$model.glb" --size 960x540 --shot "docs/pictures/$picture.png" "$@"
 }
 viewer villa_rotonda viewer_full --path data/buildings/villa_rotonda.path.json --frame 60 --mode both
+# A view from outside of what a frame in the office draws.
+cat > out/pictures/outside.path.json <<'END'
+{"name": "outside", "fov_y_degrees": 50, "near": 0.01, "frames": [
+  {"eye": [1.875, 1.6, 6.3], "target": [4.375, 1.6, 6.3]},
+  {"eye": [-25.8, 30.9, 36.2], "target": [2.2, 4.9, 6.2]}]}
+END
+outside() {
+  viewer office "$1" --path out/pictures/outside.path.json --frame 1 --freeze 0 --mode both --show "$2" --detail "$3"
+}
+outside viewer_frozen graphs full
+outside viewer_split waste,split plain

@@ -89,6 +89,14 @@ pub enum Shown {
     Graphs,
     /// The keys.
     Keys,
+    /// What is seen, drawn in vain and culled, in colours.
+    Waste,
+    /// The view culled by the frustum alone in the right half.
+    Split,
+    /// The profile of the path.
+    Profile,
+    /// How often objects are seen on the path.
+    Heat,
     /// A mirror on the wall that the camera looks at.
     Mirror,
     /// Why the camera's cell sees what is in the middle of the picture.

@@ -4,7 +4,7 @@ use enfilade::file::PvsFile;
 use enfilade::scene::{Role, Scene};
 use enfilade::walkthrough::picture::{hsv, hue};
 
-/// How objects are coloured.
+/// How objects are coloured. All but the first are plain, whatever the detail.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tints {
@@ -13,6 +13,19 @@ pub enum Tints {
     Roles,
     /// By the first cell that they are in.
     Cells,
+    /// Triangles by whether they are seen or drawn in vain in the frame: see [`crate::draw::marks`].
+    Waste,
+    /// By the frames of the profile in which they are seen.
+    Seen,
+    /// By the triangles that they cost in vain in the profile.
+    InVain,
+}
+
+impl Tints {
+    /// Whether they say something of the model itself, and not of a frame or a path.
+    pub fn is_lasting(self) -> bool {
+        matches!(self, Self::Roles | Self::Cells)
+    }
 }
 
 /// Of a door.
@@ -27,7 +40,9 @@ pub fn colours(scene: &Scene, file: &PvsFile, tints: Tints) -> Vec<[u8; 3]> {
 
 fn of_objects(scene: &Scene, file: &PvsFile, tints: Tints) -> Vec<[u8; 3]> {
     match tints {
-        Tints::Roles => (0..scene.objects.len()).map(|o| by_role(scene, o)).collect(),
+        Tints::Roles | Tints::Waste | Tints::Seen | Tints::InVain => {
+            (0..scene.objects.len()).map(|o| by_role(scene, o)).collect()
+        }
         Tints::Cells => {
             let mut colours = vec![[150; 3]; scene.objects.len()];
             // Cells with lesser numbers have the last word.

@@ -57,6 +57,8 @@ const AUTO: [FrameMode; 6] =
 /// What was decided for a frame.
 #[derive(Clone, Debug)]
 pub struct Decision {
+    /// The frame that it was made in.
+    pub frame: u64,
     /// How.
     pub method: FrameMode,
     /// To draw, whatever the device says; of a method that asks it, what is certain.
@@ -132,6 +134,7 @@ impl<'b> Culling<'b> {
         let depth = by_software.then(|| self.depth.get_or_insert_with(|| depth(self.building, self.size)) as _);
         let visible = self.frames.cull(&self.culler, camera, near, method, depth);
         let mut decision = Decision {
+            frame,
             method,
             objects: visible.objects.to_vec(),
             asks_device,

@@ -39,6 +39,7 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told
             let metres = seen.from.distance(seen.to);
             let through = match seen.portals.len() {
                 0 => "without a portal between".to_owned(),
+                1 => "through one portal".to_owned(),
                 n => format!("through {n} portals"),
             };
             format!("{who} sees {what}: an unobstructed line of {metres:.2} m, {through}. It is drawn in green.")

@@ -1,6 +1,6 @@
 //! Frames without a window: the same stage, drawn on a picture.
 
-use crate::args::Args;
+use crate::args::{Args, Shown};
 use crate::building::Building;
 use crate::culling::Oracle;
 use crate::draw::alarm::Missed;
@@ -166,13 +166,17 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
             session.stand(&held.path, frame);
         }
         if frame == args.frame {
+            if args.show.iter().any(|shown| matches!(shown, Shown::Profile | Shown::Heat)) {
+                session.profile(held.path.clone())?;
+            }
             args.show.iter().for_each(|&shown| session.show_this(shown));
         }
         session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
         session.stage.settle().map_err(|e| e.to_string())?;
     }
-    // Once more, with what was heard of the last frame, and panels at their size.
-    if !args.show.is_empty() || args.alarm {
+    // Again, with what was heard of the last frame; then with panels at their size.
+    let again = if args.show.is_empty() { usize::from(args.alarm) } else { 2 };
+    for _ in 0..again {
         session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
         session.stage.settle().map_err(|e| e.to_string())?;
     }

@@ -2,18 +2,25 @@
 
 use crate::culling::Decision;
 use crate::draw::lines::{Overlay, Tint};
+use crate::heat;
+use crate::profile::Profile;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Rect};
 use enfilade::walkthrough::plan::portal_colour;
 use enfilade::{ObjectId, PortalId};
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// Of a line of sight.
-pub const SIGHT: Tint = [40, 230, 80, 255];
+const SIGHT: Tint = [40, 230, 80, 255];
+/// How wide it is, as a part of its distance from the eye, and how large its ends are, metres.
+const SIGHT_WIDTH: f32 = 0.006;
+const SIGHT_END: f32 = 0.05;
 const PICKED: Tint = [255, 220, 40, 255];
 const FRUSTUM: Tint = [255, 255, 255, 255];
 const NARROWED: Tint = [255, 160, 40, 200];
 const SHUT: Tint = [220, 40, 40, 110];
+/// How far below the eyes a path is drawn, metres: at them it would be a point.
+const BELOW_EYES: f32 = 0.8;
 /// How far frusta reach beyond their portal, metres.
 const BEYOND: f32 = 6.0;
 /// Most narrowed frusta that are drawn.
@@ -74,6 +81,24 @@ pub fn object(overlay: &mut Overlay, file: &PvsFile, object: ObjectId) {
 /// The box of something that was found; it shows through walls.
 pub fn selected(overlay: &mut Overlay, bounds: [Vec3; 2]) {
     overlay.boxed(bounds, PICKED);
+}
+
+/// A line of sight, with a box at either end; it shows through walls.
+pub fn sight(overlay: &mut Overlay, eye: Vec3, from: Vec3, to: Vec3) {
+    overlay.ribbon(from, to, eye, SIGHT_WIDTH, SIGHT);
+    for end in [from, to] {
+        overlay.boxed([end - SIGHT_END, end + SIGHT_END], SIGHT);
+    }
+}
+
+/// A path, in colours of what its frames take.
+pub fn path(overlay: &mut Overlay, profile: &Profile<'_>, origin: DVec3) {
+    let most = profile.costs.iter().map(|cost| cost.ms).fold(0.0, f64::max);
+    let at = |frame: usize| (profile.path.frames[frame].eye - origin).as_vec3() - Vec3::Y * BELOW_EYES;
+    for (frame, cost) in profile.costs.iter().enumerate().skip(1) {
+        let [r, g, b] = heat::colour(cost.ms / most);
+        overlay.line(at(frame - 1), at(frame), [r, g, b, 255]);
+    }
 }
 
 /// Rectangles of the portals that were seen through, on the screen.

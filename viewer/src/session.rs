@@ -1,18 +1,22 @@
 //! What a person does in a building: walks, opens doors, freezes the culling, asks why. No window is needed for it.
 
+mod counters;
 mod finding;
 mod going;
+mod insight;
 mod tools;
 
 use crate::args::Shown;
 use crate::building::Building;
 use crate::collision::{NOBODY, Solid};
-use crate::colours::{Tints, colours};
-use crate::culling::MODES;
+use crate::colours::Tints;
+use crate::culling::{Decision, MODES};
 use crate::draw::alarm::Missed;
 use crate::draw::frame::{Painter, Stage, Wish};
 use crate::draw::lines::Overlay;
+use crate::draw::marks::Marking;
 use crate::draw::mirror::Mirrors;
+use crate::draw::split::Split;
 use crate::kept::Kept;
 use crate::looks::Detail;
 use crate::opening::Share;
@@ -20,12 +24,12 @@ use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
 use crate::start::rooms::Room;
 use crate::start::start;
 use crate::ui::find::{self, Find};
-use crate::ui::graphs::{Graphs, Sample, number};
+use crate::ui::graphs::{Graphs, Sample};
 use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
 use crate::ui::paint::Egui;
 use crate::ui::plan::Plan;
-use crate::ui::{hud, keys, preferences, toolbar};
+use crate::ui::{hud, keys, legend, preferences, profile, toolbar};
 use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
 use enfilade::proof::{Asker, Goal};
@@ -63,6 +67,8 @@ pub struct Show {
     pub tints: Tints,
     /// What lies over the picture.
     pub layers: Layers,
+    /// While the culling is frozen, what it left out.
+    pub culled: bool,
     /// Counters.
     pub hud: bool,
     /// The list of keys.
@@ -90,6 +96,7 @@ impl Show {
             Shown::Graphs => Some(&mut self.layers.graphs),
             Shown::Keys => Some(&mut self.keys),
             Shown::Cells | Shown::Mirror | Shown::Why => None,
+            Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat => None,
         }
     }
 }
@@ -118,6 +125,8 @@ pub struct Session<'b> {
     pub plan: Plan,
     /// The window to find things in.
     pub find: Find,
+    /// What explains the culling.
+    pub insight: insight::Insight<'b>,
     building: &'b Building,
     format: TextureFormat,
     size: [u32; 2],
@@ -141,6 +150,8 @@ pub struct Session<'b> {
     /// A line at the bottom, and for how many seconds yet.
     note: Option<(String, f64)>,
     frame_ms: f64,
+    /// The processor's milliseconds of the last frame, without culling.
+    rest_ms: f64,
 }
 
 impl<'b> Session<'b> {
@@ -151,6 +162,7 @@ impl<'b> Session<'b> {
             detail: Detail::Plain,
             tints: Tints::default(),
             layers: Layers::NONE,
+            culled: true,
             hud: true,
             keys: false,
             menu: false,
@@ -178,6 +190,7 @@ impl<'b> Session<'b> {
             picked: Vec::new(),
             selected: Default::default(),
             find: Find::default(),
+            insight: Default::default(),
             pair: None,
             told: None,
             preferences: Preferences::default(),
@@ -186,6 +199,7 @@ impl<'b> Session<'b> {
             asked: Asked::default(),
             note: None,
             frame_ms: 0.0,
+            rest_ms: 0.0,
             building,
             format,
             size,
@@ -225,6 +239,7 @@ impl<'b> Session<'b> {
         let (flies, size, fov_y_degrees) = (self.flies_by_itself(&walker), self.size, fov_y.to_degrees());
         let (mode, places) = (mode.name().to_owned(), std::mem::take(&mut settings.places));
         let preferences = self.preferences;
+        let tints = if tints.is_lasting() { tints } else { Tints::Roles };
         *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places };
         settings.leave(self.building.file.model_hash, walker.eye.to_array(), walker.yaw, walker.pitch);
     }
@@ -253,7 +268,7 @@ impl<'b> Session<'b> {
             self.doors_changed();
         }
         // 2. Who goes along a path, or walks.
-        if !self.play(seconds) {
+        if !self.fly_on(seconds) && !self.play(seconds) {
             self.walk(seconds, wants);
         }
         self.record(seconds);
@@ -277,15 +292,21 @@ impl<'b> Session<'b> {
     pub fn act(&mut self, action: Action) {
         let show = &mut self.show;
         match action {
-            Action::Mode(mode) => show.mode = MODES[mode],
+            Action::Mode(mode) => {
+                show.mode = MODES[mode];
+                self.insight.culls_again = true;
+            }
+            Action::OtherMode(mode) => self.set_other_mode(MODES[mode]),
+            Action::Split => self.split_or_join(),
+            Action::Culled => show.culled ^= true,
+            Action::Waste => self.tint(Tints::Waste),
+            Action::Profile => self.profile_or_hide(),
+            Action::Heat => self.turn_heat(),
             Action::Freeze => match self.frozen.take() {
                 Some((_, walker)) => self.walker = walker,
                 None => self.freeze(),
             },
-            Action::Cells => {
-                show.tints = if show.tints == Tints::Roles { Tints::Cells } else { Tints::Roles };
-                self.paint();
-            }
+            Action::Cells => self.tint(Tints::Cells),
             Action::Detail => {
                 show.detail = if show.detail == Detail::Plain { Detail::Full } else { Detail::Plain };
             }
@@ -320,6 +341,14 @@ impl<'b> Session<'b> {
         match shown {
             Shown::Cells => self.act(Action::Cells),
             Shown::Mirror => self.hang_mirror(),
+            Shown::Waste => self.act(Action::Waste),
+            Shown::Split => self.act(Action::Split),
+            Shown::Profile | Shown::Heat => {
+                self.insight.shows_profile |= shown == Shown::Profile;
+                if shown == Shown::Heat {
+                    self.turn_heat();
+                }
+            }
             Shown::Why => {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
@@ -369,6 +398,7 @@ impl<'b> Session<'b> {
             self.way.drain(..more);
         }
         self.note = self.note.take().map(|(line, left)| (line, left - seconds)).filter(|(_, left)| *left > 0.0);
+        self.go_on_with_profile()?;
         self.lay_over();
         let output = self.panels(input);
         self.picture(picture, camera, true)?;
@@ -381,8 +411,9 @@ impl<'b> Session<'b> {
         if let Some(last) = &self.stage.culling.last {
             let (objects, queries) = (last.stats.objects as f64, last.stats.queries as f64);
             let device = self.stage.heard.device_ms.unwrap_or(0.0);
-            let cpu = start.elapsed().as_secs_f64() * 1e3;
-            self.graphs.add(Sample { values: [self.stage.triangles() as f64, objects, cpu, device, queries] });
+            self.rest_ms = (start.elapsed().as_secs_f64() * 1e3 - last.ms).max(0.0);
+            let values = [self.stage.triangles() as f64, objects, last.ms, self.rest_ms, device, queries];
+            self.graphs.add(Sample { values });
         }
         Ok(output)
     }
@@ -392,10 +423,25 @@ impl<'b> Session<'b> {
         if !self.mirrors.is_empty() {
             self.mirrors.look(&self.stage.culling.culler, &camera, &mut self.scratch);
         }
-        let detail = if self.show.tints == Tints::Cells { Detail::Plain } else { self.show.detail };
+        let detail = if self.show.tints == Tints::Roles { self.show.detail } else { Detail::Plain };
         self.stage.set_detail(detail)?;
-        // The culling of the last frame is there from the first on.
-        let culled_by = if self.frozen.is_some() && self.stage.culling.last.is_some() { None } else { Some(camera) };
+        self.stage.shows_culled = self.frozen.is_some() && self.show.culled;
+        let marking = if self.show.tints == Tints::Waste { Marking::Coloured } else { Marking::Off };
+        // 1. A frozen frame stays as it was decided, until another mode is asked for.
+        let culls_again = std::mem::take(&mut self.insight.culls_again) || self.stage.culling.last.is_none();
+        let frozen = self.frozen.map(|frozen| frozen.0);
+        if let Some(frozen) = frozen.filter(|_| culls_again) {
+            self.draw_other(frozen, Some(frozen), marking)?;
+            self.stage.set_marking(marking)?;
+            let (mode, overlay) = (self.show.mode, &self.overlay);
+            let again =
+                Wish { camera: frozen, culled_by: Some(frozen), mode, alarm: false, timed: false, overlay, mirrors: None };
+            self.stage.frame(again, picture, None).map_err(|e| e.to_string())?;
+        }
+        // 2. The other half, then the picture.
+        let culled_by = if frozen.is_some() { None } else { Some(camera) };
+        self.draw_other(camera, culled_by, marking)?;
+        self.stage.set_marking(marking)?;
         let wish = Wish {
             camera,
             culled_by,
@@ -405,7 +451,15 @@ impl<'b> Session<'b> {
             overlay: &self.overlay,
             mirrors: Some(&mut self.mirrors),
         };
+        let mut half = self.insight.split.as_ref().and_then(Split::half);
         let painter = has_panels.then_some(&mut self.egui as &mut dyn Painter);
+        let painter = match &mut half {
+            Some(half) => {
+                half.over = painter;
+                Some(half as &mut dyn Painter)
+            }
+            None => painter,
+        };
         self.stage.frame(wish, picture, painter).map_err(|e| e.to_string())
     }
 
@@ -437,6 +491,8 @@ impl<'b> Session<'b> {
     fn doors_changed(&mut self) {
         self.stage.doors_changed();
         self.solid.put_in_the_way(&self.stage.doors.blocks());
+        let doors = &self.stage.doors;
+        self.insight.split.iter_mut().for_each(|split| split.doors_changed(doors));
     }
 
     /// Picks what a ray meets; the second picked thing is asked about from where the first is.
@@ -507,27 +563,36 @@ impl<'b> Session<'b> {
         }
     }
 
-    fn paint(&self) {
-        self.stage.paint(colours(&self.building.scene, &self.building.file, self.show.tints));
+    /// Lines and faces of this frame, from what the last one decided; of both halves.
+    fn lay_over(&mut self) {
+        let mut overlay = std::mem::take(&mut self.overlay);
+        self.mark(&mut overlay, self.stage.culling.last.as_ref());
+        self.overlay = overlay;
+        if let Some(split) = &self.insight.split {
+            let mut overlay = std::mem::take(&mut self.insight.overlay);
+            self.mark(&mut overlay, split.side.culling.last.as_ref());
+            self.insight.overlay = overlay;
+        }
     }
 
-    /// Lines and faces of this frame, from what the last one decided.
-    fn lay_over(&mut self) {
-        self.overlay.clear();
+    fn mark(&self, overlay: &mut Overlay, last: Option<&Decision>) {
+        overlay.clear();
         let file = &self.building.file;
-        let last = self.stage.culling.last.as_ref();
         if self.show.layers.portals {
-            overlays::portals(&mut self.overlay, file, last, &self.stage.doors.shut);
+            overlays::portals(overlay, file, last, &self.stage.doors.shut);
         }
         if let (Some((camera, _)), Some(last)) = (&self.frozen, last) {
-            overlays::frusta(&mut self.overlay, file, camera, last);
+            overlays::frusta(overlay, file, camera, last);
         }
         for (_, hit) in &self.picked {
-            overlays::object(&mut self.overlay, file, hit.object);
+            overlays::object(overlay, file, hit.object);
         }
-        self.selected.boxes.iter().for_each(|&bounds| overlays::selected(&mut self.overlay, bounds));
-        if let Some([a, b]) = self.told.as_ref().and_then(|told| told.sight) {
-            self.overlay.line_through(a.as_vec3(), b.as_vec3(), overlays::SIGHT);
+        self.selected.boxes.iter().for_each(|&bounds| overlays::selected(overlay, bounds));
+        if let (Some(profile), Tints::Seen | Tints::InVain) = (&self.insight.profile, self.show.tints) {
+            overlays::path(overlay, profile, file.origin);
+        }
+        if let Some([a, b]) = self.sight() {
+            overlays::sight(overlay, self.walker.eye.as_vec3(), a.as_vec3(), b.as_vec3());
         }
     }
 
@@ -548,7 +613,10 @@ impl<'b> Session<'b> {
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
         let (mut clicked, mut pressed, mut answer, size) = (None, None, None, self.size);
-        let (mut wish, mut chosen) = (None, None);
+        let (mut wish, mut chosen, mut profiled, mut flies) = (None, None, None, false);
+        let beside = self.lines_beside();
+        let at = self.frame_of_profile();
+        let kinds = self.stage.kinds().zip(self.stage.heard.marked.as_ref().map(|marked| marked.pixels));
         if self.show.layers.plan {
             self.rooms();
         }
@@ -557,7 +625,7 @@ impl<'b> Session<'b> {
         let Self {
             show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
         } = self;
-        let Self { rooms, find, selected, .. } = self;
+        let Self { rooms, find, selected, insight, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
@@ -567,7 +635,19 @@ impl<'b> Session<'b> {
                 hud::crosshair(ui);
             }
             if show.hud {
-                hud::show(ui, &lines);
+                hud::show(ui, &lines, false);
+            }
+            if let Some(lines) = beside.as_ref().filter(|_| show.hud) {
+                hud::show(ui, lines, true);
+            }
+            if let (Tints::Waste, Some((triangles, pixels))) = (show.tints, kinds) {
+                legend::kinds(ui, triangles, pixels);
+            }
+            if let Some(made) = &insight.profile {
+                legend::profile(ui, made, show.tints);
+                if insight.shows_profile {
+                    profiled = profiled.or(profile::show(ui, made, at));
+                }
             }
             if show.menu {
                 pressed = pressed.or(toolbar::open(ui, &|action| on.contains(&action)));
@@ -582,7 +662,7 @@ impl<'b> Session<'b> {
                 wish = wish.or(plan.show(ui, &building.file, rooms, &row, walker.eye, sides, way));
             }
             if show.layers.matrix {
-                clicked = clicked.or(matrix.show(ui, home, *pair));
+                clicked = clicked.or(matrix.show(ui, &building.file, home, *pair));
             }
             if show.layers.graphs {
                 graphs.show(ui);
@@ -610,6 +690,7 @@ impl<'b> Session<'b> {
                 window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
                     ui.set_max_width(460.0);
                     ui.label(&told.text);
+                    flies |= told.sight.is_some() && ui.button("Fly along the line").clicked();
                 });
             }
         });
@@ -627,42 +708,11 @@ impl<'b> Session<'b> {
         if let Some(wish) = wish {
             self.do_wish(wish);
         }
-        output
-    }
-
-    /// The counters.
-    fn lines(&self) -> Vec<String> {
-        let Some(last) = &self.stage.culling.last else { return vec!["...".to_owned()] };
-        let mode = match self.show.mode {
-            FrameMode::Auto => format!("auto: {}", last.method),
-            mode => mode.to_string(),
-        };
-        let frozen = if self.frozen.is_some() { ", frozen" } else { "" };
-        let home = match last.home {
-            Some(cell) => match &self.building.file.cells[cell.index()] {
-                named if named.source.is_some() => format!("cell {cell} ({})", named.name),
-                _ => format!("cell {cell}"),
-            },
-            None => "no cell asked".to_owned(),
-        };
-        let (objects, all) = (self.building.scene.objects.len(), self.building.scene.triangles.len());
-        let device = self.stage.heard.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
-        let mut lines = vec![
-            format!("{mode}{frozen}"),
-            home,
-            format!("{} of {} triangles", number(self.stage.triangles() as f64), number(all as f64)),
-            format!("{} of {} objects", last.stats.objects, objects),
-            format!("{} cells, {} portals, {} queries", last.stats.cells, last.stats.portals, last.stats.queries),
-            format!("cull {:.2} ms{device}", last.ms),
-            format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
-            format!("{:.1} m/s, {:.0}° field of view", self.walker.metres_a_second(), self.show.fov_y.to_degrees()),
-            "F1: keys".to_owned(),
-        ];
-        lines.extend(self.say_path());
-        if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {
-            lines.push(self.say_missed(missed));
+        profiled.into_iter().for_each(|wish| self.do_profile_wish(wish));
+        if flies {
+            self.fly_along_sight();
         }
-        lines
+        output
     }
 }
 

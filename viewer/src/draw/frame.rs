@@ -1,10 +1,12 @@
 //! A frame, from top to bottom: [`Stage::frame`].
 
 use super::alarm::{Alarm, Missed};
+use super::culled::Culled;
 use super::full::Full;
 use super::hidden::Hidden;
 use super::leaves::{Drawn, Leaves};
 use super::lines::{Lines, Overlay};
+use super::marks::{Marked, Marking, Marks, Picked};
 use super::mesh::{Mesh, Runs};
 use super::mirror::Mirrors;
 use super::pipelines::{Eye, NEAR, Pipelines};
@@ -59,6 +61,18 @@ pub struct Heard {
     pub conditional: u64,
     /// What was missed, while the alarm is on.
     pub missed: Option<Missed>,
+    /// Which triangles are seen and which are drawn, while they are told apart.
+    pub marked: Option<Marked>,
+}
+
+/// Another way to cull the frames of a stage, with all that it keeps: see [`Stage::swap`].
+pub struct Side<'b> {
+    /// Who decides.
+    pub culling: Culling<'b>,
+    /// News of its frames.
+    pub heard: Heard,
+    queries: Queries,
+    marks: Option<Marks>,
 }
 
 /// A device with a building on it.
@@ -86,6 +100,12 @@ pub struct Stage<'b> {
     /// Made when it is first asked for.
     full: Option<Full>,
     detail: Detail,
+    marking: Marking,
+    /// Made when it is first asked for.
+    marks: Option<Marks>,
+    /// What was culled is shown.
+    pub shows_culled: bool,
+    culled: Culled,
     eye: Eye,
     alarm: Alarm,
     lines: Lines,
@@ -152,6 +172,10 @@ impl<'b> Stage<'b> {
             format,
             full: None,
             detail: Detail::Plain,
+            marking: Marking::Off,
+            marks: None,
+            shows_culled: false,
+            culled: Culled::new(&gpu, format),
             mesh,
             pipelines,
             gpu,
@@ -193,12 +217,62 @@ impl<'b> Stage<'b> {
         Ok(())
     }
 
+    /// Tells triangles apart by their kind from now on, or no longer.
+    ///
+    /// # Errors
+    ///
+    /// One line: what it takes doesn't fit; nothing changes.
+    pub fn set_marking(&mut self, marking: Marking) -> Result<(), String> {
+        if marking == Marking::Off {
+            (self.marks, self.heard.marked) = (None, None);
+        } else if self.marks.is_none() {
+            let marks = Marks::new(&self.gpu, &self.pipelines, &self.mesh, self.format);
+            self.marks = Some(marks.map_err(|e| e.to_string())?);
+        }
+        self.marking = marking;
+        Ok(())
+    }
+
+    /// Whether triangles are told apart.
+    pub fn marking(&self) -> Marking {
+        self.marking
+    }
+
+    /// Another way to cull, from now on.
+    pub fn side(&self) -> Side<'b> {
+        let mut culling = Culling::new(self.building, self.culling.oracle, self.targets.size);
+        self.doors.tell(&mut culling.culler);
+        let queries = Queries::new(&self.gpu, &self.pipelines, self.building.scene.objects.len());
+        Side { culling, heard: Heard::default(), queries, marks: None }
+    }
+
+    /// Changes the way to cull for another one, which keeps this one meanwhile.
+    pub fn swap(&mut self, side: &mut Side<'b>) {
+        std::mem::swap(&mut self.culling, &mut side.culling);
+        std::mem::swap(&mut self.heard, &mut side.heard);
+        std::mem::swap(&mut self.queries, &mut side.queries);
+        std::mem::swap(&mut self.marks, &mut side.marks);
+    }
+
+    /// How many triangles of the last frame that was told apart are of each kind, in the order of [`super::marks::KINDS`].
+    pub fn kinds(&self) -> Option<[u64; 3]> {
+        self.heard.marked.as_ref().map(|marked| self.kinds_of(marked))
+    }
+
+    /// The same of any frame.
+    pub fn kinds_of(&self, marked: &Marked) -> [u64; 3] {
+        let Runs { solid, ghosts, .. } = if self.hidden.is_any { &self.hidden.shown } else { &self.everything };
+        let kinds = solid.iter().chain(ghosts).map(|run| marked.triangles(run));
+        kinds.fold([0; 3], |sum, kinds| [0, 1, 2].map(|kind| sum[kind] + kinds[kind]))
+    }
+
     /// Leaves out the objects for which `is_hidden`, and leaves that were made where `and_made`. Culling and walking know nothing of it.
     pub fn hide(&mut self, is_hidden: Vec<bool>, and_made: bool) {
         let (mesh, leaves) = (&mut self.mesh, &mut self.leaves);
         self.hidden = Hidden::new(mesh, leaves, &self.doors, &self.is_ghost, is_hidden, and_made);
         // What isn't drawn casts no shadow.
         self.full.iter_mut().for_each(Full::doors_moved);
+        self.marks.iter_mut().for_each(Marks::forget);
     }
 
     /// Whether an object is left out.
@@ -327,7 +401,23 @@ impl<'b> Stage<'b> {
             full.finish(gpu, &self.pipelines, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);
         }
 
-        // 7. What there is, held against it.
+        // 7. Which of its triangles are seen, and what was culled.
+        let mut marked = None;
+        if let Some(marks) = self.marks.as_mut().filter(|_| self.marking != Marking::Off) {
+            let (leaves, queries) = ((&self.leaves, &self.seen.1), (&self.queries, asks));
+            let picked = Picked { runs, everything, leaves, queries };
+            let (pipelines, targets, camera) = (&self.pipelines, &self.targets, &decision.camera);
+            marked = marks.record(gpu, pipelines, decision.frame, camera, &picked, targets, picture, &mut commands);
+            if self.marking == Marking::Coloured {
+                marks.tint(gpu, pipelines, &self.eye, &picked, targets, picture, &mut commands);
+            }
+        }
+        if self.shows_culled && !is_all {
+            let (pipelines, eye, mesh, targets) = (&self.pipelines, &self.eye, &self.mesh, &self.targets);
+            self.culled.record(gpu, pipelines, eye, mesh, &decision.objects, targets, picture, &mut commands);
+        }
+
+        // 8. What there is, held against it.
         let mut counts = None;
         if wish.alarm {
             if self.hidden.is_any {
@@ -339,7 +429,7 @@ impl<'b> Stage<'b> {
             counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, leaves, frame, &mut commands);
         }
 
-        // 8. Over it: mirrors, portals, frusta; then the interface.
+        // 9. Over it: mirrors, portals, frusta; then the interface.
         if has_overlay {
             let mut pass = begin(&mut commands, picture, &self.targets.depth, None, stamps(2));
             if let Some(mirrors) = &wish.mirrors {
@@ -355,13 +445,16 @@ impl<'b> Stage<'b> {
             painter.paint(pass.forget_lifetime());
         }
 
-        // 9. Off it goes; what is read back is asked for, to be heard some frames later.
+        // 10. Off it goes; what is read back is asked for, to be heard some frames later.
         if let (Some(timer), Some(slot)) = (&self.timer, timing) {
             timer.resolve(slot, &mut commands);
         }
         gpu.queue.submit([commands.finish()]);
         answers.into_iter().for_each(|slot| self.queries.ask(slot));
         counts.into_iter().for_each(|slot| self.alarm.ask(slot));
+        if let (Some(marks), Some(slot)) = (&self.marks, marked) {
+            marks.ask(slot);
+        }
         if let (Some(timer), Some(slot)) = (&self.timer, timing) {
             timer.ask(slot);
             self.timing = Some((self.frame, start.elapsed().as_secs_f64() * 1e3, self.triangles()));
@@ -401,6 +494,9 @@ impl<'b> Stage<'b> {
         }
         while let Some(missed) = self.alarm.heard() {
             self.heard.missed = Some(missed);
+        }
+        while let Some(marked) = self.marks.as_mut().and_then(Marks::heard) {
+            self.heard.marked = Some(marked);
         }
         let Some(timer) = &mut self.timer else { return };
         timer.heard(|frame, ms| {

@@ -8,6 +8,9 @@ use wgpu::{BufferUsages, CompareFunction, PrimitiveTopology, TextureFormat};
 /// Red, green, blue and how much of what is behind is covered.
 pub type Tint = [u8; 4];
 
+/// Pieces of a ribbon.
+const PIECES: usize = 16;
+
 /// What is to be drawn over the scene.
 #[derive(Default)]
 pub struct Overlay {
@@ -17,6 +20,8 @@ pub struct Overlay {
     faces: Vec<[u32; 4]>,
     /// Lines that show through everything.
     seen_through: Vec<[u32; 4]>,
+    /// Triangles that do.
+    ribbons: Vec<[u32; 4]>,
 }
 
 fn corner(p: Vec3, tint: Tint) -> [u32; 4] {
@@ -30,6 +35,7 @@ impl Overlay {
         self.lines.clear();
         self.faces.clear();
         self.seen_through.clear();
+        self.ribbons.clear();
     }
 
     /// A line, metres relative to the origin.
@@ -40,6 +46,17 @@ impl Overlay {
     /// A line that shows through walls.
     pub fn line_through(&mut self, a: Vec3, b: Vec3, tint: Tint) {
         self.seen_through.extend([corner(a, tint), corner(b, tint)]);
+    }
+
+    /// A line that shows through walls and is as wide as `width` times its distance from the eye.
+    pub fn ribbon(&mut self, a: Vec3, b: Vec3, eye: Vec3, width: f32, tint: Tint) {
+        // In pieces, since distance changes along it.
+        let at = |i: usize| a.lerp(b, i as f32 / PIECES as f32);
+        let side = |p: Vec3| (b - a).cross(p - eye).normalize_or_zero() * (0.5 * width * p.distance(eye));
+        for [p, q] in (0..PIECES).map(|i| [at(i), at(i + 1)]) {
+            let (s, t) = (side(p), side(q));
+            self.ribbons.extend([p - s, p + s, q + t, p - s, q + t, q - t].map(|p| corner(p, tint)));
+        }
     }
 
     /// The outline of a polygon.
@@ -69,7 +86,7 @@ impl Overlay {
 
     /// Whether there is nothing to draw.
     pub fn is_empty(&self) -> bool {
-        self.lines.is_empty() && self.faces.is_empty() && self.seen_through.is_empty()
+        [&self.lines, &self.faces, &self.seen_through, &self.ribbons].iter().all(|corners| corners.is_empty())
     }
 }
 
@@ -78,6 +95,7 @@ pub struct Lines {
     faces: wgpu::RenderPipeline,
     lines: wgpu::RenderPipeline,
     seen_through: wgpu::RenderPipeline,
+    ribbons: wgpu::RenderPipeline,
     buffer: Option<wgpu::Buffer>,
 }
 
@@ -105,14 +123,18 @@ impl Lines {
             faces: pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual),
             lines: pipeline(PrimitiveTopology::LineList, CompareFunction::GreaterEqual),
             seen_through: pipeline(PrimitiveTopology::LineList, CompareFunction::Always),
+            ribbons: pipeline(PrimitiveTopology::TriangleList, CompareFunction::Always),
             buffer: None,
         }
     }
 
     /// Draws one, in a pass with depth.
     pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, overlay: &Overlay) {
-        let all: Vec<[u32; 4]> =
-            [&overlay.faces, &overlay.lines, &overlay.seen_through].into_iter().flatten().copied().collect();
+        let all: Vec<[u32; 4]> = [&overlay.faces, &overlay.lines, &overlay.seen_through, &overlay.ribbons]
+            .into_iter()
+            .flatten()
+            .copied()
+            .collect();
         let bytes = 16 * all.len() as u64;
         if all.is_empty() || bytes > gpu.limits.max_buffer_size {
             return;
@@ -125,13 +147,16 @@ impl Lines {
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&all));
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_vertex_buffer(0, buffer.slice(..));
-        let (faces, lines) = (overlay.faces.len() as u32, overlay.lines.len() as u32);
+        let mut start = 0;
         let parts = [
-            (&self.faces, 0..faces),
-            (&self.lines, faces..faces + lines),
-            (&self.seen_through, faces + lines..all.len() as u32),
+            (&self.faces, &overlay.faces),
+            (&self.lines, &overlay.lines),
+            (&self.seen_through, &overlay.seen_through),
+            (&self.ribbons, &overlay.ribbons),
         ];
-        for (pipeline, corners) in parts {
+        for (pipeline, part) in parts {
+            let corners = start..start + part.len() as u32;
+            start = corners.end;
             if !corners.is_empty() {
                 pass.set_pipeline(pipeline);
                 pass.draw(corners, 0..1);

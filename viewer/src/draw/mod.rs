@@ -1,11 +1,13 @@
 //! Everything that speaks to the graphics processor. [`frame`] is a frame from top to bottom; the other files hold what it uses.
 
 pub mod alarm;
+pub mod culled;
 pub mod frame;
 pub mod full;
 pub mod hidden;
 pub mod leaves;
 pub mod lines;
+pub mod marks;
 pub mod mesh;
 pub mod mirror;
 pub mod pipelines;
@@ -13,6 +15,7 @@ pub mod queries;
 pub mod ranks;
 pub mod readback;
 pub mod shade;
+pub mod split;
 pub mod sun;
 pub mod surfaces;
 pub mod targets;

@@ -53,6 +53,13 @@ pub struct Ongoing {
     note: Option<(String, f64)>,
 }
 
+impl Paths {
+    /// The path that was recorded or played last.
+    pub(super) fn last(&self) -> Option<&CameraPath> {
+        self.last.as_ref()
+    }
+}
+
 impl Session<'_> {
     /// Hands on what the next session goes on with.
     pub fn ongoing(&mut self) -> Ongoing {
@@ -94,6 +101,14 @@ impl Session<'_> {
             Action::Mode(mode) => show.mode == crate::culling::MODES[mode],
             Action::Freeze => self.is_frozen(),
             Action::Cells => show.tints == Tints::Cells,
+            Action::Waste => show.tints == Tints::Waste,
+            Action::Culled => show.culled,
+            Action::Split => self.insight.split.is_some(),
+            Action::OtherMode(mode) => {
+                self.insight.split.as_ref().is_some_and(|split| split.mode == crate::culling::MODES[mode])
+            }
+            Action::Profile => self.insight.shows_profile,
+            Action::Heat => matches!(show.tints, Tints::Seen | Tints::InVain),
             Action::Detail => show.detail == Detail::Full,
             Action::Layer(shown) => show.clone().layer(shown).is_some_and(|layer| *layer),
             Action::Alarm => show.layers.alarm,
@@ -232,6 +247,7 @@ impl Session<'_> {
             (Panel::Keys, show.keys),
             (Panel::Find, self.find.is_open),
             (Panel::Preferences, show.preferences),
+            (Panel::Profile, self.insight.shows_profile),
             (Panel::Why, self.told.is_some()),
         ];
         let open: Vec<Panel> = open.into_iter().filter(|panel| panel.1).map(|panel| panel.0).collect();
@@ -241,8 +257,10 @@ impl Session<'_> {
             Escape::Close(Panel::Keys) => self.show.keys = false,
             Escape::Close(Panel::Find) => self.find.toggle(),
             Escape::Close(Panel::Preferences) => self.show.preferences = false,
+            Escape::Close(Panel::Profile) => self.leave_profile(),
             Escape::Close(Panel::Why) => {
                 self.told = None;
+                self.land();
                 self.picked.clear();
                 self.pair = None;
             }

@@ -11,9 +11,14 @@ pub enum Panel {
     Find,
     /// The settings.
     Preferences,
+    /// The profile of a path.
+    Profile,
     /// Why one sees the other.
     Why,
 }
+
+/// All of them, in that order.
+const ALL: [Panel; 6] = [Panel::Question, Panel::Keys, Panel::Find, Panel::Preferences, Panel::Profile, Panel::Why];
 
 /// What Escape does.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -30,9 +35,7 @@ pub enum Escape {
 
 /// `open`: panels that are, in any order; `unsaved`: something would be lost.
 pub fn escape(grabbed: bool, open: &[Panel], unsaved: bool) -> Escape {
-    let first = [Panel::Question, Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why]
-        .into_iter()
-        .find(|panel| open.contains(panel));
+    let first = ALL.into_iter().find(|panel| open.contains(panel));
     match (grabbed, first) {
         (true, _) => Escape::LetGo,
         (false, Some(panel)) => Escape::Close(panel),
@@ -47,9 +50,9 @@ mod tests {
 
     #[test]
     fn escape_lets_go_then_closes_panels_then_asks_or_quits() {
-        let mut open = vec![Panel::Why, Panel::Find, Panel::Keys, Panel::Preferences];
+        let mut open = vec![Panel::Why, Panel::Find, Panel::Profile, Panel::Keys, Panel::Preferences];
         assert_eq!(escape(true, &open, true), Escape::LetGo);
-        for panel in [Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why] {
+        for panel in [Panel::Keys, Panel::Find, Panel::Preferences, Panel::Profile, Panel::Why] {
             assert_eq!(escape(false, &open, true), Escape::Close(panel));
             open.retain(|other| *other != panel);
         }

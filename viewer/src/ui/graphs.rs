@@ -8,16 +8,17 @@ const FRAMES: usize = 300;
 /// What a frame cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
-    /// Triangles, objects, the processor's and the device's milliseconds, queries.
-    pub values: [f64; 5],
+    /// Triangles, objects, the milliseconds of culling, of all else on the processor and of the device, queries.
+    pub values: [f64; 6],
 }
 
 /// What the values of a [`Sample`] are called.
-const NAMES: [&str; 5] = ["triangles", "objects", "CPU ms", "GPU ms", "queries"];
-const COLOURS: [egui::Color32; 5] = [
+const NAMES: [&str; 6] = ["triangles", "objects", "culling ms", "rest of CPU ms", "GPU ms", "queries"];
+const COLOURS: [egui::Color32; 6] = [
     egui::Color32::from_rgb(240, 200, 90),
     egui::Color32::from_rgb(140, 210, 120),
     egui::Color32::from_rgb(110, 190, 250),
+    egui::Color32::from_rgb(120, 220, 210),
     egui::Color32::from_rgb(240, 130, 110),
     egui::Color32::from_rgb(200, 150, 240),
 ];
@@ -65,6 +66,7 @@ impl Graphs {
 /// Few digits.
 pub fn number(x: f64) -> String {
     match x {
+        _ if x >= 1e6 => format!("{:.2} M", x / 1e6),
         _ if x >= 10_000.0 => format!("{:.1} k", x / 1e3),
         _ if x.fract() == 0.0 => format!("{x}"),
         _ => format!("{x:.2}"),

@@ -2,9 +2,15 @@
 
 use crate::opening::Share;
 
-/// Draws lines of text in the upper left corner; the first is a heading.
-pub fn show(ui: &mut egui::Ui, lines: &[String]) {
-    let area = egui::Area::new(egui::Id::unique("hud")).fixed_pos([8.0, 8.0]).interactable(false);
+/// Room for a button above, points.
+const BELOW: f32 = 28.0;
+
+/// Draws lines of text in the upper left corner, of the right half where they are of what is `beside`; the first is a heading.
+pub fn show(ui: &mut egui::Ui, lines: &[String], beside: bool) {
+    // Beside, below the button of the menu.
+    let corner = if beside { egui::pos2(ui.ctx().content_rect().center().x, BELOW) } else { egui::Pos2::ZERO };
+    let area =
+        egui::Area::new(egui::Id::unique(("hud", beside))).fixed_pos(corner + egui::vec2(8.0, 8.0)).interactable(false);
     area.show(ui.ctx(), |ui| {
         egui::Frame::new().fill(egui::Color32::from_black_alpha(150)).inner_margin(6.0).corner_radius(3.0).show(ui, |ui| {
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);

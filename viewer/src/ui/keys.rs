@@ -12,6 +12,18 @@ pub enum Action {
     Freeze,
     /// See [`crate::colours::Tints`].
     Cells,
+    /// What is seen, drawn in vain and culled, in colours.
+    Waste,
+    /// What was culled, over a frozen frame.
+    Culled,
+    /// Another mode beside the first.
+    Split,
+    /// Culls the other half by the mode with this number.
+    OtherMode(usize),
+    /// Measures a path.
+    Profile,
+    /// Colours of what a profile has found.
+    Heat,
     /// See [`crate::looks::Detail`].
     Detail,
     /// Shows something over the picture, or no longer: none of cells, mirrors and `why`.
@@ -58,7 +70,7 @@ pub enum Action {
 pub type Key = (KeyCode, &'static str, Action, &'static str, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 34] = [
+pub const KEYS: [Key; 39] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "None", "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "Frustum", "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "Portals", "cull through portals"),
@@ -68,6 +80,11 @@ pub const KEYS: [Key; 34] = [
     (KeyCode::Digit7, "7", Action::Mode(6), "Auto", "whatever costs the least here (auto)"),
     (KeyCode::KeyF, "F", Action::Freeze, "Freeze", "freeze the culling and fly out, or go on"),
     (KeyCode::KeyC, "C", Action::Cells, "Cells", "colours of cells"),
+    (KeyCode::KeyU, "U", Action::Waste, "Waste", "colours: seen, drawn in vain, culled, with their shares"),
+    (KeyCode::KeyO, "O", Action::Culled, "Culled", "while frozen, show what was culled as grey glass"),
+    (KeyCode::KeyJ, "J", Action::Split, "Split", "another mode in the right half; Shift+1 to 7 choose it"),
+    (KeyCode::F7, "F7", Action::Profile, "Profile", "measure the last path frame by frame: time, triangles, missed pixels"),
+    (KeyCode::KeyQ, "Q", Action::Heat, "Heat", "colours from the profile: how often seen; what is drawn in vain; off"),
     (KeyCode::KeyL, "L", Action::Detail, "Detail", "as it looks, or in flat colours"),
     (KeyCode::KeyP, "P", Action::Layer(Shown::Portals), "Outlines", "outlines of portals"),
     (KeyCode::KeyR, "R", Action::Layer(Shown::Rectangles), "Rectangles", "portals' rectangles on the screen"),
@@ -129,7 +146,11 @@ pub fn action(code: KeyCode, [ctrl, shift]: [bool; 2]) -> Option<Action> {
         KeyCode::Delete if shift => return Some(Action::ShowAll),
         _ => {}
     }
-    KEYS.iter().find(|key| key.0 == code).map(|key| key.2)
+    let action = KEYS.iter().find(|key| key.0 == code).map(|key| key.2);
+    match action {
+        Some(Action::Mode(mode)) if shift => Some(Action::OtherMode(mode)),
+        action => action,
+    }
 }
 
 /// The lines of the list: what is pressed, and what it does.

@@ -34,8 +34,13 @@ fn options() -> ImportOptions {
 
 /// A scene that was read from `model`.
 pub fn baked(scene: Scene, model: &Path) -> Building {
+    sampled(scene, model, 0)
+}
+
+/// The same, with so many rays.
+pub fn sampled(scene: Scene, model: &Path, ray_budget: u64) -> Building {
     let looks = Looks::read(&scene, model, &options(), &|_| {});
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
+    let pvs = PvsOptions { ray_budget, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
     Building::new(scene, file, looks)
 }

@@ -1,0 +1,136 @@
+//! A path, frame by frame: what each frame costs, what it misses, and how often each object is seen or drawn in vain.
+
+use crate::draw::frame::{Side, Stage, Wish};
+use crate::draw::lines::Overlay;
+use crate::draw::marks::Marking;
+use crate::draw::targets::texture;
+use enfilade::ObjectId;
+use enfilade::runtime::FrameMode;
+use enfilade::walkthrough::path::CameraPath;
+use glam::DVec3;
+use std::time::Instant;
+use wgpu::{TextureFormat, TextureUsages, TextureView};
+
+/// First frames that drivers compile in: they are drawn, and not counted.
+const WARM_UP: usize = 2;
+
+/// What a frame of the path cost.
+#[derive(Clone, Copy, PartialEq, Debug, Default, serde::Serialize)]
+pub struct Cost {
+    /// Milliseconds of all of it: culling, drawing, and waiting for the device.
+    pub ms: f64,
+    /// Milliseconds of culling.
+    pub cull_ms: f64,
+    /// Triangles drawn.
+    pub triangles: u64,
+    /// Triangles that have a pixel.
+    pub seen: u64,
+    /// Pixels that lack something.
+    pub missed_pixels: u32,
+}
+
+/// A path that is measured.
+pub struct Profile<'b> {
+    /// It.
+    pub path: CameraPath,
+    /// How it is culled.
+    pub mode: FrameMode,
+    /// Its frames so far.
+    pub costs: Vec<Cost>,
+    /// By object: frames in which it has a pixel.
+    pub seen: Vec<u32>,
+    /// By object: triangles drawn in vain, over all frames.
+    pub in_vain: Vec<u64>,
+    side: Side<'b>,
+    warm_up: usize,
+    picture: ([u32; 2], TextureView),
+    format: TextureFormat,
+}
+
+impl<'b> Profile<'b> {
+    /// Of a path, with pictures of `format`.
+    pub fn new(stage: &Stage<'b>, path: CameraPath, mode: FrameMode, format: TextureFormat) -> Self {
+        let objects = stage.mesh.ranges.len();
+        Self {
+            costs: Vec::with_capacity(path.frames.len()),
+            path,
+            mode,
+            seen: vec![0; objects],
+            in_vain: vec![0; objects],
+            side: stage.side(),
+            warm_up: WARM_UP,
+            picture: picture(stage, format),
+            format,
+        }
+    }
+
+    /// Whether all frames are measured.
+    pub fn is_done(&self) -> bool {
+        self.costs.len() >= self.path.frames.len()
+    }
+
+    /// Measures the next frame; `origin`: that of the file. The stage culls as before afterwards.
+    ///
+    /// # Errors
+    ///
+    /// One line: the device has failed.
+    pub fn step(&mut self, stage: &mut Stage<'b>, origin: DVec3) -> Result<(), String> {
+        if self.is_done() {
+            return Ok(());
+        }
+        if self.picture.0 != stage.targets.size {
+            self.picture = picture(stage, self.format);
+            self.side.culling.resize(stage.targets.size);
+        }
+        stage.swap(&mut self.side);
+        let measured = self.measure(stage, origin);
+        stage.swap(&mut self.side);
+        let cost = measured?;
+        match self.warm_up.checked_sub(1) {
+            Some(left) => self.warm_up = left,
+            None => self.costs.push(cost),
+        }
+        Ok(())
+    }
+
+    fn measure(&mut self, stage: &mut Stage<'b>, origin: DVec3) -> Result<Cost, String> {
+        let [width, height] = self.picture.0.map(f64::from);
+        let camera = self.path.camera(self.costs.len(), origin, width / height);
+        let overlay = Overlay::default();
+        let wish = |alarm| {
+            let culled_by = Some(camera);
+            Wish { camera, culled_by, mode: self.mode, alarm, timed: false, overlay: &overlay, mirrors: None }
+        };
+        // 1. As it is, and how long that takes.
+        let marking = stage.marking();
+        stage.set_marking(Marking::Off)?;
+        let start = Instant::now();
+        stage.frame(wish(false), &self.picture.1, None).map_err(|e| e.to_string())?;
+        stage.settle().map_err(|e| e.to_string())?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        let (number, triangles) = (stage.frame, stage.triangles());
+        let cull_ms = stage.culling.last.as_ref().map_or(0.0, |last| last.ms);
+        stage.culling.frames.learn(number, ms, triangles);
+        // 2. Once more, with all that is to be known of it.
+        stage.set_marking(Marking::Counted)?;
+        stage.frame(wish(true), &self.picture.1, None).map_err(|e| e.to_string())?;
+        stage.settle().map_err(|e| e.to_string())?;
+        let missed_pixels = stage.heard.missed.as_ref().map_or(0, |missed| missed.pixels);
+        let seen = stage.kinds().map_or(0, |kinds| kinds[0]);
+        if let Some(marked) = stage.heard.marked.as_ref().filter(|_| self.warm_up == 0) {
+            let objects = (0..).map(ObjectId).zip(self.seen.iter_mut().zip(&mut self.in_vain));
+            for (object, (frames, in_vain)) in objects {
+                let [seen, vain, _] = marked.triangles(&stage.mesh.ranges[object.index()]);
+                *frames += u32::from(seen > 0);
+                *in_vain += vain;
+            }
+        }
+        stage.set_marking(marking)?;
+        Ok(Cost { ms, cull_ms, triangles, seen, missed_pixels })
+    }
+}
+
+fn picture(stage: &Stage<'_>, format: TextureFormat) -> ([u32; 2], TextureView) {
+    let size = stage.targets.size;
+    (size, texture(&stage.gpu, size, format, TextureUsages::RENDER_ATTACHMENT).create_view(&Default::default()))
+}

@@ -1,0 +1,69 @@
+//! The counters on the screen, line by line.
+
+use super::Session;
+use crate::culling::Decision;
+use crate::draw::marks::KINDS;
+use crate::ui::graphs::number;
+use enfilade::runtime::FrameMode;
+
+impl Session<'_> {
+    /// Of the frame.
+    pub(super) fn lines(&self) -> Vec<String> {
+        let Some(last) = &self.stage.culling.last else { return vec!["...".to_owned()] };
+        let frozen = if self.frozen.is_some() { ", frozen" } else { "" };
+        let home = match last.home {
+            Some(cell) => match &self.building.file.cells[cell.index()] {
+                named if named.source.is_some() => format!("cell {cell} ({})", named.name),
+                _ => format!("cell {cell}"),
+            },
+            None => "no cell asked".to_owned(),
+        };
+        let device = self.stage.heard.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
+        let mut lines = vec![format!("{}{frozen}", method(self.show.mode, last)), home];
+        lines.extend(self.drawn(last, self.stage.triangles()));
+        lines.extend([
+            format!("culling {:.2} ms, rest of CPU {:.2} ms{device}", last.ms, self.rest_ms),
+            format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
+            format!("{:.1} m/s, {:.0}° field of view", self.walker.metres_a_second(), self.show.fov_y.to_degrees()),
+            "F1: keys".to_owned(),
+        ]);
+        lines.extend(self.say_path());
+        if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {
+            lines.push(self.say_missed(missed));
+        }
+        lines
+    }
+
+    /// Of the right half, if it is culled by another mode.
+    pub(super) fn lines_beside(&self) -> Option<Vec<String>> {
+        let split = self.insight.split.as_ref()?;
+        let Some(last) = &split.side.culling.last else { return Some(vec![split.mode.to_string()]) };
+        let asked = if last.asks_device { split.side.heard.conditional } else { 0 };
+        let mut lines = vec![method(split.mode, last)];
+        lines.extend(self.drawn(last, last.stats.triangles + asked));
+        lines.push(format!("culling {:.2} ms", last.ms));
+        if let Some(kinds) = split.side.heard.marked.as_ref().map(|marked| self.stage.kinds_of(marked)) {
+            let [seen, in_vain, _] = kinds.map(|n| number(n as f64));
+            lines.push(format!("{seen} {}, {in_vain} {}", KINDS[0], KINDS[1]));
+        }
+        Some(lines)
+    }
+
+    /// What was drawn, by what it went through.
+    fn drawn(&self, last: &Decision, triangles: u64) -> [String; 3] {
+        let (objects, all) = (self.building.scene.objects.len(), self.building.scene.triangles.len());
+        [
+            format!("{} of {} triangles", number(triangles as f64), number(all as f64)),
+            format!("{} of {} objects", last.stats.objects, objects),
+            format!("{} cells, {} portals, {} queries", last.stats.cells, last.stats.portals, last.stats.queries),
+        ]
+    }
+}
+
+/// How a frame was culled.
+fn method(mode: FrameMode, last: &Decision) -> String {
+    match mode {
+        FrameMode::Auto => format!("auto: {}", last.method),
+        mode => mode.to_string(),
+    }
+}
