@@ -121,6 +121,14 @@ pub struct Material {
     pub cutoff: Option<f32>,
     /// Its picture (sRGB), which [`Self::colour`] is multiplied by.
     pub texture: Option<Picture>,
+    /// How its normals lean: x, y and z as red, green and blue, from -1 to 1, in the texture coordinates of [`Self::texture`].
+    pub normals: Option<Picture>,
+    /// By how much x and y of these are multiplied.
+    pub normal_scale: f32,
+    /// What [`Self::roughness`] (green) and [`Self::metallic`] (blue) are multiplied by.
+    pub roughness_and_metallic: Option<Picture>,
+    /// What [`Self::emissive`] is multiplied by (sRGB).
+    pub emissive_texture: Option<Picture>,
 }
 
 /// A picture of a material.
@@ -135,8 +143,25 @@ pub enum Picture {
 impl Material {
     /// Of one colour, matt, without a picture.
     pub fn matt(name: impl Into<String>, colour: [f32; 4]) -> Self {
-        let (name, emissive) = (name.into(), [0.0; 3]);
-        Self { name, colour, metallic: 0.0, roughness: 1.0, emissive, unlit: false, cutoff: None, texture: None }
+        Self {
+            name: name.into(),
+            colour,
+            metallic: 0.0,
+            roughness: 1.0,
+            emissive: [0.0; 3],
+            unlit: false,
+            cutoff: None,
+            texture: None,
+            normals: None,
+            normal_scale: 1.0,
+            roughness_and_metallic: None,
+            emissive_texture: None,
+        }
+    }
+
+    /// Its pictures: colours, normals, roughness and metal, emission.
+    pub fn pictures(&self) -> [Option<&Picture>; 4] {
+        [&self.texture, &self.normals, &self.roughness_and_metallic, &self.emissive_texture].map(Option::as_ref)
     }
 }
 

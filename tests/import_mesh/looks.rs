@@ -87,6 +87,32 @@ fn texture_coordinates_follow_their_transform() {
     }
 }
 
+#[test]
+fn pictures_of_normals_roughness_and_emission_come_along_where_coordinates_agree() {
+    let text = format!("data:image/png;base64,{PNG}");
+    let named = Some(Picture::Named(text));
+    let turned = json!({"KHR_texture_transform": {"rotation": 1.0}});
+    let all = material(json!({
+        "pbrMetallicRoughness": {
+            "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0},
+            "metallicFactor": 0.5, "roughnessFactor": 0.25,
+        },
+        "normalTexture": {"index": 0, "scale": 2.0}, "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1],
+    }));
+    assert_eq!(all.pictures(), [&named, &named, &named, &named].map(Option::as_ref));
+    assert_eq!((all.normal_scale, all.metallic, all.roughness, all.emissive), (2.0, 0.5, 0.25, [1.0; 3]));
+    // Without a picture of its colour, the first of the others has the say.
+    let alone = textured(json!({"normalTexture": {"index": 0, "extensions": turned}}));
+    assert!(coordinates(scene(&alone))[0][0] < 0.24);
+    // What has other coordinates is left out: what shines where is not known then, so nothing does.
+    let apart = material(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0, "texCoord": 1}},
+        "normalTexture": {"index": 0, "extensions": turned}, "emissiveTexture": {"index": 9}, "emissiveFactor": [1, 1, 1],
+    }));
+    assert_eq!(apart.pictures(), [named.as_ref(), None, None, None]);
+    assert_eq!((apart.metallic, apart.emissive), (0.0, [0.0; 3]));
+}
+
 /// A mirrored node's triangles are turned round, and their texture coordinates with them.
 #[test]
 fn texture_coordinates_stay_at_their_corners() {

@@ -1,6 +1,6 @@
 //! What things are made of: materials and pictures, as a graphics processor takes them.
 
-use enfilade::scene::{ImportOptions, Material, Role, Scene, picture};
+use enfilade::scene::{ImportOptions, Material, Picture, Role, Scene, picture};
 use image::imageops::{FilterType, resize};
 use image::{ImageReader, RgbaImage};
 use std::io::Cursor;
@@ -32,6 +32,10 @@ pub struct Surface {
     pub picture: u32,
     /// [`LIT`], [`UNLIT`] or [`SKY`].
     pub kind: u32,
+    /// Numbers of the pictures of its normals, of its roughness and metal, and of what it shines with.
+    pub others: [u32; 3],
+    /// How much normals lean, times the picture.
+    pub normal_scale: f32,
 }
 
 /// Light falls on it.
@@ -76,7 +80,7 @@ impl Looks {
         let mut looks = Self::default();
         // 1. Pictures, each once.
         let mut wanted = Vec::new();
-        for texture in materials.iter().filter_map(|m| m.texture.as_ref()) {
+        for texture in materials.iter().flat_map(|m| m.pictures()).flatten() {
             if !wanted.contains(&texture) {
                 wanted.push(texture);
             }
@@ -103,13 +107,13 @@ impl Looks {
         }
 
         // 2. Materials: the source's, then what stands for those that it doesn't tell.
-        let number = |m: &Material| {
-            let texture = m.texture.as_ref().and_then(|texture| wanted.iter().position(|other| *other == texture));
+        let number = |texture: Option<&Picture>| {
+            let texture = texture.and_then(|texture| wanted.iter().position(|other| *other == texture));
             texture.map_or(NO_PICTURE, |texture| numbers[texture])
         };
         let kept = materials.len().min(MOST_MATERIALS - ROLES.len());
-        looks.surfaces.extend(materials[..kept].iter().map(|m| surface(m, number(m))));
-        looks.surfaces.extend(ROLES.map(|(_, colour)| surface(&Material::matt("", colour), NO_PICTURE)));
+        looks.surfaces.extend(materials[..kept].iter().map(|m| surface(m, m.pictures().map(number))));
+        looks.surfaces.extend(ROLES.map(|(_, colour)| surface(&Material::matt("", colour), [NO_PICTURE; 4])));
 
         looks.made = (kept + by_role(Role::Door, false)) as u16;
 
@@ -141,7 +145,7 @@ fn by_role(role: Role, glass: bool) -> usize {
     ROLES.iter().position(|(other, _)| *other == role).unwrap_or(ROLES.len() - 1)
 }
 
-fn surface(m: &Material, picture: u32) -> Surface {
+fn surface(m: &Material, [picture, normals, rough, shine]: [u32; 4]) -> Surface {
     let [r, g, b] = m.emissive;
     Surface {
         colour: m.colour,
@@ -155,6 +159,8 @@ fn surface(m: &Material, picture: u32) -> Surface {
             true => UNLIT,
             false => LIT,
         },
+        others: [normals, rough, shine],
+        normal_scale: m.normal_scale,
     }
 }
 

@@ -131,20 +131,32 @@ fn the_alarm_counts_the_same_in_full() {
     assert!(plain == full && plain > 100, "{plain} and {full}");
 }
 
-/// A picture of two texels, red on the left, and on the right blue with an opacity of 0.
-fn two_texels() -> Vec<u8> {
+/// A picture of two texels.
+fn two_texels(texels: [[u8; 4]; 2]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
     encoder.set_color(png::ColorType::Rgba);
-    encoder.write_header().unwrap().write_image_data(&[255, 0, 0, 255, 0, 0, 255, 0]).unwrap();
+    encoder.write_header().unwrap().write_image_data(texels.as_flattened()).unwrap();
     bytes
 }
+
+/// Pictures of two texels: red, and blue with an opacity of 0; normals that lean up and down, and to the right and the left, with a cosine
+/// of 0.8; what is rough and no metal, and what is a smooth metal; one that isn't there.
+const PICTURES: [(&str, Option<[[u8; 4]; 2]>); 5] = [
+    ("two.png", Some([[255, 0, 0, 255], [0, 0, 255, 0]])),
+    ("gone.png", None),
+    ("up_down.png", Some([[128, 204, 230, 255], [128, 51, 230, 255]])),
+    ("right_left.png", Some([[204, 128, 230, 255], [51, 128, 230, 255]])),
+    ("rough_metal.png", Some([[0, 255, 0, 255], [0, 102, 255, 255]])),
+];
 
 /// Walls across z, 2 x 2 m about x = y = 0, each of a material of its own; texture coordinates as a picture hangs.
 fn walls(name: &str, walls: &[(f32, Value)]) -> (PathBuf, Building) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("two.png"), two_texels()).unwrap();
+    for (name, texels) in PICTURES {
+        texels.into_iter().for_each(|texels| std::fs::write(folder.join(name), two_texels(texels)).unwrap());
+    }
     let (mut bin, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
     let (mut meshes, mut nodes, mut materials) = (Vec::new(), Vec::new(), Vec::new());
     for (z, material) in walls {
@@ -167,7 +179,8 @@ fn walls(name: &str, walls: &[(f32, Value)]) -> (PathBuf, Building) {
     let document = json!({
         "asset": {"version": "2.0"}, "buffers": [{"byteLength": bin.len(), "uri": "walls.bin"}], "bufferViews": views,
         "accessors": accessors, "meshes": meshes, "nodes": nodes, "materials": materials,
-        "images": [{"uri": "two.png"}, {"uri": "gone.png"}], "textures": [{"source": 0}, {"source": 1}],
+        "images": PICTURES.map(|(name, _)| json!({"uri": name})),
+        "textures": (0..PICTURES.len()).map(|image| json!({"source": image})).collect::<Vec<_>>(),
     });
     let model = folder.join("walls.gltf");
     std::fs::write(&model, document.to_string()).unwrap();
@@ -249,4 +262,46 @@ fn glass_is_blended_far_ones_first_and_holes_are_holes() {
     };
     assert_eq!(picture("MASK"), [[255, 0, 0], [255, 255, 255]]);
     assert_eq!(picture("OPAQUE")[0], [255, 0, 0]);
+}
+
+#[test]
+fn pictures_lean_normals_and_say_what_shines_and_what_is_metal() {
+    if !has_device("pictures_lean_normals_and_say_what_shines_and_what_is_metal") {
+        return;
+    }
+    let light = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);
+    let rough = json!({"baseColorFactor": [0.5, 0.5, 0.5, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0});
+    let leaning = |texture: Value| {
+        let material = json!({"pbrMetallicRoughness": rough, "normalTexture": texture});
+        seen(&walls("looks_normals", &[(0.0, material)]).1).map(light)
+    };
+    let [flat, same] = seen(&walls("looks_flat", &[(0.0, json!({"pbrMetallicRoughness": rough}))]).1).map(light);
+    assert_eq!(flat, same);
+    // The sun stands high, to the right and before the wall.
+    let [up, down] = leaning(json!({"index": 2}));
+    assert!(up > flat + 30 && down + 30 < flat, "{up} {flat} {down}");
+    let [right, left] = leaning(json!({"index": 3}));
+    assert!(right > flat + 10 && left + 10 < flat, "{right} {flat} {left}");
+    assert_eq!(leaning(json!({"index": 2, "scale": 0.0})), [flat; 2]);
+    // Pictures with other coordinates than the first are left out.
+    let moved = json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0.0]}}});
+    let black = |emissive: Value| {
+        let material = json!({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0.0, "roughnessFactor": 1.0},
+            "emissiveFactor": [1, 1, 1], "emissiveTexture": emissive, "normalTexture": {"index": 2, "scale": 0.0}});
+        seen(&walls("looks_emissive", &[(0.0, material)]).1)
+    };
+    let [[r, _, b], [r2, _, b2]] = black(json!({"index": 0}));
+    assert!(r > 200 && b < 80 && r2 < 80 && b2 > 200, "{r} {b}, {r2} {b2}");
+    assert!(black(moved).iter().flatten().all(|x| *x < 80));
+    // A red metal reflects red, and what is no metal shines white: green and blue are of what is no metal.
+    let red = json!({"baseColorFactor": [0.8, 0.0, 0.0, 1.0], "metallicRoughnessTexture": {"index": 4}});
+    let (_, building) = walls("looks_metal", &[(0.0, json!({"pbrMetallicRoughness": red}))]);
+    let surface = building.looks.surfaces[0];
+    assert_eq!((surface.metallic, surface.emissive_and_roughness[3]), (1.0, 1.0));
+    let [cloth, metal] = seen(&building);
+    assert!(cloth[0] > 100 && metal[0] > 100 && cloth != metal, "{cloth:?} {metal:?}");
+    let plain = json!({"baseColorFactor": [0.8, 0.0, 0.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0});
+    assert_eq!(seen(&walls("looks_cloth", &[(0.0, json!({"pbrMetallicRoughness": plain}))]).1)[0], cloth);
+    let plain = json!({"baseColorFactor": [0.8, 0.0, 0.0, 1.0], "metallicFactor": 1.0, "roughnessFactor": 0.4});
+    assert_eq!(seen(&walls("looks_steel", &[(0.0, json!({"pbrMetallicRoughness": plain}))]).1)[1], metal);
 }

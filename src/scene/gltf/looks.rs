@@ -28,7 +28,7 @@ struct Textured {
 }
 
 /// KHR_texture_transform: turned and stretched, then moved.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Transform {
     matrix: DMat2,
     offset: DVec2,
@@ -62,7 +62,7 @@ impl Looks {
         let entry = &self.root["meshes"][mesh]["primitives"][primitive];
         let textured = self.materials.get(entry["material"].as_u64()? as usize)?;
         let coordinates = || {
-            textured.material.texture.as_ref()?;
+            textured.material.pictures().into_iter().flatten().next()?;
             let at = self.coordinates(buffers, entry, &format!("TEXCOORD_{}", textured.set))?;
             let at = |corner: u32| {
                 let [u, v] = at(part.vertices[corner as usize] as usize).unwrap_or_default();
@@ -107,20 +107,30 @@ impl Textured {
         let [colour, texture] =
             if older.is_object() { ["diffuseFactor", "diffuseTexture"] } else { ["baseColorFactor", "baseColorTexture"] };
         let (mut colour, texture) = (numbers(&pbr[colour], [1.0; 4]), &pbr[texture]);
-        let image = texture["index"].as_u64().and_then(|index| source(&textures[index as usize]));
+        // Coordinates are those of the first picture; one that has others is left out.
+        let others = [&entry["normalTexture"], &pbr["metallicRoughnessTexture"], &entry["emissiveTexture"]];
+        let image = |texture: &Value| {
+            let source = source(&textures[texture["index"].as_u64()? as usize])?;
+            pictures.get(source as usize)?.clone()
+        };
+        let first = [texture].into_iter().chain(others).find(|texture| image(texture).is_some());
+        let coordinates = first.map_or((0, Transform::read(&Value::Null)), coordinates);
+        let image = |texture: &Value| image(texture).filter(|_| self::coordinates(texture) == coordinates);
+        let [normals, roughness_and_metallic, emissive_texture] = others.map(image);
         if entry["alphaMode"].as_str() != Some("BLEND") {
             // What lets light through tints it; of the clearest, a little is seen.
             let transmission = &extensions["KHR_materials_transmission"]["transmissionFactor"];
             colour[3] = 1.0 - 0.7 * number(transmission, 0.0).clamp(0.0, 1.0);
         }
-        // How metallic and rough each texel is, is not read: pictures of that are of matt things far more often than not.
-        let [metallic, roughness] = match (older.is_object(), pbr["metallicRoughnessTexture"].is_object()) {
+        let is_left_out = others[1].is_object() && roughness_and_metallic.is_none();
+        let [metallic, roughness] = match (older.is_object(), is_left_out) {
             (true, _) => [0.0, 1.0 - number(&pbr["glossinessFactor"], 1.0)],
+            // Things with such a picture are matt far more often than not.
             (_, true) => [0.0, number(&pbr["roughnessFactor"], 1.0).max(0.7)],
             _ => [number(&pbr["metallicFactor"], 1.0), number(&pbr["roughnessFactor"], 1.0)],
         };
-        // Where it shines, a picture says that isn't read.
-        let shines = if entry["emissiveTexture"].is_object() { 0.0 } else { 1.0 };
+        // Where it shines, a picture says that is left out.
+        let shines = if others[2].is_object() && emissive_texture.is_none() { 0.0 } else { 1.0 };
         let strength = shines * number(&extensions["KHR_materials_emissive_strength"]["emissiveStrength"], 1.0);
         let is_masked = entry["alphaMode"].as_str() == Some("MASK");
         let material = Material {
@@ -129,13 +139,22 @@ impl Textured {
             emissive: numbers(&entry["emissiveFactor"], [0.0; 3]).map(|x| (x * strength).max(0.0)),
             unlit: extensions["KHR_materials_unlit"].is_object(),
             cutoff: is_masked.then(|| number(&entry["alphaCutoff"], 0.5)),
-            texture: image.and_then(|image| pictures.get(image as usize)?.clone()),
+            texture: image(texture),
+            normals,
+            normal_scale: number(&entry["normalTexture"]["scale"], 1.0),
+            roughness_and_metallic,
+            emissive_texture,
             ..Material::matt(name, colour.map(|x| x.clamp(0.0, 1.0)))
         };
-        let transform = &texture["extensions"]["KHR_texture_transform"];
-        let set = transform["texCoord"].as_u64().or(texture["texCoord"].as_u64()).unwrap_or(0);
-        Self { material, set, transform: Transform::read(transform) }
+        Self { material, set: coordinates.0, transform: coordinates.1 }
     }
+}
+
+/// Which texture coordinates a texture takes, and how it turns them.
+fn coordinates(texture: &Value) -> (u64, Transform) {
+    let transform = &texture["extensions"]["KHR_texture_transform"];
+    let set = transform["texCoord"].as_u64().or(texture["texCoord"].as_u64()).unwrap_or(0);
+    (set, Transform::read(transform))
 }
 
 impl Transform {

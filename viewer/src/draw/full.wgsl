@@ -15,6 +15,10 @@ struct Surface {
     picture: u32,
     // 1: no light changes it; 2: the sky is seen through it.
     kind: u32,
+    normals: u32,
+    rough: u32,
+    shine: u32,
+    normal_scale: f32,
 }
 
 struct Sun {
@@ -33,6 +37,8 @@ const NO_PICTURE: u32 = 0xffffffffu;
 @group(1) @binding(3) var repeating: sampler;
 @group(1) @binding(4) var shadows: texture_depth_2d;
 @group(1) @binding(5) var comparing: sampler_comparison;
+// The pictures again, as numbers.
+@group(1) @binding(6) var numbers: texture_2d_array<f32>;
 
 struct Lit {
     @invariant @builtin(position) at: vec4f,
@@ -89,38 +95,76 @@ fn sky(direction: vec3f) -> vec3f {
     return mix(vec3f(0.83, 0.88, 0.93), vec3f(0.42, 0.60, 0.84), sqrt(up));
 }
 
-fn base(in: Lit) -> vec4f {
-    let s = surfaces[in.surface];
-    let dx = dpdx(in.picture_at);
-    let dy = dpdy(in.picture_at);
-    if s.picture == NO_PICTURE { return s.colour; }
-    return s.colour * textureSampleGrad(pictures, repeating, in.picture_at, s.picture, dx, dy);
+// What a material is at a point.
+struct Spot {
+    colour: vec4f,
+    emissive: vec3f,
+    roughness: f32,
+    metallic: f32,
+    // Towards the eye.
+    normal: vec3f,
 }
 
-fn shaded(in: Lit, base: vec3f) -> vec3f {
+// A face's normal, leaned by a picture: texture coordinates say where its x and y lead, without tangents in the model (Schüler 2013).
+fn leaned(n: vec3f, s: Surface, at: vec2f, dx: vec2f, dy: vec2f, px: vec3f, py: vec3f) -> vec3f {
+    let lean = textureSampleGrad(numbers, repeating, at, s.normals, dx, dy).xyz * 2.0 - 1.0;
+    // The screen's y leads down.
+    let a = cross(n, py);
+    let b = cross(px, n);
+    let t = a * dx.x + b * dy.x;
+    // A picture's y leads up, and its v down.
+    let u = -(a * dx.y + b * dy.y);
+    let most = max(dot(t, t), dot(u, u));
+    if most <= 0.0 { return n; }
+    let tilted = s.normal_scale * lean.xy * inverseSqrt(most);
+    return normalize(t * tilted.x + u * tilted.y + n * max(lean.z, 0.05));
+}
+
+fn spot_of(in: Lit) -> Spot {
     let s = surfaces[in.surface];
+    let at = in.picture_at;
+    let dx = dpdx(at);
+    let dy = dpdy(at);
+    let px = dpdx(in.place);
+    let py = dpdy(in.place);
+    // Models are wound both ways: a face is lit on the side that is seen.
+    let n = in.normal * select(-1.0, 1.0, dot(in.normal, camera.eye.xyz - in.place) >= 0.0);
+    var spot = Spot(s.colour, s.emissive.rgb, s.emissive.w, s.metallic, n);
+    if s.picture != NO_PICTURE { spot.colour *= textureSampleGrad(pictures, repeating, at, s.picture, dx, dy); }
+    if s.shine != NO_PICTURE { spot.emissive *= textureSampleGrad(pictures, repeating, at, s.shine, dx, dy).rgb; }
+    if s.rough != NO_PICTURE {
+        let rough = textureSampleGrad(numbers, repeating, at, s.rough, dx, dy);
+        spot.roughness *= rough.g;
+        spot.metallic *= rough.b;
+    }
+    if s.normals != NO_PICTURE { spot.normal = leaned(n, s, at, dx, dy, px, py); }
+    return spot;
+}
+
+fn shaded(in: Lit, at: Spot) -> vec3f {
+    let s = surfaces[in.surface];
+    let base = at.colour.rgb;
     let away = camera.eye.xyz - in.place;
     if s.kind == 2u { return sky(-away); }
     if s.kind == 1u { return pow(base, vec3f(1.0 / 2.2)); }
     let eye = normalize(away);
-    // Models are wound both ways: a face is lit on the side that is seen.
-    let n = in.normal * select(-1.0, 1.0, dot(in.normal, away) >= 0.0);
+    let n = at.normal;
     // Walls that meet differ a little, though nothing shines on them.
     let tilt = 1.0 + 0.10 * n.x + 0.05 * n.z;
     let ambient = mix(GROUND, SKY, n.y * 0.5 + 0.5) * tilt;
     let facing = dot(n, sun.towards.xyz);
     var direct = vec3f(0.0);
     if facing > 0.0 { direct = SUN * sunlight(in.place, n); }
-    let roughness = s.emissive.w;
+    let roughness = at.roughness;
     let gloss = (1.0 - roughness) * (1.0 - roughness);
     let mirrored = reflect(-eye, n);
     let around = mix(GROUND, SKY, smoothstep(-0.4, 0.4, mirrored.y));
-    let f0 = mix(vec3f(0.04), base, s.metallic);
+    let f0 = mix(vec3f(0.04), base, at.metallic);
     let fresnel = f0 + (max(vec3f(1.0 - roughness), f0) - f0) * pow(1.0 - max(dot(n, eye), 0.0), 5.0);
-    let spot = pow(max(dot(mirrored, sun.towards.xyz), 0.0), mix(8.0, 200.0, gloss)) * mix(0.1, 2.0, gloss);
-    let diffuse = base * (1.0 - s.metallic) * (ambient + direct * max(facing, 0.0));
-    let specular = fresnel * (around * max(gloss, s.metallic) + direct * spot);
-    return shown(diffuse + specular + s.emissive.rgb);
+    let shine = pow(max(dot(mirrored, sun.towards.xyz), 0.0), mix(8.0, 200.0, gloss)) * mix(0.1, 2.0, gloss);
+    let diffuse = base * (1.0 - at.metallic) * (ambient + direct * max(facing, 0.0));
+    let specular = fresnel * (around * max(gloss, at.metallic) + direct * shine);
+    return shown(diffuse + specular + at.emissive);
 }
 
 @fragment
@@ -128,15 +172,15 @@ fn nothing() {}
 
 @fragment
 fn solid(in: Lit) -> @location(0) vec4f {
-    return vec4f(shaded(in, base(in).rgb), 1.0);
+    return vec4f(shaded(in, spot_of(in)), 1.0);
 }
 
 // Pictures with holes.
 @fragment
 fn masked(in: Lit) -> @location(0) vec4f {
-    let colour = base(in);
-    if colour.a < surfaces[in.surface].cutoff { discard; }
-    return vec4f(shaded(in, colour.rgb), 1.0);
+    let spot = spot_of(in);
+    if spot.colour.a < surfaces[in.surface].cutoff { discard; }
+    return vec4f(shaded(in, spot), 1.0);
 }
 
 // Of each square of four pixels one shows it.
@@ -148,11 +192,11 @@ fn is_screen(at: vec4f) -> bool {
 // Blended: what is seen along it reflects more.
 @fragment
 fn glass(in: Lit) -> @location(0) vec4f {
-    let colour = base(in);
+    let spot = spot_of(in);
     let away = camera.eye.xyz - in.place;
     let along = 1.0 - abs(dot(in.normal, normalize(away)));
-    let gloss = 1.0 - surfaces[in.surface].emissive.w;
-    return vec4f(shaded(in, colour.rgb), clamp(colour.a + gloss * 0.5 * pow(along, 5.0), 0.0, 1.0));
+    let gloss = 1.0 - spot.roughness;
+    return vec4f(shaded(in, spot), clamp(spot.colour.a + gloss * 0.5 * pow(along, 5.0), 0.0, 1.0));
 }
 
 // Depth alone of what is seen through, as a screen: what the alarm compares with.

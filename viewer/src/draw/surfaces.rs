@@ -77,6 +77,7 @@ pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         BindingType::Sampler(SamplerBindingType::Filtering),
         texture(TextureSampleType::Depth, TextureViewDimension::D2),
         BindingType::Sampler(SamplerBindingType::Comparison),
+        texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
     ];
     let entries: Vec<_> = (0..)
         .zip(kinds)
@@ -93,7 +94,7 @@ pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
 /// The sun, materials and pictures.
 pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, looks: &Looks, sun: &Sun) -> wgpu::BindGroup {
     let materials = gpu.filled(bytemuck::cast_slice(&looks.surfaces), BufferUsages::STORAGE);
-    let pictures = pictures(gpu, &looks.pictures);
+    let [pictures, numbers] = pictures(gpu, &looks.pictures);
     let repeating = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         address_mode_u: wgpu::AddressMode::Repeat,
         address_mode_v: wgpu::AddressMode::Repeat,
@@ -115,14 +116,15 @@ pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, looks: &Looks, sun: &Sun
         wgpu::BindingResource::Sampler(&repeating),
         wgpu::BindingResource::TextureView(&sun.shadows),
         wgpu::BindingResource::Sampler(&comparing),
+        wgpu::BindingResource::TextureView(&numbers),
     ];
     let entries: Vec<_> =
         (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
-/// Pictures as layers, with smaller and smaller ones of each.
-fn pictures(gpu: &Gpu, pictures: &[RgbaImage]) -> wgpu::TextureView {
+/// Pictures as layers, with smaller and smaller ones of each: as colours, and as numbers.
+fn pictures(gpu: &Gpu, pictures: &[RgbaImage]) -> [wgpu::TextureView; 2] {
     let side = pictures.first().map_or(1, RgbaImage::width);
     let layers = (pictures.len() as u32).clamp(1, gpu.limits.max_texture_array_layers);
     let levels = side.ilog2() + 1;
@@ -134,7 +136,7 @@ fn pictures(gpu: &Gpu, pictures: &[RgbaImage]) -> wgpu::TextureView {
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::Rgba8UnormSrgb,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
+        view_formats: &[wgpu::TextureFormat::Rgba8Unorm],
     });
     for (layer, picture) in (0..layers).zip(pictures) {
         let mut smaller = picture.clone();
@@ -151,8 +153,10 @@ fn pictures(gpu: &Gpu, pictures: &[RgbaImage]) -> wgpu::TextureView {
             gpu.queue.write_texture(to, &smaller, rows, extent);
         }
     }
-    texture
-        .create_view(&wgpu::TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..Default::default() })
+    [wgpu::TextureFormat::Rgba8UnormSrgb, wgpu::TextureFormat::Rgba8Unorm].map(|format| {
+        let (dimension, format) = (Some(TextureViewDimension::D2Array), Some(format));
+        texture.create_view(&wgpu::TextureViewDescriptor { dimension, format, ..Default::default() })
+    })
 }
 
 #[cfg(test)]
