@@ -420,3 +420,72 @@ fn a_map_and_its_compiled_level_agree_in_a_million_points() {
         assert!(found.len() < 1000, "{name}: {}", found.len());
     }
 }
+
+/// A WAD of the textures that a level has within.
+fn wad_of(bsp: &[u8]) -> Vec<u8> {
+    let word = |at: usize| u32::from_le_bytes(bsp[at..at + 4].try_into().unwrap()) as usize;
+    let [lump, length] = [word(4 + 8 * 2), word(8 + 8 * 2)];
+    let mut wad = b"WAD2".to_vec();
+    wad.extend((word(lump) as u32).to_le_bytes());
+    wad.extend((12 + length as u32).to_le_bytes());
+    wad.extend(&bsp[lump..lump + length]);
+    for texture in 0..word(lump) {
+        let at = word(lump + 4 + 4 * texture);
+        // A lump ends where the file does, at the latest.
+        wad.extend([12 + at as u32, 0, 0].map(u32::to_le_bytes).concat());
+        wad.extend([0x44, 0, 0, 0]);
+        wad.extend(&bsp[lump + at..lump + at + 16]);
+    }
+    wad
+}
+
+/// What the compiler wrote into the level is what is worked out of the map, to a texel's hundredth.
+#[test]
+fn textures_lie_in_a_map_as_its_compiler_laid_them() {
+    let Some(data) = data("textures_lie_in_a_map_as_its_compiler_laid_them") else { return };
+    let level = data.join("quake-id-gpl/e1m1.bsp");
+    let folder = folder("map_textures");
+    std::fs::write(folder.join("base.wad"), wad_of(&std::fs::read(&level).unwrap())).unwrap();
+    std::fs::copy(level.with_extension("map"), folder.join("e1m1.map")).unwrap();
+    let options = ImportOptions { trace: true, ..ImportOptions::default() };
+    let scenes = [folder.join("e1m1.map"), level].map(|path| enfilade::scene::import(&path, &options).unwrap());
+    // By texture: corners in the model's own coordinates, with their texture coordinates.
+    let [map, bsp] = scenes.map(|scene| {
+        let trace = scene.trace.as_ref().unwrap();
+        let mut of: std::collections::BTreeMap<String, Vec<([DVec3; 3], [[f32; 2]; 3])>> = Default::default();
+        for (o, object) in scene.objects.iter().enumerate() {
+            let look = &trace.looks[trace.meshes[o] as usize];
+            let material = &trace.materials[look.material.unwrap() as usize];
+            for t in object.triangles.clone().filter(|_| material.texture.is_some()) {
+                let at = look.texture_coordinates[trace.triangles[t as usize] as usize];
+                of.entry(material.name.clone()).or_default().push((scene.corners(t as usize).map(|p| p + scene.origin), at));
+            }
+        }
+        of
+    });
+    // Texture coordinates of a point of a triangle; `None` off it.
+    let at = |(corners, at): &([DVec3; 3], [[f32; 2]; 3]), p: DVec3| {
+        let [a, b, c] = *corners;
+        let n = (b - a).cross(c - a);
+        let weights = [(b, c), (c, a), (a, b)].map(|(q, r)| (q - p).cross(r - p).dot(n) / n.dot(n));
+        let is_on = (p - a).dot(n.normalize()).abs() < 1e-3 && weights.iter().all(|w| *w > 1e-3);
+        is_on.then(|| [0, 1].map(|k| (0..3).map(|i| weights[i] * f64::from(at[i][k])).sum::<f64>()))
+    };
+    let (mut compared, mut off) = (0, 0);
+    for (texture, triangles) in &map {
+        for (corners, coordinates) in triangles {
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let here = at(&(*corners, *coordinates), middle);
+            let there = bsp.get(texture).and_then(|all| all.iter().find_map(|other| at(other, middle)));
+            if let (Some(here), Some(there)) = (here, there) {
+                compared += 1;
+                // Pictures repeat.
+                let apart = [0, 1].map(|k| (here[k] - there[k]) - (here[k] - there[k]).round());
+                off += usize::from(apart.iter().any(|x| x.abs() > 1e-4));
+            }
+        }
+    }
+    assert!(compared > 3000, "{compared} triangles are in both");
+    // One face, of two triangles, is of two brushes that the mapper offset differently.
+    assert_eq!(off, 2, "of {compared} triangles");
+}

@@ -1,6 +1,7 @@
 //! The faces of a level: read and checked, as meshes, and how they look.
 
 use super::layout::*;
+use super::texels::Textures;
 use super::textures::material;
 use super::tree::{point, texture_name, texture_size};
 use crate::scene::{Mesh, Role, SceneBuilder};
@@ -85,12 +86,14 @@ impl Faces {
     }
 
     /// Says how the mesh of faces with one texture looks.
-    pub fn look(&self, builder: &mut SceneBuilder, faces: &[usize]) {
+    pub fn look(&self, builder: &mut SceneBuilder, textures: &Textures, faces: &[usize]) {
         if !builder.is_traced() {
             return;
         }
         let coordinates = |face: &Face, vertex: u32| {
-            let (projection, size) = &self.projections[face.texture];
+            let (projection, own) = &self.projections[face.texture];
+            let found = textures.get(&self.textures[face.texture]).map(|found| found.size.map(f64::from));
+            let size = found.unwrap_or(*own);
             let p = self.vertices[vertex as usize];
             let along = |axis, offset: f32| point(axis).dot(p) + f64::from(offset);
             let texels = [along(projection.u_axis, projection.u_offset), along(projection.v_axis, projection.v_offset)];
@@ -99,7 +102,7 @@ impl Faces {
         let all = faces.iter().map(|&face| &self.faces[face]);
         let triangles = all.clone().flat_map(|face| fan(&face.corners).map(|t| t.map(|vertex| coordinates(face, vertex))));
         let texture = all.map(|face| self.textures[face.texture].as_str()).next().unwrap_or_default();
-        builder.look(material(texture), triangles.collect());
+        builder.look(material(texture, textures), triangles.collect());
     }
 
     /// Faces as fans.

@@ -6,23 +6,27 @@
 //! `func_areaportal` is not drawn; the tree has a plane for each of its faces, and portals there can be shut. All else of entities with brushes
 //! is as in a compiled level: doors are doors, triggers are not drawn, the rest hides nothing, because it may move.
 
+mod alignment;
 mod brush;
 mod build;
 mod flood;
 mod union;
 
 use super::portals::{derive, sink};
+use super::texels::{Texture, Textures};
 use super::textures::{is_see_through, is_undrawn, material};
 use super::world::{UNIT, half_spaces, leaves_of, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
 use crate::geom::{Aabb, middle};
 use crate::scene::{Leaves, Mesh, Place, Role, SceneBuilder, Source};
 use crate::types::level::LevelPortal;
+use alignment::texture_coordinates;
 use brush::{Brush, ON, Side, planes};
 use flood::{Leak, Origin, keep_inside};
 use glam::DVec3;
 use quake_map::{Entity, QuakeMap, TextParseError};
 use std::collections::BTreeMap;
+use std::path::Path;
 use union::Part;
 
 /// Most brushes. More: what a hostile file asks for takes hours.
@@ -57,8 +61,8 @@ enum Kind {
     Absent,
 }
 
-/// The map as a scene.
-pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+/// The map as a scene, read from `path` if from a file.
+pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let map = parsed(bytes)?;
     let unit = options.metres_per_unit.unwrap_or(UNIT);
     let source = Source { format: "map".into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() };
@@ -86,17 +90,21 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     }
 
     // 2. What shows of the world, by leaf and texture.
-    let mut groups: BTreeMap<(usize, &str), Vec<Vec<DVec3>>> = BTreeMap::new();
+    let named = map.entities.first().and_then(|world| value(world, "wad")).unwrap_or_default();
+    let textures = if builder.is_traced() { Textures::read(None, path, &named, options) } else { Textures::default() };
+    let mut groups: BTreeMap<(usize, &str), Vec<Facing<'_>>> = BTreeMap::new();
     for part in &parts {
-        let texture = structure[part.side[0]].sides[part.side[1]].texture.as_str();
+        let side = &structure[part.side[0]].sides[part.side[1]];
+        let texture = side.texture.as_str();
         if !is_undrawn(texture) {
             for piece in sink(&tree, tree.root, part.winding.clone(), &part.plane.flipped(), ON, false) {
-                groups.entry((piece.leaf.unwrap_or_default(), texture)).or_default().push(piece.winding);
+                groups.entry((piece.leaf.unwrap_or_default(), texture)).or_default().push((piece.winding, side));
             }
         }
     }
     for ((leaf, texture), faces) in groups {
-        builder.look(material(texture), Vec::new());
+        let faces = fans_of(faces);
+        look(&mut builder, &textures, texture, &faces);
         builder.add(fans(faces, format!("leaf {leaf}/{texture}"), Role::Structure, true, unit))?;
     }
 
@@ -104,8 +112,9 @@ pub(super) fn scene(bytes: &[u8], name: &str, options: &ImportOptions) -> Result
     for Other { node, role, kind, brushes } in other {
         for (texture, faces) in drawn(&brushes) {
             let node = format!("{node}/{texture}");
+            let faces = fans_of(faces);
+            look(&mut builder, &textures, texture, &faces);
             let mesh = |opaque| fans(faces, node, role, opaque, unit);
-            builder.look(material(texture), Vec::new());
             match kind {
                 Kind::Moving if !is_see_through(texture) => builder.add_moving(mesh(false))?,
                 Kind::Detail if !is_see_through(texture) => builder.add(mesh(true))?,
@@ -261,22 +270,42 @@ fn origin(entity: &Entity) -> Option<DVec3> {
 }
 
 /// The drawn faces of brushes, by texture.
-fn drawn(brushes: &[Brush]) -> BTreeMap<&str, Vec<Vec<DVec3>>> {
-    let mut faces: BTreeMap<&str, Vec<Vec<DVec3>>> = BTreeMap::new();
+fn drawn(brushes: &[Brush]) -> BTreeMap<&str, Vec<Facing<'_>>> {
+    let mut faces: BTreeMap<&str, Vec<Facing<'_>>> = BTreeMap::new();
     for side in brushes.iter().flat_map(|brush| &brush.sides).filter(|side| !is_undrawn(&side.texture)) {
-        faces.entry(&side.texture).or_default().push(side.face.clone());
+        faces.entry(&side.texture).or_default().push((side.face.clone(), side));
     }
     faces
 }
 
-/// Faces as fans, without corners that lie on the one before: rays would meet needles anywhere.
-fn fans(faces: Vec<Vec<DVec3>>, node: String, role: Role, opaque: bool, unit: f64) -> Mesh {
-    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for mut face in faces {
+/// A face, or a part of one, of a side.
+type Facing<'s> = (Vec<DVec3>, &'s Side);
+
+/// Without corners that lie on the one before: rays would meet needles anywhere.
+fn fans_of(mut faces: Vec<Facing<'_>>) -> Vec<Facing<'_>> {
+    for (face, _) in &mut faces {
         face.dedup_by(|a, b| a.distance(*b) <= NEAR);
         if face.len() > 1 && face[0].distance(face[face.len() - 1]) <= NEAR {
             face.pop();
         }
+    }
+    faces
+}
+
+/// Says how faces look that have one texture.
+fn look(builder: &mut SceneBuilder, textures: &Textures, texture: &str, faces: &[Facing<'_>]) {
+    let coordinates = |(face, side): &Facing<'_>, size: [u32; 2]| {
+        let corners: Vec<[f32; 2]> = face.iter().map(|p| texture_coordinates(side, *p, size)).collect();
+        (2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]).collect::<Vec<_>>()
+    };
+    let of = |found: &Texture| faces.iter().flat_map(|face| coordinates(face, found.size)).collect();
+    builder.look(material(texture, textures), textures.get(texture).map(of).unwrap_or_default());
+}
+
+/// Faces as fans.
+fn fans(faces: Vec<Facing<'_>>, node: String, role: Role, opaque: bool, unit: f64) -> Mesh {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for (face, _) in faces {
         let first = positions.len() as u32;
         triangles.extend((2..face.len() as u32).map(|k| [first, first + k - 1, first + k]));
         positions.extend(face.into_iter().map(|p| turned(p, unit)));

@@ -24,6 +24,8 @@ mod map;
 mod portals;
 pub(crate) mod prt;
 #[cfg(feature = "quake")]
+mod texels;
+#[cfg(feature = "quake")]
 mod textures;
 #[cfg(feature = "quake")]
 pub(crate) mod tree;
@@ -52,7 +54,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         if !walls.is_empty() && !are_compiled(path, &bsp) {
             return Err(malformed(BspError::Fences(walls.len())));
         }
-        world::scene(&bsp, &name, options, &walls)
+        world::scene(&bsp, &name, Some(path), options, &walls)
     }
     #[cfg(not(feature = "quake"))]
     {
@@ -68,7 +70,7 @@ pub fn import_map(path: &Path, options: &ImportOptions) -> Result<Scene, ImportE
     #[cfg(feature = "quake")]
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        import_map_bytes(&whole_file::read(path)?, &name, options)
+        map::scene(&whole_file::read(path)?, &name, Some(path), options)
     }
     #[cfg(not(feature = "quake"))]
     {
@@ -80,7 +82,7 @@ pub fn import_map(path: &Path, options: &ImportOptions) -> Result<Scene, ImportE
 /// As [`import_map`], of a map in memory.
 #[cfg(feature = "quake")]
 pub fn import_map_bytes(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
-    map::scene(bytes, name, options)
+    map::scene(bytes, name, None, options)
 }
 
 /// As [`import`], of a level in memory.
@@ -88,7 +90,7 @@ pub fn import_map_bytes(bytes: &[u8], name: &str, options: &ImportOptions) -> Re
 pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let bsp = Bsp::read(bytes).map_err(malformed)?;
     bsp.fences_on_walls().and_then(|walls| fences::refuse(&walls)).map_err(malformed)?;
-    world::scene(&bsp, name, options, &[])
+    world::scene(&bsp, name, None, options, &[])
 }
 
 #[cfg(feature = "quake")]

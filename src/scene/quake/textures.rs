@@ -1,14 +1,21 @@
 //! What games know of textures by their names.
 
+use super::texels::Textures;
 use crate::scene::Material;
 
 /// Textures of faces that games never draw.
 const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
 
-/// What engines know of a texture by its name. Its texels need the game's palette, which no level holds: liquids have their colours, what
-/// else there is one that is made from its name, so that textures can be told apart.
-pub(super) fn material(texture: &str) -> Material {
+/// How a texture looks: its texels where they were found. Without them, liquids have their colours, and what else there is one that is made
+/// from its name, so that textures can be told apart.
+pub(super) fn material(texture: &str, textures: &Textures) -> Material {
     let opacity = if is_see_through(texture) { 0.5 } else { 1.0 };
+    if let Some(found) = textures.get(texture) {
+        let has_holes = texture.starts_with('{');
+        let colour = [1.0, 1.0, 1.0, if has_holes { 1.0 } else { opacity }];
+        let (cutoff, picture) = (has_holes.then_some(0.5), Some(found.picture.clone()));
+        return Material { cutoff, texture: picture, ..Material::matt(texture, colour) };
+    }
     let liquid = LIQUIDS.iter().find(|(name, _)| texture.starts_with(name)).map(|(_, colour)| *colour);
     let [r, g, b] = liquid.unwrap_or_else(|| by_name(texture));
     Material::matt(texture, [r, g, b, opacity])

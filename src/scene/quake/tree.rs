@@ -184,8 +184,14 @@ pub(super) fn texture_size(source: &Source<'_>, texture: u32) -> Option<[u32; 2]
     (!size.contains(&0)).then_some(size)
 }
 
+/// How many textures the lump counts, as far as it reaches.
+pub(super) fn texture_names(source: &Source<'_>) -> u32 {
+    let textures = source.lump(TEXTURES);
+    word(textures, 0).unwrap_or(0).min(textures.len() as u32 / 4)
+}
+
 /// The lump of textures from one of them on.
-fn texture_entry<'a>(source: &Source<'a>, texture: u32) -> Option<&'a [u8]> {
+pub(super) fn texture_entry<'a>(source: &Source<'a>, texture: u32) -> Option<&'a [u8]> {
     let textures = source.lump(TEXTURES);
     let count = word(textures, 0)?;
     let offset = word(textures, 4 + 4 * texture as usize).filter(|_| texture < count)?;

@@ -8,6 +8,7 @@ use super::entities::entities;
 use super::faces::Faces;
 use super::layout::*;
 use super::portals::Between;
+use super::texels::Textures;
 use super::textures::{is_see_through, is_undrawn};
 use super::tree::{Child, Tree, marked_faces};
 use super::{Bsp, malformed};
@@ -19,6 +20,7 @@ use glam::DVec3;
 use qbsp::data::BspModel;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::path::Path;
 
 /// Metres of a unit: players are 56 units tall.
 pub(super) const UNIT: f64 = 1.0 / 32.0;
@@ -28,8 +30,14 @@ pub(super) const UNIT: f64 = 1.0 / 32.0;
 const MOST_DEEP: usize = 1024;
 const MOST_HALF_SPACES: usize = 1 << 24;
 
-/// The level as a scene. `walls`: faces that hide what is behind whatever their textures are, rising.
-pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions, walls: &[usize]) -> Result<Scene, ImportError> {
+/// The level as a scene, read from `path` if from a file. `walls`: faces that hide what is behind whatever their textures are, rising.
+pub(super) fn scene(
+    bsp: &Bsp,
+    name: &str,
+    path: Option<&Path>,
+    options: &ImportOptions,
+    walls: &[usize],
+) -> Result<Scene, ImportError> {
     let source = bsp.source();
     let unit = options.metres_per_unit.unwrap_or(UNIT);
     let turned = |p: DVec3| turned(p, unit);
@@ -38,6 +46,13 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions, walls: &[usi
         SceneSource { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
     );
     let faces = Faces::read(&source).map_err(malformed)?;
+    let textures = if builder.is_traced() {
+        let world = entities(source.lump(ENTITIES)).map_err(malformed)?.into_iter().next();
+        let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
+        Textures::read(Some(&source), path, named, options)
+    } else {
+        Textures::default()
+    };
     let models: Vec<BspModel> = source.entries(MODELS).map_err(malformed)?;
     let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
     let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
@@ -56,7 +71,7 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions, walls: &[usi
     for ((leaf, texture, hides), group) in groups {
         let texture = &faces.textures[texture];
         let node = if leaf == usize::MAX { texture.clone() } else { format!("leaf {leaf}/{texture}") };
-        faces.look(&mut builder, &group);
+        faces.look(&mut builder, &textures, &group);
         builder.add(faces.mesh(&group, node, Role::Structure, hides, &turned))?;
     }
 
@@ -74,7 +89,7 @@ pub(super) fn scene(bsp: &Bsp, name: &str, options: &ImportOptions, walls: &[usi
         let role = if class.starts_with("func_door") { Role::Door } else { Role::Furnishing };
         for (texture, group) in groups.into_iter().filter(|(texture, _)| !is_undrawn(&faces.textures[*texture])) {
             let mesh = faces.mesh(&group, format!("{class} *{model}"), role, false, &turned);
-            faces.look(&mut builder, &group);
+            faces.look(&mut builder, &textures, &group);
             if is_see_through(&faces.textures[texture]) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
         }
         shown += 1;

@@ -4,7 +4,7 @@ use super::super::portals::square;
 use crate::geom::{Aabb, Plane, area, clip};
 use crate::types::level::FARTHEST;
 use glam::DVec3;
-use quake_map::Surface;
+use quake_map::{Alignment, Surface};
 
 /// Points of a map this near to a plane lie in it, in its units. Larger: faces that stand apart fall together. Smaller: corners that
 /// editors write with three decimals miss the planes that they are meant to lie in.
@@ -20,6 +20,8 @@ pub(super) struct Side {
     pub plane: Plane,
     /// The texture's name in lower case.
     pub texture: String,
+    /// How it lies on the face.
+    pub alignment: Alignment,
     /// Counter-clockwise from outside; empty where the plane doesn't bound the brush.
     pub face: Vec<DVec3>,
 }
@@ -59,7 +61,8 @@ impl Brush {
             let texture = surface.texture.to_string_lossy().to_lowercase();
             // Quake 2 has textures in folders.
             let texture = texture.rsplit('/').next().unwrap_or_default().to_owned();
-            sides.push(Side { plane: *plane, texture, face: if is_face { face } else { Vec::new() } });
+            let face = if is_face { face } else { Vec::new() };
+            sides.push(Side { plane: *plane, texture, alignment: surface.alignment, face });
         }
         let bounds = Aabb::of(sides.iter().flat_map(|side| side.face.iter().copied()));
         let is_closed = within.contains(bounds.min) && within.contains(bounds.max);
