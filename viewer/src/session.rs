@@ -2,6 +2,8 @@
 
 mod finding;
 mod going;
+mod measuring;
+pub mod section;
 mod tools;
 
 use crate::args::Shown;
@@ -9,12 +11,14 @@ use crate::building::Building;
 use crate::collision::{NOBODY, Solid};
 use crate::colours::{Tints, colours};
 use crate::culling::MODES;
+use crate::doors::swings::swings;
 use crate::draw::alarm::Missed;
 use crate::draw::frame::{Painter, Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::kept::Kept;
 use crate::looks::Detail;
+use crate::measure::Measure;
 use crate::opening::Share;
 use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
 use crate::start::rooms::Room;
@@ -25,7 +29,7 @@ use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
 use crate::ui::paint::Egui;
 use crate::ui::plan::Plan;
-use crate::ui::{hud, keys, preferences, toolbar};
+use crate::ui::{hud, keys, marks, preferences, toolbar};
 use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
 use enfilade::proof::{Asker, Goal};
@@ -118,6 +122,8 @@ pub struct Session<'b> {
     pub plan: Plan,
     /// The window to find things in.
     pub find: Find,
+    /// Lengths.
+    pub measure: Measure,
     building: &'b Building,
     format: TextureFormat,
     size: [u32; 2],
@@ -136,6 +142,7 @@ pub struct Session<'b> {
     asker: Option<Asker<'b>>,
     picked: Vec<(CellId, Hit)>,
     selected: finding::Selected,
+    cut: section::Cut,
     pair: Option<(CellId, CellId)>,
     told: Option<explain::Told>,
     /// A line at the bottom, and for how many seconds yet.
@@ -178,6 +185,8 @@ impl<'b> Session<'b> {
             picked: Vec::new(),
             selected: Default::default(),
             find: Find::default(),
+            measure: Measure::default(),
+            cut: section::Cut::default(),
             pair: None,
             told: None,
             preferences: Preferences::default(),
@@ -192,6 +201,7 @@ impl<'b> Session<'b> {
             show,
             stage,
         };
+        session.plan.swings = swings(&session.stage.doors);
         session.paint();
         session.solid.put_in_the_way(&session.stage.doors.blocks());
         Ok(session)
@@ -312,6 +322,10 @@ impl<'b> Session<'b> {
             Action::Isolate => self.hide(true),
             Action::ShowAll => self.show_all(),
             Action::SavePlan => self.save_shown_plan(),
+            Action::Section => self.toggle_section(),
+            Action::TurnSection => self.turn_section(),
+            Action::Measure => self.toggle_measuring(),
+            Action::Names => show.layers.names ^= true,
         }
     }
 
@@ -336,9 +350,11 @@ impl<'b> Session<'b> {
         }
     }
 
-    /// A click on a point of the screen (normalised device coordinates): a door, or something to pick.
+    /// A click on a point of the screen (normalised device coordinates): a point to measure, a door, or something to pick.
     pub fn click(&mut self, at: DVec2) {
-        if !self.use_door(at) {
+        if self.measure.is_on {
+            self.measure_at(at);
+        } else if !self.use_door(at) {
             self.pick(at);
         }
     }
@@ -389,6 +405,7 @@ impl<'b> Session<'b> {
 
     /// Draws what `camera` sees, what lies over it, and the panels.
     fn picture(&mut self, picture: &TextureView, camera: Camera, has_panels: bool) -> Result<(), String> {
+        self.stage.set_section(self.section());
         if !self.mirrors.is_empty() {
             self.mirrors.look(&self.stage.culling.culler, &camera, &mut self.scratch);
         }
@@ -399,11 +416,12 @@ impl<'b> Session<'b> {
         let wish = Wish {
             camera,
             culled_by,
-            mode: self.show.mode,
+            mode: self.mode(),
             alarm: self.show.layers.alarm,
             timed: true,
             overlay: &self.overlay,
-            mirrors: Some(&mut self.mirrors),
+            // They show what the section cuts away.
+            mirrors: Some(&mut self.mirrors).filter(|_| !self.cut.is_on),
         };
         let painter = has_panels.then_some(&mut self.egui as &mut dyn Painter);
         self.stage.frame(wish, picture, painter).map_err(|e| e.to_string())
@@ -476,10 +494,10 @@ impl<'b> Session<'b> {
         let (eye, stage) = (self.walker.eye, &self.stage);
         let wall = pick::pick(rays, eye, direction, &|hit| {
             let is_passed = stage.is_ghost[hit.object.index()] || stage.doors.is_leaf[hit.triangle as usize];
-            is_passed || stage.is_hidden(hit.object)
+            is_passed || stage.is_hidden(hit.object) || stage.is_cut_away(eye + direction * hit.t)
         });
         match stage.doors.first_leaf(eye, direction, &|door| stage.is_door_hidden(door)) {
-            Some((t, of)) if wall.is_none_or(|wall| t < wall.t) => of.map(|(object, triangle)| Hit { t, object, triangle }),
+            Some((t, of)) if wall.is_none_or(|wall| t < wall.t) && !stage.is_cut_away(eye + direction * t) => of.map(|(object, triangle)| Hit { t, object, triangle }),
             _ => wall,
         }
     }
@@ -529,6 +547,7 @@ impl<'b> Session<'b> {
         if let Some([a, b]) = self.told.as_ref().and_then(|told| told.sight) {
             self.overlay.line_through(a.as_vec3(), b.as_vec3(), overlays::SIGHT);
         }
+        self.lay_lengths_over();
     }
 
     fn panels(&mut self, mut input: egui::RawInput) -> egui::PlatformOutput {
@@ -548,18 +567,20 @@ impl<'b> Session<'b> {
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
         let (mut clicked, mut pressed, mut answer, size) = (None, None, None, self.size);
-        let (mut wish, mut chosen) = (None, None);
+        let (mut wish, mut chosen, mut cuts) = (None, None, None);
         if self.show.layers.plan {
             self.rooms();
         }
+        let marks = self.marks(&row);
         let on: Vec<Action> = keys::KEYS.iter().map(|key| key.2).filter(|&action| self.is_on(action)).collect();
         self.egui.context.set_zoom_factor(self.preferences.text as f32);
         let Self {
             show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
         } = self;
-        let Self { rooms, find, selected, .. } = self;
+        let Self { rooms, find, selected, cut, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
+            marks::show(ui, &marks, 1.0 / preferences.text);
             if show.layers.rectangles && !is_frozen {
                 overlays::rectangles(ui, stage.culling.last.as_ref());
             }
@@ -593,6 +614,9 @@ impl<'b> Session<'b> {
             if show.preferences {
                 preferences::show(ui, preferences, &mut show.fov_y, &mut show.detail);
             }
+            if cut.is_on {
+                cuts = cuts.or(cut.show(ui, building.file.origin.y));
+            }
             if let Some((line, _)) = note {
                 hud::note(ui, line);
             }
@@ -603,7 +627,7 @@ impl<'b> Session<'b> {
                 chosen = chosen.or(find.show(ui, building));
             }
             if !selected.facts.is_empty() {
-                find::tell(ui, &selected.facts);
+                find::tell(ui, &selected.facts, &selected.sheets);
             }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
@@ -624,6 +648,7 @@ impl<'b> Session<'b> {
         if let Some(what) = chosen {
             self.go_to_found(what);
         }
+        cuts.into_iter().for_each(|asked| self.do_section(asked));
         if let Some(wish) = wish {
             self.do_wish(wish);
         }
@@ -634,6 +659,7 @@ impl<'b> Session<'b> {
     fn lines(&self) -> Vec<String> {
         let Some(last) = &self.stage.culling.last else { return vec!["...".to_owned()] };
         let mode = match self.show.mode {
+            _ if self.cut.is_on => format!("section: {}", last.method),
             FrameMode::Auto => format!("auto: {}", last.method),
             mode => mode.to_string(),
         };

@@ -159,7 +159,7 @@ fn a_storey_is_shown_first_and_then_gone_to() {
 fn a_plan_is_a_whole_svg_file() {
     let house = house();
     let plan = Plan::new(&house.file);
-    let text = plan_file::svg(&house, &plan.storeys, 1);
+    let text = plan_file::svg(&house, &plan.storeys, &plan.swings, 1);
     assert!(text.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\"") && text.ends_with("</svg>\n"), "{text}");
     assert!(text.find("<style>").unwrap() < text.find("<path").unwrap() && text.contains(">Study</text>"), "{text}");
     assert_eq!(text.matches("class=\"cell ").count(), 2);

@@ -1,6 +1,7 @@
 //! Everything that speaks to the graphics processor. [`frame`] is a frame from top to bottom; the other files hold what it uses.
 
 pub mod alarm;
+pub mod caps;
 pub mod frame;
 pub mod full;
 pub mod hidden;
@@ -13,6 +14,7 @@ pub mod queries;
 pub mod ranks;
 pub mod readback;
 pub mod shade;
+pub mod slice;
 pub mod sun;
 pub mod surfaces;
 pub mod targets;

@@ -13,6 +13,8 @@ pub enum Panel {
     Preferences,
     /// Why one sees the other.
     Why,
+    /// Lengths.
+    Measure,
 }
 
 /// What Escape does.
@@ -30,7 +32,7 @@ pub enum Escape {
 
 /// `open`: panels that are, in any order; `unsaved`: something would be lost.
 pub fn escape(grabbed: bool, open: &[Panel], unsaved: bool) -> Escape {
-    let first = [Panel::Question, Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why]
+    let first = [Panel::Question, Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why, Panel::Measure]
         .into_iter()
         .find(|panel| open.contains(panel));
     match (grabbed, first) {
@@ -47,9 +49,9 @@ mod tests {
 
     #[test]
     fn escape_lets_go_then_closes_panels_then_asks_or_quits() {
-        let mut open = vec![Panel::Why, Panel::Find, Panel::Keys, Panel::Preferences];
+        let mut open = vec![Panel::Measure, Panel::Why, Panel::Find, Panel::Keys, Panel::Preferences];
         assert_eq!(escape(true, &open, true), Escape::LetGo);
-        for panel in [Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why] {
+        for panel in [Panel::Keys, Panel::Find, Panel::Preferences, Panel::Why, Panel::Measure] {
             assert_eq!(escape(false, &open, true), Escape::Close(panel));
             open.retain(|other| *other != panel);
         }

@@ -5,6 +5,7 @@ pub mod find;
 pub mod graphs;
 pub mod hud;
 pub mod keys;
+pub mod marks;
 pub mod matrix;
 pub mod paint;
 pub mod plan;

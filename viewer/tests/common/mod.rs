@@ -37,7 +37,7 @@ pub fn baked(scene: Scene, model: &Path) -> Building {
     let looks = Looks::read(&scene, model, &options(), &|_| {});
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
-    Building::new(scene, file, looks)
+    Building::new(scene, file, looks).told_by(model)
 }
 
 /// The walk that comes with a building.
