@@ -93,7 +93,8 @@ impl Show {
             Shown::Matrix => Some(&mut self.layers.matrix),
             Shown::Graphs => Some(&mut self.layers.graphs),
             Shown::Keys => Some(&mut self.keys),
-            Shown::Cells | Shown::Mirror | Shown::Why => None,
+            Shown::Names => Some(&mut self.layers.names),
+            Shown::Cells | Shown::Mirror | Shown::Why | Shown::Section => None,
         }
     }
 }
@@ -325,7 +326,6 @@ impl<'b> Session<'b> {
             Action::Section => self.toggle_section(),
             Action::TurnSection => self.turn_section(),
             Action::Measure => self.toggle_measuring(),
-            Action::Names => show.layers.names ^= true,
         }
     }
 
@@ -334,6 +334,7 @@ impl<'b> Session<'b> {
         match shown {
             Shown::Cells => self.act(Action::Cells),
             Shown::Mirror => self.hang_mirror(),
+            Shown::Section => self.set_section(false),
             Shown::Why => {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {

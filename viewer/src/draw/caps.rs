@@ -148,21 +148,18 @@ fn fans(
         for triangle in object.triangles.clone().filter(|&t| !doors.is_leaf[t as usize]) {
             slice.add(section, scene.corners(triangle as usize));
         }
-        match slice.is_closed() {
-            true => slice.fan(section.n, &mut fans),
+        if !slice.fan(section.n, &mut fans) {
             // Large meshes are several objects.
-            false => parts.entry(&object.node).or_default().append(slice),
+            parts.entry(&object.node).or_default().append(slice);
         }
     }
-    for slice in parts.values().filter(|slice| slice.is_closed()) {
+    for slice in parts.values() {
         slice.fan(section.n, &mut fans);
     }
     for (_, door) in doors.doors.iter().enumerate().filter(|(i, _)| !is_hidden(*i)) {
         let mut slice = Slice::default();
         door.drawn().filter(|(_, facet)| facet.is_some_and(|f| !f.glass)).for_each(|(corners, _)| slice.add(section, corners));
-        if slice.is_closed() {
-            slice.fan(section.n, &mut fans);
-        }
+        slice.fan(section.n, &mut fans);
     }
     fans
 }

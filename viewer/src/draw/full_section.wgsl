@@ -32,19 +32,23 @@ fn nothing_cut(in: LitCut) {
 @fragment
 fn solid_cut(in: LitCut) -> @location(0) vec4f {
     if in.before < 0.0 { discard; }
-    return solid(whole(in));
+    let lit = whole(in);
+    return vec4f(shaded(lit, base(lit).rgb), 1.0);
 }
 
 @fragment
 fn masked_cut(in: LitCut) -> @location(0) vec4f {
     if in.before < 0.0 { discard; }
-    return masked(whole(in));
+    let lit = whole(in);
+    let colour = base(lit);
+    if colour.a < surfaces[in.surface].cutoff { discard; }
+    return vec4f(shaded(lit, colour.rgb), 1.0);
 }
 
 @fragment
 fn glass_cut(in: LitCut) -> @location(0) vec4f {
     if in.before < 0.0 { discard; }
-    return glass(whole(in));
+    return pane(whole(in));
 }
 
 @fragment

@@ -20,6 +20,8 @@ const FADES: [f64; 2] = [12.0, 45.0];
 const SIZES: [f32; 2] = [18.0, 10.0];
 /// Text of a length, points.
 const LENGTH: f32 = 14.0;
+/// A smaller area, square metres, isn't written: of a room whose floor is elsewhere, such as a gallery around stairs.
+const LEAST: f64 = 0.5;
 /// A name nearer to the eye than this, metres, is in the way.
 const IN_THE_WAY: f64 = 0.4;
 
@@ -86,20 +88,21 @@ impl Session<'_> {
         for measured in &self.measure.done {
             let middle = (measured.ends[0].at + measured.ends[1].at) * 0.5;
             let at = on_screen(&camera, self.size, middle);
-            marks.extend(at.map(|at| Mark { at, text: measured.text(), size: LENGTH, opacity: 1.0 }));
+            marks.extend(at.map(|at| Mark { at, text: measured.text(), size: LENGTH, opacity: 1.0, yields: false }));
         }
         let first = self.measure.first.and_then(|first| on_screen(&camera, self.size, first.at));
-        marks.extend(first.map(|at| Mark { at, text: "+".to_owned(), size: LENGTH, opacity: 1.0 }));
+        marks.extend(first.map(|at| Mark { at, text: "+".to_owned(), size: LENGTH, opacity: 1.0, yields: false }));
         marks
     }
 
-    /// Names and areas of rooms whose cells are reached; with a section, of those that it cuts.
+    /// Names and areas of rooms whose cells are reached, the nearest first; for who looks at a section, of those that it cuts.
     fn names(&self, cells: &[CellId]) -> Vec<Mark> {
         let reached: HashSet<CellId> = cells.iter().copied().collect();
-        let (camera, section) = (self.camera(), self.section());
+        let (camera, eye) = (self.camera(), self.walker.eye);
+        let section = self.section().filter(|section| section.before(eye) < 0.0);
         let mark = |room: &crate::start::rooms::Room| {
-            let bounds = bounds(room);
-            let mut middle = bounds.centre();
+            let largest = room.pieces.iter().max_by(|a, b| a.area.total_cmp(&b.area))?;
+            let (bounds, mut middle) = (bounds(room), largest.bounds.centre());
             if let Some(section) = section {
                 // On the cut, where nothing of the room hides it.
                 middle -= section.n * section.before(middle);
@@ -109,15 +112,19 @@ impl Session<'_> {
             } else if !reached.contains(&room.cell) {
                 return None;
             }
-            let away = middle.distance(self.walker.eye);
+            let away = middle.distance(eye);
             let opacity = ((FADES[1] - away) / (FADES[1] - FADES[0])).clamp(0.0, 1.0) as f32;
             if opacity <= 0.0 || away < IN_THE_WAY {
                 return None;
             }
             let at = on_screen(&camera, self.size, middle)?;
-            let text = format!("{}\n{:.1} m²", self.building.file.cells[room.cell.index()].name, room.area);
-            Some(Mark { at, text, size: SIZES[1] + (SIZES[0] - SIZES[1]) * opacity, opacity })
+            let name = &self.building.file.cells[room.cell.index()].name;
+            let text = if room.area < LEAST { name.clone() } else { format!("{name}\n{:.1} m²", room.area) };
+            let size = SIZES[1] + (SIZES[0] - SIZES[1]) * opacity;
+            Some((away, Mark { at, text, size, opacity, yields: true }))
         };
-        self.rooms().iter().filter(|room| room.is_named).filter_map(mark).collect()
+        let mut marks: Vec<(f64, Mark)> = self.rooms().iter().filter(|room| room.is_named).filter_map(mark).collect();
+        marks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        marks.into_iter().map(|(_, mark)| mark).collect()
     }
 }

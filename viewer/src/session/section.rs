@@ -56,7 +56,7 @@ impl Cut {
     pub fn show(&self, ui: &mut egui::Ui, origin: f64) -> Option<Ask> {
         let mut asked = None;
         let window = egui::Window::new("Section").id(egui::Id::unique("section")).anchor(egui::Align2::LEFT_CENTER, [8.0, 0.0]);
-        window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
+        window.collapsible(false).auto_sized().show(ui.ctx(), |ui| {
             ui.horizontal(|ui| {
                 for (is_upright, name) in [(false, "Level"), (true, "Facing")] {
                     if ui.selectable_label(self.is_upright == is_upright, name).clicked() {

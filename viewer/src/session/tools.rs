@@ -112,7 +112,6 @@ impl Session<'_> {
             Action::Find => self.find.is_open,
             Action::Section => self.cut.is_on,
             Action::Measure => self.measure.is_on,
-            Action::Names => show.layers.names,
             Action::Door | Action::Mirror | Action::Pick | Action::Screenshot | Action::FullScreen => false,
             Action::Storey(_) | Action::Hide | Action::Isolate | Action::ShowAll | Action::SavePlan => false,
             Action::TurnSection => false,

@@ -14,7 +14,7 @@ pub enum Action {
     Cells,
     /// See [`crate::looks::Detail`].
     Detail,
-    /// Shows something over the picture, or no longer: none of cells, mirrors and `why`.
+    /// Shows something over the picture, or no longer: none of cells, mirrors, sections and `why`.
     Layer(Shown),
     /// The alarm.
     Alarm,
@@ -58,8 +58,6 @@ pub enum Action {
     TurnSection,
     /// Begins to measure, or ends it.
     Measure,
-    /// Names of rooms in the scene.
-    Names,
 }
 
 /// A key, its name, what it does, its button, and what it does in words.
@@ -111,7 +109,7 @@ pub const KEYS: [Key; 37] = [
         "cut the building (Shift+Z: level or facing; Shift and the wheel move the cut)",
     ),
     (KeyCode::KeyU, "U", Action::Measure, "Measure", "measure between two clicks"),
-    (KeyCode::KeyN, "N", Action::Names, "Names", "names and areas of rooms"),
+    (KeyCode::KeyN, "N", Action::Layer(Shown::Names), "Names", "names and areas of rooms"),
     (KeyCode::Delete, "Delete", Action::Hide, "Hide", "hide what was picked or found (Shift+Delete: show all again)"),
     (KeyCode::KeyI, "I", Action::Isolate, "Isolate", "show only what was picked or found"),
     (KeyCode::KeyH, "H", Action::Hud, "Counters", "counters"),

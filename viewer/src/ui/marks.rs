@@ -13,6 +13,8 @@ pub struct Mark {
     pub size: f32,
     /// 0 (not seen) to 1.
     pub opacity: f32,
+    /// Whether it isn't written where it would lie on another one before it.
+    pub yields: bool,
 }
 
 /// Around text, points.
@@ -22,6 +24,7 @@ const AIR: f32 = 3.0;
 pub fn show(ui: &egui::Ui, marks: &[Mark], scale: f64) {
     let layer = egui::LayerId::new(egui::Order::Background, egui::Id::unique("marks"));
     let painter = ui.ctx().layer_painter(layer);
+    let mut taken: Vec<egui::Rect> = Vec::new();
     for mark in marks {
         let [ink, paper] = [egui::Color32::WHITE, egui::Color32::from_black_alpha(150)];
         let [ink, paper] = [ink, paper].map(|colour| colour.gamma_multiply(mark.opacity));
@@ -32,6 +35,10 @@ pub fn show(ui: &egui::Ui, marks: &[Mark], scale: f64) {
         let text = painter.layout_job(job);
         let size = text.size();
         let rect = egui::Rect::from_center_size(middle, size).expand(AIR);
+        if mark.yields && taken.iter().any(|other| other.intersects(rect)) {
+            continue;
+        }
+        taken.push(rect);
         painter.rect_filled(rect, AIR, paper);
         painter.galley(egui::pos2(middle.x, middle.y - 0.5 * size.y), text, ink);
     }
