@@ -120,7 +120,9 @@ fn every_kind_of_value_is_told() {
     }
     assert!(told(wall, "All", "nothing").is_empty());
     assert_eq!((wall.type_name(), wall.object_type.as_deref()), (Some("Thick"), Some("thick")));
-    assert!(matches!(&wall.sets[1].properties[0].value, Value::Number(number, Some(unit)) if *number == 3000.0 && unit == "mm"));
+    assert!(
+        matches!(&wall.sets[1].properties[0].value, Value::Number(number, Some(unit)) if *number == 3000.0 && unit == "mm")
+    );
 }
 
 #[test]
@@ -156,7 +158,11 @@ fn what_a_file_repeats_is_kept_only_so_often() {
     let elements = read(&records);
     let wall = elements.get("wall").unwrap();
     let texts: usize = wall.sets.iter().take(1).flat_map(|s| &s.properties).map(|p| p.value.to_string().len()).sum();
-    assert!(texts + 8 * wall.sets.len() <= 4 * length + (2 << 20), "{texts} letters and {} sets of {length} bytes", wall.sets.len());
+    assert!(
+        texts + 8 * wall.sets.len() <= 4 * length + (2 << 20),
+        "{texts} letters and {} sets of {length} bytes",
+        wall.sets.len()
+    );
     assert!(elements.notes.iter().any(|note| note.starts_with("some properties are left out")), "{:?}", elements.notes);
     for bad in ["", "ISO-10303-21;\nDATA;\n#1=IFC", "PK\x03\x04"] {
         assert!(elements_of_bytes(bad.as_bytes().to_vec()).is_err(), "{bad:?}");

@@ -110,7 +110,9 @@ impl Building {
         };
         if let Some(early) = early {
             // 1. What needs no cells; 2. what needs no rays.
-            let tell = |number, file| early(number, Self { scene: scene.clone(), file, looks: looks.clone(), author: author.clone() });
+            let tell = |number, file| {
+                early(number, Self { scene: scene.clone(), file, looks: looks.clone(), author: author.clone() })
+            };
             tell(0, quickly(undivided(&scene)).map_err(failed)?);
             progress("cells", 0.0);
             let cells = find_cells(&scene, &BakeOptions::default().split).map_err(|e| failed(e.into()))?;

@@ -154,7 +154,8 @@ fn write(painter: &egui::Painter, tag: &str, text: &str) {
     let size: f32 = size.unwrap_or(TEXT);
     let is_name = attribute(tag, "class") == Some("name");
     let (align, ink) = if is_name { (egui::Align2::CENTER_CENTER, INKS[0]) } else { (egui::Align2::LEFT_CENTER, INKS[1]) };
-    let text = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&#39;", "'").replace("&amp;", "&");
+    let text =
+        text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&#39;", "'").replace("&amp;", "&");
     let offsets: &[f32] = if is_name { &[-0.5 * BOLD, 0.5 * BOLD] } else { &[0.0] };
     for by in offsets {
         painter.text(pos2(x + by, y - MIDDLE * size), align, &text, egui::FontId::proportional(size), rgb(ink));
@@ -170,7 +171,10 @@ mod tests {
         let p = |x, y| pos2(x, y);
         assert_eq!(
             lines("M1.0 2.0L3.0 4.0L5.5 -6.0ZM14 9.0V14.0H30V9.0"),
-            [vec![p(1.0, 2.0), p(3.0, 4.0), p(5.5, -6.0), p(1.0, 2.0)], vec![p(14.0, 9.0), p(14.0, 14.0), p(30.0, 14.0), p(30.0, 9.0)]]
+            [
+                vec![p(1.0, 2.0), p(3.0, 4.0), p(5.5, -6.0), p(1.0, 2.0)],
+                vec![p(14.0, 9.0), p(14.0, 14.0), p(30.0, 14.0), p(30.0, 9.0)]
+            ]
         );
         assert_eq!(lines(""), Vec::<Vec<Pos2>>::new());
     }

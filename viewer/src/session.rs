@@ -498,7 +498,9 @@ impl<'b> Session<'b> {
             is_passed || stage.is_hidden(hit.object) || stage.is_cut_away(eye + direction * hit.t)
         });
         match stage.doors.first_leaf(eye, direction, &|door| stage.is_door_hidden(door)) {
-            Some((t, of)) if wall.is_none_or(|wall| t < wall.t) && !stage.is_cut_away(eye + direction * t) => of.map(|(object, triangle)| Hit { t, object, triangle }),
+            Some((t, of)) if wall.is_none_or(|wall| t < wall.t) && !stage.is_cut_away(eye + direction * t) => {
+                of.map(|(object, triangle)| Hit { t, object, triangle })
+            }
             _ => wall,
         }
     }

@@ -100,7 +100,11 @@ fn a_pick_tells_what_it_is() {
             "Size: 1.00 x 0.75 x 1.60 m".to_owned(),
             "Material: OAK".to_owned(),
             // Nobody has rows of their own here: each cell that it is in or that a portal leads from sees it.
-            format!("Seen: from {} of 3 cells; its own sees {} of {n} objects", seen_from("Desk"), house.file.objects_seen(CellId(0)).count()),
+            format!(
+                "Seen: from {} of 3 cells; its own sees {} of {n} objects",
+                seen_from("Desk"),
+                house.file.objects_seen(CellId(0)).count()
+            ),
         ]
     );
     assert!(!told("wall", 1).iter().any(|line| line.starts_with("Material")));

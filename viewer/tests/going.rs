@@ -12,12 +12,12 @@ use enfilade::scene::Scene;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
 use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::doors::swings::swings;
 use enfilade_viewer::draw::frame::Stage;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::go::Guide;
 use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::Looks;
-use enfilade_viewer::doors::swings::swings;
 use enfilade_viewer::plan_file;
 use enfilade_viewer::plan_picture;
 use enfilade_viewer::session::Session;
@@ -191,7 +191,9 @@ fn a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them() {
         plan_file::LOOKS.iter().find(|look| look.class == class).unwrap().fill.unwrap()
     };
     let is = |pixel: [u8; 3], colour: [u8; 3]| pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) <= 2);
-    for (p, colour) in [((0.4, 0.4), tint("Study")), ((3.6, 4.6), tint("Study")), ((8.8, 0.4), tint("Hall")), ((9.8, 2.6), tint("Hall"))] {
+    for (p, colour) in
+        [((0.4, 0.4), tint("Study")), ((3.6, 4.6), tint("Study")), ((8.8, 0.4), tint("Hall")), ((9.8, 2.6), tint("Hall"))]
+    {
         assert!(is(at(p.0, p.1), colour), "{p:?}: {:?}, {colour:?} wanted", at(p.0, p.1));
     }
     assert!(is(at(9.8, 0.6), [255; 3]), "{:?}", at(9.8, 0.6));

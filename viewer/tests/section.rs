@@ -104,7 +104,10 @@ fn caps_are_as_large_as_what_is_cut() {
                 let found = caps(&picture) as f64;
                 // Edges and shade darken some of them in full detail.
                 let slack = if detail == Detail::Full { 0.3 } else { 0.02 };
-                assert!((found - wanted).abs() <= slack * wanted, "{mode}, {height} m: {found} pixels of caps, {wanted} wanted");
+                assert!(
+                    (found - wanted).abs() <= slack * wanted,
+                    "{mode}, {height} m: {found} pixels of caps, {wanted} wanted"
+                );
                 assert_eq!(missed, 0, "{mode}, {height} m");
             }
         }
@@ -172,7 +175,9 @@ fn a_section_faces_who_sets_it() {
     let session = &mut visit.session;
     let eye = p(1.0, 1.6, 2.0) - room.file.origin;
     // Nearly along x: along x. Between two axes: as one looks.
-    for (along, n) in [(DVec3::new(1.0, -0.4, 0.2), DVec3::X), (DVec3::new(1.0, 0.3, 1.0), DVec3::new(1.0, 0.0, 1.0).normalize())] {
+    for (along, n) in
+        [(DVec3::new(1.0, -0.4, 0.2), DVec3::X), (DVec3::new(1.0, 0.3, 1.0), DVec3::new(1.0, 0.0, 1.0).normalize())]
+    {
         session.walker = Walker::new(eye, along, true);
         session.set_section(true);
         let section = session.section().unwrap();

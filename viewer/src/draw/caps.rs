@@ -52,8 +52,11 @@ impl Caps {
                 attributes: &wgpu::vertex_attr_array![0 => Float32x3],
             })
         };
-        let sum =
-            BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: wgpu::BlendOperation::Add };
+        let sum = BlendComponent {
+            src_factor: BlendFactor::One,
+            dst_factor: BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        };
         let summed = wgpu::ColorTargetState {
             format: COUNTS,
             blend: Some(BlendState { color: sum, alpha: sum }),
@@ -78,7 +81,14 @@ impl Caps {
     }
 
     /// Caps of what is drawn of a scene and its doors: not of glass, nor of what is open.
-    pub fn cut(&mut self, gpu: &Gpu, section: &Section, scene: &Scene, mesh: &Mesh, doors: (&Doors, &dyn Fn(usize) -> bool)) {
+    pub fn cut(
+        &mut self,
+        gpu: &Gpu,
+        section: &Section,
+        scene: &Scene,
+        mesh: &Mesh,
+        doors: (&Doors, &dyn Fn(usize) -> bool),
+    ) {
         let fans = fans(section, scene, mesh, doors);
         self.fans = 3 * fans.len() as u32;
         self.corners = None;
@@ -158,7 +168,9 @@ fn fans(
     }
     for (_, door) in doors.doors.iter().enumerate().filter(|(i, _)| !is_hidden(*i)) {
         let mut slice = Slice::default();
-        door.drawn().filter(|(_, facet)| facet.is_some_and(|f| !f.glass)).for_each(|(corners, _)| slice.add(section, corners));
+        door.drawn()
+            .filter(|(_, facet)| facet.is_some_and(|f| !f.glass))
+            .for_each(|(corners, _)| slice.add(section, corners));
         slice.fan(section.n, &mut fans);
     }
     fans

@@ -35,7 +35,9 @@ impl Session<'_> {
     fn told_of(&self, object: ObjectId, cell: CellId) -> Selected {
         let element = elements::of_object(self.building, object);
         let mut told = element.map(elements::facts).unwrap_or_default();
-        told.extend(facts(self.building, object, cell));
+        // The node of an element is its GlobalId.
+        let own = facts(self.building, object, cell);
+        told.extend(own.into_iter().filter(|(name, _)| element.is_none() || *name != "Node"));
         let sheets = element.map(elements::sheets).unwrap_or_default();
         Selected { facts: told, sheets, ..Selected::default() }
     }

@@ -11,6 +11,8 @@ const ABOVE: f64 = 0.3;
 const AHEAD: f64 = 1.0;
 /// A notch of the wheel moves it so far, metres.
 const NOTCH: f64 = 0.1;
+/// Where its panel is, points from the middle of the right side: below the plan.
+const PANEL: [f32; 2] = [-8.0, 60.0];
 /// Who looks nearer to an axis than this, as the cosine between them (20 degrees), means the axis: walls lie along those.
 const ALONG: f64 = 0.94;
 
@@ -55,7 +57,7 @@ impl Cut {
     /// Its panel. `origin`: the height of the model's origin, metres.
     pub fn show(&self, ui: &mut egui::Ui, origin: f64) -> Option<Ask> {
         let mut asked = None;
-        let window = egui::Window::new("Section").id(egui::Id::unique("section")).anchor(egui::Align2::LEFT_CENTER, [8.0, 0.0]);
+        let window = egui::Window::new("Section").id(egui::Id::unique("section")).anchor(egui::Align2::RIGHT_CENTER, PANEL);
         window.collapsible(false).auto_sized().show(ui.ctx(), |ui| {
             ui.horizontal(|ui| {
                 for (is_upright, name) in [(false, "Level"), (true, "Facing")] {

@@ -11,8 +11,8 @@ use std::collections::HashSet;
 pub const MOST: usize = 50;
 /// Height of the list, points.
 const LIST: f32 = 180.0;
-/// Height of what is told of an element's properties, points.
-const SHEETS: f32 = 200.0;
+/// What is told of something is at most so high, as a part of the window.
+const TOLD: f32 = 0.45;
 
 /// What has a name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -157,7 +157,10 @@ pub fn facts(building: &Building, object: ObjectId, cell: CellId) -> Vec<(&'stat
     let file = &building.file;
     let by = (0..file.cells.len() as u32).filter(|&c| file.sees_object(CellId(c), object)).count();
     let seen = file.objects_seen(cell).count();
-    facts.push(("Seen", format!("from {by} of {} cells; its own sees {seen} of {} objects", file.cells.len(), file.objects.len())));
+    facts.push((
+        "Seen",
+        format!("from {by} of {} cells; its own sees {seen} of {} objects", file.cells.len(), file.objects.len()),
+    ));
     facts
 }
 
@@ -224,29 +227,29 @@ impl Find {
     }
 }
 
-/// Draws what is told of a picked object.
+/// Draws what is told of a picked object; more than fits below each other is scrolled.
 pub fn tell(ui: &mut egui::Ui, facts: &[(&'static str, String)], sheets: &[Sheet]) {
     let window = egui::Window::new("Picked").id(egui::Id::unique("picked")).anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]);
+    let most = TOLD * ui.ctx().content_rect().height();
     window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
-        egui::Grid::new("facts").num_columns(2).show(ui, |ui| {
-            for (name, value) in facts {
-                ui.weak(*name);
-                ui.label(value);
-                ui.end_row();
-            }
-        });
-        egui::ScrollArea::vertical().max_height(SHEETS).auto_shrink([false, true]).show(ui, |ui| {
+        egui::ScrollArea::vertical().max_height(most).auto_shrink([false, true]).show(ui, |ui| {
+            grid(ui, "facts", facts.iter().map(|(name, value)| (*name, value.as_str())));
             for (i, sheet) in sheets.iter().enumerate() {
                 ui.strong(&sheet.title);
-                egui::Grid::new(("sheet", i)).num_columns(2).striped(true).show(ui, |ui| {
-                    for (name, value) in &sheet.rows {
-                        ui.weak(name);
-                        ui.label(value);
-                        ui.end_row();
-                    }
-                });
+                grid(ui, ("sheet", i), sheet.rows.iter().map(|(name, value)| (name.as_str(), value.as_str())));
             }
         });
         ui.small("Delete: hide it. I: show only it. Shift+Delete: show all.");
+    });
+}
+
+/// Names and values.
+fn grid<'r>(ui: &mut egui::Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: impl Iterator<Item = (&'r str, &'r str)>) {
+    egui::Grid::new(id).num_columns(2).striped(true).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.weak(name);
+            ui.label(value);
+            ui.end_row();
+        }
     });
 }

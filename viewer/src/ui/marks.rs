@@ -17,6 +17,8 @@ pub struct Mark {
     pub yields: bool,
 }
 
+/// What doesn't yield is written so many of its sizes above its point, so that what it tells of shows.
+const ABOVE: f32 = -2.2;
 /// Around text, points.
 const AIR: f32 = 3.0;
 
@@ -29,8 +31,9 @@ pub fn show(ui: &egui::Ui, marks: &[Mark], scale: f64) {
         let [ink, paper] = [egui::Color32::WHITE, egui::Color32::from_black_alpha(150)];
         let [ink, paper] = [ink, paper].map(|colour| colour.gamma_multiply(mark.opacity));
         let at = mark.at * scale;
-        let middle = egui::pos2(at.x as f32, at.y as f32);
-        let mut job = egui::text::LayoutJob::simple(mark.text.clone(), egui::FontId::proportional(mark.size), ink, f32::INFINITY);
+        let middle = egui::pos2(at.x as f32, at.y as f32 + if mark.yields { 0.0 } else { mark.size * ABOVE });
+        let mut job =
+            egui::text::LayoutJob::simple(mark.text.clone(), egui::FontId::proportional(mark.size), ink, f32::INFINITY);
         job.halign = egui::Align::Center;
         let text = painter.layout_job(job);
         let size = text.size();
