@@ -4,6 +4,7 @@
 use enfilade::scene::ifc::{Element, Elements, Value, elements, elements_of_bytes};
 use std::fmt::Write;
 use testing::data::data;
+use testing::random::Random;
 
 fn told(element: &Element, set: &str, property: &str) -> Vec<String> {
     let sets = element.all_sets().filter(|s| s.name == set);
@@ -167,4 +168,39 @@ fn what_a_file_repeats_is_kept_only_so_often() {
     for bad in ["", "ISO-10303-21;\nDATA;\n#1=IFC", "PK\x03\x04"] {
         assert!(elements_of_bytes(bad.as_bytes().to_vec()).is_err(), "{bad:?}");
     }
+}
+
+#[test]
+fn mutants_of_a_file_are_read_or_refused_in_one_line() {
+    let sound = file(
+        "#20=IFCPROPERTYSINGLEVALUE('length',$,IFCLENGTHMEASURE(2010.),$);\n#21=IFCCOMPLEXPROPERTY('c',$,'use',(#20,#21));\n\
+         #22=IFCPROPERTYBOUNDEDVALUE('load',$,IFCREAL(5.),IFCREAL(1.),#1,$);\n#23=IFCPROPERTYLISTVALUE('l',$,(IFCREAL(1.5)),$);\n\
+         #30=IFCPROPERTYSET('s',$,'All',$,(#20,#21,#22,#23));\n#31=IFCQUANTITYLENGTH('l',$,$,3000.,$);\n\
+         #37=IFCELEMENTQUANTITY('q',$,'Base',$,$,(#31));\n#40=IFCRELDEFINESBYPROPERTIES('r',$,$,$,(#10),#30);\n\
+         #41=IFCRELDEFINESBYPROPERTIES('r2',$,$,$,(#10),IFCPROPERTYSETDEFINITIONSET((#37)));\n\
+         #43=IFCWALLTYPE('type',$,'Thick',$,$,(#30),$,$,$,.SOLIDWALL.);\n#44=IFCRELDEFINESBYTYPE('r3',$,$,$,(#10),#43);",
+    );
+    let data = sound.windows(5).position(|w| w == b"DATA;").unwrap();
+    let (mut random, mut read) = (Random::new(5), 0);
+    for _ in 0..1500 {
+        let mut mutant = sound.clone();
+        for _ in 0..1 + random.below(6) {
+            let at = data + 5 + random.below(mutant.len() - data - 30);
+            match random.below(3) {
+                0 => mutant[at] = b"#(),$'.;=*019\x00\xff"[random.below(15)],
+                1 => drop(mutant.remove(at)),
+                _ => {
+                    let end = at + 1 + random.below(20);
+                    let part = mutant[at..end].to_vec();
+                    mutant.splice(at..at, part);
+                }
+            }
+        }
+        match elements_of_bytes(mutant) {
+            Ok(elements) => read += usize::from(!elements.all.is_empty()),
+            // What panics is told as damaged.
+            Err(e) => assert!(e.to_string().lines().count() == 1 && !e.to_string().contains("damaged"), "{e}"),
+        }
+    }
+    assert!(read > 1000, "{read}");
 }

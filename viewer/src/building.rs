@@ -16,6 +16,7 @@ use std::sync::atomic::AtomicBool;
 const MODELS: [&str; 7] = ["glb", "gltf", "obj", "ifc", "gml", "bsp", "map"];
 
 /// A model and what was baked of it.
+#[derive(Clone)]
 pub struct Building {
     /// The triangles.
     pub scene: Arc<Scene>,

@@ -92,7 +92,7 @@ fn path(painter: &egui::Painter, tag: &str) {
     let Some(stroke) = stroke.map(|colour| Stroke::new(width, rgb(colour))) else { return };
     for line in lines {
         match dashes {
-            Some([dash, gap]) => drop(painter.extend(egui::Shape::dashed_line(&line, stroke, dash, gap))),
+            Some([dash, gap]) => painter.extend(egui::Shape::dashed_line(&line, stroke, dash, gap)),
             None => drop(painter.line(line, stroke)),
         }
     }

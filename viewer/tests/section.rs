@@ -81,7 +81,7 @@ fn caps_are_as_large_as_what_is_cut() {
     visit.session.walker = Walker::new(eye, DVec3::new(0.0, -1.0, -1e-9), true);
     visit.session.act(Action::Section);
     let floor = -room.file.origin.y;
-    let mut set = |visit: &mut Visit<'_>, height: f64| {
+    let set = |visit: &mut Visit<'_>, height: f64| {
         let is_at = visit.session.section().expect("one").d;
         let notches = (-(floor + height) - is_at) / -0.1;
         assert!(visit.session.move_section(notches));
