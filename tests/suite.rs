@@ -30,6 +30,7 @@ mod extremes;
 mod faults;
 mod file_format;
 mod generate;
+mod ifc_elements;
 mod import_ifc;
 mod import_mesh;
 mod indoorgml;

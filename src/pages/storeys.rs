@@ -217,7 +217,8 @@ impl<'f> Plans<'f> {
         out
     }
 
-    fn at(&self, p: DVec2) -> DVec2 {
+    /// Where a point (x, z) is in the SVG.
+    pub fn at(&self, p: DVec2) -> DVec2 {
         let middle = (WIDTH - 2.0 * MARGIN - (self.max.x - self.min.x) * self.scale) / 2.0;
         DVec2::new(MARGIN + middle, MARGIN) + (p - self.min) * self.scale
     }

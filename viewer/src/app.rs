@@ -412,12 +412,17 @@ impl ApplicationHandler for App<'_> {
             }
             WindowEvent::CursorMoved { position, .. } => self.moved(DVec2::new(position.x, position.y)),
             WindowEvent::MouseWheel { delta, .. } if !taken => {
-                let notches = match delta {
-                    MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
-                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / NOTCH,
+                let [across, notches] = match delta {
+                    MouseScrollDelta::LineDelta(across, lines) => [across, lines].map(f64::from),
+                    MouseScrollDelta::PixelDelta(pixels) => [pixels.x, pixels.y].map(|pixels| pixels / NOTCH),
                 };
-                let zooms = [KeyCode::ControlLeft, KeyCode::ControlRight].iter().any(|key| self.held.contains(key));
-                if let Some(session) = &mut self.session {
+                let is_held = |keys: [KeyCode; 2]| keys.iter().any(|key| self.held.contains(key));
+                let zooms = is_held([KeyCode::ControlLeft, KeyCode::ControlRight]);
+                let shifts = is_held([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+                if let Some(session) = &mut self.session
+                    // With Shift held, some systems turn it sideways.
+                    && !(shifts && session.move_section(notches + across))
+                {
                     session.wheel(notches, zooms);
                 }
             }

@@ -101,6 +101,10 @@ pub enum Shown {
     Mirror,
     /// Why the camera's cell sees what is in the middle of the picture.
     Why,
+    /// A level section a little above the camera.
+    Section,
+    /// Names of rooms in the scene.
+    Names,
 }
 
 /// Largest side of a picture, pixels.

@@ -1,5 +1,6 @@
 //! What is looked at: a model with its `.pvs` file, found, read or baked.
 
+use crate::elements::Author;
 use crate::looks::Looks;
 use enfilade::bake::{BakeError, BakeOptions, bake, digest, find_cells};
 use enfilade::cells::{CellGraph, undivided};
@@ -15,6 +16,7 @@ use std::sync::atomic::AtomicBool;
 const MODELS: [&str; 7] = ["glb", "gltf", "obj", "ifc", "gml", "bsp", "map"];
 
 /// A model and what was baked of it.
+#[derive(Clone)]
 pub struct Building {
     /// The triangles.
     pub scene: Arc<Scene>,
@@ -22,6 +24,8 @@ pub struct Building {
     pub file: PvsFile,
     /// Materials and pictures.
     pub looks: Arc<Looks>,
+    /// What the model says of its elements.
+    pub author: Author,
 }
 
 /// How far opening is: a stage and its fraction.
@@ -37,7 +41,12 @@ pub const EARLY: usize = 2;
 impl Building {
     /// Of its parts.
     pub fn new(scene: Scene, file: PvsFile, looks: Looks) -> Self {
-        Self { scene: Arc::new(scene), file, looks: Arc::new(looks) }
+        Self { scene: Arc::new(scene), file, looks: Arc::new(looks), author: Author::default() }
+    }
+
+    /// Asks this model when somebody wants to know more of its elements.
+    pub fn told_by(self, model: &Path) -> Self {
+        Self { author: Author::of(model), ..self }
     }
 
     /// Opens a `.pvs` file with its model, or a model with the `.pvs` file beside it; without one that fits, bakes, and leaves the result
@@ -77,7 +86,7 @@ impl Building {
             return Err(format!("{}: not the model that {file} was baked for; give it with --model", model.display()));
         }
         let looks = looks(&scene, model, &options, progress);
-        Ok(Self::new(scene, pvs, looks))
+        Ok(Self::new(scene, pvs, looks).told_by(model))
     }
 
     fn bake(
@@ -90,6 +99,7 @@ impl Building {
         let import_options = ImportOptions { trace: true, ..ImportOptions::default() };
         let scene = Arc::new(import(model, &import_options).map_err(|e| at(model, e))?);
         let looks = Arc::new(looks(&scene, model, &import_options, progress));
+        let author = Author::of(model);
         let quickly = |given: CellGraph| {
             let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
             let options = BakeOptions { given: Some(given), pvs, keep_bounds: true, ..BakeOptions::default() };
@@ -101,7 +111,9 @@ impl Building {
         };
         if let Some(early) = early {
             // 1. What needs no cells; 2. what needs no rays.
-            let tell = |number, file| early(number, Self { scene: scene.clone(), file, looks: looks.clone() });
+            let tell = |number, file| {
+                early(number, Self { scene: scene.clone(), file, looks: looks.clone(), author: author.clone() })
+            };
             tell(0, quickly(undivided(&scene)).map_err(failed)?);
             progress("cells", 0.0);
             let cells = find_cells(&scene, &BakeOptions::default().split).map_err(|e| failed(e.into()))?;
@@ -135,7 +147,7 @@ impl Building {
             Ok(()) => drop(journal.map(Journal::remove)),
             Err(e) => eprintln!("{}: not kept: {e}", to.display()),
         }
-        Ok(Self { scene, file, looks })
+        Ok(Self { scene, file, looks, author })
     }
 }
 

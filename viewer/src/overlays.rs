@@ -11,7 +11,7 @@ use enfilade::{ObjectId, PortalId};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Of a line of sight.
-const SIGHT: Tint = [40, 230, 80, 255];
+pub const SIGHT: Tint = [40, 230, 80, 255];
 /// How wide it is, as a part of its distance from the eye, and how large its ends are, metres.
 const SIGHT_WIDTH: f32 = 0.006;
 const SIGHT_END: f32 = 0.05;

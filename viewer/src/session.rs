@@ -4,6 +4,8 @@ mod counters;
 mod finding;
 mod going;
 mod insight;
+mod measuring;
+pub mod section;
 mod tools;
 
 use crate::args::Shown;
@@ -11,6 +13,7 @@ use crate::building::Building;
 use crate::collision::{NOBODY, Solid};
 use crate::colours::Tints;
 use crate::culling::{Decision, MODES};
+use crate::doors::swings::swings;
 use crate::draw::alarm::Missed;
 use crate::draw::frame::{Painter, Stage, Wish};
 use crate::draw::lines::Overlay;
@@ -19,6 +22,7 @@ use crate::draw::mirror::Mirrors;
 use crate::draw::split::Split;
 use crate::kept::Kept;
 use crate::looks::Detail;
+use crate::measure::Measure;
 use crate::opening::Share;
 use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
 use crate::start::rooms::Room;
@@ -29,7 +33,7 @@ use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
 use crate::ui::paint::Egui;
 use crate::ui::plan::Plan;
-use crate::ui::{hud, keys, legend, preferences, profile, toolbar};
+use crate::ui::{hud, keys, legend, marks, preferences, profile, toolbar};
 use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
 use enfilade::proof::{Asker, Goal};
@@ -95,7 +99,8 @@ impl Show {
             Shown::Matrix => Some(&mut self.layers.matrix),
             Shown::Graphs => Some(&mut self.layers.graphs),
             Shown::Keys => Some(&mut self.keys),
-            Shown::Cells | Shown::Mirror | Shown::Why => None,
+            Shown::Names => Some(&mut self.layers.names),
+            Shown::Cells | Shown::Mirror | Shown::Why | Shown::Section => None,
             Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat => None,
         }
     }
@@ -127,6 +132,8 @@ pub struct Session<'b> {
     pub find: Find,
     /// What explains the culling.
     pub insight: insight::Insight<'b>,
+    /// Lengths.
+    pub measure: Measure,
     building: &'b Building,
     format: TextureFormat,
     size: [u32; 2],
@@ -145,6 +152,7 @@ pub struct Session<'b> {
     asker: Option<Asker<'b>>,
     picked: Vec<(CellId, Hit)>,
     selected: finding::Selected,
+    cut: section::Cut,
     pair: Option<(CellId, CellId)>,
     told: Option<explain::Told>,
     /// A line at the bottom, and for how many seconds yet.
@@ -191,6 +199,8 @@ impl<'b> Session<'b> {
             selected: Default::default(),
             find: Find::default(),
             insight: Default::default(),
+            measure: Measure::default(),
+            cut: section::Cut::default(),
             pair: None,
             told: None,
             preferences: Preferences::default(),
@@ -206,6 +216,7 @@ impl<'b> Session<'b> {
             show,
             stage,
         };
+        session.plan.swings = swings(&session.stage.doors);
         session.paint();
         session.solid.put_in_the_way(&session.stage.doors.blocks());
         Ok(session)
@@ -333,6 +344,9 @@ impl<'b> Session<'b> {
             Action::Isolate => self.hide(true),
             Action::ShowAll => self.show_all(),
             Action::SavePlan => self.save_shown_plan(),
+            Action::Section => self.toggle_section(),
+            Action::TurnSection => self.turn_section(),
+            Action::Measure => self.toggle_measuring(),
         }
     }
 
@@ -349,6 +363,7 @@ impl<'b> Session<'b> {
                     self.turn_heat();
                 }
             }
+            Shown::Section => self.set_section(false),
             Shown::Why => {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
@@ -365,9 +380,11 @@ impl<'b> Session<'b> {
         }
     }
 
-    /// A click on a point of the screen (normalised device coordinates): a door, or something to pick.
+    /// A click on a point of the screen (normalised device coordinates): a point to measure, a door, or something to pick.
     pub fn click(&mut self, at: DVec2) {
-        if !self.use_door(at) {
+        if self.measure.is_on {
+            self.measure_at(at);
+        } else if !self.use_door(at) {
             self.pick(at);
         }
     }
@@ -420,6 +437,7 @@ impl<'b> Session<'b> {
 
     /// Draws what `camera` sees, what lies over it, and the panels.
     fn picture(&mut self, picture: &TextureView, camera: Camera, has_panels: bool) -> Result<(), String> {
+        self.stage.set_section(self.section());
         if !self.mirrors.is_empty() {
             self.mirrors.look(&self.stage.culling.culler, &camera, &mut self.scratch);
         }
@@ -433,7 +451,7 @@ impl<'b> Session<'b> {
         if let Some(frozen) = frozen.filter(|_| culls_again) {
             self.draw_other(frozen, Some(frozen), marking)?;
             self.stage.set_marking(marking)?;
-            let (mode, overlay) = (self.show.mode, &self.overlay);
+            let (mode, overlay) = (self.mode(), &self.overlay);
             let again =
                 Wish { camera: frozen, culled_by: Some(frozen), mode, alarm: false, timed: false, overlay, mirrors: None };
             self.stage.frame(again, picture, None).map_err(|e| e.to_string())?;
@@ -445,11 +463,12 @@ impl<'b> Session<'b> {
         let wish = Wish {
             camera,
             culled_by,
-            mode: self.show.mode,
+            mode: self.mode(),
             alarm: self.show.layers.alarm,
             timed: true,
             overlay: &self.overlay,
-            mirrors: Some(&mut self.mirrors),
+            // They show what the section cuts away.
+            mirrors: Some(&mut self.mirrors).filter(|_| !self.cut.is_on),
         };
         let mut half = self.insight.split.as_ref().and_then(Split::half);
         let painter = has_panels.then_some(&mut self.egui as &mut dyn Painter);
@@ -532,10 +551,12 @@ impl<'b> Session<'b> {
         let (eye, stage) = (self.walker.eye, &self.stage);
         let wall = pick::pick(rays, eye, direction, &|hit| {
             let is_passed = stage.is_ghost[hit.object.index()] || stage.doors.is_leaf[hit.triangle as usize];
-            is_passed || stage.is_hidden(hit.object)
+            is_passed || stage.is_hidden(hit.object) || stage.is_cut_away(eye + direction * hit.t)
         });
         match stage.doors.first_leaf(eye, direction, &|door| stage.is_door_hidden(door)) {
-            Some((t, of)) if wall.is_none_or(|wall| t < wall.t) => of.map(|(object, triangle)| Hit { t, object, triangle }),
+            Some((t, of)) if wall.is_none_or(|wall| t < wall.t) && !stage.is_cut_away(eye + direction * t) => {
+                of.map(|(object, triangle)| Hit { t, object, triangle })
+            }
             _ => wall,
         }
     }
@@ -594,6 +615,7 @@ impl<'b> Session<'b> {
         if let Some([a, b]) = self.sight() {
             overlays::sight(overlay, self.walker.eye.as_vec3(), a.as_vec3(), b.as_vec3());
         }
+        self.lay_lengths_over(overlay);
     }
 
     fn panels(&mut self, mut input: egui::RawInput) -> egui::PlatformOutput {
@@ -613,21 +635,23 @@ impl<'b> Session<'b> {
         let camera = self.frozen.map_or(self.camera(), |frozen| frozen.0);
         let sides = [-1.0, 1.0].map(|x| camera.ray(DVec2::new(x, 0.0))).map(|ray| DVec2::new(ray.x, ray.z));
         let (mut clicked, mut pressed, mut answer, size) = (None, None, None, self.size);
-        let (mut wish, mut chosen, mut profiled, mut flies) = (None, None, None, false);
+        let (mut wish, mut chosen, mut cuts, mut profiled, mut flies) = (None, None, None, None, false);
         let beside = self.lines_beside();
         let at = self.frame_of_profile();
         let kinds = self.stage.kinds().zip(self.stage.heard.marked.as_ref().map(|marked| marked.pixels));
         if self.show.layers.plan {
             self.rooms();
         }
+        let marks = self.marks(&row);
         let on: Vec<Action> = keys::KEYS.iter().map(|key| key.2).filter(|&action| self.is_on(action)).collect();
         self.egui.context.set_zoom_factor(self.preferences.text as f32);
         let Self {
             show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
         } = self;
-        let Self { rooms, find, selected, insight, .. } = self;
+        let Self { rooms, find, selected, insight, cut, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
+            marks::show(ui, &marks, 1.0 / preferences.text);
             if show.layers.rectangles && !is_frozen {
                 overlays::rectangles(ui, stage.culling.last.as_ref());
             }
@@ -673,6 +697,9 @@ impl<'b> Session<'b> {
             if show.preferences {
                 preferences::show(ui, preferences, &mut show.fov_y, &mut show.detail);
             }
+            if cut.is_on {
+                cuts = cuts.or(cut.show(ui, building.file.origin.y));
+            }
             if let Some((line, _)) = note {
                 hud::note(ui, line);
             }
@@ -683,7 +710,7 @@ impl<'b> Session<'b> {
                 chosen = chosen.or(find.show(ui, building));
             }
             if !selected.facts.is_empty() {
-                find::tell(ui, &selected.facts);
+                find::tell(ui, &selected.facts, &selected.sheets);
             }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
@@ -705,6 +732,7 @@ impl<'b> Session<'b> {
         if let Some(what) = chosen {
             self.go_to_found(what);
         }
+        cuts.into_iter().for_each(|asked| self.do_section(asked));
         if let Some(wish) = wish {
             self.do_wish(wish);
         }

@@ -151,12 +151,14 @@ pub struct Layers {
     pub graphs: bool,
     /// What a comparison with a picture of everything finds missed.
     pub alarm: bool,
+    /// Names of rooms in the scene.
+    pub names: bool,
 }
 
 impl Layers {
     /// The bare picture.
     pub const NONE: Self =
-        Self { portals: false, rectangles: false, plan: false, matrix: false, graphs: false, alarm: false };
+        Self { portals: false, rectangles: false, plan: false, matrix: false, graphs: false, alarm: false, names: false };
 }
 
 impl Default for Layers {

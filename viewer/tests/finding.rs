@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, path};
+use common::{building, has_device, path, quickly_baked};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::{Culler, FrameMode};
 use enfilade::scene::rays::RayScene;
@@ -20,12 +20,13 @@ use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::{Detail, Looks};
 use enfilade_viewer::session::Session;
 use enfilade_viewer::start::rooms::rooms;
-use enfilade_viewer::ui::find::{Found, MOST, What, facts, find};
+use enfilade_viewer::ui::find::{Found, MOST, What, facts, find, objects};
 use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::{Walker, Wants};
 use glam::DVec2;
 use std::collections::BTreeSet;
 use testing::boxes::{self, block, p};
+use testing::data::data;
 
 /// Panels leave most of it free.
 const SIZE: [u32; 2] = [960, 720];
@@ -86,6 +87,8 @@ fn a_pick_tells_what_it_is() {
             .collect()
     };
     let number = object(&house, "Desk");
+    let n = house.scene.objects.len();
+    let seen_from = |node: &str| (0..3).filter(|&c| house.file.sees_object(CellId(c), object(&house, node))).count();
     assert_eq!(
         told("Desk", 0),
         [
@@ -96,6 +99,12 @@ fn a_pick_tells_what_it_is() {
             "Triangles: 12".to_owned(),
             "Size: 1.00 x 0.75 x 1.60 m".to_owned(),
             "Material: OAK".to_owned(),
+            // Nobody has rows of their own here: each cell that it is in or that a portal leads from sees it.
+            format!(
+                "Seen: from {} of 3 cells; its own sees {} of {n} objects",
+                seen_from("Desk"),
+                house.file.objects_seen(CellId(0)).count()
+            ),
         ]
     );
     assert!(!told("wall", 1).iter().any(|line| line.starts_with("Material")));
@@ -205,4 +214,49 @@ fn hide_and_show(villa: &Building, oracle: Oracle) {
     assert!((0..villa.scene.objects.len() as u32).map(ObjectId).all(|o| session.stage.is_hidden(o) == (o != alone)));
     assert_eq!(pixels(&mut session, alone).1, 0);
     assert_ne!(villa.scene.objects[alone.index()].role, Role::Door);
+}
+
+#[test]
+fn elements_are_found_and_told_by_what_their_author_says() {
+    let test = "elements_are_found_and_told_by_what_their_author_says";
+    let Some(folder) = data(test) else { return };
+    let Some(duplex) = quickly_baked(test, &folder.join("duplex/Duplex_A_20110907.ifc")) else { return };
+    let names = |text: &str| find(&duplex, text).into_iter().map(|found| found.name).collect::<Vec<_>>();
+    // #4131 of the file, by its GlobalId, by its tag within its name, and by a property of its own.
+    let id = "2O2Fr$t4X7Zf8NOew3FNld";
+    let wall = find(&duplex, id);
+    let [Found { what: What::Node(object), .. }] = wall[..] else { panic!("{wall:?}") };
+    assert_eq!(duplex.scene.objects[object.index()].node, id);
+    assert_eq!(names("138584"), ["Basic Wall:Interior - Partition (92mm Stud):138584"]);
+    // Rooms come first, by their names and then by their GlobalIds.
+    assert_eq!(names("foyer")[0], "A101 Foyer");
+    assert!(matches!(find(&duplex, "0BTBFw6f90Nfh9rP1dlXrr")[..], [Found { what: What::Room(_), .. }]));
+    // A class: 14 doors, some of several objects. A type: #38449 relates two of them.
+    let hit = |text: &str, is: fn(&What) -> bool| find(&duplex, text).into_iter().find(|f| is(&f.what)).unwrap().what;
+    let elements = |what: What| {
+        let nodes = objects(&duplex, what).into_iter().map(|o| duplex.scene.objects[o.index()].node.as_str());
+        nodes.collect::<BTreeSet<_>>()
+    };
+    assert_eq!(elements(hit("ifcdoor", |what| matches!(what, What::Class(_)))).len(), 14);
+    let type_of = elements(hit("1250mm x 2010mm", |what| matches!(what, What::Type(_))));
+    assert_eq!(type_of, BTreeSet::from(["1hOSvn6df7F8_7GcBWlRGQ", "1hOSvn6df7F8_7GcBWlRH8"]));
+    let loads = hit("loadbearing: true", |what| matches!(what, What::Property(..)));
+    assert!(!elements(loads).is_empty() && !elements(loads).contains(id));
+    // A pick tells the class, the GlobalId and properties by their sets.
+    if !has_device(test) {
+        return;
+    }
+    let stage = Stage::new(device().unwrap(), &duplex, Oracle::Software, SIZE, PICTURE).unwrap();
+    let mut session = Session::new(&duplex, stage, PICTURE, SIZE).unwrap();
+    session.begin(None);
+    session.go_to_found(What::Node(object));
+    let (facts, sheets) = session.told();
+    let fact = |name: &str| facts.iter().find(|f| f.0 == name).map(|f| f.1.as_str());
+    assert_eq!([fact("Class"), fact("GlobalId"), fact("Tag")], [Some("IfcWallStandardCase"), Some(id), Some("138584")]);
+    let sheet = sheets.iter().find(|sheet| sheet.title == "PSet_Revit_Constraints").unwrap();
+    assert!(sheet.rows.contains(&("Unconnected Height".into(), "2.795 m".into())), "{sheet:?}");
+    let What::Room(foyer) = find(&duplex, "foyer")[0].what else { panic!("no room") };
+    session.go_to_found(What::Room(foyer));
+    let area = session.told().1.iter().flat_map(|sheet| &sheet.rows).find(|row| row.0 == "GSA BIM Area");
+    assert!(area.is_some_and(|area| area.1.ends_with(" m²")), "{area:?}");
 }

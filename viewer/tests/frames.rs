@@ -80,7 +80,7 @@ fn the_alarm_sees_a_row_that_was_broken_on_purpose() {
     let home = walk.stage.culling.last.as_ref().and_then(|d| d.home).expect("in a cell");
     let mut worst = (0, enfilade::ObjectId(0));
     for object in sound.file.objects_seen(home).collect::<Vec<_>>() {
-        let mut broken = Building { scene: sound.scene.clone(), file: sound.file.clone(), looks: sound.looks.clone() };
+        let mut broken = sound.clone();
         broken.file.object_rows.as_mut().expect("rows").clear(home.index(), object.index());
         let area = sound.scene.objects[object.index()].bounds.diagonal();
         if area > sound.scene.objects[worst.1.index()].bounds.diagonal() || worst.0 == 0 {

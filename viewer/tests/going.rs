@@ -6,18 +6,20 @@ mod common;
 
 use common::{building, has_device, shipped};
 use enfilade::cells::{Locator, PortalKind};
-use enfilade::pages::storeys::storeys;
+use enfilade::pages::storeys::{Plans, storeys};
 use enfilade::runtime::Culler;
 use enfilade::scene::Scene;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
 use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::doors::swings::swings;
 use enfilade_viewer::draw::frame::Stage;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::go::Guide;
 use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::Looks;
 use enfilade_viewer::plan_file;
+use enfilade_viewer::plan_picture;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::start::rooms::rooms;
 use enfilade_viewer::ui::keys::Action;
@@ -159,10 +161,70 @@ fn a_storey_is_shown_first_and_then_gone_to() {
 fn a_plan_is_a_whole_svg_file() {
     let house = house();
     let plan = Plan::new(&house.file);
-    let text = plan_file::svg(&house, &plan.storeys, 1);
+    let text = plan_file::svg(&house, &plan.storeys, &plan.swings, 1);
     assert!(text.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\"") && text.ends_with("</svg>\n"), "{text}");
     assert!(text.find("<style>").unwrap() < text.find("<path").unwrap() && text.contains(">Study</text>"), "{text}");
     assert_eq!(text.matches("class=\"cell ").count(), 2);
+}
+
+#[test]
+fn a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them() {
+    if !has_device("a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them") {
+        return;
+    }
+    let house = house();
+    let plan = Plan::new(&house.file);
+    let svg = plan_file::svg(&house, &plan.storeys, &plan.swings, 0);
+    let picture = plan_picture::picture(&device().unwrap(), &svg).unwrap();
+    let plans = Plans::new(&house.file, &house.scene, &plan.storeys);
+    let height: f64 = svg.split("viewBox=\"0 0 860 ").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+    let scale = 2000.0 / 860.0;
+    assert_eq!((picture.width(), picture.height()), (2000, (height * scale).round() as usize));
+    let at = |x: f64, z: f64| {
+        let p = plans.at(DVec2::new(x, z) - house.file.origin.xz()) * scale;
+        picture.pixels()[p.y as usize * picture.width() + p.x as usize]
+    };
+    // The study and the hall are the first two cells; the hall has a closet cut out of it, where the paper shows.
+    let tint = |cell: &str| {
+        let before = svg.split(&format!("<title>{cell}</title>")).next().unwrap();
+        let class = before.rsplit("class=\"cell ").next().unwrap().split('"').next().unwrap();
+        plan_file::LOOKS.iter().find(|look| look.class == class).unwrap().fill.unwrap()
+    };
+    let is = |pixel: [u8; 3], colour: [u8; 3]| pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) <= 2);
+    for (p, colour) in
+        [((0.4, 0.4), tint("Study")), ((3.6, 4.6), tint("Study")), ((8.8, 0.4), tint("Hall")), ((9.8, 2.6), tint("Hall"))]
+    {
+        assert!(is(at(p.0, p.1), colour), "{p:?}: {:?}, {colour:?} wanted", at(p.0, p.1));
+    }
+    assert!(is(at(9.8, 0.6), [255; 3]), "{:?}", at(9.8, 0.6));
+    // The door is an orange line where the wall has its hole, the wall a dark one beside it.
+    assert!(is(at(4.1, 1.5), [0xc2, 0x46, 0x0b]), "{:?}", at(4.1, 1.5));
+    assert!(at(4.1, 3.5).iter().all(|part| *part < 120), "{:?}", at(4.1, 3.5));
+}
+
+#[test]
+fn doors_swing_by_a_quarter_about_a_jamb() {
+    if !has_device("doors_swing_by_a_quarter_about_a_jamb") {
+        return;
+    }
+    let stage = Stage::new(device().unwrap(), villa(), Oracle::Software, [64, 64], PICTURE).unwrap();
+    let swings = swings(&stage.doors);
+    assert!(swings.len() >= 4, "{}", swings.len());
+    for swing in &swings {
+        let [hinge, open, .., shut] = swing.line[..] else { panic!("{swing:?}") };
+        let [radius, width] = [open, shut].map(|p| p.distance(hinge));
+        assert!((radius - width).abs() < 1e-6 && (0.3..2.5).contains(&width), "{swing:?}");
+        assert!((open - hinge).dot(shut - hinge).abs() < 1e-6 * width, "{swing:?}");
+        // The hinge is at a jamb of some door's portal; of a pair, the other end is in the middle.
+        let jambs = |p: &enfilade::file::FilePortal| p.winding.iter().map(|c| c.as_dvec3().xz()).collect::<Vec<_>>();
+        let is_at = |p: DVec2, jambs: &[DVec2]| jambs.iter().any(|jamb| jamb.distance(p) < 0.4);
+        let doors = villa().file.portals.iter().filter(|p| p.kind == PortalKind::Door).map(jambs);
+        assert!(doors.into_iter().any(|jambs| is_at(hinge, &jambs)), "{swing:?}");
+    }
+    let mut plan = Plan::new(&villa().file);
+    plan.swings = swings;
+    let drawn = |storey| plan_file::svg(villa(), &plan.storeys, &plan.swings, storey).contains("class=\"swing\"");
+    assert!((0..plan.storeys.len()).any(drawn));
 }
 
 #[test]

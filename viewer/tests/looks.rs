@@ -114,7 +114,7 @@ fn the_alarm_counts_the_same_in_full() {
     let frame = path.frames.len() / 2;
     let mut sound = Walk::new(villa, &path, None, SIZE).unwrap();
     let camera = sound.camera(frame);
-    let mut broken = Building { scene: villa.scene.clone(), file: villa.file.clone(), looks: villa.looks.clone() };
+    let mut broken = villa.clone();
     sound.missed(camera, FrameMode::Pvs).unwrap();
     let home = sound.stage.culling.last.as_ref().and_then(|d| d.home).unwrap();
     // Everything but what the eye stands in: walls that are seen across rooms, glass and doors among it.

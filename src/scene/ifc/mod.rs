@@ -7,6 +7,8 @@
 //! 3. `geometry`: every product's triangles by ifc-lite, on several threads watched by `workers`;
 //! 4. `spaces`, `openings` and `boundaries`: hints.
 //!
+//! What a file says of its elements beside their shape, [`elements`] reads when somebody asks; an import doesn't.
+//!
 //! An import ends: an element whose geometry takes longer than `ELEMENT_LIMIT` is left out and named in the notes (one
 //! occluder fewer errs towards visible), and one that panics likewise; a file whose geometry as a whole takes longer than
 //! `TIME_LIMIT` and a share for its size is an error. Both limits hold however deep a library is in its loops, because
@@ -18,6 +20,7 @@ use std::path::Path;
 
 #[cfg(feature = "ifc")]
 mod boundaries;
+mod elements;
 #[cfg(feature = "ifc")]
 mod geometry;
 #[cfg(feature = "ifc")]
@@ -37,10 +40,15 @@ mod spaces;
 #[cfg(feature = "ifc")]
 mod styles;
 #[cfg(feature = "ifc")]
+mod told;
+#[cfg(feature = "ifc")]
 mod workers;
 
+pub use elements::{Element, ElementType, Elements, Property, PropertySet, Value, elements};
 #[cfg(feature = "ifc")]
 pub use reader::import_bytes;
+#[cfg(feature = "ifc")]
+pub use told::elements_of_bytes;
 
 /// Reads an IFC file. Lengths become metres, +Z up becomes +Y up: `(x, y, z)` turns into `(x, z, -y)`.
 ///

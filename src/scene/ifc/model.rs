@@ -213,7 +213,7 @@ impl Model {
 }
 
 /// A file begins with `ISO-10303-21` and ends with `END-ISO-10303-21`: one that doesn't is something else, or cut off.
-fn check_envelope(bytes: &[u8]) -> Result<(), ImportError> {
+pub(super) fn check_envelope(bytes: &[u8]) -> Result<(), ImportError> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     if text.is_empty() {
         return Err(ImportError::malformed(Place::File, "the file is empty"));

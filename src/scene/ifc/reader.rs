@@ -28,7 +28,7 @@ const NAMES: usize = 5;
 
 /// Reads an IFC file's bytes; as [`super::import`]. `name` becomes [`Scene::name`].
 pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let limit = TIME_LIMIT + LIMIT_PER_MEGABYTE * (bytes.len() >> 20) as u32;
+    let limit = time_limit(bytes.len());
     let deadline = Instant::now() + limit;
     // 1. Records, units, relations: linear in the file, but library code, so watched too.
     let metres = options.metres_per_unit;
@@ -76,6 +76,11 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     builder.source.notes.extend(notes);
     builder.source.notes.extend(found);
     builder.finish(name)
+}
+
+/// How long the records of so many bytes may take.
+pub(super) fn time_limit(bytes: usize) -> Duration {
+    TIME_LIMIT + LIMIT_PER_MEGABYTE * (bytes >> 20) as u32
 }
 
 /// What the author said, and what of it was left out.
@@ -138,7 +143,7 @@ fn add_meshes(
 }
 
 /// Runs `f` where it can be given up.
-fn watched<I: Send + 'static, T: Send + 'static>(
+pub(super) fn watched<I: Send + 'static, T: Send + 'static>(
     deadline: Instant,
     input: I,
     f: impl Fn(I) -> T + Send + Sync + 'static,

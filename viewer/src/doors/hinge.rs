@@ -66,7 +66,7 @@ impl Motion {
 }
 
 /// About +Y, counter-clockwise seen from above.
-fn turned(v: DVec3, angle: f64) -> DVec3 {
+pub(super) fn turned(v: DVec3, angle: f64) -> DVec3 {
     let (sin, cos) = angle.sin_cos();
     DVec3::new(cos * v.x + sin * v.z, v.y, cos * v.z - sin * v.x)
 }

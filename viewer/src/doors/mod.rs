@@ -10,6 +10,7 @@ pub mod hinge;
 pub mod leaves;
 pub mod opening;
 pub mod pieces;
+pub mod swings;
 
 use crate::building::Building;
 use crate::culling::Decision;

@@ -1,6 +1,7 @@
 //! A frame, from top to bottom: [`Stage::frame`].
 
 use super::alarm::{Alarm, Missed};
+use super::caps::Caps;
 use super::culled::Culled;
 use super::full::Full;
 use super::hidden::Hidden;
@@ -11,6 +12,7 @@ use super::mesh::{Mesh, Runs};
 use super::mirror::Mirrors;
 use super::pipelines::{Eye, NEAR, Pipelines};
 use super::queries::Queries;
+use super::slice::Section;
 use super::targets::Targets;
 use super::timer::Timer;
 use crate::building::Building;
@@ -20,6 +22,7 @@ use crate::looks::Detail;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::{Camera, FrameMode};
+use glam::DVec3;
 use std::time::Instant;
 use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
 
@@ -118,6 +121,11 @@ pub struct Stage<'b> {
     everything: Runs,
     all_leaves: Drawn,
     hidden: Hidden,
+    section: Option<Section>,
+    /// Made when they are first wanted.
+    caps: Option<Caps>,
+    /// Whether caps are those of what is drawn now.
+    is_capped: bool,
     all: Vec<ObjectId>,
     /// The processor's milliseconds of the frame that the device is timed for, and its triangles.
     timing: Option<(u64, f64, u64)>,
@@ -166,6 +174,9 @@ impl<'b> Stage<'b> {
             everything,
             all_leaves,
             hidden: Hidden::default(),
+            section: None,
+            caps: None,
+            is_capped: false,
             all,
             timing: None,
             building,
@@ -212,6 +223,9 @@ impl<'b> Stage<'b> {
             let (mesh, is_leaf) = (&self.mesh, &self.doors.is_leaf);
             let full = Full::new(&self.gpu, &self.pipelines, mesh, self.building, is_leaf, self.format);
             self.full = Some(full.map_err(|e| e.to_string())?);
+        }
+        if let Some(full) = &mut self.full {
+            full.set_cut(&self.gpu, &self.pipelines, self.section.is_some());
         }
         self.detail = detail;
         Ok(())
@@ -266,9 +280,37 @@ impl<'b> Stage<'b> {
         kinds.fold([0; 3], |sum, kinds| [0, 1, 2].map(|kind| sum[kind] + kinds[kind]))
     }
 
+    /// Draws only what is before a plane from now on, with caps on what it cuts; `None`: all. Culling knows nothing of it.
+    pub fn set_section(&mut self, section: Option<Section>) {
+        if section == self.section {
+            return;
+        }
+        (self.section, self.is_capped) = (section, false);
+        self.pipelines.set_cut(&self.gpu, section.is_some());
+        if let Some(full) = &mut self.full {
+            full.set_cut(&self.gpu, &self.pipelines, section.is_some());
+        }
+    }
+
+    /// Whether a point is cut away.
+    pub fn is_cut_away(&self, p: DVec3) -> bool {
+        self.section.is_some_and(|section| section.before(p) < 0.0)
+    }
+
+    /// Works caps out, if they are seen and something has changed.
+    fn cap(&mut self, eye: DVec3) {
+        let Some(section) = self.section.filter(|section| section.before(eye) < 0.0 && !self.is_capped) else { return };
+        self.is_capped = true;
+        let caps = self.caps.get_or_insert_with(|| Caps::new(&self.gpu, &self.pipelines, self.format));
+        let leaves = &self.leaves;
+        let is_hidden = |door: usize| leaves.is_hidden.get(door).is_some_and(|&hidden| hidden);
+        caps.cut(&self.gpu, &section, &self.building.scene, &self.mesh, (&self.doors, &is_hidden));
+    }
+
     /// Leaves out the objects for which `is_hidden`, and leaves that were made where `and_made`. Culling and walking know nothing of it.
     pub fn hide(&mut self, is_hidden: Vec<bool>, and_made: bool) {
         let (mesh, leaves) = (&mut self.mesh, &mut self.leaves);
+        self.is_capped = false;
         self.hidden = Hidden::new(mesh, leaves, &self.doors, &self.is_ghost, is_hidden, and_made);
         // What isn't drawn casts no shadow.
         self.full.iter_mut().for_each(Full::doors_moved);
@@ -287,6 +329,7 @@ impl<'b> Stage<'b> {
 
     /// [`Self::doors`] were opened, shut or moved.
     pub fn doors_changed(&mut self) {
+        self.is_capped = false;
         self.full.iter_mut().for_each(Full::doors_moved);
         self.doors.tell(&mut self.culling.culler);
     }
@@ -310,6 +353,7 @@ impl<'b> Stage<'b> {
         // 1. What has come of earlier frames: answers, times, counts. Nothing is waited for.
         gpu.device.poll(wgpu::PollType::Poll).map_err(|e| gpu.fail(&e.to_string()))?;
         self.hear();
+        self.cap(wish.camera.eye.as_dvec3());
         let gpu = &self.gpu;
 
         // 2. What is worth drawing.
@@ -331,7 +375,7 @@ impl<'b> Stage<'b> {
 
         // 3. What needs no pass: cameras, uploads, pictures in mirrors.
         let mut commands = gpu.device.create_command_encoder(&Default::default());
-        self.eye.set(gpu, &wish.camera, None);
+        self.eye.set(gpu, &wish.camera, self.section.map(|section| (section.n.as_vec3(), section.d as f32)));
         self.leaves.update(gpu, self.building, &mut self.doors);
         let mut painter = painter;
         if let Some(painter) = &mut painter {
@@ -395,7 +439,13 @@ impl<'b> Stage<'b> {
             }
         }
 
-        // 6. How it looks, by its depth: sky, shade and edges; then glass.
+        // 6. Caps, where the eye is on the side that is cut away.
+        let is_capped = self.section.is_some_and(|section| section.before(wish.camera.eye.as_dvec3()) < 0.0);
+        if let Some(caps) = self.caps.as_mut().filter(|_| is_capped) {
+            caps.record(gpu, &self.eye, &self.targets, picture, &mut commands);
+        }
+
+        // 7. How it looks, by its depth: sky, shade and edges; then glass.
         if let Some(full) = full {
             let leaves = (&self.leaves, &self.seen.1);
             full.finish(gpu, &self.pipelines, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);

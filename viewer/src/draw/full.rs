@@ -28,15 +28,25 @@ enum Kind {
     Glass,
 }
 
-/// What draws a scene as it looks.
-pub struct Full {
+/// Pipelines for what the scene is made of.
+struct Ways {
     /// Depth of solid things, so that each pixel is shaded once.
     depth: wgpu::RenderPipeline,
     solid: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
     glass: wgpu::RenderPipeline,
     screen_depth: wgpu::RenderPipeline,
+}
+
+/// What draws a scene as it looks.
+pub struct Full {
+    ways: Ways,
+    /// With a section if the others are without one, or the reverse; made when they are first wanted.
+    others: Option<Ways>,
+    is_cut: bool,
     sky: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
+    format: TextureFormat,
     group: wgpu::BindGroup,
     more: wgpu::Buffer,
     sun: Sun,
@@ -55,6 +65,40 @@ struct Sorted {
     /// Far ones first.
     glass: Vec<Range<u32>>,
     keys: Vec<(f32, ObjectId)>,
+}
+
+impl Ways {
+    /// Entry points: of corners, then of pixels in the order of the fields.
+    fn new(
+        gpu: &Gpu,
+        groups: &[Option<&wgpu::BindGroupLayout>],
+        module: &wgpu::ShaderModule,
+        format: TextureFormat,
+        [corner, depth, solid, masked, glass, screen_depth]: [&str; 6],
+    ) -> Self {
+        let pipeline = |fragment, target: wgpu::ColorTargetState, writes, compare| {
+            Recipe {
+                groups,
+                corners: Some(CORNERS),
+                more: Some(SURFACES),
+                depth: Some(depth_state(writes, compare)),
+                pixel: Some((fragment, target)),
+                ..Recipe::new(module, corner)
+            }
+            .pipeline(gpu)
+        };
+        let plain = || wgpu::ColorTargetState::from(format);
+        let blended =
+            wgpu::ColorTargetState { format, blend: Some(BlendState::ALPHA_BLENDING), write_mask: wgpu::ColorWrites::COLOR };
+        let nothing = || wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::empty() };
+        Self {
+            depth: pipeline(depth, nothing(), true, CompareFunction::Greater),
+            solid: pipeline(solid, plain(), false, CompareFunction::Equal),
+            masked: pipeline(masked, plain(), true, CompareFunction::Greater),
+            glass: pipeline(glass, blended, false, CompareFunction::Greater),
+            screen_depth: pipeline(screen_depth, nothing(), true, CompareFunction::Greater),
+        }
+    }
 }
 
 impl Full {
@@ -77,30 +121,14 @@ impl Full {
         let layout = surfaces::layout(gpu);
         let module = shader(gpu, include_str!("full.wgsl"));
         let groups = [Some(&pipelines.layout), Some(&layout)];
-        let scene_pipeline = |fragment, target: wgpu::ColorTargetState, writes, compare| {
-            Recipe {
-                groups: &groups,
-                corners: Some(CORNERS),
-                more: Some(SURFACES),
-                depth: Some(depth_state(writes, compare)),
-                pixel: Some((fragment, target)),
-                ..Recipe::new(&module, "lit")
-            }
-            .pipeline(gpu)
-        };
-        let plain = || wgpu::ColorTargetState::from(format);
-        let blended =
-            wgpu::ColorTargetState { format, blend: Some(BlendState::ALPHA_BLENDING), write_mask: wgpu::ColorWrites::COLOR };
-        let nothing = || wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::empty() };
         let surface = |object: usize| -> &Surface { &looks.surfaces[looks.of_objects[object] as usize] };
         let kind = |object: usize| if surface(object).cutoff > 0.0 { Kind::Masked } else { Kind::Glass };
         let words = surfaces::words(scene, mesh, looks, is_leaf);
         Ok(Self {
-            depth: scene_pipeline("nothing", nothing(), true, CompareFunction::Greater),
-            solid: scene_pipeline("solid", plain(), false, CompareFunction::Equal),
-            masked: scene_pipeline("masked", plain(), true, CompareFunction::Greater),
-            glass: scene_pipeline("glass", blended, false, CompareFunction::Greater),
-            screen_depth: scene_pipeline("screen_depth", nothing(), true, CompareFunction::Greater),
+            ways: Ways::new(gpu, &groups, &module, format, ["lit", "nothing", "solid", "masked", "glass", "screen_depth"]),
+            others: None,
+            is_cut: false,
+            format,
             sky: Recipe {
                 groups: &groups,
                 depth: Some(depth_state(false, CompareFunction::Equal)),
@@ -109,6 +137,7 @@ impl Full {
             }
             .pipeline(gpu),
             group: surfaces::group(gpu, &layout, looks, &sun),
+            layout,
             more: gpu.filled(bytemuck::cast_slice(&words), BufferUsages::VERTEX),
             sun,
             shade: Shade::new(gpu, scene, format),
@@ -117,6 +146,21 @@ impl Full {
             middles: scene.objects.iter().map(|o| o.bounds.centre().as_vec3()).collect(),
             sorted: Sorted::default(),
         })
+    }
+
+    /// From now on a section cuts what is drawn, or none does. Shadows are those of the whole building.
+    pub fn set_cut(&mut self, gpu: &Gpu, pipelines: &Pipelines, is_cut: bool) {
+        if is_cut == self.is_cut {
+            return;
+        }
+        self.is_cut = is_cut;
+        let (groups, format) = ([Some(&pipelines.layout), Some(&self.layout)], self.format);
+        let others = self.others.get_or_insert_with(|| {
+            let module = shader(gpu, concat!(include_str!("full.wgsl"), include_str!("full_section.wgsl")));
+            let names = ["lit_cut", "nothing_cut", "solid_cut", "masked_cut", "glass_cut", "screen_depth_cut"];
+            Ways::new(gpu, &groups, &module, format, names)
+        });
+        std::mem::swap(others, &mut self.ways);
     }
 
     /// What casts shadows has changed.
@@ -164,14 +208,14 @@ impl Full {
         leaves: (&Leaves, &Drawn),
     ) {
         // Depth of all first: only what shows is shaded.
-        for pipeline in [&self.depth, &self.solid] {
+        for pipeline in [&self.ways.depth, &self.ways.solid] {
             self.bind(pass, pipelines, eye);
             draw(pass, pipeline, solid);
             self.bind_leaves(pass, eye, leaves.0);
             draw(pass, pipeline, &leaves.1.solid);
         }
         self.bind(pass, pipelines, eye);
-        draw(pass, &self.masked, &self.sorted.masked);
+        draw(pass, &self.ways.masked, &self.sorted.masked);
     }
 
     /// So many indirect draws of solid things.
@@ -184,7 +228,7 @@ impl Full {
         count: usize,
     ) {
         self.bind(pass, pipelines, eye);
-        for pipeline in [&self.depth, &self.solid] {
+        for pipeline in [&self.ways.depth, &self.ways.solid] {
             pass.set_pipeline(pipeline);
             (0..count).for_each(|i| pass.draw_indirect(draws, 16 * i as u64));
         }
@@ -212,15 +256,15 @@ impl Full {
         self.shade.record(gpu, &wish.camera, targets, picture, commands);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
         self.bind(&mut pass, pipelines, eye);
-        draw(&mut pass, &self.glass, &self.sorted.glass);
+        draw(&mut pass, &self.ways.glass, &self.sorted.glass);
         if wish.alarm {
-            draw(&mut pass, &self.screen_depth, &self.sorted.glass);
-            draw(&mut pass, &self.screen_depth, &self.sorted.masked);
+            draw(&mut pass, &self.ways.screen_depth, &self.sorted.glass);
+            draw(&mut pass, &self.ways.screen_depth, &self.sorted.masked);
         }
         self.bind_leaves(&mut pass, eye, leaves.0);
-        draw(&mut pass, &self.glass, &leaves.1.ghosts);
+        draw(&mut pass, &self.ways.glass, &leaves.1.ghosts);
         if wish.alarm {
-            draw(&mut pass, &self.screen_depth, &leaves.1.ghosts);
+            draw(&mut pass, &self.ways.screen_depth, &leaves.1.ghosts);
         }
     }
 

@@ -189,14 +189,19 @@ fn is_screen(at: vec4f) -> bool {
     return ((p.x | p.y) & 1u) == 0u;
 }
 
-// Blended: what is seen along it reflects more.
-@fragment
-fn glass(in: Lit) -> @location(0) vec4f {
+// What is seen along it reflects more.
+fn pane(in: Lit) -> vec4f {
     let spot = spot_of(in);
     let away = camera.eye.xyz - in.place;
     let along = 1.0 - abs(dot(in.normal, normalize(away)));
     let gloss = 1.0 - spot.roughness;
     return vec4f(shaded(in, spot), clamp(spot.colour.a + gloss * 0.5 * pow(along, 5.0), 0.0, 1.0));
+}
+
+// Blended.
+@fragment
+fn glass(in: Lit) -> @location(0) vec4f {
+    return pane(in);
 }
 
 // Depth alone of what is seen through, as a screen: what the alarm compares with.

@@ -1,6 +1,7 @@
 //! Everything that speaks to the graphics processor. [`frame`] is a frame from top to bottom; the other files hold what it uses.
 
 pub mod alarm;
+pub mod caps;
 pub mod culled;
 pub mod frame;
 pub mod full;
@@ -15,6 +16,7 @@ pub mod queries;
 pub mod ranks;
 pub mod readback;
 pub mod shade;
+pub mod slice;
 pub mod split;
 pub mod sun;
 pub mod surfaces;

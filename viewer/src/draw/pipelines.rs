@@ -37,6 +37,10 @@ pub struct Pipelines {
     pub mirrored: wgpu::RenderPipeline,
     /// Numbers of objects.
     pub items: Pair,
+    /// Colours and items with a section if those above are without one, or the reverse; made when they are first wanted.
+    others: Option<[Pair; 2]>,
+    is_cut: bool,
+    format: TextureFormat,
     /// What binds a camera.
     pub layout: wgpu::BindGroupLayout,
     corners: wgpu::Buffer,
@@ -75,11 +79,32 @@ impl Pipelines {
             colours: make.pair("seen", ["colour", "colour_of_screen"], format),
             mirrored: make.pipeline("seen_in_mirror", "colour_in_mirror", format),
             items: make.pair("item", ["object", "object_of_screen"], ITEMS),
+            others: None,
+            is_cut: false,
+            format,
             corners: gpu.filled(bytemuck::cast_slice(&mesh.corners), BufferUsages::VERTEX),
             palette: gpu.filled(&words(&[], &ranks), BufferUsages::STORAGE),
             ranks,
             layout,
         })
+    }
+
+    /// From now on a section cuts what is drawn, or none does.
+    pub fn set_cut(&mut self, gpu: &Gpu, is_cut: bool) {
+        if is_cut == self.is_cut {
+            return;
+        }
+        self.is_cut = is_cut;
+        let [colours, items] = self.others.get_or_insert_with(|| {
+            let source = concat!(include_str!("scene.wgsl"), include_str!("section.wgsl"));
+            let make = Maker { gpu, layout: &self.layout, module: shader(gpu, source) };
+            [
+                make.pair("seen_cut", ["colour_cut", "colour_of_screen_cut"], self.format),
+                make.pair("item_cut", ["object_cut", "object_of_screen_cut"], ITEMS),
+            ]
+        });
+        std::mem::swap(colours, &mut self.colours);
+        std::mem::swap(items, &mut self.items);
     }
 
     /// A camera of its own.
@@ -147,7 +172,7 @@ impl Pair {
 }
 
 impl Eye {
-    /// Sets where it looks; `cut`: what isn't before this plane (n, d) isn't drawn in mirrors.
+    /// Sets where it looks; `cut`: what isn't before this plane (n, d) isn't drawn, in mirrors and with a section.
     pub fn set(&self, gpu: &Gpu, camera: &Camera, cut: Option<(Vec3, f32)>) {
         let (n, d) = cut.unwrap_or((Vec3::ZERO, -1.0));
         let mut words = clip(camera).to_cols_array().to_vec();

@@ -19,7 +19,8 @@ impl Session<'_> {
             None => "no cell asked".to_owned(),
         };
         let device = self.stage.heard.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
-        let mut lines = vec![format!("{}{frozen}", method(self.show.mode, last)), home];
+        let how = if self.cut.is_on { format!("section: {}", last.method) } else { method(self.show.mode, last) };
+        let mut lines = vec![format!("{how}{frozen}"), home];
         lines.extend(self.drawn(last, self.stage.triangles()));
         lines.extend([
             format!("culling {:.2} ms, rest of CPU {:.2} ms{device}", last.ms, self.rest_ms),

@@ -1,6 +1,7 @@
 //! What was picked or found, and what is hidden by hand.
 
 use super::Session;
+use crate::elements::{self, Sheet};
 use crate::go::bounds;
 use crate::ui::find::{What, facts, objects};
 use enfilade::{CellId, ObjectId};
@@ -15,6 +16,8 @@ pub(super) struct Selected {
     pub boxes: Vec<[Vec3; 2]>,
     /// What is told of it.
     pub facts: Vec<(&'static str, String)>,
+    /// What its author tells of it, by set.
+    pub sheets: Vec<Sheet>,
 }
 
 impl Session<'_> {
@@ -25,8 +28,23 @@ impl Session<'_> {
 
     /// Selects an object that was picked in a cell.
     pub(super) fn select(&mut self, object: ObjectId, cell: CellId) {
-        let facts = facts(self.building, object, cell);
-        self.selected = Selected { objects: vec![object], boxes: Vec::new(), facts };
+        self.selected = Selected { objects: vec![object], ..self.told_of(object, cell) };
+    }
+
+    /// What is told of an object in a cell.
+    fn told_of(&self, object: ObjectId, cell: CellId) -> Selected {
+        let element = elements::of_object(self.building, object);
+        let mut told = element.map(elements::facts).unwrap_or_default();
+        // The node of an element is its GlobalId.
+        let own = facts(self.building, object, cell);
+        told.extend(own.into_iter().filter(|(name, _)| element.is_none() || *name != "Node"));
+        let sheets = element.map(elements::sheets).unwrap_or_default();
+        Selected { facts: told, sheets, ..Selected::default() }
+    }
+
+    /// What is told of what was picked or found: names and values, then sets of properties.
+    pub fn told(&self) -> (&[(&'static str, String)], &[Sheet]) {
+        (&self.selected.facts, &self.selected.sheets)
     }
 
     /// Goes to what was found, looks at it, and outlines it. Of several objects, the nearest is gone to.
@@ -39,6 +57,9 @@ impl Session<'_> {
             let to = self.guide().into_room(cell);
             let room = self.rooms().iter().find(|room| room.cell == cell).map(bounds);
             self.selected.boxes = room.map(|b| [b.min.as_vec3(), b.max.as_vec3()]).into_iter().collect();
+            let space = elements::of_cell(self.building, cell);
+            self.selected.facts = space.map(elements::facts).unwrap_or_default();
+            self.selected.sheets = space.map(elements::sheets).unwrap_or_default();
             to.into_iter().for_each(|to| self.be(to));
             return;
         }
@@ -57,9 +78,9 @@ impl Session<'_> {
         self.be(to);
         let placement = &self.building.file.placement;
         let cell = (0..self.building.file.cells.len()).find(|&c| placement.get(c, nearest.index()));
-        let facts = cell.map(|cell| facts(self.building, nearest, CellId(cell as u32))).unwrap_or_default();
+        let told = cell.map(|cell| self.told_of(nearest, CellId(cell as u32))).unwrap_or_default();
         let boxes = objects.iter().map(|o| self.building.file.objects[o.index()].bounds).collect();
-        self.selected = Selected { objects, boxes, facts };
+        self.selected = Selected { objects, boxes, ..told };
     }
 
     /// Hides what is selected, or all else; with nothing selected, nothing.

@@ -3,6 +3,7 @@
 use super::Session;
 use crate::go::Guide;
 use crate::plan_file;
+use crate::plan_picture;
 use crate::start::rooms::{Room, rooms};
 use crate::ui::plan::Wish;
 use crate::walker::Walker;
@@ -41,9 +42,18 @@ impl Session<'_> {
     }
 
     fn save_plan(&mut self, storey: usize) {
-        let text = plan_file::svg(self.building, &self.plan.storeys, storey);
+        let text = plan_file::svg(self.building, &self.plan.storeys, &self.plan.swings, storey);
         let saved = self.kept.save("plan.svg", &|to| to.write_all(text.as_bytes()));
-        self.tell_saved(saved);
+        if saved.is_err() {
+            return self.tell_saved(saved);
+        }
+        let painted = plan_picture::picture(&self.stage.gpu, &text);
+        let painted = painted
+            .and_then(|picture| self.kept.save("plan.png", &|to| picture.write_png(to).map_err(std::io::Error::other)));
+        match (saved, painted) {
+            (Ok(svg), Ok(png)) => self.tell(format!("saved: {}, {}", svg.display(), png.display())),
+            (_, painted) => self.tell_saved(painted),
+        }
     }
 
     pub(super) fn guide(&self) -> Guide<'_> {

@@ -1,10 +1,12 @@
 //! What a session has for who keeps it open: looking and speed, pictures, paths, and leaving.
 
+use super::section::Cut;
 use super::{Session, Show};
 use crate::colours::Tints;
 use crate::draw::pipelines::NEAR;
 use crate::draw::targets::Canvas;
 use crate::looks::Detail;
+use crate::measure::Measure;
 use crate::recording::{self, Recording};
 use crate::settings::{closer, faster};
 use crate::ui::escape::{Escape, Panel, escape};
@@ -51,6 +53,8 @@ pub struct Ongoing {
     paths: Paths,
     asked: Asked,
     note: Option<(String, f64)>,
+    cut: Cut,
+    measure: Measure,
 }
 
 impl Paths {
@@ -64,11 +68,13 @@ impl Session<'_> {
     /// Hands on what the next session goes on with.
     pub fn ongoing(&mut self) -> Ongoing {
         let (paths, note) = (std::mem::take(&mut self.paths), self.note.take());
-        Ongoing { show: self.show.clone(), paths, asked: self.asked, note }
+        let (cut, measure) = (self.cut, std::mem::take(&mut self.measure));
+        Ongoing { show: self.show.clone(), paths, asked: self.asked, note, cut, measure }
     }
 
     /// Goes on with it.
-    pub fn go_on(&mut self, Ongoing { show, paths, asked, note }: Ongoing) {
+    pub fn go_on(&mut self, Ongoing { show, paths, asked, note, cut, measure }: Ongoing) {
+        (self.cut, self.measure) = (cut, measure);
         (self.show, self.paths, self.asked, self.note) = (show, paths, asked, note);
         self.paint();
     }
@@ -119,8 +125,11 @@ impl Session<'_> {
             Action::Record => self.paths.recording.is_some(),
             Action::Play => self.paths.playing.is_some(),
             Action::Find => self.find.is_open,
+            Action::Section => self.cut.is_on,
+            Action::Measure => self.measure.is_on,
             Action::Door | Action::Mirror | Action::Pick | Action::Screenshot | Action::FullScreen => false,
             Action::Storey(_) | Action::Hide | Action::Isolate | Action::ShowAll | Action::SavePlan => false,
+            Action::TurnSection => false,
         }
     }
 
@@ -249,6 +258,7 @@ impl Session<'_> {
             (Panel::Preferences, show.preferences),
             (Panel::Profile, self.insight.shows_profile),
             (Panel::Why, self.told.is_some()),
+            (Panel::Measure, self.measure.is_on),
         ];
         let open: Vec<Panel> = open.into_iter().filter(|panel| panel.1).map(|panel| panel.0).collect();
         match escape(grabbed, &open, self.is_unsaved()) {
@@ -264,6 +274,7 @@ impl Session<'_> {
                 self.picked.clear();
                 self.pair = None;
             }
+            Escape::Close(Panel::Measure) => self.toggle_measuring(),
             Escape::Ask => self.show.question = true,
             Escape::Quit => self.asked.quit = true,
         }

@@ -15,10 +15,13 @@ pub enum Panel {
     Profile,
     /// Why one sees the other.
     Why,
+    /// Lengths.
+    Measure,
 }
 
 /// All of them, in that order.
-const ALL: [Panel; 6] = [Panel::Question, Panel::Keys, Panel::Find, Panel::Preferences, Panel::Profile, Panel::Why];
+const ALL: [Panel; 7] =
+    [Panel::Question, Panel::Keys, Panel::Find, Panel::Preferences, Panel::Profile, Panel::Why, Panel::Measure];
 
 /// What Escape does.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,9 +53,9 @@ mod tests {
 
     #[test]
     fn escape_lets_go_then_closes_panels_then_asks_or_quits() {
-        let mut open = vec![Panel::Why, Panel::Find, Panel::Profile, Panel::Keys, Panel::Preferences];
+        let mut open = vec![Panel::Measure, Panel::Why, Panel::Find, Panel::Profile, Panel::Keys, Panel::Preferences];
         assert_eq!(escape(true, &open, true), Escape::LetGo);
-        for panel in [Panel::Keys, Panel::Find, Panel::Preferences, Panel::Profile, Panel::Why] {
+        for panel in [Panel::Keys, Panel::Find, Panel::Preferences, Panel::Profile, Panel::Why, Panel::Measure] {
             assert_eq!(escape(false, &open, true), Escape::Close(panel));
             open.retain(|other| *other != panel);
         }

@@ -1,13 +1,18 @@
-//! Finds rooms, nodes and materials by a part of their names, and tells what was picked.
+//! Finds rooms, nodes, types, properties and materials by a part of their names, and tells what was picked.
 
 use crate::building::Building;
+use crate::elements::{self, Sheet};
+use enfilade::file::FileCell;
 use enfilade::scene::Role;
 use enfilade::{CellId, ObjectId};
+use std::collections::HashSet;
 
 /// Most hits: a longer list is narrowed by another letter.
 pub const MOST: usize = 50;
 /// Height of the list, points.
 const LIST: f32 = 180.0;
+/// What is told of something is at most so high, as a part of the window.
+const TOLD: f32 = 0.45;
 
 /// What has a name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -16,6 +21,12 @@ pub enum What {
     Room(CellId),
     /// All objects of the node of this one.
     Node(ObjectId),
+    /// All objects whose elements have the type of this one's.
+    Type(ObjectId),
+    /// All objects whose elements are of the class of this one's.
+    Class(ObjectId),
+    /// All objects with the value of a property of this one's element: the numbers of its set, and in that.
+    Property(ObjectId, [u32; 2]),
     /// The material with this number in the scene's trace.
     Material(u32),
 }
@@ -29,25 +40,26 @@ pub struct Found {
     pub name: String,
 }
 
-/// What has a text in its name, in capitals or not: rooms first, then nodes, then materials that something is made of.
+/// What has a text in its name, in capitals or not: rooms first, then nodes, types and classes, GlobalIds, values of properties, and
+/// materials that something is made of.
 pub fn find(building: &Building, text: &str) -> Vec<Found> {
     let text = text.trim().to_lowercase();
     if text.is_empty() {
         return Vec::new();
     }
-    let (file, scene) = (&building.file, &building.scene);
     let is_hit = |name: &str| name.to_lowercase().contains(&text);
-    let mut found: Vec<Found> = Vec::new();
-    for (i, cell) in file.cells.iter().enumerate().filter(|(_, cell)| cell.source.is_some() && is_hit(&cell.name)) {
-        found.push(Found { what: What::Room(CellId(i as u32)), name: cell.name.clone() });
+    let mut found = rooms(building, &|cell| is_hit(&cell.name));
+    // Who says more of elements calls them by their ids.
+    let [mut named, mut numbered] = nodes(building, &is_hit);
+    found.append(&mut named);
+    found.append(&mut kinds(building, &is_hit));
+    numbered.extend(rooms(building, &|cell| !is_hit(&cell.name) && cell.source.as_deref().is_some_and(is_hit)));
+    found.append(&mut numbered);
+    if found.len() < MOST {
+        let properties = elements::find_properties(building, &is_hit, MOST - found.len());
+        found.extend(properties.into_iter().map(|(name, object, at)| Found { what: What::Property(object, at), name }));
     }
-    let mut seen = std::collections::HashSet::new();
-    for (i, object) in scene.objects.iter().enumerate().filter(|(_, o)| is_hit(&o.node)) {
-        if seen.insert(&object.node) {
-            found.push(Found { what: What::Node(ObjectId(i as u32)), name: object.node.clone() });
-        }
-    }
-    let materials = scene.trace.iter().flat_map(|trace| trace.materials.iter().enumerate());
+    let materials = building.scene.trace.iter().flat_map(|trace| trace.materials.iter().enumerate());
     for (i, material) in materials.filter(|(_, material)| is_hit(&material.name)) {
         let what = What::Material(i as u32);
         if !objects(building, what).is_empty() {
@@ -58,13 +70,56 @@ pub fn find(building: &Building, text: &str) -> Vec<Found> {
     found
 }
 
-/// The objects of a node or of a material.
+/// Cells that the author named.
+fn rooms(building: &Building, is_hit: &dyn Fn(&FileCell) -> bool) -> Vec<Found> {
+    let named = (0u32..).zip(&building.file.cells).filter(|(_, cell)| cell.source.is_some() && is_hit(cell));
+    named.map(|(i, cell)| Found { what: What::Room(CellId(i)), name: cell.name.clone() }).collect()
+}
+
+/// Nodes and elements by their names, then elements by their GlobalIds.
+fn nodes(building: &Building, is_hit: &dyn Fn(&str) -> bool) -> [Vec<Found>; 2] {
+    let (mut found, mut seen) = ([const { Vec::new() }; 2], HashSet::new());
+    for (i, object) in (0u32..).zip(&building.scene.objects) {
+        if !seen.insert(&object.node) {
+            continue;
+        }
+        let what = What::Node(ObjectId(i));
+        match elements::of_object(building, ObjectId(i)).map(|element| element.name.as_deref().unwrap_or(&element.class)) {
+            Some(name) if is_hit(name) => found[0].push(Found { what, name: name.to_owned() }),
+            Some(name) if is_hit(&object.node) => found[1].push(Found { what, name: format!("{} {name}", object.node) }),
+            None if is_hit(&object.node) => found[0].push(Found { what, name: object.node.clone() }),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Types and classes of elements.
+fn kinds(building: &Building, is_hit: &dyn Fn(&str) -> bool) -> Vec<Found> {
+    let (mut found, mut seen) = ([const { Vec::new() }; 2], HashSet::new());
+    for object in (0..building.scene.objects.len() as u32).map(ObjectId) {
+        let Some(element) = elements::of_object(building, object) else { continue };
+        let class = Some(element.class.as_str());
+        for (k, name, what) in [(0, element.type_name(), What::Type(object)), (1, class, What::Class(object))] {
+            let Some(name) = name.filter(|name| is_hit(name)) else { continue };
+            if seen.insert((k, name)) {
+                found[k].push(Found { what, name: name.to_owned() });
+            }
+        }
+    }
+    found.into_iter().flatten().collect()
+}
+
+/// The objects of what was found; of a room, none.
 pub fn objects(building: &Building, what: What) -> Vec<ObjectId> {
     let scene = &building.scene;
     let ids = (0..scene.objects.len() as u32).map(ObjectId);
     match what {
         What::Room(_) => Vec::new(),
         What::Node(first) => ids.filter(|o| scene.objects[o.index()].node == scene.objects[first.index()].node).collect(),
+        What::Type(first) => ids.filter(|o| elements::share_type(building, first, *o)).collect(),
+        What::Class(first) => ids.filter(|o| elements::share_class(building, first, *o)).collect(),
+        What::Property(first, at) => elements::with_property(building, first, at),
         What::Material(number) => ids.filter(|o| material(building, *o) == Some(number)).collect(),
     }
 }
@@ -99,6 +154,13 @@ pub fn facts(building: &Building, object: ObjectId, cell: CellId) -> Vec<(&'stat
     ];
     let material = material(building, object).zip(scene.trace.as_ref()).map(|(i, trace)| &trace.materials[i as usize]);
     facts.extend(material.map(|material| ("Material", material.name.clone())));
+    let file = &building.file;
+    let by = (0..file.cells.len() as u32).filter(|&c| file.sees_object(CellId(c), object)).count();
+    let seen = file.objects_seen(cell).count();
+    facts.push((
+        "Seen",
+        format!("from {by} of {} cells; its own sees {seen} of {} objects", file.cells.len(), file.objects.len()),
+    ));
     facts
 }
 
@@ -126,7 +188,7 @@ impl Find {
         let window =
             egui::Window::new("Find").id(egui::Id::unique("find")).default_pos([8.0, 180.0]).open(&mut self.is_open);
         window.resizable(false).show(ui.ctx(), |ui| {
-            let hint = "room, node or material";
+            let hint = "room, node, type, property or material";
             let field = ui.add(egui::TextEdit::singleline(&mut self.text).hint_text(hint).desired_width(240.0));
             if std::mem::take(&mut self.is_new) {
                 field.request_focus();
@@ -143,6 +205,9 @@ impl Find {
                     let kind = match found.what {
                         What::Room(cell) => format!("room, cell {cell}"),
                         What::Node(_) => "node".to_owned(),
+                        What::Type(_) => "all of this type".to_owned(),
+                        What::Class(_) => "all of this class".to_owned(),
+                        What::Property(..) => "all with this property".to_owned(),
                         What::Material(_) => "material".to_owned(),
                     };
                     let hit = ui.selectable_label(false, &found.name).on_hover_text(&kind);
@@ -162,17 +227,29 @@ impl Find {
     }
 }
 
-/// Draws what is told of a picked object.
-pub fn tell(ui: &mut egui::Ui, facts: &[(&'static str, String)]) {
+/// Draws what is told of a picked object; more than fits below each other is scrolled.
+pub fn tell(ui: &mut egui::Ui, facts: &[(&'static str, String)], sheets: &[Sheet]) {
     let window = egui::Window::new("Picked").id(egui::Id::unique("picked")).anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]);
+    let most = TOLD * ui.ctx().content_rect().height();
     window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
-        egui::Grid::new("facts").num_columns(2).show(ui, |ui| {
-            for (name, value) in facts {
-                ui.weak(*name);
-                ui.label(value);
-                ui.end_row();
+        egui::ScrollArea::vertical().max_height(most).auto_shrink([false, true]).show(ui, |ui| {
+            grid(ui, "facts", facts.iter().map(|(name, value)| (*name, value.as_str())));
+            for (i, sheet) in sheets.iter().enumerate() {
+                ui.strong(&sheet.title);
+                grid(ui, ("sheet", i), sheet.rows.iter().map(|(name, value)| (name.as_str(), value.as_str())));
             }
         });
         ui.small("Delete: hide it. I: show only it. Shift+Delete: show all.");
+    });
+}
+
+/// Names and values.
+fn grid<'r>(ui: &mut egui::Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: impl Iterator<Item = (&'r str, &'r str)>) {
+    egui::Grid::new(id).num_columns(2).striped(true).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.weak(name);
+            ui.label(value);
+            ui.end_row();
+        }
     });
 }

@@ -26,7 +26,7 @@ pub enum Action {
     Heat,
     /// See [`crate::looks::Detail`].
     Detail,
-    /// Shows something over the picture, or no longer: none of cells, mirrors and `why`.
+    /// Shows something over the picture, or no longer: none of cells, mirrors, sections and `why`.
     Layer(Shown),
     /// The alarm.
     Alarm,
@@ -64,13 +64,19 @@ pub enum Action {
     ShowAll,
     /// Writes the plan that is shown beside the model.
     SavePlan,
+    /// Begins or ends a section.
+    Section,
+    /// A level section instead of an upright one, or the reverse.
+    TurnSection,
+    /// Begins to measure, or ends it.
+    Measure,
 }
 
 /// A key, its name, what it does, its button, and what it does in words.
 pub type Key = (KeyCode, &'static str, Action, &'static str, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 39] = [
+pub const KEYS: [Key; 42] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "None", "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "Frustum", "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "Portals", "cull through portals"),
@@ -80,7 +86,7 @@ pub const KEYS: [Key; 39] = [
     (KeyCode::Digit7, "7", Action::Mode(6), "Auto", "whatever costs the least here (auto)"),
     (KeyCode::KeyF, "F", Action::Freeze, "Freeze", "freeze the culling and fly out, or go on"),
     (KeyCode::KeyC, "C", Action::Cells, "Cells", "colours of cells"),
-    (KeyCode::KeyU, "U", Action::Waste, "Waste", "colours: seen, drawn in vain, culled, with their shares"),
+    (KeyCode::Digit8, "8", Action::Waste, "Waste", "colours: seen, drawn in vain, culled, with their shares"),
     (KeyCode::KeyO, "O", Action::Culled, "Culled", "while frozen, show what was culled as grey glass"),
     (KeyCode::KeyJ, "J", Action::Split, "Split", "another mode in the right half; Shift+1 to 7 choose it"),
     (KeyCode::F7, "F7", Action::Profile, "Profile", "measure the last path frame by frame: time, triangles, missed pixels"),
@@ -97,7 +103,7 @@ pub const KEYS: [Key; 39] = [
     ),
     (KeyCode::PageUp, "Page Up", Action::Storey(true), "Storey up", "plan of the storey above; once more: go there"),
     (KeyCode::PageDown, "Page Down", Action::Storey(false), "Storey down", "plan of the storey below; once more: go there"),
-    (KeyCode::KeyB, "B", Action::SavePlan, "Save plan", "write the plan beside the model, as SVG"),
+    (KeyCode::KeyB, "B", Action::SavePlan, "Save plan", "write the plan beside the model, as SVG and PNG"),
     (KeyCode::KeyX, "X", Action::Layer(Shown::Matrix), "Matrix", "visibility matrix; click a pair for why"),
     (KeyCode::KeyG, "G", Action::Layer(Shown::Graphs), "Graphs", "graphs"),
     (KeyCode::KeyK, "K", Action::Alarm, "Alarm", "missed-pixel alarm"),
@@ -111,7 +117,16 @@ pub const KEYS: [Key; 39] = [
         "Pick",
         "pick what is ahead (or click it); a second pick: why does one see the other?",
     ),
-    (KeyCode::Slash, "/, Ctrl+F", Action::Find, "Find", "find a room, a node or a material"),
+    (KeyCode::Slash, "/, Ctrl+F", Action::Find, "Find", "find a room, a node, a type, a property or a material"),
+    (
+        KeyCode::KeyZ,
+        "Z",
+        Action::Section,
+        "Section",
+        "cut the building (Shift+Z: level or facing; Shift and the wheel move the cut)",
+    ),
+    (KeyCode::KeyU, "U", Action::Measure, "Measure", "measure between two clicks"),
+    (KeyCode::KeyN, "N", Action::Layer(Shown::Names), "Names", "names and areas of rooms"),
     (KeyCode::Delete, "Delete", Action::Hide, "Hide", "hide what was picked or found (Shift+Delete: show all again)"),
     (KeyCode::KeyI, "I", Action::Isolate, "Isolate", "show only what was picked or found"),
     (KeyCode::KeyH, "H", Action::Hud, "Counters", "counters"),
@@ -130,7 +145,7 @@ const HELD: [(&str, &str); 6] = [
     ("Space, Ctrl", "up and down, flying"),
     ("Shift", "faster"),
     ("Mouse", "drag to look; Tab: look without dragging"),
-    ("Wheel", "speed; with Ctrl: zoom"),
+    ("Wheel", "speed; with Ctrl: zoom; with Shift: the section"),
     ("Esc", "let go of the mouse; close a panel; quit"),
 ];
 
@@ -144,6 +159,7 @@ pub fn action(code: KeyCode, [ctrl, shift]: [bool; 2]) -> Option<Action> {
     match code {
         KeyCode::KeyF if ctrl => return Some(Action::Find),
         KeyCode::Delete if shift => return Some(Action::ShowAll),
+        KeyCode::KeyZ if shift => return Some(Action::TurnSection),
         _ => {}
     }
     let action = KEYS.iter().find(|key| key.0 == code).map(|key| key.2);

@@ -6,6 +6,7 @@ pub mod graphs;
 pub mod hud;
 pub mod keys;
 pub mod legend;
+pub mod marks;
 pub mod matrix;
 pub mod paint;
 pub mod plan;

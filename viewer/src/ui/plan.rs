@@ -1,10 +1,12 @@
 //! The plan of a storey: its cells, what the eye's cell sees, names and areas of rooms, and the way walked. A click goes there.
 
+use crate::doors::swings::Swing;
 use crate::start::rooms::Room;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::geom::{Plane, clip};
 use enfilade::pages::storeys::{Storey, storeys};
+use enfilade::types::portal::PortalKind;
 use enfilade::walkthrough::picture::{hsv, hue};
 use enfilade::walkthrough::plan::portal_colour;
 use glam::{DVec2, DVec3, Vec4};
@@ -30,7 +32,7 @@ const TOUCH: f64 = 0.02;
 pub enum Wish {
     /// To be at a point (x, z) of the storey with this number.
     Go(usize, DVec2),
-    /// The plan of the storey with this number, as a file.
+    /// The plan of the storey with this number, as files.
     Save(usize),
 }
 
@@ -97,6 +99,8 @@ pub struct Plan {
     pub view: View,
     /// Where on the screen it was last.
     pub rect: egui::Rect,
+    /// How doors swing.
+    pub swings: Vec<Swing>,
     /// Another storey than the one that the eye is on.
     chosen: Option<usize>,
     bounds: [DVec2; 2],
@@ -122,7 +126,7 @@ impl Plan {
         let bounds = around(storeys.iter().flat_map(closed)).unwrap_or(everything);
         let drawings = storeys.iter().map(|_| None).collect();
         let view = View::whole(bounds);
-        Self { storeys, view, rect: egui::Rect::NOTHING, chosen: None, bounds, drawings }
+        Self { storeys, view, rect: egui::Rect::NOTHING, swings: Vec::new(), chosen: None, bounds, drawings }
     }
 
     /// The storey that somebody with their eye at a height is on.
@@ -203,6 +207,7 @@ impl Plan {
             painter.rect_filled(rect, 0.0, PAPER);
             let view = self.view;
             self.drawing(file, rooms, storey).paint(&painter, rect, &view, file, cells);
+            self.draw_swings(&painter, rect, storey);
             if storey == self.here(eye.y) {
                 draw_eye(&painter, rect, &view, eye, sides, way);
             }
@@ -210,12 +215,21 @@ impl Plan {
                 if ui.small_button("Whole").on_hover_text("all of the plan again").clicked() {
                     self.view = View::whole(self.bounds);
                 }
-                if ui.small_button("SVG").on_hover_text("write this plan beside the model").clicked() {
+                if ui.small_button("Save").on_hover_text("write this plan beside the model, as SVG and PNG").clicked() {
                     wish = Some(Wish::Save(storey));
                 }
             });
         });
         wish
+    }
+
+    /// How the doors of a storey swing.
+    fn draw_swings(&self, painter: &egui::Painter, rect: egui::Rect, storey: usize) {
+        let [r, g, b] = portal_colour(PortalKind::Door);
+        let stroke = egui::Stroke::new(0.8, egui::Color32::from_rgb(r, g, b));
+        for swing in self.swings.iter().filter(|swing| swing.is_on(&self.storeys[storey])) {
+            painter.line(swing.line.iter().map(|p| self.view.to_screen(rect, *p)).collect(), stroke);
+        }
     }
 
     /// The storeys, to choose from; the eye's own in bold.

@@ -42,7 +42,7 @@ pub fn sampled(scene: Scene, model: &Path, ray_budget: u64) -> Building {
     let looks = Looks::read(&scene, model, &options(), &|_| {});
     let pvs = PvsOptions { ray_budget, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
-    Building::new(scene, file, looks)
+    Building::new(scene, file, looks).told_by(model)
 }
 
 /// The walk that comes with a building.
