@@ -198,6 +198,8 @@ fn what_a_button_toggles_is_on_or_off() {
             // What was picked, the storey that the plan shows, and files have no state of their own.
             Action::Hide | Action::Isolate | Action::ShowAll | Action::Storey(_) | Action::SavePlan => {}
             Action::TurnSection => {}
+            // Of a profile: see tests/insight.rs.
+            Action::Heat => {}
             Action::FullScreen => {
                 session.act(action);
                 assert!(session.asked.full_screen);
