@@ -37,7 +37,7 @@ pub struct Args {
     /// How to cull: none, frustum, portals, pvs, both, chc, chc++ or auto
     #[arg(long, value_name = "M", value_parser = |m: &str| m.parse::<FrameMode>())]
     pub mode: Option<FrameMode>,
-    /// How to draw: plain, in flat colours, or full, as it looks [default: full; plain for --bench]
+    /// How to draw: plain, in flat colours; full, as it looks; or smooth, with four samples a pixel [default: full; plain for --bench]
     #[arg(long, value_enum, value_name = "DETAIL")]
     pub detail: Option<Detail>,
     /// Who answers occlusion queries [default: the device, but software where the device is software itself]

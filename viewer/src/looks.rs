@@ -56,6 +56,8 @@ pub enum Detail {
     /// As it looks: materials, sun, shade, edges, glass.
     #[default]
     Full,
+    /// The same with four samples a pixel, but for the alarm and sections.
+    Smooth,
 }
 
 /// Looks of a scene.

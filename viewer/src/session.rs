@@ -67,6 +67,8 @@ pub struct Show {
     pub mode: FrameMode,
     /// How the scene is drawn; cells' colours are always plain.
     pub detail: Detail,
+    /// How it was drawn before it was plain.
+    looks: Detail,
     /// Colours.
     pub tints: Tints,
     /// What lies over the picture.
@@ -168,6 +170,7 @@ impl<'b> Session<'b> {
         let show = Show {
             mode: FrameMode::Auto,
             detail: Detail::Plain,
+            looks: Detail::Full,
             tints: Tints::default(),
             layers: Layers::NONE,
             culled: true,
@@ -319,7 +322,14 @@ impl<'b> Session<'b> {
             },
             Action::Cells => self.tint(Tints::Cells),
             Action::Detail => {
-                show.detail = if show.detail == Detail::Plain { Detail::Full } else { Detail::Plain };
+                // Back to what it was, full or smooth.
+                show.detail = match show.detail {
+                    Detail::Plain => std::mem::take(&mut show.looks),
+                    detail => {
+                        show.looks = detail;
+                        Detail::Plain
+                    }
+                };
             }
             Action::Layer(shown) => {
                 if let Some(layer) = show.layer(shown) {

@@ -46,7 +46,7 @@ fn pictures_are_the_same_in_every_mode() {
     let (villa, path) = (villa(), path("villa_rotonda"));
     let ways = FrameMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
     let ways: Vec<_> = ways.chain([(FrameMode::Chc, Oracle::Device), (FrameMode::Auto, Oracle::Device)]).collect();
-    for detail in [Detail::Plain, Detail::Full] {
+    for detail in [Detail::Plain, Detail::Full, Detail::Smooth] {
         let mut whole = Walk::new(villa, &path, None, SIZE).unwrap();
         whole.stage.set_detail(detail).unwrap();
         for (mode, oracle) in &ways {
@@ -79,7 +79,7 @@ fn pictures_are_the_same_along_tours() {
         let file = std::path::Path::new(name);
         let building = Building::open(file, None, &|_, _| {}, &AtomicBool::new(false), None).unwrap();
         let path = tour(&building.file, 0);
-        for detail in [Detail::Plain, Detail::Full] {
+        for detail in [Detail::Plain, Detail::Full, Detail::Smooth] {
             let mut walks = [(); 2].map(|()| Walk::new(&building, &path, Some(Oracle::Device), SIZE).unwrap());
             walks.iter_mut().for_each(|walk| walk.stage.set_detail(detail).unwrap());
             let [mut frames, mut differ, mut most] = [0; 3];
@@ -126,9 +126,10 @@ fn the_alarm_counts_the_same_in_full() {
         walk.stage.set_detail(detail).unwrap();
         walk.missed(camera, FrameMode::Pvs).unwrap().expect("counted").pixels
     };
-    assert_eq!([Detail::Plain, Detail::Full].map(|detail| missed(villa, detail)), [0, 0]);
-    let [plain, full] = [Detail::Plain, Detail::Full].map(|detail| missed(&broken, detail));
-    assert!(plain == full && plain > 100, "{plain} and {full}");
+    let details = [Detail::Plain, Detail::Full, Detail::Smooth];
+    assert_eq!(details.map(|detail| missed(villa, detail)), [0; 3]);
+    let [plain, full, smooth] = details.map(|detail| missed(&broken, detail));
+    assert!(plain == full && plain == smooth && plain > 100, "{plain}, {full} and {smooth}");
 }
 
 /// A picture of two texels.
@@ -304,4 +305,40 @@ fn pictures_lean_normals_and_say_what_shines_and_what_is_metal() {
     assert_eq!(seen(&walls("looks_cloth", &[(0.0, json!({"pbrMetallicRoughness": plain}))]).1)[0], cloth);
     let plain = json!({"baseColorFactor": [0.8, 0.0, 0.0, 1.0], "metallicFactor": 1.0, "roughnessFactor": 0.4});
     assert_eq!(seen(&walls("looks_steel", &[(0.0, json!({"pbrMetallicRoughness": plain}))]).1)[1], metal);
+}
+
+#[test]
+fn four_samples_change_edges_and_nothing_else() {
+    if !has_device("four_samples_change_edges_and_nothing_else") {
+        return;
+    }
+    let (_, wall) = walls("looks_smooth", &[(0.0, unlit(json!({"baseColorFactor": [0.0, 0.0, 0.0, 1.0]})))]);
+    let path = CameraPath {
+        name: "before".into(),
+        fov_y_degrees: 60.0,
+        near: 0.1,
+        // A little to the side, so that edges fall anywhere between pixels.
+        frames: vec![PathFrame { eye: DVec3::new(0.13, 0.07, 3.0), target: DVec3::ZERO }],
+    };
+    let mut walk = Walk::new(&wall, &path, None, [192, 108]).unwrap();
+    let camera = walk.camera(0);
+    let [full, smooth] = [Detail::Full, Detail::Smooth].map(|detail| {
+        walk.stage.set_detail(detail).unwrap();
+        drawn(&mut walk, camera, FrameMode::None)
+    });
+    let is_black = |x: usize, y: usize| full[y * 192 + x] == [0; 3];
+    let (mut at_edges, mut between) = (0, 0);
+    for (y, x) in (2..106).flat_map(|y| (2..190).map(move |x| (y, x))) {
+        let i = y * 192 + x;
+        // A pixel that is covered in part has lines around it.
+        let mut around = (y - 2..=y + 2).flat_map(|b| (x - 2..=x + 2).map(move |a| (a, b)));
+        let is_edge = around.any(|(a, b)| is_black(a, b) != is_black(x, y));
+        at_edges += usize::from(is_edge);
+        if full[i] != smooth[i] {
+            assert!(is_edge, "{x} {y}: {:?} is {:?}", full[i], smooth[i]);
+            between += 1;
+        }
+    }
+    // Four sides of 62 pixels, with four pixels at each.
+    assert!((900..1100).contains(&at_edges) && between * 5 > at_edges, "{between} of {at_edges} pixels at edges");
 }

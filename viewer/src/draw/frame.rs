@@ -103,6 +103,8 @@ pub struct Stage<'b> {
     /// Made when it is first asked for.
     full: Option<Full>,
     detail: Detail,
+    /// Who answers where pixels have one sample.
+    oracle: Oracle,
     marking: Marking,
     /// Made when it is first asked for.
     marks: Option<Marks>,
@@ -183,6 +185,7 @@ impl<'b> Stage<'b> {
             format,
             full: None,
             detail: Detail::Plain,
+            oracle,
             marking: Marking::Off,
             marks: None,
             shows_culled: false,
@@ -219,7 +222,7 @@ impl<'b> Stage<'b> {
     ///
     /// One line: what it takes doesn't fit; the detail stays as it was.
     pub fn set_detail(&mut self, detail: Detail) -> Result<(), String> {
-        if detail == Detail::Full && self.full.is_none() {
+        if detail != Detail::Plain && self.full.is_none() {
             let (mesh, is_leaf) = (&self.mesh, &self.doors.is_leaf);
             let full = Full::new(&self.gpu, &self.pipelines, mesh, self.building, is_leaf, self.format);
             self.full = Some(full.map_err(|e| e.to_string())?);
@@ -228,6 +231,8 @@ impl<'b> Stage<'b> {
             full.set_cut(&self.gpu, &self.pipelines, self.section.is_some());
         }
         self.detail = detail;
+        // A depth buffer knows the middles of pixels, and the device the samples.
+        self.culling.oracle = if detail == Detail::Smooth { Oracle::Device } else { self.oracle };
         Ok(())
     }
 
@@ -385,8 +390,11 @@ impl<'b> Stage<'b> {
             let leaves = (&self.leaves, &self.doors);
             mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, leaves, self.targets.size, &mut commands);
         }
-        let mut full = self.full.as_mut().filter(|_| self.detail == Detail::Full);
+        let mut full = self.full.as_mut().filter(|_| self.detail != Detail::Plain);
         if let Some(full) = &mut full {
+            // What the alarm compares, and what caps cover, is one sample a pixel.
+            let is_smooth = self.detail == Detail::Smooth && !wish.alarm && self.section.is_none();
+            full.set_smooth(gpu, &self.pipelines, self.targets.size, is_smooth);
             let asked = if asks { &self.culling.late.conditional[..] } else { &[] };
             let objects = decision.objects.iter().copied().chain(asked.iter().map(|(_, object)| *object));
             let seen_through = objects.filter(|o| self.is_ghost[o.index()]);
@@ -412,7 +420,8 @@ impl<'b> Stage<'b> {
         };
 
         // 4. What is certain.
-        let mut pass = begin(&mut commands, picture, &self.targets.depth, Some(SKY), stamps(0));
+        let target = || (picture, &self.targets);
+        let mut pass = begin_on(full.as_deref(), &mut commands, target(), Some(SKY), stamps(0));
         match &full {
             Some(full) => full.draw(&mut pass, &self.pipelines, &self.eye, &runs.solid, (&self.leaves, &self.seen.1)),
             None => {
@@ -426,9 +435,11 @@ impl<'b> Stage<'b> {
         // 5. What the device decides: questions about the rest, and what the answers say.
         let mut answers = None;
         if asks {
-            let (late, mesh, targets) = (&self.culling.late, &self.mesh, &self.targets);
-            answers = self.queries.record(gpu, late, mesh, &self.is_ghost, &self.eye, targets, &mut commands);
-            let mut pass = begin(&mut commands, picture, &self.targets.depth, None, stamps(1));
+            let (late, mesh) = (&self.culling.late, &self.mesh);
+            let smooth = full.as_ref().and_then(|full| full.smooth());
+            let depth = smooth.map_or((&self.targets.depth, false), |smooth| (&smooth.depth, true));
+            answers = self.queries.record(gpu, late, mesh, &self.is_ghost, &self.eye, depth, &mut commands);
+            let mut pass = begin_on(full.as_deref(), &mut commands, target(), None, stamps(1));
             let Queries { draws, solid, count, .. } = &self.queries;
             match &full {
                 Some(full) => full.draw_indirect(&mut pass, &self.pipelines, &self.eye, draws, *solid),
@@ -451,7 +462,7 @@ impl<'b> Stage<'b> {
             full.finish(gpu, &self.pipelines, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);
         }
 
-        // 7. Which of its triangles are seen, and what was culled.
+        // 8. Which of its triangles are seen, and what was culled.
         let mut marked = None;
         if let Some(marks) = self.marks.as_mut().filter(|_| self.marking != Marking::Off) {
             let (leaves, queries) = ((&self.leaves, &self.seen.1), (&self.queries, asks));
@@ -467,7 +478,7 @@ impl<'b> Stage<'b> {
             self.culled.record(gpu, pipelines, eye, mesh, &decision.objects, targets, picture, &mut commands);
         }
 
-        // 8. What there is, held against it.
+        // 9. What there is, held against it.
         let mut counts = None;
         if wish.alarm {
             if self.hidden.is_any {
@@ -479,7 +490,7 @@ impl<'b> Stage<'b> {
             counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, leaves, frame, &mut commands);
         }
 
-        // 9. Over it: mirrors, portals, frusta; then the interface.
+        // 10. Over it: mirrors, portals, frusta; then the interface.
         if has_overlay {
             let mut pass = begin(&mut commands, picture, &self.targets.depth, None, stamps(2));
             if let Some(mirrors) = &wish.mirrors {
@@ -495,7 +506,7 @@ impl<'b> Stage<'b> {
             painter.paint(pass.forget_lifetime());
         }
 
-        // 10. Off it goes; what is read back is asked for, to be heard some frames later.
+        // 11. Off it goes; what is read back is asked for, to be heard some frames later.
         if let (Some(timer), Some(slot)) = (&self.timer, timing) {
             timer.resolve(slot, &mut commands);
         }
@@ -555,6 +566,20 @@ impl<'b> Stage<'b> {
                 self.culling.frames.learn(frame, cpu + ms, triangles);
             }
         });
+    }
+}
+
+/// A pass over the scene, with the samples that it has as it looks.
+fn begin_on<'e>(
+    full: Option<&Full>,
+    commands: &'e mut wgpu::CommandEncoder,
+    (picture, targets): (&TextureView, &Targets),
+    clear: Option<wgpu::Color>,
+    stamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'e> {
+    match full.and_then(Full::smooth) {
+        Some(smooth) => smooth.begin(commands, clear, None, stamps),
+        None => begin(commands, picture, &targets.depth, clear, stamps),
     }
 }
 

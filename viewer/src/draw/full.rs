@@ -8,6 +8,7 @@ use super::leaves::{Drawn, Leaves};
 use super::mesh::Mesh;
 use super::pipelines::{CORNERS, Eye, Pipelines, Recipe, depth_state, shader};
 use super::shade::Shade;
+use super::smooth::{SAMPLES, Smooth};
 use super::sun::Sun;
 use super::surfaces::{self, SURFACES};
 use super::targets::Targets;
@@ -38,12 +39,26 @@ struct Ways {
     screen_depth: wgpu::RenderPipeline,
 }
 
+/// Entry points of what nothing cuts.
+const NAMES: [&str; 6] = ["lit", "nothing", "solid", "masked", "glass", "screen_depth"];
+
+/// What draws with several samples a pixel.
+struct Many {
+    ways: Ways,
+    sky: wgpu::RenderPipeline,
+    smooth: Smooth,
+}
+
 /// What draws a scene as it looks.
 pub struct Full {
     ways: Ways,
     /// With a section if the others are without one, or the reverse; made when they are first wanted.
     others: Option<Ways>,
     is_cut: bool,
+    /// Made when it is first wanted.
+    many: Option<Many>,
+    /// Whether this frame has several samples a pixel.
+    is_smooth: bool,
     sky: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     format: TextureFormat,
@@ -75,6 +90,7 @@ impl Ways {
         module: &wgpu::ShaderModule,
         format: TextureFormat,
         [corner, depth, solid, masked, glass, screen_depth]: [&str; 6],
+        samples: u32,
     ) -> Self {
         let pipeline = |fragment, target: wgpu::ColorTargetState, writes, compare| {
             Recipe {
@@ -82,6 +98,7 @@ impl Ways {
                 corners: Some(CORNERS),
                 more: Some(SURFACES),
                 depth: Some(depth_state(writes, compare)),
+                samples,
                 pixel: Some((fragment, target)),
                 ..Recipe::new(module, corner)
             }
@@ -99,6 +116,24 @@ impl Ways {
             screen_depth: pipeline(screen_depth, nothing(), true, CompareFunction::Greater),
         }
     }
+}
+
+/// The sky, wherever nothing is drawn.
+fn heaven(
+    gpu: &Gpu,
+    groups: &[Option<&wgpu::BindGroupLayout>],
+    module: &wgpu::ShaderModule,
+    format: TextureFormat,
+    samples: u32,
+) -> wgpu::RenderPipeline {
+    Recipe {
+        groups,
+        depth: Some(depth_state(false, CompareFunction::Equal)),
+        samples,
+        pixel: Some(("heaven", format.into())),
+        ..Recipe::new(module, "everywhere")
+    }
+    .pipeline(gpu)
 }
 
 impl Full {
@@ -125,17 +160,13 @@ impl Full {
         let kind = |object: usize| if surface(object).cutoff > 0.0 { Kind::Masked } else { Kind::Glass };
         let words = surfaces::words(scene, mesh, looks, is_leaf);
         Ok(Self {
-            ways: Ways::new(gpu, &groups, &module, format, ["lit", "nothing", "solid", "masked", "glass", "screen_depth"]),
+            ways: Ways::new(gpu, &groups, &module, format, NAMES, 1),
             others: None,
             is_cut: false,
+            many: None,
+            is_smooth: false,
             format,
-            sky: Recipe {
-                groups: &groups,
-                depth: Some(depth_state(false, CompareFunction::Equal)),
-                pixel: Some(("heaven", format.into())),
-                ..Recipe::new(&module, "everywhere")
-            }
-            .pipeline(gpu),
+            sky: heaven(gpu, &groups, &module, format, 1),
             group: surfaces::group(gpu, &layout, looks, &sun),
             layout,
             more: gpu.filled(bytemuck::cast_slice(&words), BufferUsages::VERTEX),
@@ -158,9 +189,40 @@ impl Full {
         let others = self.others.get_or_insert_with(|| {
             let module = shader(gpu, concat!(include_str!("full.wgsl"), include_str!("full_section.wgsl")));
             let names = ["lit_cut", "nothing_cut", "solid_cut", "masked_cut", "glass_cut", "screen_depth_cut"];
-            Ways::new(gpu, &groups, &module, format, names)
+            Ways::new(gpu, &groups, &module, format, names, 1)
         });
         std::mem::swap(others, &mut self.ways);
+    }
+
+    /// Whether the next frame, of `size` pixels, has several samples a pixel.
+    pub fn set_smooth(&mut self, gpu: &Gpu, pipelines: &Pipelines, size: [u32; 2], is_smooth: bool) {
+        self.is_smooth = is_smooth;
+        if !is_smooth {
+            return;
+        }
+        let format = self.format;
+        match &mut self.many {
+            Some(many) if many.smooth.fits(size) => {}
+            Some(many) => many.smooth = Smooth::new(gpu, size, format),
+            None => {
+                let (groups, module) =
+                    ([Some(&pipelines.layout), Some(&self.layout)], shader(gpu, include_str!("full.wgsl")));
+                self.many = Some(Many {
+                    ways: Ways::new(gpu, &groups, &module, format, NAMES, SAMPLES),
+                    sky: heaven(gpu, &groups, &module, format, SAMPLES),
+                    smooth: Smooth::new(gpu, size, format),
+                });
+            }
+        }
+    }
+
+    /// Several samples a pixel, if the frame has them.
+    pub fn smooth(&self) -> Option<&Smooth> {
+        self.many.as_ref().filter(|_| self.is_smooth).map(|many| &many.smooth)
+    }
+
+    fn ways(&self) -> &Ways {
+        self.many.as_ref().filter(|_| self.is_smooth).map_or(&self.ways, |many| &many.ways)
     }
 
     /// What casts shadows has changed.
@@ -208,14 +270,15 @@ impl Full {
         leaves: (&Leaves, &Drawn),
     ) {
         // Depth of all first: only what shows is shaded.
-        for pipeline in [&self.ways.depth, &self.ways.solid] {
+        let ways = self.ways();
+        for pipeline in [&ways.depth, &ways.solid] {
             self.bind(pass, pipelines, eye);
             draw(pass, pipeline, solid);
             self.bind_leaves(pass, eye, leaves.0);
             draw(pass, pipeline, &leaves.1.solid);
         }
         self.bind(pass, pipelines, eye);
-        draw(pass, &self.ways.masked, &self.sorted.masked);
+        draw(pass, &ways.masked, &self.sorted.masked);
     }
 
     /// So many indirect draws of solid things.
@@ -228,7 +291,8 @@ impl Full {
         count: usize,
     ) {
         self.bind(pass, pipelines, eye);
-        for pipeline in [&self.ways.depth, &self.ways.solid] {
+        let ways = self.ways();
+        for pipeline in [&ways.depth, &ways.solid] {
             pass.set_pipeline(pipeline);
             (0..count).for_each(|i| pass.draw_indirect(draws, 16 * i as u64));
         }
@@ -247,13 +311,19 @@ impl Full {
         picture: &TextureView,
         commands: &mut wgpu::CommandEncoder,
     ) {
-        let mut pass = begin(commands, picture, &targets.depth, None, None);
+        let many = self.many.as_ref().filter(|_| self.is_smooth);
+        let (mut pass, sky) = match many {
+            Some(many) => (many.smooth.begin(commands, None, Some(picture), None), &many.sky),
+            None => (begin(commands, picture, &targets.depth, None, None), &self.sky),
+        };
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_bind_group(1, &self.group, &[]);
-        pass.set_pipeline(&self.sky);
+        pass.set_pipeline(sky);
         pass.draw(0..3, 0..1);
         drop(pass);
-        self.shade.record(gpu, &wish.camera, targets, picture, commands);
+        let smooth = many.map(|many| &many.smooth);
+        smooth.into_iter().for_each(|smooth| smooth.settle(targets, picture, commands));
+        self.shade.record(gpu, &wish.camera, (targets, smooth), picture, commands);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
         self.bind(&mut pass, pipelines, eye);
         draw(&mut pass, &self.ways.glass, &self.sorted.glass);

@@ -17,6 +17,7 @@ pub mod ranks;
 pub mod readback;
 pub mod shade;
 pub mod slice;
+pub mod smooth;
 pub mod split;
 pub mod sun;
 pub mod surfaces;

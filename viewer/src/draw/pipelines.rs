@@ -227,15 +227,17 @@ pub struct Recipe<'r> {
     pub groups: &'r [Option<&'r wgpu::BindGroupLayout>],
     /// Depth, if it is looked at.
     pub depth: Option<wgpu::DepthStencilState>,
+    /// Samples a pixel.
+    pub samples: u32,
     /// The entry point for pixels, if there are any, and what they are written to.
     pub pixel: Option<(&'r str, wgpu::ColorTargetState)>,
 }
 
 impl<'r> Recipe<'r> {
-    /// Triangles without a buffer, depth or pixels.
+    /// Triangles without a buffer, depth or pixels, of one sample.
     pub fn new(module: &'r wgpu::ShaderModule, corner: &'r str) -> Self {
         let topology = wgpu::PrimitiveTopology::TriangleList;
-        Self { module, corner, corners: None, more: None, topology, groups: &[], depth: None, pixel: None }
+        Self { module, corner, corners: None, more: None, topology, groups: &[], depth: None, samples: 1, pixel: None }
     }
 
     /// The pipeline.
@@ -254,7 +256,7 @@ impl<'r> Recipe<'r> {
             },
             primitive: wgpu::PrimitiveState { topology: self.topology, ..Default::default() },
             depth_stencil: self.depth,
-            multisample: Default::default(),
+            multisample: wgpu::MultisampleState { count: self.samples, ..Default::default() },
             fragment: pixel.map(|pixel| wgpu::FragmentState {
                 module: self.module,
                 entry_point: Some(pixel),

@@ -4,17 +4,18 @@
 use super::mesh::Mesh;
 use super::pipelines::{self, Eye, Pipelines, Recipe, depth_state, shader};
 use super::readback::Readback;
-use super::targets::Targets;
+use super::smooth::SAMPLES;
 use crate::delayed_queries::Late;
 use enfilade::gpu::Gpu;
-use wgpu::{BufferBindingType, BufferUsages, QueryType, ShaderStages};
+use wgpu::{BufferBindingType, BufferUsages, QueryType, ShaderStages, TextureView};
 
 /// Most questions of a frame: what a set of queries holds.
 pub const MOST: usize = 4096;
 
 /// Queries, and what is drawn by their answers.
 pub struct Queries {
-    boxes: wgpu::RenderPipeline,
+    /// For one sample a pixel, and for more.
+    boxes: [wgpu::RenderPipeline; 2],
     decide: wgpu::ComputePipeline,
     queries: wgpu::QuerySet,
     corners: wgpu::Buffer,
@@ -43,17 +44,20 @@ impl Queries {
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, objects: usize) -> Self {
         let device = &gpu.device;
         let module = shader(gpu, include_str!("boxes.wgsl"));
-        let boxes = Recipe {
-            groups: &[Some(&pipelines.layout)],
-            corners: Some(wgpu::VertexBufferLayout {
-                array_stride: 24,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
-            }),
-            depth: Some(depth_state(false, wgpu::CompareFunction::GreaterEqual)),
-            ..Recipe::new(&module, "corner")
-        }
-        .pipeline(gpu);
+        let boxes = |samples| {
+            Recipe {
+                samples,
+                groups: &[Some(&pipelines.layout)],
+                corners: Some(wgpu::VertexBufferLayout {
+                    array_stride: 24,
+                    step_mode: wgpu::VertexStepMode::Instance,
+                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+                }),
+                depth: Some(depth_state(false, wgpu::CompareFunction::GreaterEqual)),
+                ..Recipe::new(&module, "corner")
+            }
+            .pipeline(gpu)
+        };
         let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -86,7 +90,7 @@ impl Queries {
             (0..).zip(entries).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
         Self {
-            boxes,
+            boxes: [1, SAMPLES].map(boxes),
             decide,
             queries: device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: None,
@@ -104,7 +108,7 @@ impl Queries {
         }
     }
 
-    /// Records the questions of a plan, [`MOST`] at most, to be asked of the depth in `targets`, and what the device makes of the answers.
+    /// Records the questions of a plan, [`MOST`] at most, to be asked of a depth with one sample a pixel or, where it `is_smooth`, more; and what the device makes of the answers.
     /// Returns where they will be, for [`Self::ask`].
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn record(
@@ -114,7 +118,7 @@ impl Queries {
         mesh: &Mesh,
         is_ghost: &[bool],
         eye: &Eye,
-        targets: &Targets,
+        (depth, is_smooth): (&TextureView, bool),
         commands: &mut wgpu::CommandEncoder,
     ) -> Option<usize> {
         // 1. What hangs on each question.
@@ -141,14 +145,14 @@ impl Queries {
         let asked = late.questions.len() as u32;
         let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.depth,
+                view: depth,
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
                 stencil_ops: None,
             }),
             occlusion_query_set: Some(&self.queries),
             ..Default::default()
         });
-        pass.set_pipeline(&self.boxes);
+        pass.set_pipeline(&self.boxes[usize::from(is_smooth)]);
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_vertex_buffer(0, self.corners.slice(..));
         for question in 0..asked {

@@ -1,6 +1,7 @@
 //! Shade in corners and lines along edges, from the depth of a picture: see `shade.wgsl`.
 
 use super::pipelines::{NEAR, Recipe, shader};
+use super::smooth::{SHADER, Smooth, samples};
 use super::targets::{Targets, texture};
 use enfilade::gpu::Gpu;
 use enfilade::runtime::Camera;
@@ -18,6 +19,8 @@ pub struct Shade {
     smoothed: wgpu::RenderPipeline,
     over: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
+    /// For pictures with several samples a pixel.
+    over_smooth: (wgpu::RenderPipeline, wgpu::BindGroupLayout),
     view: wgpu::Buffer,
     reach: f32,
     /// Two of half the size of pictures; and a single texel, which stands for what nothing is taken from.
@@ -51,7 +54,7 @@ impl Shade {
             .collect();
         let layout =
             gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let module = shader(gpu, include_str!("shade.wgsl"));
+        let module = shader(gpu, SHADER);
         let darkens = BlendComponent {
             src_factor: BlendFactor::Dst,
             dst_factor: BlendFactor::Zero,
@@ -62,15 +65,19 @@ impl Shade {
             blend: Some(BlendState { color: darkens, alpha: BlendComponent::REPLACE }),
             write_mask: wgpu::ColorWrites::COLOR,
         };
-        let pipeline = |fragment, target| {
-            let groups = [Some(&layout)];
+        let smooth_entries = [entries[0], entries[2], samples(3)];
+        let smooth =
+            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &smooth_entries });
+        let pipeline = |fragment, target, layout| {
+            let groups = [Some(layout)];
             Recipe { groups: &groups, pixel: Some((fragment, target)), ..Recipe::new(&module, "everywhere") }.pipeline(gpu)
         };
         let (reach, share) = REACH;
         Self {
-            corners: pipeline("occlusion", SHADE.into()),
-            smoothed: pipeline("smoothed", SHADE.into()),
-            over: pipeline("over", multiplied),
+            corners: pipeline("occlusion", SHADE.into(), &layout),
+            smoothed: pipeline("smoothed", SHADE.into(), &layout),
+            over: pipeline("over", multiplied.clone(), &layout),
+            over_smooth: (pipeline("over_smooth", multiplied, &smooth), smooth),
             view: gpu.buffer(16, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST),
             reach: reach.min(share * scene.bounds().diagonal()) as f32,
             half: None,
@@ -79,12 +86,12 @@ impl Shade {
         }
     }
 
-    /// Darkens a picture by the depth in `targets`.
+    /// Darkens a picture by the depth in `targets`; lines are those of samples, where there are several a pixel.
     pub fn record(
         &mut self,
         gpu: &Gpu,
         camera: &Camera,
-        targets: &Targets,
+        (targets, smooth): (&Targets, Option<&Smooth>),
         picture: &TextureView,
         commands: &mut wgpu::CommandEncoder,
     ) {
@@ -94,30 +101,36 @@ impl Shade {
             let half = || texture(gpu, size, SHADE, usage).create_view(&Default::default());
             self.half = Some((size, [half(), half()]));
         }
-        let Some((_, [rough, smooth])) = &self.half else { return };
+        let Some((_, [rough, smooth_half])) = &self.half else { return };
         let tangents = [camera.x, camera.y].map(|row| camera.w.length() / row.length());
         let words = [tangents[0], tangents[1], self.reach, NEAR];
         gpu.queue.write_buffer(&self.view, 0, bytemuck::cast_slice(&words));
-        let group = |shade| {
-            let view = wgpu::BindingResource::TextureView;
-            let resources = [self.view.as_entire_binding(), view(&targets.depth), view(shade)];
-            let entries: Vec<_> =
-                (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-            let layout = &self.layout;
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+        let view = wgpu::BindingResource::TextureView;
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
+        };
+        let uniform = || entry(0, self.view.as_entire_binding());
+        let of = |shade| group(&self.layout, &[uniform(), entry(1, view(&targets.depth)), entry(2, view(shade))]);
+        let over = match smooth {
+            None => (&self.over, of(smooth_half)),
+            Some(smooth) => {
+                let (pipeline, layout) = &self.over_smooth;
+                (pipeline, group(layout, &[uniform(), entry(2, view(smooth_half)), entry(3, view(&smooth.depth))]))
+            }
         };
         let white = Some(wgpu::Color::WHITE);
-        for (pipeline, from, to, clear) in [
-            (&self.corners, &self.nothing, rough, white),
-            (&self.smoothed, rough, smooth, white),
-            (&self.over, smooth, picture, None),
+        for ((pipeline, group), to, clear) in [
+            ((&self.corners, of(&self.nothing)), rough, white),
+            ((&self.smoothed, of(rough)), smooth_half, white),
+            (over, picture, None),
         ] {
             let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
                 color_attachments: &[super::frame::colour(to, clear)],
                 ..Default::default()
             });
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &group(from), &[]);
+            pass.set_bind_group(0, &group, &[]);
             pass.draw(0..3, 0..1);
         }
     }

@@ -115,7 +115,7 @@ impl Session<'_> {
             }
             Action::Profile => self.insight.shows_profile,
             Action::Heat => matches!(show.tints, Tints::Seen | Tints::InVain),
-            Action::Detail => show.detail == Detail::Full,
+            Action::Detail => show.detail != Detail::Plain,
             Action::Layer(shown) => show.clone().layer(shown).is_some_and(|layer| *layer),
             Action::Alarm => show.layers.alarm,
             Action::Fly => self.walker.flies,

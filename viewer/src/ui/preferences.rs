@@ -31,6 +31,7 @@ pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, d
             ui.horizontal(|ui| {
                 ui.selectable_value(detail, Detail::Plain, "plain");
                 ui.selectable_value(detail, Detail::Full, "full");
+                ui.selectable_value(detail, Detail::Smooth, "smooth");
             });
             ui.end_row();
             // Buttons, since a slider would move under the pointer as its own text grows.
