@@ -30,6 +30,7 @@ pub mod session;
 pub mod settings;
 pub mod start;
 pub mod ui;
+pub mod units;
 pub mod walker;
 
 use args::Args;

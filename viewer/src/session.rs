@@ -462,11 +462,11 @@ impl<'b> Session<'b> {
     }
 
     fn ask(&mut self, cell: CellId, goal: Goal) {
-        let building = self.building;
+        let (building, units) = (self.building, self.preferences.units);
         if self.asker.is_none() {
             self.asker = Asker::new(&building.file, Some(&building.scene)).ok();
         }
-        self.told = self.asker.as_ref().map(|asker| explain::tell(asker, &building.file, cell, goal));
+        self.told = self.asker.as_ref().map(|asker| explain::tell(asker, &building.file, cell, goal, units));
     }
 
     /// What a ray meets; leaves are met where they are now, and nothing is where a leaf was made.
@@ -551,6 +551,7 @@ impl<'b> Session<'b> {
         let (mut wish, mut chosen) = (None, None);
         if self.show.layers.plan {
             self.rooms();
+            self.plan.tell_in(self.preferences.units);
         }
         let on: Vec<Action> = keys::KEYS.iter().map(|key| key.2).filter(|&action| self.is_on(action)).collect();
         self.egui.context.set_zoom_factor(self.preferences.text as f32);
@@ -602,8 +603,8 @@ impl<'b> Session<'b> {
             if find.is_open {
                 chosen = chosen.or(find.show(ui, building));
             }
-            if !selected.facts.is_empty() {
-                find::tell(ui, &selected.facts);
+            if let Some((object, cell)) = selected.told {
+                find::tell(ui, &find::facts(building, object, cell, preferences.units));
             }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
@@ -646,6 +647,7 @@ impl<'b> Session<'b> {
             None => "no cell asked".to_owned(),
         };
         let (objects, all) = (self.building.scene.objects.len(), self.building.scene.triangles.len());
+        let units = self.preferences.units;
         let device = self.stage.heard.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
         let mut lines = vec![
             format!("{mode}{frozen}"),
@@ -655,7 +657,7 @@ impl<'b> Session<'b> {
             format!("{} cells, {} portals, {} queries", last.stats.cells, last.stats.portals, last.stats.queries),
             format!("cull {:.2} ms{device}", last.ms),
             format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
-            format!("{:.1} m/s, {:.0}° field of view", self.walker.metres_a_second(), self.show.fov_y.to_degrees()),
+            format!("{}, {:.0}° field of view", units.speed(self.walker.metres_a_second()), self.show.fov_y.to_degrees()),
             "F1: keys".to_owned(),
         ];
         lines.extend(self.say_path());

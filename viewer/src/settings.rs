@@ -2,6 +2,7 @@
 
 use crate::colours::Tints;
 use crate::looks::Detail;
+use crate::units::Units;
 use crate::walker::Walker;
 use enfilade::geom::Aabb;
 use glam::DVec3;
@@ -67,11 +68,13 @@ pub struct Preferences {
     pub speed: f64,
     /// See [`TEXT`].
     pub text: f64,
+    /// What lengths and areas are told in.
+    pub units: Units,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self { sensitivity: SENSITIVITY.usual, inverted: false, speed: SPEED.usual, text: TEXT.usual }
+        Self { sensitivity: SENSITIVITY.usual, inverted: false, speed: SPEED.usual, text: TEXT.usual, units: Units::Metres }
     }
 }
 
@@ -211,9 +214,9 @@ impl Settings {
         let mut settings: Self = serde_json::from_value(Value::Object(kept)).unwrap_or_default();
         settings.fov_y_degrees = FIELD_OF_VIEW.clamp(settings.fov_y_degrees);
         settings.size = settings.size.map(|side| side.clamp(160, 8192));
-        let Preferences { sensitivity, inverted, speed, text } = settings.preferences;
+        let Preferences { sensitivity, inverted, speed, text, units } = settings.preferences;
         let (sensitivity, speed, text) = (SENSITIVITY.clamp(sensitivity), SPEED.clamp(speed), TEXT.clamp(text));
-        settings.preferences = Preferences { sensitivity, inverted, speed, text };
+        settings.preferences = Preferences { sensitivity, inverted, speed, text, units };
         settings
     }
 
@@ -298,7 +301,7 @@ mod tests {
 
     #[test]
     fn preferences_are_read_as_they_were_written() {
-        let preferences = Preferences { sensitivity: 2.5, inverted: true, speed: 0.5, text: 1.5 };
+        let preferences = Preferences { sensitivity: 2.5, inverted: true, speed: 0.5, text: 1.5, units: Units::Feet };
         let settings = Settings { preferences, fov_y_degrees: 90.0, detail: Detail::Plain, ..Settings::default() };
         assert_eq!(Settings::read(&serde_json::to_string(&settings).unwrap()), settings);
         // As it was before there were any.
@@ -310,11 +313,11 @@ mod tests {
     #[test]
     fn bad_numbers_are_the_usual_ones_and_others_are_clamped() {
         let text = r#"{"mode": "pvs", "sensitivity": null, "speed": "fast", "text": [1], "inverted": 7, "size": [-1, 2],
-            "fov_y_degrees": {}, "plan": "yes", "detail": "plain"}"#;
+            "fov_y_degrees": {}, "plan": "yes", "units": "cubits", "detail": "plain"}"#;
         let usual = Settings::default();
         assert_eq!(Settings::read(text), Settings { mode: "pvs".into(), detail: Detail::Plain, ..usual.clone() });
         let text = r#"{"sensitivity": 1e300, "speed": -4, "text": 0, "fov_y_degrees": 179.9, "size": [1, 100000]}"#;
-        let preferences = Preferences { sensitivity: 10.0, inverted: false, speed: 0.1, text: 0.5 };
+        let preferences = Preferences { sensitivity: 10.0, inverted: false, speed: 0.1, text: 0.5, units: Units::Metres };
         assert_eq!(Settings::read(text), Settings { preferences, fov_y_degrees: 110.0, size: [160, 8192], ..usual.clone() });
         assert_eq!([Settings::read("7"), Settings::read("{"), Settings::read("")], [(); 3].map(|()| usual.clone()));
     }

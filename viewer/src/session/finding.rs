@@ -2,7 +2,7 @@
 
 use super::Session;
 use crate::go::bounds;
-use crate::ui::find::{What, facts, objects};
+use crate::ui::find::{What, objects};
 use enfilade::{CellId, ObjectId};
 use glam::Vec3;
 
@@ -13,8 +13,8 @@ pub(super) struct Selected {
     pub objects: Vec<ObjectId>,
     /// What is outlined.
     pub boxes: Vec<[Vec3; 2]>,
-    /// What is told of it.
-    pub facts: Vec<(&'static str, String)>,
+    /// What is told of, and in which cell.
+    pub told: Option<(ObjectId, CellId)>,
 }
 
 impl Session<'_> {
@@ -25,8 +25,7 @@ impl Session<'_> {
 
     /// Selects an object that was picked in a cell.
     pub(super) fn select(&mut self, object: ObjectId, cell: CellId) {
-        let facts = facts(self.building, object, cell);
-        self.selected = Selected { objects: vec![object], boxes: Vec::new(), facts };
+        self.selected = Selected { objects: vec![object], boxes: Vec::new(), told: Some((object, cell)) };
     }
 
     /// Goes to what was found, looks at it, and outlines it. Of several objects, the nearest is gone to.
@@ -57,9 +56,9 @@ impl Session<'_> {
         self.be(to);
         let placement = &self.building.file.placement;
         let cell = (0..self.building.file.cells.len()).find(|&c| placement.get(c, nearest.index()));
-        let facts = cell.map(|cell| facts(self.building, nearest, CellId(cell as u32))).unwrap_or_default();
+        let told = cell.map(|cell| (nearest, CellId(cell as u32)));
         let boxes = objects.iter().map(|o| self.building.file.objects[o.index()].bounds).collect();
-        self.selected = Selected { objects, boxes, facts };
+        self.selected = Selected { objects, boxes, told };
     }
 
     /// Hides what is selected, or all else; with nothing selected, nothing.

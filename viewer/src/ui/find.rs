@@ -1,6 +1,7 @@
 //! Finds rooms, nodes and materials by a part of their names, and tells what was picked.
 
 use crate::building::Building;
+use crate::units::Units;
 use enfilade::scene::Role;
 use enfilade::{CellId, ObjectId};
 
@@ -76,7 +77,7 @@ fn material(building: &Building, object: ObjectId) -> Option<u32> {
 }
 
 /// What is told of an object in a cell: names and values.
-pub fn facts(building: &Building, object: ObjectId, cell: CellId) -> Vec<(&'static str, String)> {
+pub fn facts(building: &Building, object: ObjectId, cell: CellId, units: Units) -> Vec<(&'static str, String)> {
     let (scene, home) = (&building.scene, &building.file.cells[cell.index()]);
     let of = &scene.objects[object.index()];
     let role = match of.role {
@@ -95,7 +96,7 @@ pub fn facts(building: &Building, object: ObjectId, cell: CellId) -> Vec<(&'stat
         ("Role", role.to_owned()),
         ("Cell", named),
         ("Triangles", of.triangles.len().to_string()),
-        ("Size", format!("{:.2} x {:.2} x {:.2} m", size.x, size.y, size.z)),
+        ("Size", size.to_array().map(|side| units.length(side)).join(" x ")),
     ];
     let material = material(building, object).zip(scene.trace.as_ref()).map(|(i, trace)| &trace.materials[i as usize]);
     facts.extend(material.map(|material| ("Material", material.name.clone())));

@@ -2,6 +2,7 @@
 
 use crate::looks::Detail;
 use crate::settings::{FIELD_OF_VIEW, Preferences, Range, SENSITIVITY, SPEED, TEXT};
+use crate::units::Units;
 
 /// How much larger or smaller a click makes text.
 const STEP: f64 = 0.1;
@@ -31,6 +32,12 @@ pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, d
             ui.horizontal(|ui| {
                 ui.selectable_value(detail, Detail::Plain, "plain");
                 ui.selectable_value(detail, Detail::Full, "full");
+            });
+            ui.end_row();
+            ui.label("Units");
+            ui.horizontal(|ui| {
+                ui.selectable_value(&mut preferences.units, Units::Metres, "metres");
+                ui.selectable_value(&mut preferences.units, Units::Feet, "feet and inches");
             });
             ui.end_row();
             // Buttons, since a slider would move under the pointer as its own text grows.
