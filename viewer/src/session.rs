@@ -2,6 +2,7 @@
 
 mod finding;
 mod going;
+mod rebinding;
 mod tools;
 
 use crate::args::Shown;
@@ -14,6 +15,7 @@ use crate::draw::frame::{Painter, Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::mirror::Mirrors;
 use crate::kept::Kept;
+use crate::keymap::KeyMap;
 use crate::looks::Detail;
 use crate::opening::Share;
 use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
@@ -25,6 +27,7 @@ use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
 use crate::ui::paint::Egui;
 use crate::ui::plan::Plan;
+use crate::ui::rebind::Rebind;
 use crate::ui::{hud, keys, preferences, toolbar};
 use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
@@ -106,6 +109,10 @@ pub struct Session<'b> {
     pub egui: Egui,
     /// How a person likes to walk and to read.
     pub preferences: Preferences,
+    /// Which key does what.
+    pub keys: KeyMap,
+    /// Which of them is being changed.
+    pub rebind: Rebind,
     /// Where pictures and paths go.
     pub kept: Kept,
     /// A path is recorded or played.
@@ -181,6 +188,8 @@ impl<'b> Session<'b> {
             pair: None,
             told: None,
             preferences: Preferences::default(),
+            keys: KeyMap::default(),
+            rebind: Rebind::default(),
             kept: Kept::here(&building.scene.name),
             paths: Paths::default(),
             asked: Asked::default(),
@@ -213,6 +222,7 @@ impl<'b> Session<'b> {
         let &Settings { detail, tints, layers, fov_y_degrees, flies, preferences, .. } = settings;
         self.show = Show { detail, tints, layers, fov_y: fov_y_degrees.to_radians(), ..self.show.clone() };
         self.preferences = preferences;
+        self.keys = settings.keys.clone();
         self.walker.flies = flies;
         self.paint();
     }
@@ -224,8 +234,9 @@ impl<'b> Session<'b> {
         let walker = self.frozen.map_or(self.walker, |frozen| frozen.1);
         let (flies, size, fov_y_degrees) = (self.flies_by_itself(&walker), self.size, fov_y.to_degrees());
         let (mode, places) = (mode.name().to_owned(), std::mem::take(&mut settings.places));
+        let (recent, keys) = (std::mem::take(&mut settings.recent), self.keys.clone());
         let preferences = self.preferences;
-        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places };
+        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places, recent, keys };
         settings.leave(self.building.file.model_hash, walker.eye.to_array(), walker.yaw, walker.pitch);
     }
 
@@ -301,7 +312,7 @@ impl<'b> Session<'b> {
             Action::Mirror => self.hang_mirror(),
             Action::Pick => self.pick(DVec2::ZERO),
             Action::Menu => show.menu ^= true,
-            Action::Preferences => show.preferences ^= true,
+            Action::Preferences => self.turn_settings(),
             Action::Screenshot => self.save_screenshot(),
             Action::Record => self.record_or_stop(),
             Action::Play => self.play_or_stop(),
@@ -312,6 +323,7 @@ impl<'b> Session<'b> {
             Action::Isolate => self.hide(true),
             Action::ShowAll => self.show_all(),
             Action::SavePlan => self.save_shown_plan(),
+            Action::Open => self.asked.open = true,
         }
     }
 
@@ -558,7 +570,7 @@ impl<'b> Session<'b> {
         let Self {
             show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
         } = self;
-        let Self { rooms, find, selected, .. } = self;
+        let Self { rooms, find, selected, keys, rebind, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             if show.layers.rectangles && !is_frozen {
@@ -571,9 +583,9 @@ impl<'b> Session<'b> {
                 hud::show(ui, &lines);
             }
             if show.menu {
-                pressed = pressed.or(toolbar::open(ui, &|action| on.contains(&action)));
+                pressed = pressed.or(toolbar::open(ui, keys, &|action| on.contains(&action)));
             } else if show.hud {
-                pressed = pressed.or(toolbar::closed(ui));
+                pressed = pressed.or(toolbar::closed(ui, keys));
             }
             if let Some(share) = opening {
                 hud::meanwhile(ui, share);
@@ -589,10 +601,10 @@ impl<'b> Session<'b> {
                 graphs.show(ui);
             }
             if show.keys {
-                keys::show(ui);
+                keys::show(ui, keys);
             }
             if show.preferences {
-                preferences::show(ui, preferences, &mut show.fov_y, &mut show.detail);
+                preferences::show(ui, preferences, &mut show.fov_y, &mut show.detail, (&mut *keys, rebind));
             }
             if let Some((line, _)) = note {
                 hud::note(ui, line);
@@ -604,7 +616,7 @@ impl<'b> Session<'b> {
                 chosen = chosen.or(find.show(ui, building));
             }
             if let Some((object, cell)) = selected.told {
-                find::tell(ui, &find::facts(building, object, cell, preferences.units));
+                find::tell(ui, keys, &find::facts(building, object, cell, preferences.units));
             }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
@@ -658,7 +670,7 @@ impl<'b> Session<'b> {
             format!("cull {:.2} ms{device}", last.ms),
             format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
             format!("{}, {:.0}° field of view", units.speed(self.walker.metres_a_second()), self.show.fov_y.to_degrees()),
-            "F1: keys".to_owned(),
+            format!("{}: keys", self.keys.name_of(Action::Layer(Shown::Keys))),
         ];
         lines.extend(self.say_path());
         if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {

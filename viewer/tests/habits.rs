@@ -197,6 +197,10 @@ fn what_a_button_toggles_is_on_or_off() {
             Action::Door | Action::Mirror | Action::Pick | Action::Screenshot | Action::Play => {}
             // What was picked, the storey that the plan shows, and files have no state of their own.
             Action::Hide | Action::Isolate | Action::ShowAll | Action::Storey(_) | Action::SavePlan => {}
+            Action::Open => {
+                session.act(action);
+                assert!(session.asked.open);
+            }
             Action::FullScreen => {
                 session.act(action);
                 assert!(session.asked.full_screen);

@@ -1,6 +1,8 @@
 //! Finds rooms, nodes and materials by a part of their names, and tells what was picked.
 
 use crate::building::Building;
+use crate::keymap::KeyMap;
+use crate::ui::keys::Action;
 use crate::units::Units;
 use enfilade::scene::Role;
 use enfilade::{CellId, ObjectId};
@@ -164,7 +166,7 @@ impl Find {
 }
 
 /// Draws what is told of a picked object.
-pub fn tell(ui: &mut egui::Ui, facts: &[(&'static str, String)]) {
+pub fn tell(ui: &mut egui::Ui, keys: &KeyMap, facts: &[(&'static str, String)]) {
     let window = egui::Window::new("Picked").id(egui::Id::unique("picked")).anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]);
     window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
         egui::Grid::new("facts").num_columns(2).show(ui, |ui| {
@@ -174,6 +176,7 @@ pub fn tell(ui: &mut egui::Ui, facts: &[(&'static str, String)]) {
                 ui.end_row();
             }
         });
-        ui.small("Delete: hide it. I: show only it. Shift+Delete: show all.");
+        let (hide, only) = (keys.name_of(Action::Hide), keys.name_of(Action::Isolate));
+        ui.small(format!("{hide}: hide it. {only}: show only it. Shift+{hide}: show all."));
     });
 }

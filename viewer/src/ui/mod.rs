@@ -9,4 +9,6 @@ pub mod matrix;
 pub mod paint;
 pub mod plan;
 pub mod preferences;
+pub mod rebind;
 pub mod toolbar;
+pub mod welcome;

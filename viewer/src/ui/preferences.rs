@@ -1,14 +1,22 @@
 //! The settings of a person, as a panel.
 
+use super::rebind::Rebind;
+use crate::keymap::KeyMap;
 use crate::looks::Detail;
-use crate::settings::{FIELD_OF_VIEW, Preferences, Range, SENSITIVITY, SPEED, TEXT};
+use crate::settings::{DEAD_ZONE, FIELD_OF_VIEW, Preferences, Range, SENSITIVITY, SPEED, STICK, TEXT};
 use crate::units::Units;
 
 /// How much larger or smaller a click makes text.
 const STEP: f64 = 0.1;
 
 /// Shows them; `fov_y` in radians.
-pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, detail: &mut Detail) {
+pub fn show(
+    ui: &mut egui::Ui,
+    preferences: &mut Preferences,
+    fov_y: &mut f64,
+    detail: &mut Detail,
+    (keys, rebind): (&mut KeyMap, &mut Rebind),
+) {
     let window = egui::Window::new("Settings").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
     window.resizable(false).show(ui.ctx(), |ui| {
         egui::Grid::new("settings").num_columns(2).show(ui, |ui| {
@@ -20,6 +28,10 @@ pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, d
             };
             slider("Mouse sensitivity", &mut preferences.sensitivity, SENSITIVITY, "");
             slider("Speed", &mut preferences.speed, SPEED, "");
+            if cfg!(feature = "gamepad") {
+                slider("Stick sensitivity", &mut preferences.stick, STICK, "");
+                slider("Stick dead zone", &mut preferences.dead_zone, DEAD_ZONE, "");
+            }
             let (before, mut degrees) = (fov_y.to_degrees(), fov_y.to_degrees());
             slider("Field of view", &mut degrees, FIELD_OF_VIEW, "°");
             if degrees != before {
@@ -52,6 +64,7 @@ pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, d
             });
             ui.end_row();
         });
+        rebind.show(ui, keys);
         if ui.button("As they were first").clicked() {
             (*preferences, *fov_y) = (Preferences::default(), FIELD_OF_VIEW.usual.to_radians());
         }
