@@ -38,8 +38,6 @@ const NOTCH: f64 = 50.0;
 const CLICK: f64 = 4.0;
 /// What there is of a building by and by, in words.
 const THERE: [&str; EARLY + 1] = ["the model", "cells and portals", "everything"];
-/// With `--steps`, a key or a button that goes down is so many frames of so many seconds.
-const STEPS: (u32, f64) = (10, 0.1);
 
 /// Opens the window, and returns when it is shut.
 ///
@@ -106,8 +104,8 @@ struct App<'a> {
     grabbed: bool,
     started: Instant,
     last: Instant,
-    /// With `--steps`, frames yet in which time passes.
-    steps: u32,
+    /// With `--steps`, seconds that have passed since the last frame.
+    stepped: f64,
     drawn: bool,
 }
 
@@ -139,7 +137,7 @@ impl<'a> App<'a> {
             grabbed: false,
             started: now,
             last: now,
-            steps: 0,
+            stepped: 0.0,
             drawn: false,
         }
     }
@@ -176,7 +174,7 @@ impl<'a> App<'a> {
         // 4. The picture.
         session.opening = opening.share();
         let input = self.winit.as_mut().map(|winit| winit.take_egui_input(&window)).unwrap_or_default();
-        let output = session.draw(&view, input, seconds)?;
+        let output = session.draw(&view, input, seconds + std::mem::take(&mut self.stepped))?;
         if let Some(winit) = &mut self.winit {
             winit.handle_platform_output(&window, output);
         }
@@ -263,12 +261,7 @@ impl<'a> App<'a> {
     /// Seconds since the last frame.
     fn passed(&mut self) -> f64 {
         let seconds = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
-        if !self.args.steps {
-            return seconds;
-        }
-        let passes = self.steps > 0;
-        self.steps = self.steps.saturating_sub(1);
-        if passes { STEPS.1 } else { 0.0 }
+        if self.args.steps { 0.0 } else { seconds }
     }
 
     /// The file that is shown is among the recent ones from now on.
@@ -435,8 +428,8 @@ impl ApplicationHandler for App<'_> {
                     ElementState::Pressed if code != KeyCode::Escape && (taken || self.is_typed()) => {}
                     ElementState::Pressed => {
                         self.held.insert(code);
-                        self.steps = STEPS.0;
                         self.key(event_loop, code);
+                        self.step();
                     }
                 }
             }
@@ -454,8 +447,8 @@ impl ApplicationHandler for App<'_> {
             WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. }
                 if !taken || state == ElementState::Released =>
             {
-                self.steps = STEPS.0;
                 self.button(state == ElementState::Pressed);
+                self.step();
             }
             _ => {}
         }

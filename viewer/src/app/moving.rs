@@ -9,8 +9,18 @@ use glam::DVec3;
 
 /// Radians of a second that an arrow key is held.
 const ARROW: f64 = 1.6;
+/// With `--steps`, so many times so many seconds pass where a key or a button goes down, and none otherwise.
+const STEPS: (u32, f64) = (5, 0.1);
 
 impl App<'_> {
+    /// A key or a button went down: with `--steps`, time passes.
+    pub(super) fn step(&mut self) {
+        if self.args.steps {
+            (0..STEPS.0).for_each(|_| self.walk(STEPS.1));
+            self.stepped += f64::from(STEPS.0) * STEPS.1;
+        }
+    }
+
     /// Does what buttons of a gamepad say, turns and walks for `seconds`.
     pub(super) fn walk(&mut self, seconds: f64) {
         let (pad, pressed) = self.pads.read();
