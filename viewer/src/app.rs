@@ -248,7 +248,8 @@ impl<'a> App<'a> {
         if let Some(window) = &self.window {
             window.set_title(&format!("Enfilade: {line}"));
             // A device that failed is given back; another one may still say why.
-            if self.session.take().is_some() || self.screen.is_none() {
+            self.session = None;
+            if !self.screen.as_ref().is_some_and(Screen::has_gpu) {
                 self.screen = None;
                 self.winit = None;
                 self.screen = Screen::open(window).ok();

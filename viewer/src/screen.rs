@@ -58,6 +58,11 @@ impl Screen {
         &self.egui.context
     }
 
+    /// Whether no building has taken the device.
+    pub fn has_gpu(&self) -> bool {
+        self.gpu.is_some()
+    }
+
     /// The device, for a building.
     pub fn take_gpu(&mut self) -> Option<Gpu> {
         self.gpu.take()

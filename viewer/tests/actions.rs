@@ -160,7 +160,11 @@ fn others() -> Vec<Deed> {
             "mousemove --window W 240 150 sleep 0.2 click 1",
             "mousemove --window W 240 150 sleep 0.2 click 1",
         ),
-        Deed::new("Tab to look without dragging", "Tab", "Tab"),
+        Deed::new(
+            "Tab to look without dragging",
+            "Tab; sleep 0.3 mousemove_relative 60 0",
+            "mousemove_relative -- -60 0; Tab",
+        ),
         Deed::new("Ctrl+F", "ctrl+f", "Escape"),
         Deed::new("show all", "y; Delete; shift+Delete", "").as_before(),
         Deed::new("Escape", "F1; Escape", "").as_before(),

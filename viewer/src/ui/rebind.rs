@@ -3,9 +3,6 @@
 use crate::keymap::{Bound, KeyMap, all};
 use winit::keyboard::KeyCode;
 
-/// Height of the list, points.
-const LIST: f32 = 150.0;
-
 /// What is being given another key.
 #[derive(Default)]
 pub struct Rebind {
@@ -40,23 +37,21 @@ impl Rebind {
     pub fn show(&mut self, ui: &mut egui::Ui, keys: &mut KeyMap) {
         ui.collapsing("Keys of actions", |ui| {
             ui.weak(self.said.as_deref().unwrap_or("Click a key, then press another one. Esc: leave it."));
-            egui::ScrollArea::vertical().max_height(LIST).show(ui, |ui| {
-                egui::Grid::new("key map").num_columns(2).striped(true).show(ui, |ui| {
-                    for (bound, _, _, label) in all() {
-                        let is_waiting = self.waiting == Some(bound);
-                        let name = if is_waiting { "press a key".to_owned() } else { keys.name(bound) };
-                        ui.label(label);
-                        if ui.selectable_label(is_waiting, name).clicked() {
-                            self.wait_for(bound);
-                        }
-                        ui.end_row();
-                    }
-                });
-            });
             if ui.add_enabled(!keys.is_usual(), egui::Button::new("Usual keys")).clicked() {
                 *keys = KeyMap::default();
                 self.stop();
             }
+            egui::Grid::new("key map").num_columns(2).striped(true).show(ui, |ui| {
+                for (bound, _, _, label) in all() {
+                    let is_waiting = self.waiting == Some(bound);
+                    let name = if is_waiting { "press a key".to_owned() } else { keys.name(bound) };
+                    ui.label(label);
+                    if ui.selectable_label(is_waiting, name).clicked() {
+                        self.wait_for(bound);
+                    }
+                    ui.end_row();
+                }
+            });
         });
     }
 }
