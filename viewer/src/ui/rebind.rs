@@ -36,7 +36,7 @@ impl Rebind {
     /// The list: what, and its key.
     pub fn show(&mut self, ui: &mut egui::Ui, keys: &mut KeyMap) {
         ui.collapsing("Keys of actions", |ui| {
-            ui.weak(self.said.as_deref().unwrap_or("Click a key, then press another one. Esc: leave it."));
+            ui.weak(self.said.as_deref().unwrap_or("Click a key, then press another. Esc: no."));
             if ui.add_enabled(!keys.is_usual(), egui::Button::new("Usual keys")).clicked() {
                 *keys = KeyMap::default();
                 self.stop();
