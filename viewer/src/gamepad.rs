@@ -63,6 +63,15 @@ const BUTTONS: [(Button, Does); 10] = [
     (Button::Select, Does::Act(Action::Layer(Shown::Plan))),
 ];
 
+/// What there is, in words; buttons by where they lie.
+pub const HELP: [(&str, &str); 5] = [
+    ("Left stick, right stick", "walk; look"),
+    ("Triggers, shoulders", "down and up, flying; faster"),
+    ("South, East, West, North", "door; walk or fly; pick; freeze"),
+    ("D-pad", "left and right: how to cull; up and down: storeys"),
+    ("Start, Select", "buttons; plan"),
+];
+
 /// What a button does, while frames are culled by the mode with this number in [`MODES`].
 pub fn action(button: Button, mode: usize) -> Option<Action> {
     let (_, does) = BUTTONS.iter().find(|(of, _)| *of == button)?;

@@ -66,7 +66,7 @@ impl Deed {
         Self { masks: masks.to_vec(), ..self }
     }
 
-    fn as_before(self) -> Self {
+    fn seen_as_before(self) -> Self {
         Self { is_as_before: true, ..self }
     }
 }
@@ -116,7 +116,7 @@ fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Dee
         Action::Play => Deed::new(label, &format!("F5; w; F5; h; F6; {NOTHING}"), "F6; F6; F6; h").masked(&TIMES),
         Action::Find => Deed::new(label, &key, "Escape"),
         // Nobody here manages windows.
-        Action::FullScreen => Deed::new(label, "F11", "F11").as_before(),
+        Action::FullScreen => Deed::new(label, "F11", "F11").seen_as_before(),
         _ => Deed::new(label, &key, &key),
     }
 }
@@ -163,8 +163,8 @@ fn others() -> Vec<Deed> {
             "mousemove_relative -- -60 0; Tab",
         ),
         Deed::new("Ctrl+F", "ctrl+f", "Escape"),
-        Deed::new("show all", "y; Delete; shift+Delete", "").as_before(),
-        Deed::new("Escape", "F1; Escape", "").as_before(),
+        Deed::new("show all", "y; Delete; shift+Delete", "").seen_as_before(),
+        Deed::new("Escape", "F1; Escape", "").seen_as_before(),
         Deed::new("why", "y; y", "Escape; Delete; shift+Delete"),
         // The list of keys in the settings, a key of it, another key for that; it walks; and it is a key that others can't have.
         Deed::new("another key", &format!("F10; {}; {}; F12", click([188, 210]), click([205, 204])), "F10"),

@@ -114,6 +114,34 @@ fn a_click_on_the_start_screen_opens_a_recent_file_and_a_bad_one_leads_back() {
 const FIRST: u32 = 190;
 
 #[test]
+fn text_is_as_large_as_the_display_says() {
+    if !can_run("text_is_as_large_as_the_display_says") {
+        return;
+    }
+    let folder = folder("scale");
+    let display = Display::open();
+    let bright = |scale: &str, text: f64| {
+        std::fs::write(folder.join("enfilade/viewer.json"), format!(r#"{{"text": {text}, "size": [640, 480]}}"#)).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade-viewer"));
+        command.env("DISPLAY", &display.name).env("XDG_CONFIG_HOME", &folder).env_remove("WAYLAND_DISPLAY");
+        let mut running = Ends(command.env("WINIT_X11_SCALE_FACTOR", scale).spawn().expect("the viewer starts"));
+        let window = focused(&display, "^Enfilade$");
+        let count = || display.pixels(&window).count(|p| p.iter().all(|c| *c > 120));
+        let shown = until("start screen", || {
+            let before = count();
+            std::thread::sleep(Duration::from_millis(500));
+            (before > 100 && count() == before).then_some(before)
+        });
+        display.run("xdotool", &["key", "Escape"]);
+        until("end", || running.0.try_wait().unwrap());
+        shown as f64
+    };
+    let (usual, display_s, own) = (bright("1", 1.0), bright("1.5", 1.0), bright("1", 1.5));
+    // Letters are half as high and half as wide again, and their lines about half as thick again.
+    assert!(display_s > 1.3 * usual && own > 1.3 * usual, "{usual}, {display_s}, {own}");
+}
+
+#[test]
 fn the_dialog_opens_another_file_and_frames_go_on_meanwhile() {
     if !can_run("the_dialog_opens_another_file_and_frames_go_on_meanwhile") {
         return;

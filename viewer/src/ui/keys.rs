@@ -1,6 +1,7 @@
 //! The keys: one table, for who presses them, for the list on F1, and for the buttons of [`super::toolbar`].
 
 use crate::args::Shown;
+use crate::gamepad;
 use crate::keymap::{Bound, KeyMap};
 use winit::keyboard::KeyCode;
 
@@ -173,6 +174,9 @@ pub fn lines(keys: &KeyMap) -> Vec<(String, &'static str)> {
         }
     }
     lines.extend(OTHER.map(|(name, words)| (name.to_owned(), words)));
+    if cfg!(feature = "gamepad") {
+        lines.extend(gamepad::HELP.map(|(name, words)| (name.to_owned(), words)));
+    }
     lines.extend(KEYS.iter().map(|(_, _, action, _, words)| (keys.name_of(*action), *words)));
     lines
 }
