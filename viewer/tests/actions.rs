@@ -40,6 +40,9 @@ const QUERIES: [Rect; 2] = [[8, 33, 113, 69], [30, 9, 113, 21]];
 /// Graphs of times.
 const GRAPHS: Rect = [300, 191, 474, 259];
 
+/// The field of the window to find things in: whether a cursor stands in it depends on how busy the machine is.
+const FIELD: Rect = [8, 42, 182, 68];
+
 /// Something that a person does.
 struct Deed {
     name: String,
@@ -114,7 +117,7 @@ fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Dee
         Action::Screenshot | Action::Open => Deed::new(label, &key, ""),
         Action::Record => Deed::new(label, "h; F5", "F5; h").masked(&TIMES),
         Action::Play => Deed::new(label, &format!("F5; w; F5; h; F6; {NOTHING}"), "F6; F6; F6; h").masked(&TIMES),
-        Action::Find => Deed::new(label, &key, "Escape"),
+        Action::Find => Deed::new(label, &key, "Escape").masked(&[FIELD]),
         // Nobody here manages windows.
         Action::FullScreen => Deed::new(label, "F11", "F11").seen_as_before(),
         _ => Deed::new(label, &key, &key),
@@ -162,7 +165,7 @@ fn others() -> Vec<Deed> {
             "Tab; sleep 0.3 mousemove_relative 60 0",
             "mousemove_relative -- -60 0; Tab",
         ),
-        Deed::new("Ctrl+F", "ctrl+f", "Escape"),
+        Deed::new("Ctrl+F", "ctrl+f", "Escape").masked(&[FIELD]),
         Deed::new("show all", "y; Delete; shift+Delete", "").seen_as_before(),
         Deed::new("Escape", "F1; Escape", "").seen_as_before(),
         Deed::new("why", "y; y", "Escape; Delete; shift+Delete"),
