@@ -41,6 +41,13 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     }
 }
 
+/// The extensions that [`import`] reads in this build, in small letters.
+pub fn extensions() -> impl Iterator<Item = &'static str> {
+    let (ifc, quake) = (cfg!(feature = "ifc"), cfg!(feature = "quake"));
+    let all = [("glb", true), ("gltf", true), ("obj", true), ("ifc", ifc), ("gml", true), ("bsp", quake), ("map", quake)];
+    all.into_iter().filter(|(_, is_read)| *is_read).map(|(extension, _)| extension)
+}
+
 /// The file of a material's picture (PNG, JPEG, WebP, KTX2 or DDS), for a model read from `path` with `options`. The error is one line.
 pub fn picture<'p>(picture: &'p Picture, path: &Path, options: &ImportOptions) -> Result<Cow<'p, [u8]>, String> {
     match picture {

@@ -1,23 +1,30 @@
 //! The window: opens a building in the background, shows how far that is, then hands what is pressed to a [`Session`].
 
+mod moving;
+mod waiting;
+
 use crate::args::Args;
 use crate::building::{Building, EARLY};
 use crate::culling::Oracle;
+use crate::dialog::Dialog;
 use crate::draw::frame::Stage;
+use crate::gamepad::pads::Pads;
 use crate::kept::Kept;
+use crate::keymap::KeyMap;
 use crate::opening::Opening;
 use crate::screen::Screen;
 use crate::session::Session;
 use crate::settings::{LastPlace, Settings};
-use crate::ui::keys::{self, Action};
-use crate::walker::{Walker, Wants};
+use crate::ui::keys::Action;
+use crate::ui::welcome::Welcome;
+use crate::walker::Walker;
 use enfilade::runtime::FrameMode;
 use enfilade::walkthrough::path::CameraPath;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use winit::application::ApplicationHandler;
 use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
@@ -27,14 +34,10 @@ use winit::window::{CursorGrabMode, Fullscreen, Window, WindowId};
 
 /// Pixels of a notch of the wheel, for touchpads, which tell pixels.
 const NOTCH: f64 = 50.0;
-/// Radians of a second that an arrow key is held.
-const ARROW: f64 = 1.6;
 /// A button that goes up within so many pixels of where it went down has clicked.
 const CLICK: f64 = 4.0;
 /// What there is of a building by and by, in words.
 const THERE: [&str; EARLY + 1] = ["the model", "cells and portals", "everything"];
-/// Pictures a second while something is opened.
-const WAITING: Duration = Duration::from_millis(50);
 
 /// Opens the window, and returns when it is shut.
 ///
@@ -49,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), String> {
     let mut args = args.clone();
     while let Some(file) = visit(&mut event_loop, &args, path.take())? {
         // What goes with the file that was shown goes with it.
-        (args.file, args.model, args.path) = (file, None, None);
+        (args.file, args.model, args.path) = (Some(file), None, None);
     }
     Ok(())
 }
@@ -84,12 +87,16 @@ struct App<'a> {
     failure: Option<String>,
     /// A file to show next.
     dropped: Option<PathBuf>,
+    /// What is shown where there is no building.
+    welcome: Welcome,
+    dialog: Option<Dialog>,
     /// Which of what opening gives is shown; see [`Opening::best`].
     shown: Option<usize>,
     /// Where the last visit ended, and where this one began.
     last_place: Option<LastPlace>,
     begun: Walker,
     held: HashSet<KeyCode>,
+    pads: Pads,
     /// Where the pointer is, and where a button went down; pixels.
     pointer: DVec2,
     pressed: Option<DVec2>,
@@ -97,33 +104,40 @@ struct App<'a> {
     grabbed: bool,
     started: Instant,
     last: Instant,
+    /// With `--steps`, seconds that have passed since the last frame.
+    stepped: f64,
     drawn: bool,
 }
 
 impl<'a> App<'a> {
     fn new(args: &'a Args, path: Option<CameraPath>, opening: &'a Opening) -> Self {
-        let now = Instant::now();
+        let (now, settings) = (Instant::now(), Settings::load());
+        settings.keys.ignored().iter().for_each(|line| eprintln!("enfilade-viewer: {line}"));
         Self {
             args,
             path,
             opening,
-            settings: Settings::load(),
+            welcome: Welcome::new(&settings.recent),
+            settings,
             window: None,
             screen: None,
             session: None,
             winit: None,
             failure: None,
             dropped: None,
+            dialog: None,
             shown: None,
             last_place: None,
             begun: Walker::new(DVec3::ZERO, DVec3::NEG_Z, false),
             held: HashSet::new(),
+            pads: Pads::open(),
             pointer: DVec2::ZERO,
             pressed: None,
             drags: false,
             grabbed: false,
             started: now,
             last: now,
+            stepped: 0.0,
             drawn: false,
         }
     }
@@ -143,44 +157,24 @@ impl<'a> App<'a> {
                 Err(line) => self.fail(line.to_owned()),
             }
         }
+        self.hear_dialog(event_loop);
+        let seconds = self.passed();
         let Some(screen) = &mut self.screen else { return Ok(()) };
-        let seconds = self.last.elapsed().as_secs_f64();
-        self.last = Instant::now();
         let Some(texture) = screen.acquire(window.inner_size().into())? else { return Ok(()) };
+        // 2. Until then, how far it is; or a start screen.
+        let Some(session) = &mut self.session else { return self.wait(event_loop, texture) };
         let view = texture.texture.create_view(&Default::default());
-        let Some(session) = &mut self.session else {
-            // 2. Until then, how far it is; or why it won't come.
-            let name = self.args.file.display().to_string();
-            let share = opening.share();
-            let message = self.failure.clone();
-            screen.say(&view, |ui| match &message {
-                Some(text) => crate::ui::hud::message(ui, "This can't be shown", text),
-                None => crate::ui::hud::progress(ui, &name, share.as_ref()),
-            })?;
-            screen.present(texture, None);
-            event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + WAITING));
-            return Ok(());
-        };
         // 3. What a person does.
         if session.size() != screen.size() {
             session.resize(screen.size());
         }
-        let turn = |left, right| f64::from(self.held.contains(&right)) - f64::from(self.held.contains(&left));
-        session.walker.turn(
-            ARROW * seconds * turn(KeyCode::ArrowLeft, KeyCode::ArrowRight),
-            ARROW * seconds * turn(KeyCode::ArrowDown, KeyCode::ArrowUp),
-        );
-        let to = DVec3::new(
-            turn(KeyCode::KeyA, KeyCode::KeyD),
-            turn(KeyCode::ControlLeft, KeyCode::Space),
-            turn(KeyCode::KeyS, KeyCode::KeyW),
-        );
-        session.go(seconds, &Wants { to, hurry: self.held.contains(&KeyCode::ShiftLeft) });
+        self.walk(seconds);
+        let (Some(session), Some(screen)) = (&mut self.session, &mut self.screen) else { return Ok(()) };
         session.show.crosshair = self.grabbed || session.show.hud;
         // 4. The picture.
         session.opening = opening.share();
         let input = self.winit.as_mut().map(|winit| winit.take_egui_input(&window)).unwrap_or_default();
-        let output = session.draw(&view, input, seconds)?;
+        let output = session.draw(&view, input, seconds + std::mem::take(&mut self.stepped))?;
         if let Some(winit) = &mut self.winit {
             winit.handle_platform_output(&window, output);
         }
@@ -196,13 +190,16 @@ impl<'a> App<'a> {
         if asked.quit {
             event_loop.exit();
         }
+        if asked.open {
+            self.ask_for_file();
+        }
         event_loop.set_control_flow(ControlFlow::Poll);
         Ok(())
     }
 
     /// A building is there, or more is known of it: who has gone anywhere goes on from there.
     fn begin(&mut self, number: usize, building: &'a Building) -> Result<(), String> {
-        let (Some(window), Some(screen)) = (&self.window, &mut self.screen) else { return Ok(()) };
+        let (Some(window), Some(screen)) = (self.window.clone(), &mut self.screen) else { return Ok(()) };
         let hash = building.file.model_hash;
         let mut before = self.session.take();
         match &before {
@@ -225,10 +222,11 @@ impl<'a> App<'a> {
         session.apply(settings);
         session.show.mode = mode.unwrap_or(session.show.mode);
         if self.shown.is_none() {
+            self.remember_file();
             session.show.detail = self.args.detail.unwrap_or(session.show.detail);
             session.show.layers.alarm |= self.args.alarm;
         }
-        session.kept = Kept::beside(self.args.model.as_ref().unwrap_or(&self.args.file));
+        self.args.model.as_ref().or(self.args.file.as_ref()).inspect(|file| session.kept = Kept::beside(file));
         if let Some(ongoing) = ongoing {
             session.go_on(ongoing);
         }
@@ -237,11 +235,8 @@ impl<'a> App<'a> {
         }
         self.shown = Some(number);
         eprintln!("{} after {:.2} s", THERE[number], self.started.elapsed().as_secs_f64());
-        let context = session.egui.context.clone();
         let side = session.stage.gpu.limits.max_texture_dimension_2d as usize;
-        let scale = Some(window.scale_factor() as f32);
-        self.winit =
-            Some(egui_winit::State::new(context, egui::ViewportId::ROOT, window, scale, window.theme(), Some(side)));
+        self.winit = Some(listen(&session.egui.context, &window, Some(side)));
         window.set_title(&format!("{} - Enfilade", building.scene.name));
         self.session = Some(session);
         Ok(())
@@ -253,19 +248,43 @@ impl<'a> App<'a> {
         if let Some(window) = &self.window {
             window.set_title(&format!("Enfilade: {line}"));
             // A device that failed is given back; another one may still say why.
-            if self.session.take().is_some() || self.screen.is_none() {
+            self.session = None;
+            if !self.screen.as_ref().is_some_and(Screen::has_gpu) {
                 self.screen = None;
                 self.winit = None;
                 self.screen = Screen::open(window).ok();
             }
         }
+        self.welcome_with(line.clone());
         self.failure = Some(line);
+    }
+
+    /// Seconds since the last frame.
+    fn passed(&mut self) -> f64 {
+        let seconds = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
+        if self.args.steps { 0.0 } else { seconds }
+    }
+
+    /// The file that is shown is among the recent ones from now on.
+    fn remember_file(&mut self) {
+        let Some(file) = &self.args.file else { return };
+        // Another window may have opened others.
+        let mut settings = Settings::load();
+        settings.opened(file);
+        settings.save();
+        self.settings.recent = settings.recent;
+    }
+
+    /// Which key does what.
+    fn keys(&self) -> &KeyMap {
+        self.session.as_ref().map_or(&self.settings.keys, |session| &session.keys)
     }
 
     fn keep_settings(&self) {
         if let Some(session) = &self.session {
             // Another window may have been shut since.
-            let mut settings = Settings { places: Settings::load().places, ..self.settings.clone() };
+            let Settings { places, recent, .. } = Settings::load();
+            let mut settings = Settings { places, recent, ..self.settings.clone() };
             session.remember(&mut settings);
             settings.save();
         }
@@ -297,10 +316,11 @@ impl<'a> App<'a> {
             code => {
                 let is_held = |keys: [KeyCode; 2]| keys.iter().any(|key| self.held.contains(key));
                 let ctrl = is_held([KeyCode::ControlLeft, KeyCode::ControlRight]);
-                let action = keys::action(code, [ctrl, is_held([KeyCode::ShiftLeft, KeyCode::ShiftRight])]);
+                let action = self.keys().action(code, [ctrl, is_held([KeyCode::ShiftLeft, KeyCode::ShiftRight])]);
                 match (&mut self.session, &self.window, action) {
                     (Some(session), _, Some(action)) => session.act(action),
                     (None, Some(window), Some(Action::FullScreen)) => full_screen(window),
+                    (None, _, Some(Action::Open)) => self.ask_for_file(),
                     _ => {}
                 }
             }
@@ -337,6 +357,12 @@ impl<'a> App<'a> {
     }
 }
 
+/// What panels hear of a window; their pictures are no larger than a `side` of texels.
+fn listen(context: &egui::Context, window: &Window, side: Option<usize>) -> egui_winit::State {
+    let scale = Some(window.scale_factor() as f32);
+    egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, window.theme(), side)
+}
+
 /// Fills the screen that a window is on, or is a window again.
 fn full_screen(window: &Window) {
     window.set_fullscreen(if window.fullscreen().is_none() { Some(Fullscreen::Borderless(None)) } else { None });
@@ -349,7 +375,7 @@ impl ApplicationHandler for App<'_> {
         }
         let [width, height] = self.args.size.unwrap_or(self.settings.size);
         let attributes = Window::default_attributes()
-            .with_title(format!("{} - Enfilade", self.args.file.display()))
+            .with_title(self.args.file.as_ref().map_or("Enfilade".into(), |file| format!("{} - Enfilade", file.display())))
             .with_inner_size(winit::dpi::PhysicalSize::new(width, height));
         match event_loop.create_window(attributes) {
             Ok(window) => {
@@ -391,22 +417,20 @@ impl ApplicationHandler for App<'_> {
                     self.fail(line);
                 }
             }
-            // A recorded path that can't be saved is told, and not lost for another building.
-            WindowEvent::DroppedFile(file) if self.session.as_mut().is_none_or(Session::save_recording) => {
-                self.dropped = Some(file);
-                event_loop.exit();
-            }
+            WindowEvent::DroppedFile(file) => self.go_to_file(event_loop, file),
             WindowEvent::Focused(false) => self.held.clear(),
             WindowEvent::KeyboardInput { event, .. } => {
                 let PhysicalKey::Code(code) = event.physical_key else { return };
                 match event.state {
                     ElementState::Released => drop(self.held.remove(&code)),
                     ElementState::Pressed if event.repeat => {}
+                    ElementState::Pressed if self.session.as_mut().is_some_and(|session| session.takes_key(code)) => {}
                     // What is typed into a field or a panel does nothing else.
                     ElementState::Pressed if code != KeyCode::Escape && (taken || self.is_typed()) => {}
                     ElementState::Pressed => {
                         self.held.insert(code);
                         self.key(event_loop, code);
+                        self.step();
                     }
                 }
             }
@@ -430,6 +454,7 @@ impl ApplicationHandler for App<'_> {
                 if !taken || state == ElementState::Released =>
             {
                 self.button(state == ElementState::Pressed);
+                self.step();
             }
             _ => {}
         }

@@ -10,9 +10,9 @@ use std::path::PathBuf;
 #[derive(Parser, Clone, Debug)]
 #[command(name = "enfilade-viewer", version, about)]
 pub struct Args {
-    /// A .pvs file, or a model, which is baked where no .pvs file lies beside it
+    /// A .pvs file, or a model, which is baked where no .pvs file lies beside it [default: a start screen, to choose one]
     #[arg(value_name = "FILE")]
-    pub file: PathBuf,
+    pub file: Option<PathBuf>,
     /// The model of a .pvs file [default: of the same name, beside it]
     #[arg(long, value_name = "INPUT")]
     pub model: Option<PathBuf>,
@@ -49,6 +49,9 @@ pub struct Args {
     /// What to show over the picture of --shot, with commas between
     #[arg(long, value_enum, value_delimiter = ',', requires = "shot")]
     pub show: Vec<Shown>,
+    /// For tests: time passes only after a key or a button went down, in steps
+    #[arg(long, hide = true, conflicts_with_all = ["shot", "bench"])]
+    pub steps: bool,
     /// Cull with the camera of this frame of the path, and draw with that of --frame
     #[arg(long, value_name = "N", requires = "shot")]
     pub freeze: Option<usize>,

@@ -1,5 +1,6 @@
 //! `why`, in a few words for the screen; `enfilade why` says more.
 
+use crate::units::Units;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::proof::{Asker, Doubt, Goal, Why};
@@ -14,7 +15,7 @@ pub struct Told {
 }
 
 /// Asks, and says it in a sentence.
-pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told {
+pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: Units) -> Told {
     let name = |cell: CellId| match &file.cells[cell.index()] {
         named if named.source.is_some() => format!("cell {cell} ({})", named.name),
         _ => format!("cell {cell}"),
@@ -36,13 +37,13 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal) -> Told
         Why::Itself => format!("{who} sees itself."),
         Why::Witnessed(seen) => {
             sight = Some([seen.from, seen.to]);
-            let metres = seen.from.distance(seen.to);
+            let length = units.length(seen.from.distance(seen.to));
             let through = match seen.portals.len() {
                 0 => "without a portal between".to_owned(),
                 1 => "through one portal".to_owned(),
                 n => format!("through {n} portals"),
             };
-            format!("{who} sees {what}: an unobstructed line of {metres:.2} m, {through}. It is drawn in green.")
+            format!("{who} sees {what}: an unobstructed line of {length}, {through}. It is drawn in green.")
         }
         Why::Known(chain) => {
             format!("{who} sees {what}, by {} portals; the file keeps no line between the two.", chain.len())

@@ -58,7 +58,8 @@ impl Headless {
                 stage.clone_into(&mut told);
             }
         };
-        let building = Building::open(&args.file, args.model.as_deref(), &progress, &AtomicBool::new(false), None)?;
+        let file = args.file.as_deref().unwrap_or(Path::new(""));
+        let building = Building::open(file, args.model.as_deref(), &progress, &AtomicBool::new(false), None)?;
         let path = match &args.path {
             Some(path) => CameraPath::load(path).map_err(|e| format!("{}: {e}", path.display()))?,
             None => tour(&building.file, 0),

@@ -12,15 +12,18 @@ pub mod collision;
 pub mod colours;
 pub mod culling;
 pub mod delayed_queries;
+pub mod dialog;
 pub mod doors;
 pub mod draw;
 pub mod elements;
 pub mod explain;
 pub mod freed;
+pub mod gamepad;
 pub mod go;
 pub mod headless;
 pub mod heat;
 pub mod kept;
+pub mod keymap;
 pub mod looks;
 pub mod measure;
 pub mod opening;
@@ -35,6 +38,7 @@ pub mod session;
 pub mod settings;
 pub mod start;
 pub mod ui;
+pub mod units;
 pub mod walker;
 
 use args::Args;
@@ -45,6 +49,10 @@ use args::Args;
 ///
 /// Bad input, or no device.
 pub fn run(args: &Args) -> Result<bool, String> {
+    let needs_file = args.bench || [&args.shot, &args.path, &args.model].into_iter().any(Option::is_some);
+    if needs_file && args.file.is_none() {
+        return Err("give a FILE: only a window can do without".to_owned());
+    }
     match (&args.shot, args.bench) {
         (Some(to), _) => headless::shot(args, to),
         (None, true) => bench::bench(args),

@@ -44,8 +44,9 @@ pub struct Share {
 }
 
 impl Opening {
-    /// Opens what the command line names; on a thread of its own.
+    /// Opens what the command line names, if it names a file; on a thread of its own.
     pub fn run(&self, args: &Args) {
+        let Some(file) = &args.file else { return };
         let tell = |stage: &str, done: f64| {
             let mut progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
             let begun = progress.as_ref().map_or_else(Instant::now, |(_, _, begun)| *begun);
@@ -53,7 +54,7 @@ impl Opening {
         };
         // Nobody else sets them.
         let early = |number: usize, building: Building| drop(self.early[number].set(building));
-        let whole = Building::open(&args.file, args.model.as_deref(), &tell, &self.stop, Some(&early));
+        let whole = Building::open(file, args.model.as_deref(), &tell, &self.stop, Some(&early));
         drop(self.whole.set(whole));
     }
 

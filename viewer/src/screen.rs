@@ -53,6 +53,16 @@ impl Screen {
         Ok(Self { surface, config, device: gpu.device.clone(), gpu: Some(gpu), egui })
     }
 
+    /// What its panels are made in.
+    pub fn context(&self) -> &egui::Context {
+        &self.egui.context
+    }
+
+    /// Whether no building has taken the device.
+    pub fn has_gpu(&self) -> bool {
+        self.gpu.is_some()
+    }
+
     /// The device, for a building.
     pub fn take_gpu(&mut self) -> Option<Gpu> {
         self.gpu.take()
@@ -92,18 +102,21 @@ impl Screen {
         }
     }
 
-    /// Draws panels on nothing.
+    /// Draws panels on nothing. Returns what they want of a window.
     ///
     /// # Errors
     ///
     /// The device has failed.
-    pub fn say(&mut self, view: &TextureView, panels: impl FnMut(&mut egui::Ui)) -> Result<(), String> {
-        let Some(gpu) = &self.gpu else { return Ok(()) };
+    pub fn say(
+        &mut self,
+        view: &TextureView,
+        input: egui::RawInput,
+        panels: impl FnMut(&mut egui::Ui),
+    ) -> Result<egui::PlatformOutput, String> {
+        let Some(gpu) = &self.gpu else { return Ok(egui::PlatformOutput::default()) };
         gpu.check().map_err(|e| e.to_string())?;
         let size = [self.config.width, self.config.height];
-        let [width, height] = size.map(|s| s as f32);
-        let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height)));
-        self.egui.run(egui::RawInput { screen_rect, ..Default::default() }, size, panels);
+        let output = self.egui.run(input, size, panels);
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         self.egui.prepare(gpu, &mut commands);
         let pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -112,7 +125,7 @@ impl Screen {
         });
         self.egui.paint(pass.forget_lifetime());
         gpu.queue.submit([commands.finish()]);
-        Ok(())
+        Ok(output)
     }
 
     /// Shows a picture; `gpu` has drawn it, or the screen's own device has.

@@ -5,6 +5,7 @@ mod finding;
 mod going;
 mod insight;
 mod measuring;
+mod rebinding;
 pub mod section;
 mod tools;
 
@@ -21,6 +22,7 @@ use crate::draw::marks::Marking;
 use crate::draw::mirror::Mirrors;
 use crate::draw::split::Split;
 use crate::kept::Kept;
+use crate::keymap::KeyMap;
 use crate::looks::Detail;
 use crate::measure::Measure;
 use crate::opening::Share;
@@ -33,6 +35,7 @@ use crate::ui::keys::Action;
 use crate::ui::matrix::Matrix;
 use crate::ui::paint::Egui;
 use crate::ui::plan::Plan;
+use crate::ui::rebind::Rebind;
 use crate::ui::{hud, keys, legend, marks, preferences, profile, toolbar};
 use crate::walker::{Walker, Wants};
 use crate::{explain, overlays, pick};
@@ -120,6 +123,10 @@ pub struct Session<'b> {
     pub egui: Egui,
     /// How a person likes to walk and to read.
     pub preferences: Preferences,
+    /// Which key does what.
+    pub keys: KeyMap,
+    /// Which of them is being changed.
+    pub rebind: Rebind,
     /// Where pictures and paths go.
     pub kept: Kept,
     /// A path is recorded or played.
@@ -207,6 +214,8 @@ impl<'b> Session<'b> {
             pair: None,
             told: None,
             preferences: Preferences::default(),
+            keys: KeyMap::default(),
+            rebind: Rebind::default(),
             kept: Kept::here(&building.scene.name),
             paths: Paths::default(),
             asked: Asked::default(),
@@ -241,6 +250,7 @@ impl<'b> Session<'b> {
         let &Settings { detail, tints, layers, fov_y_degrees, flies, preferences, .. } = settings;
         self.show = Show { detail, tints, layers, fov_y: fov_y_degrees.to_radians(), ..self.show.clone() };
         self.preferences = preferences;
+        self.keys = settings.keys.clone();
         self.walker.flies = flies;
         self.paint();
     }
@@ -252,9 +262,10 @@ impl<'b> Session<'b> {
         let walker = self.frozen.map_or(self.walker, |frozen| frozen.1);
         let (flies, size, fov_y_degrees) = (self.flies_by_itself(&walker), self.size, fov_y.to_degrees());
         let (mode, places) = (mode.name().to_owned(), std::mem::take(&mut settings.places));
+        let (recent, keys) = (std::mem::take(&mut settings.recent), self.keys.clone());
         let preferences = self.preferences;
         let tints = if tints.is_lasting() { tints } else { Tints::Roles };
-        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places };
+        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places, recent, keys };
         settings.leave(self.building.file.model_hash, walker.eye.to_array(), walker.yaw, walker.pitch);
     }
 
@@ -343,7 +354,7 @@ impl<'b> Session<'b> {
             Action::Mirror => self.hang_mirror(),
             Action::Pick => self.pick(DVec2::ZERO),
             Action::Menu => show.menu ^= true,
-            Action::Preferences => show.preferences ^= true,
+            Action::Preferences => self.turn_settings(),
             Action::Screenshot => self.save_screenshot(),
             Action::Record => self.record_or_stop(),
             Action::Play => self.play_or_stop(),
@@ -357,6 +368,7 @@ impl<'b> Session<'b> {
             Action::Section => self.toggle_section(),
             Action::TurnSection => self.turn_section(),
             Action::Measure => self.toggle_measuring(),
+            Action::Open => self.asked.open = true,
         }
     }
 
@@ -547,11 +559,11 @@ impl<'b> Session<'b> {
     }
 
     fn ask(&mut self, cell: CellId, goal: Goal) {
-        let building = self.building;
+        let (building, units) = (self.building, self.preferences.units);
         if self.asker.is_none() {
             self.asker = Asker::new(&building.file, Some(&building.scene)).ok();
         }
-        self.told = self.asker.as_ref().map(|asker| explain::tell(asker, &building.file, cell, goal));
+        self.told = self.asker.as_ref().map(|asker| explain::tell(asker, &building.file, cell, goal, units));
     }
 
     /// What a ray meets; leaves are met where they are now, and nothing is where a leaf was made.
@@ -651,6 +663,7 @@ impl<'b> Session<'b> {
         let kinds = self.stage.kinds().zip(self.stage.heard.marked.as_ref().map(|marked| marked.pixels));
         if self.show.layers.plan {
             self.rooms();
+            self.plan.tell_in(self.preferences.units);
         }
         let marks = self.marks(&row);
         let on: Vec<Action> = keys::KEYS.iter().map(|key| key.2).filter(|&action| self.is_on(action)).collect();
@@ -658,7 +671,7 @@ impl<'b> Session<'b> {
         let Self {
             show, preferences, note, plan, matrix, graphs, building, walker, way, told, pair, stage, opening, ..
         } = self;
-        let Self { rooms, find, selected, insight, cut, .. } = self;
+        let Self { rooms, find, selected, insight, cut, keys, rebind, .. } = self;
         let is_frozen = self.frozen.is_some();
         let output = self.egui.run(input, size, |ui| {
             marks::show(ui, &marks, 1.0 / preferences.text);
@@ -684,9 +697,9 @@ impl<'b> Session<'b> {
                 }
             }
             if show.menu {
-                pressed = pressed.or(toolbar::open(ui, &|action| on.contains(&action)));
+                pressed = pressed.or(toolbar::open(ui, keys, &|action| on.contains(&action)));
             } else if show.hud {
-                pressed = pressed.or(toolbar::closed(ui));
+                pressed = pressed.or(toolbar::closed(ui, keys));
             }
             if let Some(share) = opening {
                 hud::meanwhile(ui, share);
@@ -702,10 +715,10 @@ impl<'b> Session<'b> {
                 graphs.show(ui);
             }
             if show.keys {
-                keys::show(ui);
+                keys::show(ui, keys);
             }
             if show.preferences {
-                preferences::show(ui, preferences, &mut show.fov_y, &mut show.detail);
+                preferences::show(ui, preferences, &mut show.fov_y, &mut show.detail, (&mut *keys, rebind));
             }
             if cut.is_on {
                 cuts = cuts.or(cut.show(ui, building.file.origin.y));
@@ -719,8 +732,9 @@ impl<'b> Session<'b> {
             if find.is_open {
                 chosen = chosen.or(find.show(ui, building));
             }
-            if !selected.facts.is_empty() {
-                find::tell(ui, &selected.facts, &selected.sheets);
+            let facts = selected.facts(building, preferences.units);
+            if !facts.is_empty() {
+                find::tell(ui, keys, &facts, &selected.sheets);
             }
             if let Some(told) = told {
                 let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);

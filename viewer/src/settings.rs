@@ -1,16 +1,20 @@
 //! What is remembered from one run to the next, as JSON in the folder where the system keeps settings.
 
 use crate::colours::Tints;
+use crate::keymap::KeyMap;
 use crate::looks::Detail;
+use crate::units::Units;
 use crate::walker::Walker;
 use enfilade::geom::Aabb;
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Models whose last place is remembered; beyond, the oldest is forgotten.
 const MODELS: usize = 64;
+/// Files that were opened; beyond, the oldest is forgotten.
+const RECENT: usize = 12;
 
 /// What a number of a person's may be.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +35,10 @@ pub const FIELD_OF_VIEW: Range = Range { least: 20.0, usual: 65.0, most: 110.0, 
 pub const SPEED: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
 /// How far the mouse turns, times the usual: a person can't aim beyond.
 pub const SENSITIVITY: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
+/// How far a gamepad's stick turns, times the usual.
+pub const STICK: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
+/// A gamepad's stick that is nearer to its middle is at rest: of its way to the edge.
+pub const DEAD_ZONE: Range = Range { least: 0.0, usual: 0.15, most: 0.9, is_factor: false };
 /// Size of text, times the usual: smaller can't be read, and larger panels are larger than the window.
 pub const TEXT: Range = Range { least: 0.5, usual: 1.0, most: 2.5, is_factor: true };
 
@@ -67,11 +75,25 @@ pub struct Preferences {
     pub speed: f64,
     /// See [`TEXT`].
     pub text: f64,
+    /// What lengths and areas are told in.
+    pub units: Units,
+    /// See [`STICK`].
+    pub stick: f64,
+    /// See [`DEAD_ZONE`].
+    pub dead_zone: f64,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self { sensitivity: SENSITIVITY.usual, inverted: false, speed: SPEED.usual, text: TEXT.usual }
+        Self {
+            sensitivity: SENSITIVITY.usual,
+            inverted: false,
+            speed: SPEED.usual,
+            text: TEXT.usual,
+            units: Units::Metres,
+            stick: STICK.usual,
+            dead_zone: DEAD_ZONE.usual,
+        }
     }
 }
 
@@ -100,6 +122,11 @@ pub struct Settings {
     /// Where somebody was last, by model; the latest last.
     #[serde(deserialize_with = "whole_places")]
     pub places: Vec<LastPlace>,
+    /// Files that were opened, the latest first.
+    #[serde(deserialize_with = "whole_names")]
+    pub recent: Vec<String>,
+    /// Which key does what.
+    pub keys: KeyMap,
 }
 
 /// Where somebody was when a model was left.
@@ -133,6 +160,13 @@ fn whole_places<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<LastPlace>, D::E
     let places = Value::deserialize(from)?;
     let places = places.as_array().into_iter().flatten();
     Ok(places.filter_map(|place| serde_json::from_value(place.clone()).ok()).collect())
+}
+
+/// Names that can't be read are as none; more than are kept are none, too.
+fn whole_names<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<String>, D::Error> {
+    let names = Value::deserialize(from)?;
+    let names = names.as_array().into_iter().flatten().filter_map(|name| Some(name.as_str()?.to_owned()));
+    Ok(names.filter(|name| !name.is_empty()).take(RECENT).collect())
 }
 
 /// What may lie over the picture: shown or not.
@@ -179,6 +213,8 @@ impl Default for Settings {
             fov_y_degrees: FIELD_OF_VIEW.usual,
             preferences: Preferences::default(),
             places: Vec::new(),
+            recent: Vec::new(),
+            keys: KeyMap::default(),
         }
     }
 }
@@ -213,9 +249,10 @@ impl Settings {
         let mut settings: Self = serde_json::from_value(Value::Object(kept)).unwrap_or_default();
         settings.fov_y_degrees = FIELD_OF_VIEW.clamp(settings.fov_y_degrees);
         settings.size = settings.size.map(|side| side.clamp(160, 8192));
-        let Preferences { sensitivity, inverted, speed, text } = settings.preferences;
+        let Preferences { sensitivity, inverted, speed, text, units, stick, dead_zone } = settings.preferences;
         let (sensitivity, speed, text) = (SENSITIVITY.clamp(sensitivity), SPEED.clamp(speed), TEXT.clamp(text));
-        settings.preferences = Preferences { sensitivity, inverted, speed, text };
+        let (stick, dead_zone) = (STICK.clamp(stick), DEAD_ZONE.clamp(dead_zone));
+        settings.preferences = Preferences { sensitivity, inverted, speed, text, units, stick, dead_zone };
         settings
     }
 
@@ -231,6 +268,15 @@ impl Settings {
         self.places.retain(|place| place.model != model);
         self.places.push(LastPlace { model, eye, yaw, pitch });
         self.places.drain(..self.places.len().saturating_sub(MODELS));
+    }
+
+    /// Remembers a file that was opened; one whose name isn't text can't be.
+    pub fn opened(&mut self, file: &Path) {
+        let whole = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+        let Some(name) = whole.to_str() else { return };
+        self.recent.retain(|other| other != name);
+        self.recent.insert(0, name.to_owned());
+        self.recent.truncate(RECENT);
     }
 
     /// Keeps them.
@@ -300,7 +346,9 @@ mod tests {
 
     #[test]
     fn preferences_are_read_as_they_were_written() {
-        let preferences = Preferences { sensitivity: 2.5, inverted: true, speed: 0.5, text: 1.5 };
+        let (usual, units) = (Preferences::default(), Units::Feet);
+        let preferences =
+            Preferences { sensitivity: 2.5, inverted: true, speed: 0.5, text: 1.5, units, stick: 3.0, ..usual };
         let settings = Settings { preferences, fov_y_degrees: 90.0, detail: Detail::Plain, ..Settings::default() };
         assert_eq!(Settings::read(&serde_json::to_string(&settings).unwrap()), settings);
         // As it was before there were any.
@@ -312,13 +360,30 @@ mod tests {
     #[test]
     fn bad_numbers_are_the_usual_ones_and_others_are_clamped() {
         let text = r#"{"mode": "pvs", "sensitivity": null, "speed": "fast", "text": [1], "inverted": 7, "size": [-1, 2],
-            "fov_y_degrees": {}, "plan": "yes", "detail": "plain"}"#;
+            "fov_y_degrees": {}, "plan": "yes", "units": "cubits", "detail": "plain"}"#;
         let usual = Settings::default();
         assert_eq!(Settings::read(text), Settings { mode: "pvs".into(), detail: Detail::Plain, ..usual.clone() });
         let text = r#"{"sensitivity": 1e300, "speed": -4, "text": 0, "fov_y_degrees": 179.9, "size": [1, 100000]}"#;
-        let preferences = Preferences { sensitivity: 10.0, inverted: false, speed: 0.1, text: 0.5 };
+        let preferences = Preferences { sensitivity: 10.0, speed: 0.1, text: 0.5, ..Preferences::default() };
         assert_eq!(Settings::read(text), Settings { preferences, fov_y_degrees: 110.0, size: [160, 8192], ..usual.clone() });
         assert_eq!([Settings::read("7"), Settings::read("{"), Settings::read("")], [(); 3].map(|()| usual.clone()));
+    }
+
+    #[test]
+    fn the_latest_files_are_kept_once_each_and_bad_names_are_none() {
+        let mut settings = Settings::default();
+        (0..20).for_each(|i| settings.opened(Path::new(&format!("/houses/{i}.glb"))));
+        settings.opened(Path::new("/houses/12.glb"));
+        assert_eq!(settings.recent.len(), 12);
+        assert_eq!(settings.recent[..3], ["/houses/12.glb", "/houses/19.glb", "/houses/18.glb"]);
+        settings.opened(Path::new("here.glb"));
+        assert!(Path::new(&settings.recent[0]).is_absolute());
+        assert_eq!(Settings::read(&serde_json::to_string(&settings).unwrap()), settings);
+        let settings =
+            Settings::read(r#"{"mode": "pvs", "recent": [7, "", "/a.glb", null], "keys": {"Fly": "KeyQ", "Jump": 1}}"#);
+        assert_eq!((settings.mode.as_str(), &settings.recent[..]), ("pvs", &["/a.glb".to_owned()][..]));
+        assert!(!settings.keys.is_usual() && settings.keys.ignored().is_some());
+        assert_eq!(Settings::read(r#"{"recent": 7, "keys": 7, "mode": "pvs"}"#).mode, "pvs");
     }
 
     #[test]

@@ -19,7 +19,11 @@ fn bad_input_is_one_line_that_names_it() {
     let glb = shipped("office", "glb");
     let (broken, glb, out) = (broken.to_str().unwrap(), glb.to_str().unwrap(), folder.join("no.png"));
     let out = out.to_str().unwrap();
-    let cases: [(&[&str], &str); 5] = [
+    let cases: [(&[&str], &str); 9] = [
+        (&["--shot", out], "give a FILE"),
+        (&["--bench"], "give a FILE"),
+        (&["--path", "missing.json"], "give a FILE"),
+        (&["--model", glb], "give a FILE"),
         (&["missing.pvs", "--shot", out], "missing.pvs: "),
         (&["missing.glb", "--shot", out], "missing.glb: "),
         (&[broken, "--shot", out], "viewer_broken.pvs: "),
@@ -40,7 +44,6 @@ fn bad_input_is_one_line_that_names_it() {
         &["x.pvs", "--frame", "3"],
         &["x.pvs", "--start"],
         &["x.pvs", "--shot", out, "--start", "--frame", "3"],
-        &[],
     ] {
         assert_eq!(viewer(args).status.code(), Some(2), "{args:?}");
     }

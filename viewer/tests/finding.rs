@@ -22,6 +22,7 @@ use enfilade_viewer::session::Session;
 use enfilade_viewer::start::rooms::rooms;
 use enfilade_viewer::ui::find::{Found, MOST, What, facts, find, objects};
 use enfilade_viewer::ui::keys::Action;
+use enfilade_viewer::units::Units;
 use enfilade_viewer::walker::{Walker, Wants};
 use glam::DVec2;
 use std::collections::BTreeSet;
@@ -81,7 +82,7 @@ fn rooms_nodes_and_materials_are_found_by_their_names() {
 fn a_pick_tells_what_it_is() {
     let house = house();
     let told = |node: &str, cell: u32| -> Vec<String> {
-        facts(&house, object(&house, node), CellId(cell))
+        facts(&house, object(&house, node), CellId(cell), Units::Metres)
             .into_iter()
             .map(|(name, value)| format!("{name}: {value}"))
             .collect()
@@ -97,7 +98,7 @@ fn a_pick_tells_what_it_is() {
             "Role: furnishing".to_owned(),
             "Cell: 0 (Library)".to_owned(),
             "Triangles: 12".to_owned(),
-            "Size: 1.00 x 0.75 x 1.60 m".to_owned(),
+            "Size: 1.00 m x 0.75 m x 1.60 m".to_owned(),
             "Material: OAK".to_owned(),
             // Nobody has rows of their own here: each cell that it is in or that a portal leads from sees it.
             format!(

@@ -200,6 +200,10 @@ fn what_a_button_toggles_is_on_or_off() {
             Action::TurnSection => {}
             // Of a profile: see tests/insight.rs.
             Action::Heat => {}
+            Action::Open => {
+                session.act(action);
+                assert!(session.asked.open);
+            }
             Action::FullScreen => {
                 session.act(action);
                 assert!(session.asked.full_screen);

@@ -1,9 +1,11 @@
 //! The counters on the screen, line by line.
 
 use super::Session;
+use crate::args::Shown;
 use crate::culling::Decision;
 use crate::draw::marks::KINDS;
 use crate::ui::graphs::number;
+use crate::ui::keys::Action;
 use enfilade::runtime::FrameMode;
 
 impl Session<'_> {
@@ -20,13 +22,14 @@ impl Session<'_> {
         };
         let device = self.stage.heard.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
         let how = if self.cut.is_on { format!("section: {}", last.method) } else { method(self.show.mode, last) };
+        let speed = self.preferences.units.speed(self.walker.metres_a_second());
         let mut lines = vec![format!("{how}{frozen}"), home];
         lines.extend(self.drawn(last, self.stage.triangles()));
         lines.extend([
             format!("culling {:.2} ms, rest of CPU {:.2} ms{device}", last.ms, self.rest_ms),
             format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
-            format!("{:.1} m/s, {:.0}° field of view", self.walker.metres_a_second(), self.show.fov_y.to_degrees()),
-            "F1: keys".to_owned(),
+            format!("{speed}, {:.0}° field of view", self.show.fov_y.to_degrees()),
+            format!("{}: keys", self.keys.name_of(Action::Layer(Shown::Keys))),
         ]);
         lines.extend(self.say_path());
         if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {

@@ -1,9 +1,11 @@
 //! What was picked or found, and what is hidden by hand.
 
 use super::Session;
+use crate::building::Building;
 use crate::elements::{self, Sheet};
 use crate::go::bounds;
 use crate::ui::find::{What, facts, objects};
+use crate::units::Units;
 use enfilade::{CellId, ObjectId};
 use glam::Vec3;
 
@@ -14,10 +16,36 @@ pub(super) struct Selected {
     pub objects: Vec<ObjectId>,
     /// What is outlined.
     pub boxes: Vec<[Vec3; 2]>,
-    /// What is told of it.
-    pub facts: Vec<(&'static str, String)>,
+    /// What is told of.
+    pub told: Option<Of>,
     /// What its author tells of it, by set.
     pub sheets: Vec<Sheet>,
+}
+
+/// What is told of.
+#[derive(Clone, Copy)]
+pub(super) enum Of {
+    /// An object, and the cell that it is in.
+    Object(ObjectId, CellId),
+    /// A room.
+    Room(CellId),
+}
+
+impl Selected {
+    /// What is told of it: names and values.
+    pub fn facts(&self, building: &Building, units: Units) -> Vec<(&'static str, String)> {
+        let (object, cell) = match self.told {
+            Some(Of::Object(object, cell)) => (object, cell),
+            Some(Of::Room(cell)) => return elements::of_cell(building, cell).map(elements::facts).unwrap_or_default(),
+            None => return Vec::new(),
+        };
+        let element = elements::of_object(building, object);
+        let mut told = element.map(elements::facts).unwrap_or_default();
+        // The node of an element is its GlobalId.
+        let own = facts(building, object, cell, units);
+        told.extend(own.into_iter().filter(|(name, _)| element.is_none() || *name != "Node"));
+        told
+    }
 }
 
 impl Session<'_> {
@@ -28,23 +56,18 @@ impl Session<'_> {
 
     /// Selects an object that was picked in a cell.
     pub(super) fn select(&mut self, object: ObjectId, cell: CellId) {
-        self.selected = Selected { objects: vec![object], ..self.told_of(object, cell) };
+        let (told, sheets) = (Some(Of::Object(object, cell)), self.sheets(object));
+        self.selected = Selected { objects: vec![object], boxes: Vec::new(), told, sheets };
     }
 
-    /// What is told of an object in a cell.
-    fn told_of(&self, object: ObjectId, cell: CellId) -> Selected {
-        let element = elements::of_object(self.building, object);
-        let mut told = element.map(elements::facts).unwrap_or_default();
-        // The node of an element is its GlobalId.
-        let own = facts(self.building, object, cell);
-        told.extend(own.into_iter().filter(|(name, _)| element.is_none() || *name != "Node"));
-        let sheets = element.map(elements::sheets).unwrap_or_default();
-        Selected { facts: told, sheets, ..Selected::default() }
+    /// What the author tells of an object.
+    fn sheets(&self, object: ObjectId) -> Vec<Sheet> {
+        elements::of_object(self.building, object).map(elements::sheets).unwrap_or_default()
     }
 
     /// What is told of what was picked or found: names and values, then sets of properties.
-    pub fn told(&self) -> (&[(&'static str, String)], &[Sheet]) {
-        (&self.selected.facts, &self.selected.sheets)
+    pub fn told(&self) -> (Vec<(&'static str, String)>, &[Sheet]) {
+        (self.selected.facts(self.building, self.preferences.units), &self.selected.sheets)
     }
 
     /// Goes to what was found, looks at it, and outlines it. Of several objects, the nearest is gone to.
@@ -58,7 +81,7 @@ impl Session<'_> {
             let room = self.rooms().iter().find(|room| room.cell == cell).map(bounds);
             self.selected.boxes = room.map(|b| [b.min.as_vec3(), b.max.as_vec3()]).into_iter().collect();
             let space = elements::of_cell(self.building, cell);
-            self.selected.facts = space.map(elements::facts).unwrap_or_default();
+            self.selected.told = space.map(|_| Of::Room(cell));
             self.selected.sheets = space.map(elements::sheets).unwrap_or_default();
             to.into_iter().for_each(|to| self.be(to));
             return;
@@ -78,9 +101,10 @@ impl Session<'_> {
         self.be(to);
         let placement = &self.building.file.placement;
         let cell = (0..self.building.file.cells.len()).find(|&c| placement.get(c, nearest.index()));
-        let told = cell.map(|cell| self.told_of(nearest, CellId(cell as u32))).unwrap_or_default();
+        let told = cell.map(|cell| Of::Object(nearest, CellId(cell as u32)));
+        let sheets = cell.map(|_| self.sheets(nearest)).unwrap_or_default();
         let boxes = objects.iter().map(|o| self.building.file.objects[o.index()].bounds).collect();
-        self.selected = Selected { objects, boxes, ..told };
+        self.selected = Selected { objects, boxes, told, sheets };
     }
 
     /// Hides what is selected, or all else; with nothing selected, nothing.

@@ -33,6 +33,8 @@ pub struct Asked {
     pub full_screen: bool,
     /// The end.
     pub quit: bool,
+    /// A dialog to choose another file in.
+    pub open: bool,
 }
 
 /// Paths that are recorded and played.
@@ -128,7 +130,7 @@ impl Session<'_> {
             Action::Section => self.cut.is_on,
             Action::Measure => self.measure.is_on,
             Action::Door | Action::Mirror | Action::Pick | Action::Screenshot | Action::FullScreen => false,
-            Action::Storey(_) | Action::Hide | Action::Isolate | Action::ShowAll | Action::SavePlan => false,
+            Action::Storey(_) | Action::Open | Action::Hide | Action::Isolate | Action::ShowAll | Action::SavePlan => false,
             Action::TurnSection => false,
         }
     }
@@ -211,7 +213,7 @@ impl Session<'_> {
         match (self.paths.playing.take(), &self.paths.last) {
             (Some((_, flies)), _) => self.walker.flies = flies,
             (None, Some(_)) => self.paths.playing = Some((0.0, self.walker.flies)),
-            (None, None) => self.tell("no path to play: F5 records one".to_owned()),
+            (None, None) => self.tell(format!("no path to play: {} records one", self.keys.name_of(Action::Record))),
         }
     }
 
@@ -237,8 +239,12 @@ impl Session<'_> {
     /// A line for the counters while a path is recorded or played.
     pub(super) fn say_path(&self) -> Option<String> {
         match &self.paths {
-            Paths { recording: Some(recording), .. } => Some(format!("recording: {:.1} s; F5 stops", recording.seconds())),
-            Paths { playing: Some((now, _)), .. } => Some(format!("playing: {now:.1} s; F6 stops")),
+            Paths { recording: Some(recording), .. } => {
+                Some(format!("recording: {:.1} s; {} stops", recording.seconds(), self.keys.name_of(Action::Record)))
+            }
+            Paths { playing: Some((now, _)), .. } => {
+                Some(format!("playing: {now:.1} s; {} stops", self.keys.name_of(Action::Play)))
+            }
             _ => None,
         }
     }
@@ -266,7 +272,7 @@ impl Session<'_> {
             Escape::Close(Panel::Question) => self.show.question = false,
             Escape::Close(Panel::Keys) => self.show.keys = false,
             Escape::Close(Panel::Find) => self.find.toggle(),
-            Escape::Close(Panel::Preferences) => self.show.preferences = false,
+            Escape::Close(Panel::Preferences) => self.turn_settings(),
             Escape::Close(Panel::Profile) => self.leave_profile(),
             Escape::Close(Panel::Why) => {
                 self.told = None;

@@ -2,6 +2,9 @@
 
 use crate::building::Building;
 use crate::elements::{self, Sheet};
+use crate::keymap::KeyMap;
+use crate::ui::keys::Action;
+use crate::units::Units;
 use enfilade::file::FileCell;
 use enfilade::scene::Role;
 use enfilade::{CellId, ObjectId};
@@ -131,7 +134,7 @@ fn material(building: &Building, object: ObjectId) -> Option<u32> {
 }
 
 /// What is told of an object in a cell: names and values.
-pub fn facts(building: &Building, object: ObjectId, cell: CellId) -> Vec<(&'static str, String)> {
+pub fn facts(building: &Building, object: ObjectId, cell: CellId, units: Units) -> Vec<(&'static str, String)> {
     let (scene, home) = (&building.scene, &building.file.cells[cell.index()]);
     let of = &scene.objects[object.index()];
     let role = match of.role {
@@ -150,7 +153,7 @@ pub fn facts(building: &Building, object: ObjectId, cell: CellId) -> Vec<(&'stat
         ("Role", role.to_owned()),
         ("Cell", named),
         ("Triangles", of.triangles.len().to_string()),
-        ("Size", format!("{:.2} x {:.2} x {:.2} m", size.x, size.y, size.z)),
+        ("Size", size.to_array().map(|side| units.length(side)).join(" x ")),
     ];
     let material = material(building, object).zip(scene.trace.as_ref()).map(|(i, trace)| &trace.materials[i as usize]);
     facts.extend(material.map(|material| ("Material", material.name.clone())));
@@ -228,7 +231,7 @@ impl Find {
 }
 
 /// Draws what is told of a picked object; more than fits below each other is scrolled.
-pub fn tell(ui: &mut egui::Ui, facts: &[(&'static str, String)], sheets: &[Sheet]) {
+pub fn tell(ui: &mut egui::Ui, keys: &KeyMap, facts: &[(&'static str, String)], sheets: &[Sheet]) {
     let window = egui::Window::new("Picked").id(egui::Id::unique("picked")).anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]);
     let most = TOLD * ui.ctx().content_rect().height();
     window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
@@ -239,7 +242,8 @@ pub fn tell(ui: &mut egui::Ui, facts: &[(&'static str, String)], sheets: &[Sheet
                 grid(ui, ("sheet", i), sheet.rows.iter().map(|(name, value)| (name.as_str(), value.as_str())));
             }
         });
-        ui.small("Delete: hide it. I: show only it. Shift+Delete: show all.");
+        let (hide, only) = (keys.name_of(Action::Hide), keys.name_of(Action::Isolate));
+        ui.small(format!("{hide}: hide it. {only}: show only it. Shift+{hide}: show all."));
     });
 }
 

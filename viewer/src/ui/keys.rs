@@ -1,6 +1,8 @@
 //! The keys: one table, for who presses them, for the list on F1, and for the buttons of [`super::toolbar`].
 
 use crate::args::Shown;
+use crate::gamepad;
+use crate::keymap::{Bound, KeyMap};
 use winit::keyboard::KeyCode;
 
 /// What a key does, once, when it goes down.
@@ -70,13 +72,32 @@ pub enum Action {
     TurnSection,
     /// Begins to measure, or ends it.
     Measure,
+    /// Asks which other file to open.
+    Open,
+}
+
+/// What a key does while it is held.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[expect(missing_docs, reason = "their names say it")]
+pub enum Hold {
+    Forward,
+    Left,
+    Back,
+    Right,
+    TurnLeft,
+    TurnRight,
+    LookUp,
+    LookDown,
+    Up,
+    Down,
+    Faster,
 }
 
 /// A key, its name, what it does, its button, and what it does in words.
 pub type Key = (KeyCode, &'static str, Action, &'static str, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 42] = [
+pub const KEYS: [Key; 43] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "None", "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "Frustum", "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "Portals", "cull through portals"),
@@ -137,13 +158,33 @@ pub const KEYS: [Key; 42] = [
     (KeyCode::F6, "F6", Action::Play, "Play", "play the last path, or stop"),
     (KeyCode::F10, "F10", Action::Preferences, "Settings", "settings"),
     (KeyCode::F11, "F11", Action::FullScreen, "Full screen", "full screen, or a window"),
+    (KeyCode::Open, "Ctrl+O", Action::Open, "Open", "open another file (or drop it on the window)"),
 ];
 
-/// What is held down, in words.
-const HELD: [(&str, &str); 6] = [
-    ("W A S D", "walk; arrow keys turn"),
-    ("Space, Ctrl", "up and down, flying"),
-    ("Shift", "faster"),
+/// What keys do with Ctrl, whatever they do without: keys, actions, and their names.
+pub const CHORDS: [(KeyCode, Action, &str); 2] =
+    [(KeyCode::KeyF, Action::Find, "Ctrl+F"), (KeyCode::KeyO, Action::Open, "Ctrl+O")];
+
+/// A key that is held, its name, what it does, a label, and what it does in words; what is done by several keys has the same words.
+pub type HeldKey = (KeyCode, &'static str, Hold, &'static str, &'static str);
+
+/// All of them.
+pub const HOLDS: [HeldKey; 11] = [
+    (KeyCode::KeyW, "W", Hold::Forward, "forward", "walk"),
+    (KeyCode::KeyA, "A", Hold::Left, "to the left", "walk"),
+    (KeyCode::KeyS, "S", Hold::Back, "back", "walk"),
+    (KeyCode::KeyD, "D", Hold::Right, "to the right", "walk"),
+    (KeyCode::ArrowLeft, "Left", Hold::TurnLeft, "turn left", "turn"),
+    (KeyCode::ArrowRight, "Right", Hold::TurnRight, "turn right", "turn"),
+    (KeyCode::ArrowUp, "Up", Hold::LookUp, "look up", "turn"),
+    (KeyCode::ArrowDown, "Down", Hold::LookDown, "look down", "turn"),
+    (KeyCode::Space, "Space", Hold::Up, "up, flying", "up and down, flying"),
+    (KeyCode::ControlLeft, "Ctrl", Hold::Down, "down, flying", "up and down, flying"),
+    (KeyCode::ShiftLeft, "Shift", Hold::Faster, "faster", "faster"),
+];
+
+/// What else there is, in words.
+const OTHER: [(&str, &str); 3] = [
     ("Mouse", "drag to look; Tab: look without dragging"),
     ("Wheel", "speed; with Ctrl: zoom; with Shift: the section"),
     ("Esc", "let go of the mouse; close a panel; quit"),
@@ -154,32 +195,30 @@ const WIDE: f32 = 860.0;
 /// Room around the list, points: its title, and a bit of the picture.
 const MARGIN: egui::Vec2 = egui::vec2(32.0, 80.0);
 
-/// What a key does while Ctrl or Shift is held.
-pub fn action(code: KeyCode, [ctrl, shift]: [bool; 2]) -> Option<Action> {
-    match code {
-        KeyCode::KeyF if ctrl => return Some(Action::Find),
-        KeyCode::Delete if shift => return Some(Action::ShowAll),
-        KeyCode::KeyZ if shift => return Some(Action::TurnSection),
-        _ => {}
-    }
-    let action = KEYS.iter().find(|key| key.0 == code).map(|key| key.2);
-    match action {
-        Some(Action::Mode(mode)) if shift => Some(Action::OtherMode(mode)),
-        action => action,
-    }
-}
-
 /// The lines of the list: what is pressed, and what it does.
-pub fn lines() -> impl Iterator<Item = (&'static str, &'static str)> {
-    HELD.into_iter().chain(KEYS.iter().map(|(_, name, .., words)| (*name, *words)))
+pub fn lines(keys: &KeyMap) -> Vec<(String, &'static str)> {
+    let mut lines: Vec<(String, &'static str)> = Vec::new();
+    for (_, _, hold, _, words) in HOLDS {
+        let name = keys.name(Bound::Hold(hold));
+        match lines.last_mut().filter(|last| last.1 == words) {
+            Some((names, _)) => *names += &format!(" {name}"),
+            None => lines.push((name, words)),
+        }
+    }
+    lines.extend(OTHER.map(|(name, words)| (name.to_owned(), words)));
+    if cfg!(feature = "gamepad") {
+        lines.extend(gamepad::HELP.map(|(name, words)| (name.to_owned(), words)));
+    }
+    lines.extend(KEYS.iter().map(|(_, _, action, _, words)| (keys.name_of(*action), *words)));
+    lines
 }
 
 /// The list on the screen.
-pub fn show(ui: &mut egui::Ui) {
+pub fn show(ui: &mut egui::Ui, keys: &KeyMap) {
     let window = egui::Window::new("Keys").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
     let room = ui.ctx().content_rect().size() - MARGIN;
     window.resizable(false).default_height(room.y).show(ui.ctx(), |ui| {
-        let lines: Vec<_> = lines().collect();
+        let lines = lines(keys);
         // Side by side where they fit; below each other they are higher than a small window.
         let columns = if room.x > WIDE { 2 } else { 1 };
         egui::ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
@@ -187,7 +226,7 @@ pub fn show(ui: &mut egui::Ui) {
                 for (column, lines) in lines.chunks(lines.len().div_ceil(columns)).enumerate() {
                     egui::Grid::new(("keys", column)).num_columns(2).striped(true).show(ui, |ui| {
                         for (name, words) in lines {
-                            ui.strong(*name);
+                            ui.strong(name);
                             ui.label(*words);
                             ui.end_row();
                         }
@@ -209,18 +248,30 @@ mod tests {
         }
         let modes = KEYS.iter().filter(|key| matches!(key.2, Action::Mode(_))).count();
         assert_eq!(modes, crate::culling::MODES.len());
-        assert_eq!(action(KeyCode::KeyF, [false, true]), Some(Action::Freeze));
-        assert_eq!(action(KeyCode::KeyF, [true, false]), Some(Action::Find));
-        assert_eq!(action(KeyCode::Delete, [false, false]), Some(Action::Hide));
-        assert_eq!(action(KeyCode::Delete, [false, true]), Some(Action::ShowAll));
-        assert!(!KEYS.iter().any(|k| matches!(k.0, KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD)));
+        let keys = KeyMap::default();
+        assert_eq!(keys.action(KeyCode::KeyF, [false, true]), Some(Action::Freeze));
+        assert_eq!(keys.action(KeyCode::KeyF, [true, false]), Some(Action::Find));
+        assert_eq!(keys.action(KeyCode::KeyO, [true, false]), Some(Action::Open));
+        assert_eq!(keys.action(KeyCode::Delete, [false, false]), Some(Action::Hide));
+        assert_eq!(keys.action(KeyCode::Delete, [false, true]), Some(Action::ShowAll));
+        let codes: Vec<KeyCode> = KEYS.iter().map(|key| key.0).chain(HOLDS.iter().map(|key| key.0)).collect();
+        assert!((1..codes.len()).all(|i| !codes[..i].contains(&codes[i])));
+        // Labels tell actions apart in the settings.
+        let labels: Vec<&str> = KEYS.iter().map(|key| key.3).chain(HOLDS.iter().map(|key| key.3)).collect();
+        assert!((1..labels.len()).all(|i| !labels[..i].contains(&labels[i])));
     }
 
     #[test]
     fn every_action_is_in_the_list_with_its_key() {
         for (_, name, action, label, words) in KEYS {
             assert!(!label.is_empty() && !words.is_empty(), "{action:?}");
-            assert_eq!(lines().filter(|line| *line == (name, words)).count(), 1, "{action:?}");
+            let lines = lines(&KeyMap::default());
+            assert_eq!(lines.iter().filter(|line| (line.0.as_str(), line.1) == (name, words)).count(), 1, "{action:?}");
         }
+        let mut keys = KeyMap::default();
+        keys.give(Bound::Act(Action::Fly), KeyCode::F20).unwrap();
+        keys.give(Bound::Hold(Hold::Back), KeyCode::KeyQ).unwrap();
+        let lines = lines(&keys);
+        assert!(lines.contains(&("F20".to_owned(), "walk or fly")) && lines.contains(&("W A Q D".to_owned(), "walk")));
     }
 }

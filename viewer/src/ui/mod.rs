@@ -12,4 +12,6 @@ pub mod paint;
 pub mod plan;
 pub mod preferences;
 pub mod profile;
+pub mod rebind;
 pub mod toolbar;
+pub mod welcome;

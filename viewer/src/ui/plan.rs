@@ -2,6 +2,7 @@
 
 use crate::doors::swings::Swing;
 use crate::start::rooms::Room;
+use crate::units::Units;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::geom::{Plane, clip};
@@ -105,6 +106,7 @@ pub struct Plan {
     chosen: Option<usize>,
     bounds: [DVec2; 2],
     drawings: Vec<Option<Drawing>>,
+    units: Units,
 }
 
 impl Plan {
@@ -126,7 +128,23 @@ impl Plan {
         let bounds = around(storeys.iter().flat_map(closed)).unwrap_or(everything);
         let drawings = storeys.iter().map(|_| None).collect();
         let view = View::whole(bounds);
-        Self { storeys, view, rect: egui::Rect::NOTHING, swings: Vec::new(), chosen: None, bounds, drawings }
+        Self {
+            storeys,
+            view,
+            rect: egui::Rect::NOTHING,
+            chosen: None,
+            swings: Vec::new(),
+            bounds,
+            drawings,
+            units: Units::default(),
+        }
+    }
+
+    /// Tells heights and areas in these from now on.
+    pub fn tell_in(&mut self, units: Units) {
+        if std::mem::replace(&mut self.units, units) != units {
+            self.drawings.fill_with(|| None);
+        }
     }
 
     /// The storey that somebody with their eye at a height is on.
@@ -173,9 +191,9 @@ impl Plan {
     }
 
     fn drawing(&mut self, file: &PvsFile, rooms: &[Room], storey: usize) -> &Drawing {
-        let (s, [min, max]) = (&self.storeys[storey], self.bounds);
+        let (s, [min, max], units) = (&self.storeys[storey], self.bounds, self.units);
         let air = DVec2::splat(MARGIN * (max - min).max_element());
-        self.drawings[storey].get_or_insert_with(|| Drawing::new(file, rooms, s, [min - air, max + air]))
+        self.drawings[storey].get_or_insert_with(|| Drawing::new(file, rooms, s, [min - air, max + air], units))
     }
 
     /// Draws it: `cells` are in colours, `way` is a line, the eye sees between `sides` (x, z). Returns what is wanted.
@@ -191,7 +209,7 @@ impl Plan {
         way: &[DVec3],
     ) -> Option<Wish> {
         let storey = self.shown(eye.y);
-        let title = format!("Plan at {:.1} m", self.storeys[storey].floor + file.origin.y);
+        let title = format!("Plan at {}", self.units.length(self.storeys[storey].floor + file.origin.y));
         let mut wish = None;
         let window = egui::Window::new(title).id(egui::Id::unique("plan")).anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]);
         window.auto_sized().show(ui.ctx(), |ui| {
@@ -240,7 +258,7 @@ impl Plan {
         let (here, shown) = (self.here(eye), self.shown(eye));
         ui.horizontal_wrapped(|ui| {
             for i in 0..self.storeys.len() {
-                let text = egui::RichText::new(format!("{:.1} m", self.storeys[i].floor + file.origin.y));
+                let text = egui::RichText::new(self.units.length(self.storeys[i].floor + file.origin.y));
                 let text = if i == here { text.strong() } else { text };
                 if ui.selectable_label(i == shown, text).clicked() {
                     self.choose(i, eye);
@@ -265,7 +283,7 @@ impl Plan {
 }
 
 impl Drawing {
-    fn new(file: &PvsFile, rooms: &[Room], storey: &Storey, within: [DVec2; 2]) -> Self {
+    fn new(file: &PvsFile, rooms: &[Room], storey: &Storey, within: [DVec2; 2], units: Units) -> Self {
         let y = storey.floor + storey.cut;
         let slices = |pieces: &[Vec<Vec4>]| {
             pieces.iter().map(|piece| slice(piece, y, within)).filter(|s| s.len() > 2).collect::<Vec<_>>()
@@ -279,7 +297,7 @@ impl Drawing {
             let (_, slices) = cells.iter().find(|(cell, _)| *cell == room.cell)?;
             let largest = slices.iter().max_by(|a, b| area(a).total_cmp(&area(b)))?;
             Some(Label {
-                text: format!("{}\n{:.1} m²", file.cells[room.cell.index()].name, room.area),
+                text: format!("{}\n{}", file.cells[room.cell.index()].name, units.area(room.area)),
                 at: largest.iter().sum::<DVec2>() / largest.len() as f64,
                 slices: slices.clone(),
             })

@@ -1,53 +1,83 @@
 //! The settings of a person, as a panel.
 
+use super::rebind::Rebind;
+use crate::keymap::KeyMap;
 use crate::looks::Detail;
-use crate::settings::{FIELD_OF_VIEW, Preferences, Range, SENSITIVITY, SPEED, TEXT};
+use crate::settings::{DEAD_ZONE, FIELD_OF_VIEW, Preferences, Range, SENSITIVITY, SPEED, STICK, TEXT};
+use crate::units::Units;
 
 /// How much larger or smaller a click makes text.
 const STEP: f64 = 0.1;
+/// Room for the title and around the panel, points.
+const MARGIN: f32 = 80.0;
 
 /// Shows them; `fov_y` in radians.
-pub fn show(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, detail: &mut Detail) {
+pub fn show(
+    ui: &mut egui::Ui,
+    preferences: &mut Preferences,
+    fov_y: &mut f64,
+    detail: &mut Detail,
+    (keys, rebind): (&mut KeyMap, &mut Rebind),
+) {
     let window = egui::Window::new("Settings").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
+    let room = ui.ctx().content_rect().height() - MARGIN;
     window.resizable(false).show(ui.ctx(), |ui| {
-        egui::Grid::new("settings").num_columns(2).show(ui, |ui| {
-            let mut slider = |label: &str, value: &mut f64, range: Range, unit: &str| {
-                ui.label(label);
-                let slider = egui::Slider::new(value, range.least..=range.most).suffix(unit);
-                ui.add(slider.logarithmic(range.is_factor).max_decimals(2));
-                ui.end_row();
-            };
-            slider("Mouse sensitivity", &mut preferences.sensitivity, SENSITIVITY, "");
-            slider("Speed", &mut preferences.speed, SPEED, "");
-            let (before, mut degrees) = (fov_y.to_degrees(), fov_y.to_degrees());
-            slider("Field of view", &mut degrees, FIELD_OF_VIEW, "°");
-            if degrees != before {
-                *fov_y = FIELD_OF_VIEW.clamp(degrees).to_radians();
+        egui::ScrollArea::vertical().max_height(room).show(ui, |ui| {
+            rows(ui, preferences, fov_y, detail);
+            rebind.show(ui, keys);
+            if ui.button("As they were first").clicked() {
+                (*preferences, *fov_y) = (Preferences::default(), FIELD_OF_VIEW.usual.to_radians());
             }
-            ui.label("Look");
-            ui.checkbox(&mut preferences.inverted, "up and down inverted");
-            ui.end_row();
-            ui.label("Detail");
-            ui.horizontal(|ui| {
-                ui.selectable_value(detail, Detail::Plain, "plain");
-                ui.selectable_value(detail, Detail::Full, "full");
-                ui.selectable_value(detail, Detail::Smooth, "smooth");
-            });
-            ui.end_row();
-            // Buttons, since a slider would move under the pointer as its own text grows.
-            ui.label("Text");
-            ui.horizontal(|ui| {
-                for (label, by) in [("-", -STEP), ("+", STEP)] {
-                    if ui.button(label).clicked() {
-                        preferences.text = TEXT.clamp(preferences.text + by);
-                    }
-                }
-                ui.label(format!("{:.0} %", preferences.text * 100.0));
-            });
-            ui.end_row();
         });
-        if ui.button("As they were first").clicked() {
-            (*preferences, *fov_y) = (Preferences::default(), FIELD_OF_VIEW.usual.to_radians());
+    });
+}
+
+/// The settings, each in a row.
+fn rows(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, detail: &mut Detail) {
+    egui::Grid::new("settings").num_columns(2).show(ui, |ui| {
+        let mut slider = |label: &str, value: &mut f64, range: Range, unit: &str| {
+            ui.label(label);
+            let slider = egui::Slider::new(value, range.least..=range.most).suffix(unit);
+            ui.add(slider.logarithmic(range.is_factor).max_decimals(2));
+            ui.end_row();
+        };
+        slider("Mouse sensitivity", &mut preferences.sensitivity, SENSITIVITY, "");
+        slider("Speed", &mut preferences.speed, SPEED, "");
+        if cfg!(feature = "gamepad") {
+            slider("Stick sensitivity", &mut preferences.stick, STICK, "");
+            slider("Stick dead zone", &mut preferences.dead_zone, DEAD_ZONE, "");
         }
+        let (before, mut degrees) = (fov_y.to_degrees(), fov_y.to_degrees());
+        slider("Field of view", &mut degrees, FIELD_OF_VIEW, "°");
+        if degrees != before {
+            *fov_y = FIELD_OF_VIEW.clamp(degrees).to_radians();
+        }
+        ui.label("Look");
+        ui.checkbox(&mut preferences.inverted, "up and down inverted");
+        ui.end_row();
+        ui.label("Detail");
+        ui.horizontal(|ui| {
+            ui.selectable_value(detail, Detail::Plain, "plain");
+            ui.selectable_value(detail, Detail::Full, "full");
+            ui.selectable_value(detail, Detail::Smooth, "smooth");
+        });
+        ui.end_row();
+        ui.label("Units");
+        ui.horizontal(|ui| {
+            ui.selectable_value(&mut preferences.units, Units::Metres, "metres");
+            ui.selectable_value(&mut preferences.units, Units::Feet, "feet and inches");
+        });
+        ui.end_row();
+        // Buttons, since a slider would move under the pointer as its own text grows.
+        ui.label("Text");
+        ui.horizontal(|ui| {
+            for (label, by) in [("-", -STEP), ("+", STEP)] {
+                if ui.button(label).clicked() {
+                    preferences.text = TEXT.clamp(preferences.text + by);
+                }
+            }
+            ui.label(format!("{:.0} %", preferences.text * 100.0));
+        });
+        ui.end_row();
     });
 }

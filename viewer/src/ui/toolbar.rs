@@ -1,6 +1,7 @@
 //! Buttons for everything that a key does, made from the table of keys.
 
 use super::keys::{Action, KEYS};
+use crate::keymap::KeyMap;
 
 /// The widest that the buttons are, points: about a third of the table in a row.
 const WIDEST: f32 = 620.0;
@@ -8,19 +9,20 @@ const WIDEST: f32 = 620.0;
 const MARGIN: f32 = 16.0;
 
 /// Shows the button that opens the buttons. Returns what was clicked.
-pub fn closed(ui: &mut egui::Ui) -> Option<Action> {
+pub fn closed(ui: &mut egui::Ui, keys: &KeyMap) -> Option<Action> {
     let mut clicked = None;
     let area = egui::Area::new(egui::Id::unique("menu")).anchor(egui::Align2::CENTER_TOP, [0.0, 8.0]);
     area.show(ui.ctx(), |ui| {
-        if let Some((_, name, action, label, words)) = KEYS.iter().find(|key| key.2 == Action::Menu) {
-            clicked = ui.button(*label).on_hover_text(format!("{name}: {words}")).clicked().then_some(*action);
+        if let Some((_, _, action, label, words)) = KEYS.iter().find(|key| key.2 == Action::Menu) {
+            clicked =
+                ui.button(*label).on_hover_text(format!("{}: {words}", keys.name_of(*action))).clicked().then_some(*action);
         }
     });
     clicked
 }
 
 /// Shows all buttons; those that `is_on` are pressed in. Returns what was clicked.
-pub fn open(ui: &mut egui::Ui, is_on: &dyn Fn(Action) -> bool) -> Option<Action> {
+pub fn open(ui: &mut egui::Ui, keys: &KeyMap, is_on: &dyn Fn(Action) -> bool) -> Option<Action> {
     let mut clicked = None;
     let width = (ui.ctx().content_rect().width() - 2.0 * MARGIN).min(WIDEST);
     let area = egui::Area::new(egui::Id::unique("buttons")).anchor(egui::Align2::CENTER_TOP, [0.0, 8.0]);
@@ -28,9 +30,9 @@ pub fn open(ui: &mut egui::Ui, is_on: &dyn Fn(Action) -> bool) -> Option<Action>
         egui::Frame::window(ui.style()).show(ui, |ui| {
             ui.set_width(width);
             ui.horizontal_wrapped(|ui| {
-                for (_, name, action, label, words) in KEYS {
+                for (_, _, action, label, words) in KEYS {
                     let button = ui.add(egui::Button::selectable(is_on(action), label));
-                    if button.on_hover_text(format!("{name}: {words}")).clicked() {
+                    if button.on_hover_text(format!("{}: {words}", keys.name_of(action))).clicked() {
                         clicked = Some(action);
                     }
                 }
@@ -61,7 +63,7 @@ mod tests {
         let frame = |events: Vec<Event>| {
             let mut clicked = None;
             let input = RawInput { screen_rect: Some(SCREEN), events, ..Default::default() };
-            let output = context.run_ui(input, |ui| clicked = clicked.or(open(ui, &|_| false)));
+            let output = context.run_ui(input, |ui| clicked = clicked.or(open(ui, &KeyMap::default(), &|_| false)));
             (output.shapes, clicked)
         };
         // Areas take a frame for their size.
@@ -82,7 +84,7 @@ mod tests {
     fn the_menu_opens_by_a_button() {
         let context = egui::Context::default();
         let input = || RawInput { screen_rect: Some(SCREEN), ..Default::default() };
-        let show = |ui: &mut egui::Ui| assert_eq!(closed(ui), None);
+        let show = |ui: &mut egui::Ui| assert_eq!(closed(ui, &KeyMap::default()), None);
         drop(context.run_ui(input(), show));
         assert!(middle_of(&context.run_ui(input(), show).shapes, "Menu").is_some());
     }
