@@ -38,6 +38,13 @@ pub struct Surface {
     pub normal_scale: f32,
 }
 
+impl Surface {
+    /// Whether it has any.
+    pub fn has_picture(&self) -> bool {
+        [self.picture, self.others[0], self.others[1], self.others[2]].iter().any(|picture| *picture != NO_PICTURE)
+    }
+}
+
 /// Light falls on it.
 pub const LIT: u32 = 0;
 /// No light changes it.

@@ -380,7 +380,7 @@ mod tests {
         assert!(Path::new(&settings.recent[0]).is_absolute());
         assert_eq!(Settings::read(&serde_json::to_string(&settings).unwrap()), settings);
         let settings =
-            Settings::read(r#"{"mode": "pvs", "recent": [7, "", "/a.glb", null], "keys": {"Fly": "KeyQ", "Jump": 1}}"#);
+            Settings::read(r#"{"mode": "pvs", "recent": [7, "", "/a.glb", null], "keys": {"Fly": "F19", "Jump": 1}}"#);
         assert_eq!((settings.mode.as_str(), &settings.recent[..]), ("pvs", &["/a.glb".to_owned()][..]));
         assert!(!settings.keys.is_usual() && settings.keys.ignored().is_some());
         assert_eq!(Settings::read(r#"{"recent": 7, "keys": 7, "mode": "pvs"}"#).mode, "pvs");

@@ -34,12 +34,14 @@ const NOTHING: &str = "Insert";
 /// Parts of a picture that clocks write: left, top, right and bottom, pixels.
 type Rect = [usize; 4];
 /// The counters' line of times, and where their panel ends: it is as wide as that line.
-const TIMES: [Rect; 2] = [[8, 69, 113, 81], [104, 4, 130, 122]];
+const TIMES: [Rect; 2] = [[8, 69, 206, 81], [140, 4, 206, 122]];
 /// What the driver's queries decide: numbers, and the method of `auto`.
 const QUERIES: [Rect; 2] = [[8, 33, 113, 69], [30, 9, 113, 21]];
 /// Graphs of times.
-const GRAPHS: Rect = [300, 191, 474, 259];
+const GRAPHS: Rect = [300, 157, 474, 259];
 
+/// Graphs of a profile.
+const PROFILE: [Rect; 1] = [[8, 134, 310, 278]];
 /// The field of the window to find things in: whether a cursor stands in it depends on how busy the machine is.
 const FIELD: Rect = [8, 42, 182, 68];
 
@@ -106,6 +108,14 @@ fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Dee
         Action::Layer(Shown::Graphs) => Deed::new(label, &key, &key).masked(&[GRAPHS]),
         Action::Freeze => Deed::new(label, "f; s; s; s", "f"),
         Action::Alarm => Deed::new(label, "h; k", "k; h").masked(&TIMES),
+        Action::Culled => Deed::new(label, "f; s; s; s; o", "o; f"),
+        Action::Profile => Deed::new(label, &format!("F5; w; F5; F7; {NOTHING}"), "F7; s").masked(&PROFILE),
+        // Of the path of before; its line has the colours of times.
+        Action::Heat => Deed::new(label, "q", "q; q"),
+        Action::Measure => {
+            let click = |at: &str| format!("mousemove --window W {at} sleep 0.3 click 1 sleep 0.3");
+            Deed::new(label, &format!("u; {}; {}", click("200 60"), click("300 60")), "u")
+        }
         Action::Fly => Deed::new(label, "v; w", "s; v"),
         Action::Mirror => Deed::new(label, "Right; t", "t; t; t; t; Left"),
         Action::Pick => Deed::new(label, "y", clear),
@@ -168,6 +178,8 @@ fn others() -> Vec<Deed> {
         Deed::new("Ctrl+F", "ctrl+f", "Escape").masked(&[FIELD]),
         Deed::new("show all", "y; Delete; shift+Delete", "").seen_as_before(),
         Deed::new("Escape", "F1; Escape", "").seen_as_before(),
+        Deed::new("Shift+Z", "z; shift+z", "shift+z; z"),
+        Deed::new("Shift+2", "j; shift+2", "j"),
         Deed::new("why", "y; y", "Escape; Delete; shift+Delete"),
         // The list of keys in the settings, a key of it, another key for that; it walks; and it is a key that others can't have.
         Deed::new("another key", &format!("F10; {}; {}; F12", click([188, 210]), click([205, 204])), "F10"),

@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{baked, building, has_device, path};
+use common::{baked, building, has_device, path, quickly_baked};
 use enfilade::runtime::{Camera, FrameMode};
 use enfilade::scene::{ImportOptions, import};
 use enfilade::walkthrough::path::{CameraPath, PathFrame};
@@ -12,6 +12,8 @@ use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::Wish;
 use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::mesh::{Mesh, Triangles};
+use enfilade_viewer::draw::surfaces::Surfaces;
 use enfilade_viewer::headless::Walk;
 use enfilade_viewer::looks::{Detail, NO_PICTURE};
 use glam::DVec3;
@@ -19,6 +21,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
+use testing::data::data;
 
 const SIZE: [u32; 2] = [320, 180];
 
@@ -341,4 +344,32 @@ fn four_samples_change_edges_and_nothing_else() {
     }
     // Four sides of 62 pixels, with four pixels at each.
     assert!((900..1100).contains(&at_edges) && between * 5 > at_edges, "{between} of {at_edges} pixels at edges");
+}
+
+/// What a device holds of a building, over its triangles: places, corners, words, what they are made of, and texture coordinates.
+fn bytes_a_triangle(building: &Building) -> f64 {
+    let scene = &building.scene;
+    let is_leaf = vec![false; scene.triangles.len()];
+    let (mesh, Triangles { places, corners, words }) = Mesh::new(scene, &is_leaf).unwrap();
+    let Surfaces { of_triangles, coordinates, first } = Surfaces::new(scene, &mesh, &building.looks, &is_leaf);
+    let materials = size_of_val(&building.looks.surfaces[..]);
+    let sums = [places.len() * 3, corners.len(), words.len(), of_triangles.len(), coordinates.len(), first.len()];
+    (sums.iter().sum::<usize>() * 4 + materials) as f64 / f64::from(mesh.triangles)
+}
+
+#[test]
+fn triangles_take_forty_bytes_with_their_materials() {
+    let mut told = Vec::new();
+    for name in ["villa_rotonda", "office", "gallery100"] {
+        told.push((name.to_owned(), bytes_a_triangle(&building(name))));
+    }
+    let test = "triangles_take_forty_bytes_with_their_materials";
+    if let Some(data) = data(test) {
+        for name in ["duplex/Duplex_A_20110907.ifc", "quake-id-gpl/e1m1.bsp", "game-maps-obj/pandora.obj"] {
+            let model = data.join(name);
+            told.extend(quickly_baked(test, &model).map(|building| (name.to_owned(), bytes_a_triangle(&building))));
+        }
+    }
+    println!("{told:.1?}");
+    assert!(told.iter().all(|(_, bytes)| *bytes <= 40.0), "{told:.1?}");
 }

@@ -150,10 +150,10 @@ impl<'b> Stage<'b> {
         let mut culling = Culling::new(building, oracle, size);
         let doors = Doors::new(building, &culling.culler);
         doors.tell(&mut culling.culler);
-        let mesh = Mesh::new(scene, &doors.is_leaf)?;
-        let pipelines = Pipelines::new(&gpu, &mesh, scene, format).map_err(|e| e.to_string())?;
+        let (mesh, triangles) = Mesh::new(scene, &doors.is_leaf)?;
+        let pipelines = Pipelines::new(&gpu, &triangles, scene, format).map_err(|e| e.to_string())?;
         let is_ghost: Vec<bool> = scene.objects.iter().map(|o| o.glass).collect();
-        let leaves = Leaves::new(&gpu, &doors, &mesh);
+        let leaves = Leaves::new(&gpu, &pipelines, &doors, &mesh);
         let all: Vec<ObjectId> = (0..scene.objects.len() as u32).map(ObjectId).collect();
         let (mut everything, mut all_leaves) = (Runs::default(), Drawn::default());
         everything.set(&mesh, &all, &is_ghost, None);
@@ -423,7 +423,7 @@ impl<'b> Stage<'b> {
         let target = || (picture, &self.targets);
         let mut pass = begin_on(full.as_deref(), &mut commands, target(), Some(SKY), stamps(0));
         match &full {
-            Some(full) => full.draw(&mut pass, &self.pipelines, &self.eye, &runs.solid, (&self.leaves, &self.seen.1)),
+            Some(full) => full.draw(&mut pass, &self.eye, &runs.solid, (&self.leaves, &self.seen.1)),
             None => {
                 self.pipelines.bind(&mut pass, &self.eye);
                 self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
@@ -442,7 +442,7 @@ impl<'b> Stage<'b> {
             let mut pass = begin_on(full.as_deref(), &mut commands, target(), None, stamps(1));
             let Queries { draws, solid, count, .. } = &self.queries;
             match &full {
-                Some(full) => full.draw_indirect(&mut pass, &self.pipelines, &self.eye, draws, *solid),
+                Some(full) => full.draw_indirect(&mut pass, &self.eye, draws, *solid),
                 None => {
                     self.pipelines.bind(&mut pass, &self.eye);
                     self.pipelines.colours.draw_indirect(&mut pass, draws, *solid, *count);
@@ -459,7 +459,7 @@ impl<'b> Stage<'b> {
         // 7. How it looks, by its depth: sky, shade and edges; then glass.
         if let Some(full) = full {
             let leaves = (&self.leaves, &self.seen.1);
-            full.finish(gpu, &self.pipelines, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);
+            full.finish(gpu, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);
         }
 
         // 8. Which of its triangles are seen, and what was culled.

@@ -4,13 +4,14 @@
 //! edges come from the depth of the picture, and glass is sorted by where it is. So pictures are the same in every mode.
 
 use super::frame::{Wish, begin};
+use super::geometry::Geometry;
 use super::leaves::{Drawn, Leaves};
 use super::mesh::Mesh;
-use super::pipelines::{CORNERS, Eye, Pipelines, Recipe, depth_state, shader};
+use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
 use super::shade::Shade;
 use super::smooth::{SAMPLES, Smooth};
 use super::sun::Sun;
-use super::surfaces::{self, SURFACES};
+use super::surfaces::{self, Surfaces};
 use super::targets::Targets;
 use crate::building::Building;
 use crate::looks::{SKY, Surface};
@@ -39,6 +40,8 @@ struct Ways {
     screen_depth: wgpu::RenderPipeline,
 }
 
+/// The shader.
+pub(super) const FULL: &str = concat!(include_str!("geometry.wgsl"), include_str!("full.wgsl"));
 /// Entry points of what nothing cuts.
 const NAMES: [&str; 6] = ["lit", "nothing", "solid", "masked", "glass", "screen_depth"];
 
@@ -63,7 +66,8 @@ pub struct Full {
     layout: wgpu::BindGroupLayout,
     format: TextureFormat,
     group: wgpu::BindGroup,
-    more: wgpu::Buffer,
+    /// The scene's, with what they are made of.
+    triangles: wgpu::BindGroup,
     sun: Sun,
     shade: Shade,
     kinds: Vec<Kind>,
@@ -95,8 +99,6 @@ impl Ways {
         let pipeline = |fragment, target: wgpu::ColorTargetState, writes, compare| {
             Recipe {
                 groups,
-                corners: Some(CORNERS),
-                more: Some(SURFACES),
                 depth: Some(depth_state(writes, compare)),
                 samples,
                 pixel: Some((fragment, target)),
@@ -151,14 +153,21 @@ impl Full {
         format: TextureFormat,
     ) -> Result<Self, GpuError> {
         let Building { scene, looks, .. } = building;
-        gpu.fits("surfaces", surfaces::BYTES * mesh.corners.len() as u64)?;
-        let sun = Sun::new(gpu, scene);
+        let sun = Sun::new(gpu, &pipelines.geometry_layout, scene);
         let layout = surfaces::layout(gpu);
-        let module = shader(gpu, include_str!("full.wgsl"));
-        let groups = [Some(&pipelines.layout), Some(&layout)];
+        let module = shader(gpu, FULL);
+        let groups = [Some(&pipelines.layout), Some(&layout), Some(&pipelines.geometry_layout)];
         let surface = |object: usize| -> &Surface { &looks.surfaces[looks.of_objects[object] as usize] };
         let kind = |object: usize| if surface(object).cutoff > 0.0 { Kind::Masked } else { Kind::Glass };
-        let words = surfaces::words(scene, mesh, looks, is_leaf);
+        let Surfaces { of_triangles, coordinates, first } = Surfaces::new(scene, mesh, looks, is_leaf);
+        gpu.fits("texture coordinates", 4 * coordinates.len() as u64)?;
+        let filled = |words: &[u32]| gpu.filled(words, BufferUsages::STORAGE);
+        let geometry = Geometry {
+            made_of: filled(&of_triangles),
+            coordinates: filled(&coordinates),
+            first_coordinates: filled(&first),
+            ..pipelines.geometry.clone()
+        };
         Ok(Self {
             ways: Ways::new(gpu, &groups, &module, format, NAMES, 1),
             others: None,
@@ -166,10 +175,10 @@ impl Full {
             many: None,
             is_smooth: false,
             format,
-            sky: heaven(gpu, &groups, &module, format, 1),
+            sky: heaven(gpu, &groups[..2], &module, format, 1),
             group: surfaces::group(gpu, &layout, looks, &sun),
             layout,
-            more: gpu.filled(bytemuck::cast_slice(&words), BufferUsages::VERTEX),
+            triangles: geometry.group(gpu, &pipelines.geometry_layout),
             sun,
             shade: Shade::new(gpu, scene, format),
             kinds: (0..scene.objects.len()).map(kind).collect(),
@@ -185,9 +194,13 @@ impl Full {
             return;
         }
         self.is_cut = is_cut;
-        let (groups, format) = ([Some(&pipelines.layout), Some(&self.layout)], self.format);
+        let groups = [Some(&pipelines.layout), Some(&self.layout), Some(&pipelines.geometry_layout)];
+        let format = self.format;
         let others = self.others.get_or_insert_with(|| {
-            let module = shader(gpu, concat!(include_str!("full.wgsl"), include_str!("full_section.wgsl")));
+            let module = shader(
+                gpu,
+                concat!(include_str!("geometry.wgsl"), include_str!("full.wgsl"), include_str!("full_section.wgsl")),
+            );
             let names = ["lit_cut", "nothing_cut", "solid_cut", "masked_cut", "glass_cut", "screen_depth_cut"];
             Ways::new(gpu, &groups, &module, format, names, 1)
         });
@@ -205,11 +218,11 @@ impl Full {
             Some(many) if many.smooth.fits(size) => {}
             Some(many) => many.smooth = Smooth::new(gpu, size, format),
             None => {
-                let (groups, module) =
-                    ([Some(&pipelines.layout), Some(&self.layout)], shader(gpu, include_str!("full.wgsl")));
+                let groups = [Some(&pipelines.layout), Some(&self.layout), Some(&pipelines.geometry_layout)];
+                let module = shader(gpu, FULL);
                 self.many = Some(Many {
                     ways: Ways::new(gpu, &groups, &module, format, NAMES, SAMPLES),
-                    sky: heaven(gpu, &groups, &module, format, SAMPLES),
+                    sky: heaven(gpu, &groups[..2], &module, format, SAMPLES),
                     smooth: Smooth::new(gpu, size, format),
                 });
             }
@@ -261,36 +274,22 @@ impl Full {
     }
 
     /// What is certain: solid things and leaves of doors, then pictures with holes.
-    pub fn draw(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        pipelines: &Pipelines,
-        eye: &Eye,
-        solid: &[Range<u32>],
-        leaves: (&Leaves, &Drawn),
-    ) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, solid: &[Range<u32>], leaves: (&Leaves, &Drawn)) {
         // Depth of all first: only what shows is shaded.
         let ways = self.ways();
         for pipeline in [&ways.depth, &ways.solid] {
-            self.bind(pass, pipelines, eye);
+            self.bind(pass, eye);
             draw(pass, pipeline, solid);
             self.bind_leaves(pass, eye, leaves.0);
             draw(pass, pipeline, &leaves.1.solid);
         }
-        self.bind(pass, pipelines, eye);
+        self.bind(pass, eye);
         draw(pass, &ways.masked, &self.sorted.masked);
     }
 
     /// So many indirect draws of solid things.
-    pub fn draw_indirect(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        pipelines: &Pipelines,
-        eye: &Eye,
-        draws: &wgpu::Buffer,
-        count: usize,
-    ) {
-        self.bind(pass, pipelines, eye);
+    pub fn draw_indirect(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, draws: &wgpu::Buffer, count: usize) {
+        self.bind(pass, eye);
         let ways = self.ways();
         for pipeline in [&ways.depth, &ways.solid] {
             pass.set_pipeline(pipeline);
@@ -303,7 +302,6 @@ impl Full {
     pub fn finish(
         &mut self,
         gpu: &Gpu,
-        pipelines: &Pipelines,
         eye: &Eye,
         wish: &Wish<'_>,
         leaves: (&Leaves, &Drawn),
@@ -325,7 +323,7 @@ impl Full {
         smooth.into_iter().for_each(|smooth| smooth.settle(targets, picture, commands));
         self.shade.record(gpu, &wish.camera, (targets, smooth), picture, commands);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
-        self.bind(&mut pass, pipelines, eye);
+        self.bind(&mut pass, eye);
         draw(&mut pass, &self.ways.glass, &self.sorted.glass);
         if wish.alarm {
             draw(&mut pass, &self.ways.screen_depth, &self.sorted.glass);
@@ -341,13 +339,12 @@ impl Full {
     fn bind_leaves(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, leaves: &Leaves) {
         leaves.bind(pass, eye);
         pass.set_bind_group(1, &self.group, &[]);
-        pass.set_vertex_buffer(1, leaves.surfaces.slice(..));
     }
 
-    fn bind(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, eye: &Eye) {
-        pipelines.bind(pass, eye);
+    fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
+        pass.set_bind_group(0, &eye.group, &[]);
         pass.set_bind_group(1, &self.group, &[]);
-        pass.set_vertex_buffer(1, self.more.slice(..));
+        pass.set_bind_group(2, &self.triangles, &[]);
     }
 }
 

@@ -66,13 +66,14 @@ fn placed(place: vec3f, word: u32) -> vec4f {
 }
 
 @vertex
-fn lit(
-    @location(0) place: vec3f,
-    @location(1) object: u32,
-    @location(2) picture_at: vec2f,
-    @location(3) word: u32,
-) -> Lit {
-    return Lit(placed(place, object), place, picture_at, word & 0xffffu, unpacked(word >> 16u));
+fn lit(@builtin(vertex_index) corner: u32) -> Lit {
+    let place = place_of(corner);
+    let word = word_of(corner);
+    let made = made_of[corner / 3u];
+    let first = first_coordinates[word & 0xffffffu];
+    var at = vec2f(0.0);
+    if first != NO_COORDINATES { at = unpack2x16float(coordinates[first + corner]); }
+    return Lit(placed(place, word), place, at, made & 0xffffu, unpacked(made >> 16u));
 }
 
 // 0 to 1: how much of the sun shows. The sampler takes four texels, which smooths rims.
@@ -232,6 +233,6 @@ fn heaven(in: Sky) -> @location(0) vec4f {
 }
 
 @vertex
-fn shadow(@location(0) place: vec3f) -> @builtin(position) vec4f {
-    return sun.clip * vec4f(place, 1.0);
+fn shadow(@builtin(vertex_index) corner: u32) -> @builtin(position) vec4f {
+    return sun.clip * vec4f(place_of(corner), 1.0);
 }

@@ -10,14 +10,10 @@ struct LitCut {
 }
 
 @vertex
-fn lit_cut(
-    @location(0) place: vec3f,
-    @location(1) object: u32,
-    @location(2) picture_at: vec2f,
-    @location(3) word: u32,
-) -> LitCut {
-    let before = dot(camera.cut.xyz, place) - camera.cut.w;
-    return LitCut(placed(place, object), place, picture_at, word & 0xffffu, unpacked(word >> 16u), before);
+fn lit_cut(@builtin(vertex_index) corner: u32) -> LitCut {
+    let whole = lit(corner);
+    let before = dot(camera.cut.xyz, whole.place) - camera.cut.w;
+    return LitCut(whole.at, whole.place, whole.picture_at, whole.surface, whole.normal, before);
 }
 
 fn whole(in: LitCut) -> Lit {
@@ -33,16 +29,16 @@ fn nothing_cut(in: LitCut) {
 fn solid_cut(in: LitCut) -> @location(0) vec4f {
     if in.before < 0.0 { discard; }
     let lit = whole(in);
-    return vec4f(shaded(lit, base(lit).rgb), 1.0);
+    return vec4f(shaded(lit, spot_of(lit)), 1.0);
 }
 
 @fragment
 fn masked_cut(in: LitCut) -> @location(0) vec4f {
     if in.before < 0.0 { discard; }
     let lit = whole(in);
-    let colour = base(lit);
-    if colour.a < surfaces[in.surface].cutoff { discard; }
-    return vec4f(shaded(lit, colour.rgb), 1.0);
+    let spot = spot_of(lit);
+    if spot.colour.a < surfaces[in.surface].cutoff { discard; }
+    return vec4f(shaded(lit, spot), 1.0);
 }
 
 @fragment

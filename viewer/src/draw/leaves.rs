@@ -1,8 +1,9 @@
 //! Leaves of doors on the device, where they are now. They are few, so that those which moved are laid out again.
 
-use super::mesh::{Mesh, corners};
+use super::geometry::Geometry;
+use super::mesh::{Mesh, word};
 use super::pipelines::{Eye, Pair, Pipelines};
-use super::surfaces::{self, of_triangle};
+use super::surfaces::of_triangle;
 use crate::building::Building;
 use crate::doors::pieces::Facet;
 use crate::doors::{Door, Doors};
@@ -11,12 +12,10 @@ use glam::DVec3;
 use std::ops::Range;
 use wgpu::BufferUsages;
 
-/// Corners of leaves.
+/// Triangles of leaves; each has places of its own.
 pub struct Leaves {
-    /// As [`Mesh::corners`] has them.
-    pub corners: wgpu::Buffer,
-    /// As [`surfaces::SURFACES`] has them.
-    pub surfaces: wgpu::Buffer,
+    geometry: Geometry,
+    triangles: wgpu::BindGroup,
     /// By door: what nothing is seen through, and what is glass.
     ranges: Vec<[Range<u32>; 2]>,
     /// By door: whether its leaves aren't drawn; empty: all are.
@@ -36,7 +35,7 @@ pub struct Drawn {
 
 impl Leaves {
     /// Makes room for all doors.
-    pub fn new(gpu: &Gpu, doors: &Doors, mesh: &Mesh) -> Self {
+    pub fn new(gpu: &Gpu, pipelines: &Pipelines, doors: &Doors, mesh: &Mesh) -> Self {
         let mut end = 0;
         let ranges = doors.doors.iter().map(|door| {
             let [solid, glass] =
@@ -47,8 +46,18 @@ impl Leaves {
         });
         let ranges = ranges.collect();
         // A buffer of nothing can't be bound.
-        let buffer = |bytes| gpu.buffer(bytes * u64::from(end.max(1)), BufferUsages::VERTEX | BufferUsages::COPY_DST);
-        Self { corners: buffer(16), surfaces: buffer(surfaces::BYTES), ranges, is_hidden: Vec::new(), made: mesh.made() }
+        let count = end.max(3) as usize;
+        let [corners, triangles]: [Vec<u32>; 2] = [(0..count as u32).collect(), vec![0; count / 3]];
+        let filled = |words: &[u32]| gpu.filled(words, BufferUsages::STORAGE);
+        let geometry = Geometry {
+            made_of: filled(&triangles),
+            coordinates: filled(&vec![0; count]),
+            // Every corner has coordinates.
+            first_coordinates: filled(&vec![0; mesh.ranges.len() + 1]),
+            ..Geometry::new(gpu, &vec![[0; 3]; count], &corners, &triangles)
+        };
+        let triangles = geometry.group(gpu, &pipelines.geometry_layout);
+        Self { geometry, triangles, ranges, is_hidden: Vec::new(), made: mesh.made() }
     }
 
     /// Lays out what moved.
@@ -56,15 +65,24 @@ impl Leaves {
         for i in doors.take_moved() {
             let door = &doors.doors[i];
             let own = door.first_object().map_or(self.made, |object| object.0);
-            let (mut places, mut looks) = (Vec::new(), Vec::new());
+            let (mut places, mut words) = (Vec::new(), Vec::new());
+            let (mut made_of, mut coordinates) = (Vec::new(), Vec::new());
             for (triangle, facet) in in_order(door) {
                 let of = facet.and_then(|f| f.of);
-                places.extend(corners(triangle, of.map_or(own, |(object, _)| object.0)));
-                looks.extend(of_triangle(&building.scene, &building.looks, of, triangle));
+                places.extend(triangle.iter().flat_map(|p| p.as_vec3().to_array()));
+                words.push(word(triangle, of.map_or(own, |(object, _)| object.0)));
+                let (made, at) = of_triangle(&building.scene, &building.looks, of, triangle);
+                made_of.push(made);
+                coordinates.extend(at);
             }
             let start = u64::from(self.ranges[i][0].start);
-            gpu.queue.write_buffer(&self.corners, 16 * start, bytemuck::cast_slice(&places));
-            gpu.queue.write_buffer(&self.surfaces, surfaces::BYTES * start, bytemuck::cast_slice(&looks));
+            let Geometry { places: to, words: to_words, made_of: to_made, coordinates: to_coordinates, .. } = &self.geometry;
+            gpu.queue.write_buffer(to, 12 * start, bytemuck::cast_slice::<f32, u8>(&places));
+            for (buffer, words, at) in
+                [(to_words, &words, start / 3), (to_made, &made_of, start / 3), (to_coordinates, &coordinates, start)]
+            {
+                gpu.queue.write_buffer(buffer, 4 * at, bytemuck::cast_slice(words));
+            }
         }
     }
 
@@ -90,9 +108,15 @@ impl Leaves {
         pair.draw(pass, &drawn.solid, &drawn.ghosts);
     }
 
-    /// Binds the corners of leaves in place of the scene's.
+    /// Binds the triangles of leaves in place of the scene's.
     pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
-        Pipelines::bind_corners(pass, eye, &self.corners);
+        pass.set_bind_group(0, &eye.group, &[]);
+        self.bind_triangles(pass);
+    }
+
+    /// Binds them without a camera.
+    pub fn bind_triangles(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_bind_group(2, &self.triangles, &[]);
     }
 }
 

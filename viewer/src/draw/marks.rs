@@ -5,7 +5,7 @@
 use super::frame::{begin, colour};
 use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
-use super::pipelines::{CORNERS, Eye, ITEMS, Pipelines, Recipe, depth_state, layout, shader};
+use super::pipelines::{Eye, ITEMS, Pipelines, Recipe, depth_state, layout, shader};
 use super::queries::Queries;
 use super::readback::Readback;
 use super::targets::Targets;
@@ -102,14 +102,16 @@ impl Marks {
     ///
     /// Where it doesn't fit.
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, mesh: &Mesh, format: TextureFormat) -> Result<Self, GpuError> {
-        let words = HEAD + 2 * (mesh.corners.len() / 3).div_ceil(32).max(1);
+        let words = HEAD + 2 * (mesh.triangles as usize).div_ceil(32).max(1);
         gpu.fits("marks", 4 * words as u64)?;
         let bind = group_layout(gpu);
-        let module = shader(gpu, concat!(include_str!("scene.wgsl"), include_str!("marks.wgsl")));
-        let groups = [Some(&pipelines.layout), Some(&bind)];
+        let module =
+            shader(gpu, concat!(include_str!("geometry.wgsl"), include_str!("scene.wgsl"), include_str!("marks.wgsl")));
+        let geometry = Some(&pipelines.geometry_layout);
+        let groups = [Some(&pipelines.layout), Some(&bind), geometry];
         let render = |fragment, target: wgpu::ColorTargetState, groups: &[_], depth| {
             let pixel = Some((fragment, target));
-            Recipe { groups, corners: Some(CORNERS), depth, pixel, ..Recipe::new(&module, "numbered") }.pipeline(gpu)
+            Recipe { groups, depth, pixel, ..Recipe::new(&module, "numbered") }.pipeline(gpu)
         };
         let compute = |entry| {
             gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -122,7 +124,7 @@ impl Marks {
             })
         };
         let nearest = Some(depth_state(true, CompareFunction::Greater));
-        let number = |fragment| render(fragment, ITEMS.into(), &groups[..1], nearest.clone());
+        let number = |fragment| render(fragment, ITEMS.into(), &[groups[0], None, geometry], nearest.clone());
         let same = Some(depth_state(false, CompareFunction::Equal));
         let tinted = |fragment| render(fragment, format.into(), &groups, same.clone());
         let nothing = wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::empty() };

@@ -34,8 +34,9 @@ struct Numbered {
 }
 
 @vertex
-fn numbered(@builtin(vertex_index) corner: u32, @location(0) place: vec3f, @location(1) word: u32) -> Numbered {
-    return Numbered(placed(place, word), corner / 3u, f32(word >> 24u) / 255.0);
+fn numbered(@builtin(vertex_index) corner: u32) -> Numbered {
+    let word = word_of(corner);
+    return Numbered(placed(place_of(corner), word), corner / 3u, f32(word >> 24u) / 255.0);
 }
 
 @fragment

@@ -1,11 +1,9 @@
-//! A scene as corners for the graphics processor: three a triangle, objects one after the other, those that may be seen through last. Leaves
-//! of doors, which move, are drawn by [`super::leaves`].
+//! A scene as triangles for the graphics processor: objects one after the other, those that may be seen through last. Leaves of doors, which
+//! move, are drawn by [`super::leaves`].
 //!
-//! Nothing is shared between triangles, so that a corner knows how light falls on its face, and fragments have nothing to work out: on a
-//! software driver they are what costs the most.
+//! How light falls on a face comes with it, so that fragments have nothing to work out: on a software driver they are what costs the most.
 
 use enfilade::ObjectId;
-use enfilade::gpu::GpuError;
 use enfilade::scene::{Role, Scene};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -15,10 +13,20 @@ pub const MOST_OBJECTS: usize = (1 << 24) - 1;
 /// Where light comes from, about a unit vector; surfaces are lit from both sides.
 const LIGHT: DVec3 = DVec3::new(0.36, 0.80, 0.48);
 
-/// Corners, and where objects are among them.
+/// Triangles, as [`super::geometry::Geometry`] has them.
+pub struct Triangles {
+    /// x, y and z as `f32`, metres relative to the scene's origin.
+    pub places: Vec<[u32; 3]>,
+    /// Three numbers of places a triangle.
+    pub corners: Vec<u32>,
+    /// The object, and in the highest byte the light.
+    pub words: Vec<u32>,
+}
+
+/// Where objects are among the corners, three a triangle.
 pub struct Mesh {
-    /// x, y and z as `f32`, metres relative to the scene's origin; then the object, and in the highest byte the light.
-    pub corners: Vec<[u32; 4]>,
+    /// How many triangles there are.
+    pub triangles: u32,
     /// By object.
     pub ranges: Vec<Range<u32>>,
     /// By object: whether it isn't drawn; empty: all are.
@@ -33,26 +41,27 @@ impl Mesh {
     /// # Errors
     ///
     /// Where it has more than [`MOST_OBJECTS`] objects.
-    pub fn new(scene: &Scene, is_leaf: &[bool]) -> Result<Self, String> {
+    pub fn new(scene: &Scene, is_leaf: &[bool]) -> Result<(Self, Triangles), String> {
         if scene.objects.len() > MOST_OBJECTS {
             return Err(format!("{} objects: the viewer draws {MOST_OBJECTS} at most", scene.objects.len()));
         }
         let mut order: Vec<usize> = (0..scene.objects.len()).collect();
         order.sort_by_key(|&o| (seen_through_rank(scene, o), o));
-        let mut mesh = Self {
-            corners: Vec::with_capacity(3 * scene.triangles.len()),
-            ranges: vec![0..0; order.len()],
-            is_hidden: Vec::new(),
-            bounds: scene.objects.iter().map(|o| [o.bounds.min.as_vec3(), o.bounds.max.as_vec3()]).collect(),
-        };
+        let mut ranges = vec![0..0; order.len()];
+        let (places, numbers) = welded(scene);
+        let (mut corners, mut words) =
+            (Vec::with_capacity(3 * scene.triangles.len()), Vec::with_capacity(scene.triangles.len()));
         for object in order {
-            let start = mesh.corners.len() as u32;
-            for triangle in scene.objects[object].triangles.clone().filter(|&t| !is_leaf[t as usize]) {
-                mesh.corners.extend(corners(scene.corners(triangle as usize), object as u32));
+            let start = corners.len() as u32;
+            for t in scene.objects[object].triangles.clone().map(|t| t as usize).filter(|&t| !is_leaf[t]) {
+                corners.extend(scene.triangles[t].map(|position| numbers[position as usize]));
+                words.push(word(scene.corners(t), object as u32));
             }
-            mesh.ranges[object] = start..mesh.corners.len() as u32;
+            ranges[object] = start..corners.len() as u32;
         }
-        Ok(mesh)
+        let bounds = scene.objects.iter().map(|o| [o.bounds.min.as_vec3(), o.bounds.max.as_vec3()]).collect();
+        let mesh = Self { triangles: words.len() as u32, ranges, is_hidden: Vec::new(), bounds };
+        Ok((mesh, Triangles { places, corners, words }))
     }
 
     /// The number of what no object of the scene is: leaves that were made.
@@ -78,20 +87,27 @@ impl Mesh {
         // Squared, so half of the logarithm's shells.
         (away.max(1e-4).log2() * 0.5 * SHELLS) as i32
     }
-
-    /// The bytes of its corners have to fit into a buffer.
-    pub fn check(&self, gpu: &enfilade::gpu::Gpu) -> Result<(), GpuError> {
-        let bytes = 16 * self.corners.len() as u64;
-        let limit = gpu.limits.max_buffer_size;
-        let too_large = || GpuError::TooLarge { adapter: gpu.name.clone(), what: "triangles", bytes, limit };
-        if bytes <= limit { Ok(()) } else { Err(too_large()) }
-    }
 }
 
-/// A triangle as it is drawn.
-pub fn corners(triangle: [DVec3; 3], object: u32) -> [[u32; 4]; 3] {
-    let word = object | u32::from(light(triangle)) << 24;
-    triangle.map(|p| p.as_vec3().to_array().map(f32::to_bits)).map(|[x, y, z]| [x, y, z, word])
+/// Places of a scene, each once, and the number of the place of each of its positions.
+fn welded(scene: &Scene) -> (Vec<[u32; 3]>, Vec<u32>) {
+    // What is added makes both zeros one.
+    let bits = |p: &DVec3| (p.as_vec3() + Vec3::ZERO).to_array().map(f32::to_bits);
+    let mut keyed: Vec<([u32; 3], u32)> = scene.positions.iter().map(bits).zip(0..).collect();
+    keyed.sort_unstable();
+    let (mut places, mut numbers) = (Vec::new(), vec![0; keyed.len()]);
+    for (place, position) in keyed {
+        if places.last() != Some(&place) {
+            places.push(place);
+        }
+        numbers[position as usize] = places.len() as u32 - 1;
+    }
+    (places, numbers)
+}
+
+/// A triangle's object and light.
+pub fn word(triangle: [DVec3; 3], object: u32) -> u32 {
+    object | u32::from(light(triangle)) << 24
 }
 
 /// Solid things, then doors, then glass.

@@ -5,6 +5,7 @@ pub mod caps;
 pub mod culled;
 pub mod frame;
 pub mod full;
+pub mod geometry;
 pub mod hidden;
 pub mod leaves;
 pub mod lines;

@@ -1,6 +1,7 @@
 //! The scene on the graphics processor, and the pipelines that draw it.
 
-use super::mesh::Mesh;
+use super::geometry::{self, Geometry};
+use super::mesh::Triangles;
 use super::ranks::ranks;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::Camera;
@@ -15,6 +16,9 @@ pub const NEAR: f32 = 1e-3;
 pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 /// Of items.
 pub const ITEMS: TextureFormat = TextureFormat::R32Uint;
+
+/// The shader of flat colours and items.
+pub(super) const SCENE: &str = concat!(include_str!("geometry.wgsl"), include_str!("scene.wgsl"));
 
 /// How the scene is drawn: what is solid, and what is a screen door.
 pub struct Pair {
@@ -43,7 +47,11 @@ pub struct Pipelines {
     format: TextureFormat,
     /// What binds a camera.
     pub layout: wgpu::BindGroupLayout,
-    corners: wgpu::Buffer,
+    /// What binds triangles.
+    pub geometry_layout: wgpu::BindGroupLayout,
+    /// Those of the scene.
+    pub geometry: Geometry,
+    triangles: wgpu::BindGroup,
     palette: wgpu::Buffer,
     /// By object, and of what was made: see [`ranks`].
     ranks: Vec<u8>,
@@ -55,8 +63,9 @@ impl Pipelines {
     /// # Errors
     ///
     /// Where it doesn't fit.
-    pub fn new(gpu: &Gpu, mesh: &Mesh, scene: &Scene, format: TextureFormat) -> Result<Self, GpuError> {
-        mesh.check(gpu)?;
+    pub fn new(gpu: &Gpu, triangles: &Triangles, scene: &Scene, format: TextureFormat) -> Result<Self, GpuError> {
+        let Triangles { places, corners, words: of_triangles } = triangles;
+        gpu.fits("triangles", (12 * places.len()).max(4 * corners.len()) as u64)?;
         gpu.fits("colours", 4 * (scene.objects.len() as u64 + 1))?;
         let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
@@ -74,7 +83,10 @@ impl Pipelines {
         });
         let mut ranks = ranks(scene);
         ranks.push(0);
-        let make = Maker { gpu, layout: &layout, module: shader(gpu, include_str!("scene.wgsl")) };
+        let geometry_layout = geometry::layout(gpu);
+        let geometry = Geometry::new(gpu, places, corners, of_triangles);
+        let groups = [Some(&layout), None, Some(&geometry_layout)];
+        let make = Maker { gpu, groups: &groups, module: shader(gpu, SCENE) };
         Ok(Self {
             colours: make.pair("seen", ["colour", "colour_of_screen"], format),
             mirrored: make.pipeline("seen_in_mirror", "colour_in_mirror", format),
@@ -82,10 +94,12 @@ impl Pipelines {
             others: None,
             is_cut: false,
             format,
-            corners: gpu.filled(bytemuck::cast_slice(&mesh.corners), BufferUsages::VERTEX),
+            triangles: geometry.group(gpu, &geometry_layout),
+            geometry,
             palette: gpu.filled(&words(&[], &ranks), BufferUsages::STORAGE),
             ranks,
             layout,
+            geometry_layout,
         })
     }
 
@@ -96,8 +110,9 @@ impl Pipelines {
         }
         self.is_cut = is_cut;
         let [colours, items] = self.others.get_or_insert_with(|| {
-            let source = concat!(include_str!("scene.wgsl"), include_str!("section.wgsl"));
-            let make = Maker { gpu, layout: &self.layout, module: shader(gpu, source) };
+            let source = concat!(include_str!("geometry.wgsl"), include_str!("scene.wgsl"), include_str!("section.wgsl"));
+            let groups = [Some(&self.layout), None, Some(&self.geometry_layout)];
+            let make = Maker { gpu, groups: &groups, module: shader(gpu, source) };
             [
                 make.pair("seen_cut", ["colour_cut", "colour_of_screen_cut"], self.format),
                 make.pair("item_cut", ["object_cut", "object_of_screen_cut"], ITEMS),
@@ -126,20 +141,15 @@ impl Pipelines {
         gpu.queue.write_buffer(&self.palette, 0, bytemuck::cast_slice(&words(colours, &self.ranks)));
     }
 
-    /// The scene's corners, as [`Mesh::corners`] has them.
-    pub fn corners(&self) -> wgpu::BufferSlice<'_> {
-        self.corners.slice(..)
-    }
-
-    /// Binds the scene's corners.
+    /// Binds the scene's triangles.
     pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
-        Self::bind_corners(pass, eye, &self.corners);
+        pass.set_bind_group(0, &eye.group, &[]);
+        self.bind_triangles(pass);
     }
 
-    /// Binds other corners.
-    pub fn bind_corners(pass: &mut wgpu::RenderPass<'_>, eye: &Eye, corners: &wgpu::Buffer) {
-        pass.set_bind_group(0, &eye.group, &[]);
-        pass.set_vertex_buffer(0, corners.slice(..));
+    /// Binds them without a camera.
+    pub fn bind_triangles(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_bind_group(2, &self.triangles, &[]);
     }
 }
 
@@ -219,8 +229,6 @@ pub struct Recipe<'r> {
     pub corner: &'r str,
     /// The buffer that corners come from, if there is one.
     pub corners: Option<wgpu::VertexBufferLayout<'r>>,
-    /// Another one, with more about them.
-    pub more: Option<wgpu::VertexBufferLayout<'r>>,
     /// What corners make.
     pub topology: wgpu::PrimitiveTopology,
     /// What is bound.
@@ -237,12 +245,12 @@ impl<'r> Recipe<'r> {
     /// Triangles without a buffer, depth or pixels, of one sample.
     pub fn new(module: &'r wgpu::ShaderModule, corner: &'r str) -> Self {
         let topology = wgpu::PrimitiveTopology::TriangleList;
-        Self { module, corner, corners: None, more: None, topology, groups: &[], depth: None, samples: 1, pixel: None }
+        Self { module, corner, corners: None, topology, groups: &[], depth: None, samples: 1, pixel: None }
     }
 
     /// The pipeline.
     pub fn pipeline(self, gpu: &Gpu) -> wgpu::RenderPipeline {
-        let corners: Vec<_> = [self.corners, self.more].into_iter().flatten().map(Some).collect();
+        let corners: Vec<_> = self.corners.into_iter().map(Some).collect();
         let (pixel, target) = self.pixel.unzip();
         let targets = [target];
         gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -275,17 +283,10 @@ pub fn layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::Pip
     gpu.device.create_pipeline_layout(&wanted)
 }
 
-/// A place, then a word: see [`Mesh::corners`].
-pub const CORNERS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-    array_stride: 16,
-    step_mode: wgpu::VertexStepMode::Vertex,
-    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
-};
-
 /// What pipelines of the scene share.
 struct Maker<'m> {
     gpu: &'m Gpu,
-    layout: &'m wgpu::BindGroupLayout,
+    groups: &'m [Option<&'m wgpu::BindGroupLayout>],
     module: wgpu::ShaderModule,
 }
 
@@ -297,8 +298,7 @@ impl Maker<'_> {
     fn pipeline(&self, vertex: &str, fragment: &str, format: TextureFormat) -> wgpu::RenderPipeline {
         // Models are wound both ways: nothing is culled by winding.
         Recipe {
-            groups: &[Some(self.layout)],
-            corners: Some(CORNERS),
+            groups: self.groups,
             depth: Some(depth_state(true, wgpu::CompareFunction::Greater)),
             pixel: Some((fragment, format.into())),
             ..Recipe::new(&self.module, vertex)

@@ -1,4 +1,4 @@
-// The scene: flat colours, which come with the corners; or items, the numbers of objects.
+// The scene: flat colours, which come with the objects; or items, the numbers of objects.
 
 struct Camera {
     clip: mat4x4f,
@@ -24,9 +24,10 @@ struct Seen {
 }
 
 @vertex
-fn seen(@location(0) place: vec3f, @location(1) word: u32) -> Seen {
+fn seen(@builtin(vertex_index) corner: u32) -> Seen {
+    let word = word_of(corner);
     let colour = unpack4x8unorm(colours[word & 0xffffffu]).rgb;
-    return Seen(placed(place, word), colour * (f32(word >> 24u) / 255.0));
+    return Seen(placed(place_of(corner), word), colour * (f32(word >> 24u) / 255.0));
 }
 
 @fragment
@@ -53,7 +54,9 @@ struct Cut {
 }
 
 @vertex
-fn seen_in_mirror(@location(0) place: vec3f, @location(1) word: u32) -> Cut {
+fn seen_in_mirror(@builtin(vertex_index) corner: u32) -> Cut {
+    let place = place_of(corner);
+    let word = word_of(corner);
     let colour = unpack4x8unorm(colours[word & 0xffffffu]).rgb;
     let before = dot(camera.cut.xyz, place) - camera.cut.w;
     return Cut(camera.clip * vec4f(place, 1.0), colour * (f32(word >> 24u) / 255.0), before);
@@ -72,8 +75,9 @@ struct Item {
 }
 
 @vertex
-fn item(@location(0) place: vec3f, @location(1) word: u32) -> Item {
-    return Item(placed(place, word), (word & 0xffffffu) + 1u);
+fn item(@builtin(vertex_index) corner: u32) -> Item {
+    let word = word_of(corner);
+    return Item(placed(place_of(corner), word), (word & 0xffffffu) + 1u);
 }
 
 @fragment

@@ -11,7 +11,9 @@ struct SeenCut {
 }
 
 @vertex
-fn seen_cut(@location(0) place: vec3f, @location(1) word: u32) -> SeenCut {
+fn seen_cut(@builtin(vertex_index) corner: u32) -> SeenCut {
+    let place = place_of(corner);
+    let word = word_of(corner);
     let colour = unpack4x8unorm(colours[word & 0xffffffu]).rgb;
     return SeenCut(placed(place, word), colour * (f32(word >> 24u) / 255.0), before(place));
 }
@@ -35,7 +37,9 @@ struct ItemCut {
 }
 
 @vertex
-fn item_cut(@location(0) place: vec3f, @location(1) word: u32) -> ItemCut {
+fn item_cut(@builtin(vertex_index) corner: u32) -> ItemCut {
+    let place = place_of(corner);
+    let word = word_of(corner);
     return ItemCut(placed(place, word), (word & 0xffffffu) + 1u, before(place));
 }
 

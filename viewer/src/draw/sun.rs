@@ -2,8 +2,9 @@
 //!
 //! Based on: Williams 1978.
 
+use super::full::FULL;
 use super::leaves::{Drawn, Leaves};
-use super::pipelines::{CORNERS, DEPTH, Pipelines, Recipe, depth_state, shader};
+use super::pipelines::{DEPTH, Pipelines, Recipe, depth_state, shader};
 use super::targets::texture;
 use enfilade::gpu::Gpu;
 use enfilade::scene::Scene;
@@ -31,8 +32,8 @@ pub struct Sun {
 }
 
 impl Sun {
-    /// Over a scene.
-    pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
+    /// Over a scene, whose triangles are bound by `geometry`.
+    pub fn new(gpu: &Gpu, geometry: &wgpu::BindGroupLayout, scene: &Scene) -> Self {
         let bounds = scene.bounds();
         let (middle, radius) = (bounds.centre().as_vec3(), (bounds.diagonal() * 0.5).max(1e-3) as f32);
         let towards = TOWARDS.normalize();
@@ -62,10 +63,9 @@ impl Sun {
             shadows: texture(gpu, [SIDE; 2], DEPTH, usage).create_view(&Default::default()),
             is_new: true,
             pipeline: Recipe {
-                groups: &[None, Some(&layout)],
-                corners: Some(CORNERS),
+                groups: &[None, Some(&layout), Some(geometry)],
                 depth: Some(depth_state(true, CompareFunction::Less)),
-                ..Recipe::new(&shader(gpu, include_str!("full.wgsl")), "shadow")
+                ..Recipe::new(&shader(gpu, FULL), "shadow")
             }
             .pipeline(gpu),
             group: gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -77,7 +77,7 @@ impl Sun {
         }
     }
 
-    /// Draws its depth, if something has changed: of the scene's corners those in `casting`, and leaves of doors.
+    /// Draws its depth, if something has changed: of the scene those corners that are in `casting`, and leaves of doors.
     pub fn cast<'r>(
         &mut self,
         pipelines: &Pipelines,
@@ -98,9 +98,9 @@ impl Sun {
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(1, &self.group, &[]);
-        pass.set_vertex_buffer(0, pipelines.corners());
+        pipelines.bind_triangles(&mut pass);
         casting.for_each(|run| pass.draw(run.clone(), 0..1));
-        pass.set_vertex_buffer(0, leaves.corners.slice(..));
+        leaves.bind_triangles(&mut pass);
         drawn.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
     }
 }

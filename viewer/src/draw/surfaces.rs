@@ -12,42 +12,54 @@ use image::RgbaImage;
 use image::imageops::{FilterType, resize};
 use wgpu::{BindingType, BufferUsages, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
 
-/// Of a corner.
-pub const BYTES: u64 = 8;
-
-/// Texture coordinates as `f16`; then the material in the lower half of a word, and the face's normal in the upper one.
-pub const SURFACES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-    array_stride: BYTES,
-    step_mode: wgpu::VertexStepMode::Vertex,
-    attributes: &wgpu::vertex_attr_array![2 => Float16x2, 3 => Uint32],
-};
-
-/// What corners are made of, in the order of [`Mesh::corners`], as [`SURFACES`] has it; triangles that are leaves are not among them.
-pub fn words(scene: &Scene, mesh: &Mesh, looks: &Looks, is_leaf: &[bool]) -> Vec<[u32; 2]> {
-    let mut words = vec![[0; 2]; mesh.corners.len()];
-    for (id, object) in (0..).map(ObjectId).zip(&scene.objects) {
-        let drawn = object.triangles.clone().filter(|&t| !is_leaf[t as usize]);
-        let range = mesh.ranges[id.index()].clone();
-        let places = words[range.start as usize..range.end as usize].chunks_exact_mut(3);
-        for (triangle, places) in drawn.zip(places) {
-            places.copy_from_slice(&of_triangle(scene, looks, Some((id, triangle)), scene.corners(triangle as usize)));
-        }
-    }
-    words
+/// What triangles are made of, as [`super::geometry::Geometry`] has it.
+pub struct Surfaces {
+    /// By triangle: the material in the lower half of a word, and the face's normal in the upper one.
+    pub of_triangles: Vec<u32>,
+    /// By corner: texture coordinates as two `f16`, of those objects whose material has a picture.
+    pub coordinates: Vec<u32>,
+    /// By object, and of what was made: what to add to a corner's number to find its coordinates, going round at the end of numbers.
+    pub first: Vec<u32>,
 }
 
-/// What the corners of a triangle of an object are made of, wherever it has been moved to; without one, it is of a door.
-pub fn of_triangle(scene: &Scene, looks: &Looks, of: Option<(ObjectId, u32)>, [a, b, c]: [DVec3; 3]) -> [[u32; 2]; 3] {
+/// Where nothing has coordinates.
+const NO_COORDINATES: u32 = u32::MAX;
+
+impl Surfaces {
+    /// Of a scene; triangles that are leaves are not among them.
+    pub fn new(scene: &Scene, mesh: &Mesh, looks: &Looks, is_leaf: &[bool]) -> Self {
+        let mut of_triangles = vec![0; mesh.triangles as usize];
+        let (mut coordinates, mut first) = (Vec::new(), vec![NO_COORDINATES; scene.objects.len() + 1]);
+        for (id, object) in (0..).map(ObjectId).zip(&scene.objects) {
+            let range = mesh.ranges[id.index()].clone();
+            let has_picture = looks.surfaces[looks.of_objects[id.index()] as usize].has_picture();
+            if has_picture {
+                first[id.index()] = (coordinates.len() as u32).wrapping_sub(range.start);
+            }
+            let drawn = object.triangles.clone().filter(|&t| !is_leaf[t as usize]);
+            let words = &mut of_triangles[range.start as usize / 3..range.end as usize / 3];
+            for (triangle, word) in drawn.zip(words) {
+                let (made_of, at) = of_triangle(scene, looks, Some((id, triangle)), scene.corners(triangle as usize));
+                *word = made_of;
+                if has_picture {
+                    coordinates.extend(at);
+                }
+            }
+        }
+        Self { of_triangles, coordinates, first }
+    }
+}
+
+/// What a triangle of an object is made of, and its texture coordinates, wherever it has been moved to; without one, it is of a door.
+pub fn of_triangle(scene: &Scene, looks: &Looks, of: Option<(ObjectId, u32)>, [a, b, c]: [DVec3; 3]) -> (u32, [u32; 3]) {
     let material = of.map_or(Some(looks.made), |(object, _)| looks.of_objects.get(object.index()).copied());
     let word = u32::from(material.unwrap_or_default()) | packed((b - a).cross(c - a)) << 16;
     let coordinates = of.zip(scene.trace.as_ref()).and_then(|((object, triangle), trace)| {
         let look = &trace.looks[trace.meshes[object.index()] as usize];
         look.texture_coordinates.get(trace.triangles[triangle as usize] as usize).copied()
     });
-    near_zero(coordinates.unwrap_or_default()).map(|corner| {
-        let [u, v] = corner.map(|x| u32::from(f16::from_f32(x).to_bits()));
-        [u | v << 16, word]
-    })
+    let half = |x: f32| u32::from(f16::from_f32(x).to_bits());
+    (word, near_zero(coordinates.unwrap_or_default()).map(|[u, v]| half(u) | half(v) << 16))
 }
 
 /// Pictures repeat: whole numbers are taken off, so that few digits are enough.

@@ -1,0 +1,59 @@
+//! Triangles on the graphics processor. Shaders fetch corners by number: places are shared, and what all corners of a triangle
+//! have in common is there once. That is 16 bytes a triangle and 12 a place; what it is made of takes 4 more, and 12 where it has a
+//! picture.
+
+use enfilade::gpu::Gpu;
+use wgpu::{Buffer, BufferBindingType, BufferUsages, ShaderStages};
+
+/// The buffers, as `geometry.wgsl` has them.
+#[derive(Clone)]
+pub struct Geometry {
+    /// See the shader.
+    pub places: Buffer,
+    /// See the shader.
+    pub corners: Buffer,
+    /// See the shader.
+    pub words: Buffer,
+    /// What triangles are made of; nobody looks at these three unless they are drawn as they look.
+    pub made_of: Buffer,
+    /// See the shader.
+    pub coordinates: Buffer,
+    /// See the shader.
+    pub first_coordinates: Buffer,
+}
+
+/// What binds them.
+pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let ty = wgpu::BindingType::Buffer {
+        ty: BufferBindingType::Storage { read_only: true },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let entry = |binding| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX, ty, count: None };
+    let entries: Vec<_> = (0..6).map(entry).collect();
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
+impl Geometry {
+    /// Of places, numbers of places and words; what triangles are made of is not known.
+    pub fn new(gpu: &Gpu, places: &[[u32; 3]], corners: &[u32], words: &[u32]) -> Self {
+        let filled = |words: &[u32]| gpu.filled(words, BufferUsages::STORAGE);
+        Self {
+            places: filled(places.as_flattened()),
+            corners: filled(corners),
+            words: filled(words),
+            made_of: filled(&[]),
+            coordinates: filled(&[]),
+            first_coordinates: filled(&[]),
+        }
+    }
+
+    /// Bound for shaders.
+    pub fn group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
+        let buffers = [&self.places, &self.corners, &self.words, &self.made_of, &self.coordinates, &self.first_coordinates];
+        let resources = buffers.map(Buffer::as_entire_binding);
+        let entries: Vec<_> =
+            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+}
