@@ -248,6 +248,9 @@ impl<'b> Session<'b> {
     /// Shows what was shown when somebody was here last.
     pub fn apply(&mut self, settings: &Settings) {
         let &Settings { detail, tints, layers, fov_y_degrees, flies, preferences, .. } = settings;
+        // Whoever has not said has smooth edges where they cost little.
+        let usual = if self.stage.gpu.is_software { Detail::Full } else { Detail::Smooth };
+        let detail = detail.unwrap_or(usual);
         self.show = Show { detail, tints, layers, fov_y: fov_y_degrees.to_radians(), ..self.show.clone() };
         self.preferences = preferences;
         self.keys = settings.keys.clone();
@@ -265,6 +268,7 @@ impl<'b> Session<'b> {
         let (recent, keys) = (std::mem::take(&mut settings.recent), self.keys.clone());
         let preferences = self.preferences;
         let tints = if tints.is_lasting() { tints } else { Tints::Roles };
+        let detail = Some(detail);
         *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places, recent, keys };
         settings.leave(self.building.file.model_hash, walker.eye.to_array(), walker.yaw, walker.pitch);
     }

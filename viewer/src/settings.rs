@@ -104,7 +104,7 @@ pub struct Settings {
     /// A mode's name, as on the command line.
     pub mode: String,
     /// How the scene is drawn.
-    pub detail: Detail,
+    pub detail: Option<Detail>,
     /// Colours of objects.
     pub tints: Tints,
     /// What is shown over the picture.
@@ -205,7 +205,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             mode: "auto".into(),
-            detail: Detail::Full,
+            detail: None,
             tints: Tints::Roles,
             layers: Layers::default(),
             flies: false,
@@ -349,7 +349,7 @@ mod tests {
         let (usual, units) = (Preferences::default(), Units::Feet);
         let preferences =
             Preferences { sensitivity: 2.5, inverted: true, speed: 0.5, text: 1.5, units, stick: 3.0, ..usual };
-        let settings = Settings { preferences, fov_y_degrees: 90.0, detail: Detail::Plain, ..Settings::default() };
+        let settings = Settings { preferences, fov_y_degrees: 90.0, detail: Some(Detail::Plain), ..Settings::default() };
         assert_eq!(Settings::read(&serde_json::to_string(&settings).unwrap()), settings);
         // As it was before there were any.
         let settings = Settings::read(r#"{"mode": "pvs", "flies": true}"#);
@@ -362,7 +362,7 @@ mod tests {
         let text = r#"{"mode": "pvs", "sensitivity": null, "speed": "fast", "text": [1], "inverted": 7, "size": [-1, 2],
             "fov_y_degrees": {}, "plan": "yes", "units": "cubits", "detail": "plain"}"#;
         let usual = Settings::default();
-        assert_eq!(Settings::read(text), Settings { mode: "pvs".into(), detail: Detail::Plain, ..usual.clone() });
+        assert_eq!(Settings::read(text), Settings { mode: "pvs".into(), detail: Some(Detail::Plain), ..usual.clone() });
         let text = r#"{"sensitivity": 1e300, "speed": -4, "text": 0, "fov_y_degrees": 179.9, "size": [1, 100000]}"#;
         let preferences = Preferences { sensitivity: 10.0, speed: 0.1, text: 0.5, ..Preferences::default() };
         assert_eq!(Settings::read(text), Settings { preferences, fov_y_degrees: 110.0, size: [160, 8192], ..usual.clone() });

@@ -116,6 +116,8 @@ fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Dee
             let click = |at: &str| format!("mousemove --window W {at} sleep 0.3 click 1 sleep 0.3");
             Deed::new(label, &format!("u; {}; {}", click("200 60"), click("300 60")), "u")
         }
+        // No room of the villa has a name.
+        Action::Layer(Shown::Names) => Deed::new(label, "n", "n").seen_as_before(),
         Action::Fly => Deed::new(label, "v; w", "s; v"),
         Action::Mirror => Deed::new(label, "Right; t", "t; t; t; t; Left"),
         Action::Pick => Deed::new(label, "y", clear),
@@ -123,7 +125,8 @@ fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Dee
         Action::Isolate => Deed::new(label, "y; i", &format!("shift+Delete; {clear}")),
         Action::Hud => Deed::new(label, "h", "h").masked(&TIMES),
         Action::Storey(up) => Deed::new(label, &key, if up { "Next; m" } else { "Prior; m" }),
-        Action::SavePlan => Deed::new(label, "b", "m"),
+        // A picture of the plan takes a moment.
+        Action::SavePlan => Deed::new(label, "b; sleep 3", "m"),
         Action::Screenshot | Action::Open => Deed::new(label, &key, ""),
         Action::Record => Deed::new(label, "h; F5", "F5; h").masked(&TIMES),
         Action::Play => Deed::new(label, &format!("F5; w; F5; h; F6; {NOTHING}"), "F6; F6; F6; h").masked(&TIMES),

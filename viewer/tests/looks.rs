@@ -3,22 +3,26 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{baked, building, has_device, path, quickly_baked};
+use common::{baked, building, has_device, path, shipped};
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::scene::{ImportOptions, import};
+use enfilade::scene::{ImportOptions, extensions, import};
 use enfilade::walkthrough::path::{CameraPath, PathFrame};
 use enfilade::walkthrough::tour::tour;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::Wish;
+use enfilade_viewer::draw::frame::{Stage, Wish};
 use enfilade_viewer::draw::lines::Overlay;
 use enfilade_viewer::draw::mesh::{Mesh, Triangles};
 use enfilade_viewer::draw::surfaces::Surfaces;
-use enfilade_viewer::headless::Walk;
-use enfilade_viewer::looks::{Detail, NO_PICTURE};
+use enfilade_viewer::draw::targets::{Canvas, PICTURE};
+use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::looks::{Detail, Looks, NO_PICTURE};
+use enfilade_viewer::session::Session;
+use enfilade_viewer::ui::keys::Action;
+use enfilade_viewer::walker::Walker;
 use glam::DVec3;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 use testing::data::data;
@@ -346,30 +350,65 @@ fn four_samples_change_edges_and_nothing_else() {
     assert!((900..1100).contains(&at_edges) && between * 5 > at_edges, "{between} of {at_edges} pixels at edges");
 }
 
-/// What a device holds of a building, over its triangles: places, corners, words, what they are made of, and texture coordinates.
-fn bytes_a_triangle(building: &Building) -> f64 {
-    let scene = &building.scene;
+/// What a device holds of a model, over its triangles: places, corners, words, what they are made of, and texture coordinates.
+fn bytes_a_triangle(model: &Path) -> f64 {
+    let options = ImportOptions { trace: true, ..ImportOptions::default() };
+    let scene = import(model, &options).unwrap();
+    let looks = Looks::read(&scene, model, &options, &|_| {});
     let is_leaf = vec![false; scene.triangles.len()];
-    let (mesh, Triangles { places, corners, words }) = Mesh::new(scene, &is_leaf).unwrap();
-    let Surfaces { of_triangles, coordinates, first } = Surfaces::new(scene, &mesh, &building.looks, &is_leaf);
-    let materials = size_of_val(&building.looks.surfaces[..]);
+    let (mesh, Triangles { places, corners, words }) = Mesh::new(&scene, &is_leaf).unwrap();
+    let Surfaces { of_triangles, coordinates, first } = Surfaces::new(&scene, &mesh, &looks, &is_leaf);
     let sums = [places.len() * 3, corners.len(), words.len(), of_triangles.len(), coordinates.len(), first.len()];
-    (sums.iter().sum::<usize>() * 4 + materials) as f64 / f64::from(mesh.triangles)
+    (sums.iter().sum::<usize>() * 4 + size_of_val(&looks.surfaces[..])) as f64 / f64::from(mesh.triangles)
 }
 
 #[test]
 fn triangles_take_forty_bytes_with_their_materials() {
-    let mut told = Vec::new();
-    for name in ["villa_rotonda", "office", "gallery100"] {
-        told.push((name.to_owned(), bytes_a_triangle(&building(name))));
-    }
-    let test = "triangles_take_forty_bytes_with_their_materials";
-    if let Some(data) = data(test) {
-        for name in ["duplex/Duplex_A_20110907.ifc", "quake-id-gpl/e1m1.bsp", "game-maps-obj/pandora.obj"] {
-            let model = data.join(name);
-            told.extend(quickly_baked(test, &model).map(|building| (name.to_owned(), bytes_a_triangle(&building))));
+    let mut models: Vec<PathBuf> =
+        ["villa_rotonda", "office", "gallery100"].iter().map(|name| shipped(name, "glb")).collect();
+    if let Some(data) = data("triangles_take_forty_bytes_with_their_materials") {
+        models.push(data.join("game-maps-obj/pandora.obj"));
+        if extensions().contains(&"bsp") {
+            models.push(data.join("quake-id-gpl/e1m1.bsp"));
         }
     }
+    let told: Vec<(&PathBuf, f64)> = models.iter().map(|model| (model, bytes_a_triangle(model))).collect();
     println!("{told:.1?}");
     assert!(told.iter().all(|(_, bytes)| *bytes <= 40.0), "{told:.1?}");
+}
+
+#[test]
+fn a_mirror_shows_what_is_behind_the_eye_as_it_looks() {
+    if !has_device("a_mirror_shows_what_is_behind_the_eye_as_it_looks") {
+        return;
+    }
+    let picture = unlit(json!({"baseColorTexture": {"index": 0}}));
+    let white = unlit(json!({"baseColorFactor": [1.0, 1.0, 1.0, 1.0]}));
+    let (_, hall) = walls("looks_mirror", &[(0.0, white), (6.0, picture)]);
+    let gpu = device().unwrap();
+    let size = [192, 108];
+    let canvas = Canvas::new(&gpu, size);
+    let stage = Stage::new(gpu, &hall, Oracle::Software, size, PICTURE).unwrap();
+    let mut session = Session::new(&hall, stage, PICTURE, size).unwrap();
+    (session.show.hud, session.show.mode) = (false, FrameMode::None);
+    session.walker = Walker::new(DVec3::new(0.0, 0.0, 3.0) - hall.file.origin, DVec3::NEG_Z, true);
+    // Half a metre to either side on a wall that seems to be 9 m away.
+    let off = (54.0 / (9.0 * (session.show.fov_y / 2.0).tan()) * 0.5) as usize;
+    let seen = |session: &mut Session<'_>, detail: Detail| {
+        session.show.detail = detail;
+        for _ in 0..2 {
+            session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
+        }
+        let picture = canvas.read(&session.stage.gpu).unwrap();
+        [96 - off, 96 + off].map(|x| picture.pixels()[50 * 192 + x])
+    };
+    assert_eq!(seen(&mut session, Detail::Full), [[255; 3]; 2], "no mirror hangs yet");
+    session.act(Action::Mirror);
+    // What is to the left behind is to the left in the mirror.
+    for detail in [Detail::Full, Detail::Smooth] {
+        let [left, right] = seen(&mut session, detail);
+        assert!(left[0] > 2 * left[2] && right[2] > 2 * right[0], "{detail:?}: {left:?} {right:?}");
+    }
+    let [left, right] = seen(&mut session, Detail::Plain);
+    assert_eq!(left, right, "of one colour");
 }

@@ -14,12 +14,22 @@ pub(super) fn material(texture: &str, textures: &Textures) -> Material {
         let has_holes = texture.starts_with('{');
         let colour = [1.0, 1.0, 1.0, if has_holes { 1.0 } else { opacity }];
         let (cutoff, picture) = (has_holes.then_some(0.5), Some(found.picture.clone()));
-        return Material { cutoff, texture: picture, ..Material::matt(texture, colour) };
+        return Material {
+            cutoff,
+            texture: picture.clone(),
+            emissive: [LAMPS; 3],
+            emissive_texture: picture,
+            ..Material::matt(texture, colour)
+        };
     }
     let liquid = LIQUIDS.iter().find(|(name, _)| texture.starts_with(name)).map(|(_, colour)| *colour);
     let [r, g, b] = liquid.unwrap_or_else(|| by_name(texture));
     Material::matt(texture, [r, g, b, opacity])
 }
+
+/// Textures shine by this much of themselves. The lamps of a level are in its lightmaps, and the sun doesn't reach its rooms: without it they are
+/// nearly black.
+const LAMPS: f32 = 0.4;
 
 /// Liquids by the beginnings of their names, as games have them.
 const LIQUIDS: [(&str, [f32; 3]); 5] = [

@@ -386,10 +386,6 @@ impl<'b> Stage<'b> {
         if let Some(painter) = &mut painter {
             painter.prepare(gpu, &mut commands);
         }
-        if let Some(mirrors) = &mut wish.mirrors {
-            let leaves = (&self.leaves, &self.doors);
-            mirrors.record(gpu, &self.pipelines, &self.mesh, &self.is_ghost, leaves, self.targets.size, &mut commands);
-        }
         let mut full = self.full.as_mut().filter(|_| self.detail != Detail::Plain);
         if let Some(full) = &mut full {
             // What the alarm compares, and what caps cover, is one sample a pixel.
@@ -401,6 +397,12 @@ impl<'b> Stage<'b> {
             let all_leaves = if self.hidden.is_any { &self.hidden.shown_leaves } else { &self.all_leaves };
             let leaves = (&self.leaves, all_leaves);
             full.prepare(&self.pipelines, &self.mesh, &self.is_ghost, leaves, seen_through, wish.camera.eye, &mut commands);
+        }
+        if let Some(mirrors) = wish.mirrors.as_mut().filter(|mirrors| !mirrors.is_empty()) {
+            full.iter_mut().for_each(|full| full.make_cut(gpu, &self.pipelines));
+            let (leaves, size) = ((&self.leaves, &self.doors), self.targets.size);
+            let scene = (&self.mesh, full.as_deref());
+            mirrors.record(gpu, &self.pipelines, scene, &self.is_ghost, leaves, size, &mut commands);
         }
         let timing = if wish.timed && self.timing.is_none() {
             self.timer.as_mut().and_then(|timer| timer.start(self.frame))

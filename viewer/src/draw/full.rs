@@ -55,8 +55,8 @@ struct Many {
 /// What draws a scene as it looks.
 pub struct Full {
     ways: Ways,
-    /// With a section if the others are without one, or the reverse; made when they are first wanted.
-    others: Option<Ways>,
+    /// What is behind a plane isn't drawn: with a section, and in mirrors. Made when it is first wanted.
+    cut: Option<Ways>,
     is_cut: bool,
     /// Made when it is first wanted.
     many: Option<Many>,
@@ -170,7 +170,7 @@ impl Full {
         };
         Ok(Self {
             ways: Ways::new(gpu, &groups, &module, format, NAMES, 1),
-            others: None,
+            cut: None,
             is_cut: false,
             many: None,
             is_smooth: false,
@@ -190,13 +190,17 @@ impl Full {
 
     /// From now on a section cuts what is drawn, or none does. Shadows are those of the whole building.
     pub fn set_cut(&mut self, gpu: &Gpu, pipelines: &Pipelines, is_cut: bool) {
-        if is_cut == self.is_cut {
-            return;
-        }
         self.is_cut = is_cut;
+        if is_cut {
+            self.make_cut(gpu, pipelines);
+        }
+    }
+
+    /// Makes what mirrors and sections take.
+    pub fn make_cut(&mut self, gpu: &Gpu, pipelines: &Pipelines) {
         let groups = [Some(&pipelines.layout), Some(&self.layout), Some(&pipelines.geometry_layout)];
         let format = self.format;
-        let others = self.others.get_or_insert_with(|| {
+        self.cut.get_or_insert_with(|| {
             let module = shader(
                 gpu,
                 concat!(include_str!("geometry.wgsl"), include_str!("full.wgsl"), include_str!("full_section.wgsl")),
@@ -204,7 +208,6 @@ impl Full {
             let names = ["lit_cut", "nothing_cut", "solid_cut", "masked_cut", "glass_cut", "screen_depth_cut"];
             Ways::new(gpu, &groups, &module, format, names, 1)
         });
-        std::mem::swap(others, &mut self.ways);
     }
 
     /// Whether the next frame, of `size` pixels, has several samples a pixel.
@@ -235,7 +238,11 @@ impl Full {
     }
 
     fn ways(&self) -> &Ways {
-        self.many.as_ref().filter(|_| self.is_smooth).map_or(&self.ways, |many| &many.ways)
+        match (&self.many, &self.cut) {
+            (Some(many), _) if self.is_smooth => &many.ways,
+            (_, Some(cut)) if self.is_cut => cut,
+            _ => &self.ways,
+        }
     }
 
     /// What casts shadows has changed.
@@ -258,7 +265,14 @@ impl Full {
         let casts = |o: &usize| !is_ghost[*o] && !self.is_sky[*o] && !mesh.is_hidden(ObjectId(*o as u32));
         let casting = (0..is_ghost.len()).filter(casts).map(|o| &mesh.ranges[o]);
         self.sun.cast(pipelines, casting, leaves, commands);
-        let Sorted { masked, glass, keys } = &mut self.sorted;
+        let mut sorted = std::mem::take(&mut self.sorted);
+        self.sort(mesh, seen_through, eye, &mut sorted);
+        self.sorted = sorted;
+    }
+
+    /// Sorts what is seen through, for an eye.
+    fn sort(&self, mesh: &Mesh, seen_through: impl Iterator<Item = ObjectId>, eye: Vec3, sorted: &mut Sorted) {
+        let Sorted { masked, glass, keys } = sorted;
         keys.clear();
         keys.extend(seen_through.map(|o| (self.middles[o.index()].distance_squared(eye), o)));
         // Far ones first; of those that are as far in the order of their numbers, in every mode.
@@ -271,6 +285,34 @@ impl Full {
             };
             runs.push(mesh.drawn(object));
         }
+    }
+
+    /// Draws what a mirror shows, without shade and edges, after [`Self::make_cut`]: solid things, leaves of doors, the sky, then glass.
+    pub fn draw_in_mirror(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        (mirrored, at): (&Eye, Vec3),
+        mesh: &Mesh,
+        solid: &[Range<u32>],
+        seen_through: impl Iterator<Item = ObjectId>,
+        leaves: (&Leaves, &Drawn),
+    ) {
+        let Some(cut) = &self.cut else { return };
+        let mut sorted = Sorted::default();
+        self.sort(mesh, seen_through, at, &mut sorted);
+        for pipeline in [&cut.depth, &cut.solid] {
+            self.bind(pass, mirrored);
+            draw(pass, pipeline, solid);
+            self.bind_leaves(pass, mirrored, leaves.0);
+            draw(pass, pipeline, &leaves.1.solid);
+        }
+        self.bind(pass, mirrored);
+        draw(pass, &cut.masked, &sorted.masked);
+        pass.set_pipeline(&self.sky);
+        pass.draw(0..3, 0..1);
+        draw(pass, &cut.glass, &sorted.glass);
+        self.bind_leaves(pass, mirrored, leaves.0);
+        draw(pass, &cut.glass, &leaves.1.ghosts);
     }
 
     /// What is certain: solid things and leaves of doors, then pictures with holes.

@@ -65,8 +65,7 @@ fn placed(place: vec3f, word: u32) -> vec4f {
     return vec4f(at.xy, at.z * (1.0 + rank * 0x1p-20f), at.w);
 }
 
-@vertex
-fn lit(@builtin(vertex_index) corner: u32) -> Lit {
+fn lit_corner(corner: u32) -> Lit {
     let place = place_of(corner);
     let word = word_of(corner);
     let made = made_of[corner / 3u];
@@ -74,6 +73,11 @@ fn lit(@builtin(vertex_index) corner: u32) -> Lit {
     var at = vec2f(0.0);
     if first != NO_COORDINATES { at = unpack2x16float(coordinates[first + corner]); }
     return Lit(placed(place, word), place, at, made & 0xffffu, unpacked(made >> 16u));
+}
+
+@vertex
+fn lit(@builtin(vertex_index) corner: u32) -> Lit {
+    return lit_corner(corner);
 }
 
 // 0 to 1: how much of the sun shows. The sampler takes four texels, which smooths rims.

@@ -11,7 +11,7 @@ struct LitCut {
 
 @vertex
 fn lit_cut(@builtin(vertex_index) corner: u32) -> LitCut {
-    let whole = lit(corner);
+    let whole = lit_corner(corner);
     let before = dot(camera.cut.xyz, whole.place) - camera.cut.w;
     return LitCut(whole.at, whole.place, whole.picture_at, whole.surface, whole.normal, before);
 }

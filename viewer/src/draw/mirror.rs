@@ -3,6 +3,7 @@
 //! Based on: Luebke and Georges 1995, as [`enfilade::runtime::Mirror`] has it. A mirror in a mirror shows as dark glass.
 
 use super::frame::colour;
+use super::full::Full;
 use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
 use super::pipelines::{DEPTH, Eye, Pipelines, Recipe, depth_state, shader};
@@ -109,13 +110,13 @@ impl Mirrors {
         }
     }
 
-    /// Draws what they show into their pictures.
+    /// Draws what they show into their pictures, in flat colours or as it looks.
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn record(
         &mut self,
         gpu: &Gpu,
         pipelines: &Pipelines,
-        mesh: &Mesh,
+        (mesh, full): (&Mesh, Option<&Full>),
         is_ghost: &[bool],
         leaves: (&Leaves, &Doors),
         size: [u32; 2],
@@ -150,11 +151,17 @@ impl Mirrors {
                 }),
                 ..Default::default()
             });
+            leaves.1.before(&view.camera, &mut doors);
+            leaves.0.list(&doors, &mut drawn);
+            if let Some(full) = full {
+                let seen_through = self.reflections.objects(i).iter().copied().filter(|o| is_ghost[o.index()]);
+                let eye = (&place.eye, view.camera.eye);
+                full.draw_in_mirror(&mut pass, eye, mesh, &runs.solid, seen_through, (leaves.0, &drawn));
+                continue;
+            }
             pipelines.bind(&mut pass, &place.eye);
             pass.set_pipeline(&pipelines.mirrored);
             runs.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
-            leaves.1.before(&view.camera, &mut doors);
-            leaves.0.list(&doors, &mut drawn);
             leaves.0.bind(&mut pass, &place.eye);
             drawn.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
         }
