@@ -27,9 +27,9 @@ pub(super) fn material(texture: &str, textures: &Textures) -> Material {
     Material::matt(texture, [r, g, b, opacity])
 }
 
-/// Textures shine by this much of themselves. The lamps of a level are in its lightmaps, and the sun doesn't reach its rooms: without it they are
+/// Textures shine by so many times their colour. The lamps of a level are in its lightmaps, and the sun doesn't reach its rooms: without it they are
 /// nearly black.
-const LAMPS: f32 = 0.4;
+const LAMPS: f32 = 1.5;
 
 /// Liquids by the beginnings of their names, as games have them.
 const LIQUIDS: [(&str, [f32; 3]); 5] = [

@@ -30,6 +30,13 @@ pub(super) const UNIT: f64 = 1.0 / 32.0;
 const MOST_DEEP: usize = 1024;
 const MOST_HALF_SPACES: usize = 1 << 24;
 
+/// The textures of a level, and those of the WADs that it names.
+fn textures(source: &Source<'_>, path: Option<&Path>, options: &ImportOptions) -> Result<Textures, ImportError> {
+    let world = entities(source.lump(ENTITIES)).map_err(malformed)?.into_iter().next();
+    let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
+    Ok(Textures::read(Some(source), path, named, options))
+}
+
 /// The level as a scene, read from `path` if from a file. `walls`: faces that hide what is behind whatever their textures are, rising.
 pub(super) fn scene(
     bsp: &Bsp,
@@ -46,13 +53,7 @@ pub(super) fn scene(
         SceneSource { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
     );
     let faces = Faces::read(&source).map_err(malformed)?;
-    let textures = if builder.is_traced() {
-        let world = entities(source.lump(ENTITIES)).map_err(malformed)?.into_iter().next();
-        let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
-        Textures::read(Some(&source), path, named, options)
-    } else {
-        Textures::default()
-    };
+    let textures = if builder.is_traced() { textures(&source, path, options)? } else { Textures::default() };
     let models: Vec<BspModel> = source.entries(MODELS).map_err(malformed)?;
     let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
     let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
