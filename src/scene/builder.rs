@@ -95,8 +95,9 @@ impl SceneBuilder {
     /// Says how the mesh looks that is added next, if somebody asked: its material, and texture coordinates by triangle (or none).
     /// Materials with one name are one. Coordinates that repeat a picture more than 32,768 times across a triangle, or aren't
     /// finite, are taken as zeros.
-    pub fn look(&mut self, material: Material, mut texture_coordinates: Vec<[[f32; 2]; 3]>) {
+    pub fn look(&mut self, material: Material, texture_coordinates: Vec<[[f32; 2]; 3]>) {
         if self.is_traced() {
+            let mut texture_coordinates = texture_coordinates;
             texture_coordinates.iter_mut().filter(|t| !can_be_seen(t)).for_each(|t| *t = Default::default());
             let number = *self.number_of_material.entry(material.name.clone()).or_insert(self.materials.len() as u32);
             if number as usize == self.materials.len() {
