@@ -240,6 +240,7 @@ fn materials_of_buildings_are_told_apart() {
         let mut colours: Vec<[u32; 4]> = trace.materials.iter().map(|m| m.colour.map(f32::to_bits)).collect();
         colours.sort_unstable();
         colours.dedup();
+        println!("{file}: {told} of {} objects have a material, in {} colours", trace.meshes.len(), colours.len());
         assert!(colours.len() >= 8, "{file}: {} colours", colours.len());
     }
 }

@@ -11,6 +11,9 @@ use std::collections::HashMap;
 const FARTHEST: f64 = 1e12;
 /// Scenes keep their indices in `u32`, with three corners to a triangle at worst.
 const MOST_TRIANGLES: usize = (u32::MAX / 3) as usize;
+/// A picture that repeats more often across a triangle is seen as its mean; and half of what half precision holds, in which texture
+/// coordinates are drawn.
+const MOST_REPEATS: f32 = 32_768.0;
 
 /// One mesh primitive in the model's own coordinates: metres, +Y up, `f64`.
 #[derive(Clone, Debug)]
@@ -90,9 +93,12 @@ impl SceneBuilder {
     }
 
     /// Says how the mesh looks that is added next, if somebody asked: its material, and texture coordinates by triangle (or none).
-    /// Materials with one name are one.
+    /// Materials with one name are one. Coordinates that repeat a picture more than 32,768 times across a triangle, or aren't
+    /// finite, are taken as zeros.
     pub fn look(&mut self, material: Material, texture_coordinates: Vec<[[f32; 2]; 3]>) {
         if self.is_traced() {
+            let mut texture_coordinates = texture_coordinates;
+            texture_coordinates.iter_mut().filter(|t| !can_be_seen(t)).for_each(|t| *t = Default::default());
             let number = *self.number_of_material.entry(material.name.clone()).or_insert(self.materials.len() as u32);
             if number as usize == self.materials.len() {
                 self.materials.push(material);
@@ -223,6 +229,15 @@ pub(super) fn short_name(name: &str) -> String {
         Some((end, _)) => format!("{}...", &name[..end]),
         None => name.to_owned(),
     }
+}
+
+/// Whether a picture with these coordinates of corners is seen as more than its mean.
+fn can_be_seen(corners: &[[f32; 2]; 3]) -> bool {
+    let repeats = |k: usize| {
+        let along = corners.map(|corner| corner[k]);
+        along.iter().copied().fold(f32::NEG_INFINITY, f32::max) - along.iter().copied().fold(f32::INFINITY, f32::min)
+    };
+    corners.as_flattened().iter().all(|x| x.is_finite()) && repeats(0).max(repeats(1)) <= MOST_REPEATS
 }
 
 /// True where the triangle's least height is above the rounding error of its own coordinates: below it, nobody can tell the

@@ -51,6 +51,7 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 /// The file of a material's picture (PNG, JPEG, WebP, KTX2 or DDS), for a model read from `path` with `options`. The error is one line.
 pub fn picture<'p>(picture: &'p Picture, path: &Path, options: &ImportOptions) -> Result<Cow<'p, [u8]>, String> {
     match picture {
+        Picture::Within(bytes) if bytes.is_empty() => Err("a texture leads to no image that is read".to_owned()),
         Picture::Within(bytes) => Ok(Cow::Borrowed(bytes)),
         Picture::Named(uri) => Ok(Cow::Owned(gltf::pictures::Pictures::beside(path.parent(), options).read(uri)?.1)),
     }

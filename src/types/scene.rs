@@ -136,7 +136,7 @@ pub struct Material {
 pub enum Picture {
     /// A file beside the model, or a `data:` uri, as the source spells it.
     Named(String),
-    /// A PNG, JPEG or other file that is in the model's own.
+    /// A PNG, JPEG or other file that is in the model's own; empty where a texture leads to none.
     Within(Arc<[u8]>),
 }
 

@@ -16,6 +16,11 @@ const SIDES: [(u32, usize); 3] = [(512, 64), (256, 256), (128, usize::MAX)];
 /// Larger pictures are not read: texels on a side, and bytes while one is decoded; as many are decoded at a time as there are cores.
 const LARGEST: (u32, u64) = (8192, 300 << 20);
 
+/// Normals lean no more than so many times their picture, and nothing shines more than so many times as bright as a white wall: squares
+/// of more leave the shader's numbers.
+const MOST_LEAN: f32 = 100.0;
+const MOST_SHINE: f32 = 1e6;
+
 /// What fragments are coloured by, as the shader has it.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -155,7 +160,7 @@ fn by_role(role: Role, glass: bool) -> usize {
 }
 
 fn surface(m: &Material, [picture, normals, rough, shine]: [u32; 4]) -> Surface {
-    let [r, g, b] = m.emissive;
+    let [r, g, b] = m.emissive.map(|shine| shine.min(MOST_SHINE));
     Surface {
         colour: m.colour,
         emissive_and_roughness: [r, g, b, m.roughness],
@@ -169,7 +174,7 @@ fn surface(m: &Material, [picture, normals, rough, shine]: [u32; 4]) -> Surface 
             false => LIT,
         },
         others: [normals, rough, shine],
-        normal_scale: m.normal_scale,
+        normal_scale: m.normal_scale.clamp(-MOST_LEAN, MOST_LEAN),
     }
 }
 

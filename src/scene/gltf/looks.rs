@@ -109,10 +109,7 @@ impl Textured {
         let (mut colour, texture) = (numbers(&pbr[colour], [1.0; 4]), &pbr[texture]);
         // Coordinates are those of the first picture; one that has others is left out.
         let others = [&entry["normalTexture"], &pbr["metallicRoughnessTexture"], &entry["emissiveTexture"]];
-        let image = |texture: &Value| {
-            let source = source(&textures[texture["index"].as_u64()? as usize])?;
-            pictures.get(source as usize)?.clone()
-        };
+        let image = |texture: &Value| self::image(texture, textures, pictures);
         let first = [texture].into_iter().chain(others).find(|texture| image(texture).is_some());
         let coordinates = first.map_or((0, Transform::read(&Value::Null)), coordinates);
         let image = |texture: &Value| image(texture).filter(|_| self::coordinates(texture) == coordinates);
@@ -129,6 +126,11 @@ impl Textured {
             (_, true) => [0.0, number(&pbr["roughnessFactor"], 1.0).max(0.7)],
             _ => [number(&pbr["metallicFactor"], 1.0), number(&pbr["roughnessFactor"], 1.0)],
         };
+        // What leads to no image is an empty picture: whoever reads it says so.
+        let leads_nowhere = |texture: &Value| texture.is_object() && self::image(texture, textures, pictures).is_none();
+        let told = |image: Option<Picture>, texture| {
+            image.or_else(|| leads_nowhere(texture).then(|| Picture::Within(Arc::from([]))))
+        };
         // Where it shines, a picture says that is left out.
         let shines = if others[2].is_object() && emissive_texture.is_none() { 0.0 } else { 1.0 };
         let strength = shines * number(&extensions["KHR_materials_emissive_strength"]["emissiveStrength"], 1.0);
@@ -139,11 +141,11 @@ impl Textured {
             emissive: numbers(&entry["emissiveFactor"], [0.0; 3]).map(|x| (x * strength).max(0.0)),
             unlit: extensions["KHR_materials_unlit"].is_object(),
             cutoff: is_masked.then(|| number(&entry["alphaCutoff"], 0.5)),
-            texture: image(texture),
-            normals,
+            texture: told(image(texture), texture),
+            normals: told(normals, others[0]),
             normal_scale: number(&entry["normalTexture"]["scale"], 1.0),
-            roughness_and_metallic,
-            emissive_texture,
+            roughness_and_metallic: told(roughness_and_metallic, others[1]),
+            emissive_texture: told(emissive_texture, others[2]),
             ..Material::matt(name, colour.map(|x| x.clamp(0.0, 1.0)))
         };
         Self { material, set: coordinates.0, transform: coordinates.1 }
@@ -175,6 +177,12 @@ impl Transform {
 /// The image of a texture.
 fn source(texture: &Value) -> Option<u64> {
     texture["source"].as_u64().or(texture["extensions"]["EXT_texture_webp"]["source"].as_u64())
+}
+
+/// The picture that a material's texture leads to.
+fn image(texture: &Value, textures: &Value, pictures: &[Option<Picture>]) -> Option<Picture> {
+    let source = source(&textures[texture["index"].as_u64()? as usize])?;
+    pictures.get(source as usize)?.clone()
 }
 
 fn picture(image: &Value, buffers: &Buffers<'_>) -> Option<Picture> {

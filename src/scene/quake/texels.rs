@@ -96,8 +96,11 @@ impl Textures {
     }
 }
 
+/// Red, green and blue of each colour.
+type Palette = [[u8; 3]; COLOURS];
+
 /// Width and height, texels and palette of the texture that begins here.
-fn texture(bytes: &[u8], has_palette: bool) -> Option<([u32; 2], &[u8], [[u8; 3]; COLOURS])> {
+fn texture(bytes: &[u8], has_palette: bool) -> Option<([u32; 2], &[u8], Palette)> {
     let size = [word(bytes, NAME)?, word(bytes, NAME + 4)?];
     let count = size[0].checked_mul(size[1]).filter(|count| *count > 0)? as usize;
     let [first, _, _, smallest] = [0, 1, 2, 3].map(|mip| word(bytes, NAME + 8 + 4 * mip).unwrap_or(0) as usize);
@@ -113,7 +116,7 @@ fn texture(bytes: &[u8], has_palette: bool) -> Option<([u32; 2], &[u8], [[u8; 3]
     Some((size, texels, if has_palette { own()? } else { QUAKE_PALETTE.colors }))
 }
 
-fn png([width, height]: [u32; 2], texels: &[u8], palette: [[u8; 3]; COLOURS], has_holes: bool) -> Option<Vec<u8>> {
+fn png([width, height]: [u32; 2], texels: &[u8], palette: Palette, has_holes: bool) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Indexed);
