@@ -12,6 +12,8 @@ viewer() {
   target/release/enfilade-viewer "out/pictures/$model.glb" --size 960x540 --shot "docs/pictures/$picture.png" "$@"
 }
 viewer villa_rotonda viewer_full --path data/buildings/villa_rotonda.path.json --frame 60 --mode both
+viewer office viewer_portals --path data/buildings/office.path.json --frame 40 --mode portals --show portals,rectangles,plan
+viewer office viewer_matrix --path data/buildings/office.path.json --frame 40 --mode both --show cells,matrix,graphs
 # A view from outside of what a frame in the office draws.
 cat > out/pictures/outside.path.json <<'END'
 {"name": "outside", "fov_y_degrees": 50, "near": 0.01, "frames": [
