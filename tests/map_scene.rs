@@ -7,6 +7,7 @@ use enfilade::scene::quake::import_map_bytes;
 use enfilade::scene::{ImportError, ImportOptions, Role, Scene};
 use glam::DVec3;
 use qbsp::prelude::*;
+use std::collections::BTreeMap;
 use std::path::Path;
 use testing::data::data;
 use testing::map::{block, entity, shell, start, two_rooms};
@@ -439,6 +440,9 @@ fn wad_of(bsp: &[u8]) -> Vec<u8> {
     wad
 }
 
+/// Corners of a triangle, metres in the model, and their texture coordinates.
+type Textured = ([DVec3; 3], [[f32; 2]; 3]);
+
 /// What the compiler wrote into the level is what is worked out of the map, to a texel's hundredth.
 #[test]
 fn textures_lie_in_a_map_as_its_compiler_laid_them() {
@@ -452,7 +456,7 @@ fn textures_lie_in_a_map_as_its_compiler_laid_them() {
     // By texture: corners in the model's own coordinates, with their texture coordinates.
     let [map, bsp] = scenes.map(|scene| {
         let trace = scene.trace.as_ref().unwrap();
-        let mut of: std::collections::BTreeMap<String, Vec<([DVec3; 3], [[f32; 2]; 3])>> = Default::default();
+        let mut of: BTreeMap<String, Vec<Textured>> = BTreeMap::new();
         for (o, object) in scene.objects.iter().enumerate() {
             let look = &trace.looks[trace.meshes[o] as usize];
             let material = &trace.materials[look.material.unwrap() as usize];
@@ -464,7 +468,7 @@ fn textures_lie_in_a_map_as_its_compiler_laid_them() {
         of
     });
     // Texture coordinates of a point of a triangle; `None` off it.
-    let at = |(corners, at): &([DVec3; 3], [[f32; 2]; 3]), p: DVec3| {
+    let at = |(corners, at): &Textured, p: DVec3| {
         let [a, b, c] = *corners;
         let n = (b - a).cross(c - a);
         let weights = [(b, c), (c, a), (a, b)].map(|(q, r)| (q - p).cross(r - p).dot(n) / n.dot(n));
