@@ -467,7 +467,9 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn about_to_wait(&mut self, _: &ActiveEventLoop) {
-        if let Some(window) = &self.window {
+        // Without a building a few pictures a second are enough: a bake needs the processors.
+        let is_due = self.session.is_some() || self.last.elapsed() >= waiting::WAITING;
+        if let Some(window) = self.window.as_ref().filter(|_| is_due) {
             window.request_redraw();
         }
     }

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
-/// Pictures a second while something is opened.
-const WAITING: Duration = Duration::from_millis(50);
+/// From one picture to the next while something is opened.
+pub(super) const WAITING: Duration = Duration::from_millis(50);
 
 impl App<'_> {
     /// Draws the start screen, or how far a building is.
