@@ -160,11 +160,15 @@ fn by_role(role: Role, glass: bool) -> usize {
 }
 
 fn surface(m: &Material, [picture, normals, rough, shine]: [u32; 4]) -> Surface {
-    let [r, g, b] = m.emissive.map(|shine| shine.min(MOST_SHINE));
+    // Without the picture that says where, nothing shines, and nothing is a metal or smooth.
+    let is_lost = |wanted: &Option<Picture>, number: u32| wanted.is_some() && number == NO_PICTURE;
+    let most_shine = if is_lost(&m.emissive_texture, shine) { 0.0 } else { MOST_SHINE };
+    let is_matt = is_lost(&m.roughness_and_metallic, rough);
+    let [r, g, b] = m.emissive.map(|shine| shine.min(most_shine));
     Surface {
         colour: m.colour,
-        emissive_and_roughness: [r, g, b, m.roughness],
-        metallic: m.metallic,
+        emissive_and_roughness: [r, g, b, if is_matt { 1.0 } else { m.roughness }],
+        metallic: if is_matt { 0.0 } else { m.metallic },
         cutoff: m.cutoff.unwrap_or(0.0),
         picture,
         kind: match m.unlit {

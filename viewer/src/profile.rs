@@ -103,6 +103,8 @@ impl<'b> Profile<'b> {
         };
         // 1. As it is, and how long that takes.
         let marking = stage.marking();
+        // What a frozen view shows beside is no part of a frame's time.
+        stage.shows_culled = false;
         stage.set_marking(Marking::Off)?;
         let start = Instant::now();
         stage.frame(wish(false), &self.picture.1, None).map_err(|e| e.to_string())?;

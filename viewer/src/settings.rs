@@ -103,7 +103,7 @@ impl Default for Preferences {
 pub struct Settings {
     /// A mode's name, as on the command line.
     pub mode: String,
-    /// How the scene is drawn.
+    /// How the scene is drawn; `None`: as suits the device.
     pub detail: Option<Detail>,
     /// Colours of objects.
     pub tints: Tints,

@@ -430,6 +430,13 @@ fn looks_that_make_no_sense_are_told_or_tamed() {
     let (_, nowhere) = walls("looks_nowhere", &[(0.0, nowhere)]);
     assert!(nowhere.looks.notes.len() == 1 && nowhere.looks.notes[0].contains("no image"), "{:?}", nowhere.looks.notes);
     assert!(seen(&nowhere)[0].iter().all(|x| x.abs_diff(186) <= 3));
+    // Where a picture says what shines and what is a metal, and isn't there, nothing does and nothing is.
+    let lost = json!({"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 1}, "pbrMetallicRoughness":
+        {"baseColorFactor": [0.5, 0.5, 0.5, 1.0], "metallicRoughnessTexture": {"index": 1}}});
+    let (_, lost) = walls("looks_lost", &[(0.0, lost)]);
+    let matt = json!({"baseColorFactor": grey, "metallicFactor": 0.0, "roughnessFactor": 1.0});
+    let (_, matt) = walls("looks_matt", &[(0.0, json!({"pbrMetallicRoughness": matt}))]);
+    assert_eq!((lost.looks.notes.len(), seen(&lost)), (1, seen(&matt)));
     // A picture that repeats beyond all numbers, and normals that lean so: something is seen.
     let moved = json!({"index": 0, "extensions": {"KHR_texture_transform": {"scale": [1e30, -1e30]}}});
     let rough = json!({"baseColorFactor": grey, "metallicFactor": 0.0, "roughnessFactor": 1.0});

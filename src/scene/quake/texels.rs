@@ -6,7 +6,7 @@
 
 use super::super::sidecar::Sidecars;
 use super::layout::Source;
-use super::tree::{texture_entry, texture_name, texture_names};
+use super::tree::{texture_entry, texture_name, texture_names, word};
 use crate::scene::{ImportOptions, Picture};
 use qbsp::QUAKE_PALETTE;
 use std::collections::BTreeMap;
@@ -129,11 +129,6 @@ fn png([width, height]: [u32; 2], texels: &[u8], palette: Palette, has_holes: bo
     }
     encoder.write_header().and_then(|mut writer| writer.write_image_data(texels)).ok()?;
     Some(bytes)
-}
-
-/// The number in the four bytes at a place.
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
-    bytes.get(at..at.checked_add(4)?)?.try_into().ok().map(u32::from_le_bytes)
 }
 
 #[cfg(test)]

@@ -199,7 +199,7 @@ pub(super) fn texture_entry<'a>(source: &Source<'a>, texture: u32) -> Option<&'a
 }
 
 /// The number in the four bytes at a place.
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
+pub(super) fn word(bytes: &[u8], at: usize) -> Option<u32> {
     bytes.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)))
 }
 

@@ -231,8 +231,6 @@ impl<'b> Stage<'b> {
             full.set_cut(&self.gpu, &self.pipelines, self.section.is_some());
         }
         self.detail = detail;
-        // A depth buffer knows the middles of pixels, and the device the samples.
-        self.culling.oracle = if detail == Detail::Smooth { Oracle::Device } else { self.oracle };
         Ok(())
     }
 
@@ -364,6 +362,8 @@ impl<'b> Stage<'b> {
         // 2. What is worth drawing.
         let is_new = wish.culled_by.is_some();
         if let Some(camera) = &wish.culled_by {
+            // A depth buffer knows the middles of pixels, and the device the samples.
+            self.culling.oracle = if self.detail == Detail::Smooth { Oracle::Device } else { self.oracle };
             self.culling.decide(self.frame, camera, f64::from(NEAR), wish.mode);
         }
         let Some(decision) = &self.culling.last else { return Ok(()) };

@@ -212,7 +212,12 @@ impl Marks {
         let Runs { solid, ghosts, .. } = picked.everything;
         solid.iter().chain(ghosts).for_each(|run| pass.draw(run.clone(), 0..1));
         drop(pass);
-        self.read.copy(&self.marks, self.marks.size(), of, commands)
+        let slot = self.read.copy(&self.marks, self.marks.size(), of, commands);
+        if slot.is_none() {
+            // Too many frames are under way: the next one is marked.
+            self.of = None;
+        }
+        slot
     }
 
     /// What is drawn has changed: the next frame is marked anew.

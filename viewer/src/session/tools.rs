@@ -78,6 +78,10 @@ impl Session<'_> {
     pub fn go_on(&mut self, Ongoing { show, paths, asked, note, cut, measure }: Ongoing) {
         (self.cut, self.measure) = (cut, measure);
         (self.show, self.paths, self.asked, self.note) = (show, paths, asked, note);
+        // A profile was of the session before.
+        if matches!(self.show.tints, Tints::Seen | Tints::InVain) {
+            self.show.tints = Tints::Roles;
+        }
         self.paint();
     }
 
