@@ -56,6 +56,7 @@ pub mod pvs;
 pub mod runtime;
 #[cfg(feature = "bake")]
 pub mod scene;
+pub mod terrain;
 pub mod tolerance;
 pub mod types;
 #[cfg(feature = "bake")]

@@ -1,0 +1,136 @@
+//! Tiles in memory: so many at most, the oldest and deepest ones given up first.
+//!
+//! Based on: the thesis' queue, in which a tile stands by the frame that last used it, weighted by its depth; its place is worked out when it
+//! comes in, and again only when it would leave. What differs: a tile stays while what it is divided into is there, so that whatever is
+//! given up, something coarser can be drawn instead.
+
+use super::format::Header;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// No tile, or no slot.
+const NONE: u32 = u32::MAX;
+/// Frames after its last use in which a tile stays: the device may still draw it, and it likely comes back.
+const IN_USE: u32 = 60;
+/// Frames that a tile of one level counts as older than one of the level above.
+const OLDER_BY_LEVEL: u64 = 30;
+/// Tiles that are looked at for one that may leave.
+const TRIES: usize = 64;
+
+/// Tiles in memory, each in a slot of its own.
+#[derive(Debug)]
+pub(super) struct Cache {
+    /// Heights by slot, row after row: two of two bytes a word, or one of four.
+    words: Vec<u32>,
+    words_a_tile: usize,
+    /// By tile.
+    slots: Vec<u32>,
+    /// By tile, how many of its quarters are here.
+    quarters: Vec<u8>,
+    /// By slot.
+    tiles: Vec<u32>,
+    used: Vec<u32>,
+    free: Vec<u32>,
+    oldest: BinaryHeap<Reverse<(u64, u32)>>,
+}
+
+impl Cache {
+    /// As many slots as fit into so many bytes, two at least, no more than there are tiles.
+    pub fn new(header: &Header, bytes: u64) -> Self {
+        let words_a_tile = header.tile_bytes().div_ceil(4);
+        let tiles = header.grid.tiles();
+        let count = (bytes / (4 * words_a_tile as u64)).clamp(2, u64::from(tiles).max(2)) as usize;
+        Self {
+            words: vec![0; count * words_a_tile],
+            words_a_tile,
+            slots: vec![NONE; tiles as usize],
+            quarters: vec![0; tiles as usize],
+            tiles: vec![NONE; count],
+            used: vec![0; count],
+            free: (0..count as u32).rev().collect(),
+            oldest: BinaryHeap::with_capacity(count + TRIES),
+        }
+    }
+
+    pub fn slot(&self, tile: u32) -> Option<u32> {
+        Some(self.slots[tile as usize]).filter(|&slot| slot != NONE)
+    }
+
+    pub fn has(&self, tile: u32) -> bool {
+        self.slots[tile as usize] != NONE
+    }
+
+    pub fn slots(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Bytes of all slots.
+    pub fn bytes(&self) -> u64 {
+        4 * self.words.len() as u64
+    }
+
+    pub fn words(&self, slot: u32) -> &[u32] {
+        let at = slot as usize * self.words_a_tile;
+        &self.words[at..at + self.words_a_tile]
+    }
+
+    pub fn words_mut(&mut self, slot: u32) -> &mut [u32] {
+        let at = slot as usize * self.words_a_tile;
+        &mut self.words[at..at + self.words_a_tile]
+    }
+
+    /// Tells that a tile is used in a frame.
+    pub fn touch(&mut self, tile: u32, frame: u32) {
+        if let Some(slot) = self.slot(tile) {
+            self.used[slot as usize] = frame;
+        }
+    }
+
+    /// A slot for a tile whose parent is here (or that has none); `None` where all tiles are in use.
+    pub fn admit(&mut self, header: &Header, tile: u32, frame: u32) -> Option<u32> {
+        let parent = header.parent(tile);
+        if parent.is_some_and(|p| !self.has(p)) || self.has(tile) {
+            return None;
+        }
+        // What it is a quarter of must not leave for it.
+        if let Some(parent) = parent {
+            self.quarters[parent as usize] += 1;
+        }
+        let Some(slot) = self.free.pop().or_else(|| self.give_up(header, frame)) else {
+            if let Some(parent) = parent {
+                self.quarters[parent as usize] -= 1;
+            }
+            return None;
+        };
+        self.slots[tile as usize] = slot;
+        self.tiles[slot as usize] = tile;
+        self.used[slot as usize] = frame;
+        self.oldest.push(Reverse((rank(header, tile, frame), slot)));
+        Some(slot)
+    }
+
+    /// Frees the slot of a tile that is old, deep, and not needed.
+    fn give_up(&mut self, header: &Header, frame: u32) -> Option<u32> {
+        for _ in 0..TRIES.min(self.oldest.len()) {
+            let Reverse((_, slot)) = self.oldest.pop()?;
+            let tile = self.tiles[slot as usize];
+            let used = self.used[slot as usize];
+            let parent = header.parent(tile);
+            if parent.is_some() && self.quarters[tile as usize] == 0 && frame.saturating_sub(used) > IN_USE {
+                self.slots[tile as usize] = NONE;
+                self.tiles[slot as usize] = NONE;
+                if let Some(parent) = parent {
+                    self.quarters[parent as usize] -= 1;
+                }
+                return Some(slot);
+            }
+            self.oldest.push(Reverse((rank(header, tile, used.max(frame.saturating_sub(IN_USE))) + OLDER_BY_LEVEL, slot)));
+        }
+        None
+    }
+}
+
+/// Where a tile stands: less leaves earlier.
+fn rank(header: &Header, tile: u32, used: u32) -> u64 {
+    u64::from(used) + OLDER_BY_LEVEL * u64::from(header.grid.key(tile).level)
+}

@@ -1,0 +1,212 @@
+//! A `.ground` file: a header, a table of tiles, the tiles at places that follow from their numbers. docs/format.md draws it byte by byte.
+//!
+//! The header and the table are under checksums of their own, and each tile is. All lengths follow from the header's first numbers, and are
+//! held against the file's length before anything is allocated.
+
+use super::error::{GroundError, Part};
+use super::grid::Grid;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// First bytes of every file: not text, and broken by transfers that think it is.
+pub(super) const MAGIC: [u8; 8] = *b"\x89GRN\r\n\x1a\n";
+/// The version that this program writes, and the only one that it reads.
+pub(super) const VERSION: u32 = 1;
+/// Bytes of the header.
+pub(super) const HEADER: usize = 112;
+/// The header's checksum is at this byte, and covers what stands before it.
+const CHECKSUM_AT: usize = 104;
+/// Bytes of one entry of the table.
+pub(super) const ENTRY: usize = 32;
+
+/// What holds for a whole ground.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Header {
+    /// Samples and tiles.
+    pub grid: Grid,
+    /// Metres between columns (to the east, +X) and between rows (to the south, +Z).
+    pub spacing: [f64; 2],
+    /// Metres to the east, to the north and up of the ground's own origin, which is in the raster's middle at its least height.
+    pub origin: [f64; 3],
+    /// Metres between two heights.
+    pub step: f64,
+    /// How heights are stored.
+    pub width: Width,
+    /// Samples without a height.
+    pub voids: u64,
+}
+
+/// Bytes of a stored height.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Width {
+    /// `u16`: 65,535 heights.
+    Two,
+    /// `u32`, of which 24 bits are used: what an `f32` holds exactly.
+    Four,
+}
+
+impl Width {
+    /// Bytes.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Two => 2,
+            Self::Four => 4,
+        }
+    }
+
+    /// What stands for a sample without a height; all that is less is a height.
+    pub fn void(self) -> u32 {
+        match self {
+            Self::Two => 0xffff,
+            Self::Four => 0xff_ffff,
+        }
+    }
+}
+
+/// What is known of a tile while it is on the disk.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Tile {
+    /// Least height of the raster and of the tile within its borders: metres above the ground's origin.
+    pub low: f32,
+    /// Greatest height, alike.
+    pub high: f32,
+    /// How far the tile's surface is above or below a sample of the raster, at most: metres. Counts whatever neighbours are coarser, and is
+    /// never less than that of a tile within this one.
+    pub error: f32,
+    /// How far, in any direction, the rim of the tile's surface is from the raster's own, where there are samples without a height: metres.
+    /// Infinite where nothing of the tile is near.
+    pub rim: f32,
+    /// Samples of the raster that have a height. A tile without any is not there.
+    pub samples: u32,
+    /// Of the tile's bytes.
+    pub checksum: u64,
+}
+
+impl Header {
+    /// Bytes of a tile.
+    pub fn tile_bytes(&self) -> usize {
+        (self.grid.side() * self.grid.side()) as usize * self.width.bytes()
+    }
+
+    /// Where a tile begins in the file; the number after the last one gives the file's length.
+    pub fn place(&self, tile: u32) -> u64 {
+        let table = u64::from(self.grid.tiles()) * ENTRY as u64;
+        HEADER as u64 + table + u64::from(tile) * self.tile_bytes() as u64
+    }
+
+    /// The first bytes of the file. `table` is the table's checksum.
+    pub(super) fn write(&self, table: u64) -> [u8; HEADER] {
+        let mut out = Vec::with_capacity(HEADER);
+        let [columns, rows] = self.grid.size();
+        out.extend(MAGIC);
+        for number in [VERSION, self.width.bytes() as u32, columns, rows, self.grid.side(), u32::from(self.is_divided())] {
+            out.extend(number.to_le_bytes());
+        }
+        out.extend(self.place(self.grid.tiles()).to_le_bytes());
+        for number in self.spacing.into_iter().chain(self.origin).chain([self.step]) {
+            out.extend(number.to_le_bytes());
+        }
+        out.extend(self.voids.to_le_bytes());
+        out.extend(table.to_le_bytes());
+        out.extend(xxh3_64(&out).to_le_bytes());
+        out.try_into().unwrap_or([0; HEADER])
+    }
+
+    /// True where the file has levels above the raster's own.
+    fn is_divided(&self) -> bool {
+        self.grid.top() > 0
+    }
+
+    /// Reads the first bytes of a file that is `length` bytes long; also gives the table's checksum.
+    pub(super) fn read(bytes: &[u8; HEADER], length: u64) -> Result<(Self, u64), GroundError> {
+        let u32_at = |at: usize| u32::from_le_bytes(array(bytes, at));
+        let u64_at = |at: usize| u64::from_le_bytes(array(bytes, at));
+        let f64_at = |at: usize| f64::from_le_bytes(array(bytes, at));
+        if bytes[..8] != MAGIC {
+            return Err(GroundError::NotGround);
+        }
+        if u32_at(8) != VERSION {
+            return Err(GroundError::Version(u32_at(8)));
+        }
+        if xxh3_64(&bytes[..CHECKSUM_AT]) != u64_at(CHECKSUM_AT) {
+            return Err(GroundError::Checksum(Part::Header));
+        }
+        let wrong = |offset, what| GroundError::Malformed { offset, what };
+        let width = match u32_at(12) {
+            2 => Width::Two,
+            4 => Width::Four,
+            _ => return Err(wrong(12, "heights have 2 or 4 bytes")),
+        };
+        let grid = match u32_at(28) {
+            coarse @ 0..=1 => Grid::new(u32_at(16), u32_at(20), u32_at(24), coarse == 1),
+            _ => None,
+        };
+        let grid = grid.ok_or(wrong(16, "no such number of columns, rows or samples a tile"))?;
+        let header = Self {
+            grid,
+            spacing: [f64_at(40), f64_at(48)],
+            origin: [f64_at(56), f64_at(64), f64_at(72)],
+            step: f64_at(80),
+            width,
+            voids: u64_at(88),
+        };
+        let positive = |x: f64| x > 0.0 && x.is_finite() && (x as f32) > 0.0 && (x as f32).is_finite();
+        if !header.spacing.into_iter().all(positive) {
+            return Err(wrong(40, "the spacing is not above 0"));
+        }
+        if !header.origin.iter().all(|x| x.is_finite()) {
+            return Err(wrong(56, "the origin is not finite"));
+        }
+        if !positive(header.step) {
+            return Err(wrong(80, "the step of heights is not above 0"));
+        }
+        let needs = header.place(header.grid.tiles());
+        if needs != length || u64_at(32) != length {
+            return Err(GroundError::Length { has: length, needs });
+        }
+        Ok((header, u64_at(96)))
+    }
+}
+
+impl Tile {
+    /// An entry of the table.
+    pub(super) fn write(&self) -> [u8; ENTRY] {
+        let mut out = [0; ENTRY];
+        for (k, number) in [self.low, self.high, self.error, self.rim].into_iter().enumerate() {
+            out[4 * k..4 * k + 4].copy_from_slice(&number.to_le_bytes());
+        }
+        out[16..20].copy_from_slice(&self.samples.to_le_bytes());
+        out[24..].copy_from_slice(&self.checksum.to_le_bytes());
+        out
+    }
+
+    /// Reads an entry; `None` where no writer writes such numbers.
+    pub(super) fn read(bytes: &[u8; ENTRY]) -> Option<Self> {
+        let f32_at = |at: usize| f32::from_le_bytes(array(bytes, at));
+        let tile = Self {
+            low: f32_at(0),
+            high: f32_at(4),
+            error: f32_at(8),
+            rim: f32_at(12),
+            samples: u32::from_le_bytes(array(bytes, 16)),
+            checksum: u64::from_le_bytes(array(bytes, 24)),
+        };
+        let finite = tile.low.is_finite() && tile.high.is_finite() && tile.low <= tile.high;
+        (tile.samples == 0 || (finite && tile.error >= 0.0 && tile.rim >= 0.0)).then_some(tile)
+    }
+}
+
+/// Checks a table's checksum and reads it.
+pub(super) fn read_table(bytes: &[u8], checksum: u64) -> Result<Vec<Tile>, GroundError> {
+    if xxh3_64(bytes) != checksum {
+        return Err(GroundError::Checksum(Part::Table));
+    }
+    let wrong = |k: usize| GroundError::Malformed { offset: (HEADER + k * ENTRY) as u64, what: "no tile has such heights or errors" };
+    let (entries, _) = bytes.as_chunks::<ENTRY>();
+    entries.iter().enumerate().map(|(k, entry)| Tile::read(entry).ok_or_else(|| wrong(k))).collect()
+}
+
+fn array<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
+    let mut out = [0; N];
+    out.copy_from_slice(&bytes[at..at + N]);
+    out
+}

@@ -1,0 +1,342 @@
+//! A ground: its table in memory, its tiles on disk, in a cache, and on the screen.
+//!
+//! Based on: the thesis' two threads, one that draws and one that loads. What differs: which tiles are wanted is worked out by the caller's
+//! thread, as its own selection is; the other one only reads and checks. So what is drawn depends on what has come, and on nothing else.
+
+use super::cache::Cache;
+use super::disk::{Disk, FileDisk, read_tile};
+use super::error::GroundError;
+use super::format::{ENTRY, HEADER, Header, Tile, Width, read_table};
+use super::grid::Key;
+use super::motion::Motion;
+use super::select::{GroundScratch, GroundView, Limit, Patch, Selector};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Terrain, drawn from tiles.
+pub struct Ground {
+    header: Header,
+    tiles: Arc<[Tile]>,
+    cache: Cache,
+    /// None where all tiles are in memory.
+    disk: Option<Box<dyn Disk>>,
+    /// Tiles that are under way, and those that can't be read.
+    asked: Vec<bool>,
+    wanted: Wanted,
+    bytes: Vec<u8>,
+    faults: Vec<GroundError>,
+    changed: Vec<u32>,
+    frame: u32,
+}
+
+/// What the loader looks at.
+#[derive(Default)]
+struct Wanted {
+    scratch: GroundScratch,
+    /// Wanted and not here, by depth, then by error, then by number.
+    missing: Vec<(u32, u32)>,
+    counts: Loading,
+}
+
+/// What loading did in a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Loading {
+    /// Tiles that the selection would draw if all were in memory.
+    pub wanted: u32,
+    /// Of them, in memory.
+    pub present: u32,
+    /// Tiles that came in.
+    pub loaded: u32,
+    /// Tiles under way.
+    pub under_way: u32,
+}
+
+/// Tiles under way at once, at most.
+const MOST_UNDER_WAY: u32 = 64;
+
+impl Ground {
+    /// Opens a file with a cache of so many bytes. Where all tiles fit in it, they are read now, and no thread is started.
+    pub fn open(path: &Path, cache_bytes: u64) -> Result<Self, GroundError> {
+        let mut file = File::open(path)?;
+        let length = file.metadata()?.len();
+        let mut first = [0; HEADER];
+        if length < HEADER as u64 {
+            let mut start = Vec::new();
+            file.read_to_end(&mut start)?;
+            let known = start.starts_with(&super::format::MAGIC);
+            return Err(if known { GroundError::Length { has: length, needs: HEADER as u64 } } else { GroundError::NotGround });
+        }
+        file.read_exact(&mut first)?;
+        let (header, checksum) = Header::read(&first, length)?;
+        let mut table = vec![0; header.grid.tiles() as usize * ENTRY];
+        file.read_exact(&mut table)?;
+        let tiles: Arc<[Tile]> = read_table(&table, checksum)?.into();
+        let whole = u64::from(header.grid.tiles()) * (header.tile_bytes().div_ceil(4) * 4) as u64;
+        if header.grid.top() > 0 && whole > cache_bytes {
+            let disk = FileDisk::new(file, &header, Arc::clone(&tiles))?;
+            return Ok(Self::new(header, tiles, Some(Box::new(disk)), cache_bytes));
+        }
+        let mut ground = Self::new(header, tiles, None, whole);
+        ground.read_all(&mut BufReader::new(file))?;
+        Ok(ground)
+    }
+
+    /// A ground whose tiles come from elsewhere than its file: to test how it looks while they are late.
+    pub fn from_disk(of: &Ground, disk: Box<dyn Disk>, cache_bytes: u64) -> Self {
+        Self::new(of.header.clone(), Arc::clone(&of.tiles), Some(disk), cache_bytes)
+    }
+
+    fn new(header: Header, tiles: Arc<[Tile]>, disk: Option<Box<dyn Disk>>, cache_bytes: u64) -> Self {
+        let cache = Cache::new(&header, cache_bytes);
+        Self {
+            asked: vec![false; tiles.len()],
+            wanted: Wanted { missing: Vec::with_capacity(tiles.len()), ..Wanted::default() },
+            bytes: vec![0; header.tile_bytes()],
+            faults: Vec::with_capacity(tiles.len().min(MOST_FAULTS)),
+            changed: Vec::with_capacity(cache.slots()),
+            frame: 0,
+            header,
+            tiles,
+            cache,
+            disk,
+        }
+    }
+
+    /// Reads all tiles, coarse ones first. A tile that can't be read is missing, and so is what it is divided into.
+    fn read_all(&mut self, file: &mut BufReader<File>) -> Result<(), GroundError> {
+        for tile in 0..self.header.grid.tiles() {
+            if self.tiles[tile as usize].samples > 0 {
+                let mut bytes = std::mem::take(&mut self.bytes);
+                let found = read_tile(file, &self.header, &self.tiles, tile, &mut bytes);
+                self.bytes = bytes;
+                self.admit(tile, found);
+            }
+        }
+        Ok(())
+    }
+
+    /// What holds for all of it.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// What is known of each tile.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
+    /// Selects what to draw, with the tiles that are in memory. Allocates nothing after a scratch's first frame.
+    pub fn select<'s>(&self, view: &GroundView<'_>, limit: Limit, scratch: &'s mut GroundScratch) -> &'s [Patch] {
+        let resident = |tile| self.cache.has(tile);
+        Selector { header: &self.header, tiles: &self.tiles, resident, spheres: false }.select(view, limit, scratch);
+        scratch.patches()
+    }
+
+    /// Selects what would be drawn if all tiles were in memory.
+    pub fn select_all<'s>(&self, view: &GroundView<'_>, limit: Limit, scratch: &'s mut GroundScratch) -> &'s [Patch] {
+        self.selector_of_all(false).select(view, limit, scratch);
+        scratch.patches()
+    }
+
+    fn selector_of_all(&self, spheres: bool) -> Selector<'_, impl Fn(u32) -> bool> {
+        Selector { header: &self.header, tiles: &self.tiles, resident: |_| true, spheres }
+    }
+
+    /// Ends a frame: takes in tiles that have come, and asks for those that the view needs and that `motion` will need in `ahead` seconds. Calls
+    /// with no window ask for nothing. Waits for nothing, and allocates nothing after its first frame.
+    pub fn load(&mut self, view: &GroundView<'_>, limit: Limit, motion: &Motion, ahead: f64, drawn: &[Patch]) -> Loading {
+        self.frame += 1;
+        self.changed.clear();
+        self.wanted.counts = Loading { under_way: self.wanted.counts.under_way, ..Loading::default() };
+        for patch in drawn {
+            self.cache.touch(patch.tile, self.frame);
+        }
+        self.take_in();
+        if self.disk.is_none() {
+            self.count(view, limit);
+            return self.wanted.counts;
+        }
+        self.wanted.missing.clear();
+        self.count(view, limit);
+        self.note_missing(view, limit);
+        if let Some(camera) = motion.ahead(ahead).filter(|c| ahead > 0.0 && *c != view.camera) {
+            self.note_missing(&GroundView { camera, ..*view }, limit);
+        }
+        self.ask();
+        self.wanted.counts
+    }
+
+    fn take_in(&mut self) {
+        let Some(mut disk) = self.disk.take() else { return };
+        let mut bytes = std::mem::take(&mut self.bytes);
+        while let Some((tile, found)) = disk.take(&mut bytes) {
+            self.wanted.counts.under_way = self.wanted.counts.under_way.saturating_sub(1);
+            self.asked[tile as usize] = found.is_err();
+            std::mem::swap(&mut self.bytes, &mut bytes);
+            self.admit(tile, found);
+            std::mem::swap(&mut self.bytes, &mut bytes);
+        }
+        self.bytes = bytes;
+        self.disk = Some(disk);
+    }
+
+    /// Puts a tile, whose bytes have come, into the cache.
+    fn admit(&mut self, tile: u32, found: Result<(), GroundError>) {
+        if let Err(fault) = found {
+            if self.faults.len() < MOST_FAULTS {
+                self.faults.push(fault);
+            }
+            return;
+        }
+        let Some(slot) = self.cache.admit(&self.header, tile, self.frame) else { return };
+        let words = self.cache.words_mut(slot);
+        for (word, bytes) in words.iter_mut().zip(self.bytes.chunks(4)) {
+            let mut four = [0; 4];
+            four[..bytes.len()].copy_from_slice(bytes);
+            *word = u32::from_le_bytes(four);
+        }
+        self.wanted.counts.loaded += 1;
+        self.changed.push(slot);
+    }
+
+    /// Counts what the view wants, and what of it is here.
+    fn count(&mut self, view: &GroundView<'_>, limit: Limit) {
+        let mut scratch = std::mem::take(&mut self.wanted.scratch);
+        self.selector_of_all(false).select(view, limit, &mut scratch);
+        let counts = &mut self.wanted.counts;
+        counts.wanted = scratch.patches().len() as u32;
+        counts.present = scratch.patches().iter().filter(|p| self.cache.has(p.tile)).count() as u32;
+        self.wanted.scratch = scratch;
+    }
+
+    /// Notes what a view wants and has not, with all that it is a quarter of.
+    fn note_missing(&mut self, view: &GroundView<'_>, limit: Limit) {
+        let mut scratch = std::mem::take(&mut self.wanted.scratch);
+        self.selector_of_all(true).select(view, limit, &mut scratch);
+        for patch in scratch.patches() {
+            let mut at = Some(patch.tile);
+            while let Some(tile) = at.filter(|&tile| !self.cache.has(tile)) {
+                if !self.asked[tile as usize] && self.wanted.missing.len() < self.tiles.len() {
+                    let depth = self.header.grid.top() - self.header.grid.key(tile).level;
+                    self.wanted.missing.push((depth, tile));
+                }
+                at = self.header.parent(tile);
+            }
+            // What is here is kept.
+            if let Some(tile) = at {
+                self.cache.touch(tile, self.frame);
+            }
+        }
+        self.wanted.scratch = scratch;
+    }
+
+    fn ask(&mut self) {
+        let Some(disk) = &mut self.disk else { return };
+        let missing = &mut self.wanted.missing;
+        missing.sort_unstable();
+        missing.dedup();
+        for &(_, tile) in missing.iter() {
+            let has_parent = self.header.parent(tile).is_none_or(|p| self.cache.has(p) || self.asked[p as usize]);
+            if self.wanted.counts.under_way >= MOST_UNDER_WAY {
+                break;
+            }
+            if has_parent && !self.asked[tile as usize] {
+                if !disk.ask(tile) {
+                    break;
+                }
+                self.asked[tile as usize] = true;
+                self.wanted.counts.under_way += 1;
+            }
+        }
+    }
+
+    /// Slots that the last [`load`](Self::load) has filled, or [`open`](Self::open) has.
+    pub fn changed(&self) -> &[u32] {
+        &self.changed
+    }
+
+    /// The slot of a tile in memory.
+    pub fn slot(&self, tile: u32) -> Option<u32> {
+        self.cache.slot(tile)
+    }
+
+    /// Slots of the cache.
+    pub fn slots(&self) -> usize {
+        self.cache.slots()
+    }
+
+    /// Bytes of the cache.
+    pub fn cache_bytes(&self) -> u64 {
+        self.cache.bytes()
+    }
+
+    /// The numbers of a slot, row after row: two of two bytes a word, the first in the low half, or one of four ([`Width`]).
+    pub fn words(&self, slot: u32) -> &[u32] {
+        self.cache.words(slot)
+    }
+
+    /// Why tiles could not be read: each told once, the first ones only.
+    pub fn faults(&self) -> &[GroundError] {
+        &self.faults
+    }
+
+    /// The height of a tile's sample, metres above the origin; `None` for a void, or where the tile is not in memory.
+    pub fn sample(&self, tile: u32, [i, j]: [u32; 2]) -> Option<f32> {
+        let words = self.cache.words(self.cache.slot(tile)?);
+        let at = (j * self.header.grid.side() + i) as usize;
+        let number = match self.header.width {
+            Width::Two => words[at / 2] >> (16 * (at % 2)) & 0xffff,
+            Width::Four => words[at],
+        };
+        (number < self.header.width.void()).then(|| number as f32 * self.header.step as f32)
+    }
+
+    /// The height of the ground at a place (metres to the east and to the south of the origin), by the finest tile in memory. `None`
+    /// outside, over voids, and where nothing is in memory.
+    pub fn height_at(&self, x: f64, z: f64) -> Option<f64> {
+        let grid = &self.header.grid;
+        let [columns, rows] = grid.size();
+        let at = |v: f64, samples: u32, spacing: f64| v / spacing + f64::from(samples - 1) / 2.0;
+        let (u, v) = (at(x, columns, self.header.spacing[0]), at(z, rows, self.header.spacing[1]));
+        if !(u >= 0.0 && v >= 0.0 && u <= f64::from(columns - 1) && v <= f64::from(rows - 1)) {
+            return None;
+        }
+        (0..=grid.top()).find_map(|level| self.height_by(level, u, v))
+    }
+
+    /// The same by the tile of a level, in columns and rows.
+    fn height_by(&self, level: u32, u: f64, v: f64) -> Option<f64> {
+        let grid = &self.header.grid;
+        let cells = grid.side() - 1;
+        let step = 1u32 << level;
+        // The last sample belongs to the last cell.
+        let cell = |at: f64, samples: u32| (at as u32 / step).min((samples - 1).div_ceil(step) - 1);
+        let [columns, rows] = grid.size();
+        let (c, r) = (cell(u, columns), cell(v, rows));
+        let key = Key { level, x: c / cells, y: r / cells };
+        let tile = grid.tile(key).filter(|&tile| self.cache.has(tile))?;
+        let (i, j) = (c % cells, r % cells);
+        let [c0, c1] = [i, i + 1].map(|i| f64::from(grid.column(key, i)));
+        let [r0, r1] = [j, j + 1].map(|j| f64::from(grid.row(key, j)));
+        let (p, q) = ((u - c0) / (c1 - c0), (v - r0) / (r1 - r0));
+        let height = |i: u32, j: u32| self.sample(tile, [i, j]).map(f64::from);
+        if p + q <= 1.0 {
+            let a = height(i, j)?;
+            return Some(a + p * (height(i + 1, j)? - a) + q * (height(i, j + 1)? - a));
+        }
+        let d = height(i + 1, j + 1)?;
+        Some(d + (1.0 - p) * (height(i, j + 1)? - d) + (1.0 - q) * (height(i + 1, j)? - d))
+    }
+}
+
+/// Faults that are kept to be told.
+const MOST_FAULTS: usize = 1024;
+
+impl Header {
+    /// The tile that a tile is a quarter of.
+    pub fn parent(&self, tile: u32) -> Option<u32> {
+        self.grid.parent(self.grid.key(tile)).and_then(|key| self.grid.tile(key))
+    }
+}

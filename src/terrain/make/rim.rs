@@ -1,0 +1,158 @@
+//! Where samples have no height: how far the rim of a coarse surface is from the raster's own.
+//!
+//! The raster's surface are its finest triangles, of which all three corners have a height; a tile's surface are its triangles with three
+//! such corners. Whatever sample is on one and not on the other counts with its distance, in all three directions, to a sample on the
+//! other. Distances are those that two sweeps find (Danielsson, *Euclidean distance mapping*, 1980): of samples that are there, so never too
+//! short.
+
+use super::band::Band;
+use super::deviation::each_sample;
+use crate::terrain::grid::{Grid, Key};
+use crate::terrain::mesh;
+use std::ops::Range;
+
+/// A part of a tile, sample by sample.
+struct Part<'a> {
+    band: &'a Band,
+    /// First column and row.
+    first: [u32; 2],
+    /// Samples across and down.
+    size: [usize; 2],
+    spacing: [f64; 2],
+}
+
+/// A surface over a part: heights where it is, not a number elsewhere; and twice its area in cells.
+struct Surface {
+    heights: Vec<f64>,
+    area: i64,
+}
+
+/// The greatest distance in the cells `rows` of a tile, metres: 0 where both surfaces are the same, infinite where one has nothing there.
+/// What lies in other bands counts as not there.
+pub fn of_cells(band: &Band, grid: &Grid, spacing: [f64; 2], key: Key, rows: Range<u32>) -> f64 {
+    let last = grid.side() - 1;
+    let first = [grid.column(key, 0), grid.row(key, rows.start)];
+    let end = [grid.column(key, last), grid.row(key, rows.end)];
+    let size = [0, 1].map(|k| (end[k] - first[k]) as usize + 1);
+    let part = Part { band, first, size, spacing };
+    let has_voids = (first[1]..=end[1]).any(|r| band.true_row(r, first[0], end[0]).iter().any(|h| h.is_nan()));
+    // At level 0 both are the same.
+    if !has_voids || key.level == 0 {
+        return 0.0;
+    }
+    let raster = part.raster();
+    let mut worst = 0f64;
+    for coarser in 0..16 {
+        worst = worst.max(part.distance(&raster, &part.tile(grid, key, rows.clone(), coarser)));
+    }
+    worst
+}
+
+impl Part<'_> {
+    fn at(&self, column: u32, row: u32) -> usize {
+        (row - self.first[1]) as usize * self.size[0] + (column - self.first[0]) as usize
+    }
+
+    fn empty(&self) -> Surface {
+        Surface { heights: vec![f64::NAN; self.size[0] * self.size[1]], area: 0 }
+    }
+
+    /// The finest triangles.
+    fn raster(&self) -> Surface {
+        let mut surface = self.empty();
+        for r in 0..self.size[1] as u32 - 1 {
+            for c in 0..self.size[0] as u32 - 1 {
+                for triangle in mesh::of_cell(c + self.first[0], r + self.first[1]) {
+                    if triangle.iter().all(|&[c, r]| !self.band.true_height(c, r).is_nan()) {
+                        triangle.iter().for_each(|&[c, r]| surface.heights[self.at(c, r)] = self.band.true_height(c, r));
+                        surface.area += 1;
+                    }
+                }
+            }
+        }
+        surface
+    }
+
+    /// A tile's triangles.
+    fn tile(&self, grid: &Grid, key: Key, rows: Range<u32>, coarser: u8) -> Surface {
+        let mut surface = self.empty();
+        let cells = rows.flat_map(|j| (0..grid.side() - 1).map(move |i| (i, j)));
+        for triangle in cells.flat_map(|(i, j)| mesh::drawn(i, j, grid.side(), coarser)) {
+            let corners = triangle.map(|[i, j]| [grid.column(key, i), grid.row(key, j)]);
+            let heights = corners.map(|[c, r]| self.band.drawn(c, r));
+            if heights.iter().any(|h| h.is_nan()) {
+                continue;
+            }
+            let [[ax, ay], [bx, by], [cx, cy]] = corners.map(|p| p.map(i64::from));
+            surface.area += ((bx - ax) * (cy - ay) - (by - ay) * (cx - ax)).abs();
+            each_sample(corners, |c, r, weights| {
+                surface.heights[self.at(c, r)] = heights.iter().zip(weights).map(|(h, w)| h * w).sum();
+            });
+        }
+        surface
+    }
+
+    /// The greatest distance of what is on one surface only to the other.
+    fn distance(&self, a: &Surface, b: &Surface) -> f64 {
+        let differ = a.heights.iter().zip(&b.heights).any(|(a, b)| a.is_nan() != b.is_nan());
+        if !differ && a.area == b.area {
+            return 0.0;
+        }
+        let apart = if differ { self.farthest(a, b).max(self.farthest(b, a)) } else { 0.0 };
+        // Within a triangle, less than its longest side is added.
+        apart + self.spacing[0].hypot(self.spacing[1])
+    }
+
+    /// The greatest distance of samples of `from` that are not on `to`.
+    fn farthest(&self, from: &Surface, to: &Surface) -> f64 {
+        let nearest = self.nearest(to);
+        let mut worst = 0f64;
+        for (at, &height) in from.heights.iter().enumerate() {
+            if height.is_nan() || !to.heights[at].is_nan() {
+                continue;
+            }
+            let Some(target) = nearest[at] else { return f64::INFINITY };
+            let flat = self.flat(at, target as usize);
+            worst = worst.max(flat.hypot(height - to.heights[target as usize]));
+        }
+        worst
+    }
+
+    /// Metres between two samples in the plan.
+    fn flat(&self, a: usize, b: usize) -> f64 {
+        let width = self.size[0];
+        let [across, down] = [(a % width).abs_diff(b % width), (a / width).abs_diff(b / width)];
+        (across as f64 * self.spacing[0]).hypot(down as f64 * self.spacing[1])
+    }
+
+    /// By sample, one of a surface's that is near.
+    fn nearest(&self, surface: &Surface) -> Vec<Option<u32>> {
+        let on = |(at, h): (usize, &f64)| (!h.is_nan()).then_some(at as u32);
+        let mut nearest: Vec<Option<u32>> = surface.heights.iter().enumerate().map(on).collect();
+        let [width, height] = self.size;
+        let offer = |nearest: &mut Vec<Option<u32>>, at: usize, from: usize| {
+            let Some(offered) = nearest[from] else { return };
+            let better = |has: u32| self.flat(at, offered as usize) < self.flat(at, has as usize);
+            if nearest[at].is_none_or(better) {
+                nearest[at] = Some(offered);
+            }
+        };
+        // Down, then up; in each row from the row before, then east and west.
+        for sweep in 0..2 {
+            for k in 0..height {
+                let row = if sweep == 0 { k } else { height - 1 - k };
+                let before = if sweep == 0 { row.checked_sub(1) } else { Some(row + 1).filter(|&r| r < height) };
+                for c in 0..width {
+                    let at = row * width + c;
+                    if let Some(before) = before {
+                        let columns = c.saturating_sub(1)..=(c + 1).min(width - 1);
+                        columns.for_each(|c| offer(&mut nearest, at, before * width + c));
+                    }
+                }
+                (1..width).for_each(|c| offer(&mut nearest, row * width + c, row * width + c - 1));
+                (1..width).rev().for_each(|c| offer(&mut nearest, row * width + c - 1, row * width + c));
+            }
+        }
+        nearest
+    }
+}

@@ -1,0 +1,67 @@
+//! The triangles of a tile, as corners of its samples.
+//!
+//! Samples `(i, j)` stand `i` to the east and `j` to the south. All diagonals run one way, from `(i + 1, j)` to `(i, j + 1)`, so that a
+//! triangle of a coarser level is a union of triangles of each finer one. Along a side with a coarser neighbour, each second sample moves
+//! onto the one before it: what is left there are the neighbour's own corners, and no gap. (Losasso, Hoppe, 2004, have the same
+//! degenerate triangles between their rings; the thesis that the tiles come from has index lists instead. The triangles are equal.)
+
+use super::grid::Side;
+
+/// A sample of a tile: to the east, to the south.
+pub type Sample = [u32; 2];
+
+/// Where a sample is drawn, with `coarser` (bits of [`Side`]) neighbours.
+pub fn snapped([i, j]: Sample, side: u32, coarser: u8) -> Sample {
+    let last = side - 1;
+    let along_row = (j == 0 && coarser & Side::North.bit() != 0) || (j == last && coarser & Side::South.bit() != 0);
+    let along_column = (i == 0 && coarser & Side::West.bit() != 0) || (i == last && coarser & Side::East.bit() != 0);
+    // Corners of the tile are even, and stay.
+    [if along_row { i & !1 } else { i }, if along_column { j & !1 } else { j }]
+}
+
+/// The two triangles of a cell, counter-clockwise from above.
+pub fn of_cell(i: u32, j: u32) -> [[Sample; 3]; 2] {
+    let [a, b, c, d] = [[i, j], [i + 1, j], [i, j + 1], [i + 1, j + 1]];
+    [[a, c, b], [b, c, d]]
+}
+
+/// The triangles of a cell as drawn, less those that have become nothing.
+pub fn drawn(i: u32, j: u32, side: u32, coarser: u8) -> impl Iterator<Item = [Sample; 3]> {
+    let moved = move |triangle: [Sample; 3]| triangle.map(|s| snapped(s, side, coarser));
+    of_cell(i, j).into_iter().map(moved).filter(|[a, b, c]| a != b && b != c && c != a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashMap;
+
+    /// Twice the area, positive where counter-clockwise from above (to the south is to the right of the east).
+    fn area([a, b, c]: [Sample; 3]) -> i64 {
+        let [ax, ay, bx, by, cx, cy] = [a[0], a[1], b[0], b[1], c[0], c[1]].map(i64::from);
+        (by - ay) * (cx - ax) - (bx - ax) * (cy - ay)
+    }
+
+    /// Whatever neighbours are coarser: the triangles cover the square once, and inner edges belong to two of them.
+    #[test]
+    fn a_tile_is_covered_once_whatever_its_neighbours() {
+        let side = 9;
+        for coarser in 0..16u8 {
+            let cells = (0..side - 1).flat_map(|j| (0..side - 1).map(move |i| (i, j)));
+            let triangles: Vec<_> = cells.flat_map(|(i, j)| drawn(i, j, side, coarser)).collect();
+            assert!(triangles.iter().all(|&t| area(t) > 0), "a triangle is turned over");
+            assert_eq!(triangles.iter().map(|&t| area(t)).sum::<i64>(), 2 * 64);
+            let mut edges: HashMap<_, i32> = HashMap::new();
+            for [a, b, c] in triangles {
+                for (from, to) in [(a, b), (b, c), (c, a)] {
+                    *edges.entry((from, to)).or_default() += 1;
+                }
+            }
+            let on_rim = |[i, j]: Sample, [k, l]: Sample| (i == k && (i == 0 || i == 8)) || (j == l && (j == 0 || j == 8));
+            for (&(from, to), &count) in &edges {
+                assert_eq!(count, 1);
+                assert!(on_rim(from, to) || edges.contains_key(&(to, from)), "{from:?} to {to:?} with {coarser:04b}");
+            }
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Ground: terrain around buildings, drawn to within a stated number of pixels from tiles on disk.
+
+mod cache;
+mod disk;
+mod error;
+mod format;
+mod grid;
+mod ground;
+#[cfg(feature = "bake")]
+mod make;
+mod mesh;
+mod metric;
+mod motion;
+mod select;
+
+pub use disk::Disk;
+pub use error::{GroundError, Part};
+pub use format::{Header, Tile, Width};
+pub use grid::{Grid, Key, MOST_SAMPLES, SIDES, Side};
+pub use ground::{Ground, Loading};
+#[cfg(feature = "bake")]
+pub use make::{Heights, LEAST_TRIANGLES, Made, MakeOptions, make};
+pub use mesh::{Sample, drawn, snapped};
+pub use motion::Motion;
+pub use select::{GroundScratch, GroundView, Limit, Patch};

@@ -1,0 +1,370 @@
+//! Which tiles are drawn: divided from the coarsest on, never more than one level apart.
+//!
+//! Based on: the thesis' refinement, whose balance is Hill's (2002): before a tile is divided, those beside it are that are coarser. What
+//! differs: a division and all that it needs are planned first, and made only if all of it can be; Röttger et al., 1998, fold the
+//! balance into the errors instead, which can't know what is in memory. Visibility is tested as by Assarsson and Möller, 2000, once a tile
+//! and frame.
+
+use super::format::{Header, Tile};
+use super::grid::{Key, Side};
+use super::metric::{Box3, Lens, Measure};
+use crate::runtime::{Camera, Rect};
+use glam::DVec3;
+use std::collections::BinaryHeap;
+
+/// When a tile is good enough.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Limit {
+    /// No sample of the raster is drawn farther from its place than so many pixels, as far as tiles are there and the raster goes.
+    Pixels(f64),
+    /// The thesis' and Lindstrom's measure, to compare: error over distance, pixels. Not a bound away from the middle of the screen.
+    Distance(f64),
+    /// So many triangles at most, with the least error that they allow.
+    Triangles(u32),
+}
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct GroundView<'a> {
+    /// The eye is in metres, relative to the ground's origin.
+    pub camera: Camera,
+    /// Pixels of the screen, across and down.
+    pub size: [u32; 2],
+    /// Parts of the screen through which ground can show: those of the portals that lead outside, or [`Rect::FULL`]. None: no ground.
+    pub windows: &'a [Rect],
+}
+
+/// A tile that is drawn.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Patch {
+    /// Its number.
+    pub tile: u32,
+    /// Its place.
+    pub key: Key,
+    /// Sides (bits of [`Side`]) beyond which a coarser tile is drawn: there, each second sample moves onto the one before it.
+    pub coarser: u8,
+    /// Pixels that it may be wrong.
+    pub error: f32,
+}
+
+/// Windows of a screen, at most. More: the ones after it are joined to the last.
+const MOST_WINDOWS: usize = 8;
+
+/// Memory of a selection, to be used again each frame.
+#[derive(Clone, Debug, Default)]
+pub struct GroundScratch {
+    frame: u32,
+    /// By tile, the frame in which its parent was divided (or it has none).
+    reached: Vec<u32>,
+    divided: Vec<u32>,
+    /// The frame in which its visibility was worked out, and what was found.
+    asked: Vec<u32>,
+    seen: Vec<bool>,
+    lenses: Vec<Lens>,
+    eye: DVec3,
+    planned: Vec<u32>,
+    stack: Vec<(u32, f32)>,
+    heap: BinaryHeap<Ranked>,
+    patches: Vec<Patch>,
+    triangles: u64,
+    worst: f32,
+}
+
+/// A tile by its error.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Ranked {
+    error: f32,
+    tile: u32,
+}
+
+impl Eq for Ranked {}
+
+impl PartialOrd for Ranked {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Ranked {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.error.total_cmp(&other.error).then(other.tile.cmp(&self.tile))
+    }
+}
+
+impl GroundScratch {
+    /// Of the last selection; south-east last, coarse tiles whole.
+    pub fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// Triangles of the last selection, those that stitching makes nothing of included.
+    pub fn triangles(&self) -> u64 {
+        self.triangles
+    }
+
+    /// Pixels that the last selection may be wrong, at most.
+    pub fn worst(&self) -> f32 {
+        self.worst
+    }
+}
+
+/// A tree, and which tiles of it may be drawn.
+pub(super) struct Selector<'a, R> {
+    pub header: &'a Header,
+    pub tiles: &'a [Tile],
+    /// True for a tile in memory.
+    pub resident: R,
+    /// Tiles that show by their box, or by the sphere around it.
+    pub spheres: bool,
+}
+
+impl<R: Fn(u32) -> bool> Selector<'_, R> {
+    /// Selects; the patches are the scratch's.
+    pub fn select(&self, view: &GroundView<'_>, limit: Limit, s: &mut GroundScratch) {
+        self.begin(view, s);
+        match limit {
+            Limit::Pixels(pixels) => self.by_error(pixels, Measure::Bound, s),
+            Limit::Distance(pixels) => self.by_error(pixels, Measure::Distance, s),
+            Limit::Triangles(most) => self.by_triangles(u64::from(most), s),
+        }
+        self.collect(limit, s);
+    }
+
+    /// The tiles of the coarsest level.
+    fn roots(&self) -> impl Iterator<Item = u32> {
+        self.header.grid.tiles_of(self.header.grid.top())
+    }
+
+    fn begin(&self, view: &GroundView<'_>, s: &mut GroundScratch) {
+        let count = self.tiles.len();
+        s.frame = s.frame.wrapping_add(1);
+        if s.reached.len() != count || s.frame == 0 {
+            s.frame = 1;
+            for marks in [&mut s.reached, &mut s.divided, &mut s.asked] {
+                marks.clear();
+                marks.resize(count, 0);
+            }
+            s.seen.clear();
+            s.seen.resize(count, false);
+            s.planned.reserve(count);
+            s.stack.reserve(count);
+            s.heap.reserve(count);
+            s.patches.reserve(count);
+            s.lenses.reserve(MOST_WINDOWS);
+        }
+        s.eye = view.camera.eye.as_dvec3();
+        s.lenses.clear();
+        let (alone, rest) = view.windows.split_at(view.windows.len().min(MOST_WINDOWS - 1));
+        let joined = rest.iter().copied().reduce(Rect::union);
+        for &window in alone.iter().chain(&joined).filter(|w| !w.is_empty()) {
+            s.lenses.push(Lens::new(&view.camera, view.size, window));
+        }
+        for root in self.roots() {
+            s.reached[root as usize] = s.frame;
+        }
+    }
+
+    fn by_error(&self, limit: f64, measure: Measure, s: &mut GroundScratch) {
+        s.stack.clear();
+        s.stack.extend(self.roots().map(|root| (root, f32::INFINITY)));
+        while let Some((tile, above)) = s.stack.pop() {
+            if !self.shows(tile, s) {
+                continue;
+            }
+            let error = self.pixels(tile, measure, limit, s).min(above);
+            if f64::from(error) > limit && self.divide(tile, s) {
+                s.stack.extend(self.header.grid.children(self.key(tile)).map(|child| (child, error)));
+            }
+        }
+    }
+
+    fn by_triangles(&self, most: u64, s: &mut GroundScratch) {
+        let each = self.triangles_of_a_tile();
+        let mut patches = 0;
+        s.heap.clear();
+        for root in self.roots() {
+            if self.shows(root, s) {
+                let error = self.pixels(root, Measure::Bound, 0.0, s);
+                s.heap.push(Ranked { error, tile: root });
+                patches += 1;
+            }
+        }
+        while let Some(Ranked { tile, error }) = s.heap.pop() {
+            if error == 0.0 || self.is_divided(tile, s) || !self.plan_anew(tile, s) {
+                continue;
+            }
+            let more: u64 = (0..s.planned.len()).map(|k| self.visible_children(s.planned[k], s)).sum();
+            let after = patches + more - s.planned.len() as u64;
+            if after * each > most {
+                self.forget_plan(s);
+                break;
+            }
+            patches = after;
+            for k in 0..s.planned.len() {
+                for child in self.header.grid.children(self.key(s.planned[k])) {
+                    if self.shows(child, s) {
+                        let error = self.pixels(child, Measure::Bound, 0.0, s).min(error);
+                        s.heap.push(Ranked { error, tile: child });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Triangles that one patch is drawn with.
+    fn triangles_of_a_tile(&self) -> u64 {
+        2 * u64::from(self.header.grid.side() - 1).pow(2)
+    }
+
+    fn visible_children(&self, tile: u32, s: &mut GroundScratch) -> u64 {
+        self.header.grid.children(self.key(tile)).filter(|&child| self.shows(child, s)).count() as u64
+    }
+
+    fn key(&self, tile: u32) -> Key {
+        self.header.grid.key(tile)
+    }
+
+    /// A tile's box, relative to the eye.
+    fn bounds(&self, tile: u32, s: &GroundScratch) -> Box3 {
+        self.header.bounds(self.key(tile), &self.tiles[tile as usize], s.eye)
+    }
+
+    /// True for a tile with samples that may show.
+    fn shows(&self, tile: u32, s: &mut GroundScratch) -> bool {
+        let at = tile as usize;
+        if s.asked[at] != s.frame {
+            s.asked[at] = s.frame;
+            let bounds = self.bounds(tile, s);
+            let sees = |lens: &Lens| if self.spheres { lens.sees_sphere(&bounds) } else { lens.sees(&bounds) };
+            s.seen[at] = self.tiles[at].samples > 0 && s.lenses.iter().any(sees);
+        }
+        s.seen[at]
+    }
+
+    /// Pixels that a tile may be wrong in the worst window.
+    fn pixels(&self, tile: u32, measure: Measure, enough: f64, s: &GroundScratch) -> f32 {
+        let Tile { error, rim, .. } = self.tiles[tile as usize];
+        let errors = [f64::from(error), f64::from(rim)];
+        let bounds = self.bounds(tile, s);
+        let worst = s.lenses.iter().map(|lens| lens.pixels(&bounds, errors, measure, enough)).fold(0.0, f64::max);
+        worst as f32
+    }
+
+    fn is_divided(&self, tile: u32, s: &GroundScratch) -> bool {
+        s.divided[tile as usize] == s.frame
+    }
+
+    /// Divides a tile with all that balance asks for, or nothing.
+    fn divide(&self, tile: u32, s: &mut GroundScratch) -> bool {
+        self.is_divided(tile, s) || self.plan_anew(tile, s)
+    }
+
+    fn plan_anew(&self, tile: u32, s: &mut GroundScratch) -> bool {
+        s.planned.clear();
+        let done = self.plan(tile, s);
+        if !done {
+            self.forget_plan(s);
+        }
+        done
+    }
+
+    fn forget_plan(&self, s: &mut GroundScratch) {
+        while let Some(tile) = s.planned.pop() {
+            s.divided[tile as usize] = 0;
+            self.header.grid.children(self.key(tile)).for_each(|child| s.reached[child as usize] = 0);
+        }
+    }
+
+    /// Marks a tile as divided, coarser ones beside it first; false where one can't be.
+    fn plan(&self, tile: u32, s: &mut GroundScratch) -> bool {
+        if self.is_divided(tile, s) {
+            return true;
+        }
+        let key = self.key(tile);
+        let grid = &self.header.grid;
+        if key.level == 0 || grid.children(key).any(|child| self.shows(child, s) && !(self.resident)(child)) {
+            return false;
+        }
+        for side in Side::ALL {
+            if grid.beside(key, side).is_some_and(|other| !self.reach(other, s)) {
+                return false;
+            }
+        }
+        s.planned.push(tile);
+        s.divided[tile as usize] = s.frame;
+        for child in grid.children(key) {
+            if self.shows(child, s) {
+                s.reached[child as usize] = s.frame;
+            }
+        }
+        true
+    }
+
+    /// Sees to it that nothing coarser than a tile is drawn in its place; false where that can't be.
+    fn reach(&self, tile: u32, s: &mut GroundScratch) -> bool {
+        if s.reached[tile as usize] == s.frame {
+            return true;
+        }
+        let grid = &self.header.grid;
+        let Some(parent) = grid.parent(self.key(tile)).and_then(|key| grid.tile(key)) else { return true };
+        // Where the parent does not show, neither it nor anything above it is drawn there.
+        !self.shows(parent, s) || (self.reach(parent, s) && self.plan(parent, s))
+    }
+
+    /// The tiles that show and are not divided.
+    fn collect(&self, limit: Limit, s: &mut GroundScratch) {
+        s.patches.clear();
+        s.stack.clear();
+        s.worst = 0.0;
+        s.stack.extend(self.roots().map(|root| (root, f32::INFINITY)));
+        let (measure, enough) = match limit {
+            Limit::Pixels(pixels) => (Measure::Bound, pixels),
+            Limit::Distance(pixels) => (Measure::Distance, pixels),
+            Limit::Triangles(_) => (Measure::Bound, 0.0),
+        };
+        while let Some((tile, above)) = s.stack.pop() {
+            if !self.shows(tile, s) {
+                continue;
+            }
+            let error = self.pixels(tile, measure, enough, s).min(above);
+            if self.is_divided(tile, s) {
+                s.stack.extend(self.header.grid.children(self.key(tile)).map(|child| (child, error)));
+            } else if (self.resident)(tile) {
+                let coarser = self.coarser(tile, s);
+                s.patches.push(Patch { tile, key: self.key(tile), coarser, error });
+                s.worst = s.worst.max(error);
+            }
+        }
+        s.triangles = s.patches.len() as u64 * self.triangles_of_a_tile();
+    }
+
+    /// Sides beyond which the tile's neighbour is not there, but the one that it is a quarter of.
+    fn coarser(&self, tile: u32, s: &mut GroundScratch) -> u8 {
+        let grid = &self.header.grid;
+        let key = self.key(tile);
+        let is_coarser = |side: &Side, s: &mut GroundScratch| {
+            let Some(other) = grid.beside(key, *side).filter(|&other| s.reached[other as usize] != s.frame) else { return false };
+            let parent = grid.parent(grid.key(other)).and_then(|key| grid.tile(key));
+            parent.is_some_and(|p| self.shows(p, s) && !self.is_divided(p, s))
+        };
+        Side::ALL.iter().filter(|side| is_coarser(side, s)).fold(0, |bits, side| bits | side.bit())
+    }
+}
+
+impl Header {
+    /// Metres to the east and to the south of a column and a row, from the ground's origin.
+    pub fn plan(&self, column: u32, row: u32) -> [f64; 2] {
+        let [columns, rows] = self.grid.size();
+        let at = |k: u32, samples: u32, spacing: f64| (f64::from(k) - f64::from(samples - 1) / 2.0) * spacing;
+        [at(column, columns, self.spacing[0]), at(row, rows, self.spacing[1])]
+    }
+
+    /// A tile's box, relative to a point.
+    pub(super) fn bounds(&self, key: Key, tile: &Tile, eye: DVec3) -> Box3 {
+        let last = self.grid.side() - 1;
+        let [west, north] = self.plan(self.grid.column(key, 0), self.grid.row(key, 0));
+        let [east, south] = self.plan(self.grid.column(key, last), self.grid.row(key, last));
+        let low = DVec3::new(west, f64::from(tile.low), north) - eye;
+        Box3 { low, high: DVec3::new(east, f64::from(tile.high), south) - eye }
+    }
+}
