@@ -56,6 +56,8 @@ pub mod pvs;
 pub mod runtime;
 #[cfg(feature = "bake")]
 pub mod scene;
+#[cfg(feature = "bake")]
+pub mod terrain;
 pub mod tolerance;
 pub mod types;
 #[cfg(feature = "bake")]

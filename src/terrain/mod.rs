@@ -1,0 +1,4 @@
+//! Ground: heights on a lattice.
+
+#[cfg(feature = "bake")]
+pub mod raster;
