@@ -33,6 +33,8 @@ enum Command {
     Vis(cli::vis::Args),
     /// Draw what can be seen in a building or a level, both sides of it, against time, as a page of one file.
     Report(cli::report::Args),
+    /// Make ground of rasters of heights: tiles that are drawn to within a stated number of pixels.
+    Ground(cli::ground::Args),
     /// Make a seeded test scene.
     Generate(cli::generate::Args),
 }
@@ -66,6 +68,7 @@ fn main() -> ExitCode {
         Command::Export(args) => cli::export::run(args),
         Command::Vis(args) => cli::vis::run(args),
         Command::Report(args) => cli::report::run(args),
+        Command::Ground(args) => cli::ground::run(args),
         Command::Generate(args) => cli::generate::run(args),
     };
     match result {

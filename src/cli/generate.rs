@@ -1,7 +1,8 @@
 //! `enfilade generate`.
 
 use super::{CliError, Outcome, at};
-use enfilade::generate::{Kind, generate, pretty};
+use enfilade::generate::{Ground, Kind, generate, ground, pretty};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Flags.
@@ -83,6 +84,24 @@ enum Scene {
         #[command(flatten)]
         output: Output,
     },
+    /// A ground: mountains with valleys, and plains between them, as a GeoTIFF.
+    Ground {
+        /// Samples on a side, 65 to 32769.
+        #[arg(long, value_name = "N")]
+        size: u32,
+        /// Metres between samples, 0.01 to 1000.
+        #[arg(long, value_name = "M")]
+        spacing: f64,
+        /// The raster to write.
+        #[arg(short, long, value_name = "X.tif")]
+        output: PathBuf,
+        /// Seed of every random choice.
+        #[arg(long, value_name = "N", default_value_t = 0)]
+        seed: u64,
+        /// Print the facts as JSON.
+        #[arg(long)]
+        json: bool,
+    },
 }
 
 #[derive(clap::Args)]
@@ -112,6 +131,12 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Plant { size, output } => (Kind::Plant { size }, output),
         Scene::Teapots { count, scale, output } => (Kind::Teapots { count, scale }, output),
         Scene::City { dense: _, sparse, output } => (Kind::City { dense: !sparse }, output),
+        Scene::Ground { size, spacing, output, seed, json } => {
+            let file = std::fs::File::create(&output).map_err(|e| at(&output, e))?;
+            let made = ground(size, spacing, seed, std::io::BufWriter::new(file)).map_err(|e| at(&output, e))?;
+            tell(&output, &made, json);
+            return Ok(Outcome::Done);
+        }
     };
     let made = generate(kind, out.seed).map_err(|e| CliError(e.to_string()))?;
     write(&out.output, &made.glb)?;
@@ -135,4 +160,13 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     std::fs::write(path, bytes).map_err(|e| at(path, e))
+}
+
+/// Says what ground was made.
+fn tell(path: &Path, made: &Ground, as_json: bool) {
+    let &Ground { size, spacing, seed, heights: [low, high] } = made;
+    eprintln!("{}: {size} x {size} samples {spacing} m apart, {low:.1} to {high:.1} m high", path.display());
+    if as_json {
+        println!("{}", json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high }));
+    }
 }

@@ -7,6 +7,7 @@ pub mod count;
 pub mod dump;
 pub mod export;
 pub mod generate;
+pub mod ground;
 pub mod info;
 pub mod level;
 pub mod report;
@@ -51,6 +52,11 @@ pub struct FilesFlag {
 }
 
 impl FilesFlag {
+    /// The folder.
+    pub fn under(&self) -> Option<PathBuf> {
+        self.files_under.clone()
+    }
+
     /// What imports a file's model as it was imported for the bake.
     pub fn again(&self, import: &Import) -> ImportOptions {
         ImportOptions { files_under: self.files_under.clone(), ..import.options() }

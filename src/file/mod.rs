@@ -27,7 +27,7 @@ pub use rows::{RowReader, entropy_bits_per_pair};
 #[cfg(feature = "bake")]
 pub use summary::{FileSummary, GapSummary, PortalsSummary, PvsSummary, SectionSummary, UnseenSummary, ViewCellsSummary};
 #[cfg(feature = "bake")]
-pub use write::{encode_rows, replace_file};
+pub use write::{encode_rows, replace_file, replace_file_by};
 
 use crate::bits::ones;
 use crate::geom::Aabb;

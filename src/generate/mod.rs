@@ -2,8 +2,8 @@
 //!
 //! Every building is made of closed solids, one node for each wall between two rooms and each floor, and comes with facts
 //! from the plan that it was built by: rooms, doors, windows, and a way through it. Two scenes are no buildings: teapots and
-//! cities, made after two studies of occlusion culling, to compare with their tables. The same options and seed give the same
-//! bytes on every machine.
+//! cities, made after two studies of occlusion culling, to compare with their tables. A ground is a raster of heights. The same
+//! options and seed give the same bytes on every machine.
 
 mod building;
 mod city;
@@ -11,6 +11,7 @@ mod facts;
 mod furniture;
 mod glb;
 mod grid;
+mod ground;
 mod house;
 mod model;
 mod office;
@@ -19,6 +20,8 @@ mod plan;
 mod plant;
 mod solid;
 mod teapots;
+
+pub use ground::{GROUND_SIZES, GROUND_SPACINGS, Ground, ground};
 
 use building::Building;
 use facts::Fill;
@@ -113,6 +116,24 @@ pub enum GenerateError {
         storeys: usize,
         /// Offices.
         rooms: usize,
+    },
+    /// Too few or too many samples.
+    #[error("a ground of {size} samples on a side asked for; give {} to {}", GROUND_SIZES.start(), GROUND_SIZES.end())]
+    GroundSize {
+        /// As asked.
+        size: u32,
+    },
+    /// Samples too close or too far apart.
+    #[error("samples {spacing} m apart asked for; give {} to {}", GROUND_SPACINGS.start(), GROUND_SPACINGS.end())]
+    GroundSpacing {
+        /// As asked, metres.
+        spacing: String,
+    },
+    /// The file can't be written.
+    #[error("{what}")]
+    Write {
+        /// What the system says.
+        what: String,
     },
 }
 

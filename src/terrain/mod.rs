@@ -11,6 +11,9 @@ mod make;
 mod mesh;
 mod metric;
 mod motion;
+mod placement;
+#[cfg(feature = "bake")]
+pub mod raster;
 mod select;
 
 pub use disk::Disk;
@@ -22,4 +25,5 @@ pub use ground::{Ground, Loading};
 pub use make::{Heights, LEAST_TRIANGLES, Made, MakeOptions, make};
 pub use mesh::{Sample, drawn, snapped};
 pub use motion::Motion;
+pub use placement::Placement;
 pub use select::{GroundScratch, GroundView, Limit, Patch};

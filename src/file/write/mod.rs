@@ -9,7 +9,7 @@ mod put;
 mod replace;
 mod rows;
 
-pub use replace::replace_file;
+pub use replace::{replace_file, replace_file_by};
 pub use rows::encode_rows;
 
 use super::codes::{portal_kind_code, state_code, strategy_code};

@@ -19,13 +19,22 @@ impl PvsFile {
 /// an error, what stood there before is untouched and nothing else is left behind. What is not a regular file (a pipe, a
 /// device) is written to directly.
 pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    replace_file_by(path, |file| {
+        let mut out = BufWriter::new(file);
+        fill(&mut out)?;
+        out.flush()
+    })
+}
+
+/// The same for a writer that goes back in the file; it is not buffered.
+pub fn replace_file_by(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     // A link stays one: what it points to is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let before = fs::metadata(&target).ok();
     if before.as_ref().is_some_and(|m| !m.is_file()) {
         // Fails for a directory.
         let mut out = OpenOptions::new().write(true).open(&target)?;
-        return fill(&mut out).and_then(|()| out.flush());
+        return fill(&mut out);
     }
     let name = target.file_name().ok_or_else(|| io::Error::other("not the name of a file"))?;
     let mut temporary = name.to_owned();
@@ -71,13 +80,11 @@ fn sweep(target: &Path, name: &OsStr) {
 }
 
 fn fill_and_sync(
-    file: File,
+    mut file: File,
     before: Option<fs::Metadata>,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> io::Result<()> {
-    let mut out = BufWriter::new(file);
-    fill(&mut out)?;
-    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    fill(&mut file)?;
     if let Some(before) = before {
         file.set_permissions(before.permissions())?;
     }

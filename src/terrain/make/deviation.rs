@@ -18,8 +18,8 @@ pub fn of_cells(band: &Band, grid: &Grid, key: Key, rows: Range<u32>) -> f64 {
     for j in rows {
         for i in 0..cells {
             worst = worst.max(of_cell(band, corners(grid, key, i, j)));
-            // At level 0 the coarse neighbour has what this would add.
-            if key.level > 0 {
+            // At level 0 the coarse neighbour has what this would add, and above the top there is none.
+            if key.level > 0 && key.level < grid.top() {
                 worst = worst.max(of_rim_cell(band, grid, key, [i, j]));
             }
         }

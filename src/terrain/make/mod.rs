@@ -10,6 +10,7 @@
 mod band;
 mod deviation;
 mod footprint;
+mod from_raster;
 mod rim;
 
 use super::error::GroundError;

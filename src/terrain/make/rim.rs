@@ -41,11 +41,28 @@ pub fn of_cells(band: &Band, grid: &Grid, spacing: [f64; 2], key: Key, rows: Ran
         return 0.0;
     }
     let raster = part.raster();
+    let nearest = part.nearest(&raster);
     let mut worst = 0f64;
-    for coarser in 0..16 {
-        worst = worst.max(part.distance(&raster, &part.tile(grid, key, rows.clone(), coarser)));
+    for coarser in masks(band, grid, key, &rows) {
+        worst = worst.max(part.distance((&raster, &nearest), &part.tile(grid, key, rows.clone(), coarser)));
     }
     worst
+}
+
+/// Sets of coarser neighbours that all others are made of: none and all, and each where voids are in a corner of the tile.
+fn masks(band: &Band, grid: &Grid, key: Key, rows: &Range<u32>) -> Vec<u8> {
+    if key.level == grid.top() {
+        return vec![0];
+    }
+    let last = grid.side() - 2;
+    let has_voids = |i: u32, j: u32| {
+        let [from, to] = [grid.column(key, i), grid.column(key, i + 1)];
+        let mut of = grid.row(key, j)..=grid.row(key, j + 1);
+        of.any(|row| band.true_row(row, from, to).iter().any(|h| h.is_nan()))
+    };
+    let corners = [[0, 0], [last, 0], [0, last], [last, last]];
+    let in_a_corner = corners.into_iter().any(|[i, j]| rows.contains(&j) && has_voids(i, j));
+    if in_a_corner { (0..16).collect() } else { vec![0, 15] }
 }
 
 impl Part<'_> {
@@ -93,19 +110,18 @@ impl Part<'_> {
     }
 
     /// The greatest distance of what is on one surface only to the other.
-    fn distance(&self, a: &Surface, b: &Surface) -> f64 {
+    fn distance(&self, (a, nearest): (&Surface, &[Option<u32>]), b: &Surface) -> f64 {
         let differ = a.heights.iter().zip(&b.heights).any(|(a, b)| a.is_nan() != b.is_nan());
         if !differ && a.area == b.area {
             return 0.0;
         }
-        let apart = if differ { self.farthest(a, b).max(self.farthest(b, a)) } else { 0.0 };
+        let apart = if differ { self.farthest(a, b, &self.nearest(b)).max(self.farthest(b, a, nearest)) } else { 0.0 };
         // Within a triangle, less than its longest side is added.
         apart + self.spacing[0].hypot(self.spacing[1])
     }
 
-    /// The greatest distance of samples of `from` that are not on `to`.
-    fn farthest(&self, from: &Surface, to: &Surface) -> f64 {
-        let nearest = self.nearest(to);
+    /// The greatest distance of samples of `from` that are not on `to`; `nearest` are samples of that.
+    fn farthest(&self, from: &Surface, to: &Surface, nearest: &[Option<u32>]) -> f64 {
         let mut worst = 0f64;
         for (at, &height) in from.heights.iter().enumerate() {
             if height.is_nan() || !to.heights[at].is_nan() {
