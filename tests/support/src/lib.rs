@@ -6,6 +6,7 @@ pub mod data;
 pub mod explain;
 pub mod forge;
 pub mod grid;
+pub mod ground;
 pub mod house;
 pub mod level_mesh;
 pub mod map;

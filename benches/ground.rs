@@ -1,0 +1,102 @@
+//! Ground: what is drawn of rasters, how wrong it is, and what choosing it costs (`cargo bench --bench ground -- A.tif B.tif`; without files, a
+//! made raster of 1,025 x 1,025).
+//!
+//! First the answers: every sample of the raster on the screen against where it is drawn, and the mesh edge by edge. Then triangles over those
+//! of all finest tiles in the view, and microseconds of the selection. `--frames N` says how many frames of each flight are judged.
+
+use enfilade::generate::ground;
+use enfilade::runtime::Rect;
+use enfilade::terrain::raster::{Raster as File, RasterOptions};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, make};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use testing::ground::{Raster, flight, judge};
+
+const SIZE: [u32; 2] = [1920, 1080];
+const LIMITS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+const BUDGETS: [u32; 3] = [10_000, 50_000, 200_000];
+const ABOVE: [f64; 3] = [2.0, 200.0, 1500.0];
+/// Frames of a flight that are timed, and of them judged sample by sample.
+const FRAMES: usize = 600;
+const JUDGED: usize = 12;
+/// A raster with more samples is not judged.
+const MOST: u64 = 2_000_000;
+const SIDES: [u32; 2] = [33, 65];
+const TIMES: usize = 3;
+
+fn main() {
+    let named: Vec<PathBuf> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).map(PathBuf::from).collect();
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    let files = if named.is_empty() {
+        let made = folder.join("ground-1025.tif");
+        ground(1025, 30.0, 1, std::fs::File::create(&made).expect("a folder to write to")).expect("a ground");
+        vec![made]
+    } else {
+        named
+    };
+    println!("| raster | tile | metres above | limit | samples judged | worst, px | open edges | levels apart | triangles | of the frustum's | us, median | 99 % |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for file in files {
+        for side in SIDES {
+            measure(&file, side, &folder);
+        }
+    }
+}
+
+fn measure(file: &Path, side: u32, folder: &Path) {
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let mut raster = File::open(&[file.to_owned()], &RasterOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let at = folder.join(format!("{name}-{side}.ground"));
+    let mut out = std::fs::File::create(&at).expect("a folder to write to");
+    make(&mut raster, &MakeOptions { side, ..MakeOptions::default() }, &mut out).expect("a ground");
+    let ground = Ground::open(&at, u64::MAX).expect("what was made");
+    let [columns, rows] = raster.size();
+    let truth = (u64::from(columns) * u64::from(rows) <= MOST).then(|| Raster::read(&mut raster));
+    for above in ABOVE {
+        let cameras = flight(&ground, above, FRAMES);
+        let limits = LIMITS.map(Limit::Pixels).into_iter().chain([Limit::Distance(1.0)]).chain(BUDGETS.map(Limit::Triangles));
+        for limit in limits {
+            let allowed = match limit {
+                Limit::Pixels(pixels) => pixels + ROUNDING,
+                _ => f64::INFINITY,
+            };
+            let mut scratch = GroundScratch::default();
+            let (mut drawn, mut whole, mut worst, mut samples, mut open, mut steps) = (0, 0, 0f64, 0, 0, 0);
+            let mut times = Vec::new();
+            for (k, &camera) in cameras.iter().enumerate() {
+                let view = GroundView { camera, size: SIZE, windows: &[Rect::FULL] };
+                if let Some(truth) = truth.as_ref().filter(|_| k % (FRAMES / JUDGED) == 0) {
+                    let patches = ground.select(&view, limit, &mut scratch).to_vec();
+                    let verdict = judge(&ground, truth, &view, &patches, allowed, false);
+                    assert!(verdict.beyond == 0, "{name}, {above} m, {limit:?}, frame {k}: {verdict:?}");
+                    assert!(verdict.torn == 0 && verdict.steps <= 1, "{name}, {above} m, {limit:?}, frame {k}: {verdict:?}");
+                    worst = worst.max(verdict.worst);
+                    samples += verdict.samples;
+                    open += verdict.open_edges;
+                    steps = steps.max(verdict.steps);
+                }
+                let time = || {
+                    let start = Instant::now();
+                    ground.select(&view, limit, &mut scratch);
+                    start.elapsed()
+                };
+                times.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
+                drawn += scratch.triangles();
+                ground.select(&view, Limit::Pixels(-1.0), &mut scratch);
+                whole += scratch.triangles();
+            }
+            times.sort_unstable();
+            let us = |at: usize| times[at * times.len() / 100].as_secs_f64() * 1e6;
+            println!(
+                "| {name} | {side} | {above} | {limit:?} | {samples} | {worst:.3} | {open} | {steps} | {} | {:.3} | {:.0} | {:.0} |",
+                drawn / FRAMES as u64,
+                drawn as f64 / whole as f64,
+                us(50),
+                us(99)
+            );
+        }
+    }
+}
+
+/// Pixels that single precision adds: cameras are `f32`, and so is the eye.
+const ROUNDING: f64 = 1e-3;
