@@ -132,8 +132,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Teapots { count, scale, output } => (Kind::Teapots { count, scale }, output),
         Scene::City { dense: _, sparse, output } => (Kind::City { dense: !sparse }, output),
         Scene::Ground { size, spacing, output, seed, json } => {
-            let file = std::fs::File::create(&output).map_err(|e| at(&output, e))?;
-            let made = ground(size, spacing, seed, std::io::BufWriter::new(file)).map_err(|e| at(&output, e))?;
+            let made = ground(size, spacing, seed, &output).map_err(|e| at(&output, e))?;
             tell(&output, &made, json);
             return Ok(Outcome::Done);
         }

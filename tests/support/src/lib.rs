@@ -20,5 +20,6 @@ pub mod random;
 pub mod rooms;
 pub mod sights;
 pub mod solids;
+pub mod tiffs;
 pub mod truth;
 pub mod world;
