@@ -166,6 +166,9 @@ fn tell(path: &Path, made: &Ground, as_json: bool) {
     let &Ground { size, spacing, seed, heights: [low, high] } = made;
     eprintln!("{}: {size} x {size} samples {spacing} m apart, {low:.1} to {high:.1} m high", path.display());
     if as_json {
-        println!("{}", json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high }));
+        println!(
+            "{}",
+            json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high })
+        );
     }
 }

@@ -76,14 +76,8 @@ fn write<W: Write + Seek>(size: u32, spacing: f64, seed: u64, sink: W) -> Result
     tags.write_tag(Tag::ModelPixelScaleTag, &[spacing, spacing, 0.0][..])?;
     tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, corner[0], corner[1], 0.0][..])?;
     // Projected; a sample is an area; WGS 84 / UTM zone 32N; coordinates and heights in metres.
-    let keys: [[u16; 4]; 6] = [
-        [1, 1, 1, 5],
-        [1024, 0, 1, 1],
-        [1025, 0, 1, 1],
-        [3072, 0, 1, 32632],
-        [3076, 0, 1, 9001],
-        [4099, 0, 1, 9001],
-    ];
+    let keys: [[u16; 4]; 6] =
+        [[1, 1, 1, 5], [1024, 0, 1, 1], [1025, 0, 1, 1], [3072, 0, 1, 32632], [3076, 0, 1, 9001], [4099, 0, 1, 9001]];
     tags.write_tag(Tag::GeoKeyDirectoryTag, keys.as_flattened())?;
     let mut xml = String::from("<GDALMetadata>\n");
     for (name, role, value) in [("OFFSET", "offset", 0.0), ("SCALE", "scale", STEP)] {

@@ -176,7 +176,8 @@ pub fn hgt() -> Vec<Vec<u8>> {
 }
 
 pub fn asc() -> Vec<Vec<u8>> {
-    let text = "ncols 3\nnrows 2\nxllcorner 500000.0\nyllcorner 5300000\ncellsize 30\nNODATA_value -9999\n1 2 3\n4.5 -9999 6\n";
+    let text =
+        "ncols 3\nnrows 2\nxllcorner 500000.0\nyllcorner 5300000\ncellsize 30\nNODATA_value -9999\n1 2 3\n4.5 -9999 6\n";
     vec![text.as_bytes().to_vec()]
 }
 

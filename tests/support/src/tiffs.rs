@@ -133,7 +133,8 @@ impl Tiff {
                 12 => 8,
                 _ => 1,
             };
-            directory.extend([self.word(tag.into(), 2), self.word(kind.into(), 2), self.word(values.len() / width, 4)].concat());
+            directory
+                .extend([self.word(tag.into(), 2), self.word(kind.into(), 2), self.word(values.len() / width, 4)].concat());
             if values.len() <= 4 {
                 directory.extend(values.iter().copied().chain([0; 4]).take(4));
             } else {
