@@ -6,10 +6,11 @@ use std::path::Path;
 
 /// What each room may use, beside [`BASE`] and itself. `room` allows all of it, `room::item` that item only. The first three are what is built
 /// without default features, and know nothing of the builder.
-const MAY_USE: [(&str, &[&str]); 15] = [
+const MAY_USE: [(&str, &[&str]); 16] = [
     ("occlusion", &[]),
     ("file", &[]),
     ("runtime", &["file", "occlusion"]),
+    ("terrain", &[]),
     ("scene", &[]),
     ("cells", &["scene"]),
     ("pvs", &["scene", "cells"]),

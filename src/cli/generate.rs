@@ -132,8 +132,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Teapots { count, scale, output } => (Kind::Teapots { count, scale }, output),
         Scene::City { dense: _, sparse, output } => (Kind::City { dense: !sparse }, output),
         Scene::Ground { size, spacing, output, seed, json } => {
-            let file = std::fs::File::create(&output).map_err(|e| at(&output, e))?;
-            let made = ground(size, spacing, seed, std::io::BufWriter::new(file)).map_err(|e| at(&output, e))?;
+            let made = ground(size, spacing, seed, &output).map_err(|e| at(&output, e))?;
             tell(&output, &made, json);
             return Ok(Outcome::Done);
         }
@@ -167,6 +166,9 @@ fn tell(path: &Path, made: &Ground, as_json: bool) {
     let &Ground { size, spacing, seed, heights: [low, high] } = made;
     eprintln!("{}: {size} x {size} samples {spacing} m apart, {low:.1} to {high:.1} m high", path.display());
     if as_json {
-        println!("{}", json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high }));
+        println!(
+            "{}",
+            json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high })
+        );
     }
 }

@@ -7,7 +7,9 @@
 use super::GenerateError;
 use crate::parallel;
 use std::fmt::Write as _;
-use std::io::{Seek, Write};
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
+use std::path::Path;
 use tiff::TiffError;
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray16;
@@ -46,15 +48,16 @@ pub struct Ground {
 ///
 /// # Errors
 ///
-/// A size or spacing out of range, or what `sink` says.
-pub fn ground<W: Write + Seek>(size: u32, spacing: f64, seed: u64, sink: W) -> Result<Ground, GenerateError> {
+/// A size or spacing out of range, or what the system says of the file.
+pub fn ground(size: u32, spacing: f64, seed: u64, path: &Path) -> Result<Ground, GenerateError> {
     if !GROUND_SIZES.contains(&size) {
         return Err(GenerateError::GroundSize { size });
     }
     if !GROUND_SPACINGS.contains(&spacing) {
         return Err(GenerateError::GroundSpacing { spacing: spacing.to_string() });
     }
-    let written = write(size, spacing, seed, sink);
+    let file = File::create(path).map_err(TiffError::from);
+    let written = file.and_then(|file| write(size, spacing, seed, BufWriter::new(file)));
     let steps = written.map_err(|e| GenerateError::Write { what: e.to_string() })?;
     Ok(Ground { size, spacing, seed, heights: steps.map(|s| f64::from(s) * STEP) })
 }
@@ -73,14 +76,8 @@ fn write<W: Write + Seek>(size: u32, spacing: f64, seed: u64, sink: W) -> Result
     tags.write_tag(Tag::ModelPixelScaleTag, &[spacing, spacing, 0.0][..])?;
     tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, corner[0], corner[1], 0.0][..])?;
     // Projected; a sample is an area; WGS 84 / UTM zone 32N; coordinates and heights in metres.
-    let keys: [[u16; 4]; 6] = [
-        [1, 1, 1, 5],
-        [1024, 0, 1, 1],
-        [1025, 0, 1, 1],
-        [3072, 0, 1, 32632],
-        [3076, 0, 1, 9001],
-        [4099, 0, 1, 9001],
-    ];
+    let keys: [[u16; 4]; 6] =
+        [[1, 1, 1, 5], [1024, 0, 1, 1], [1025, 0, 1, 1], [3072, 0, 1, 32632], [3076, 0, 1, 9001], [4099, 0, 1, 9001]];
     tags.write_tag(Tag::GeoKeyDirectoryTag, keys.as_flattened())?;
     let mut xml = String::from("<GDALMetadata>\n");
     for (name, role, value) in [("OFFSET", "offset", 0.0), ("SCALE", "scale", STEP)] {
@@ -214,7 +211,7 @@ struct Sum {
     mountains: f64,
     /// The part of the next octave.
     amplitude: f64,
-    /// The slope of the octaves so far, each in its own waves.
+    /// The slope of the octaves' noise so far, each in its own waves. Noise has no creases, as ridges have.
     slope: [f64; 2],
 }
 
@@ -224,11 +221,9 @@ impl Sum {
             self.land += noise * self.amplitude;
         }
         let ridge = 1.0 - 2.0 * noise.abs();
-        // The slope of a ridge leads away from it on both sides.
-        let side = if noise < 0.0 { 2.0 } else { -2.0 };
         let [x, y] = self.slope;
         self.mountains += self.amplitude * ridge / (1.0 + DAMPING * (x * x + y * y));
-        self.slope = [x + side * slope[0] * self.amplitude, y + side * slope[1] * self.amplitude];
+        self.slope = [x + slope[0] * self.amplitude, y + slope[1] * self.amplitude];
         self.amplitude *= 0.5;
     }
 
@@ -237,7 +232,7 @@ impl Sum {
         let t = ((self.land - FOOT) / (CREST - FOOT)).clamp(0.0, 1.0);
         let mountain = PLAIN + (1.0 - PLAIN) * t * t * (3.0 - 2.0 * t);
         // Mountains sum up to 2 at most, and the land lies between -1 and 1.
-        let height = 0.15 * (self.land + 1.0) + 0.4 * mountain * self.mountains.max(0.0);
+        let height = 0.15 * (self.land + 1.0) + 0.5 * mountain * self.mountains.max(0.0);
         (height.clamp(0.0, 1.0) * relief + 0.5) as u16
     }
 }

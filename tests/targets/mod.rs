@@ -10,6 +10,7 @@ use enfilade::level::prt::{Prt, read_prt};
 use enfilade::level::rows::read_rows;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
 use enfilade::scene::{ImportOptions, Scene, gltf, indoorgml, obj};
+use enfilade::terrain::raster::{Raster, RasterOptions};
 use enfilade::verify::rooms::RoomsFile;
 use enfilade::verify::score_rooms;
 use enfilade::walkthrough::path::CameraPath;
@@ -55,6 +56,9 @@ pub const TARGETS: &[Target] = &[
     Target { name: "rooms", run: rooms, seeds: seeds::rooms, memory: [MIB, 256], share: 10 },
     Target { name: "graph", run: graph::level, seeds: seeds::graph, memory: [MIB, 4096], share: 10 },
     Target { name: "flow", run: graph::cells, seeds: seeds::graph, memory: [MIB, 4096], share: 10 },
+    Target { name: "tiff", run: tiff, seeds: seeds::tiff, memory: [16 * MIB, 8192], share: 2 },
+    Target { name: "hgt", run: hgt, seeds: seeds::hgt, memory: [MIB, 64], share: 4 },
+    Target { name: "asc", run: asc, seeds: seeds::asc, memory: [MIB, 64], share: 4 },
     #[cfg(feature = "quake")]
     Target { name: "bsp", run: bsp, seeds: seeds::bsp, memory: [MIB / 4, 64], share: 4 },
     #[cfg(feature = "quake")]
@@ -220,6 +224,50 @@ fn rooms(bytes: &[u8]) -> bool {
     let Ok(written) = serde_json::from_slice::<RoomsFile>(bytes) else { return false };
     let (scene, file) = flat();
     score_rooms(file, scene, &written).is_ok()
+}
+
+/// Most rows of a raster that a target reads, a row at a time.
+const RASTER_ROWS: u32 = 64;
+
+/// A raster that is accepted has a place, and heights that are finite or void.
+fn raster(name: &str, bytes: &[u8]) -> bool {
+    let opened = Raster::from_bytes(name, bytes.to_vec(), &RasterOptions::default());
+    let refused = |e: enfilade::terrain::raster::RasterError| {
+        let line = e.to_string();
+        assert!(line.starts_with(name) && !line.contains('\n'), "{line}");
+        false
+    };
+    let mut raster = match opened {
+        Ok(raster) => raster,
+        Err(e) => return refused(e),
+    };
+    assert!(raster.spacing().iter().all(|s| s.is_finite() && *s > 0.0) && raster.first().iter().all(|x| x.is_finite()));
+    let [columns, rows] = raster.size();
+    // A row of this is what the reader's caller has, and not the reader.
+    let columns = columns.min(1 << 12);
+    if columns != raster.size()[0] {
+        return true;
+    }
+    let mut row = vec![0.0; columns as usize];
+    for y in 0..rows.min(RASTER_ROWS) {
+        if let Err(e) = raster.read(y..y + 1, &mut row) {
+            return refused(e);
+        }
+        assert!(row.iter().all(|h| !h.is_infinite()));
+    }
+    true
+}
+
+fn tiff(bytes: &[u8]) -> bool {
+    raster("hostile.tif", bytes)
+}
+
+fn hgt(bytes: &[u8]) -> bool {
+    raster("N34W119.hgt", bytes)
+}
+
+fn asc(bytes: &[u8]) -> bool {
+    raster("hostile.asc", bytes)
 }
 
 #[cfg(feature = "quake")]

@@ -161,6 +161,26 @@ pub fn graph() -> Vec<Vec<u8>> {
     vec![row, odd]
 }
 
+/// Strips and tiles, as they are and packed, both orders of bytes.
+pub fn tiff() -> Vec<Vec<u8>> {
+    use testing::tiffs::Tiff;
+    let plain = Tiff::wholes([5, 4], &[3; 20]);
+    let packed = Tiff { tile: Some([16, 16]), packed: true, predictor: 2, big: true, ..Tiff::wholes([20, 17], &[7; 340]) };
+    let tags = vec![(42113, 2, b"3\0".to_vec())];
+    vec![plain.bytes(), packed.bytes(), Tiff { tags, ..Tiff::wholes([3, 3], &[2; 9]) }.bytes()]
+}
+
+/// A square of nine samples, one of them void.
+pub fn hgt() -> Vec<Vec<u8>> {
+    vec![[1i16, 2, 3, 4, -32768, 6, 7, 8, 9].iter().flat_map(|h| h.to_be_bytes()).collect()]
+}
+
+pub fn asc() -> Vec<Vec<u8>> {
+    let text =
+        "ncols 3\nnrows 2\nxllcorner 500000.0\nyllcorner 5300000\ncellsize 30\nNODATA_value -9999\n1 2 3\n4.5 -9999 6\n";
+    vec![text.as_bytes().to_vec()]
+}
+
 #[cfg(feature = "quake")]
 pub fn bsp() -> Vec<Vec<u8>> {
     [false, true].map(|bsp2| level(&three_rooms(AIR), Layout { bsp2, ..Layout::default() })).to_vec()

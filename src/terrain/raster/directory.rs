@@ -1,8 +1,7 @@
 //! The first directory of a TIFF file: its tags, each checked against the file's length before its values are read. After *TIFF 6.0*
 //! (Adobe, 1992), section 2, and the BigTIFF of libtiff's documentation.
 
-use super::RasterError;
-use super::error::Place;
+use super::error::{Place, RasterError};
 use super::grid::Source;
 use std::collections::BTreeMap;
 use std::io::SeekFrom;
@@ -78,7 +77,8 @@ impl Directory {
             let inside = place + values as u64;
             let at = if size <= room { inside } else { whole(&bytes[values..], little) };
             if at.checked_add(size).is_none_or(|end| end > length) {
-                let what = format!("tag {tag} has {count} values at byte {at}, beyond the file's end at {length}; copy it again");
+                let what =
+                    format!("tag {tag} has {count} values at byte {at}, beyond the file's end at {length}; copy it again");
                 return Err(directory.wrong(place, what));
             }
             directory.tags.insert(tag, Value { kind, count, at });

@@ -3,9 +3,8 @@
 //!
 //! Opening reads the text once for the places of its rows, 8 bytes each. The text itself is never kept.
 
-use super::error::Place;
-use super::grid::{Grid, Heights, MAX_SIDE, Part, Samples, Source, Unit};
-use super::{RasterError, RasterOptions};
+use super::error::{Place, RasterError};
+use super::grid::{Grid, Heights, MAX_SIDE, Part, RasterOptions, Samples, Source, Unit};
 use std::io::{self, SeekFrom};
 use std::ops::Range;
 
@@ -138,7 +137,11 @@ impl Header {
             let value = words.number(&name)?;
             let count = |words: &Words| {
                 let whole = value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX);
-                if whole { Ok(Some(value as u32)) } else { Err(words.wrong(format!("{name} of {value}; give a whole number from 1"))) }
+                if whole {
+                    Ok(Some(value as u32))
+                } else {
+                    Err(words.wrong(format!("{name} of {value}; give a whole number from 1")))
+                }
             };
             match name.as_str() {
                 "ncols" => header.columns = count(words)?,
@@ -168,7 +171,7 @@ impl Header {
         let middle = |value: f64, corner: bool| if corner { value + 0.5 * cell } else { value };
         let first = [middle(west, west_corner), middle(south, south_corner) + cell * f64::from(rows - 1)];
         let extent = [cell * f64::from(columns), cell * f64::from(rows)];
-        let on_earth = west >= -180.0 && west + extent[0] <= FULL_TURN && south.abs() <= 90.0 && first[1] <= POLE;
+        let on_earth = west >= -0.5 * FULL_TURN && west + extent[0] <= FULL_TURN && south.abs() <= POLE && first[1] <= POLE;
         let unit = if cell < DEGREES_BELOW && on_earth {
             notes.push(format!("cells of {cell} at {west}, {south}: degrees are assumed"));
             Unit::Degrees

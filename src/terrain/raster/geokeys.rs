@@ -1,8 +1,7 @@
 //! The place of a GeoTIFF's samples: *OGC GeoTIFF Standard 1.1* (OGC 19-008r4). Requirements are named by their tags and keys there.
 
-use super::RasterError;
 use super::directory::Directory;
-use super::error::Place;
+use super::error::{Place, RasterError};
 use super::grid::{Grid, Source, Unit};
 
 const PIXEL_SCALE: u16 = 33550;
@@ -156,7 +155,9 @@ fn affine(file: &str, directory: &Directory, source: &mut dyn Source) -> Result<
     let (scale, tie) = (directory.reals(source, PIXEL_SCALE)?, directory.reals(source, TIEPOINT)?);
     let (scale, tie) = match (scale, tie) {
         (None, None) => return Ok(None),
-        (None, Some(_)) => return Err(RasterError::unsupported(file, "georeference by tiepoints without a pixel scale", warp)),
+        (None, Some(_)) => {
+            return Err(RasterError::unsupported(file, "georeference by tiepoints without a pixel scale", warp));
+        }
         (Some(_), None) => return Err(wrong("a pixel scale without a tiepoint; write the file again".to_owned())),
         (Some(scale), Some(tie)) => (scale, tie),
     };
@@ -199,7 +200,8 @@ fn horizontal(file: &str, keys: &Keys, notes: &mut Vec<String>) -> Result<Unit, 
 
 /// Metres of the unit of a file that doesn't name it: by the number of its system, by its name, or metres.
 fn unstated(keys: &Keys, notes: &mut Vec<String>) -> f64 {
-    let within = |ranges: &[(u16, u16)]| keys.get(PROJECTED).is_some_and(|c| ranges.iter().any(|r| (r.0..=r.1).contains(&c)));
+    let within =
+        |ranges: &[(u16, u16)]| keys.get(PROJECTED).is_some_and(|c| ranges.iter().any(|r| (r.0..=r.1).contains(&c)));
     let named = |words: &[&str]| words.iter().any(|w| keys.texts.contains(w));
     let (metres, unit) = if within(&IN_US_FEET) || named(&["ftus", "us survey f", "us_survey_f", "foot_us", "us foot"]) {
         (US_FOOT, "US survey feet, by its coordinate system")
@@ -220,7 +222,10 @@ fn vertical(file: &str, keys: &Keys, horizontal: Unit, notes: &mut Vec<String>) 
     let stated = match (keys.get(VERTICAL_UNIT), keys.get(VERTICAL)) {
         (Some(unit), _) => {
             let hint = "convert its heights to metres (gdal_calc)";
-            Some(linear(unit).ok_or_else(|| RasterError::unsupported(file, format!("the vertical unit {unit} of EPSG"), hint))?)
+            Some(
+                linear(unit)
+                    .ok_or_else(|| RasterError::unsupported(file, format!("the vertical unit {unit} of EPSG"), hint))?,
+            )
         }
         (None, Some(NAVD88_US_FEET)) => Some(US_FOOT),
         (None, Some(NAVD88_FEET)) => Some(FOOT),
@@ -232,7 +237,9 @@ fn vertical(file: &str, keys: &Keys, horizontal: Unit, notes: &mut Vec<String>) 
     if let (None, Unit::Metres(metres)) = (stated, horizontal)
         && metres != 1.0
     {
-        notes.push(format!("no vertical unit is stated: heights are taken as metres, although cells are in units of {metres:.7} m"));
+        notes.push(format!(
+            "no vertical unit is stated: heights are taken as metres, although cells are in units of {metres:.7} m"
+        ));
     }
     Ok(stated.unwrap_or(1.0))
 }

@@ -3,10 +3,9 @@
 //! Strips that are not compressed are read row by row. Otherwise one row of strips or tiles is kept unpacked.
 
 use super::directory::Directory;
-use super::error::Place;
+use super::error::{Place, RasterError};
 use super::geokeys;
-use super::grid::{Heights, MAX_SIDE, Part, Samples, Source};
-use super::{RasterError, RasterOptions};
+use super::grid::{Heights, MAX_SIDE, Part, RasterOptions, Samples, Source};
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use tiff::TiffError;
@@ -140,7 +139,8 @@ impl Tags<'_> {
     }
 
     fn must(&mut self, tag: u16, name: &str) -> Result<u64, RasterError> {
-        let wrong = || RasterError::malformed(self.file, Place::File, format!("no {name} (tag {tag}); write the file again"));
+        let wrong =
+            || RasterError::malformed(self.file, Place::File, format!("no {name} (tag {tag}); write the file again"));
         self.directory.one(self.source, tag)?.ok_or_else(wrong)
     }
 
@@ -243,7 +243,8 @@ impl Tags<'_> {
         let layout = Layout { size, kind, tiled, chunk, plain: !(compressed || tiled || predicted), chunks };
         let expected = u64::from(layout.across()) * u64::from(size[1].div_ceil(chunk[1]));
         if offsets.len() != bytes.len() || expected != layout.chunks.len() as u64 {
-            let what = format!("tables of {} places and {} lengths for {expected} strips or tiles", offsets.len(), bytes.len());
+            let what =
+                format!("tables of {} places and {} lengths for {expected} strips or tiles", offsets.len(), bytes.len());
             return Err(RasterError::malformed(self.file, Place::File, what + "; write the file again"));
         }
         self.within(&layout, compressed)?;
@@ -281,7 +282,12 @@ fn item(xml: &str, role: &str) -> Option<f64> {
 }
 
 /// Opens a file of `length` bytes.
-pub(super) fn open(file: &str, mut source: Box<dyn Source>, length: u64, options: &RasterOptions) -> Result<Part, RasterError> {
+pub(super) fn open(
+    file: &str,
+    mut source: Box<dyn Source>,
+    length: u64,
+    options: &RasterOptions,
+) -> Result<Part, RasterError> {
     let directory = Directory::read(file, &mut *source, length)?;
     let mut tags = Tags { file, directory: &directory, source: &mut *source };
     let layout = tags.layout()?;
@@ -290,7 +296,8 @@ pub(super) fn open(file: &str, mut source: Box<dyn Source>, length: u64, options
     let xml = directory.text(&mut *source, GDAL_METADATA)?.unwrap_or_default();
     let (scale, offset) = (item(&xml, "scale").unwrap_or(1.0), item(&xml, "offset").unwrap_or(0.0));
     if !(scale.is_finite() && scale != 0.0 && offset.is_finite()) {
-        let what = format!("heights have a scale of {scale} and an offset of {offset}; both are finite, and the scale is not 0");
+        let what =
+            format!("heights have a scale of {scale} and an offset of {offset}; both are finite, and the scale is not 0");
         return Err(RasterError::malformed(file, Place::File, what));
     }
     let void = void(&directory, &mut *source, layout.kind, &mut notes)?;
@@ -302,7 +309,12 @@ pub(super) fn open(file: &str, mut source: Box<dyn Source>, length: u64, options
 }
 
 /// The no-data value as samples of the type have it.
-fn void(directory: &Directory, source: &mut dyn Source, kind: Kind, notes: &mut Vec<String>) -> Result<Option<f64>, RasterError> {
+fn void(
+    directory: &Directory,
+    source: &mut dyn Source,
+    kind: Kind,
+    notes: &mut Vec<String>,
+) -> Result<Option<f64>, RasterError> {
     let Some(text) = directory.text(source, GDAL_NODATA)? else { return Ok(None) };
     let Ok(number) = text.trim().parse::<f64>() else {
         notes.push(format!("the no-data value {text:?} is no number and is left out"));

@@ -1,7 +1,6 @@
 //! Where the samples of a raster stand, in its own units and in metres; what every format's reader hands out.
 
-use super::RasterError;
-use super::error::Place;
+use super::error::{Place, RasterError};
 use std::io::{Read, Seek};
 use std::ops::Range;
 
@@ -18,6 +17,13 @@ const MAX_COORDINATE: f64 = 1e12;
 const WGS84_AXIS: f64 = 6_378_137.0;
 /// Square of the eccentricity of WGS 84.
 const WGS84_E2: f64 = 0.006_694_379_990_141_317;
+
+/// How to read rasters.
+#[derive(Clone, Copy, PartialEq, Default, Debug)]
+pub struct RasterOptions {
+    /// Metres a sample, for a raster without georeference; positive and finite. `None`: 1.
+    pub spacing: Option<f64>,
+}
 
 /// What a raster is read from.
 pub(super) trait Source: Read + Seek + Send {}
@@ -98,7 +104,11 @@ impl Grid {
             return Err(RasterError::TooLarge { file: file.to_owned(), columns, rows });
         }
         if columns == 0 || rows == 0 {
-            return Err(RasterError::malformed(file, Place::File, format!("{columns} x {rows} samples: there is nothing in it")));
+            return Err(RasterError::malformed(
+                file,
+                Place::File,
+                format!("{columns} x {rows} samples: there is nothing in it"),
+            ));
         }
         if let Some(step) = self.step.iter().find(|s| !(s.is_finite() && **s > 0.0)) {
             let what = format!("samples are {step} apart; a distance is more than 0 and finite");
@@ -196,7 +206,9 @@ mod tests {
     /// Lengths of a degree as in tables of WGS 84: 110,574 m and 111,320 m at the equator, 111,132 m and 78,847 m at 45 degrees.
     #[test]
     fn degrees_are_as_long_as_in_tables() {
-        for (latitude, along, across) in [(0.0, 110_574.3, 111_319.5), (45.0, 111_131.8, 78_846.8), (-60.0, 111_412.3, 55_800.0)] {
+        for (latitude, along, across) in
+            [(0.0, 110_574.3, 111_319.5), (45.0, 111_131.8, 78_846.8), (-60.0, 111_412.3, 55_800.0)]
+        {
             let [x, y] = metres_a_degree(latitude);
             assert!((x - across).abs() < 0.1 && (y - along).abs() < 0.1, "{latitude}: {x} {y}");
         }

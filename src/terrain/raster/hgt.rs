@@ -2,9 +2,8 @@
 //! at 34 degrees north, 119 west, and is a degree wide; samples stand on its borders. Metres; -32768 is void. After the description that
 //! NASA's SRTM documents give (*SRTM Topography*, version 3, section 2).
 
-use super::error::Place;
-use super::grid::{Grid, Heights, Part, Samples, Source, Unit};
-use super::{RasterError, RasterOptions};
+use super::error::{Place, RasterError};
+use super::grid::{Grid, Heights, Part, RasterOptions, Samples, Source, Unit};
 use std::io::SeekFrom;
 use std::ops::Range;
 use std::path::Path;
@@ -23,7 +22,8 @@ struct Hgt {
 pub(super) fn open(file: &str, source: Box<dyn Source>, length: u64, options: &RasterOptions) -> Result<Part, RasterError> {
     let side = (length / 2).isqrt();
     if side < 2 || side * side * 2 != length {
-        let what = format!("{length} bytes are no square of samples of 2 bytes; a tile has 1201 or 3601 on a side: copy it again");
+        let what =
+            format!("{length} bytes are no square of samples of 2 bytes; a tile has 1201 or 3601 on a side: copy it again");
         return Err(RasterError::malformed(file, Place::File, what));
     }
     let side = u32::try_from(side).unwrap_or(u32::MAX);

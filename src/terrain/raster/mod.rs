@@ -12,7 +12,7 @@ mod hgt;
 mod mosaic;
 
 pub use error::{Place, RasterError};
-pub use grid::{MAX_SAMPLES, MAX_SIDE};
+pub use grid::{MAX_SAMPLES, MAX_SIDE, RasterOptions};
 
 use grid::{Part, Source};
 use mosaic::Mosaic;
@@ -20,13 +20,6 @@ use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// How to read rasters.
-#[derive(Clone, Copy, PartialEq, Default, Debug)]
-pub struct RasterOptions {
-    /// Metres a sample, for a raster without georeference; positive and finite. `None`: 1.
-    pub spacing: Option<f64>,
-}
 
 /// Heights on a lattice: one file, or several that abut.
 pub struct Raster {
@@ -74,7 +67,9 @@ impl Raster {
         let metres = mosaic.grid.in_metres();
         if let Some(latitude) = metres.latitude {
             let [x, y] = metres.spacing;
-            notes.push(format!("degrees were converted to metres at latitude {latitude:.4}: samples are {x:.3} x {y:.3} m apart"));
+            notes.push(format!(
+                "degrees were converted to metres at latitude {latitude:.4}: samples are {x:.3} x {y:.3} m apart"
+            ));
         }
         if mosaic.uncovered > 0 {
             notes.push(format!("no raster has {} samples of the rectangle around all: they are voids", mosaic.uncovered));

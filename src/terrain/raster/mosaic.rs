@@ -3,9 +3,8 @@
 //! All are on one lattice, side by side or with a border row or column in common, as SRTM tiles have. Where two have the same sample, the
 //! first of them that has a height there gives it.
 
-use super::error::Place;
+use super::error::{Place, RasterError};
 use super::grid::{Grid, MAX_SAMPLES, MAX_SIDE, Part};
-use super::RasterError;
 use std::ops::Range;
 
 /// Distances between samples may differ by this part.
@@ -154,7 +153,11 @@ fn abut(placed: &[Placed]) -> Result<(), RasterError> {
             let [across, down] = shared(&placed[i], other);
             if across > 1 && down > 1 {
                 let what = format!("it covers {across} x {down} samples");
-                return Err(RasterError::Apart { first: placed[i].part.file.clone(), second: other.part.file.clone(), what });
+                return Err(RasterError::Apart {
+                    first: placed[i].part.file.clone(),
+                    second: other.part.file.clone(),
+                    what,
+                });
             }
             // Side by side, with no sample between, along one sample at least.
             if across.min(down) >= 0 && across.max(down) > 0 {

@@ -21,5 +21,6 @@ pub mod random;
 pub mod rooms;
 pub mod sights;
 pub mod solids;
+pub mod tiffs;
 pub mod truth;
 pub mod world;
