@@ -34,7 +34,9 @@ fn main() {
     } else {
         named
     };
-    println!("| raster | tile | metres above | limit | samples judged | worst, px | open edges | levels apart | triangles | of the frustum's | us, median | 99 % |");
+    println!(
+        "| raster | tile | metres above | limit | samples judged | worst, px | open edges | levels apart | triangles | of the frustum's | us, median | 99 % |"
+    );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for file in files {
         for side in SIDES {
@@ -54,7 +56,8 @@ fn measure(file: &Path, side: u32, folder: &Path) {
     let truth = (u64::from(columns) * u64::from(rows) <= MOST).then(|| Raster::read(&mut raster));
     for above in ABOVE {
         let cameras = flight(&ground, above, FRAMES);
-        let limits = LIMITS.map(Limit::Pixels).into_iter().chain([Limit::Distance(1.0)]).chain(BUDGETS.map(Limit::Triangles));
+        let limits =
+            LIMITS.map(Limit::Pixels).into_iter().chain([Limit::Distance(1.0)]).chain(BUDGETS.map(Limit::Triangles));
         for limit in limits {
             let allowed = match limit {
                 Limit::Pixels(pixels) => pixels + ROUNDING,

@@ -19,7 +19,7 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT.ground")]
     output: PathBuf,
     /// Samples of a tile along a side.
-    #[arg(long, value_name = "SAMPLES", default_value = "65", value_parser = ["33", "65", "129"])]
+    #[arg(long, value_name = "SAMPLES", default_value = "33", value_parser = ["33", "65", "129"])]
     tile: String,
     /// Metres between samples, where a raster has no georeference [default: 1]
     #[arg(long, value_name = "METRES")]
@@ -116,7 +116,10 @@ fn tell(made: &Made, output: &Path) {
     let header = &made.header;
     let [columns, rows] = header.grid.size();
     let [dx, dz] = header.spacing;
-    println!("{columns} x {rows} samples, {dx:.3} x {dz:.3} m apart, heights within {:.1} m in steps of {:.6} m", made.relief, header.step);
+    println!(
+        "{columns} x {rows} samples, {dx:.3} x {dz:.3} m apart, heights within {:.1} m in steps of {:.6} m",
+        made.relief, header.step
+    );
     if header.voids > 0 {
         println!("{} samples have no height, {} of them under the building", header.voids, made.kept_out);
     }

@@ -4,7 +4,7 @@
 //! comes in, and again only when it would leave. What differs: a tile stays while what it is divided into is there, so that whatever is
 //! given up, something coarser can be drawn instead.
 
-use super::format::Header;
+use super::format::{Header, Width};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -37,7 +37,7 @@ pub(super) struct Cache {
 impl Cache {
     /// As many slots as fit into so many bytes, two at least, no more than there are tiles.
     pub fn new(header: &Header, bytes: u64) -> Self {
-        let words_a_tile = header.tile_bytes().div_ceil(4);
+        let words_a_tile = header.slot_words();
         let tiles = header.grid.tiles();
         let count = (bytes / (4 * words_a_tile as u64)).clamp(2, u64::from(tiles).max(2)) as usize;
         Self {
@@ -74,9 +74,39 @@ impl Cache {
         &self.words[at..at + self.words_a_tile]
     }
 
-    pub fn words_mut(&mut self, slot: u32) -> &mut [u32] {
-        let at = slot as usize * self.words_a_tile;
-        &mut self.words[at..at + self.words_a_tile]
+    /// The number of a slot's sample.
+    pub fn number(&self, header: &Header, slot: u32, [i, j]: [u32; 2]) -> u32 {
+        let at = (j * header.grid.side() + i) as usize;
+        let words = self.words(slot);
+        match header.width {
+            Width::Two => words[at / 2] >> (16 * (at % 2)) & 0xffff,
+            Width::Four => words[at],
+        }
+    }
+
+    /// Fills a slot: the tile's own bytes, and what stands in the tile that it is a quarter of.
+    pub fn fill(&mut self, header: &Header, tile: u32, slot: u32, bytes: &[u8]) {
+        let first = slot as usize * self.words_a_tile;
+        self.words[first..first + self.words_a_tile].fill(0);
+        let width = header.width.bytes();
+        for (sample, bytes) in header.own_samples(tile).zip(bytes.chunks_exact(width)) {
+            let mut number = [0; 4];
+            number[..width].copy_from_slice(bytes);
+            self.put(header, first, sample, u32::from_le_bytes(number));
+        }
+        let Some(parent) = header.parent(tile).and_then(|parent| self.slot(parent)) else { return };
+        for [here, there] in header.parents_samples(tile) {
+            self.put(header, first, here, self.number(header, parent, there));
+        }
+    }
+
+    /// Puts a number where zeros are.
+    fn put(&mut self, header: &Header, first: usize, [i, j]: [u32; 2], number: u32) {
+        let at = (j * header.grid.side() + i) as usize;
+        match header.width {
+            Width::Two => self.words[first + at / 2] |= number << (16 * (at % 2)),
+            Width::Four => self.words[first + at] = number,
+        }
     }
 
     /// Tells that a tile is used in a frame.
@@ -127,6 +157,13 @@ impl Cache {
             self.oldest.push(Reverse((rank(header, tile, used.max(frame.saturating_sub(IN_USE))) + OLDER_BY_LEVEL, slot)));
         }
         None
+    }
+}
+
+impl Header {
+    /// Words of a tile in memory: two samples of two bytes each, or one of four.
+    pub(super) fn slot_words(&self) -> usize {
+        ((self.grid.side() * self.grid.side()) as usize * self.width.bytes()).div_ceil(4)
     }
 }
 

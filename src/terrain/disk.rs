@@ -16,7 +16,7 @@ const UNDER_WAY: usize = 16;
 pub trait Disk: Send {
     /// Asks for a tile; false where no more can be under way.
     fn ask(&mut self, tile: u32) -> bool;
-    /// A tile that has come, with its bytes as they are in the file; the bytes are put into `bytes`, which is as long as a tile.
+    /// A tile that has come; its bytes, as they are in the file, are put into `bytes`, which is as long as the longest tile.
     fn take(&mut self, bytes: &mut [u8]) -> Option<(u32, Result<(), GroundError>)>;
 }
 
@@ -36,7 +36,7 @@ impl FileDisk {
     pub fn new(mut file: File, header: &Header, tiles: Arc<[Tile]>) -> std::io::Result<Self> {
         let (questions, asked) = sync_channel::<(u32, Vec<u8>)>(UNDER_WAY);
         let (answer, answers) = sync_channel::<Answer>(UNDER_WAY);
-        let idle = vec![vec![0; header.tile_bytes()]; UNDER_WAY];
+        let idle = vec![vec![0; header.tile_bytes(0)]; UNDER_WAY];
         let header = header.clone();
         let work = move || {
             for (tile, mut bytes) in asked {
@@ -79,7 +79,7 @@ impl Drop for FileDisk {
     }
 }
 
-/// Reads a tile and checks it.
+/// Reads a tile into the first of some bytes, and checks it.
 pub(super) fn read_tile(
     file: &mut (impl Read + Seek),
     header: &Header,
@@ -87,6 +87,7 @@ pub(super) fn read_tile(
     tile: u32,
     bytes: &mut [u8],
 ) -> Result<(), GroundError> {
+    let bytes = &mut bytes[..header.tile_bytes(tile)];
     file.seek(SeekFrom::Start(header.place(tile)))?;
     file.read_exact(bytes)?;
     if xxh3_64(bytes) == tiles[tile as usize].checksum { Ok(()) } else { Err(GroundError::Checksum(Part::Tile(tile))) }

@@ -50,14 +50,19 @@ impl fmt::Display for GroundError {
             Self::Io(e) => write!(f, "{e}"),
             Self::NotGround => f.write_str("not a .ground file (`enfilade ground RASTER -o X.ground` makes one)"),
             Self::Version(found) => {
-                write!(f, "version {found} of the format, and this program reads {VERSION}: make the file again (`enfilade ground`)")
+                write!(
+                    f,
+                    "version {found} of the format, and this program reads {VERSION}: make the file again (`enfilade ground`)"
+                )
             }
             Self::Length { has, needs } if has < needs => {
                 write!(f, "cut off: it has {has} bytes and needs {needs}; make the file again")
             }
             Self::Length { has, needs } => write!(f, "{} bytes after its end; make the file again", has - needs),
             Self::Checksum(Part::Header) => f.write_str("the header is damaged (wrong checksum); make the file again"),
-            Self::Checksum(Part::Table) => f.write_str("the table of tiles is damaged (wrong checksum); make the file again"),
+            Self::Checksum(Part::Table) => {
+                f.write_str("the table of tiles is damaged (wrong checksum); make the file again")
+            }
             Self::Checksum(Part::Tile(tile)) => write!(f, "tile {tile} is damaged (wrong checksum); make the file again"),
             Self::Malformed { offset, what } => write!(f, "byte {offset}: {what}; make the file again"),
             Self::Raster(what) => f.write_str(what),

@@ -1,5 +1,8 @@
 //! A `.ground` file: a header, a table of tiles, the tiles at places that follow from their numbers. docs/format.md draws it byte by byte.
 //!
+//! A tile holds only samples that the tile which it is a quarter of has not: every other one of every other row is there. So the file is
+//! as long as the heights and some twentieth, not a third, and a tile can be read only where that one is in memory.
+//!
 //! The header and the table are under checksums of their own, and each tile is. All lengths follow from the header's first numbers, and are
 //! held against the file's length before anything is allocated.
 
@@ -82,15 +85,40 @@ pub struct Tile {
 }
 
 impl Header {
-    /// Bytes of a tile.
-    pub fn tile_bytes(&self) -> usize {
-        (self.grid.side() * self.grid.side()) as usize * self.width.bytes()
+    /// Bytes of a tile in the file.
+    pub fn tile_bytes(&self, tile: u32) -> usize {
+        let side = self.grid.side();
+        let known = if self.has_parent(tile) { side.div_ceil(2).pow(2) } else { 0 };
+        (side * side - known) as usize * self.width.bytes()
     }
 
     /// Where a tile begins in the file; the number after the last one gives the file's length.
     pub fn place(&self, tile: u32) -> u64 {
         let table = u64::from(self.grid.tiles()) * ENTRY as u64;
-        HEADER as u64 + table + u64::from(tile) * self.tile_bytes() as u64
+        let whole = self.grid.tiles_of(self.grid.top()).end.min(tile);
+        let bytes = |tiles: u32, of: u32| u64::from(tiles) * self.tile_bytes(of) as u64;
+        HEADER as u64 + table + bytes(whole, 0) + bytes(tile - whole, self.grid.tiles())
+    }
+
+    /// True for a tile that is a quarter of another.
+    fn has_parent(&self, tile: u32) -> bool {
+        tile >= self.grid.tiles_of(self.grid.top()).end
+    }
+
+    /// The samples of a tile that its bytes hold, in their order; the others stand in the tile that it is a quarter of.
+    pub(super) fn own_samples(&self, tile: u32) -> impl Iterator<Item = [u32; 2]> {
+        let (side, whole) = (self.grid.side(), !self.has_parent(tile));
+        let samples = (0..side).flat_map(move |j| (0..side).map(move |i| [i, j]));
+        samples.filter(move |[i, j]| whole || (i | j) & 1 == 1)
+    }
+
+    /// The samples of a tile that stand in the tile which it is a quarter of: here, there.
+    pub(super) fn parents_samples(&self, tile: u32) -> impl Iterator<Item = [[u32; 2]; 2]> {
+        let (key, half) = (self.grid.key(tile), (self.grid.side() - 1) / 2);
+        let count = if self.has_parent(tile) { half + 1 } else { 0 };
+        let first = [key.x % 2 * half, key.y % 2 * half];
+        let samples = (0..count).flat_map(move |j| (0..count).map(move |i| [i, j]));
+        samples.map(move |[i, j]| [[2 * i, 2 * j], [first[0] + i, first[1] + j]])
     }
 
     /// The first bytes of the file. `table` is the table's checksum.
@@ -200,7 +228,10 @@ pub(super) fn read_table(bytes: &[u8], checksum: u64) -> Result<Vec<Tile>, Groun
     if xxh3_64(bytes) != checksum {
         return Err(GroundError::Checksum(Part::Table));
     }
-    let wrong = |k: usize| GroundError::Malformed { offset: (HEADER + k * ENTRY) as u64, what: "no tile has such heights or errors" };
+    let wrong = |k: usize| GroundError::Malformed {
+        offset: (HEADER + k * ENTRY) as u64,
+        what: "no tile has such heights or errors",
+    };
     let (entries, _) = bytes.as_chunks::<ENTRY>();
     entries.iter().enumerate().map(|(k, entry)| Tile::read(entry).ok_or_else(|| wrong(k))).collect()
 }

@@ -6,7 +6,7 @@
 use super::cache::Cache;
 use super::disk::{Disk, FileDisk, read_tile};
 use super::error::GroundError;
-use super::format::{ENTRY, HEADER, Header, Tile, Width, read_table};
+use super::format::{ENTRY, HEADER, Header, Tile, read_table};
 use super::grid::Key;
 use super::motion::Motion;
 use super::select::{GroundScratch, GroundView, Limit, Patch, Selector};
@@ -66,14 +66,18 @@ impl Ground {
             let mut start = Vec::new();
             file.read_to_end(&mut start)?;
             let known = start.starts_with(&super::format::MAGIC);
-            return Err(if known { GroundError::Length { has: length, needs: HEADER as u64 } } else { GroundError::NotGround });
+            return Err(if known {
+                GroundError::Length { has: length, needs: HEADER as u64 }
+            } else {
+                GroundError::NotGround
+            });
         }
         file.read_exact(&mut first)?;
         let (header, checksum) = Header::read(&first, length)?;
         let mut table = vec![0; header.grid.tiles() as usize * ENTRY];
         file.read_exact(&mut table)?;
         let tiles: Arc<[Tile]> = read_table(&table, checksum)?.into();
-        let whole = u64::from(header.grid.tiles()) * (header.tile_bytes().div_ceil(4) * 4) as u64;
+        let whole = u64::from(header.grid.tiles()) * 4 * header.slot_words() as u64;
         if header.grid.top() > 0 && whole > cache_bytes {
             let disk = FileDisk::new(file, &header, Arc::clone(&tiles))?;
             return Ok(Self::new(header, tiles, Some(Box::new(disk)), cache_bytes));
@@ -93,7 +97,7 @@ impl Ground {
         Self {
             asked: vec![false; tiles.len()],
             wanted: Wanted { missing: Vec::with_capacity(tiles.len()), ..Wanted::default() },
-            bytes: vec![0; header.tile_bytes()],
+            bytes: vec![0; header.tile_bytes(0)],
             faults: Vec::with_capacity(tiles.len().min(MOST_FAULTS)),
             changed: Vec::with_capacity(cache.slots()),
             frame: 0,
@@ -191,12 +195,7 @@ impl Ground {
             return;
         }
         let Some(slot) = self.cache.admit(&self.header, tile, self.frame) else { return };
-        let words = self.cache.words_mut(slot);
-        for (word, bytes) in words.iter_mut().zip(self.bytes.chunks(4)) {
-            let mut four = [0; 4];
-            four[..bytes.len()].copy_from_slice(bytes);
-            *word = u32::from_le_bytes(four);
-        }
+        self.cache.fill(&self.header, tile, slot, &self.bytes[..self.header.tile_bytes(tile)]);
         self.wanted.counts.loaded += 1;
         self.changed.push(slot);
     }
@@ -238,6 +237,7 @@ impl Ground {
         missing.sort_unstable();
         missing.dedup();
         for &(_, tile) in missing.iter() {
+            // A tile whose parent is under way comes after it.
             let has_parent = self.header.parent(tile).is_none_or(|p| self.cache.has(p) || self.asked[p as usize]);
             if self.wanted.counts.under_way >= MOST_UNDER_WAY {
                 break;
@@ -272,7 +272,7 @@ impl Ground {
         self.cache.bytes()
     }
 
-    /// The numbers of a slot, row after row: two of two bytes a word, the first in the low half, or one of four ([`Width`]).
+    /// The numbers of a slot, row after row: two of two bytes a word, the first in the low half, or one of four ([`Width`](super::Width)).
     pub fn words(&self, slot: u32) -> &[u32] {
         self.cache.words(slot)
     }
@@ -284,12 +284,7 @@ impl Ground {
 
     /// The height of a tile's sample, metres above the origin; `None` for a void, or where the tile is not in memory.
     pub fn sample(&self, tile: u32, [i, j]: [u32; 2]) -> Option<f32> {
-        let words = self.cache.words(self.cache.slot(tile)?);
-        let at = (j * self.header.grid.side() + i) as usize;
-        let number = match self.header.width {
-            Width::Two => words[at / 2] >> (16 * (at % 2)) & 0xffff,
-            Width::Four => words[at],
-        };
+        let number = self.cache.number(&self.header, self.cache.slot(tile)?, [i, j]);
         (number < self.header.width.void()).then(|| number as f32 * self.header.step as f32)
     }
 

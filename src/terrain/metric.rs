@@ -125,7 +125,8 @@ impl Lens {
         let within = |spread: &Spread| {
             let depth = nearest.max(of.distance() / spread.slant);
             let after = |moved: f64| nearest.max(depth - moved).max(0.0);
-            let part = |moved: f64, pixels: f64, rate: f64| if moved == 0.0 { 0.0 } else { moved * pixels / after(moved * rate) };
+            let part =
+                |moved: f64, pixels: f64, rate: f64| if moved == 0.0 { 0.0 } else { moved * pixels / after(moved * rate) };
             part(error, spread.upright, self.w.y.abs()).max(part(rim, spread.any, self.w.length()))
         };
         let pixels = within(&self.whole);

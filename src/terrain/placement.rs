@@ -31,8 +31,12 @@ impl FromStr for Placement {
     fn from_str(text: &str) -> Result<Self, String> {
         let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
         match numbers.as_deref() {
-            Ok(&[x, y, z, degrees]) if numbers.iter().flatten().all(|n| n.is_finite()) => Ok(Self { at: DVec3::new(x, y, z), degrees }),
-            _ => Err(format!("`{text}`: four numbers are wanted, X,Y,Z,DEGREES (metres east, up and south; turned to the left)")),
+            Ok(&[x, y, z, degrees]) if numbers.iter().flatten().all(|n| n.is_finite()) => {
+                Ok(Self { at: DVec3::new(x, y, z), degrees })
+            }
+            _ => Err(format!(
+                "`{text}`: four numbers are wanted, X,Y,Z,DEGREES (metres east, up and south; turned to the left)"
+            )),
         }
     }
 }

@@ -343,7 +343,9 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         let grid = &self.header.grid;
         let key = self.key(tile);
         let is_coarser = |side: &Side, s: &mut GroundScratch| {
-            let Some(other) = grid.beside(key, *side).filter(|&other| s.reached[other as usize] != s.frame) else { return false };
+            let Some(other) = grid.beside(key, *side).filter(|&other| s.reached[other as usize] != s.frame) else {
+                return false;
+            };
             let parent = grid.parent(grid.key(other)).and_then(|key| grid.tile(key));
             parent.is_some_and(|p| self.shows(p, s) && !self.is_divided(p, s))
         };

@@ -51,7 +51,7 @@ pub struct MakeOptions {
 
 impl Default for MakeOptions {
     fn default() -> Self {
-        Self { side: 65, keep_out: Vec::new() }
+        Self { side: 33, keep_out: Vec::new() }
     }
 }
 
@@ -107,7 +107,8 @@ pub fn make(from: &mut dyn Heights, options: &MakeOptions, out: &mut (impl Write
         width: scale.width,
         voids: survey.voids,
     };
-    let mut maker = Maker { tiles: vec![Tile::default(); header.grid.tiles() as usize], open: BTreeMap::new(), header, scale };
+    let mut maker =
+        Maker { tiles: vec![Tile::default(); header.grid.tiles() as usize], open: BTreeMap::new(), header, scale };
     maker.run(from, &keeper, out)?;
     let made = maker.tiles.iter().filter(|t| t.samples > 0).count() as u32;
     let bytes = maker.header.place(maker.header.grid.tiles());
@@ -153,7 +154,10 @@ impl Survey {
             return Err(GroundError::Raster("no sample has a height".to_owned()));
         }
         if relief > MOST_RELIEF {
-            return Err(GroundError::Raster(format!("heights from {} to {} m: at most {MOST_RELIEF} m apart", self.low, self.high)));
+            return Err(GroundError::Raster(format!(
+                "heights from {} to {} m: at most {MOST_RELIEF} m apart",
+                self.low, self.high
+            )));
         }
         let steps = |width: Width| f64::from(width.void() - 1);
         if let Some(step) = lattice.filter(|step| relief / step <= steps(Width::Two)) {
@@ -184,7 +188,12 @@ struct Piece {
 }
 
 impl Maker {
-    fn run(&mut self, from: &mut dyn Heights, keeper: &Keeper<'_>, out: &mut (impl Write + Seek)) -> Result<(), GroundError> {
+    fn run(
+        &mut self,
+        from: &mut dyn Heights,
+        keeper: &Keeper<'_>,
+        out: &mut (impl Write + Seek),
+    ) -> Result<(), GroundError> {
         let [columns, rows] = self.header.grid.size();
         out.seek(SeekFrom::Start(self.header.place(0)))?;
         let at_once = Band::rows(columns, 1 << self.header.grid.top());
@@ -198,7 +207,7 @@ impl Maker {
             for (piece, of) in pieces.iter().zip(known) {
                 let tile = &mut self.tiles[piece.tile as usize];
                 *tile = if tile.samples == 0 { of } else { joined(*tile, of, of.samples) };
-                let bytes = self.open.entry(piece.tile).or_insert_with(|| vec![0; header.tile_bytes()]);
+                let bytes = self.open.entry(piece.tile).or_insert_with(|| vec![0; header.tile_bytes(piece.tile)]);
                 piece.store(&band, header, scale, bytes);
             }
             self.close(&band, out)?;
@@ -303,19 +312,24 @@ impl Piece {
         }
         let error = deviation::of_cells(band, grid, key, self.cells.clone());
         let rim = rim::of_cells(band, grid, header.spacing, key, self.cells.clone());
-        Tile { low: (low as f32).next_down(), high: (high as f32).next_up(), error: up(error), rim: up(rim), samples, checksum: 0 }
+        Tile {
+            low: (low as f32).next_down(),
+            high: (high as f32).next_up(),
+            error: up(error),
+            rim: up(rim),
+            samples,
+            checksum: 0,
+        }
     }
 
     /// Puts the heights where they stand in the tile.
     fn store(&self, band: &Band, header: &Header, scale: &Scale, bytes: &mut [u8]) {
         let (grid, width) = (&header.grid, scale.width);
         let key = grid.key(self.tile);
-        for j in self.cells.start..=self.cells.end {
-            for i in 0..grid.side() {
-                let number = scale.number(band.true_height(grid.column(key, i), grid.row(key, j)));
-                let at = (j * grid.side() + i) as usize * width.bytes();
-                bytes[at..at + width.bytes()].copy_from_slice(&number.to_le_bytes()[..width.bytes()]);
-            }
+        let places = header.own_samples(self.tile).zip(bytes.chunks_exact_mut(width.bytes()));
+        for ([i, j], place) in places.filter(|([_, j], _)| (self.cells.start..=self.cells.end).contains(j)) {
+            let number = scale.number(band.true_height(grid.column(key, i), grid.row(key, j)));
+            place.copy_from_slice(&number.to_le_bytes()[..width.bytes()]);
         }
     }
 }

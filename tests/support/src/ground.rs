@@ -43,8 +43,7 @@ impl Raster {
         let (c, r) = (i64::from(column), i64::from(row));
         // The six triangles about a sample, diagonals from the north-east to the south-west.
         let around = [[1, 0], [0, 1], [-1, 1], [-1, 0], [0, -1], [1, -1]];
-        there(c, r)
-            && (0..6).any(|k| [around[k], around[(k + 1) % 6]].iter().all(|&[dc, dr]| there(c + dc, r + dr)))
+        there(c, r) && (0..6).any(|k| [around[k], around[(k + 1) % 6]].iter().all(|&[dc, dr]| there(c + dc, r + dr)))
     }
 }
 
@@ -229,7 +228,14 @@ impl Screen {
 }
 
 /// Judges what is drawn of a view. `allowed` pixels; edges are looked at only with `edges`, which takes long.
-pub fn judge(ground: &Ground, raster: &Raster, view: &GroundView<'_>, patches: &[Patch], allowed: f64, edges: bool) -> Verdict {
+pub fn judge(
+    ground: &Ground,
+    raster: &Raster,
+    view: &GroundView<'_>,
+    patches: &[Patch],
+    allowed: f64,
+    edges: bool,
+) -> Verdict {
     let of = Drawn::new(ground, patches);
     let screen = Screen::new(view);
     let header = ground.header();
