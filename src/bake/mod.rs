@@ -1,9 +1,11 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
 mod report;
+mod unbaked;
 mod worth;
 
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
+pub use unbaked::unbaked;
 
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};

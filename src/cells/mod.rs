@@ -35,6 +35,7 @@ pub use given::view_cells::{ViewCell, read_view_cells};
 pub use locate::{Locator, Stretch};
 pub use placement::{Placement, place_objects};
 pub(crate) use split::split_beside;
+pub(crate) use split::undivided_in_metres;
 pub use split::{SplitError, SplitOptions, split, undivided};
 
 use crate::geom::{Aabb, Plane};

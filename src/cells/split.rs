@@ -105,7 +105,15 @@ fn finished(scene: &Scene, human: HumanScale, mut graph: CellGraph) -> CellGraph
 
 /// A scene as one open cell, without a portal.
 pub fn undivided(scene: &Scene) -> CellGraph {
-    let human = HumanScale::of(scene);
+    one_cell(scene, HumanScale::of(scene))
+}
+
+/// As [`undivided`] of a scene in metres; nothing asks its triangles whether it is.
+pub(crate) fn undivided_in_metres(scene: &Scene) -> CellGraph {
+    one_cell(scene, HumanScale::METRES)
+}
+
+fn one_cell(scene: &Scene, human: HumanScale) -> CellGraph {
     let (cells, _) = cells_of_parts(Vec::new(), None, human.domain(scene.bounds()));
     CellGraph {
         strategy: Strategy::Bsp,

@@ -16,6 +16,7 @@ use crate::{ObjectId, bvh};
 use glam::{DVec3, Vec3A};
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
+use std::sync::OnceLock;
 
 /// Where a ray ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -33,22 +34,30 @@ pub struct RayScene<'s> {
     scene: &'s Scene,
     /// The scene's box, which takes a look at every object to find.
     bounds: Aabb,
-    /// Triangles of closed holes among them, numbered from the scene's last on.
-    opaque: Tree,
-    glass: Tree,
-    has_holes: bool,
+    holes: Vec<Vec<DVec3>>,
+    /// Triangles of closed holes among them, numbered from the scene's last on. Built for the first ray, as the other one is: of a large
+    /// scene that takes seconds, and who casts none needs neither.
+    opaque: OnceLock<Tree>,
+    glass: OnceLock<Tree>,
 }
 
 impl<'s> RayScene<'s> {
-    /// Builds the hierarchies; the same scene gives the same answers.
+    /// The hierarchies are built for the first ray; the same scene gives the same answers.
     pub fn new(scene: &'s Scene) -> Self {
         Self::with_closed_holes(scene, &[])
     }
 
     /// As [`RayScene::new`], with convex polygons that are opaque, too. They belong to no object: rays end there without a hit.
     pub fn with_closed_holes(scene: &'s Scene, holes: &[Vec<DVec3>]) -> Self {
-        let (opaque, glass) = (Tree::new(scene, true, holes), Tree::new(scene, false, &[]));
-        Self { scene, bounds: scene.bounds(), opaque, glass, has_holes: !holes.is_empty() }
+        Self { scene, bounds: scene.bounds(), holes: holes.to_vec(), opaque: OnceLock::new(), glass: OnceLock::new() }
+    }
+
+    fn opaque(&self) -> &Tree {
+        self.opaque.get_or_init(|| Tree::new(self.scene, true, &self.holes))
+    }
+
+    fn glass(&self) -> &Tree {
+        self.glass.get_or_init(|| Tree::new(self.scene, false, &[]))
     }
 
     /// The scene.
@@ -70,7 +79,7 @@ impl<'s> RayScene<'s> {
     /// place, the first of the scene. `limit` may be infinite. A ray within a triangle's plane passes it.
     pub fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<Hit> {
         let (t, triangle) = self.nearest(origin, direction, limit).filter(|&(_, triangle)| !self.is_hole(triangle))?;
-        Some(Hit { t, triangle, object: self.opaque.owner(self.scene, triangle) })
+        Some(Hit { t, triangle, object: self.opaque().owner(self.scene, triangle) })
     }
 
     fn is_hole(&self, triangle: u32) -> bool {
@@ -79,7 +88,7 @@ impl<'s> RayScene<'s> {
 
     /// The first triangle of the scene or of a closed hole, and where.
     fn nearest(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {
-        let tree = &self.opaque;
+        let tree = self.opaque();
         let (ray, start, length) = tree.enter(origin, direction, limit, 0.0)?;
         let sheared = Sheared::new(origin, direction);
         let mut best: Option<(f64, u32)> = None;
@@ -106,9 +115,12 @@ impl<'s> RayScene<'s> {
 
     /// Every see-through object that the ray meets for `0 < t <= limit`, before a closed hole, each once, nearest first, appended to `out`.
     pub fn see_through(&self, origin: DVec3, direction: DVec3, limit: f64, out: &mut Vec<Hit>) {
-        let tree = &self.glass;
-        let hole =
-            if self.has_holes { self.nearest(origin, direction, limit).filter(|&(_, id)| self.is_hole(id)) } else { None };
+        let tree = self.glass();
+        let hole = if !self.holes.is_empty() {
+            self.nearest(origin, direction, limit).filter(|&(_, id)| self.is_hole(id))
+        } else {
+            None
+        };
         let limit = hole.map_or(limit, |(t, _)| t);
         let Some((ray, ..)) = tree.enter(origin, direction, limit, 0.0) else { return };
         let sheared = Sheared::new(origin, direction);
@@ -156,7 +168,7 @@ impl<'s> RayScene<'s> {
         let (from, to) = (a + unit * (2.0 * clearance), b - unit * (2.0 * clearance));
         let core = length > 4.0 * clearance;
         let sheared = Sheared::new(a, before - a);
-        let tree = &self.opaque;
+        let tree = self.opaque();
         let Some((ray, ..)) = tree.enter(a, unit, length, clearance) else { return true };
         tree.walk(ray, clearance, |slots, _| {
             for slot in slots {
@@ -179,7 +191,7 @@ impl<'s> RayScene<'s> {
         if !length.is_finite() {
             return false;
         }
-        let tree = &self.opaque;
+        let tree = self.opaque();
         let unit = if length > 0.0 { (b - a) / length } else { DVec3::X };
         let Some((ray, ..)) = tree.enter(a, unit, length, clearance) else { return true };
         tree.walk(ray, clearance, |mut slots, _| !slots.any(|slot| comes_within(a, b, &tree.corners[slot], clearance)))

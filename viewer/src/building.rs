@@ -2,8 +2,8 @@
 
 use crate::elements::Author;
 use crate::looks::Looks;
-use enfilade::bake::{BakeError, BakeOptions, bake, digest, find_cells};
-use enfilade::cells::{CellGraph, undivided};
+use enfilade::bake::{BakeError, BakeOptions, bake, digest, find_cells, unbaked};
+use enfilade::cells::CellGraph;
 use enfilade::file::PvsFile;
 use enfilade::job::{Job, Journal, JournalError, of_this_build};
 use enfilade::pvs::PvsOptions;
@@ -110,11 +110,11 @@ impl Building {
             e => at(model, e),
         };
         if let Some(early) = early {
-            // 1. What needs no cells; 2. what needs no rays.
+            // 1. What nothing is worked out for; 2. what needs no rays.
             let tell = |number, file| {
                 early(number, Self { scene: scene.clone(), file, looks: looks.clone(), author: author.clone() })
             };
-            tell(0, quickly(undivided(&scene)).map_err(failed)?);
+            tell(0, unbaked(&scene, &import_options));
             progress("cells", 0.0);
             let cells = find_cells(&scene, &BakeOptions::default().split).map_err(|e| failed(e.into()))?;
             tell(1, quickly(cells).map_err(failed)?);

@@ -79,6 +79,24 @@ pub struct Decision {
     pub ms: f64,
 }
 
+impl Decision {
+    /// Of no frame yet.
+    fn new(camera: &Camera) -> Self {
+        Self {
+            frame: 0,
+            method: FrameMode::None,
+            objects: Vec::new(),
+            asks_device: false,
+            camera: *camera,
+            cells: Vec::new(),
+            portals: Vec::new(),
+            home: None,
+            stats: FrameStats::default(),
+            ms: 0.0,
+        }
+    }
+}
+
 /// Decides.
 pub struct Culling<'b> {
     /// Whose doors open and shut.
@@ -123,7 +141,7 @@ impl<'b> Culling<'b> {
         self.frames.set_fixed_cost(pixels_as_triangles(size));
     }
 
-    /// Decides a frame, with a near plane at `near` metres.
+    /// Decides a frame, with a near plane at `near` metres. Lists keep their memory from frame to frame.
     pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: FrameMode) -> &Decision {
         let start = Instant::now();
         // 1. How.
@@ -133,28 +151,22 @@ impl<'b> Culling<'b> {
         let by_software = method.has_queries() && self.oracle == Oracle::Software;
         let depth = by_software.then(|| self.depth.get_or_insert_with(|| depth(self.building, self.size)) as _);
         let visible = self.frames.cull(&self.culler, camera, near, method, depth);
-        let mut decision = Decision {
-            frame,
-            method,
-            objects: visible.objects.to_vec(),
-            asks_device,
-            camera: *camera,
-            cells: visible.cells.to_vec(),
-            portals: visible.portals.to_vec(),
-            home: visible.home,
-            stats: visible.stats,
-            ms: 0.0,
-        };
+        let decision = self.last.get_or_insert_with(|| Decision::new(camera));
+        refill(&mut decision.objects, visible.objects);
+        refill(&mut decision.cells, visible.cells);
+        refill(&mut decision.portals, visible.portals);
+        (decision.frame, decision.method, decision.asks_device) = (frame, method, asks_device);
+        (decision.camera, decision.home, decision.stats) = (*camera, visible.home, visible.stats);
         // 3. What to ask the device.
         if asks_device {
             self.late.plan(camera, &decision.objects, queries::MOST);
-            decision.objects.clone_from(&self.late.sure);
+            refill(&mut decision.objects, &self.late.sure);
             let triangles = decision.objects.iter().map(|&o| u64::from(self.culler.triangles(o))).sum();
             let (objects, queries) = (decision.objects.len() as u64, self.late.questions.len() as u64);
             decision.stats = FrameStats { objects, triangles, queries, ..decision.stats };
         }
         decision.ms = start.elapsed().as_secs_f64() * 1e3;
-        self.last.insert(decision)
+        decision
     }
 
     /// As if no frame had been drawn yet.
@@ -163,6 +175,12 @@ impl<'b> Culling<'b> {
         self.frames.restart(&self.culler);
         self.late = Late::new(&self.building.file);
     }
+}
+
+/// Other items in the same memory.
+fn refill<T: Copy>(list: &mut Vec<T>, items: &[T]) {
+    list.clear();
+    list.extend_from_slice(items);
 }
 
 /// What the pixels of a frame cost, in triangles.

@@ -82,7 +82,8 @@ pub(in crate::pvs) fn sample(
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
     let regions = regions(&sampler);
-    let by_cubes = !matches!(strategy, Strategy::Rays | Strategy::Guided);
+    // Without a budget nothing looks at a cube.
+    let by_cubes = budget > 0 && !matches!(strategy, Strategy::Rays | Strategy::Guided);
     let scene = by_cubes.then(|| CubeScene::new(rays.scene()));
     let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene, cubes));
     let mut sources: Vec<Box<dyn Source + '_>> = Vec::new();

@@ -212,8 +212,9 @@ impl Doors {
     }
 
     /// The doors that a frame shows, by what was decided for it.
-    pub fn seen(&self, decision: &Decision, out: &mut Vec<usize>) {
-        let mut cells = decision.cells.clone();
+    pub fn seen(&self, decision: &Decision, cells: &mut Vec<CellId>, out: &mut Vec<usize>) {
+        cells.clear();
+        cells.extend_from_slice(&decision.cells);
         cells.sort_unstable();
         // Modes without portals tell no cells.
         let is_reached = |door: &Door| cells.is_empty() || door.cells.iter().any(|cell| cells.binary_search(cell).is_ok());

@@ -19,9 +19,9 @@ use crate::building::Building;
 use crate::culling::{Culling, Oracle};
 use crate::doors::Doors;
 use crate::looks::Detail;
-use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::{Camera, FrameMode};
+use enfilade::{CellId, ObjectId};
 use glam::DVec3;
 use std::time::Instant;
 use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
@@ -119,6 +119,8 @@ pub struct Stage<'b> {
     leaves: Leaves,
     /// Doors that are drawn in this frame, and their leaves.
     seen: (Vec<usize>, Drawn),
+    /// The cells that this frame reaches, in order.
+    reached: Vec<CellId>,
     runs: Runs,
     everything: Runs,
     all_leaves: Drawn,
@@ -172,6 +174,7 @@ impl<'b> Stage<'b> {
             timer: Timer::new(&gpu),
             leaves,
             seen: Default::default(),
+            reached: Vec::new(),
             runs: Runs::default(),
             everything,
             all_leaves,
@@ -374,7 +377,7 @@ impl<'b> Stage<'b> {
         // What is all is in order already.
         let everything = if self.hidden.is_any { &self.hidden.shown } else { &self.everything };
         let runs = if is_all { everything } else { &self.runs };
-        self.doors.seen(decision, &mut self.seen.0);
+        self.doors.seen(decision, &mut self.reached, &mut self.seen.0);
         self.leaves.list(&self.seen.0, &mut self.seen.1);
         let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
 

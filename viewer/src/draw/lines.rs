@@ -97,6 +97,8 @@ pub struct Lines {
     seen_through: wgpu::RenderPipeline,
     ribbons: wgpu::RenderPipeline,
     buffer: Option<wgpu::Buffer>,
+    /// Corners of a frame.
+    all: Vec<[u32; 4]>,
 }
 
 impl Lines {
@@ -125,16 +127,15 @@ impl Lines {
             seen_through: pipeline(PrimitiveTopology::LineList, CompareFunction::Always),
             ribbons: pipeline(PrimitiveTopology::TriangleList, CompareFunction::Always),
             buffer: None,
+            all: Vec::new(),
         }
     }
 
     /// Draws one, in a pass with depth.
     pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, overlay: &Overlay) {
-        let all: Vec<[u32; 4]> = [&overlay.faces, &overlay.lines, &overlay.seen_through, &overlay.ribbons]
-            .into_iter()
-            .flatten()
-            .copied()
-            .collect();
+        let all = &mut self.all;
+        all.clear();
+        all.extend([&overlay.faces, &overlay.lines, &overlay.seen_through, &overlay.ribbons].into_iter().flatten());
         let bytes = 16 * all.len() as u64;
         if all.is_empty() || bytes > gpu.limits.max_buffer_size {
             return;
@@ -144,7 +145,7 @@ impl Lines {
                 Some(gpu.buffer(bytes.next_power_of_two().max(1 << 16), BufferUsages::VERTEX | BufferUsages::COPY_DST));
         }
         let Some(buffer) = &self.buffer else { return };
-        gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&all));
+        gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(all));
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_vertex_buffer(0, buffer.slice(..));
         let mut start = 0;

@@ -185,10 +185,10 @@ impl Eye {
     /// Sets where it looks; `cut`: what isn't before this plane (n, d) isn't drawn, in mirrors and with a section.
     pub fn set(&self, gpu: &Gpu, camera: &Camera, cut: Option<(Vec3, f32)>) {
         let (n, d) = cut.unwrap_or((Vec3::ZERO, -1.0));
-        let mut words = clip(camera).to_cols_array().to_vec();
-        words.extend(n.extend(d).to_array());
-        words.extend(camera.eye.extend(1.0).to_array());
-        gpu.queue.write_buffer(&self.camera, 0, bytemuck::cast_slice(&words));
+        let clip = clip(camera);
+        let words = [clip.x_axis, clip.y_axis, clip.z_axis, clip.w_axis, n.extend(d), camera.eye.extend(1.0)]
+            .map(|word| word.to_array());
+        gpu.queue.write_buffer(&self.camera, 0, bytemuck::cast_slice(words.as_flattened()));
     }
 }
 

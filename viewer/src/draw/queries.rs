@@ -29,9 +29,47 @@ pub struct Queries {
     pub solid: usize,
     group: wgpu::BindGroup,
     read: Readback<Questions>,
+    slots_of_frame: Slots,
+    /// Those that are read, for the next frames.
+    spare: Vec<Questions>,
+}
+
+/// What hangs on the questions of a frame.
+#[derive(Default)]
+struct Slots {
+    /// Whether one sees through it, and the question, the first corner and the number of corners: of neighbours one.
+    slots: Vec<(bool, [u32; 3])>,
+    words: Vec<u32>,
+    corners: Vec<f32>,
+}
+
+impl Slots {
+    /// Those of a plan; adds to `asked`, which is empty.
+    fn set(&mut self, late: &Late, mesh: &Mesh, is_ghost: &[bool], asked: &mut Questions) {
+        let slots = &mut self.slots;
+        slots.clear();
+        asked.nodes.extend(late.questions.iter().map(|q| q.node));
+        asked.triangles.resize(late.questions.len(), 0);
+        for &(question, object) in &late.conditional {
+            let range = mesh.drawn(object);
+            slots.push((is_ghost[object.index()], [question, range.start, range.end - range.start]));
+            asked.triangles[question as usize] += (range.end - range.start) / 3;
+        }
+        slots.sort_unstable();
+        slots.dedup_by(|next, last| {
+            let goes_on = next.0 == last.0 && next.1[0] == last.1[0] && next.1[1] == last.1[1] + last.1[2];
+            last.1[2] += if goes_on { next.1[2] } else { 0 };
+            goes_on
+        });
+        self.words.clear();
+        self.words.extend(slots.iter().flat_map(|slot| slot.1));
+        self.corners.clear();
+        self.corners.extend(late.questions.iter().flat_map(|q| [q.least, q.most]).flat_map(|p| p.to_array()));
+    }
 }
 
 /// What was asked in a frame.
+#[derive(Default)]
 struct Questions {
     /// Nodes that were asked about.
     nodes: Vec<u32>,
@@ -105,6 +143,8 @@ impl Queries {
             solid: 0,
             group,
             read: Readback::new(gpu, 8 * MOST as u64),
+            slots_of_frame: Slots::default(),
+            spare: Vec::new(),
         }
     }
 
@@ -122,25 +162,13 @@ impl Queries {
         commands: &mut wgpu::CommandEncoder,
     ) -> Option<usize> {
         // 1. What hangs on each question.
-        let mut slots: Vec<(bool, [u32; 3])> = Vec::with_capacity(late.conditional.len());
-        let mut triangles = vec![0; late.questions.len()];
-        for &(question, object) in &late.conditional {
-            let range = mesh.drawn(object);
-            slots.push((is_ghost[object.index()], [question, range.start, range.end - range.start]));
-            triangles[question as usize] += (range.end - range.start) / 3;
-        }
-        slots.sort_unstable();
-        slots.dedup_by(|next, last| {
-            let goes_on = next.0 == last.0 && next.1[0] == last.1[0] && next.1[1] == last.1[1] + last.1[2];
-            last.1[2] += if goes_on { next.1[2] } else { 0 };
-            goes_on
-        });
+        let mut questions = self.spare.pop().unwrap_or_default();
+        self.slots_of_frame.set(late, mesh, is_ghost, &mut questions);
+        let Slots { slots, words, corners } = &self.slots_of_frame;
         self.count = slots.len();
         self.solid = slots.partition_point(|slot| !slot.0);
-        let words: Vec<u32> = slots.iter().flat_map(|slot| slot.1).collect();
-        let corners: Vec<f32> = late.questions.iter().flat_map(|q| [q.least, q.most]).flat_map(|p| p.to_array()).collect();
-        gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(&words));
-        gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(&corners));
+        gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(words));
+        gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(corners));
         // 2. Questions: boxes drawn into nothing.
         let asked = late.questions.len() as u32;
         let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -169,7 +197,6 @@ impl Queries {
         pass.dispatch_workgroups((self.count as u32).div_ceil(64), 1, 1);
         drop(pass);
         // 4. And go to where they can be read.
-        let questions = Questions { nodes: late.questions.iter().map(|q| q.node).collect(), triangles };
         self.read.copy(&self.answers, 8 * u64::from(asked), questions, commands)
     }
 
@@ -181,10 +208,16 @@ impl Queries {
     /// Teaches what has come. Returns the triangles that the device drew by the answers, of the last frame that is heard of.
     pub fn heard(&mut self, late: &mut Late) -> Option<u64> {
         let mut drawn = None;
-        while let Some(triangles) = self.read.heard(|Questions { nodes, triangles }, view| {
+        let spare = &mut self.spare;
+        while let Some(triangles) = self.read.heard(|mut asked, view| {
+            let Questions { nodes, triangles } = &asked;
             let shows = |i: usize| view[8 * i..8 * i + 8].iter().any(|b| *b != 0);
             late.learn(nodes.iter().enumerate().map(|(i, &node)| (node, shows(i))));
-            triangles.iter().enumerate().filter(|(i, _)| shows(*i)).map(|(_, n)| u64::from(*n)).sum()
+            let drawn = triangles.iter().enumerate().filter(|(i, _)| shows(*i)).map(|(_, n)| u64::from(*n)).sum();
+            asked.nodes.clear();
+            asked.triangles.clear();
+            spare.push(asked);
+            drawn
         }) {
             drawn = triangles.or(drawn);
         }
