@@ -10,7 +10,7 @@ const MAY_USE: [(&str, &[&str]); 16] = [
     ("occlusion", &[]),
     ("file", &[]),
     ("runtime", &["file", "occlusion"]),
-    ("terrain", &[]),
+    ("terrain", &["runtime"]),
     ("scene", &[]),
     ("cells", &["scene"]),
     ("pvs", &["scene", "cells"]),
@@ -20,7 +20,7 @@ const MAY_USE: [(&str, &[&str]); 16] = [
     ("proof", &["scene", "cells", "pvs", "file"]),
     ("walkthrough", &["scene", "file", "occlusion", "runtime"]),
     ("verify", &["scene", "file", "walkthrough::path", "level::Level"]),
-    ("pages", &["scene", "file", "verify"]),
+    ("pages", &["scene", "file", "verify", "terrain"]),
     ("generate", &["scene::Role", "scene::gltf"]),
     ("export", &["scene", "file"]),
 ];

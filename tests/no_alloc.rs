@@ -118,3 +118,34 @@ fn a_warm_engine_allocates_nothing() {
     let taken = measure(|| (0..5).for_each(|_| engine.cube(&view, &mut cube)));
     assert_eq!(taken.count_total, 0);
 }
+
+/// Ground: choosing, and loading from a file by its thread, after the first frames.
+#[test]
+fn ground_allocates_nothing() {
+    use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, Motion, make};
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-alloc.ground");
+    let mut raster = testing::ground::Raster::of([700, 500], |c, r| f64::from(c * 31 % 57) + f64::from(r * 17 % 91));
+    make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
+    // Less than the file: it is loaded as it is flown over.
+    let mut ground = Ground::open(&path, 200_000).unwrap();
+    let cameras = testing::ground::flight(&ground, 40.0, 400);
+    for limit in [Limit::Pixels(4.0), Limit::Distance(4.0), Limit::Triangles(50_000)] {
+        let (mut scratch, mut motion, mut loaded) = (GroundScratch::default(), Motion::default(), 0);
+        let mut frame = |k: usize, loaded: &mut u32| {
+            let view = GroundView { camera: cameras[k], size: [1920, 1080], windows: &[enfilade::runtime::Rect::FULL] };
+            ground.select(&view, limit, &mut scratch);
+            motion.see(&cameras[k], k as f64 / 60.0);
+            *loaded += ground.load(&view, limit, &motion, 0.3, scratch.patches()).loaded;
+        };
+        (0..10).for_each(|k| frame(k, &mut loaded));
+        let taken = measure(|| {
+            for k in 10..cameras.len() {
+                frame(k, &mut loaded);
+                // The disk is given time to answer.
+                std::thread::sleep(std::time::Duration::from_micros(200));
+            }
+        });
+        assert_eq!(taken.count_total, 0, "{limit:?}");
+        assert!(loaded > 0, "{limit:?}: nothing was loaded");
+    }
+}

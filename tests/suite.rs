@@ -58,6 +58,7 @@ mod runtime;
 mod runtime_worlds;
 mod shields;
 mod small_holes;
+mod terrain;
 mod terrain_raster;
 mod truth;
 mod unseen;

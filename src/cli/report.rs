@@ -1,6 +1,7 @@
-//! `enfilade report`: a level or a building as a page of one file, with tables beside it.
+//! `enfilade report`: a level, a building or a ground as a page of one file, with tables beside it.
 
 mod building;
+mod ground;
 mod level;
 mod tiers;
 
@@ -18,8 +19,8 @@ const VIEWS: u32 = 1000;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// A building (.glb, .gltf, .obj, .ifc, .gml) or a level (.prt, .bsp)
-    #[arg(value_name = "INPUT|LEVEL.prt|LEVEL.bsp")]
+    /// A building (.glb, .gltf, .obj, .ifc, .gml), a level (.prt, .bsp) or a ground (.ground)
+    #[arg(value_name = "INPUT|LEVEL.prt|LEVEL.bsp|X.ground")]
     input: PathBuf,
     /// The page; tables go beside it, as .csv [default: the input's name with .report.html]
     #[arg(short, long, value_name = "REPORT.html")]
@@ -78,10 +79,15 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     ];
     let of_buildings = args.scene.given_again(&name).into_iter().map(|(flag, _)| (flag, true));
     let of_buildings: Vec<_> = of_buildings.chain(more).collect();
-    let others: &[(&str, bool)] = if is_level { &of_buildings } else { &of_levels };
-    if let Some((flag, _)) = others.iter().find(|f| f.1) {
-        let [this, other] = if is_level { ["a level", "buildings"] } else { ["no level", "levels"] };
-        return Err(at(&args.input, format!("is {this}; {flag} is for {other}")));
+    let given = |flags: &[(&'static str, bool)]| flags.iter().find(|f| f.1).map(|f| f.0);
+    let [of_building, of_level] = [given(&of_buildings), given(&of_levels)];
+    let wrong = match (is("ground"), is_level) {
+        (true, _) => of_building.or(of_level).map(|flag| format!("is a ground; {flag} is for buildings or levels")),
+        (false, true) => of_building.map(|flag| format!("is a level; {flag} is for buildings")),
+        (false, false) => of_level.map(|flag| format!("is no level; {flag} is for levels")),
+    };
+    if let Some(line) = wrong {
+        return Err(at(&args.input, line));
     }
     if args.tiers && args.views == 0 {
         return Err(CliError("--tiers compares in views; --views 0 leaves none".into()));
@@ -93,6 +99,9 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     let table = output.with_extension("csv");
     if table == output {
         return Err(at(&output, "-o names the page; the table gets its name with .csv"));
+    }
+    if is("ground") {
+        return ground::report(args, &output, &table);
     }
     if is_level { level::report(args, &output, &table) } else { building::report(args, &output, &table) }
 }

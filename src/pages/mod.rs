@@ -1,8 +1,9 @@
-//! Pages of one HTML file, and the tables beside them, about a building or a level.
+//! Pages of one HTML file, and the tables beside them, about a building, a level or a ground.
 
 pub mod building;
 pub mod chart;
 pub mod curves;
+pub mod ground;
 pub mod html;
 pub mod level;
 pub mod matrix;

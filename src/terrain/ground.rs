@@ -298,11 +298,11 @@ impl Ground {
         if !(u >= 0.0 && v >= 0.0 && u <= f64::from(columns - 1) && v <= f64::from(rows - 1)) {
             return None;
         }
-        (0..=grid.top()).find_map(|level| self.height_by(level, u, v))
+        (0..=grid.top()).find_map(|level| self.height_by(level, u, v)).flatten()
     }
 
-    /// The same by the tile of a level, in columns and rows.
-    fn height_by(&self, level: u32, u: f64, v: f64) -> Option<f64> {
+    /// The same by the tile of a level, in columns and rows; `None` where that is not in memory.
+    fn height_by(&self, level: u32, u: f64, v: f64) -> Option<Option<f64>> {
         let grid = &self.header.grid;
         let cells = grid.side() - 1;
         let step = 1u32 << level;
@@ -311,18 +311,21 @@ impl Ground {
         let [columns, rows] = grid.size();
         let (c, r) = (cell(u, columns), cell(v, rows));
         let key = Key { level, x: c / cells, y: r / cells };
-        let tile = grid.tile(key).filter(|&tile| self.cache.has(tile))?;
+        let tile = grid.tile(key)?;
+        if self.tiles[tile as usize].samples == 0 {
+            return Some(None);
+        }
+        if !self.cache.has(tile) {
+            return None;
+        }
         let (i, j) = (c % cells, r % cells);
         let [c0, c1] = [i, i + 1].map(|i| f64::from(grid.column(key, i)));
         let [r0, r1] = [j, j + 1].map(|j| f64::from(grid.row(key, j)));
         let (p, q) = ((u - c0) / (c1 - c0), (v - r0) / (r1 - r0));
         let height = |i: u32, j: u32| self.sample(tile, [i, j]).map(f64::from);
-        if p + q <= 1.0 {
-            let a = height(i, j)?;
-            return Some(a + p * (height(i + 1, j)? - a) + q * (height(i, j + 1)? - a));
-        }
-        let d = height(i + 1, j + 1)?;
-        Some(d + (1.0 - p) * (height(i, j + 1)? - d) + (1.0 - q) * (height(i + 1, j)? - d))
+        let (north_east, south_west) = (height(i + 1, j), height(i, j + 1));
+        let (corner, p, q) = if p + q <= 1.0 { (height(i, j), p, q) } else { (height(i + 1, j + 1), 1.0 - q, 1.0 - p) };
+        Some(corner.zip(north_east).zip(south_west).map(|((at, east), south)| at + p * (east - at) + q * (south - at)))
     }
 }
 

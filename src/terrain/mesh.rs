@@ -2,7 +2,8 @@
 //!
 //! Samples `(i, j)` stand `i` to the east and `j` to the south. All diagonals run one way, from `(i + 1, j)` to `(i, j + 1)`, so that a
 //! triangle of a coarser level is a union of triangles of each finer one. Along a side with a coarser neighbour, each second sample moves
-//! onto the one before it: what is left there are the neighbour's own corners, and no gap. (Losasso, Hoppe, 2004, have the same
+//! onto one beside it: what is left there are the neighbour's own corners, and no gap. On the northern and western sides it is the one
+//! before, on the others the one after: else the corner in the south-east would have a sample on the middle of an edge. (Losasso, Hoppe, 2004, have the same
 //! degenerate triangles between their rings; the thesis that the tiles come from has index lists instead. The triangles are equal.)
 
 use super::grid::Side;
@@ -13,10 +14,18 @@ pub type Sample = [u32; 2];
 /// Where a sample is drawn, with `coarser` (bits of [`Side`]) neighbours.
 pub fn snapped([i, j]: Sample, side: u32, coarser: u8) -> Sample {
     let last = side - 1;
-    let along_row = (j == 0 && coarser & Side::North.bit() != 0) || (j == last && coarser & Side::South.bit() != 0);
-    let along_column = (i == 0 && coarser & Side::West.bit() != 0) || (i == last && coarser & Side::East.bit() != 0);
+    let is_coarser = |side: Side| coarser & side.bit() != 0;
     // Corners of the tile are even, and stay.
-    [if along_row { i & !1 } else { i }, if along_column { j & !1 } else { j }]
+    let along = |k: u32, across: u32, first: Side, second: Side| {
+        if across == 0 && is_coarser(first) {
+            k & !1
+        } else if across == last && is_coarser(second) {
+            k + (k & 1)
+        } else {
+            k
+        }
+    };
+    [along(i, j, Side::North, Side::South), along(j, i, Side::West, Side::East)]
 }
 
 /// The two triangles of a cell, counter-clockwise from above.

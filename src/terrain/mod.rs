@@ -8,6 +8,8 @@ mod grid;
 mod ground;
 #[cfg(feature = "bake")]
 mod make;
+#[cfg(feature = "bake")]
+mod measure;
 mod mesh;
 mod metric;
 mod motion;
@@ -23,6 +25,8 @@ pub use grid::{Grid, Key, MOST_SAMPLES, SIDES, Side};
 pub use ground::{Ground, Loading};
 #[cfg(feature = "bake")]
 pub use make::{Heights, LEAST_TRIANGLES, Made, MakeOptions, make};
+#[cfg(feature = "bake")]
+pub use measure::{Measured, flight, measure};
 pub use mesh::{Sample, drawn, snapped};
 pub use motion::Motion;
 pub use placement::Placement;

@@ -41,7 +41,7 @@ pub struct Patch {
     pub tile: u32,
     /// Its place.
     pub key: Key,
-    /// Sides (bits of [`Side`]) beyond which a coarser tile is drawn: there, each second sample moves onto the one before it.
+    /// Sides (bits of [`Side`]) beyond which a coarser tile is drawn: there, each second sample moves ([`snapped`](super::snapped)).
     pub coarser: u8,
     /// Pixels that it may be wrong.
     pub error: f32,

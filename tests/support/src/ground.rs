@@ -1,9 +1,9 @@
 //! Ground, judged: every sample of a raster against where the selected tiles draw it, and the mesh of what is drawn, edge by edge.
 
 use enfilade::runtime::{Camera, Rect};
-use enfilade::terrain::{Ground, GroundView, Heights, Patch, drawn};
+use enfilade::terrain::{Disk, Ground, GroundError, GroundView, Heights, Patch, drawn};
 use glam::{DVec2, DVec3};
-use std::collections::HashMap;
+use std::collections::HashSet;
 use std::ops::Range;
 
 /// A raster in memory.
@@ -89,16 +89,20 @@ struct Drawn<'a> {
     ground: &'a Ground,
     patches: &'a [Patch],
     triangles: Vec<[[u32; 2]; 3]>,
-    heights: HashMap<[u32; 2], f32>,
-    surface: HashMap<[u32; 2], f64>,
+    /// Where each patch's triangles end.
+    ends: Vec<usize>,
+    /// By sample, row after row: its height as a corner, and that of the surface; not a number where there is none.
+    heights: Vec<f32>,
+    surface: Vec<f64>,
     torn: u64,
 }
 
 impl<'a> Drawn<'a> {
     fn new(ground: &'a Ground, patches: &'a [Patch]) -> Self {
         let grid = &ground.header().grid;
-        let mut drawn_now =
-            Self { ground, patches, triangles: vec![], heights: HashMap::new(), surface: HashMap::new(), torn: 0 };
+        let samples = grid.size().map(|k| k as usize).into_iter().product();
+        let (heights, surface) = (vec![f32::NAN; samples], vec![f64::NAN; samples]);
+        let mut drawn_now = Self { ground, patches, triangles: vec![], ends: vec![], heights, surface, torn: 0 };
         for patch in patches {
             let cells = (0..grid.side() - 1).flat_map(|j| (0..grid.side() - 1).map(move |i| (i, j)));
             for triangle in cells.flat_map(|(i, j)| drawn(i, j, grid.side(), patch.coarser)) {
@@ -109,14 +113,16 @@ impl<'a> Drawn<'a> {
                     drawn_now.add(at, [a, b, c]);
                 }
             }
+            drawn_now.ends.push(drawn_now.triangles.len());
         }
         drawn_now
     }
 
     fn add(&mut self, at: [[u32; 2]; 3], heights: [f32; 3]) {
         for (at, height) in at.into_iter().zip(heights) {
-            let before = *self.heights.entry(at).or_insert(height);
-            self.torn += u64::from(before.to_bits() != height.to_bits());
+            let at = self.index(at);
+            self.torn += u64::from(!self.heights[at].is_nan() && self.heights[at].to_bits() != height.to_bits());
+            self.heights[at] = height;
         }
         let low = [0, 1].map(|k| at.iter().map(|p| p[k]).min().unwrap_or(0));
         let high = [0, 1].map(|k| at.iter().map(|p| p[k]).max().unwrap_or(0));
@@ -124,20 +130,23 @@ impl<'a> Drawn<'a> {
             for column in low[0]..=high[0] {
                 if let Some(weights) = weights(at, [column, row].map(f64::from)) {
                     let height = weights.iter().zip(heights).map(|(w, h)| w * f64::from(h)).sum();
-                    self.surface.insert([column, row], height);
+                    let at = self.index([column, row]);
+                    self.surface[at] = height;
                 }
             }
         }
         self.triangles.push(at);
     }
 
+    fn index(&self, [column, row]: [u32; 2]) -> usize {
+        row as usize * self.ground.header().grid.size()[0] as usize + column as usize
+    }
+
     /// Edges that have a drawn triangle on their other side that has not the same edge.
     fn open_edges(&self) -> u64 {
-        let mut edges: HashMap<([u32; 2], [u32; 2]), ()> = HashMap::new();
-        for [a, b, c] in &self.triangles {
-            edges.extend([((*a, *b), ()), ((*b, *c), ()), ((*c, *a), ())]);
-        }
-        let alone = edges.keys().filter(|&&(a, b)| !edges.contains_key(&(b, a)));
+        let of = |[a, b, c]: &[[u32; 2]; 3]| [(*a, *b), (*b, *c), (*c, *a)];
+        let edges: HashSet<([u32; 2], [u32; 2])> = self.triangles.iter().flat_map(of).collect();
+        let alone = edges.iter().filter(|&&(a, b)| !edges.contains(&(b, a)));
         alone.filter(|&&(a, b)| self.is_drawn_beyond(a, b)).count() as u64
     }
 
@@ -150,8 +159,10 @@ impl<'a> Drawn<'a> {
         // Near both ends and in the middle: a part of an edge may be open.
         [0.1, 0.5, 0.9].iter().any(|t| {
             let beyond = p + along * *t + outward;
-            self.patches.iter().any(|patch| self.covers(patch, beyond))
-                && self.triangles.iter().any(|of| inside_of(of, beyond))
+            (0..self.patches.len()).filter(|&k| self.covers(&self.patches[k], beyond)).any(|k| {
+                let from = if k == 0 { 0 } else { self.ends[k - 1] };
+                self.triangles[from..self.ends[k]].iter().any(|of| inside_of(of, beyond))
+            })
         })
     }
 
@@ -252,7 +263,7 @@ pub fn judge(
                 continue;
             }
             verdict.samples += 1;
-            let drawn_at = |c: u32, r: u32| of.surface.get(&[c, r]).and_then(|&h| screen.at(place(c, r, h)));
+            let drawn_at = |c: u32, r: u32| Some(of.surface[of.index([c, r])]).filter(|h| !h.is_nan()).and_then(|h| screen.at(place(c, r, h)));
             let error = drawn_at(column, row).map_or_else(
                 || {
                     // Beside a void: the nearest that is drawn.
@@ -290,4 +301,53 @@ pub fn flight(ground: &Ground, above: f64, frames: usize) -> Vec<Camera> {
         Camera::look_at(eye, eye + DVec3::new(angle.cos(), down, angle.sin()), 60f64.to_radians(), 16.0 / 9.0)
     };
     (0..frames).map(of).collect()
+}
+
+/// A disk that answers late: a tile comes so many frames after it was asked for, and so many are taken a frame.
+pub struct Scripted {
+    bytes: Vec<Vec<u8>>,
+    late: u64,
+    a_frame: usize,
+    frame: u64,
+    asked_now: usize,
+    queue: std::collections::VecDeque<(u64, u32)>,
+}
+
+impl Scripted {
+    /// The tiles of a file.
+    pub fn new(path: &std::path::Path, of: &Ground, late: u64, a_frame: usize) -> Self {
+        let file = std::fs::read(path).expect("a ground");
+        let header = of.header();
+        let tile = |t: u32| file[header.place(t) as usize..header.place(t + 1) as usize].to_vec();
+        let bytes = (0..header.grid.tiles()).map(tile).collect();
+        Self { bytes, late, a_frame, frame: 0, asked_now: 0, queue: std::collections::VecDeque::with_capacity(1024) }
+    }
+}
+
+impl Disk for Scripted {
+    fn ask(&mut self, tile: u32) -> bool {
+        let takes = self.asked_now < self.a_frame;
+        if takes {
+            self.asked_now += 1;
+            self.queue.push_back((self.frame + self.late, tile));
+        }
+        takes
+    }
+
+    fn take(&mut self, bytes: &mut [u8]) -> Option<(u32, Result<(), GroundError>)> {
+        match self.queue.front() {
+            Some(&(due, tile)) if due <= self.frame => {
+                self.queue.pop_front();
+                let of = &self.bytes[tile as usize];
+                bytes[..of.len()].copy_from_slice(of);
+                Some((tile, Ok(())))
+            }
+            // Nothing more has come: the frame's requests follow.
+            _ => {
+                self.frame += 1;
+                self.asked_now = 0;
+                None
+            }
+        }
+    }
 }
