@@ -10,7 +10,7 @@ const MAY_USE: [(&str, &[&str]); 16] = [
     ("occlusion", &[]),
     ("file", &[]),
     ("runtime", &["file", "occlusion"]),
-    ("terrain", &[]),
+    ("terrain", &["runtime"]),
     ("scene", &[]),
     ("cells", &["scene"]),
     ("pvs", &["scene", "cells"]),

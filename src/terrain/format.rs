@@ -145,13 +145,16 @@ impl Header {
     }
 
     /// Reads the first bytes of a file that is `length` bytes long; also gives the table's checksum.
-    pub(super) fn read(bytes: &[u8; HEADER], length: u64) -> Result<(Self, u64), GroundError> {
+    pub(super) fn read(bytes: &[u8], length: u64) -> Result<(Self, u64), GroundError> {
+        if !bytes.starts_with(&MAGIC) {
+            return Err(GroundError::NotGround);
+        }
+        let Some(bytes) = bytes.first_chunk::<HEADER>() else {
+            return Err(GroundError::Length { has: length, needs: HEADER as u64 });
+        };
         let u32_at = |at: usize| u32::from_le_bytes(array(bytes, at));
         let u64_at = |at: usize| u64::from_le_bytes(array(bytes, at));
         let f64_at = |at: usize| f64::from_le_bytes(array(bytes, at));
-        if bytes[..8] != MAGIC {
-            return Err(GroundError::NotGround);
-        }
         if u32_at(8) != VERSION {
             return Err(GroundError::Version(u32_at(8)));
         }
@@ -177,21 +180,33 @@ impl Header {
             width,
             voids: u64_at(88),
         };
-        let positive = |x: f64| x > 0.0 && x.is_finite() && (x as f32) > 0.0 && (x as f32).is_finite();
-        if !header.spacing.into_iter().all(positive) {
-            return Err(wrong(40, "the spacing is not above 0"));
-        }
-        if !header.origin.iter().all(|x| x.is_finite()) {
-            return Err(wrong(56, "the origin is not finite"));
-        }
-        if !positive(header.step) {
-            return Err(wrong(80, "the step of heights is not above 0"));
-        }
+        header.check()?;
         let needs = header.place(header.grid.tiles());
         if needs != length || u64_at(32) != length {
             return Err(GroundError::Length { has: length, needs });
         }
         Ok((header, u64_at(96)))
+    }
+
+    /// Refuses numbers that no ground has: a run time computes with `f32`.
+    pub(super) fn check(&self) -> Result<(), GroundError> {
+        let wrong = |offset, what| Err(GroundError::Malformed { offset, what });
+        let positive = |x: f64| x as f32 > 0.0 && (x as f32).is_finite();
+        let size = self.grid.size();
+        let is_wide = |k: usize| positive(self.spacing[k]) && positive(self.spacing[k] * f64::from(size[k]));
+        if !(is_wide(0) && is_wide(1)) {
+            return wrong(40, "the spacing is 0 or less, or the ground is endless");
+        }
+        if !self.origin.iter().all(|x| x.is_finite()) {
+            return wrong(56, "the origin is not finite");
+        }
+        if !(positive(self.step) && positive(self.step * f64::from(self.width.void()))) {
+            return wrong(80, "the step of heights is 0 or less, or heights are endless");
+        }
+        if self.voids > size.map(u64::from).into_iter().product() {
+            return wrong(88, "more samples without a height than samples");
+        }
+        Ok(())
     }
 }
 
@@ -218,8 +233,9 @@ impl Tile {
             samples: u32::from_le_bytes(array(bytes, 16)),
             checksum: u64::from_le_bytes(array(bytes, 24)),
         };
-        let finite = tile.low.is_finite() && tile.high.is_finite() && tile.low <= tile.high;
-        (tile.samples == 0 || (finite && tile.error >= 0.0 && tile.rim >= 0.0)).then_some(tile)
+        let finite = [tile.low, tile.high, tile.error].iter().all(|x| x.is_finite());
+        let has_zeros = bytes[20..24] == [0; 4];
+        (finite && has_zeros && tile.low <= tile.high && tile.error >= 0.0 && tile.rim >= 0.0).then_some(tile)
     }
 }
 

@@ -170,6 +170,15 @@ pub fn tiff() -> Vec<Vec<u8>> {
     vec![plain.bytes(), packed.bytes(), Tiff { tags, ..Tiff::wholes([3, 3], &[2; 9]) }.bytes()]
 }
 
+/// In levels; whole, with a void; and of one tile that is hardly used.
+pub fn ground() -> Vec<Vec<u8>> {
+    use testing::ground_file::{GroundFile, hills};
+    let mut whole = GroundFile::by_hand([40, 37], 33, false, |c, r| if c + r == 9 { 0xffff } else { (c * r) as u16 });
+    let mut least = GroundFile::by_hand([2, 3], 33, false, |c, r| (c + r) as u16);
+    [&mut whole, &mut least].into_iter().for_each(GroundFile::sign);
+    vec![hills().bytes(), whole.bytes(), least.bytes()]
+}
+
 /// A square of nine samples, one of them void.
 pub fn hgt() -> Vec<Vec<u8>> {
     vec![[1i16, 2, 3, 4, -32768, 6, 7, 8, 9].iter().flat_map(|h| h.to_be_bytes()).collect()]
