@@ -46,7 +46,8 @@ fn repaired(seeds: &[GroundFile], number_of: u64) -> Vec<u8> {
             2 => file.head[VOIDS..VOIDS + 8].copy_from_slice(&WHOLES[r.below(WHOLES.len())].to_le_bytes()),
             // Numbers of a tile: heights, errors, samples; rarely what is zero.
             3..6 => {
-                let at = 4 * r.below(if r.below(8) == 0 { 6 } else { 5 });
+                let fields = if r.below(8) == 0 { 6 } else { 5 };
+                let at = 4 * r.below(fields);
                 file.table[tile][at..at + 4].copy_from_slice(&number(r));
             }
             6 => file.table[tile] = file.table[r.below(file.table.len())].clone(),
