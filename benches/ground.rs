@@ -29,7 +29,7 @@ fn main() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     let files = if named.is_empty() {
         let made = folder.join("ground-1025.tif");
-        ground(1025, 30.0, 1, std::fs::File::create(&made).expect("a folder to write to")).expect("a ground");
+        ground(1025, 30.0, 1, &made).expect("a ground");
         vec![made]
     } else {
         named

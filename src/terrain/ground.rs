@@ -286,7 +286,7 @@ impl Ground {
     /// The height of a tile's sample, metres above the origin; `None` for a void, or where the tile is not in memory.
     pub fn sample(&self, tile: u32, [i, j]: [u32; 2]) -> Option<f32> {
         let number = self.cache.number(&self.header, self.cache.slot(tile)?, [i, j]);
-        (number < self.header.width.void()).then(|| number as f32 * self.header.step as f32)
+        (number < self.header.width.void()).then_some(number as f32 * self.header.step as f32)
     }
 
     /// The height of the ground at a place (metres to the east and to the south of the origin), by the finest tile in memory. `None`
