@@ -13,6 +13,7 @@ mod footprint;
 mod from_raster;
 mod heights;
 mod rim;
+mod write;
 
 use super::error::GroundError;
 use super::format::{ENTRY, HEADER, Header, Tile, Width};
