@@ -70,6 +70,63 @@ fn a_tiff_by_hand_is_read_however_it_is_stored() {
 }
 
 #[test]
+fn a_bigtiff_and_lzw_are_read() {
+    let heights: Vec<i16> = (0..6400).map(|i| (i * i % 3001) as i16 - 1500).collect();
+    let wanted: Vec<f64> = heights.iter().map(|&h| f64::from(h)).collect();
+    for (tile, lzw, predictor, large, big) in [
+        (None, false, 0, true, false),
+        (None, false, 0, true, true),
+        (Some([16, 16]), false, 0, true, false),
+        (None, true, 0, false, false),
+        (None, true, 2, true, true),
+        (Some([32, 48]), true, 2, false, false),
+    ] {
+        let tiff = Tiff { tile, lzw, predictor, large, big, ..Tiff::wholes([80, 80], &heights) };
+        let mut raster = open("a.tif", placed(tiff).bytes()).unwrap();
+        assert_eq!((raster.size(), raster.first()), ([80, 80], [500_015.0, 5_299_985.0]));
+        assert!(same(&all(&mut raster), &wanted), "{tile:?} {lzw} {predictor} {large} {big}");
+    }
+}
+
+#[test]
+fn floats_are_read_with_their_predictor() {
+    let heights: Vec<f32> =
+        (0..1400).map(|i| 100.0 + 0.37 * (i * i % 997) as f32 - if i == 7 { 1e-3 } else { 0.0 }).collect();
+    let wanted: Vec<f64> = heights.iter().map(|&h| f64::from(h)).collect();
+    for (tile, packed, lzw, big) in [
+        (None, true, false, false),
+        (None, false, true, true),
+        (Some([16, 32]), true, false, true),
+        (None, false, false, false),
+    ] {
+        let tiff = Tiff { tile, packed, lzw, big, predictor: 3, ..Tiff::floats([40, 35], &heights) };
+        assert!(same(&all(&mut open("a.tif", tiff.bytes()).unwrap()), &wanted), "{tile:?} {packed} {lzw} {big}");
+    }
+}
+
+/// Nothing of such a raster is in the file: its strip is left out.
+#[test]
+fn more_samples_than_are_read_are_refused() {
+    let sized = |size: [u32; 2]| {
+        let mut tiff = Tiff::wholes([2, 2], &[0; 4]);
+        for (tag, value) in [(256, size[0]), (257, size[1]), (278, size[1]), (273, 0), (279, 0)] {
+            tiff.tags.push((tag, 4, value.to_le_bytes().to_vec()));
+        }
+        tiff.bytes()
+    };
+    for [columns, rows] in [[50_000, 42_950], [1 << 20, 2049], [2, (1 << 20) + 1], [(1 << 20) + 1, 2]] {
+        let line =
+            format!("a.tif: {columns} x {rows} samples; 2^31 are read at most, and 2^20 on a side: cut it into parts");
+        assert_eq!(open("a.tif", sized([columns, rows])).expect_err("too large").to_string(), line);
+    }
+    // 2^31 to the sample: it is opened, and its rows are voids or 0.
+    let mut raster = open("a.tif", sized([1 << 16, 1 << 15])).unwrap();
+    let mut row = vec![1.0; 1 << 16];
+    raster.read(32_767..32_768, &mut row).unwrap();
+    assert!(row.iter().all(|&h| h == 0.0));
+}
+
+#[test]
 fn what_is_no_number_is_void() {
     let floats = Tiff::floats([2, 2], &[1.5, f32::NAN, f32::INFINITY, -9999.0]);
     let mut raster = open("a.tif", Tiff { tags: vec![(42113, 2, b"-9999\0".to_vec())], ..floats }.bytes()).unwrap();

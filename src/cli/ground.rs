@@ -52,7 +52,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         None => Vec::new(),
     };
     let options = MakeOptions { side: args.tile.parse().unwrap_or_default(), keep_out };
-    let made = pool(args.threads)?.install(|| write(&mut raster, &options, &args.output))?;
+    let made = pool(args.threads)?.install(|| write(&mut raster, &options, (&args.rasters[0], &args.output)))?;
     if args.json {
         println!("{:#}", as_json(&made, raster.notes()));
     } else {
@@ -73,7 +73,7 @@ fn footprint(model: &Path, files: &FilesFlag, place: Placement) -> Result<Vec<[D
     Ok((0..scene.triangles.len()).map(|t| scene.corners(t).map(above)).collect())
 }
 
-fn write(raster: &mut Raster, options: &MakeOptions, output: &Path) -> Result<Made, CliError> {
+fn write(raster: &mut Raster, options: &MakeOptions, (input, output): (&Path, &Path)) -> Result<Made, CliError> {
     let mut made = None;
     let written = replace_file_by(output, |file| {
         made = Some(make(raster, options, file));
@@ -85,6 +85,7 @@ fn write(raster: &mut Raster, options: &MakeOptions, output: &Path) -> Result<Ma
     match (made, written) {
         // What reading the raster met names its own file.
         (Some(Err(GroundError::Raster(line))), _) => Err(CliError(line)),
+        (Some(Err(e @ GroundError::Heights(_))), _) => Err(at(input, e)),
         (Some(Err(e)), _) => Err(at(output, e)),
         (_, Err(e)) => Err(at(output, e)),
         (Some(Ok(made)), Ok(())) => Ok(made),

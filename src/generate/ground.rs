@@ -2,7 +2,9 @@
 //!
 //! Heights are a sum of octaves of gradient noise (K. Perlin, *An image synthesizer*, 1985): smooth ones for the lie of the land, ridged
 //! ones for mountains where that is high. Octaves count less where the sum is steep already, so that ridges are rough and valleys smooth.
-//! Only `+ - * /` are used, which round alike on every machine. The file is written strip by strip.
+//! Only `+ - * /` are used, which round alike on every machine. The file is written strip by
+//! strip, its numbers in the machine's own order, as the crate `tiff` writes them: so machines of either order make files of the same heights,
+//! and those of one order the same bytes.
 
 use super::GenerateError;
 use crate::parallel;

@@ -2,7 +2,6 @@
 
 use super::error::{GroundError, Part};
 use super::format::{Header, Tile};
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
@@ -33,7 +32,7 @@ pub(super) struct FileDisk {
 
 impl FileDisk {
     /// Starts the thread.
-    pub fn new(mut file: File, header: &Header, tiles: Arc<[Tile]>) -> std::io::Result<Self> {
+    pub fn new(mut file: impl Read + Seek + Send + 'static, header: &Header, tiles: Arc<[Tile]>) -> std::io::Result<Self> {
         let (questions, asked) = sync_channel::<(u32, Vec<u8>)>(UNDER_WAY);
         let (answer, answers) = sync_channel::<Answer>(UNDER_WAY);
         let idle = vec![vec![0; header.tile_bytes(0)]; UNDER_WAY];
@@ -88,7 +87,8 @@ pub(super) fn read_tile(
     bytes: &mut [u8],
 ) -> Result<(), GroundError> {
     let bytes = &mut bytes[..header.tile_bytes(tile)];
+    let part = Part::Tile(tile);
     file.seek(SeekFrom::Start(header.place(tile)))?;
-    file.read_exact(bytes)?;
-    if xxh3_64(bytes) == tiles[tile as usize].checksum { Ok(()) } else { Err(GroundError::Checksum(Part::Tile(tile))) }
+    file.read_exact(bytes).map_err(|e| GroundError::of(part, e))?;
+    if xxh3_64(bytes) == tiles[tile as usize].checksum { Ok(()) } else { Err(GroundError::Checksum(part)) }
 }

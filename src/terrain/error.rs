@@ -22,6 +22,8 @@ pub enum GroundError {
     },
     /// The header, the table or a tile isn't what was written.
     Checksum(Part),
+    /// The file has become shorter since it was opened.
+    CutOff(Part),
     /// A number of the header or of the table that no writer puts there.
     Malformed {
         /// Byte in the file.
@@ -29,8 +31,10 @@ pub enum GroundError {
         /// What is wrong.
         what: &'static str,
     },
-    /// A raster that no ground can be made of.
+    /// A raster that can't be read; the line names its file.
     Raster(String),
+    /// Heights that no ground can be made of.
+    Heights(String),
 }
 
 /// A part of a `.ground` file.
@@ -42,6 +46,23 @@ pub enum Part {
     Table,
     /// A tile, by its number.
     Tile(u32),
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Header => f.write_str("the header"),
+            Self::Table => f.write_str("the table of tiles"),
+            Self::Tile(tile) => write!(f, "tile {tile}"),
+        }
+    }
+}
+
+impl GroundError {
+    /// What the system says of a part; one that ends too early was cut off.
+    pub(super) fn of(part: Part, error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::UnexpectedEof { Self::CutOff(part) } else { Self::Io(error) }
+    }
 }
 
 impl fmt::Display for GroundError {
@@ -59,13 +80,10 @@ impl fmt::Display for GroundError {
                 write!(f, "cut off: it has {has} bytes and needs {needs}; make the file again")
             }
             Self::Length { has, needs } => write!(f, "{} bytes after its end; make the file again", has - needs),
-            Self::Checksum(Part::Header) => f.write_str("the header is damaged (wrong checksum); make the file again"),
-            Self::Checksum(Part::Table) => {
-                f.write_str("the table of tiles is damaged (wrong checksum); make the file again")
-            }
-            Self::Checksum(Part::Tile(tile)) => write!(f, "tile {tile} is damaged (wrong checksum); make the file again"),
+            Self::Checksum(part) => write!(f, "{part} is damaged (wrong checksum); make the file again"),
+            Self::CutOff(part) => write!(f, "{part} is cut off: the file has become shorter; make it again"),
             Self::Malformed { offset, what } => write!(f, "byte {offset}: {what}; make the file again"),
-            Self::Raster(what) => f.write_str(what),
+            Self::Raster(what) | Self::Heights(what) => f.write_str(what),
         }
     }
 }

@@ -121,37 +121,17 @@ impl Header {
         samples.map(move |[i, j]| [[2 * i, 2 * j], [first[0] + i, first[1] + j]])
     }
 
-    /// The first bytes of the file. `table` is the table's checksum.
-    pub(super) fn write(&self, table: u64) -> [u8; HEADER] {
-        let mut out = Vec::with_capacity(HEADER);
-        let [columns, rows] = self.grid.size();
-        out.extend(MAGIC);
-        for number in [VERSION, self.width.bytes() as u32, columns, rows, self.grid.side(), u32::from(self.is_divided())] {
-            out.extend(number.to_le_bytes());
-        }
-        out.extend(self.place(self.grid.tiles()).to_le_bytes());
-        for number in self.spacing.into_iter().chain(self.origin).chain([self.step]) {
-            out.extend(number.to_le_bytes());
-        }
-        out.extend(self.voids.to_le_bytes());
-        out.extend(table.to_le_bytes());
-        out.extend(xxh3_64(&out).to_le_bytes());
-        out.try_into().unwrap_or([0; HEADER])
-    }
-
-    /// True where the file has levels above the raster's own.
-    fn is_divided(&self) -> bool {
-        self.grid.top() > 0
-    }
-
     /// Reads the first bytes of a file that is `length` bytes long; also gives the table's checksum.
-    pub(super) fn read(bytes: &[u8; HEADER], length: u64) -> Result<(Self, u64), GroundError> {
+    pub(super) fn read(bytes: &[u8], length: u64) -> Result<(Self, u64), GroundError> {
+        if !bytes.starts_with(&MAGIC) {
+            return Err(GroundError::NotGround);
+        }
+        let Some(bytes) = bytes.first_chunk::<HEADER>() else {
+            return Err(GroundError::Length { has: length, needs: HEADER as u64 });
+        };
         let u32_at = |at: usize| u32::from_le_bytes(array(bytes, at));
         let u64_at = |at: usize| u64::from_le_bytes(array(bytes, at));
         let f64_at = |at: usize| f64::from_le_bytes(array(bytes, at));
-        if bytes[..8] != MAGIC {
-            return Err(GroundError::NotGround);
-        }
         if u32_at(8) != VERSION {
             return Err(GroundError::Version(u32_at(8)));
         }
@@ -177,36 +157,37 @@ impl Header {
             width,
             voids: u64_at(88),
         };
-        let positive = |x: f64| x > 0.0 && x.is_finite() && (x as f32) > 0.0 && (x as f32).is_finite();
-        if !header.spacing.into_iter().all(positive) {
-            return Err(wrong(40, "the spacing is not above 0"));
-        }
-        if !header.origin.iter().all(|x| x.is_finite()) {
-            return Err(wrong(56, "the origin is not finite"));
-        }
-        if !positive(header.step) {
-            return Err(wrong(80, "the step of heights is not above 0"));
-        }
+        header.check()?;
         let needs = header.place(header.grid.tiles());
         if needs != length || u64_at(32) != length {
             return Err(GroundError::Length { has: length, needs });
         }
         Ok((header, u64_at(96)))
     }
+
+    /// Refuses numbers that no ground has: a run time computes with `f32`.
+    pub(super) fn check(&self) -> Result<(), GroundError> {
+        let wrong = |offset, what| Err(GroundError::Malformed { offset, what });
+        let positive = |x: f64| x as f32 > 0.0 && (x as f32).is_finite();
+        let size = self.grid.size();
+        let is_wide = |k: usize| positive(self.spacing[k]) && positive(self.spacing[k] * f64::from(size[k]));
+        if !(is_wide(0) && is_wide(1)) {
+            return wrong(40, "the spacing is 0 or less, or the ground is endless");
+        }
+        if !self.origin.iter().all(|x| x.is_finite()) {
+            return wrong(56, "the origin is not finite");
+        }
+        if !(positive(self.step) && positive(self.step * f64::from(self.width.void()))) {
+            return wrong(80, "the step of heights is 0 or less, or heights are endless");
+        }
+        if self.voids > size.map(u64::from).into_iter().product() {
+            return wrong(88, "more samples without a height than samples");
+        }
+        Ok(())
+    }
 }
 
 impl Tile {
-    /// An entry of the table.
-    pub(super) fn write(&self) -> [u8; ENTRY] {
-        let mut out = [0; ENTRY];
-        for (k, number) in [self.low, self.high, self.error, self.rim].into_iter().enumerate() {
-            out[4 * k..4 * k + 4].copy_from_slice(&number.to_le_bytes());
-        }
-        out[16..20].copy_from_slice(&self.samples.to_le_bytes());
-        out[24..].copy_from_slice(&self.checksum.to_le_bytes());
-        out
-    }
-
     /// Reads an entry; `None` where no writer writes such numbers.
     pub(super) fn read(bytes: &[u8; ENTRY]) -> Option<Self> {
         let f32_at = |at: usize| f32::from_le_bytes(array(bytes, at));
@@ -218,8 +199,9 @@ impl Tile {
             samples: u32::from_le_bytes(array(bytes, 16)),
             checksum: u64::from_le_bytes(array(bytes, 24)),
         };
-        let finite = tile.low.is_finite() && tile.high.is_finite() && tile.low <= tile.high;
-        (tile.samples == 0 || (finite && tile.error >= 0.0 && tile.rim >= 0.0)).then_some(tile)
+        let finite = [tile.low, tile.high, tile.error].iter().all(|x| x.is_finite());
+        let has_zeros = bytes[20..24] == [0; 4];
+        (finite && has_zeros && tile.low <= tile.high && tile.error >= 0.0 && tile.rim >= 0.0).then_some(tile)
     }
 }
 

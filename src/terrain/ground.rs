@@ -5,13 +5,13 @@
 
 use super::cache::Cache;
 use super::disk::{Disk, FileDisk, read_tile};
-use super::error::GroundError;
+use super::error::{GroundError, Part};
 use super::format::{ENTRY, HEADER, Header, Tile, read_table};
 use super::grid::Key;
 use super::motion::Motion;
 use super::select::{GroundScratch, GroundView, Limit, Patch, Selector};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -24,6 +24,8 @@ pub struct Ground {
     disk: Option<Box<dyn Disk>>,
     /// Tiles that are under way, and those that can't be read.
     asked: Vec<bool>,
+    /// Tiles that can't be read. They are not asked for again, and nor is what they are divided into.
+    lost: Vec<bool>,
     wanted: Wanted,
     bytes: Vec<u8>,
     faults: Vec<GroundError>,
@@ -59,31 +61,28 @@ const MOST_UNDER_WAY: u32 = 64;
 impl Ground {
     /// Opens a file with a cache of so many bytes. Where all tiles fit in it, they are read now, and no thread is started.
     pub fn open(path: &Path, cache_bytes: u64) -> Result<Self, GroundError> {
-        let mut file = File::open(path)?;
+        let file = File::open(path)?;
         let length = file.metadata()?.len();
+        Self::read(file, length, cache_bytes)
+    }
+
+    /// The same from anything that is `length` bytes long.
+    pub fn read(mut file: impl Read + Seek + Send + 'static, length: u64, cache_bytes: u64) -> Result<Self, GroundError> {
         let mut first = [0; HEADER];
-        if length < HEADER as u64 {
-            let mut start = Vec::new();
-            file.read_to_end(&mut start)?;
-            let known = start.starts_with(&super::format::MAGIC);
-            return Err(if known {
-                GroundError::Length { has: length, needs: HEADER as u64 }
-            } else {
-                GroundError::NotGround
-            });
-        }
-        file.read_exact(&mut first)?;
-        let (header, checksum) = Header::read(&first, length)?;
+        let known = length.min(HEADER as u64) as usize;
+        file.read_exact(&mut first[..known]).map_err(|e| GroundError::of(Part::Header, e))?;
+        let (header, checksum) = Header::read(&first[..known], length)?;
         let mut table = vec![0; header.grid.tiles() as usize * ENTRY];
-        file.read_exact(&mut table)?;
+        file.read_exact(&mut table).map_err(|e| GroundError::of(Part::Table, e))?;
         let tiles: Arc<[Tile]> = read_table(&table, checksum)?.into();
+        drop(table);
         let whole = u64::from(header.grid.tiles()) * 4 * header.slot_words() as u64;
         if header.grid.top() > 0 && whole > cache_bytes {
             let disk = FileDisk::new(file, &header, Arc::clone(&tiles))?;
             return Ok(Self::new(header, tiles, Some(Box::new(disk)), cache_bytes));
         }
         let mut ground = Self::new(header, tiles, None, whole);
-        ground.read_all(&mut BufReader::new(file))?;
+        ground.read_all(&mut file);
         Ok(ground)
     }
 
@@ -96,6 +95,7 @@ impl Ground {
         let cache = Cache::new(&header, cache_bytes);
         Self {
             asked: vec![false; tiles.len()],
+            lost: vec![false; tiles.len()],
             wanted: Wanted { missing: Vec::with_capacity(tiles.len()), ..Wanted::default() },
             bytes: vec![0; header.tile_bytes(0)],
             faults: Vec::with_capacity(tiles.len().min(MOST_FAULTS)),
@@ -109,7 +109,7 @@ impl Ground {
     }
 
     /// Reads all tiles, coarse ones first. A tile that can't be read is missing, and so is what it is divided into.
-    fn read_all(&mut self, file: &mut BufReader<File>) -> Result<(), GroundError> {
+    fn read_all(&mut self, file: &mut (impl Read + Seek)) {
         for tile in 0..self.header.grid.tiles() {
             if self.tiles[tile as usize].samples > 0 {
                 let mut bytes = std::mem::take(&mut self.bytes);
@@ -118,7 +118,6 @@ impl Ground {
                 self.admit(tile, found);
             }
         }
-        Ok(())
     }
 
     /// What holds for all of it.
@@ -189,6 +188,7 @@ impl Ground {
     /// Puts a tile, whose bytes have come, into the cache.
     fn admit(&mut self, tile: u32, found: Result<(), GroundError>) {
         if let Err(fault) = found {
+            self.lost[tile as usize] = true;
             if self.faults.len() < MOST_FAULTS {
                 self.faults.push(fault);
             }
@@ -238,7 +238,8 @@ impl Ground {
         missing.dedup();
         for &(_, tile) in missing.iter() {
             // A tile whose parent is under way comes after it.
-            let has_parent = self.header.parent(tile).is_none_or(|p| self.cache.has(p) || self.asked[p as usize]);
+            let comes = |p: u32| self.asked[p as usize] && !self.lost[p as usize];
+            let has_parent = self.header.parent(tile).is_none_or(|p| self.cache.has(p) || comes(p));
             if self.wanted.counts.under_way >= MOST_UNDER_WAY {
                 break;
             }
@@ -285,7 +286,7 @@ impl Ground {
     /// The height of a tile's sample, metres above the origin; `None` for a void, or where the tile is not in memory.
     pub fn sample(&self, tile: u32, [i, j]: [u32; 2]) -> Option<f32> {
         let number = self.cache.number(&self.header, self.cache.slot(tile)?, [i, j]);
-        (number < self.header.width.void()).then(|| number as f32 * self.header.step as f32)
+        (number < self.header.width.void()).then_some(number as f32 * self.header.step as f32)
     }
 
     /// The height of the ground at a place (metres to the east and to the south of the origin), by the finest tile in memory. `None`

@@ -2,6 +2,7 @@
 //! of mutants. Each panics where a promise is broken, and says whether the bytes were taken for what they claim to be.
 
 mod graph;
+mod ground;
 mod seeds;
 
 use enfilade::cells::{read_cells, read_indoorgml, read_view_cells, validate};
@@ -56,6 +57,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "rooms", run: rooms, seeds: seeds::rooms, memory: [MIB, 256], share: 10 },
     Target { name: "graph", run: graph::level, seeds: seeds::graph, memory: [MIB, 4096], share: 10 },
     Target { name: "flow", run: graph::cells, seeds: seeds::graph, memory: [MIB, 4096], share: 10 },
+    Target { name: "ground", run: ground::file, seeds: seeds::ground, memory: [16 * MIB, 8192], share: 1 },
     Target { name: "tiff", run: tiff, seeds: seeds::tiff, memory: [16 * MIB, 8192], share: 2 },
     Target { name: "hgt", run: hgt, seeds: seeds::hgt, memory: [MIB, 64], share: 4 },
     Target { name: "asc", run: asc, seeds: seeds::asc, memory: [MIB, 64], share: 4 },

@@ -161,13 +161,27 @@ pub fn graph() -> Vec<Vec<u8>> {
     vec![row, odd]
 }
 
-/// Strips and tiles, as they are and packed, both orders of bytes.
+/// Strips and tiles, as they are and packed in each way, both orders of bytes, both widths of places.
 pub fn tiff() -> Vec<Vec<u8>> {
     use testing::tiffs::Tiff;
     let plain = Tiff::wholes([5, 4], &[3; 20]);
     let packed = Tiff { tile: Some([16, 16]), packed: true, predictor: 2, big: true, ..Tiff::wholes([20, 17], &[7; 340]) };
     let tags = vec![(42113, 2, b"3\0".to_vec())];
-    vec![plain.bytes(), packed.bytes(), Tiff { tags, ..Tiff::wholes([3, 3], &[2; 9]) }.bytes()]
+    let rising: [f32; 340] = std::array::from_fn(|k| 1.5 * k as f32);
+    let floats = Tiff { packed: true, predictor: 3, large: true, ..Tiff::floats([20, 17], &rising) };
+    let lzw =
+        Tiff { lzw: true, predictor: 2, ..Tiff::wholes([20, 17], &std::array::from_fn::<i16, 340, _>(|k| (k * k) as i16)) };
+    let absent = Tiff { tags, ..Tiff::wholes([3, 3], &[2; 9]) };
+    [plain, packed, absent, floats, lzw].iter().map(Tiff::bytes).collect()
+}
+
+/// In levels; whole, with a void; and of one tile that is hardly used.
+pub fn ground() -> Vec<Vec<u8>> {
+    use testing::ground_file::{GroundFile, hills};
+    let mut whole = GroundFile::by_hand([40, 37], 33, false, |c, r| if c + r == 9 { 0xffff } else { (c * r) as u16 });
+    let mut least = GroundFile::by_hand([2, 3], 33, false, |c, r| (c + r) as u16);
+    [&mut whole, &mut least].into_iter().for_each(GroundFile::sign);
+    vec![hills().bytes(), whole.bytes(), least.bytes()]
 }
 
 /// A square of nine samples, one of them void.

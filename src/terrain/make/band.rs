@@ -1,6 +1,7 @@
 //! Some rows of a raster: its heights, and the heights that tiles will have for them.
 
-use super::{Heights, Keeper};
+use super::footprint::Keeper;
+use super::heights::Heights;
 use crate::terrain::error::GroundError;
 use crate::terrain::format::Width;
 

@@ -1,6 +1,6 @@
 //! Rasters from files.
 
-use super::Heights;
+use super::heights::Heights;
 use crate::terrain::raster::Raster;
 use std::ops::Range;
 

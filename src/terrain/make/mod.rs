@@ -11,7 +11,9 @@ mod band;
 mod deviation;
 mod footprint;
 mod from_raster;
+mod heights;
 mod rim;
+mod write;
 
 use super::error::GroundError;
 use super::format::{ENTRY, HEADER, Header, Tile, Width};
@@ -20,24 +22,11 @@ use crate::parallel;
 use band::{Band, Scale};
 use footprint::Keeper;
 use glam::DVec2;
+pub use heights::Heights;
 use std::collections::BTreeMap;
 use std::io::{Seek, SeekFrom, Write};
 use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
-
-/// Heights of a regular grid, to be read some rows at a time.
-pub trait Heights {
-    /// Columns and rows; at least two of each.
-    fn size(&self) -> [u32; 2];
-    /// Metres between columns (to the east) and between rows (to the south): above 0, finite.
-    fn spacing(&self) -> [f64; 2];
-    /// Metres to the east and to the north of column 0 of row 0, the northernmost.
-    fn first(&self) -> [f64; 2];
-    /// Where heights are whole numbers: how many metres one is.
-    fn lattice(&self) -> Option<f64>;
-    /// Heights of some rows, row after row: metres, not a number for a void. An error is one line.
-    fn read(&mut self, rows: Range<u32>, out: &mut [f64]) -> Result<(), String>;
-}
 
 /// How a ground is made.
 #[derive(Clone, Debug)]
@@ -64,6 +53,9 @@ const MOST_RELIEF: f64 = 1e7;
 /// the eye than a few metres is off by a pixel. Smaller: files of plains, too, take four bytes a height.
 const FINE: f64 = 1e-3;
 
+/// Metres between two heights, at least: a micrometre. It's a power of two.
+const LEAST_STEP: f64 = 1.0 / (1 << 20) as f64;
+
 /// What was made.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Made {
@@ -86,7 +78,7 @@ pub fn make(from: &mut dyn Heights, options: &MakeOptions, out: &mut (impl Write
     let [columns, rows] = from.size();
     let triangles = 2 * u64::from(columns.saturating_sub(1)) * u64::from(rows.saturating_sub(1));
     let grid = Grid::new(columns, rows, options.side, triangles >= LEAST_TRIANGLES).ok_or_else(|| {
-        GroundError::Raster(format!(
+        GroundError::Heights(format!(
             "{columns} x {rows} samples in tiles of {}: at least 2 x 2 samples, at most {MOST_SAMPLES}, tiles of 33, 65 or 129",
             options.side
         ))
@@ -107,6 +99,10 @@ pub fn make(from: &mut dyn Heights, options: &MakeOptions, out: &mut (impl Write
         width: scale.width,
         voids: survey.voids,
     };
+    header.check().map_err(|e| match e {
+        GroundError::Malformed { what, .. } => GroundError::Heights(format!("{what}: no ground can be made of it")),
+        other => other,
+    })?;
     let mut maker =
         Maker { tiles: vec![Tile::default(); header.grid.tiles() as usize], open: BTreeMap::new(), header, scale };
     maker.run(from, &keeper, out)?;
@@ -151,20 +147,22 @@ impl Survey {
     fn scale(&self, lattice: Option<f64>, spacing: [f64; 2]) -> Result<Scale, GroundError> {
         let (base, relief) = (self.low, self.high - self.low);
         if !relief.is_finite() {
-            return Err(GroundError::Raster("no sample has a height".to_owned()));
+            let what = "no sample has a height; give another raster, or name its no-data value right";
+            return Err(GroundError::Heights(what.to_owned()));
         }
         if relief > MOST_RELIEF {
-            return Err(GroundError::Raster(format!(
+            return Err(GroundError::Heights(format!(
                 "heights from {} to {} m: at most {MOST_RELIEF} m apart",
                 self.low, self.high
             )));
         }
         let steps = |width: Width| f64::from(width.void() - 1);
-        if let Some(step) = lattice.filter(|step| relief / step <= steps(Width::Two)) {
+        if let Some(step) = lattice.filter(|&step| step >= LEAST_STEP && relief / step <= steps(Width::Two)) {
             return Ok(Scale { base, step, width: Width::Two });
         }
         // A power of two: products with it are exact.
-        let step = |width: Width| if relief > 0.0 { (relief / steps(width)).log2().ceil().exp2() } else { 1.0 };
+        let step =
+            |width: Width| if relief > 0.0 { (relief / steps(width)).log2().ceil().exp2().max(LEAST_STEP) } else { 1.0 };
         let fine = FINE.min(FINE * spacing[0].min(spacing[1]));
         let width = if step(Width::Two) <= fine { Width::Two } else { Width::Four };
         Ok(Scale { base, step: step(width), width })

@@ -73,7 +73,7 @@ impl Directory {
             let Some(width) = width(kind) else { continue };
             let values = (entry - room) as usize;
             let count = whole(&bytes[4..values], little);
-            let size = count.checked_mul(width).unwrap_or(u64::MAX);
+            let size = count.saturating_mul(width);
             let inside = place + values as u64;
             let at = if size <= room { inside } else { whole(&bytes[values..], little) };
             if at.checked_add(size).is_none_or(|end| end > length) {

@@ -7,6 +7,7 @@ pub mod explain;
 pub mod forge;
 pub mod grid;
 pub mod ground;
+pub mod ground_file;
 pub mod house;
 pub mod level_mesh;
 pub mod map;

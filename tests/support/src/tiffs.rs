@@ -15,8 +15,12 @@ pub struct Tiff {
     pub tile: Option<[usize; 2]>,
     /// Deflate.
     pub packed: bool,
-    /// 1 and 0: none; 2: differences.
+    /// LZW.
+    pub lzw: bool,
+    /// 1 and 0: none; 2: differences; 3: differences of the bytes of floats.
     pub predictor: u16,
+    /// BigTIFF: places of eight bytes.
+    pub large: bool,
     /// The highest byte first.
     pub big: bool,
     /// More tags: number, type, values with the lowest byte first unless `big`. They replace those of the same number.
@@ -51,7 +55,7 @@ impl Tiff {
     }
 
     fn word(&self, value: usize, width: usize) -> Vec<u8> {
-        let bytes = (value as u32).to_le_bytes();
+        let bytes = (value as u64).to_le_bytes();
         let mut bytes = bytes[..width].to_vec();
         if self.big {
             bytes.reverse();
@@ -82,6 +86,13 @@ impl Tiff {
                     }
                     chunk.extend(sample);
                 }
+                if self.predictor == 3 {
+                    let start = chunk.len() - width * bytes;
+                    self.split(&mut chunk[start..], bytes);
+                }
+            }
+            if self.lzw {
+                chunk = lzw(&chunk);
             }
             if self.packed {
                 let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
@@ -93,11 +104,28 @@ impl Tiff {
         chunks
     }
 
+    /// A row of floats, as *TIFF Technical Note 3* has it: the highest byte of each, then the next of each; then differences.
+    fn split(&self, row: &mut [u8], bytes: usize) {
+        let from = row.to_vec();
+        let count = row.len() / bytes;
+        for (k, place) in row.iter_mut().enumerate() {
+            let byte = if self.big { k / count } else { bytes - 1 - k / count };
+            *place = from[k % count * bytes + byte];
+        }
+        for k in (1..row.len()).rev() {
+            row[k] = row[k].wrapping_sub(row[k - 1]);
+        }
+    }
+
     /// The file.
     pub fn bytes(&self) -> Vec<u8> {
         let chunks = self.chunks();
-        let mut file = if self.big { b"MM\0\x2a".to_vec() } else { b"II\x2a\0".to_vec() };
-        file.extend([0; 4]);
+        let mut file = if self.big { b"MM".to_vec() } else { b"II".to_vec() };
+        file.extend(self.word(if self.large { 43 } else { 42 }, 2));
+        // BigTIFF says how wide its places are.
+        let head = if self.large { [self.word(8, 2), vec![0; 10]].concat() } else { vec![0; 4] };
+        file.extend(head);
+        let [wide, counter] = if self.large { [8, 8] } else { [4, 2] };
         let mut places = Vec::new();
         for chunk in &chunks {
             places.push(file.len());
@@ -110,7 +138,7 @@ impl Tiff {
             (256, (4, longs(&[self.size[0]]))),
             (257, (4, longs(&[self.size[1]]))),
             (258, short(8 * self.samples[0].len())),
-            (259, short(if self.packed { 8 } else { 1 })),
+            (259, short(if self.lzw { 5 } else { 1 + 7 * usize::from(self.packed) })),
             (262, short(1)),
             (277, short(1)),
             (317, short(self.predictor.max(1).into())),
@@ -125,7 +153,7 @@ impl Tiff {
         }
         tags.extend(self.tags.iter().map(|(tag, kind, bytes)| (*tag, (*kind, bytes.clone()))));
         file.resize(file.len().next_multiple_of(2), 0);
-        let mut directory = self.word(tags.len(), 2);
+        let mut directory = self.word(tags.len(), counter);
         for (tag, (kind, values)) in tags {
             let width = match kind {
                 3 => 2,
@@ -133,19 +161,70 @@ impl Tiff {
                 12 => 8,
                 _ => 1,
             };
-            directory
-                .extend([self.word(tag.into(), 2), self.word(kind.into(), 2), self.word(values.len() / width, 4)].concat());
-            if values.len() <= 4 {
-                directory.extend(values.iter().copied().chain([0; 4]).take(4));
+            directory.extend([self.word(tag.into(), 2), self.word(kind.into(), 2)].concat());
+            directory.extend(self.word(values.len() / width, wide));
+            if values.len() <= wide {
+                directory.extend(values.iter().copied().chain([0; 8]).take(wide));
             } else {
-                directory.extend(self.word(file.len(), 4));
+                directory.extend(self.word(file.len(), wide));
                 file.extend(values);
             }
         }
-        directory.extend([0; 4]);
-        let at = self.word(file.len(), 4);
-        file[4..8].copy_from_slice(&at);
+        directory.extend(vec![0; wide]);
+        let at = self.word(file.len(), wide);
+        let place = if self.large { 8 } else { 4 };
+        file[place..place + wide].copy_from_slice(&at);
         file.extend(directory);
         file
     }
+}
+
+/// LZW after *TIFF 6.0*, section 13: codes of 9 to 12 bits, the highest bit first, which widen one code early.
+fn lzw(bytes: &[u8]) -> Vec<u8> {
+    const CLEAR: u32 = 256;
+    const END: u32 = 257;
+    let (mut out, mut held, mut bits) = (Vec::new(), 0u64, 0);
+    let mut put = |code: u32, width: u32| {
+        (held, bits) = (held << width | u64::from(code), bits + width);
+        while bits >= 8 {
+            bits -= 8;
+            out.push((held >> bits) as u8);
+        }
+    };
+    let mut known: std::collections::HashMap<(u32, u8), u32> = std::collections::HashMap::new();
+    let (mut next, mut width) = (END + 1, 9);
+    put(CLEAR, 9);
+    let mut string: Option<u32> = None;
+    for &byte in bytes {
+        let Some(before) = string else {
+            string = Some(byte.into());
+            continue;
+        };
+        if let Some(&code) = known.get(&(before, byte)) {
+            string = Some(code);
+            continue;
+        }
+        put(before, width);
+        known.insert((before, byte), next);
+        next += 1;
+        if next == 1 << width && width < 12 {
+            width += 1;
+        }
+        if next == 4095 {
+            put(CLEAR, width);
+            known.clear();
+            (next, width) = (END + 1, 9);
+        }
+        string = Some(byte.into());
+    }
+    if let Some(code) = string {
+        put(code, width);
+        next += 1;
+        if next == 1 << width && width < 12 {
+            width += 1;
+        }
+    }
+    put(END, width);
+    put(0, 7);
+    out
 }
