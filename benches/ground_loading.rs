@@ -38,14 +38,19 @@ fn main() {
     });
     times.sort_unstable();
     let us = |at: usize| times[at].as_secs_f64() * 1e6;
-    println!("frames of the file's own thread, selection and loading: {:.0} us median, {:.0} at 99 %", us(FRAMES / 2), us(FRAMES * 99 / 100));
+    println!(
+        "frames of the file's own thread, selection and loading: {:.0} us median, {:.0} at 99 %",
+        us(FRAMES / 2),
+        us(FRAMES * 99 / 100)
+    );
     if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
         let of = |name: &str| status.lines().find(|l| l.starts_with(name)).unwrap_or_default().to_owned();
         println!("in memory: {}, at most {}", of("VmRSS"), of("VmHWM"));
     }
     println!("| flight | looks ahead | wanted tiles that are there, % | frames with all, % | worst frame, % |");
     println!("| --- | --- | --- | --- | --- |");
-    for (name, speed, turn) in [("15 m/s", 15.0, 0.0), ("150 m/s", 150.0, 0.0), ("15 m/s, 90 degrees a second", 15.0, 90.0)] {
+    for (name, speed, turn) in [("15 m/s", 15.0, 0.0), ("150 m/s", 150.0, 0.0), ("15 m/s, 90 degrees a second", 15.0, 90.0)]
+    {
         for ahead in [AHEAD, 0.0] {
             let mut late = Ground::from_disk(&table, Box::new(Scripted::new(&path, &table, LATE, A_FRAME)), CACHE);
             let (mut wanted, mut present, mut whole, mut worst) = (0, 0, 0, 1f64);

@@ -45,7 +45,8 @@ fn look(eye: DVec3, target: DVec3) -> Camera {
 fn hills(size: [u32; 2], voids: bool) -> Raster {
     Raster::of(size, |c, r| {
         let (x, y) = (f64::from(c), f64::from(r));
-        let is_void = (c.abs_diff(70) < 9 && r.abs_diff(50) < 5) || (c < 6 && r.abs_diff(100) < 11) || (c * 7 + r * 13) % 997 == 0;
+        let is_void =
+            (c.abs_diff(70) < 9 && r.abs_diff(50) < 5) || (c < 6 && r.abs_diff(100) < 11) || (c * 7 + r * 13) % 997 == 0;
         if voids && is_void {
             return f64::NAN;
         }
@@ -68,7 +69,11 @@ fn no_sample_is_farther_from_its_place_than_was_asked_and_no_edge_is_open() {
                 for pixels in [0.5, 1.0, 2.0, 4.0, 40.0] {
                     let patches = ground.select(&view(camera), Limit::Pixels(pixels), &mut scratch).to_vec();
                     let verdict = judge(&ground, &raster, &view(camera), &patches, pixels + ROUNDING, true);
-                    assert_eq!((verdict.beyond, verdict.open_edges, verdict.torn), (0, 0, 0), "{name} {above} m {pixels} px: {verdict:?}");
+                    assert_eq!(
+                        (verdict.beyond, verdict.open_edges, verdict.torn),
+                        (0, 0, 0),
+                        "{name} {above} m {pixels} px: {verdict:?}"
+                    );
                     assert!(verdict.steps <= 1 && verdict.worst <= f64::from(scratch.worst()) + ROUNDING, "{verdict:?}");
                     mixed += u32::from(verdict.steps == 1);
                 }
@@ -114,7 +119,8 @@ fn a_plain_is_one_tile_and_a_spike_is_all_of_its_error() {
     // three quarters: the top is on its border, where a neighbour's samples may be four apart.
     let spike = |at: u32| Raster::of([257, 257], move |c, r| if [c, r] == [at, at] { 1000.0 } else { 0.0 });
     let errors = |ground: &Ground| {
-        let worst = |level| ground.header().grid.tiles_of(level).map(|t| ground.tiles()[t as usize].error).fold(0.0, f32::max);
+        let worst =
+            |level| ground.header().grid.tiles_of(level).map(|t| ground.tiles()[t as usize].error).fold(0.0, f32::max);
         [worst(0), worst(1), worst(3)]
     };
     let (_, odd) = ground("odd-spike", &mut spike(129));
@@ -322,4 +328,3 @@ fn error_over_distance_is_no_bound() {
     }
     assert!(worst > 1.05, "{worst}");
 }
-

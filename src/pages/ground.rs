@@ -41,11 +41,7 @@ impl GroundReport<'_> {
             let _ = writeln!(out, "<li>{}</li>", escape(fact));
         }
         let [across, down] = self.size;
-        let _ = writeln!(
-            out,
-            "<li>{} frames a flight, {across} x {down} pixels, 60 degrees</li>\n</ul>",
-            self.frames
-        );
+        let _ = writeln!(out, "<li>{} frames a flight, {across} x {down} pixels, 60 degrees</li>\n</ul>", self.frames);
         for flight in self.flights {
             self.flight(flight, &mut out);
         }
@@ -65,7 +61,13 @@ impl GroundReport<'_> {
             let point = |m: &&Measured| Point {
                 x: m.triangles.max(1.0),
                 value: value(m),
-                note: format!("{}: {:.3} px, {} triangles, {}", limit(m.limit), value(m), thousands(m.triangles as u64), duration(m.seconds)),
+                note: format!(
+                    "{}: {:.3} px, {} triangles, {}",
+                    limit(m.limit),
+                    value(m),
+                    thousands(m.triangles as u64),
+                    duration(m.seconds)
+                ),
             };
             let mut points: Vec<Point> = of.iter().map(point).collect();
             points.sort_by(|a, b| a.x.total_cmp(&b.x));

@@ -263,7 +263,9 @@ pub fn judge(
                 continue;
             }
             verdict.samples += 1;
-            let drawn_at = |c: u32, r: u32| Some(of.surface[of.index([c, r])]).filter(|h| !h.is_nan()).and_then(|h| screen.at(place(c, r, h)));
+            let drawn_at = |c: u32, r: u32| {
+                Some(of.surface[of.index([c, r])]).filter(|h| !h.is_nan()).and_then(|h| screen.at(place(c, r, h)))
+            };
             let error = drawn_at(column, row).map_or_else(
                 || {
                     // Beside a void: the nearest that is drawn.
