@@ -31,6 +31,8 @@ pub struct Ground {
     faults: Vec<GroundError>,
     changed: Vec<u32>,
     frame: u32,
+    /// No tile is asked for before this frame.
+    idle_until: u32,
 }
 
 /// What the loader looks at.
@@ -55,6 +57,9 @@ pub struct Loading {
     pub under_way: u32,
 }
 
+/// Frames in which no tile is asked for after one came that the cache had no slot for. More: what is wanted comes later. Fewer: the same
+/// tiles are read again and again where a view wants more than the cache holds.
+const IDLE: u32 = 30;
 /// Tiles under way at once, at most.
 const MOST_UNDER_WAY: u32 = 64;
 
@@ -101,6 +106,7 @@ impl Ground {
             faults: Vec::with_capacity(tiles.len().min(MOST_FAULTS)),
             changed: Vec::with_capacity(cache.slots()),
             frame: 0,
+            idle_until: 0,
             header,
             tiles,
             cache,
@@ -194,7 +200,11 @@ impl Ground {
             }
             return;
         }
-        let Some(slot) = self.cache.admit(&self.header, tile, self.frame) else { return };
+        let Some(slot) = self.cache.admit(&self.header, tile, self.frame) else {
+            // The cache is full of what is in use, or its parent has left: to ask again at once would be to read it each frame.
+            self.idle_until = self.frame + IDLE;
+            return;
+        };
         self.cache.fill(&self.header, tile, slot, &self.bytes[..self.header.tile_bytes(tile)]);
         self.wanted.counts.loaded += 1;
         self.changed.push(slot);
@@ -232,7 +242,7 @@ impl Ground {
     }
 
     fn ask(&mut self) {
-        let Some(disk) = &mut self.disk else { return };
+        let Some(disk) = self.disk.as_mut().filter(|_| self.frame >= self.idle_until) else { return };
         let missing = &mut self.wanted.missing;
         missing.sort_unstable();
         missing.dedup();
