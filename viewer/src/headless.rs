@@ -7,6 +7,7 @@ use crate::draw::alarm::Missed;
 use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::targets::{Canvas, PICTURE};
+use crate::ground;
 use crate::looks::Detail;
 use crate::session::Session;
 use enfilade::gpu::Gpu;
@@ -76,6 +77,7 @@ impl Headless {
     ) -> Result<T, String> {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
         walk.stage.set_detail(args.detail.unwrap_or(Detail::Plain))?;
+        ground::open(args)?.map_or(Ok(()), |land| walk.stage.set_ground(land))?;
         Ok(run(&mut walk))
     }
 }
@@ -138,6 +140,7 @@ impl<'w, 'b> Walk<'w, 'b> {
 ///
 /// One line.
 pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
+    let land = ground::open(args)?;
     let held = Headless::open(args)?;
     let frames = held.path.frames.len();
     for frame in [Some(args.frame), args.freeze].into_iter().flatten() {
@@ -149,7 +152,8 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let gpu = device()?;
     let canvas = Canvas::new(&gpu, size);
     let oracle = args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
-    let stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
+    let mut stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
+    land.map_or(Ok(()), |land| stage.set_ground(land))?;
     let mut session = Session::new(&held.building, stage, PICTURE, size)?;
     session.show.mode = args.mode.unwrap_or(session.show.mode);
     session.show.detail = args.detail.unwrap_or_default();

@@ -309,7 +309,9 @@ impl<'b> Session<'b> {
         // A door that hangs in no portal can't be opened: it is gone through.
         let passes = |o: ObjectId| o != NOBODY && scene.objects[o.index()].role == Role::Door && !doors.is_hung[o.index()];
         // Who stands still and holds on isn't moved by a long frame.
-        self.walker.go(seconds.min(0.1), wants, &self.solid, &passes);
+        let (terrain, origin) = (&self.stage.terrain, self.building.file.origin);
+        let ground = |p: DVec3| terrain.as_ref().and_then(|terrain| terrain.land.height(p, origin));
+        self.walker.go(seconds.min(0.1), wants, &self.solid, &passes, &ground);
     }
 
     /// What the walker sees.
@@ -511,7 +513,9 @@ impl<'b> Session<'b> {
     /// What was missed, in a line.
     pub fn say_missed(&self, missed: &Missed) -> String {
         let first = missed.objects.first().map(|&(object, pixels)| {
-            let node = self.building.scene.objects.get(object.index()).map_or("a leaf that was made", |o| o.node.as_str());
+            let objects = &self.building.scene.objects;
+            let other = if object.index() > objects.len() { "ground" } else { "a leaf that was made" };
+            let node = objects.get(object.index()).map_or(other, |o| o.node.as_str());
             format!(": object {object} ({node}), {pixels} pixels, and {} more", missed.objects.len() - 1)
         });
         format!("missed pixels: {}{}", missed.pixels, first.unwrap_or_default())
