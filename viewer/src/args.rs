@@ -115,6 +115,8 @@ pub enum Shown {
     Section,
     /// Names of rooms in the scene.
     Names,
+    /// Tiles of the ground.
+    Ground,
 }
 
 /// Largest side of a picture, pixels.

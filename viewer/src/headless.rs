@@ -7,7 +7,7 @@ use crate::draw::alarm::Missed;
 use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::targets::{Canvas, PICTURE};
-use crate::ground;
+use crate::ground::{self, Land};
 use crate::looks::Detail;
 use crate::session::Session;
 use enfilade::gpu::Gpu;
@@ -35,6 +35,7 @@ pub struct Headless {
     /// It.
     pub building: Building,
     path: CameraPath,
+    land: Option<Land>,
 }
 
 /// A walk along a path, on pictures.
@@ -59,13 +60,14 @@ impl Headless {
                 stage.clone_into(&mut told);
             }
         };
+        let land = ground::open(args)?;
         let file = args.file.as_deref().unwrap_or(Path::new(""));
         let building = Building::open(file, args.model.as_deref(), &progress, &AtomicBool::new(false), None)?;
         let path = match &args.path {
             Some(path) => CameraPath::load(path).map_err(|e| format!("{}: {e}", path.display()))?,
             None => tour(&building.file, 0),
         };
-        Ok(Self { building, path })
+        Ok(Self { building, path, land })
     }
 
     /// Runs something with a stage of `size` pixels.
@@ -77,7 +79,7 @@ impl Headless {
     ) -> Result<T, String> {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
         walk.stage.set_detail(args.detail.unwrap_or(Detail::Plain))?;
-        ground::open(args)?.map_or(Ok(()), |land| walk.stage.set_ground(land))?;
+        self.land.take().map_or(Ok(()), |land| walk.stage.set_ground(land))?;
         Ok(run(&mut walk))
     }
 }
@@ -140,8 +142,7 @@ impl<'w, 'b> Walk<'w, 'b> {
 ///
 /// One line.
 pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
-    let land = ground::open(args)?;
-    let held = Headless::open(args)?;
+    let mut held = Headless::open(args)?;
     let frames = held.path.frames.len();
     for frame in [Some(args.frame), args.freeze].into_iter().flatten() {
         if frame >= frames {
@@ -153,7 +154,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let canvas = Canvas::new(&gpu, size);
     let oracle = args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
     let mut stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
-    land.map_or(Ok(()), |land| stage.set_ground(land))?;
+    held.land.take().map_or(Ok(()), |land| stage.set_ground(land))?;
     let mut session = Session::new(&held.building, stage, PICTURE, size)?;
     session.show.mode = args.mode.unwrap_or(session.show.mode);
     session.show.detail = args.detail.unwrap_or_default();

@@ -3,6 +3,7 @@
 mod counters;
 mod finding;
 mod going;
+mod ground;
 mod insight;
 mod measuring;
 mod rebinding;
@@ -106,7 +107,7 @@ impl Show {
             Shown::Keys => Some(&mut self.keys),
             Shown::Names => Some(&mut self.layers.names),
             Shown::Cells | Shown::Mirror | Shown::Why | Shown::Section => None,
-            Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat => None,
+            Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat | Shown::Ground => None,
         }
     }
 }
@@ -375,6 +376,7 @@ impl<'b> Session<'b> {
             Action::TurnSection => self.turn_section(),
             Action::Measure => self.toggle_measuring(),
             Action::Open => self.asked.open = true,
+            Action::Ground => self.toggle_ground(),
         }
     }
 
@@ -392,6 +394,7 @@ impl<'b> Session<'b> {
                 }
             }
             Shown::Section => self.set_section(false),
+            Shown::Ground => self.toggle_ground(),
             Shown::Why => {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
@@ -645,6 +648,7 @@ impl<'b> Session<'b> {
         if let Some([a, b]) = self.sight() {
             overlays::sight(overlay, self.walker.eye.as_vec3(), a.as_vec3(), b.as_vec3());
         }
+        self.lay_tiles_over(overlay);
         self.lay_lengths_over(overlay);
     }
 
@@ -730,6 +734,9 @@ impl<'b> Session<'b> {
             }
             if cut.is_on {
                 cuts = cuts.or(cut.show(ui, building.file.origin.y));
+            }
+            if let Some(terrain) = stage.terrain.as_mut().filter(|terrain| terrain.land.shows_tiles) {
+                ground::show(ui, terrain);
             }
             if let Some((line, _)) = note {
                 hud::note(ui, line);

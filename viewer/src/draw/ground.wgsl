@@ -130,7 +130,7 @@ fn colour(in: Soil) -> @location(0) vec4f {
     let n = normalize(in.normal);
     let facing = max(dot(n, land.sun.xyz), 0.0);
     if land.look == 2u {
-        let rim = min(in.sample, vec2f(land.side - 1u) - in.sample);
+        let rim = min(in.sample, vec2f(f32(land.side - 1u)) - in.sample);
         let wide = fwidth(in.sample);
         let is_border = any(rim < wide);
         return vec4f(select(of_level(in.level) * (0.55 + 0.45 * facing), vec3f(0.1), is_border), 1.0);
