@@ -10,6 +10,7 @@ use crate::draw::targets::{Canvas, PICTURE};
 use crate::ground::{self, Land};
 use crate::looks::Detail;
 use crate::session::Session;
+use enfilade::file::PvsFile;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::{Camera, FrameMode};
 use enfilade::walkthrough::path::CameraPath;
@@ -107,6 +108,11 @@ impl<'w, 'b> Walk<'w, 'b> {
         stage.doors_changed();
         stage.paint(crate::colours::colours(&building.scene, &building.file, Default::default()));
         Ok(Self { path, stage, canvas, aspect: f64::from(size[0]) / f64::from(size[1]), building })
+    }
+
+    /// Cells and portals.
+    pub fn file(&self) -> &'b PvsFile {
+        &self.building.file
     }
 
     /// That of a frame of the path.

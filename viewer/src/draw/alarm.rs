@@ -53,11 +53,8 @@ impl Alarm {
             has_dynamic_offset: false,
             min_binding_size: None,
         };
-        let uniform = wgpu::BindingType::Buffer {
-            ty: BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
+        let uniform =
+            wgpu::BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
         let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
             entries: &[

@@ -220,8 +220,7 @@ impl List {
         let entries: Vec<_> = buffers
             .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
-        let group =
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
         Self { group, count: 0, words: Vec::with_capacity(slots), patches }
     }
 

@@ -137,7 +137,8 @@ fn colour(in: Soil) -> @location(0) vec4f {
     }
     let base = earth_and_grass(in.place.y + land.eye, n);
     if land.look == 0u { return vec4f(base * (0.6 + 0.5 * facing), 1.0); }
-    let light = pow(base, vec3f(2.2)) * (mix(GROUND, SKY, n.y * 0.5 + 0.5) + SUN * facing);
+    // In the sun it is brighter than colours that are shown as they are.
+    let light = 0.6 * pow(base, vec3f(2.2)) * (mix(GROUND, SKY, n.y * 0.5 + 0.5) + SUN * facing);
     let seen = pow(1.0 - exp(-1.7 * light), vec3f(1.0 / 2.2));
     return vec4f(mix(AIR, seen, exp(-length(in.place) / CLEAR)), 1.0);
 }
