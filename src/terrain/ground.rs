@@ -210,22 +210,30 @@ impl Ground {
         self.wanted.scratch = scratch;
     }
 
-    /// Notes what a view wants and has not, with all that it is a quarter of.
+    /// Notes what a view wants and has not, with all that it is a quarter of. The quarters beside each of these that may show are wanted, too,
+    /// also where nothing of what they are divided into does: without them, what they are quarters of is not divided.
     fn note_missing(&mut self, view: &GroundView<'_>, limit: Limit) {
         let mut scratch = std::mem::take(&mut self.wanted.scratch);
         self.selector_of_all(true).select(view, limit, &mut scratch);
-        for patch in scratch.patches() {
-            let mut at = Some(patch.tile);
-            while let Some(tile) = at.filter(|&tile| !self.cache.has(tile)) {
-                if !self.asked[tile as usize] && self.wanted.missing.len() < self.tiles.len() {
-                    let depth = self.header.grid.top() - self.header.grid.key(tile).level;
-                    self.wanted.missing.push((depth, tile));
-                }
-                at = self.header.parent(tile);
-            }
-            // What is here is kept.
-            if let Some(tile) = at {
+        let grid = &self.header.grid;
+        let depth = |tile| grid.top() - grid.key(tile).level;
+        let mut note = |tile: u32| {
+            if self.cache.has(tile) {
+                // What is here is kept.
                 self.cache.touch(tile, self.frame);
+            } else if !self.asked[tile as usize] && self.wanted.missing.len() < self.tiles.len() {
+                self.wanted.missing.push((depth(tile), tile));
+            }
+        };
+        for patch in scratch.patches() {
+            note(patch.tile);
+            let mut at = grid.parent(patch.key);
+            while let Some(key) = at {
+                grid.children(key).filter(|&child| scratch.saw(child)).for_each(&mut note);
+                at = grid.parent(key);
+                if at.is_none() {
+                    grid.tile(key).into_iter().for_each(&mut note);
+                }
             }
         }
         self.wanted.scratch = scratch;
