@@ -53,6 +53,11 @@ impl Shown {
     pub fn patches(&self) -> &[Patch] {
         if self.camera.is_some() { self.scratch.patches() } else { &[] }
     }
+
+    /// Whether all tiles that it wants are there, or no more will come.
+    pub fn is_whole(&self) -> bool {
+        is_whole(self.loading)
+    }
 }
 
 /// Opens what the command line names. The error is one line.
@@ -91,8 +96,7 @@ impl Land {
         let view = GroundView { camera, size: [1, 1], windows: &[Rect::FULL] };
         while self.started.elapsed() < PATIENCE {
             let heard = self.ground.load(&view, Limit::Pixels(0.0), &self.motion, 0.0, &[]);
-            // Tiles are asked for once those that they are quarters of are here.
-            if heard.under_way == 0 && (heard.present == heard.wanted || heard.loaded == 0) {
+            if is_whole(heard) {
                 break;
             }
             std::thread::sleep(Duration::from_millis(1));
@@ -146,6 +150,11 @@ impl Land {
         let view = GroundView { camera, size, windows: &shown.windows };
         shown.loading = self.ground.load(&view, self.limit, &self.motion, AHEAD, shown.scratch.patches());
     }
+}
+
+/// Tiles are asked for once those that they are quarters of are under way: with none under way and none come, no more will.
+fn is_whole(Loading { wanted, present, loaded, under_way }: Loading) -> bool {
+    under_way == 0 && (present == wanted || loaded == 0)
 }
 
 /// The parts of the screen in which something outside can show. Where the eye is in a room and the cells beyond were reached through

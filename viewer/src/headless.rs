@@ -18,8 +18,11 @@ use enfilade::walkthrough::picture::Picture;
 use enfilade::walkthrough::tour::tour;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 use wgpu::{DownlevelFlags, Features};
 
+/// How long a picture waits for tiles of the ground: a slow disk reads those of a view in that time.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Size of pictures, where none is given.
 const SIZE: [u32; 2] = [1280, 720];
 /// What an adapter must have, and what it is called.
@@ -142,6 +145,18 @@ impl<'w, 'b> Walk<'w, 'b> {
     }
 }
 
+/// Draws on until the tiles that are wanted are there.
+fn wait_for_ground(session: &mut Session<'_>, canvas: &Canvas) -> Result<(), String> {
+    let start = Instant::now();
+    let is_whole = |session: &Session<'_>| session.stage.terrain.as_ref().is_none_or(|terrain| terrain.shown.is_whole());
+    while !session.is_frozen() && !is_whole(session) && start.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(2));
+        session.draw(&canvas.view, egui::RawInput::default(), 0.0)?;
+        session.stage.settle().map_err(|e| e.to_string())?;
+    }
+    Ok(())
+}
+
 /// Draws one frame as the window would; false where pixels were missed.
 ///
 /// # Errors
@@ -185,6 +200,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
         }
         session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
         session.stage.settle().map_err(|e| e.to_string())?;
+        wait_for_ground(&mut session, &canvas)?;
     }
     // Again, with what was heard of the last frame; then with panels at their size.
     let again = if args.show.is_empty() { usize::from(args.alarm) } else { 2 };
