@@ -41,6 +41,8 @@ struct Wanted {
     scratch: GroundScratch,
     /// Wanted and not here, by depth, then by error, then by number.
     missing: Vec<(u32, u32)>,
+    /// By tile, the frame in which it was noted.
+    noted: Vec<u32>,
     counts: Loading,
 }
 
@@ -101,7 +103,7 @@ impl Ground {
         Self {
             asked: vec![false; tiles.len()],
             lost: vec![false; tiles.len()],
-            wanted: Wanted { missing: Vec::with_capacity(tiles.len()), ..Wanted::default() },
+            wanted: Wanted { missing: Vec::with_capacity(tiles.len()), noted: vec![0; tiles.len()], ..Wanted::default() },
             bytes: vec![0; header.tile_bytes(0)],
             faults: Vec::with_capacity(tiles.len().min(MOST_FAULTS)),
             changed: Vec::with_capacity(cache.slots()),
@@ -220,22 +222,31 @@ impl Ground {
         self.wanted.scratch = scratch;
     }
 
-    /// Notes what a view wants and has not, with all that it is a quarter of.
+    /// Notes what a view wants and has not, with all that it is a quarter of. The quarters beside each of these that may show are wanted, too,
+    /// also where nothing of what they are divided into does: without them, what they are quarters of is not divided.
     fn note_missing(&mut self, view: &GroundView<'_>, limit: Limit) {
         let mut scratch = std::mem::take(&mut self.wanted.scratch);
         self.selector_of_all(true).select(view, limit, &mut scratch);
-        for patch in scratch.patches() {
-            let mut at = Some(patch.tile);
-            while let Some(tile) = at.filter(|&tile| !self.cache.has(tile)) {
-                if !self.asked[tile as usize] && self.wanted.missing.len() < self.tiles.len() {
-                    let depth = self.header.grid.top() - self.header.grid.key(tile).level;
-                    self.wanted.missing.push((depth, tile));
-                }
-                at = self.header.parent(tile);
-            }
-            // What is here is kept.
-            if let Some(tile) = at {
+        let grid = &self.header.grid;
+        let depth = |tile| grid.top() - grid.key(tile).level;
+        let mut note = |tile: u32| {
+            if self.cache.has(tile) {
+                // What is here is kept.
                 self.cache.touch(tile, self.frame);
+            } else if !self.asked[tile as usize] && self.wanted.noted[tile as usize] != self.frame {
+                self.wanted.noted[tile as usize] = self.frame;
+                self.wanted.missing.push((depth(tile), tile));
+            }
+        };
+        for patch in scratch.patches() {
+            note(patch.tile);
+            let mut at = grid.parent(patch.key);
+            while let Some(key) = at {
+                grid.children(key).filter(|&child| scratch.saw(child)).for_each(&mut note);
+                at = grid.parent(key);
+                if at.is_none() {
+                    grid.tile(key).into_iter().for_each(&mut note);
+                }
             }
         }
         self.wanted.scratch = scratch;
@@ -245,7 +256,6 @@ impl Ground {
         let Some(disk) = self.disk.as_mut().filter(|_| self.frame >= self.idle_until) else { return };
         let missing = &mut self.wanted.missing;
         missing.sort_unstable();
-        missing.dedup();
         for &(_, tile) in missing.iter() {
             // A tile whose parent is under way comes after it.
             let comes = |p: u32| self.asked[p as usize] && !self.lost[p as usize];

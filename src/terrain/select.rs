@@ -97,6 +97,11 @@ impl GroundScratch {
         &self.patches
     }
 
+    /// True for a tile that the last selection has asked about, and that may show.
+    pub(super) fn saw(&self, tile: u32) -> bool {
+        self.asked[tile as usize] == self.frame && self.seen[tile as usize]
+    }
+
     /// Triangles of the last selection, those that stitching makes nothing of included.
     pub fn triangles(&self) -> u64 {
         self.triangles

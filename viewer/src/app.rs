@@ -9,6 +9,7 @@ use crate::culling::Oracle;
 use crate::dialog::Dialog;
 use crate::draw::frame::Stage;
 use crate::gamepad::pads::Pads;
+use crate::ground::{self, Land};
 use crate::kept::Kept;
 use crate::keymap::KeyMap;
 use crate::opening::Opening;
@@ -50,19 +51,28 @@ pub fn run(args: &Args) -> Result<(), String> {
     let mut event_loop =
         EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
     let mut args = args.clone();
-    while let Some(file) = visit(&mut event_loop, &args, path.take())? {
+    // What is wrong with it is told before a window opens.
+    let mut land = ground::open(&args)?;
+    while let Some(file) = visit(&mut event_loop, &args, path.take(), land.take())? {
         // What goes with the file that was shown goes with it.
         (args.file, args.model, args.path) = (Some(file), None, None);
+        (args.ground, args.place) = (None, None);
     }
     Ok(())
 }
 
 /// A window until it is shut, or until another file is dropped on it: that one.
-fn visit(event_loop: &mut EventLoop<()>, args: &Args, path: Option<CameraPath>) -> Result<Option<PathBuf>, String> {
+fn visit(
+    event_loop: &mut EventLoop<()>,
+    args: &Args,
+    path: Option<CameraPath>,
+    land: Option<Land>,
+) -> Result<Option<PathBuf>, String> {
     let opening = Opening::default();
     std::thread::scope(|scope| {
         scope.spawn(|| opening.run(args));
         let mut app = App::new(args, path, &opening);
+        app.land = land;
         let result = event_loop.run_app_on_demand(&mut app).map_err(|e| e.to_string());
         opening.stop();
         app.keep_settings();
@@ -79,6 +89,8 @@ struct App<'a> {
     /// Played from its beginning when the building is there.
     path: Option<CameraPath>,
     opening: &'a Opening,
+    /// Ground, for the first stage; it goes from stage to stage.
+    land: Option<Land>,
     settings: Settings,
     window: Option<Arc<Window>>,
     screen: Option<Screen>,
@@ -117,6 +129,7 @@ impl<'a> App<'a> {
             args,
             path,
             opening,
+            land: None,
             welcome: Welcome::new(&settings.recent),
             settings,
             window: None,
@@ -209,10 +222,13 @@ impl<'a> App<'a> {
         let gone = before.as_ref().map(|before| before.walker).filter(|walker| walker.has_gone_from(&self.begun));
         let mode = before.as_ref().map(|before| before.show.mode);
         let ongoing = before.as_mut().map(Session::ongoing);
+        let land = before.as_mut().and_then(|before| before.stage.terrain.take()).map(|terrain| terrain.land);
+        let land = land.or(self.land.take());
         let Some(gpu) = before.map(|before| before.stage.gpu).or_else(|| screen.take_gpu()) else { return Ok(()) };
         let oracle = self.args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
         let (format, size) = (screen.format(), screen.size());
-        let stage = Stage::new(gpu, building, oracle, size, format)?;
+        let mut stage = Stage::new(gpu, building, oracle, size, format)?;
+        land.map_or(Ok(()), |land| stage.set_ground(land))?;
         let mut session = Session::new(building, stage, format, size)?;
         let settings = &self.settings;
         let mode = mode.or(self.args.mode).or(settings.mode.parse::<FrameMode>().ok());

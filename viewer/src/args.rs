@@ -4,6 +4,7 @@ use crate::culling::Oracle;
 use crate::looks::Detail;
 use clap::{Parser, ValueEnum};
 use enfilade::runtime::FrameMode;
+use enfilade::terrain::Placement;
 use std::path::PathBuf;
 
 /// Walk through a building, and see what is not drawn
@@ -49,6 +50,12 @@ pub struct Args {
     /// What to show over the picture of --shot, with commas between
     #[arg(long, value_enum, value_delimiter = ',', requires = "shot")]
     pub show: Vec<Shown>,
+    /// Ground around the building, as `enfilade ground` makes it
+    #[arg(long, value_name = "X.ground", requires = "file")]
+    pub ground: Option<PathBuf>,
+    /// Where the building's origin is: metres east, up and south of the ground's middle; degrees to the left [default: on the middle]
+    #[arg(long, value_name = "X,Y,Z,DEGREES", allow_hyphen_values = true, requires = "ground")]
+    pub place: Option<Placement>,
     /// For tests: time passes only after a key or a button went down, in steps
     #[arg(long, hide = true, conflicts_with_all = ["shot", "bench"])]
     pub steps: bool,
@@ -108,6 +115,8 @@ pub enum Shown {
     Section,
     /// Names of rooms in the scene.
     Names,
+    /// Tiles of the ground.
+    Ground,
 }
 
 /// Largest side of a picture, pixels.

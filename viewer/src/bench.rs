@@ -2,10 +2,12 @@
 
 use crate::args::Args;
 use crate::culling::MODES;
-use crate::draw::frame::Wish;
+use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::headless::Headless;
-use enfilade::runtime::FrameMode;
+use enfilade::file::PvsFile;
+use enfilade::runtime::{FrameMode, Scratch};
+use glam::Vec3;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -35,6 +37,12 @@ pub struct Line {
     pub cull_ms: f64,
     /// Mean of the triangles drawn.
     pub triangles_mean: f64,
+    /// Mean of the ground's triangles, of all frames; absent without a ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_triangles_mean: Option<f64>,
+    /// The same of the frames whose eye is in a room.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_triangles_inside: Option<f64>,
     /// Mean of the occlusion queries.
     pub queries_mean: f64,
     /// Pixels that were missed; absent without the alarm, which isn't part of the times.
@@ -65,6 +73,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
     let overlay = Overlay::default();
     let frames = walk.path.frames.len();
     let (mut times, mut cull, mut triangles, mut queries, mut missed) = (Vec::new(), 0.0, 0, 0, 0);
+    let mut ground = OfGround::new(&walk.stage);
     walk.stage.restart();
     // Drivers compile when they first draw.
     let mut cpu = None;
@@ -91,6 +100,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
                 continue;
             }
             times.push(ms);
+            ground.add(&walk.stage, walk.file(), camera.eye);
             triangles += drawn;
             let decision = walk.stage.culling.last.as_ref();
             cull += decision.map_or(0.0, |d| d.ms);
@@ -120,9 +130,41 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         cpu_ms: cpu,
         cull_ms: cull / all,
         triangles_mean: triangles as f64 / all,
+        ground_triangles_mean: ground.mean(0),
+        ground_triangles_inside: ground.mean(1),
         queries_mean: queries as f64 / all,
         missed_pixels: alarm.then_some(missed),
     })
+}
+
+/// What frames draw of the ground.
+struct OfGround {
+    scratch: Scratch,
+    has_ground: bool,
+    /// Triangles and frames: all, and those whose eye is in a room.
+    sums: [(u64, u32); 2],
+}
+
+impl OfGround {
+    fn new(stage: &Stage<'_>) -> Self {
+        let scratch = Scratch::for_culler(&stage.culling.culler);
+        Self { scratch, has_ground: stage.terrain.is_some(), sums: Default::default() }
+    }
+
+    fn add(&mut self, stage: &Stage<'_>, file: &PvsFile, eye: Vec3) {
+        let Some(terrain) = &stage.terrain else { return };
+        let triangles = if terrain.shown.patches().is_empty() { 0 } else { terrain.shown.scratch.triangles() };
+        let cell = stage.culling.culler.cell_of(eye, &mut self.scratch);
+        let is_inside = cell.is_some_and(|cell| !file.cells[cell.index()].open);
+        for (sum, frames) in &mut self.sums[..1 + usize::from(is_inside)] {
+            (*sum, *frames) = (*sum + triangles, *frames + 1);
+        }
+    }
+
+    fn mean(&self, of: usize) -> Option<f64> {
+        let (sum, frames) = self.sums[of];
+        (self.has_ground && frames > 0).then(|| sum as f64 / f64::from(frames))
+    }
 }
 
 /// Milliseconds of processors that this program has taken so far.

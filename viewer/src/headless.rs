@@ -7,8 +7,10 @@ use crate::draw::alarm::Missed;
 use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::targets::{Canvas, PICTURE};
+use crate::ground::{self, Land};
 use crate::looks::Detail;
 use crate::session::Session;
+use enfilade::file::PvsFile;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::{Camera, FrameMode};
 use enfilade::walkthrough::path::CameraPath;
@@ -16,8 +18,11 @@ use enfilade::walkthrough::picture::Picture;
 use enfilade::walkthrough::tour::tour;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 use wgpu::{DownlevelFlags, Features};
 
+/// How long a picture waits for tiles of the ground: a slow disk reads those of a view in that time.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Size of pictures, where none is given.
 const SIZE: [u32; 2] = [1280, 720];
 /// What an adapter must have, and what it is called.
@@ -34,6 +39,7 @@ pub struct Headless {
     /// It.
     pub building: Building,
     path: CameraPath,
+    land: Option<Land>,
 }
 
 /// A walk along a path, on pictures.
@@ -58,13 +64,14 @@ impl Headless {
                 stage.clone_into(&mut told);
             }
         };
+        let land = ground::open(args)?;
         let file = args.file.as_deref().unwrap_or(Path::new(""));
         let building = Building::open(file, args.model.as_deref(), &progress, &AtomicBool::new(false), None)?;
         let path = match &args.path {
             Some(path) => CameraPath::load(path).map_err(|e| format!("{}: {e}", path.display()))?,
             None => tour(&building.file, 0),
         };
-        Ok(Self { building, path })
+        Ok(Self { building, path, land })
     }
 
     /// Runs something with a stage of `size` pixels.
@@ -76,6 +83,7 @@ impl Headless {
     ) -> Result<T, String> {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
         walk.stage.set_detail(args.detail.unwrap_or(Detail::Plain))?;
+        self.land.take().map_or(Ok(()), |land| walk.stage.set_ground(land))?;
         Ok(run(&mut walk))
     }
 }
@@ -105,6 +113,11 @@ impl<'w, 'b> Walk<'w, 'b> {
         Ok(Self { path, stage, canvas, aspect: f64::from(size[0]) / f64::from(size[1]), building })
     }
 
+    /// Cells and portals.
+    pub fn file(&self) -> &'b PvsFile {
+        &self.building.file
+    }
+
     /// That of a frame of the path.
     pub fn camera(&self, frame: usize) -> Camera {
         self.path.camera(frame, self.building.file.origin, self.aspect)
@@ -132,13 +145,25 @@ impl<'w, 'b> Walk<'w, 'b> {
     }
 }
 
+/// Draws on until the tiles that are wanted are there.
+fn wait_for_ground(session: &mut Session<'_>, canvas: &Canvas) -> Result<(), String> {
+    let start = Instant::now();
+    let is_whole = |session: &Session<'_>| session.stage.terrain.as_ref().is_none_or(|terrain| terrain.shown.is_whole());
+    while !session.is_frozen() && !is_whole(session) && start.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(2));
+        session.draw(&canvas.view, egui::RawInput::default(), 0.0)?;
+        session.stage.settle().map_err(|e| e.to_string())?;
+    }
+    Ok(())
+}
+
 /// Draws one frame as the window would; false where pixels were missed.
 ///
 /// # Errors
 ///
 /// One line.
 pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
-    let held = Headless::open(args)?;
+    let mut held = Headless::open(args)?;
     let frames = held.path.frames.len();
     for frame in [Some(args.frame), args.freeze].into_iter().flatten() {
         if frame >= frames {
@@ -149,7 +174,8 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let gpu = device()?;
     let canvas = Canvas::new(&gpu, size);
     let oracle = args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
-    let stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
+    let mut stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
+    held.land.take().map_or(Ok(()), |land| stage.set_ground(land))?;
     let mut session = Session::new(&held.building, stage, PICTURE, size)?;
     session.show.mode = args.mode.unwrap_or(session.show.mode);
     session.show.detail = args.detail.unwrap_or_default();
@@ -174,6 +200,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
         }
         session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
         session.stage.settle().map_err(|e| e.to_string())?;
+        wait_for_ground(&mut session, &canvas)?;
     }
     // Again, with what was heard of the last frame; then with panels at their size.
     let again = if args.show.is_empty() { usize::from(args.alarm) } else { 2 };

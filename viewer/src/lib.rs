@@ -20,6 +20,7 @@ pub mod explain;
 pub mod freed;
 pub mod gamepad;
 pub mod go;
+pub mod ground;
 pub mod headless;
 pub mod heat;
 pub mod kept;

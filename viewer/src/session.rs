@@ -3,6 +3,7 @@
 mod counters;
 mod finding;
 mod going;
+mod ground;
 mod insight;
 mod measuring;
 mod rebinding;
@@ -106,7 +107,7 @@ impl Show {
             Shown::Keys => Some(&mut self.keys),
             Shown::Names => Some(&mut self.layers.names),
             Shown::Cells | Shown::Mirror | Shown::Why | Shown::Section => None,
-            Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat => None,
+            Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat | Shown::Ground => None,
         }
     }
 }
@@ -309,7 +310,9 @@ impl<'b> Session<'b> {
         // A door that hangs in no portal can't be opened: it is gone through.
         let passes = |o: ObjectId| o != NOBODY && scene.objects[o.index()].role == Role::Door && !doors.is_hung[o.index()];
         // Who stands still and holds on isn't moved by a long frame.
-        self.walker.go(seconds.min(0.1), wants, &self.solid, &passes);
+        let (terrain, origin) = (&self.stage.terrain, self.building.file.origin);
+        let ground = |p: DVec3| terrain.as_ref().and_then(|terrain| terrain.land.height(p, origin));
+        self.walker.go(seconds.min(0.1), wants, &self.solid, &passes, &ground);
     }
 
     /// What the walker sees.
@@ -373,6 +376,7 @@ impl<'b> Session<'b> {
             Action::TurnSection => self.turn_section(),
             Action::Measure => self.toggle_measuring(),
             Action::Open => self.asked.open = true,
+            Action::Ground => self.toggle_ground(),
         }
     }
 
@@ -390,6 +394,7 @@ impl<'b> Session<'b> {
                 }
             }
             Shown::Section => self.set_section(false),
+            Shown::Ground => self.toggle_ground(),
             Shown::Why => {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
@@ -511,7 +516,9 @@ impl<'b> Session<'b> {
     /// What was missed, in a line.
     pub fn say_missed(&self, missed: &Missed) -> String {
         let first = missed.objects.first().map(|&(object, pixels)| {
-            let node = self.building.scene.objects.get(object.index()).map_or("a leaf that was made", |o| o.node.as_str());
+            let objects = &self.building.scene.objects;
+            let other = if object.index() > objects.len() { "ground" } else { "a leaf that was made" };
+            let node = objects.get(object.index()).map_or(other, |o| o.node.as_str());
             format!(": object {object} ({node}), {pixels} pixels, and {} more", missed.objects.len() - 1)
         });
         format!("missed pixels: {}{}", missed.pixels, first.unwrap_or_default())
@@ -641,6 +648,7 @@ impl<'b> Session<'b> {
         if let Some([a, b]) = self.sight() {
             overlays::sight(overlay, self.walker.eye.as_vec3(), a.as_vec3(), b.as_vec3());
         }
+        self.lay_tiles_over(overlay);
         self.lay_lengths_over(overlay);
     }
 
@@ -726,6 +734,9 @@ impl<'b> Session<'b> {
             }
             if cut.is_on {
                 cuts = cuts.or(cut.show(ui, building.file.origin.y));
+            }
+            if let Some(terrain) = stage.terrain.as_mut().filter(|terrain| terrain.land.shows_tiles) {
+                ground::show(ui, terrain);
             }
             if let Some((line, _)) = note {
                 hud::note(ui, line);

@@ -3,7 +3,7 @@
 //! A person is spheres one above the other, from the height of a step up, that are pushed out of triangles sideways; what is lower than a
 //! step is stepped on. So stairs need no names, and furniture is in the way.
 
-use crate::body::{DEEPEST, EYE, STEP};
+use crate::body::{DEEPEST, EYE, STEP, TALL};
 use crate::collision::Solid;
 use crate::freed;
 use enfilade::ObjectId;
@@ -101,8 +101,15 @@ impl Walker {
         Camera::look_at(self.eye, self.eye + self.forward(), fov_y, aspect)
     }
 
-    /// Goes on for `seconds`. `passes`: whether an object is gone through.
-    pub fn go(&mut self, seconds: f64, wants: &Wants, solid: &Solid<'_>, passes: &dyn Fn(ObjectId) -> bool) {
+    /// Goes on for `seconds`. `passes`: whether an object is gone through; `ground`: the height of the ground over a point's plan.
+    pub fn go(
+        &mut self,
+        seconds: f64,
+        wants: &Wants,
+        solid: &Solid<'_>,
+        passes: &dyn Fn(ObjectId) -> bool,
+        ground: &dyn Fn(DVec3) -> Option<f64>,
+    ) {
         let far = self.metres_a_second() * if wants.hurry { 3.0 } else { 1.0 } * seconds;
         let (sin, cos) = self.yaw.sin_cos();
         let (right, level) = (DVec3::new(cos, 0.0, sin), DVec3::new(sin, 0.0, -cos));
@@ -125,7 +132,7 @@ impl Walker {
         }
         // 3. Up and down.
         let feet = self.eye.y - EYE;
-        let floor = self.floor(solid, passes);
+        let floor = self.floor_or_ground(solid, passes, ground);
         match floor {
             Some(floor) if floor >= feet => {
                 self.eye.y += (floor - feet).min(CLIMB * seconds);
@@ -142,6 +149,21 @@ impl Walker {
                 self.eye.y -= fall.min(feet - floor);
             }
             None => self.falling = 0.0,
+        }
+    }
+
+    /// A floor, or the ground where that is above it. Ground over the head is none to somebody who stands on a floor: a cellar is under it.
+    fn floor_or_ground(
+        &self,
+        solid: &Solid<'_>,
+        passes: &dyn Fn(ObjectId) -> bool,
+        ground: &dyn Fn(DVec3) -> Option<f64>,
+    ) -> Option<f64> {
+        let (floor, ground) = (self.floor(solid, passes), ground(self.eye));
+        match (floor, ground) {
+            (Some(floor), Some(ground)) if ground - (self.eye.y - EYE) < TALL => Some(floor.max(ground)),
+            (None, ground) => ground,
+            (floor, _) => floor,
         }
     }
 
@@ -228,7 +250,7 @@ mod tests {
         let solid = Solid::new(&scene);
         let mut walker = Walker::new(from - scene.origin, DVec3::NEG_Z, false);
         for _ in 0..(seconds * 60.0) as usize {
-            walker.go(1.0 / 60.0, &Wants { to, hurry: false }, &solid, &|_| false);
+            walker.go(1.0 / 60.0, &Wants { to, hurry: false }, &solid, &|_| false, &|_| None);
         }
         (walker, walker.eye + scene.origin)
     }
@@ -249,7 +271,7 @@ mod tests {
         let scene = scene();
         let (solid, mut walker) = (Solid::new(&scene), walker);
         for _ in 0..150 {
-            walker.go(1.0 / 60.0, &Wants { to: DVec3::NEG_Z, hurry: false }, &solid, &|_| false);
+            walker.go(1.0 / 60.0, &Wants { to: DVec3::NEG_Z, hurry: false }, &solid, &|_| false, &|_| None);
         }
         assert!((walker.eye.y + scene.origin.y - EYE).abs() < 0.02);
     }
@@ -280,7 +302,7 @@ mod tests {
         let (scene, inside) = (scene(), ((ROCK.0 + ROCK.1) * 0.5).with_y(EYE));
         let (solid, mut walker) =
             (Solid::new(&scene), Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, false));
-        let go = |walker: &mut Walker| walker.go(0.01, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false);
+        let go = |walker: &mut Walker| walker.go(0.01, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
         go(&mut walker);
         (walker.flies, walker.eye) = (true, inside - scene.origin);
         go(&mut walker);
@@ -304,7 +326,7 @@ mod tests {
         let solid = Solid::new(&scene);
         let mut walker = Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, true);
         for _ in 0..60 {
-            walker.go(1.0 / 60.0, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false);
+            walker.go(1.0 / 60.0, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
         }
         assert!(walker.eye.x + scene.origin.x > 5.0);
     }

@@ -1,7 +1,9 @@
 //! The missed-pixel alarm: all of the scene is drawn once more, as items, and where that is nearer than what was drawn, something that
 //! shows was left out. It is held against the depth of the very frame that is shown, so whatever decided what to draw is tested, on the
-//! processor or on the device. Glass and open doors are screens of pixels, so that they are tested and so is what is behind them.
+//! processor or on the device. Ground is held against that of the whole screen, which is other tiles: it is missed where none is drawn, nor
+//! within the pixels that both may be wrong. Glass and open doors are screens of pixels, so that they are tested and so is what is behind them.
 
+use super::ground::Terrain;
 use super::leaves::{Drawn, Leaves};
 use super::pipelines::{Eye, Pipelines, Recipe, shader};
 use super::readback::Readback;
@@ -22,18 +24,22 @@ pub struct Missed {
     pub objects: Vec<(ObjectId, u32)>,
 }
 
+/// Ground may be drawn so many pixels from where it is compared, at most: far more, and what is missed would go unseen.
+const FARTHEST: f32 = 8.0;
+
 /// Compares.
 pub struct Alarm {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     counts: wgpu::Buffer,
     zeros: wgpu::Buffer,
+    near: wgpu::Buffer,
     /// The counts, with the frame that they are of.
     read: Readback<u64>,
 }
 
 impl Alarm {
-    /// For so many objects, and what was made; pictures are of `format`.
+    /// For so many objects, what was made and ground; pictures are of `format`.
     pub fn new(gpu: &Gpu, objects: usize, format: TextureFormat) -> Self {
         let entry =
             |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::FRAGMENT, ty, count: None };
@@ -47,6 +53,8 @@ impl Alarm {
             has_dynamic_offset: false,
             min_binding_size: None,
         };
+        let uniform =
+            wgpu::BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
         let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
             entries: &[
@@ -54,24 +62,26 @@ impl Alarm {
                 entry(1, texture(wgpu::TextureSampleType::Depth)),
                 entry(2, texture(wgpu::TextureSampleType::Uint)),
                 entry(3, storage),
+                entry(4, uniform),
             ],
         });
         let module = shader(gpu, include_str!("alarm.wgsl"));
         let pipeline =
             Recipe { groups: &[Some(&layout)], pixel: Some(("pixel", format.into())), ..Recipe::new(&module, "corner") }
                 .pipeline(gpu);
-        let bytes = 4 * (objects as u64 + 2);
+        let bytes = 4 * (objects as u64 + 3);
         Self {
             pipeline,
             layout,
             counts: gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST),
-            zeros: gpu.filled(&vec![0; objects + 2], BufferUsages::COPY_SRC),
+            zeros: gpu.filled(&vec![0; objects + 3], BufferUsages::COPY_SRC),
+            near: gpu.buffer(16, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
             read: Readback::new(gpu, bytes),
         }
     }
 
     /// Records a comparison of what was drawn into `targets`, in magenta on `picture`. `everything`: runs of solid things and of ghosts,
-    /// and all leaves of doors. Returns where the counts will be, for [`Self::ask`].
+    /// all leaves of doors, and ground. Returns where the counts will be, for [`Self::ask`].
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn record(
         &mut self,
@@ -81,7 +91,7 @@ impl Alarm {
         targets: &Targets,
         picture: &wgpu::TextureView,
         everything: [&[Range<u32>]; 2],
-        leaves: (&Leaves, &Drawn),
+        leaves: (&Leaves, &Drawn, Option<&Terrain>),
         frame: u64,
         commands: &mut wgpu::CommandEncoder,
     ) -> Option<usize> {
@@ -103,8 +113,13 @@ impl Alarm {
         pipelines.bind(&mut pass, eye);
         pipelines.items.draw(&mut pass, everything[0], everything[1]);
         leaves.0.draw(&mut pass, eye, &pipelines.items, leaves.1);
+        leaves.2.into_iter().for_each(|terrain| terrain.draw_items(&mut pass));
         drop(pass);
         // 2. Held against what was drawn.
+        let far = leaves.2.map_or(0.0, |terrain| terrain.tolerance().ceil().clamp(1.0, FARTHEST));
+        // Of what isn't an object, ground is last.
+        let item = (self.counts.size() / 4) as u32 - 1;
+        gpu.queue.write_buffer(&self.near, 0, bytemuck::cast_slice(&[item, far as u32]));
         commands.copy_buffer_to_buffer(&self.zeros, 0, &self.counts, 0, self.counts.size());
         let view = wgpu::BindingResource::TextureView;
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
@@ -116,6 +131,7 @@ impl Alarm {
                 entry(1, view(&targets.whole)),
                 entry(2, view(&targets.items)),
                 entry(3, self.counts.as_entire_binding()),
+                entry(4, self.near.as_entire_binding()),
             ],
         });
         let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {

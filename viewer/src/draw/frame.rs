@@ -4,6 +4,7 @@ use super::alarm::{Alarm, Missed};
 use super::caps::Caps;
 use super::culled::Culled;
 use super::full::Full;
+use super::ground::{Look, Terrain};
 use super::hidden::Hidden;
 use super::leaves::{Drawn, Leaves};
 use super::lines::{Lines, Overlay};
@@ -18,6 +19,7 @@ use super::timer::Timer;
 use crate::building::Building;
 use crate::culling::{Culling, Oracle};
 use crate::doors::Doors;
+use crate::ground::{Land, Shown};
 use crate::looks::Detail;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::{Camera, FrameMode};
@@ -76,6 +78,7 @@ pub struct Side<'b> {
     pub heard: Heard,
     queries: Queries,
     marks: Option<Marks>,
+    shown: Shown,
 }
 
 /// A device with a building on it.
@@ -98,6 +101,8 @@ pub struct Stage<'b> {
     pub mesh: Mesh,
     /// What is drawn of a frame.
     pub targets: Targets,
+    /// Ground, if there is one.
+    pub terrain: Option<Terrain>,
     building: &'b Building,
     format: TextureFormat,
     /// Made when it is first asked for.
@@ -184,6 +189,7 @@ impl<'b> Stage<'b> {
             is_capped: false,
             all,
             timing: None,
+            terrain: None,
             building,
             format,
             full: None,
@@ -212,6 +218,18 @@ impl<'b> Stage<'b> {
         self.culling.restart();
         self.heard = Heard::default();
         self.timing = None;
+    }
+
+    /// Puts the building on a ground.
+    ///
+    /// # Errors
+    ///
+    /// One line: it doesn't fit on the device.
+    pub fn set_ground(&mut self, land: Land) -> Result<(), String> {
+        // After the objects and what was made.
+        let item = self.all.len() as u32 + 2;
+        self.terrain = Some(Terrain::new(&self.gpu, land, self.format, item, self.building.file.origin)?);
+        self.gpu.check().map_err(|e| e.to_string())
     }
 
     /// Gives objects their colours.
@@ -263,7 +281,7 @@ impl<'b> Stage<'b> {
         let mut culling = Culling::new(self.building, self.culling.oracle, self.targets.size);
         self.doors.tell(&mut culling.culler);
         let queries = Queries::new(&self.gpu, &self.pipelines, self.building.scene.objects.len());
-        Side { culling, heard: Heard::default(), queries, marks: None }
+        Side { culling, heard: Heard::default(), queries, marks: None, shown: Shown::default() }
     }
 
     /// Changes the way to cull for another one, which keeps this one meanwhile.
@@ -272,6 +290,9 @@ impl<'b> Stage<'b> {
         std::mem::swap(&mut self.heard, &mut side.heard);
         std::mem::swap(&mut self.queries, &mut side.queries);
         std::mem::swap(&mut self.marks, &mut side.marks);
+        if let Some(terrain) = &mut self.terrain {
+            std::mem::swap(&mut terrain.shown, &mut side.shown);
+        }
     }
 
     /// How many triangles of the last frame that was told apart are of each kind, in the order of [`super::marks::KINDS`].
@@ -370,6 +391,9 @@ impl<'b> Stage<'b> {
             self.culling.decide(self.frame, camera, f64::from(NEAR), wish.mode);
         }
         let Some(decision) = &self.culling.last else { return Ok(()) };
+        if let Some(terrain) = self.terrain.as_mut().filter(|_| is_new) {
+            terrain.select(decision, &self.building.file, self.targets.size);
+        }
         let is_all = decision.objects.len() == self.all.len();
         if !is_all {
             self.runs.set(&self.mesh, &decision.objects, &self.is_ghost, Some(wish.camera.eye));
@@ -407,6 +431,10 @@ impl<'b> Stage<'b> {
             let scene = (&self.mesh, full.as_deref());
             mirrors.record(gpu, &self.pipelines, scene, &self.is_ghost, leaves, size, &mut commands);
         }
+        if let Some(terrain) = &mut self.terrain {
+            let look = if full.is_some() { Look::Full } else { Look::Plain };
+            terrain.prepare(gpu, &wish.camera, look, self.targets.size, wish.alarm);
+        }
         let timing = if wish.timed && self.timing.is_none() {
             self.timer.as_mut().and_then(|timer| timer.start(self.frame))
         } else {
@@ -434,6 +462,9 @@ impl<'b> Stage<'b> {
                 self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
                 self.leaves.draw(&mut pass, &self.eye, &self.pipelines.colours, &self.seen.1);
             }
+        }
+        if let Some(terrain) = &self.terrain {
+            terrain.draw(&mut pass, full.as_ref().and_then(|full| full.smooth()).is_some());
         }
         drop(pass);
 
@@ -491,7 +522,7 @@ impl<'b> Stage<'b> {
             }
             let everything = [&self.everything.solid[..], &self.everything.ghosts];
             let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
-            let (leaves, frame) = ((&self.leaves, &self.all_leaves), self.frame);
+            let (leaves, frame) = ((&self.leaves, &self.all_leaves, self.terrain.as_ref()), self.frame);
             counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, leaves, frame, &mut commands);
         }
 
@@ -527,6 +558,11 @@ impl<'b> Stage<'b> {
         }
         if !wish.alarm {
             self.heard.missed = None;
+        }
+
+        // 12. Tiles for the next frame; a frozen one keeps those that it has.
+        if let Some(terrain) = self.terrain.as_mut().filter(|_| is_new) {
+            terrain.load(&self.gpu, self.targets.size);
         }
         Ok(())
     }

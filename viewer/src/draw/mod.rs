@@ -6,6 +6,7 @@ pub mod culled;
 pub mod frame;
 pub mod full;
 pub mod geometry;
+pub mod ground;
 pub mod hidden;
 pub mod leaves;
 pub mod lines;

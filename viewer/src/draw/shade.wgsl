@@ -31,6 +31,11 @@ fn place(p: vec2f, d: f32) -> vec3f {
     return vec3f((p / size * 2.0 - 1.0) * vec2f(1.0, -1.0) * view.tangent, 1.0) * away;
 }
 
+// How dark lines are at a depth. They fade from 80 m to 250 m: ridges of far-off ground would be nothing but lines.
+fn strength(d: f32) -> f32 {
+    return 0.42 * (1.0 - smoothstep(80.0, 250.0, view.near / d));
+}
+
 const SAMPLES: u32 = 8u;
 
 @fragment
@@ -94,6 +99,6 @@ fn over(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let down = abs(depth_at(p - vec2i(0, 1)) + depth_at(p + vec2i(0, 1)) - 2.0 * d);
     let pixel = 2.0 * view.tangent.y / f32(textureDimensions(depth).y);
     let bend = max(across, down) / (d * pixel);
-    let line = 1.0 - 0.42 * smoothstep(0.5, 1.6, bend);
+    let line = 1.0 - strength(d) * smoothstep(0.5, 1.6, bend);
     return vec4f(vec3f(textureLoad(corners, p / 2, 0).r * line), 1.0);
 }

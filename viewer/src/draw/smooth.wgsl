@@ -37,7 +37,7 @@ fn over_smooth(@builtin(position) at: vec4f) -> @location(0) vec4f {
         }
         let across = abs(sample_at(p - vec2i(1, 0), i) + sample_at(p + vec2i(1, 0), i) - 2.0 * d);
         let down = abs(sample_at(p - vec2i(0, 1), i) + sample_at(p + vec2i(0, 1), i) - 2.0 * d);
-        sum += corner * (1.0 - 0.42 * smoothstep(0.5, 1.6, max(across, down) / (d * pixel)));
+        sum += corner * (1.0 - strength(d) * smoothstep(0.5, 1.6, max(across, down) / (d * pixel)));
     }
     return vec4f(vec3f(sum / f32(SAMPLES_A_PIXEL)), 1.0);
 }

@@ -13,7 +13,7 @@ use std::ops::Range;
 use wgpu::{BufferUsages, CompareFunction, TextureUsages, TextureView};
 
 /// Where it stands, about a unit vector: high, and square to no wall.
-const TOWARDS: Vec3 = Vec3::new(0.42, 0.78, 0.46);
+pub(super) const TOWARDS: Vec3 = Vec3::new(0.42, 0.78, 0.46);
 /// Side of the depth, texels. A building of 40 m has 2 cm a texel. More: software drivers take long. Fewer: windows cast no shapes.
 const SIDE: u32 = 2048;
 /// Shadows are looked up this many texels before the face. More: shadows leave the foot of what casts them. Fewer: faces shade themselves.

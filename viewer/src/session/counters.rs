@@ -31,6 +31,7 @@ impl Session<'_> {
             format!("{speed}, {:.0}° field of view", self.show.fov_y.to_degrees()),
             format!("{}: keys", self.keys.name_of(Action::Layer(Shown::Keys))),
         ]);
+        lines.extend(self.say_ground());
         lines.extend(self.say_path());
         if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {
             lines.push(self.say_missed(missed));

@@ -136,6 +136,7 @@ impl Session<'_> {
             Action::Door | Action::Mirror | Action::Pick | Action::Screenshot | Action::FullScreen => false,
             Action::Storey(_) | Action::Open | Action::Hide | Action::Isolate | Action::ShowAll | Action::SavePlan => false,
             Action::TurnSection => false,
+            Action::Ground => self.shows_tiles(),
         }
     }
 

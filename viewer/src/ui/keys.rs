@@ -28,7 +28,7 @@ pub enum Action {
     Heat,
     /// See [`crate::looks::Detail`].
     Detail,
-    /// Shows something over the picture, or no longer: none of cells, mirrors, sections and `why`.
+    /// Shows something over the picture, or no longer: none of cells, mirrors, sections, ground and `why`.
     Layer(Shown),
     /// The alarm.
     Alarm,
@@ -74,6 +74,8 @@ pub enum Action {
     Measure,
     /// Asks which other file to open.
     Open,
+    /// Tiles of the ground.
+    Ground,
 }
 
 /// What a key does while it is held.
@@ -97,7 +99,7 @@ pub enum Hold {
 pub type Key = (KeyCode, &'static str, Action, &'static str, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 43] = [
+pub const KEYS: [Key; 44] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "None", "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "Frustum", "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "Portals", "cull through portals"),
@@ -148,6 +150,7 @@ pub const KEYS: [Key; 43] = [
     ),
     (KeyCode::KeyU, "U", Action::Measure, "Measure", "measure between two clicks"),
     (KeyCode::KeyN, "N", Action::Layer(Shown::Names), "Names", "names and areas of rooms"),
+    (KeyCode::Digit9, "9", Action::Ground, "Ground", "tiles of the ground by level, and how fine they are"),
     (KeyCode::Delete, "Delete", Action::Hide, "Hide", "hide what was picked or found (Shift+Delete: show all again)"),
     (KeyCode::KeyI, "I", Action::Isolate, "Isolate", "show only what was picked or found"),
     (KeyCode::KeyH, "H", Action::Hud, "Counters", "counters"),

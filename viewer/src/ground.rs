@@ -1,0 +1,181 @@
+//! Ground around a building: where it stands in it, which parts of the screen the ground can show in, and what of it is wanted there.
+
+use crate::args::Args;
+use crate::culling::Decision;
+use enfilade::file::PvsFile;
+use enfilade::runtime::{Camera, FrameMode, Rect};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, Loading, Motion, Patch, Placement};
+use glam::{DVec3, Vec3};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Bytes of the cache of tiles: at 33 x 33 samples of two bytes some 15,000 tiles, 30 million triangles.
+const CACHE: u64 = 32 << 20;
+/// Tiles are loaded for where the camera will be in so many seconds.
+const AHEAD: f64 = 0.5;
+/// How long the tiles under a building may take to come at the start, before it is placed by what is there.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Where nobody has said, no sample is drawn farther from its place than so many pixels.
+const PIXELS: f64 = 1.0;
+/// Height of the camera that looks down at where a building will stand, metres above the highest tile; and half of what it sees, radians.
+const ABOVE: f64 = 100.0;
+const NARROW: f64 = 1e-4;
+
+/// A ground with a building in it.
+pub struct Land {
+    /// Tiles.
+    pub ground: Ground,
+    /// Where the building's origin is in it.
+    pub place: Placement,
+    /// How well it is drawn.
+    pub limit: Limit,
+    /// Tiles are shown: colours by level, borders, boxes.
+    pub shows_tiles: bool,
+    motion: Motion,
+    started: Instant,
+}
+
+/// What of a ground a frame shows; of each way to cull one.
+#[derive(Default)]
+pub struct Shown {
+    /// What was selected.
+    pub scratch: GroundScratch,
+    /// Parts of the screen through which ground can show. None: no ground.
+    pub windows: Vec<Rect>,
+    /// Where it was looked at from, in the ground's coordinates.
+    pub camera: Option<Camera>,
+    /// What the frame has loaded.
+    pub loading: Loading,
+}
+
+impl Shown {
+    /// Tiles to draw.
+    pub fn patches(&self) -> &[Patch] {
+        if self.camera.is_some() { self.scratch.patches() } else { &[] }
+    }
+
+    /// Whether all tiles that it wants are there, or no more will come.
+    pub fn is_whole(&self) -> bool {
+        is_whole(self.loading)
+    }
+}
+
+/// Opens what the command line names. The error is one line.
+pub fn open(args: &Args) -> Result<Option<Land>, String> {
+    let Some(path) = &args.ground else { return Ok(None) };
+    open_file(path, args.place).map(Some)
+}
+
+fn open_file(path: &Path, place: Option<Placement>) -> Result<Land, String> {
+    let ground = Ground::open(path, CACHE).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(Land::new(ground, place))
+}
+
+impl Land {
+    /// Of a ground. Where nobody says otherwise, the building's origin is on the surface in the ground's middle.
+    pub fn new(ground: Ground, place: Option<Placement>) -> Self {
+        let mut land = Self {
+            ground,
+            place: place.unwrap_or_default(),
+            limit: Limit::Pixels(PIXELS),
+            shows_tiles: false,
+            motion: Motion::default(),
+            started: Instant::now(),
+        };
+        if place.is_none() {
+            land.place.at.y = land.height_of_middle();
+        }
+        land
+    }
+
+    /// Height of the ground in its middle, once the tiles there have come; 0 where there is none.
+    fn height_of_middle(&mut self) -> f64 {
+        let high = self.ground.tiles().iter().filter(|tile| tile.samples > 0).map(|tile| f64::from(tile.high));
+        let eye = DVec3::Y * (high.fold(0.0, f64::max) + ABOVE);
+        let camera = Camera::look_at(eye, DVec3::ZERO, 2.0 * NARROW, 1.0);
+        let view = GroundView { camera, size: [1, 1], windows: &[Rect::FULL] };
+        while self.started.elapsed() < PATIENCE {
+            let heard = self.ground.load(&view, Limit::Pixels(0.0), &self.motion, 0.0, &[]);
+            if is_whole(heard) {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.ground.height_at(0.0, 0.0).unwrap_or(0.0)
+    }
+
+    /// A camera of the building in the ground's coordinates. `origin`: of the building's file.
+    pub fn camera(&self, camera: &Camera, origin: DVec3) -> Camera {
+        let turn = |row: Vec3| self.place.turn(row.as_dvec3()).as_vec3();
+        let eye = self.place.to_ground(camera.eye.as_dvec3() + origin).as_vec3();
+        Camera { eye, x: turn(camera.x), y: turn(camera.y), w: turn(camera.w) }
+    }
+
+    /// A point of the ground in the building's coordinates, relative to the origin of its file.
+    pub fn to_building(&self, p: DVec3, origin: DVec3) -> Vec3 {
+        let back = Placement { at: DVec3::ZERO, degrees: -self.place.degrees };
+        (back.turn(p - self.place.at) - origin).as_vec3()
+    }
+
+    /// Height of the ground over a point of the plan, relative to the origin of the building's file; `None` where there is none.
+    pub fn height(&self, p: DVec3, origin: DVec3) -> Option<f64> {
+        let at = self.place.to_ground(p + origin);
+        self.ground.height_at(at.x, at.z).map(|height| height - self.place.at.y - origin.y)
+    }
+
+    /// Selects what a frame draws, of pictures of `size` pixels.
+    pub fn select(&self, decision: &Decision, file: &PvsFile, size: [u32; 2], shown: &mut Shown) {
+        windows(decision, file, &mut shown.windows);
+        let camera = self.camera(&decision.camera, file.origin);
+        shown.camera = Some(camera);
+        let view = GroundView { camera, size, windows: &shown.windows };
+        self.ground.select(&view, self.limit, &mut shown.scratch);
+    }
+
+    /// Selects what there is on the whole screen, to hold what was drawn against.
+    pub fn select_whole(&self, camera: Camera, size: [u32; 2], scratch: &mut GroundScratch) {
+        self.ground.select(&GroundView { camera, size, windows: &[Rect::FULL] }, self.limit, scratch);
+    }
+
+    /// Selects what would be drawn if all tiles were in memory.
+    pub fn select_wanted(&self, size: [u32; 2], shown: &Shown, scratch: &mut GroundScratch) {
+        let Some(camera) = shown.camera else { return };
+        self.ground.select_all(&GroundView { camera, size, windows: &shown.windows }, self.limit, scratch);
+    }
+
+    /// Takes tiles in that have come, and asks for others: for what is shown, and for where the camera goes.
+    pub fn load(&mut self, size: [u32; 2], shown: &mut Shown) {
+        let Some(camera) = shown.camera else { return };
+        self.motion.see(&camera, self.started.elapsed().as_secs_f64());
+        let view = GroundView { camera, size, windows: &shown.windows };
+        shown.loading = self.ground.load(&view, self.limit, &self.motion, AHEAD, shown.scratch.patches());
+    }
+}
+
+/// Tiles are asked for once those that they are quarters of are under way: with none under way and none come, no more will.
+fn is_whole(Loading { wanted, present, loaded, under_way }: Loading) -> bool {
+    under_way == 0 && (present == wanted || loaded == 0)
+}
+
+/// The parts of the screen in which something outside can show. Where the eye is in a room and the cells beyond were reached through
+/// portals, the parts that portals into open cells leave; else all of it.
+pub fn windows(decision: &Decision, file: &PvsFile, windows: &mut Vec<Rect>) {
+    windows.clear();
+    let goes_through = match decision.method {
+        FrameMode::Portals | FrameMode::Both | FrameMode::Chc | FrameMode::ChcPlus => true,
+        FrameMode::None | FrameMode::Frustum | FrameMode::Pvs | FrameMode::Auto => false,
+    };
+    let is_open = |cell: enfilade::CellId| file.cells.get(cell.index()).is_none_or(|cell| cell.open);
+    if !goes_through || decision.home.is_none_or(is_open) {
+        windows.push(Rect::FULL);
+        return;
+    }
+    for crossed in &decision.portals {
+        let portal = &file.portals[crossed.portal.portal().index()];
+        let leads_out = is_open(portal.cells[1 - crossed.portal.side()]);
+        // From one open cell to the next one opens nothing new.
+        if leads_out && !crossed.rect.is_empty() && !windows.iter().any(|window| window.covers(&crossed.rect)) {
+            windows.push(crossed.rect);
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! Ground around a building: it shows outside and through windows, and nowhere else; nothing of it is missed; it has no cracks.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{building, has_device, path, shipped};
+use enfilade::runtime::{Camera, FrameMode};
+use enfilade::terrain::{Disk, Ground, GroundError, MakeOptions, Placement, make};
+use enfilade_viewer::body::EYE;
+use enfilade_viewer::building::Building;
+use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::frame::{Stage, Wish};
+use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::targets::{Canvas, PICTURE};
+use enfilade_viewer::ground::Land;
+use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::session::Session;
+use enfilade_viewer::ui::keys::Action;
+use enfilade_viewer::walker::{Walker, Wants};
+use glam::DVec3;
+use std::collections::{BTreeSet, VecDeque};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+use testing::ground::Raster;
+
+const SIZE: [u32; 2] = [320, 180];
+const SKY: [u8; 3] = [204, 222, 240];
+/// Of all tiles here, bytes.
+const ALL: u64 = 32 << 20;
+
+fn villa() -> &'static Building {
+    static VILLA: OnceLock<Building> = OnceLock::new();
+    VILLA.get_or_init(|| building("villa_rotonda"))
+}
+
+/// Level under the villa, hills beyond: 257 x 257 samples, 2 m apart.
+fn hills() -> Raster {
+    let raster = Raster::of([257, 257], |c, r| {
+        let (x, z) = (2.0 * f64::from(c) - 256.0, 2.0 * f64::from(r) - 256.0);
+        let far = ((x.hypot(z) - 60.0) / 60.0).clamp(0.0, 1.0);
+        30.0 + far * 6.0 * ((x / 25.0).sin() + (z / 31.0).cos())
+    });
+    Raster { spacing: [2.0; 2], ..raster }
+}
+
+/// Mountains with some roughness: 513 x 513 samples, 10 m apart.
+fn mountains() -> Raster {
+    Raster::of([513, 513], |c, r| {
+        let (x, z) = (f64::from(c), f64::from(r));
+        let rough = f64::from((c.wrapping_mul(2_654_435_761) ^ r.wrapping_mul(40_503)) >> 16 & 0xff) / 255.0;
+        120.0 * (x * 0.021).sin() * (z * 0.017).cos() + 25.0 * (x * 0.17 + z * 0.11).sin() + 4.0 * rough
+    })
+}
+
+/// Writes a ground.
+fn made(name: &str, mut raster: Raster) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("ground");
+    make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
+    path
+}
+
+fn hills_around(name: &str) -> Land {
+    Land::new(Ground::open(&made(name, hills()), ALL).unwrap(), None)
+}
+
+/// Somebody in the villa on a ground, in flat colours without panels.
+fn visit(land: Option<Land>) -> (Canvas, Session<'static>) {
+    let gpu = device().unwrap();
+    let canvas = Canvas::new(&gpu, SIZE);
+    let mut stage = Stage::new(gpu, villa(), Oracle::Software, SIZE, PICTURE).unwrap();
+    land.into_iter().for_each(|land| stage.set_ground(land).unwrap());
+    let mut session = Session::new(villa(), stage, PICTURE, SIZE).unwrap();
+    (session.show.mode, session.show.hud) = (FrameMode::Both, false);
+    (canvas, session)
+}
+
+fn drawn(canvas: &Canvas, session: &mut Session<'_>) -> Vec<[u8; 3]> {
+    session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
+    canvas.read(&session.stage.gpu).unwrap().pixels().to_vec()
+}
+
+fn patches(stage: &Stage<'_>) -> usize {
+    stage.terrain.as_ref().unwrap().shown.patches().len()
+}
+
+#[test]
+fn ground_shows_where_sky_was_outside_and_through_windows() {
+    if !has_device("ground_shows_where_sky_was_outside_and_through_windows") {
+        return;
+    }
+    let path = path("villa_rotonda");
+    let ((bare, mut without), (canvas, mut with)) = (visit(None), visit(Some(hills_around("shows"))));
+    let mut through = 0;
+    for frame in (0..path.frames.len()).step_by(3) {
+        let [before, after] = [(&bare, &mut without), (&canvas, &mut with)].map(|(canvas, session)| {
+            session.stand(&path, frame);
+            drawn(canvas, session)
+        });
+        for (a, b) in before.iter().zip(&after) {
+            // The villa stands above the ground: it is as it was.
+            assert!(a == b || *a == SKY, "frame {frame}: {a:?} has become {b:?}");
+            through += usize::from(a != b);
+        }
+    }
+    assert!(through > 500, "{through} pixels of ground through windows and doors");
+    // From outside, looking down at the villa: below the horizon nothing is sky.
+    with.walker = Walker::new(DVec3::new(60.0, 40.0, 60.0), DVec3::new(-1.0, -1.3, -1.0), true);
+    let picture = drawn(&canvas, &mut with);
+    assert!(picture.iter().all(|p| *p != SKY), "{} pixels of sky", picture.iter().filter(|p| **p == SKY).count());
+}
+
+#[test]
+fn portals_windows_miss_no_pixel_and_save_most_of_the_ground() {
+    if !has_device("portals_windows_miss_no_pixel_and_save_most_of_the_ground") {
+        return;
+    }
+    let path = path("villa_rotonda");
+    let mut walk = Walk::new(villa(), &path, Some(Oracle::Software), SIZE).unwrap();
+    walk.stage.set_ground(hills_around("windows")).unwrap();
+    let mut tiles = [0; 2];
+    for frame in 0..path.frames.len() {
+        let camera = walk.camera(frame);
+        let mut sums = Vec::new();
+        for mode in [FrameMode::Frustum, FrameMode::Both] {
+            let missed = walk.missed(camera, mode).unwrap().expect("counted");
+            assert_eq!(missed.pixels, 0, "{mode}, frame {frame}: {missed:?}");
+            sums.push(patches(&walk.stage));
+        }
+        let home = walk.stage.culling.last.as_ref().and_then(|last| last.home).expect("in a cell");
+        if !villa().file.cells[home.index()].open {
+            tiles = [tiles[0] + sums[0], tiles[1] + sums[1]];
+        }
+    }
+    let [frustum, both] = tiles;
+    assert!(both > 0 && both * 2 < frustum, "{both} tiles through portals, {frustum} in the frustum");
+}
+
+#[test]
+fn who_sees_no_window_has_no_ground_and_asks_for_none() {
+    if !has_device("who_sees_no_window_has_no_ground_and_asks_for_none") {
+        return;
+    }
+    let path = path("villa_rotonda");
+    let mut walk = Walk::new(villa(), &path, Some(Oracle::Software), SIZE).unwrap();
+    walk.stage.set_ground(hills_around("blind")).unwrap();
+    let (mut none, mut some) = (0, 0);
+    for (frame, turn) in (0..path.frames.len()).step_by(6).flat_map(|frame| (0..8).map(move |turn| (frame, turn))) {
+        let eye = path.frames[frame].eye - villa().file.origin;
+        let angle = f64::from(turn) * std::f64::consts::FRAC_PI_4;
+        let target = eye + DVec3::new(angle.sin(), -0.2, angle.cos());
+        let camera = Camera::look_at(eye, target, 0.8, 16.0 / 9.0);
+        let missed = walk.missed(camera, FrameMode::Both).unwrap().expect("counted");
+        assert_eq!(missed.pixels, 0, "frame {frame}, turn {turn}: {missed:?}");
+        let terrain = walk.stage.terrain.as_ref().unwrap();
+        if terrain.shown.windows.is_empty() {
+            assert_eq!((patches(&walk.stage), terrain.shown.loading.wanted), (0, 0), "frame {frame}, turn {turn}");
+            none += 1;
+        } else {
+            some += 1;
+        }
+    }
+    assert!(none > 10 && some > 10, "{none} views without a window, {some} with one");
+}
+
+#[test]
+fn the_alarm_sees_ground_that_was_left_out() {
+    if !has_device("the_alarm_sees_ground_that_was_left_out") {
+        return;
+    }
+    let path = path("villa_rotonda");
+    let mut walk = Walk::new(villa(), &path, Some(Oracle::Software), SIZE).unwrap();
+    walk.stage.set_ground(hills_around("alarm")).unwrap();
+    let overlay = Overlay::default();
+    let outside = Camera::look_at(DVec3::new(60.0, 30.0, 60.0), DVec3::new(120.0, 0.0, 120.0), 1.0, 16.0 / 9.0);
+    let mut seen = |camera, culled_by| {
+        let (mode, mirrors) = (FrameMode::Both, None);
+        walk.draw(Wish { camera, culled_by: Some(culled_by), mode, alarm: true, timed: false, overlay: &overlay, mirrors })
+            .unwrap();
+        walk.stage.settle().unwrap();
+        walk.stage.heard.missed.clone().expect("counted")
+    };
+    assert_eq!(seen(outside, outside).pixels, 0);
+    // Tiles for who looks up into the sky.
+    let up = Camera::look_at(DVec3::new(60.0, 30.0, 60.0), DVec3::new(60.5, 60.0, 60.0), 1.0, 16.0 / 9.0);
+    let missed = seen(outside, up);
+    let ground = villa().scene.objects.len() + 1;
+    assert!(missed.pixels > 10_000 && missed.objects[0].0.index() == ground, "{missed:?}");
+}
+
+/// Answers with one tile a frame, from a file.
+struct Slow {
+    file: Vec<u8>,
+    header: enfilade::terrain::Header,
+    asked: VecDeque<u32>,
+    is_due: bool,
+}
+
+impl Disk for Slow {
+    fn ask(&mut self, tile: u32) -> bool {
+        self.asked.push_back(tile);
+        true
+    }
+
+    fn take(&mut self, bytes: &mut [u8]) -> Option<(u32, Result<(), GroundError>)> {
+        self.is_due ^= true;
+        let tile = if self.is_due { self.asked.pop_front()? } else { return None };
+        let (at, length) = (self.header.place(tile) as usize, self.header.tile_bytes(tile));
+        bytes[..length].copy_from_slice(&self.file[at..at + length]);
+        Some((tile, Ok(())))
+    }
+}
+
+#[test]
+fn no_sky_shows_through_ground_while_tiles_are_missing_or_all_there() {
+    if !has_device("no_sky_shows_through_ground_while_tiles_are_missing_or_all_there") {
+        return;
+    }
+    let path = made("cracks", mountains());
+    let whole = Ground::open(&path, ALL).unwrap();
+    let slow =
+        Slow { file: std::fs::read(&path).unwrap(), header: whole.header().clone(), asked: VecDeque::new(), is_due: false };
+    // As many slots as hold a part of the tiles.
+    let late = Ground::from_disk(&whole, Box::new(slow), whole.cache_bytes() / 4);
+    // The villa is out of sight, 200 m up; the top of the picture looks down by 15 degrees.
+    let place = Placement { at: DVec3::new(0.0, 400.0, 0.0), degrees: 30.0 };
+    for (name, ground, frames) in [("all there", whole, 1), ("one a frame", late, 60)] {
+        let (canvas, mut session) = visit(Some(Land::new(ground, Some(place))));
+        session.show.fov_y = 40f64.to_radians();
+        session.show.mode = FrameMode::Frustum;
+        let mut levels = BTreeSet::new();
+        for frame in 0..frames {
+            let (angle, down) = (0.05 * f64::from(frame), 35f64.to_radians());
+            let along = DVec3::new(angle.sin() * down.cos(), -down.sin(), angle.cos() * down.cos());
+            session.walker = Walker::new(DVec3::new(90.0, 0.0, 90.0), along, true);
+            let picture = drawn(&canvas, &mut session);
+            let terrain = session.stage.terrain.as_ref().unwrap();
+            levels.extend(terrain.shown.patches().iter().map(|patch| patch.key.level));
+            let sky = picture.iter().filter(|p| **p == SKY).count();
+            // Until the coarsest tile has come there is nothing.
+            assert!(sky == 0 || frame < 3, "{name}: frame {frame}: {sky} pixels of sky");
+        }
+        assert!(levels.len() > 1, "{name}: all tiles are of one level: {levels:?}");
+    }
+}
+
+#[test]
+fn somebody_outside_stands_on_the_ground() {
+    if !has_device("somebody_outside_stands_on_the_ground") {
+        return;
+    }
+    let (_, mut session) = visit(Some(hills_around("stands")));
+    let origin = villa().file.origin;
+    session.walker = Walker::new(DVec3::new(150.0, 60.0, 80.0), DVec3::X, false);
+    for _ in 0..100 {
+        session.go(0.1, &Wants { to: DVec3::Z, hurry: false });
+    }
+    let terrain = session.stage.terrain.as_ref().unwrap();
+    let height = terrain.land.height(session.walker.eye, origin).unwrap();
+    assert!(session.walker.eye.x > 160.0, "{}", session.walker.eye);
+    let above = session.walker.eye.y - height;
+    assert!((above - EYE).abs() < 0.3, "the eye is {above} m above the ground");
+}
+
+#[test]
+fn tiles_are_shown_and_a_frozen_view_keeps_them() {
+    if !has_device("tiles_are_shown_and_a_frozen_view_keeps_them") {
+        return;
+    }
+    let (canvas, mut session) = visit(Some(hills_around("tiles")));
+    session.walker = Walker::new(DVec3::new(60.0, 20.0, 60.0), DVec3::new(1.0, -0.3, 1.0), true);
+    let plain = drawn(&canvas, &mut session);
+    session.act(Action::Ground);
+    let coloured = drawn(&canvas, &mut session);
+    let changed = plain.iter().zip(&coloured).filter(|(a, b)| a != b).count();
+    assert!(changed > 10_000, "{changed} pixels have other colours");
+    let before = session.stage.terrain.as_ref().unwrap().shown.patches().to_vec();
+    session.freeze();
+    session.walker.turn(2.0, 0.0);
+    drawn(&canvas, &mut session);
+    assert_eq!(session.stage.terrain.as_ref().unwrap().shown.patches(), before);
+    assert!(!before.is_empty());
+}
+
+#[test]
+fn the_golden_picture_of_ground() {
+    if !has_device("the_golden_picture_of_ground") {
+        return;
+    }
+    let (canvas, mut session) = visit(Some(hills_around("golden")));
+    session.walker = Walker::new(DVec3::new(45.0, 18.0, 60.0), DVec3::new(-0.6, -0.2, -0.9), true);
+    drawn(&canvas, &mut session);
+    let picture = canvas.read(&session.stage.gpu).unwrap();
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/ground.png");
+    if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
+        picture.save(&golden).unwrap();
+    }
+    picture.save(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden_ground.png")).unwrap();
+    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&golden).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    let (wanted, _) = bytes.as_chunks::<3>();
+    assert_eq!(wanted.len(), picture.pixels().len());
+    let differs = |(a, b): &(&[u8; 3], &[u8; 3])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 12);
+    let different = picture.pixels().iter().zip(wanted).filter(differs).count();
+    assert!(different * 100 <= wanted.len(), "{different} pixels differ");
+}
+
+#[test]
+fn a_wrong_ground_is_one_line_and_exit_2() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let whole = std::fs::read(made("damaged", hills())).unwrap();
+    let (text, short) = (folder.join("text.ground"), folder.join("short.ground"));
+    std::fs::write(&text, "no ground").unwrap();
+    std::fs::write(&short, &whole[..whole.len() - 7]).unwrap();
+    let model = shipped("villa_rotonda", "glb");
+    let cases = [(text.as_path(), "not a .ground file"), (&short, "cut off"), (Path::new("none.ground"), "none.ground: ")];
+    for (file, expected) in cases {
+        for more in [&["--shot", "no.png"][..], &["--bench"]] {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade-viewer"));
+            command.current_dir(folder).arg(&model).arg("--ground").arg(file).args(more);
+            let output = command.output().unwrap();
+            let told = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(2), "{told}");
+            assert!(told.lines().count() == 1 && told.contains(expected), "{told}");
+        }
+    }
+}
