@@ -1,6 +1,7 @@
 //! `enfilade report`: a level, a building or a ground as a page of one file, with tables beside it.
 
 mod building;
+mod files;
 mod ground;
 mod level;
 mod tiers;
@@ -9,9 +10,9 @@ use super::bake::{ViewCells, seconds, view_cells_of};
 use super::level::SearchFlags;
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
-use enfilade::file::replace_file;
 use enfilade::level::VisOptions;
-use std::path::{Path, PathBuf};
+use files::{name, write};
+use std::path::PathBuf;
 
 /// Views in which false pixels are counted, where nothing is said.
 const VIEWS: u32 = 1000;
@@ -101,22 +102,10 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
         return Err(at(&output, "-o names the page; the table gets its name with .csv"));
     }
     if is("ground") {
-        return ground::report(args, &output, &table);
+        let again = command(args, []);
+        return ground::report(&args.input, &again, args.search.seed, [&output, &table], args.json);
     }
     if is_level { level::report(args, &output, &table) } else { building::report(args, &output, &table) }
-}
-
-/// The last part of a path.
-fn name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn write(files: &[(impl AsRef<Path>, String)]) -> Result<(), CliError> {
-    for (path, text) in files {
-        let path = path.as_ref();
-        replace_file(path, |out| out.write_all(text.as_bytes())).map_err(|e| at(path, e))?;
-    }
-    Ok(())
 }
 
 /// The command again: names without their folders, and flags with their values; an empty one stands for a flag that takes none.

@@ -1,6 +1,6 @@
 //! `enfilade report` of a ground.
 
-use super::{Args, command, name, write};
+use super::files::{name, write};
 use crate::cli::{CliError, Outcome, at, json};
 use enfilade::pages::ground::{Flight, GroundReport};
 use enfilade::terrain::{Ground, Limit, Measured, flight, measure};
@@ -14,17 +14,23 @@ const PIXELS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 const BUDGETS: [u32; 7] = [5_000, 10_000, 20_000, 50_000, 100_000, 200_000, 500_000];
 
 /// Flies over it and writes what was found; `output` is the page, `table` goes beside it.
-pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome, CliError> {
+pub(super) fn report(
+    input: &Path,
+    command: &str,
+    seed: u64,
+    [output, table]: [&Path; 2],
+    as_json: bool,
+) -> Result<Outcome, CliError> {
     // All of it in memory: what is measured is the selection, not the disk.
-    let ground = Ground::open(&args.input, u64::MAX).map_err(|e| at(&args.input, e))?;
+    let ground = Ground::open(input, u64::MAX).map_err(|e| at(input, e))?;
     if let Some(fault) = ground.faults().first() {
-        return Err(at(&args.input, fault));
+        return Err(at(input, fault));
     }
     let limits = PIXELS.map(Limit::Pixels).into_iter().chain(BUDGETS.map(Limit::Triangles));
     let limits: Vec<Limit> = limits.collect();
     let along = |above: f64| {
         let cameras = flight(&ground, above, FRAMES);
-        let found = limits.iter().map(|&limit| measure(&ground, &cameras, SIZE, limit, args.search.seed)).collect();
+        let found = limits.iter().map(|&limit| measure(&ground, &cameras, SIZE, limit, seed)).collect();
         Flight { above, found }
     };
     let flights: Vec<Flight> = ABOVE.into_iter().map(along).collect();
@@ -35,16 +41,9 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         format!("tiles of {} samples a side in {} levels", header.grid.side(), header.grid.top() + 1),
         format!("{} samples without a height", header.voids),
     ];
-    let page = GroundReport {
-        ground: &name(&args.input),
-        command: &command(args, []),
-        facts: &facts,
-        size: SIZE,
-        frames: FRAMES,
-        flights: &flights,
-    };
+    let page = GroundReport { ground: &name(input), command, facts: &facts, size: SIZE, frames: FRAMES, flights: &flights };
     write(&[(output, page.html()), (table, page.csv())])?;
-    if args.json {
+    if as_json {
         let of = |m: &Measured| {
             let limit = match m.limit {
                 Limit::Triangles(most) => json!({ "triangles": most }),
