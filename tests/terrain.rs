@@ -50,7 +50,7 @@ fn hills(size: [u32; 2], voids: bool) -> Raster {
         if voids && is_void {
             return f64::NAN;
         }
-        let rough = ((c * 2_654_435_761u32.wrapping_mul(r + 1)) >> 20) as f64 / 4096.0;
+        let rough = (c.wrapping_mul(2_654_435_761u32.wrapping_mul(r + 1)) >> 20) as f64 / 4096.0;
         let hill = 60.0 * (x / 21.0).sin() * (y / 17.0).cos() + 6.0 * rough;
         let plain = if c > 200 { 0.1 * hill } else { hill };
         if r > 150 { plain + 80.0 } else { plain }
