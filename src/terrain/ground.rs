@@ -39,7 +39,7 @@ pub struct Ground {
 #[derive(Default)]
 struct Wanted {
     scratch: GroundScratch,
-    /// Wanted and not here, by depth, then by error, then by number.
+    /// Wanted and not here: depth, number.
     missing: Vec<(u32, u32)>,
     /// By tile, the frame in which it was noted.
     noted: Vec<u32>,

@@ -92,7 +92,7 @@ impl Ord for Ranked {
 }
 
 impl GroundScratch {
-    /// Of the last selection; south-east last, coarse tiles whole.
+    /// Of the last selection.
     pub fn patches(&self) -> &[Patch] {
         &self.patches
     }

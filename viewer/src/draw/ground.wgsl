@@ -45,12 +45,16 @@ struct Soil {
 
 const NOWHERE = vec4f(0.0, 0.0, 2.0, 1.0);
 
-// North, west, south and east are bits 0 to 3. See mesh.rs of the library.
+// North, west, south and east are bits 0 to 3. On the first two, odd samples move onto the one before, on the others onto the one after. See
+// mesh.rs of the library.
 fn snapped(s: vec2u, coarser: u32) -> vec2u {
-    let last = land.side - 1u;
-    let along_row = (s.y == 0u && (coarser & 1u) != 0u) || (s.y == last && (coarser & 4u) != 0u);
-    let along_column = (s.x == 0u && (coarser & 2u) != 0u) || (s.x == last && (coarser & 8u) != 0u);
-    return vec2u(select(s.x, s.x & ~1u, along_row), select(s.y, s.y & ~1u, along_column));
+    return vec2u(along(s.x, s.y, coarser & 1u, coarser & 4u), along(s.y, s.x, coarser & 2u, coarser & 8u));
+}
+
+fn along(k: u32, across: u32, first: u32, second: u32) -> u32 {
+    if across == 0u && first != 0u { return k & ~1u; }
+    if across == land.side - 1u && second != 0u { return k + (k & 1u); }
+    return k;
 }
 
 fn number(slot: u32, s: vec2u) -> u32 {
