@@ -93,9 +93,11 @@ impl Gpu {
         if wgpu::Instance::enabled_backend_features().is_empty() {
             return Err(GpuError::NoAdapter { reason: "this system has none of them".into() });
         }
+        // Without it Direct3D 12 counts the corners of an indirect draw from 0, not from its first one.
+        let indirect = wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
         Ok(wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
-            flags: wgpu::InstanceFlags::empty(),
+            flags: if cfg!(windows) { indirect } else { wgpu::InstanceFlags::empty() },
             ..wgpu::InstanceDescriptor::new_without_display_handle()
         }))
     }

@@ -3,6 +3,7 @@
 use super::alarm::{Alarm, Missed};
 use super::caps::Caps;
 use super::culled::Culled;
+use super::draws::Draws;
 use super::full::Full;
 use super::ground::{Look, Terrain};
 use super::hidden::Hidden;
@@ -26,7 +27,7 @@ use enfilade::runtime::{Camera, FrameMode};
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
 use std::time::Instant;
-use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureView};
+use wgpu::{BufferUsages, LoadOp, Operations, StoreOp, TextureFormat, TextureView};
 
 /// Where nothing is.
 const SKY: wgpu::Color = wgpu::Color { r: 0.80, g: 0.87, b: 0.94, a: 1.0 };
@@ -127,6 +128,8 @@ pub struct Stage<'b> {
     /// The cells that this frame reaches, in order.
     reached: Vec<CellId>,
     runs: Runs,
+    /// The runs of this frame.
+    draws: Draws,
     everything: Runs,
     all_leaves: Drawn,
     hidden: Hidden,
@@ -181,6 +184,7 @@ impl<'b> Stage<'b> {
             seen: Default::default(),
             reached: Vec::new(),
             runs: Runs::default(),
+            draws: Draws::new(&gpu, scene.objects.len(), BufferUsages::COPY_DST),
             everything,
             all_leaves,
             hidden: Hidden::default(),
@@ -401,6 +405,7 @@ impl<'b> Stage<'b> {
         // What is all is in order already.
         let everything = if self.hidden.is_any { &self.hidden.shown } else { &self.everything };
         let runs = if is_all { everything } else { &self.runs };
+        self.draws.set(&self.gpu, &runs.solid, &runs.ghosts);
         self.doors.seen(decision, &mut self.reached, &mut self.seen.0);
         self.leaves.list(&self.seen.0, &mut self.seen.1);
         let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
@@ -423,7 +428,16 @@ impl<'b> Stage<'b> {
             let seen_through = objects.filter(|o| self.is_ghost[o.index()]);
             let all_leaves = if self.hidden.is_any { &self.hidden.shown_leaves } else { &self.all_leaves };
             let leaves = (&self.leaves, all_leaves);
-            full.prepare(&self.pipelines, &self.mesh, &self.is_ghost, leaves, seen_through, wish.camera.eye, &mut commands);
+            full.prepare(
+                gpu,
+                &self.pipelines,
+                &self.mesh,
+                &self.is_ghost,
+                leaves,
+                seen_through,
+                wish.camera.eye,
+                &mut commands,
+            );
         }
         if let Some(mirrors) = wish.mirrors.as_mut().filter(|mirrors| !mirrors.is_empty()) {
             full.iter_mut().for_each(|full| full.make_cut(gpu, &self.pipelines));
@@ -456,10 +470,10 @@ impl<'b> Stage<'b> {
         let target = || (picture, &self.targets);
         let mut pass = begin_on(full.as_deref(), &mut commands, target(), Some(SKY), stamps(0));
         match &full {
-            Some(full) => full.draw(&mut pass, &self.eye, &runs.solid, (&self.leaves, &self.seen.1)),
+            Some(full) => full.draw(&mut pass, &self.eye, &self.draws, (&self.leaves, &self.seen.1)),
             None => {
                 self.pipelines.bind(&mut pass, &self.eye);
-                self.pipelines.colours.draw(&mut pass, &runs.solid, &runs.ghosts);
+                self.pipelines.colours.draw_listed(&mut pass, &self.draws);
                 self.leaves.draw(&mut pass, &self.eye, &self.pipelines.colours, &self.seen.1);
             }
         }
@@ -476,12 +490,12 @@ impl<'b> Stage<'b> {
             let depth = smooth.map_or((&self.targets.depth, false), |smooth| (&smooth.depth, true));
             answers = self.queries.record(gpu, late, mesh, &self.is_ghost, &self.eye, depth, &mut commands);
             let mut pass = begin_on(full.as_deref(), &mut commands, target(), None, stamps(1));
-            let Queries { draws, solid, count, .. } = &self.queries;
+            let draws = &self.queries.draws;
             match &full {
-                Some(full) => full.draw_indirect(&mut pass, &self.eye, draws, *solid),
+                Some(full) => full.draw_decided(&mut pass, &self.eye, draws),
                 None => {
                     self.pipelines.bind(&mut pass, &self.eye);
-                    self.pipelines.colours.draw_indirect(&mut pass, draws, *solid, *count);
+                    self.pipelines.colours.draw_listed(&mut pass, draws);
                 }
             }
         }
@@ -502,7 +516,7 @@ impl<'b> Stage<'b> {
         let mut marked = None;
         if let Some(marks) = self.marks.as_mut().filter(|_| self.marking != Marking::Off) {
             let (leaves, queries) = ((&self.leaves, &self.seen.1), (&self.queries, asks));
-            let picked = Picked { runs, everything, leaves, queries };
+            let picked = Picked { runs, draws: &self.draws, everything, leaves, queries };
             let (pipelines, targets, camera) = (&self.pipelines, &self.targets, &decision.camera);
             marked = marks.record(gpu, pipelines, decision.frame, camera, &picked, targets, picture, &mut commands);
             if self.marking == Marking::Coloured {

@@ -3,6 +3,7 @@
 //! What is drawn of a pixel depends on what is seen there and on nothing that culling decides: shadows are cast by everything, shade and
 //! edges come from the depth of the picture, and glass is sorted by where it is. So pictures are the same in every mode.
 
+use super::draws::Draws;
 use super::frame::{Wish, begin};
 use super::geometry::Geometry;
 use super::leaves::{Drawn, Leaves};
@@ -75,6 +76,8 @@ pub struct Full {
     is_sky: Vec<bool>,
     middles: Vec<Vec3>,
     sorted: Sorted,
+    /// Pictures with holes, and glass.
+    seen_through: Draws,
 }
 
 /// What is seen through in a frame, by how it is drawn.
@@ -185,6 +188,7 @@ impl Full {
             is_sky: (0..scene.objects.len()).map(|o| surface(o).kind == SKY).collect(),
             middles: scene.objects.iter().map(|o| o.bounds.centre().as_vec3()).collect(),
             sorted: Sorted::default(),
+            seen_through: Draws::new(gpu, scene.objects.len(), BufferUsages::COPY_DST),
         })
     }
 
@@ -254,6 +258,7 @@ impl Full {
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn prepare(
         &mut self,
+        gpu: &Gpu,
         pipelines: &Pipelines,
         mesh: &Mesh,
         is_ghost: &[bool],
@@ -267,6 +272,7 @@ impl Full {
         self.sun.cast(pipelines, casting, leaves, commands);
         let mut sorted = std::mem::take(&mut self.sorted);
         self.sort(mesh, seen_through, eye, &mut sorted);
+        self.seen_through.set(gpu, &sorted.masked, &sorted.glass);
         self.sorted = sorted;
     }
 
@@ -316,26 +322,25 @@ impl Full {
     }
 
     /// What is certain: solid things and leaves of doors, then pictures with holes.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, solid: &[Range<u32>], leaves: (&Leaves, &Drawn)) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, draws: &Draws, leaves: (&Leaves, &Drawn)) {
         // Depth of all first: only what shows is shaded.
         let ways = self.ways();
         for pipeline in [&ways.depth, &ways.solid] {
             self.bind(pass, eye);
-            draw(pass, pipeline, solid);
+            draws.first(pass, pipeline);
             self.bind_leaves(pass, eye, leaves.0);
             draw(pass, pipeline, &leaves.1.solid);
         }
         self.bind(pass, eye);
-        draw(pass, &ways.masked, &self.sorted.masked);
+        self.seen_through.first(pass, &ways.masked);
     }
 
-    /// So many indirect draws of solid things.
-    pub fn draw_indirect(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, draws: &wgpu::Buffer, count: usize) {
+    /// What the device decided to draw of solid things.
+    pub fn draw_decided(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, draws: &Draws) {
         self.bind(pass, eye);
         let ways = self.ways();
         for pipeline in [&ways.depth, &ways.solid] {
-            pass.set_pipeline(pipeline);
-            (0..count).for_each(|i| pass.draw_indirect(draws, 16 * i as u64));
+            draws.first(pass, pipeline);
         }
     }
 
@@ -366,10 +371,10 @@ impl Full {
         self.shade.record(gpu, &wish.camera, (targets, smooth), picture, commands);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
         self.bind(&mut pass, eye);
-        draw(&mut pass, &self.ways.glass, &self.sorted.glass);
+        self.seen_through.second(&mut pass, &self.ways.glass);
         if wish.alarm {
-            draw(&mut pass, &self.ways.screen_depth, &self.sorted.glass);
-            draw(&mut pass, &self.ways.screen_depth, &self.sorted.masked);
+            self.seen_through.second(&mut pass, &self.ways.screen_depth);
+            self.seen_through.first(&mut pass, &self.ways.screen_depth);
         }
         self.bind_leaves(&mut pass, eye, leaves.0);
         draw(&mut pass, &self.ways.glass, &leaves.1.ghosts);

@@ -2,6 +2,7 @@
 //!
 //! What the culling decided is drawn once more, by its own camera, as numbers of triangles; what has a pixel there is seen.
 
+use super::draws::Draws;
 use super::frame::{begin, colour};
 use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
@@ -87,6 +88,8 @@ pub struct Marks {
 pub struct Picked<'p> {
     /// What is certain.
     pub runs: &'p Runs,
+    /// The same, in a buffer.
+    pub draws: &'p Draws,
     /// All there is.
     pub everything: &'p Runs,
     /// Leaves that are drawn.
@@ -165,7 +168,7 @@ impl Marks {
         let (queries, asks) = picked.queries;
         // 1. What is certain to be drawn.
         self.words.fill(0);
-        self.words[HEAD - 1] = if asks { queries.count as u32 } else { 0 };
+        self.words[HEAD - 1] = if asks { queries.draws.count } else { 0 };
         for run in picked.runs.solid.iter().chain(&picked.runs.ghosts) {
             mark(&mut self.words[HEAD..], run.start / 3..run.end / 3);
         }
@@ -195,7 +198,7 @@ impl Marks {
         pass.set_bind_group(1, &group, &[]);
         if asks {
             pass.set_pipeline(&self.spread);
-            pass.dispatch_workgroups((queries.count as u32).div_ceil(DRAWS), 1, 1);
+            pass.dispatch_workgroups(queries.draws.count.div_ceil(DRAWS), 1, 1);
         }
         pass.set_pipeline(&self.see);
         let [columns, rows] = targets.size.map(|side| side.div_ceil(PIXELS));
@@ -271,15 +274,9 @@ impl Marks {
     ) {
         pipelines.bind(pass, eye);
         let (queries, asks) = picked.queries;
-        let decided = if asks { 0..queries.count } else { 0..0 };
-        let parts = [
-            (solid, &picked.runs.solid, decided.start..queries.solid.min(decided.end)),
-            (screen, &picked.runs.ghosts, queries.solid.min(decided.end)..decided.end),
-        ];
-        for (pipeline, runs, decided) in parts {
-            pass.set_pipeline(pipeline);
-            runs.iter().for_each(|run| pass.draw(run.clone(), 0..1));
-            decided.for_each(|i| pass.draw_indirect(&queries.draws, 16 * i as u64));
+        for draws in [Some(picked.draws), asks.then_some(&queries.draws)].into_iter().flatten() {
+            draws.first(pass, solid);
+            draws.second(pass, screen);
         }
     }
 
@@ -291,7 +288,7 @@ impl Marks {
             entries: &[
                 entry(0, self.marks.as_entire_binding()),
                 entry(1, wgpu::BindingResource::TextureView(&targets.items)),
-                entry(2, queries.draws.as_entire_binding()),
+                entry(2, queries.draws.buffer.as_entire_binding()),
             ],
         })
     }

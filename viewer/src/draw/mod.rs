@@ -3,6 +3,7 @@
 pub mod alarm;
 pub mod caps;
 pub mod culled;
+pub mod draws;
 pub mod frame;
 pub mod full;
 pub mod geometry;

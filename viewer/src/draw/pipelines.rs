@@ -1,5 +1,6 @@
 //! The scene on the graphics processor, and the pipelines that draw it.
 
+use super::draws::Draws;
 use super::geometry::{self, Geometry};
 use super::mesh::Triangles;
 use super::ranks::ranks;
@@ -157,27 +158,17 @@ impl Pair {
     /// Draws runs of corners, after [`Pipelines::bind`].
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, solid: &[Range<u32>], ghosts: &[Range<u32>]) {
         for (pipeline, runs) in [(&self.solid, solid), (&self.ghost, ghosts)] {
-            self.draw_with(pass, pipeline, runs.len(), |pass, i| pass.draw(runs[i].clone(), 0..1));
+            if !runs.is_empty() {
+                pass.set_pipeline(pipeline);
+                runs.iter().for_each(|run| pass.draw(run.clone(), 0..1));
+            }
         }
     }
 
-    /// Draws what a buffer says: so many indirect draws of solid things, then of others.
-    pub fn draw_indirect(&self, pass: &mut wgpu::RenderPass<'_>, draws: &wgpu::Buffer, solid: usize, all: usize) {
-        self.draw_with(pass, &self.solid, solid, |pass, i| pass.draw_indirect(draws, 16 * i as u64));
-        self.draw_with(pass, &self.ghost, all - solid, |pass, i| pass.draw_indirect(draws, 16 * (solid + i) as u64));
-    }
-
-    fn draw_with(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        pipeline: &wgpu::RenderPipeline,
-        count: usize,
-        draw: impl Fn(&mut wgpu::RenderPass<'_>, usize),
-    ) {
-        if count > 0 {
-            pass.set_pipeline(pipeline);
-            (0..count).for_each(|i| draw(pass, i));
-        }
+    /// Draws what a buffer lists, first solid things, then screens.
+    pub fn draw_listed(&self, pass: &mut wgpu::RenderPass<'_>, draws: &Draws) {
+        draws.first(pass, &self.solid);
+        draws.second(pass, &self.ghost);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Occlusion queries that nobody waits for: boxes are drawn against the depth of what is certain to show, answers are turned into
 //! indirect draws on the device, in the same frame, and copied to where the processor reads them later.
 
+use super::draws::Draws;
 use super::mesh::Mesh;
 use super::pipelines::{self, Eye, Pipelines, Recipe, depth_state, shader};
 use super::readback::Readback;
@@ -21,12 +22,8 @@ pub struct Queries {
     corners: wgpu::Buffer,
     answers: wgpu::Buffer,
     slots: wgpu::Buffer,
-    /// The indirect draws: those of solid things first.
-    pub draws: wgpu::Buffer,
-    /// How many of them there are in this frame, and how many of those are of solid things.
-    pub count: usize,
-    /// See [`Self::count`].
-    pub solid: usize,
+    /// What is drawn: solid things, then the rest.
+    pub draws: Draws,
     group: wgpu::BindGroup,
     read: Readback<Questions>,
     slots_of_frame: Slots,
@@ -122,8 +119,8 @@ impl Queries {
         let resolve = BufferUsages::QUERY_RESOLVE | BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let answers = gpu.buffer(8 * MOST as u64, resolve);
         let slots = gpu.buffer(12 * most, BufferUsages::STORAGE | BufferUsages::COPY_DST);
-        let draws = gpu.buffer(16 * most, BufferUsages::STORAGE | BufferUsages::INDIRECT);
-        let entries = [&answers, &slots, &draws].map(wgpu::Buffer::as_entire_binding);
+        let draws = Draws::new(gpu, objects, BufferUsages::STORAGE);
+        let entries = [&answers, &slots, &draws.buffer].map(wgpu::Buffer::as_entire_binding);
         let entries: Vec<_> =
             (0..).zip(entries).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
@@ -139,8 +136,6 @@ impl Queries {
             answers,
             slots,
             draws,
-            count: 0,
-            solid: 0,
             group,
             read: Readback::new(gpu, 8 * MOST as u64),
             slots_of_frame: Slots::default(),
@@ -165,8 +160,8 @@ impl Queries {
         let mut questions = self.spare.pop().unwrap_or_default();
         self.slots_of_frame.set(late, mesh, is_ghost, &mut questions);
         let Slots { slots, words, corners } = &self.slots_of_frame;
-        self.count = slots.len();
-        self.solid = slots.partition_point(|slot| !slot.0);
+        self.draws.first = slots.partition_point(|slot| !slot.0) as u32;
+        self.draws.count = slots.len() as u32;
         gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(words));
         gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(corners));
         // 2. Questions: boxes drawn into nothing.
@@ -194,7 +189,7 @@ impl Queries {
         let mut pass = commands.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.decide);
         pass.set_bind_group(0, &self.group, &[]);
-        pass.dispatch_workgroups((self.count as u32).div_ceil(64), 1, 1);
+        pass.dispatch_workgroups(self.draws.count.div_ceil(64), 1, 1);
         drop(pass);
         // 4. And go to where they can be read.
         self.read.copy(&self.answers, 8 * u64::from(asked), questions, commands)
