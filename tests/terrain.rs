@@ -202,7 +202,8 @@ fn the_same_tiles_give_the_same_patches_and_threads_the_same_bytes() {
 
 #[test]
 fn what_no_window_shows_is_neither_drawn_nor_asked_for() {
-    let (path, all) = ground("windows", &mut hills([700, 500], false));
+    let mut raster = hills([700, 500], false);
+    let (path, all) = ground("windows", &mut raster);
     let mut scratch = GroundScratch::default();
     let camera = look(DVec3::new(0.0, 200.0, 0.0), DVec3::new(100.0, 150.0, 0.0));
     let limit = Limit::Pixels(1.0);
@@ -227,6 +228,33 @@ fn what_no_window_shows_is_neither_drawn_nor_asked_for() {
         idle.load(&through, limit, &motion, 0.0, &[]);
     }
     assert_eq!(idle.select(&through, limit, &mut scratch), &part[..]);
+}
+
+/// All samples that windows show are drawn, and of the tiles only the parts that may show.
+#[test]
+fn parts_of_a_tile_that_no_window_shows_are_not_drawn() {
+    let mut raster = hills([700, 500], true);
+    let (_, ground) = ground("parts", &mut raster);
+    let mut scratch = GroundScratch::default();
+    let window = |x: f32, y: f32| Rect { min: glam::vec2(x, y), max: glam::vec2(x + 0.15, y + 0.3) };
+    let windows = [window(-0.9, -0.5), window(0.1, -0.3), window(0.6, -0.9)];
+    let (mut samples, mut drawn, mut whole) = (0, 0, 0);
+    for above in [2.0, 200.0, 1500.0] {
+        for camera in flight(&ground, above, 4) {
+            for pixels in [1.0, 8.0, 64.0] {
+                let through = GroundView { windows: &windows, ..view(camera) };
+                let patches = ground.select(&through, Limit::Pixels(pixels), &mut scratch).to_vec();
+                let verdict = judge(&ground, &raster, &through, &patches, pixels + ROUNDING, false);
+                assert_eq!(verdict.beyond, 0, "{above} m {pixels} px: {verdict:?}");
+                let cells: usize = patches.iter().map(|patch| patch.drawn_cells(33).count()).sum();
+                assert_eq!(scratch.triangles(), 2 * cells as u64);
+                samples += verdict.samples;
+                drawn += cells;
+                whole += 32 * 32 * patches.len();
+            }
+        }
+    }
+    assert!(samples > 10_000 && 2 * drawn < whole, "{samples} samples; {drawn} of {whole} cells");
 }
 
 #[test]

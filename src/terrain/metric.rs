@@ -106,7 +106,12 @@ impl Lens {
         self.planes.iter().all(|&n| of.greatest(n) >= 0.0)
     }
 
-    /// The same for the sphere around the box: more shows.
+    /// True where all of a box shows, as far as nothing hides it.
+    pub fn holds(&self, of: &Box3) -> bool {
+        self.planes.iter().all(|&n| of.least(n) >= 0.0)
+    }
+
+    /// [`Self::sees`] for the sphere around the box: more shows.
     pub fn sees_sphere(&self, of: &Box3) -> bool {
         let (middle, radius) = of.sphere();
         self.planes.iter().all(|n| n.dot(middle) >= -radius * n.length())

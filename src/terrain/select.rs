@@ -43,6 +43,8 @@ pub struct Patch {
     pub key: Key,
     /// Sides (bits of [`Side`]) beyond which a coarser tile is drawn: there, each second sample moves ([`snapped`](super::snapped)).
     pub coarser: u8,
+    /// Which of its [`PARTS`](super::PARTS) x `PARTS` parts may show, and are drawn: bits, from the north-west to the east, row after row.
+    pub parts: u16,
     /// Pixels that it may be wrong.
     pub error: f32,
 }
@@ -60,8 +62,8 @@ pub struct GroundScratch {
     /// The frame in which its visibility was worked out, and what was found.
     asked: Vec<u32>,
     seen: Vec<bool>,
-    lenses: Vec<Lens>,
-    eye: DVec3,
+    pub(super) lenses: Vec<Lens>,
+    pub(super) eye: DVec3,
     planned: Vec<u32>,
     stack: Vec<(u32, f32)>,
     heap: BinaryHeap<Ranked>,
@@ -184,27 +186,31 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
     }
 
     fn by_triangles(&self, most: u64, s: &mut GroundScratch) {
-        let each = self.triangles_of_a_tile();
-        let mut patches = 0;
+        let each = self.triangles_of_a_part();
+        let mut parts = 0;
         s.heap.clear();
         for root in self.roots() {
             if self.shows(root, s) {
                 let error = self.pixels(root, Measure::Bound, 0.0, s);
                 s.heap.push(Ranked { error, tile: root });
-                patches += 1;
+                parts += self.count_of_parts(root, s);
             }
         }
         while let Some(Ranked { tile, error }) = s.heap.pop() {
             if error == 0.0 || self.is_divided(tile, s) || !self.plan_anew(tile, s) {
                 continue;
             }
-            let more: u64 = (0..s.planned.len()).map(|k| self.visible_children(s.planned[k], s)).sum();
-            let after = patches + more - s.planned.len() as u64;
+            let [mut more, mut less] = [0; 2];
+            for k in 0..s.planned.len() {
+                more += self.parts_of_children(s.planned[k], s);
+                less += self.count_of_parts(s.planned[k], s);
+            }
+            let after = parts + more - less;
             if after * each > most {
                 self.forget_plan(s);
                 break;
             }
-            patches = after;
+            parts = after;
             for k in 0..s.planned.len() {
                 for child in self.header.grid.children(self.key(s.planned[k])) {
                     if self.shows(child, s) {
@@ -216,26 +222,17 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         }
     }
 
-    /// Triangles that one patch is drawn with.
-    fn triangles_of_a_tile(&self) -> u64 {
-        2 * u64::from(self.header.grid.side() - 1).pow(2)
-    }
-
-    fn visible_children(&self, tile: u32, s: &mut GroundScratch) -> u64 {
-        self.header.grid.children(self.key(tile)).filter(|&child| self.shows(child, s)).count() as u64
-    }
-
-    fn key(&self, tile: u32) -> Key {
+    pub(super) fn key(&self, tile: u32) -> Key {
         self.header.grid.key(tile)
     }
 
     /// A tile's box, relative to the eye.
-    fn bounds(&self, tile: u32, s: &GroundScratch) -> Box3 {
+    pub(super) fn bounds(&self, tile: u32, s: &GroundScratch) -> Box3 {
         self.header.bounds(self.key(tile), &self.tiles[tile as usize], s.eye)
     }
 
     /// True for a tile with samples that may show.
-    fn shows(&self, tile: u32, s: &mut GroundScratch) -> bool {
+    pub(super) fn shows(&self, tile: u32, s: &mut GroundScratch) -> bool {
         let at = tile as usize;
         if s.asked[at] != s.frame {
             s.asked[at] = s.frame;
@@ -320,7 +317,7 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
     fn collect(&self, limit: Limit, s: &mut GroundScratch) {
         s.patches.clear();
         s.stack.clear();
-        s.worst = 0.0;
+        (s.worst, s.triangles) = (0.0, 0);
         s.stack.extend(self.roots().map(|root| (root, f32::INFINITY)));
         let (measure, enough) = match limit {
             Limit::Pixels(pixels) => (Measure::Bound, pixels),
@@ -335,12 +332,15 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
             if self.is_divided(tile, s) {
                 s.stack.extend(self.header.grid.children(self.key(tile)).map(|child| (child, error)));
             } else if (self.resident)(tile) {
-                let coarser = self.coarser(tile, s);
-                s.patches.push(Patch { tile, key: self.key(tile), coarser, error });
-                s.worst = s.worst.max(error);
+                let parts = self.parts(tile, s);
+                if parts != 0 {
+                    let coarser = self.coarser(tile, s);
+                    s.patches.push(Patch { tile, key: self.key(tile), coarser, parts, error });
+                    s.worst = s.worst.max(error);
+                    s.triangles += u64::from(parts.count_ones()) * self.triangles_of_a_part();
+                }
             }
         }
-        s.triangles = s.patches.len() as u64 * self.triangles_of_a_tile();
     }
 
     /// Sides beyond which the tile's neighbour is not there, but the one that it is a quarter of.
@@ -368,9 +368,14 @@ impl Header {
 
     /// A tile's box, relative to a point.
     pub(super) fn bounds(&self, key: Key, tile: &Tile, eye: DVec3) -> Box3 {
-        let last = self.grid.side() - 1;
-        let [west, north] = self.plan(self.grid.column(key, 0), self.grid.row(key, 0));
-        let [east, south] = self.plan(self.grid.column(key, last), self.grid.row(key, last));
+        let ends = [0, self.grid.side() - 1];
+        self.bounds_of(ends.map(|i| self.grid.column(key, i)), ends.map(|j| self.grid.row(key, j)), tile, eye)
+    }
+
+    /// The box of some columns and rows, first and last ones, with a tile's heights.
+    pub(super) fn bounds_of(&self, columns: [u32; 2], rows: [u32; 2], tile: &Tile, eye: DVec3) -> Box3 {
+        let [west, north] = self.plan(columns[0], rows[0]);
+        let [east, south] = self.plan(columns[1], rows[1]);
         let low = DVec3::new(west, f64::from(tile.low), north) - eye;
         Box3 { low, high: DVec3::new(east, f64::from(tile.high), south) - eye }
     }

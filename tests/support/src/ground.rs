@@ -104,8 +104,8 @@ impl<'a> Drawn<'a> {
         let (heights, surface) = (vec![f32::NAN; samples], vec![f64::NAN; samples]);
         let mut drawn_now = Self { ground, patches, triangles: vec![], ends: vec![], heights, surface, torn: 0 };
         for patch in patches {
-            let cells = (0..grid.side() - 1).flat_map(|j| (0..grid.side() - 1).map(move |i| (i, j)));
-            for triangle in cells.flat_map(|(i, j)| drawn(i, j, grid.side(), patch.coarser)) {
+            let cells = patch.drawn_cells(grid.side());
+            for triangle in cells.flat_map(|[i, j]| drawn(i, j, grid.side(), patch.coarser)) {
                 let at = triangle.map(|[i, j]| [grid.column(patch.key, i), grid.row(patch.key, j)]);
                 let heights = triangle.map(|sample| ground.sample(patch.tile, sample));
                 let [Some(a), Some(b), Some(c)] = heights else { continue };

@@ -1,4 +1,4 @@
-//! Ground on the graphics processor: the slots of its cache in a buffer, and a draw of all patches, an instance each.
+//! Ground on the graphics processor: the slots of its cache in a buffer, and a draw of all patches, an instance for each part that may show.
 
 use super::pipelines::{ITEMS, NEAR, Recipe, depth_state, shader};
 use super::smooth::SAMPLES;
@@ -8,12 +8,12 @@ use crate::ground::{Land, Shown};
 use enfilade::file::PvsFile;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::Camera;
-use enfilade::terrain::{Ground, GroundScratch, Patch};
+use enfilade::terrain::{Ground, GroundScratch, PARTS, Patch};
 use glam::{DVec2, DVec3, Vec3};
 use wgpu::{BufferUsages, CompareFunction, ShaderStages, TextureFormat};
 
-/// Bytes of a patch.
-const PATCH: usize = 16;
+/// Bytes of a part of a patch.
+const PART: usize = 16;
 /// Bytes of what holds for all of them.
 const LAND: u64 = 128;
 
@@ -28,9 +28,9 @@ pub enum Look {
     Levels,
 }
 
-/// Patches on the device.
+/// Parts of patches on the device.
 struct List {
-    patches: wgpu::Buffer,
+    parts: wgpu::Buffer,
     group: wgpu::BindGroup,
     count: u32,
     words: Vec<[u32; 4]>,
@@ -198,7 +198,7 @@ impl Terrain {
 
     fn draw_by(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, list: &List) {
         if list.count > 0 {
-            let cells = self.land.ground.header().grid.side() - 1;
+            let cells = (self.land.ground.header().grid.side() - 1) / PARTS;
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &list.group, &[]);
             pass.draw(0..6 * cells * cells, 0..list.count);
@@ -215,25 +215,26 @@ impl Terrain {
 impl List {
     /// Of as many patches as there are slots.
     fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout, [uniform, heights]: [&wgpu::Buffer; 2], slots: usize) -> Self {
-        let patches = gpu.buffer((PATCH * slots) as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
-        let buffers = [uniform, heights, &patches].into_iter().zip(0..);
+        let most = slots * (PARTS * PARTS) as usize;
+        let parts = gpu.buffer((PART * most) as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let buffers = [uniform, heights, &parts].into_iter().zip(0..);
         let entries: Vec<_> = buffers
             .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
-        Self { group, count: 0, words: Vec::with_capacity(slots), patches }
+        Self { group, count: 0, words: Vec::with_capacity(most), parts }
     }
 
     fn set(&mut self, gpu: &Gpu, ground: &Ground, patches: &[Patch]) {
         self.words.clear();
-        let word = |patch: &Patch| {
+        for (patch, slot) in patches.iter().filter_map(|patch| Some((patch, ground.slot(patch.tile)?))) {
             let (key, sides) = (patch.key, u32::from(patch.coarser) << 8);
-            Some([ground.slot(patch.tile)?, key.x, key.y, key.level | sides])
-        };
-        self.words.extend(patches.iter().filter_map(word));
+            let word = |[x, y]: [u32; 2]| [slot, key.x, key.y, key.level | sides | x << 16 | y << 24];
+            self.words.extend(patch.drawn_parts().map(word));
+        }
         self.count = self.words.len() as u32;
         if self.count > 0 {
-            gpu.queue.write_buffer(&self.patches, 0, bytemuck::cast_slice(&self.words));
+            gpu.queue.write_buffer(&self.parts, 0, bytemuck::cast_slice(&self.words));
         }
     }
 }

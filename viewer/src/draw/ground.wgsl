@@ -1,4 +1,4 @@
-// Ground: tiles of heights, an instance each. Corners are taken by their number: cell, triangle, sample.
+// Ground: tiles of heights, an instance for each part of one. Corners are taken by their number: cell, triangle, sample.
 //
 // Neighbours place a sample that they share by the same numbers in the same order, so there is no gap between them.
 
@@ -30,8 +30,10 @@ struct Land {
 
 @group(0) @binding(0) var<uniform> land: Land;
 @group(0) @binding(1) var<storage, read> heights: array<u32>;
-// Slot, column and row of the tile in its level; the level, and in the second byte the sides with coarser neighbours.
-@group(0) @binding(2) var<storage, read> patches: array<vec4u>;
+// Slot, column and row of the tile in its level; the level, and in further bytes the sides with coarser neighbours, and the part's column and row.
+@group(0) @binding(2) var<storage, read> parts: array<vec4u>;
+// Parts of a tile, a side.
+const PARTS = 4u;
 
 struct Soil {
     @invariant @builtin(position) at: vec4f,
@@ -76,9 +78,9 @@ fn place(tile: vec4u, s: vec2u, number: u32) -> vec3f {
 
 @vertex
 fn soil(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance: u32) -> Soil {
-    let tile = patches[instance];
-    let cells = land.side - 1u;
-    let cell = vec2u(corner / 6u % cells, corner / 6u / cells);
+    let tile = parts[instance];
+    let cells = (land.side - 1u) / PARTS;
+    let cell = vec2u((tile.w >> 16u) & 0xffu, tile.w >> 24u) * cells + vec2u(corner / 6u % cells, corner / 6u / cells);
     // All diagonals from the north-east to the south-west.
     var corners = array(vec2u(0u, 0u), vec2u(0u, 1u), vec2u(1u, 0u), vec2u(1u, 0u), vec2u(0u, 1u), vec2u(1u, 1u));
     let first = corner / 3u % 2u * 3u;
@@ -86,7 +88,7 @@ fn soil(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance: u
     out.at = NOWHERE;
     var p: array<vec3f, 3>;
     for (var k = 0u; k < 3u; k++) {
-        let s = snapped(cell + corners[first + k], tile.w >> 8u);
+        let s = snapped(cell + corners[first + k], (tile.w >> 8u) & 0xffu);
         let n = number(tile.x, s);
         if is_void(n) { return out; }
         p[k] = place(tile, s, n);
