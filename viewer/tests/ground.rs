@@ -5,7 +5,7 @@ mod common;
 
 use common::{building, has_device, path, shipped};
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::terrain::{Disk, Ground, GroundError, MakeOptions, Placement, make};
+use enfilade::terrain::{Disk, Ground, GroundError, Limit, MakeOptions, Placement, make};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
@@ -225,7 +225,9 @@ fn no_sky_shows_through_ground_while_tiles_are_missing_or_all_there() {
     // The villa is out of sight, 200 m up; the top of the picture looks down by 15 degrees.
     let place = Placement { at: DVec3::new(0.0, 400.0, 0.0), degrees: 30.0 };
     for (name, ground, frames) in [("all there", whole, 1), ("one a frame", late, 60)] {
-        let (canvas, mut session) = visit(Some(Land::new(ground, Some(place))));
+        let mut land = Land::new(ground, Some(place));
+        land.limit = Limit::Pixels(4.0);
+        let (canvas, mut session) = visit(Some(land));
         session.show.fov_y = 40f64.to_radians();
         session.show.mode = FrameMode::Frustum;
         let mut levels = BTreeSet::new();
