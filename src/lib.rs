@@ -58,6 +58,8 @@ pub mod runtime;
 pub mod scene;
 pub mod terrain;
 pub mod tolerance;
+#[cfg(feature = "bake")]
+pub mod tubes;
 pub mod types;
 #[cfg(feature = "bake")]
 pub mod verify;

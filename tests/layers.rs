@@ -26,8 +26,8 @@ const MAY_USE: [(&str, &[&str]); 16] = [
 ];
 
 /// Below everything; uses nothing but itself.
-const BASE: [&str; 12] =
-    ["bits", "bvh", "geom", "gpu", "ids", "job", "parallel", "polygon", "random", "simd", "tolerance", "types"];
+const BASE: [&str; 13] =
+    ["bits", "bvh", "geom", "gpu", "ids", "job", "parallel", "polygon", "random", "simd", "tolerance", "tubes", "types"];
 
 /// Parts of `file` that only the builder has, since they name what it makes: a room of their own here.
 const WRITERS: &str = "file::write";

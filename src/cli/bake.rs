@@ -19,7 +19,7 @@ use std::time::Instant;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), .map (its source), or .gml (IndoorGML), whose cell spaces are the cells
+    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), .map (its source), .geojson (lines with a radius), or .gml (IndoorGML), whose cell spaces are the cells
     input: PathBuf,
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]

@@ -32,7 +32,7 @@ pub enum ImportError {
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// No importer for this extension.
-    #[error("no importer for \".{extension}\"; give .glb, .gltf, .obj, .ifc, .gml, .bsp or .map")]
+    #[error("no importer for \".{extension}\"; give .glb, .gltf, .obj, .ifc, .gml, .geojson, .bsp or .map")]
     UnknownFormat {
         /// As found, in lower case.
         extension: String,

@@ -1,12 +1,13 @@
 //! A scene: triangles grouped into objects, and what its author said about rooms and doors.
 //!
-//! One file a format ([`gltf`], [`obj`], [`ifc`], [`indoorgml`], [`quake`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
+//! One file a format ([`gltf`], [`obj`], [`ifc`], [`indoorgml`], [`geojson`], [`quake`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
 //! splits meshes above the object limit into clusters, picks the origin and orders triangles by object.
 
 mod builder;
 mod cluster;
 mod error;
 pub(crate) mod floors;
+pub mod geojson;
 pub mod gltf;
 pub mod ifc;
 pub mod indoorgml;
@@ -27,7 +28,7 @@ use glam::DVec3;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`, `.bsp`, `.map`).
+/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`, `.geojson`, `.bsp`, `.map`).
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
@@ -35,6 +36,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         "obj" => obj::import(path, options),
         "ifc" => ifc::import(path, options),
         "gml" => indoorgml::import(path, options),
+        "geojson" => geojson::import(path, options),
         "bsp" => quake::import(path, options),
         "map" => quake::import_map(path, options),
         _ => Err(ImportError::UnknownFormat { extension }),
@@ -44,7 +46,16 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
 /// The extensions that [`import`] reads in this build, in small letters.
 pub fn extensions() -> impl Iterator<Item = &'static str> {
     let (ifc, quake) = (cfg!(feature = "ifc"), cfg!(feature = "quake"));
-    let all = [("glb", true), ("gltf", true), ("obj", true), ("ifc", ifc), ("gml", true), ("bsp", quake), ("map", quake)];
+    let all = [
+        ("glb", true),
+        ("gltf", true),
+        ("obj", true),
+        ("ifc", ifc),
+        ("gml", true),
+        ("geojson", true),
+        ("bsp", quake),
+        ("map", quake),
+    ];
     all.into_iter().filter(|(_, is_read)| *is_read).map(|(extension, _)| extension)
 }
 

@@ -10,7 +10,7 @@ use enfilade::file::{Container, PvsFile, SectionId};
 use enfilade::level::prt::{Prt, read_prt};
 use enfilade::level::rows::read_rows;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
-use enfilade::scene::{ImportOptions, Scene, gltf, indoorgml, obj};
+use enfilade::scene::{ImportOptions, Scene, geojson, gltf, indoorgml, obj};
 use enfilade::terrain::raster::{Raster, RasterOptions};
 use enfilade::verify::rooms::RoomsFile;
 use enfilade::verify::score_rooms;
@@ -48,6 +48,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "pvs", run: pvs, seeds: seeds::pvs, memory: [17 * MIB, 8192], share: 1 },
     Target { name: "gltf", run: gltf_bytes, seeds: seeds::gltf, memory: [MIB / 4, 64], share: 2 },
     Target { name: "obj", run: obj_bytes, seeds: seeds::obj, memory: [MIB / 4, 64], share: 2 },
+    Target { name: "geojson", run: geojson_bytes, seeds: seeds::geojson, memory: [MIB, 4096], share: 4 },
     Target { name: "indoorgml", run: indoorgml_text, seeds: seeds::indoorgml, memory: [MIB / 4, 64], share: 4 },
     Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB / 4, 64], share: 4 },
     Target { name: "rows", run: rows, seeds: seeds::rows, memory: [MIB / 4, 64], share: 4 },
@@ -145,6 +146,10 @@ fn gltf_bytes(bytes: &[u8]) -> bool {
 
 fn obj_bytes(bytes: &[u8]) -> bool {
     read(obj::from_slice(bytes, "hostile", None, &ImportOptions::default()))
+}
+
+fn geojson_bytes(bytes: &[u8]) -> bool {
+    read(geojson::from_slice(bytes, "hostile", &ImportOptions::default()))
 }
 
 /// As a scene, and as a graph over it.

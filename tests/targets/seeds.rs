@@ -17,6 +17,24 @@ pub fn pvs() -> Vec<Vec<u8>> {
     [vec![sample().write(), flat().0.finish().1.write()], random.to_vec()].concat()
 }
 
+/// Lines of every kind, with what makes no tube beside them.
+pub fn geojson() -> Vec<Vec<u8>> {
+    let main = |id: Value, properties: Value, geometry: Value| json!({"type": "Feature", "id": id, "properties": properties, "geometry": geometry});
+    let line = json!({"type": "LineString", "coordinates": [[500.0, 0.0], [510.0, 0.0, 2.0], [510.0, 5.0, 2.0]]});
+    let lines = json!({"type": "MultiLineString", "coordinates": [[[0, 500], [0, 510]], [[1, 500], [1, 510], [1, 505]]]});
+    let both = json!({"type": "GeometryCollection", "geometries": [{"type": "Point", "coordinates": [0, 0]}, lines]});
+    let features = json!({
+        "type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": "EPSG:32618"}},
+        "features": [
+            main(json!("a"), json!({"radius": 0.5}), line.clone()),
+            main(json!(7), json!({"diameter": 0.25, "name": "b"}), both),
+            main(Value::Null, Value::Null, Value::Null)
+        ]
+    });
+    let alone = main(json!("c"), json!({"radius": 1e-3}), line);
+    [features, alone].iter().map(|file| file.to_string().into_bytes()).collect()
+}
+
 /// A triangle, indexed, in a room with a portal: as a document with its buffer in it, and as `.glb`.
 pub fn gltf() -> Vec<Vec<u8>> {
     let positions: [f32; 12] = [0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 3.];

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Extensions of models, in the order in which they are looked for beside a `.pvs` file.
-const MODELS: [&str; 7] = ["glb", "gltf", "obj", "ifc", "gml", "bsp", "map"];
+const MODELS: [&str; 8] = ["glb", "gltf", "obj", "ifc", "gml", "geojson", "bsp", "map"];
 
 /// A model and what was baked of it.
 #[derive(Clone)]

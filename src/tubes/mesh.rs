@@ -1,0 +1,72 @@
+//! The triangles of a tube.
+//!
+//! Based on: Bloomenthal 1990 (rings in the plane across the curve).
+
+use super::frame::{across, tangent};
+use super::tube::{Tube, Tubes};
+use glam::Vec3;
+use std::f32::consts::TAU;
+
+/// Sides of a ring, at least and at most.
+const FEWEST: f64 = 6.0;
+const MOST: f64 = 64.0;
+
+/// Triangles of a tube.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Mesh {
+    /// Corners, metres relative to the tubes' origin.
+    pub positions: Vec<Vec3>,
+    /// Counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The fewest sides, 6 to 64, with which a ring of a radius is no farther than `error` inside its circle: metres.
+pub fn sides(radius: f64, error: f64) -> u32 {
+    let sides = if error < radius { std::f64::consts::PI / (1.0 - error / radius).acos() } else { FEWEST };
+    sides.ceil().clamp(FEWEST, MOST) as u32
+}
+
+/// A tube with rings of so many sides, 3 or more. Corners are on the tube's surface.
+pub fn mesh(tubes: &Tubes, tube: &Tube, sides: u32) -> Mesh {
+    let sections = tubes.of(tube);
+    let rings = sections.len() as u32;
+    let mut mesh = Mesh::default();
+    let is_hollow = tube.inner > 0.0;
+    for scale in [Some(1.0), is_hollow.then_some(tube.inner)].into_iter().flatten() {
+        for (i, section) in sections.iter().enumerate() {
+            let [x, y] = across(tangent(sections, i, tube.closed));
+            let corner = |k: u32| {
+                let (sin, cos) = (section.roll() + TAU * k as f32 / sides as f32).sin_cos();
+                Vec3::from(section.place) + scale * section.radius() * (cos * x + sin * y)
+            };
+            mesh.positions.extend((0..sides).map(corner));
+        }
+    }
+    let corner = |ring: u32, k: u32| ring * sides + k % sides;
+    let inner = |ring: u32, k: u32| (rings + ring) * sides + k % sides;
+    let triangles = &mut mesh.triangles;
+    // A face between two rings, from the side of the first.
+    let mut face = |[a, b]: [u32; 2], [c, d]: [u32; 2]| triangles.extend([[a, b, c], [c, b, d]]);
+    for ring in 0..if tube.closed { rings } else { rings - 1 } {
+        let next = (ring + 1) % rings;
+        for k in 0..sides {
+            face([corner(ring, k), corner(ring, k + 1)], [corner(next, k), corner(next, k + 1)]);
+            if is_hollow {
+                face([inner(ring, k + 1), inner(ring, k)], [inner(next, k + 1), inner(next, k)]);
+            }
+        }
+    }
+    let last = rings - 1;
+    if tube.capped && !tube.closed && is_hollow {
+        for k in 0..sides {
+            face([inner(0, k), inner(0, k + 1)], [corner(0, k), corner(0, k + 1)]);
+            face([corner(last, k), corner(last, k + 1)], [inner(last, k), inner(last, k + 1)]);
+        }
+    } else if tube.capped && !tube.closed {
+        for k in 1..sides - 1 {
+            mesh.triangles.push([corner(0, 0), corner(0, k + 1), corner(0, k)]);
+            mesh.triangles.push([corner(last, 0), corner(last, k), corner(last, k + 1)]);
+        }
+    }
+    mesh
+}

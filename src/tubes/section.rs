@@ -1,0 +1,80 @@
+//! One section of a tube, in 16 bytes.
+
+use half::f16;
+use std::f32::consts::TAU;
+
+/// Where the tangent of a section comes from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Tangent {
+    /// The circle through it and its neighbours. At an open end, the circle through the next two sections.
+    Circle,
+    /// The segment before it.
+    Before,
+    /// The segment after it.
+    After,
+}
+
+/// A section: where the curve is, how thick the tube is there, and how its ring is turned.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Section {
+    /// Metres, relative to the origin of the tubes.
+    pub place: [f32; 3],
+    /// The radius, metres: half precision, 11 bits.
+    radius: u16,
+    /// 2 bits of [`Tangent`], below them 14 of the roll.
+    turn: u16,
+}
+
+/// Steps of a whole turn.
+const STEPS: u16 = 1 << 14;
+
+impl Section {
+    /// With a radius (metres, above 0) and a roll (radians).
+    pub fn new(place: [f32; 3], radius: f32, tangent: Tangent, roll: f32) -> Self {
+        let steps = (roll / TAU * f32::from(STEPS)).round().rem_euclid(f32::from(STEPS));
+        let tangent = match tangent {
+            Tangent::Circle => 0,
+            Tangent::Before => STEPS,
+            Tangent::After => 2 * STEPS,
+        };
+        Self { place, radius: f16::from_f32(radius).to_bits(), turn: tangent | (steps as u16 % STEPS) }
+    }
+
+    /// The radius, metres.
+    pub fn radius(&self) -> f32 {
+        f16::from_bits(self.radius).to_f32()
+    }
+
+    /// Where its tangent comes from.
+    pub fn tangent(&self) -> Tangent {
+        match self.turn / STEPS {
+            1 => Tangent::Before,
+            2 => Tangent::After,
+            _ => Tangent::Circle,
+        }
+    }
+
+    /// Radians from the axis that belongs to the tangent to the ring's first corner: 0 to 2 pi.
+    pub fn roll(&self) -> f32 {
+        f32::from(self.turn % STEPS) / f32::from(STEPS) * TAU
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_bytes_hold_radius_tangent_and_roll() {
+        assert_eq!(size_of::<Section>(), 16);
+        for radius in [1e-6f32, 0.0127, 0.5, 1e4] {
+            for (tangent, roll) in [(Tangent::Circle, 0.0), (Tangent::Before, 1.0), (Tangent::After, -1.0)] {
+                let section = Section::new([1.0, 2.0, 3.0], radius, tangent, roll);
+                // Half precision: 2^-11 of the radius, and 2^-25 m where that is more.
+                assert!((section.radius() - radius).abs() <= radius / 2048.0 + 3e-8, "{radius}");
+                assert_eq!(section.tangent(), tangent);
+                assert!((section.roll() - roll.rem_euclid(TAU)).abs() < TAU / 16384.0, "{roll}");
+            }
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! Tubes, with the sections of all of them in one list.
+
+use super::curve::{Odd, Piece, Stop, polyline, stops};
+use super::frame;
+use super::section::Section;
+use super::spline::spline;
+use glam::DVec3;
+use std::fmt;
+use std::ops::Range;
+
+/// Coordinates beyond this, metres, are damage.
+const FARTHEST: f64 = 1e12;
+
+/// What tubes have beside their curve.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Shape {
+    /// Radius, metres.
+    pub radius: f64,
+    /// Radius of the hole, metres; 0 for none.
+    pub inner: f64,
+    /// Whether ends are closed by a face.
+    pub capped: bool,
+}
+
+/// A tube.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Tube {
+    /// Its sections, as a range of [`Tubes::sections`]: two or more.
+    pub sections: Range<u32>,
+    /// The last section is followed by the first one.
+    pub closed: bool,
+    /// Ends are closed by a face.
+    pub capped: bool,
+    /// Radius of the hole over the outer radius: 0 for none, below 1.
+    pub inner: f32,
+}
+
+/// Some tubes.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Tubes {
+    /// Added to every place, metres.
+    pub origin: DVec3,
+    /// Sections, in the order of the tubes.
+    pub sections: Vec<Section>,
+    /// The tubes.
+    pub tubes: Vec<Tube>,
+}
+
+/// What was odd about curves: counted, not refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Counts {
+    /// Points twice, and turns back.
+    pub odd: Odd,
+    /// Bends tighter than their tube's radius: its inner side passes through itself.
+    pub tight: u64,
+}
+
+/// Why a curve makes no tube.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum TubeError {
+    /// Not finite, or not above 0, metres; or not above the hole's radius.
+    Radius(f64),
+    /// Fewer than two different points.
+    Points,
+    /// A coordinate that is not finite, or beyond 1e12 m.
+    Coordinate,
+}
+
+impl fmt::Display for TubeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Radius(radius) => {
+                write!(f, "a radius of {radius} m: it must be a finite number above 0, and above the hole's")
+            }
+            Self::Points => write!(f, "fewer than two different points"),
+            Self::Coordinate => write!(f, "a coordinate that is not finite, or beyond 1e12 m"),
+        }
+    }
+}
+
+impl std::error::Error for TubeError {}
+
+impl Tubes {
+    /// None yet.
+    pub fn new(origin: DVec3) -> Self {
+        Self { origin, ..Self::default() }
+    }
+
+    /// Adds tubes along a polyline that is the curve: its corners become arcs of the tube's radius, or less where lines are too short. More
+    /// than one where the line turns back on itself. Surfaces are no farther than `error` metres from those of the curve.
+    pub fn line(
+        &mut self,
+        points: &[DVec3],
+        closed: bool,
+        shape: Shape,
+        error: f64,
+        counts: &mut Counts,
+    ) -> Result<(), TubeError> {
+        check(points.iter().copied(), shape)?;
+        let curves = polyline(points, closed, shape.radius, &mut counts.odd);
+        if curves.is_empty() {
+            return Err(TubeError::Points);
+        }
+        let is_whole = closed && curves.len() == 1;
+        curves.iter().try_for_each(|pieces| self.curve(pieces, is_whole, shape, error, counts))
+    }
+
+    /// Adds a tube along lines and arcs, each of which begins where and as the one before it ends.
+    pub fn curve(
+        &mut self,
+        pieces: &[Piece],
+        closed: bool,
+        shape: Shape,
+        error: f64,
+        counts: &mut Counts,
+    ) -> Result<(), TubeError> {
+        check(pieces.iter().flat_map(Piece::ends), shape)?;
+        let is_tight = |piece: &&Piece| matches!(piece, Piece::Arc(arc) if arc.radius() < shape.radius * (1.0 - TIGHT));
+        counts.tight += pieces.iter().filter(is_tight).count() as u64;
+        self.push(&stops(pieces, closed, shape.radius, error), closed, shape)
+    }
+
+    /// Adds a tube along a smooth curve that touches some points.
+    pub fn through(
+        &mut self,
+        points: &[DVec3],
+        closed: bool,
+        shape: Shape,
+        error: f64,
+        counts: &mut Counts,
+    ) -> Result<(), TubeError> {
+        check(points.iter().copied(), shape)?;
+        let mut points = points.to_vec();
+        let count = points.len();
+        points.dedup();
+        if closed && points.len() > 1 && points.first() == points.last() {
+            points.pop();
+        } else {
+            counts.odd.twice += (count - points.len()) as u64;
+        }
+        let closed = closed && points.len() > 2;
+        self.push(&spline(&points, closed, shape.radius, error), closed, shape)
+    }
+
+    /// Adds a tube with sections at some points.
+    fn push(&mut self, stops: &[Stop], closed: bool, shape: Shape) -> Result<(), TubeError> {
+        let start = self.sections.len();
+        let radius = shape.radius as f32;
+        for stop in stops {
+            let section = Section::new((stop.place - self.origin).as_vec3().to_array(), radius, stop.tangent, 0.0);
+            // Where single precision makes two points one, the second one is left out.
+            if self.sections.len() == start || self.sections.last().is_some_and(|last| last.place != section.place) {
+                self.sections.push(section);
+            }
+        }
+        if self.sections.len() < start + 2 {
+            self.sections.truncate(start);
+            return Err(TubeError::Points);
+        }
+        let closed = closed && self.sections.len() > start + 2;
+        frame::roll(&mut self.sections[start..], closed);
+        let sections = start as u32..self.sections.len() as u32;
+        self.tubes.push(Tube { sections, closed, capped: shape.capped, inner: (shape.inner / shape.radius) as f32 });
+        Ok(())
+    }
+
+    /// The sections of a tube.
+    pub fn of(&self, tube: &Tube) -> &[Section] {
+        &self.sections[tube.sections.start as usize..tube.sections.end as usize]
+    }
+}
+
+/// An arc is tight where its radius is less than the tube's by more than this share: rounding makes none so.
+const TIGHT: f64 = 1e-9;
+
+fn check(places: impl IntoIterator<Item = DVec3>, shape: Shape) -> Result<(), TubeError> {
+    let Shape { radius, inner, .. } = shape;
+    if !(radius > 0.0 && radius.is_finite() && (0.0..radius).contains(&inner)) {
+        return Err(TubeError::Radius(radius));
+    }
+    // A NaN fails the comparison too.
+    let is_sound = |p: DVec3| p.abs().cmple(DVec3::splat(FARTHEST)).all();
+    if places.into_iter().all(is_sound) { Ok(()) } else { Err(TubeError::Coordinate) }
+}

@@ -1,0 +1,85 @@
+//! Lines of geographic systems: names, places and radii of tubes, and files that are refused with one line.
+
+use enfilade::scene::{ImportOptions, Role, Scene, geojson};
+use glam::{DVec3, dvec3};
+use serde_json::{Value, json};
+
+fn read(file: &Value) -> Result<Scene, String> {
+    geojson::from_slice(file.to_string().as_bytes(), "mains", &ImportOptions::default()).map_err(|e| e.to_string())
+}
+
+fn feature(properties: Value, coordinates: Value) -> Value {
+    json!({"type": "Feature", "properties": properties, "geometry": {"type": "LineString", "coordinates": coordinates}})
+}
+
+/// A line to the east and one to the north: the tubes' boxes are known.
+#[test]
+fn lines_become_tubes_where_they_are() {
+    let file = json!({"type": "FeatureCollection", "features": [
+        feature(json!({"name": "main", "radius": 0.5}), json!([[1000.0, 2000.0, 10.0], [1040.0, 2000.0, 10.0]])),
+        feature(json!({"id": 12, "diameter": 0.5}), json!([[1040.0, 2000.0, 10.0], [1040.0, 2010.0, 10.0]])),
+        {"type": "Feature", "geometry": {"type": "Point", "coordinates": [0, 0]}},
+    ]});
+    let scene = read(&file).unwrap();
+    let names: Vec<&str> = scene.objects.iter().map(|o| o.node.as_str()).collect();
+    assert_eq!(names, ["main", "12"]);
+    assert!(scene.objects.iter().all(|o| o.opaque && o.role == Role::Furnishing));
+    // East is +X, north is -Z, up is +Y.
+    let near = |found: DVec3, x: f64, y: f64, z: f64| found.distance(dvec3(x, y, z)) < 0.02;
+    let [main, branch] = [0, 1].map(|k| &scene.objects[k].bounds);
+    assert!(near(main.min + scene.origin, 1000.0, 9.5, -2000.5) && near(main.max + scene.origin, 1040.0, 10.5, -1999.5));
+    assert!(
+        near(branch.min + scene.origin, 1039.75, 9.75, -2010.0) && near(branch.max + scene.origin, 1040.25, 10.25, -2000.0)
+    );
+    assert_eq!(scene.source.notes, ["2 lines became tubes of 4 sections", "1 features that are no lines left out"]);
+
+    // Feet: everything is smaller, radii too.
+    let feet = ImportOptions { metres_per_unit: Some(0.3048), ..ImportOptions::default() };
+    let small = geojson::from_slice(file.to_string().as_bytes(), "mains", &feet).unwrap();
+    assert!((small.bounds().size() / scene.bounds().size() - 0.3048).abs().max_element() < 1e-3);
+}
+
+#[test]
+fn what_is_odd_is_told() {
+    let file = feature(json!({"radius": 0.5}), json!([[500, 0], [500, 0], [520, 0], [510, 0]]));
+    let notes = read(&file).unwrap().source.notes;
+    let expected = [
+        "1 lines became tubes of 4 sections",
+        "1 points stand where the one before them does",
+        "1 turns back, where a tube ends and another begins",
+    ];
+    assert_eq!(notes, expected);
+}
+
+#[test]
+fn files_that_make_no_tubes_are_refused_with_the_place() {
+    let line = json!([[500, 0], [510, 0]]);
+    let with = |properties: Value| json!({"type": "FeatureCollection", "features": [feature(properties, line.clone())]});
+    let refused = |file: &Value| read(file).unwrap_err();
+    let place = "features[0].geometry.coordinates";
+    let no_radius = "no radius; give the feature a property \"radius\" or \"diameter\", in its unit of length";
+    assert_eq!(refused(&with(json!({"colour": "red"}))), format!("{place}: {no_radius}"));
+    for (radius, told) in [(0.0, "0"), (-2.5, "-2.5")] {
+        let error = refused(&with(json!({"radius": radius})));
+        assert!(error.starts_with(&format!("{place}: a radius of {told} m: it must be")), "{error}");
+    }
+    let one = feature(json!({"radius": 1}), json!([[500, 0], [500, 0]]));
+    assert_eq!(refused(&one), "geometry.coordinates: fewer than two different points");
+    let words = feature(json!({"radius": 1}), json!([[500, 0], [500, "x"]]));
+    assert_eq!(refused(&words), "geometry.coordinates[1]: not a position: two or three numbers");
+    let far = feature(json!({"radius": 1}), json!([[500, 0], [1e13, 0]]));
+    assert_eq!(refused(&far), "geometry.coordinates: a coordinate that is not finite, or beyond 1e12 m");
+    let degrees = feature(json!({"radius": 1}), json!([[12.5, 48.1], [12.6, 48.2]]));
+    let error = refused(&degrees);
+    assert!(error.starts_with("a file whose coordinates look like degrees is not supported; project it"), "{error}");
+    let mut named = degrees.clone();
+    named["crs"] = json!({"type": "name", "properties": {"name": "EPSG:32632"}});
+    assert!(read(&named).is_ok(), "a file that names its system has no degrees");
+    let points = json!({"type": "Point", "coordinates": [500, 0]});
+    assert_eq!(refused(&points), "no lines: only LineString and MultiLineString make tubes");
+    assert_eq!(refused(&json!({"type": "Circle"})), "type: no GeoJSON object has this type");
+    let empty = geojson::from_slice(b"", "mains", &ImportOptions::default()).unwrap_err().to_string();
+    assert_eq!(empty, "line 1: the file is empty");
+    let cut = geojson::from_slice(b"{\"type\":\n\"Point", "mains", &ImportOptions::default()).unwrap_err().to_string();
+    assert!(cut.starts_with("line 2: EOF while parsing a string"), "{cut}");
+}
