@@ -4,8 +4,8 @@
 mod common;
 
 use common::{building, has_device, path, shipped};
-use enfilade::runtime::{Camera, FrameMode};
-use enfilade::terrain::{Disk, Ground, GroundError, MakeOptions, Placement, make};
+use enfilade::runtime::{Camera, FrameMode, Rect};
+use enfilade::terrain::{Disk, Ground, GroundError, GroundView, MakeOptions, Patch, Placement, drawn as triangles_of, make};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
@@ -17,12 +17,12 @@ use enfilade_viewer::headless::{Walk, device};
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::{Walker, Wants};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::collections::{BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
-use testing::ground::Raster;
+use testing::ground::{Raster, Screen};
 
 const SIZE: [u32; 2] = [320, 180];
 const SKY: [u8; 3] = [204, 222, 240];
@@ -242,6 +242,86 @@ fn no_sky_shows_through_ground_while_tiles_are_missing_or_all_there() {
         }
         assert!(levels.len() > 1, "{name}: all tiles are of one level: {levels:?}");
     }
+}
+
+/// Columns and rows of peaks: one sample inside the corners of 2 x 2 tiles, all of them odd. Only the finest level has them, and all around
+/// those four tiles nothing is that fine. So each of the four has two coarser neighbours, and its peak beside the corner between them.
+const PEAKS: [u32; 2] = [65, 127];
+/// Height of a peak, metres; of the eye; and how far away it is.
+const PEAK: f64 = 40.0;
+const LOW: f64 = 6.0;
+const AWAY: f64 = 120.0;
+/// Pixels that the picture may be from what it is held against.
+const NEAR: f64 = 1.0;
+
+/// What the library's mesh covers of a picture, by pixel: whether a triangle surely does, and whether one may. Triangles behind the eye are left
+/// out.
+fn covered(ground: &Ground, view: &GroundView<'_>, patches: &[Patch]) -> Vec<[bool; 2]> {
+    let (screen, header) = (Screen::new(view), ground.header());
+    let (grid, cells) = (&header.grid, header.grid.side() - 1);
+    let [width, height] = view.size.map(f64::from);
+    let mut covered = vec![[false; 2]; (view.size[0] * view.size[1]) as usize];
+    for (patch, cell) in patches.iter().flat_map(|patch| (0..cells * cells).map(move |cell| (patch, cell))) {
+        let place = |[i, j]: [u32; 2]| {
+            let [x, z] = header.plan(grid.column(patch.key, i), grid.row(patch.key, j));
+            let at = screen.at(DVec3::new(x, f64::from(ground.sample(patch.tile, [i, j])?), z))?;
+            Some(DVec2::new(width / 2.0 + at.x, height / 2.0 - at.y))
+        };
+        for triangle in triangles_of(cell % cells, cell / cells, grid.side(), patch.coarser) {
+            let [Some(a), Some(b), Some(c)] = triangle.map(place) else { continue };
+            let turn = (b - a).perp_dot(c - a).signum();
+            let low = (a.min(b).min(c) - NEAR).clamp(DVec2::ZERO, DVec2::new(width, height)).as_uvec2();
+            let high = (a.max(b).max(c) + NEAR).clamp(DVec2::ZERO, DVec2::new(width, height)).as_uvec2();
+            for (y, x) in (low.y..high.y).flat_map(|y| (low.x..high.x).map(move |x| (y, x))) {
+                let p = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+                let within = |from: DVec2, to: DVec2| turn * (to - from).normalize_or_zero().perp_dot(p - from);
+                let depth = within(a, b).min(within(b, c)).min(within(c, a));
+                let [surely, maybe] = &mut covered[(y * view.size[0] + x) as usize];
+                (*surely, *maybe) = (*surely || depth > NEAR, *maybe || depth > -NEAR);
+            }
+        }
+    }
+    covered
+}
+
+#[test]
+fn a_peak_beside_the_corner_of_two_coarser_tiles_looks_as_the_library_has_it() {
+    if !has_device("a_peak_beside_the_corner_of_two_coarser_tiles_looks_as_the_library_has_it") {
+        return;
+    }
+    let is_peak = |c, r| PEAKS.contains(&c) && PEAKS.contains(&r);
+    let raster = Raster::of([257, 257], |c, r| if is_peak(c, r) { PEAK } else { 0.0 });
+    let ground = Ground::open(&made("corners", raster), ALL).unwrap();
+    let tops = PEAKS.map(|r| PEAKS.map(|c| DVec2::from(ground.header().plan(c, r)))).concat();
+    // The villa is out of sight, far above.
+    let place = Placement { at: DVec3::new(0.0, 400.0, 0.0), degrees: 0.0 };
+    let (canvas, mut session) = visit(Some(Land::new(ground, Some(place))));
+    session.show.fov_y = 40f64.to_radians();
+    session.show.mode = FrameMode::Frustum;
+    let (mut between_two, mut compared, mut wrong) = (BTreeSet::new(), 0, Vec::new());
+    for (top, turn) in tops.iter().flat_map(|top| (0..8).map(move |turn| (*top, turn))) {
+        let away = AWAY * DVec2::from_angle(f64::from(turn) * std::f64::consts::FRAC_PI_4);
+        let eye = DVec3::new(top.x + away.x, LOW, top.y + away.y);
+        let land = &session.stage.terrain.as_ref().unwrap().land;
+        let eye = land.to_building(eye, villa().file.origin).as_dvec3();
+        session.walker = Walker::new(eye, DVec3::new(-away.x, 0.0, -away.y), true);
+        let picture = drawn(&canvas, &mut session);
+        let terrain = session.stage.terrain.as_ref().unwrap();
+        let view = GroundView { camera: terrain.shown.camera.unwrap(), size: SIZE, windows: &[Rect::FULL] };
+        let covered = covered(&terrain.land.ground, &view, terrain.shown.patches());
+        // Above the eye there are only peaks, all in front of it.
+        let above = || picture.iter().zip(&covered).take((SIZE[0] * (SIZE[1] / 2 - 2)) as usize);
+        let holes = above().filter(|(pixel, [surely, _])| **pixel == SKY && *surely).count();
+        let more = above().filter(|(pixel, [_, maybe])| **pixel != SKY && !maybe).count();
+        if holes + more > 0 {
+            wrong.push(format!("peak {top}, eye {away:.0} from it: {holes} pixels of sky in ground, {more} of ground in the sky"));
+        }
+        compared += above().filter(|(_, [surely, _])| *surely).count();
+        between_two.extend(terrain.shown.patches().iter().map(|patch| patch.coarser).filter(|sides| sides.count_ones() == 2));
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert_eq!(between_two, BTreeSet::from([0b0011, 0b0110, 0b1001, 0b1100]), "sides of tiles with two coarser neighbours");
+    assert!(compared > 10_000, "{compared} pixels of peaks");
 }
 
 #[test]
