@@ -43,7 +43,7 @@ pub fn run(ground: &Path, pvs: &Path, picture: Option<&Path>) -> Result<String, 
     let place = Placement { at: DVec3::Y * f64::from(ground.tiles()[0].high), degrees: 0.0 };
     let (path, mut windows, mut motion) = (tour(&file, 0), Vec::new(), Motion::default());
     let (mut scratch, mut all) = (GroundScratch::default(), GroundScratch::default());
-    let (mut drawn, mut most, mut seen, mut whole, mut worst) = (0, 0, 0, 0, 0f32);
+    let (mut drawn, mut most, mut seen, mut present, mut wanted, mut worst) = (0, 0, 0, 0, 0, 0f32);
     for frame in 0..path.frames.len() {
         // 1. Where on the screen ground can show.
         let camera = path.camera(frame, file.origin, ASPECT);
@@ -67,13 +67,12 @@ pub fn run(ground: &Path, pvs: &Path, picture: Option<&Path>) -> Result<String, 
         }
         (drawn, most) = (drawn + patches.len(), most.max(patches.len()));
         seen += usize::from(!windows.is_empty());
-        if is_whole {
-            (whole, worst) = (whole + usize::from(loading.wanted > 0), worst.max(scratch.worst()));
-        }
+        (present, wanted) = (present + loading.present, wanted + loading.wanted);
+        worst = worst.max(if is_whole { scratch.worst() } else { 0.0 });
     }
     let (count, adapter) = (path.frames.len(), &renderer.canvas.adapter);
-    let sums = format!("{count} frames, {seen} with a window: {drawn} tiles drawn, none without its heights");
-    Ok(format!("{sums}; {whole} frames with all they want, {worst:.2} pixels wrong at most ({adapter})"))
+    let sums = format!("{count} frames, {seen} with a window: {drawn} tiles drawn, {present} of {wanted} wanted ones there");
+    Ok(format!("{sums}; {worst:.2} pixels wrong at most where all were ({adapter})"))
 }
 
 /// Parts of the screen in which ground can show: all of it from outside, else what the portals leave that lead there.
