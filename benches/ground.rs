@@ -7,10 +7,10 @@
 use enfilade::generate::ground;
 use enfilade::runtime::Rect;
 use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, make};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, flight, make};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use testing::ground::{Raster, flight, judge};
+use testing::ground::{Raster, judge};
 
 const SIZE: [u32; 2] = [1920, 1080];
 const LIMITS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];

@@ -6,18 +6,21 @@
 //!
 //! It walks through every cell and draws into a texture, so that each frame can be held against one of everything: no pixel may differ. The
 //! picture is of the frame that draws the most. What any engine has (a device, a pipeline, the model in one vertex and one index buffer) is
-//! in `wgpu_loop/renderer.rs`.
+//! in `shared/canvas.rs` and `wgpu_loop/renderer.rs`.
 
-#[path = "wgpu_loop/command.rs"]
+#[path = "shared/canvas.rs"]
+mod canvas;
+#[path = "shared/command.rs"]
 mod command;
 #[path = "wgpu_loop/renderer.rs"]
 mod renderer;
 
+use canvas::ASPECT;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{AutoOptions, Culler, FrameCuller, FrameMode};
 use enfilade::scene::import;
 use enfilade::walkthrough::tour::tour;
-use renderer::{ASPECT, Renderer};
+use renderer::Renderer;
 use std::path::Path;
 
 /// Walks, and says how much was drawn of all; an error is one line.
@@ -56,9 +59,12 @@ pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, S
         (drawn, most) = (drawn + count, most.max(count));
     }
     let (count, mean) = (path.frames.len(), drawn / path.frames.len().max(1) as u64);
-    Ok(format!("{count} frames, each as one of everything: {mean} of {all} triangles drawn a frame ({})", renderer.adapter))
+    Ok(format!(
+        "{count} frames, each as one of everything: {mean} of {all} triangles drawn a frame ({})",
+        renderer.canvas.adapter
+    ))
 }
 
 fn main() {
-    command::main(run);
+    command::main("wgpu_loop", "FILE.pvs MODEL", run);
 }

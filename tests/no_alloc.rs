@@ -122,13 +122,13 @@ fn a_warm_engine_allocates_nothing() {
 /// Ground: choosing, and loading from a file by its thread, after the first frames.
 #[test]
 fn ground_allocates_nothing() {
-    use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, Motion, make};
+    use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, Motion, flight, make};
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-alloc.ground");
     let mut raster = testing::ground::Raster::of([700, 500], |c, r| f64::from(c * 31 % 57) + f64::from(r * 17 % 91));
     make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
     // Less than the file: it is loaded as it is flown over.
     let mut ground = Ground::open(&path, 200_000).unwrap();
-    let cameras = testing::ground::flight(&ground, 40.0, 400);
+    let cameras = flight(&ground, 40.0, 400);
     for limit in [Limit::Pixels(4.0), Limit::Distance(4.0), Limit::Triangles(50_000)] {
         let (mut scratch, mut motion, mut loaded) = (GroundScratch::default(), Motion::default(), 0);
         let mut frame = |k: usize, loaded: &mut u32| {

@@ -31,6 +31,7 @@ mod extremes;
 mod faults;
 mod file_format;
 mod generate;
+mod ground_loop;
 mod ifc_elements;
 mod import_ifc;
 mod import_lines;

@@ -3,12 +3,12 @@
 use crate::cli::folder;
 use enfilade::runtime::{Camera, Rect};
 use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Motion, Patch, make};
+use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Motion, Patch, flight, make};
 use glam::{DVec2, DVec3};
 use std::io::Cursor;
 use std::path::PathBuf;
 use testing::data::data;
-use testing::ground::{Raster, Scripted, flight, judge};
+use testing::ground::{Raster, Scripted, judge};
 
 const SIZE: [u32; 2] = [1920, 1080];
 const WHOLE: [Rect; 1] = [Rect::FULL];

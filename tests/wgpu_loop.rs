@@ -4,7 +4,7 @@
 #![cfg(feature = "gpu")]
 
 #[path = "../examples/wgpu_loop.rs"]
-#[allow(dead_code, reason = "its main")]
+#[allow(dead_code, clippy::duplicate_mod, reason = "its main; two examples share files")]
 mod program;
 
 use crate::cli::folder;

@@ -31,22 +31,29 @@ pub struct Measured {
 const SAMPLES: usize = 2000;
 
 /// Cameras over a ground, all of whose tiles are in memory: `frames` of them, so many metres above it, from one side to the other, turning.
+/// Who flies low looks nearly level. Metres from the ground's origin; 60 degrees high, 16 to 9.
 pub fn flight(ground: &Ground, above: f64, frames: usize) -> Vec<Camera> {
     let header = ground.header();
     let [columns, rows] = header.grid.size();
     let [low, high] = [header.plan(0, 0), header.plan(columns - 1, rows - 1)].map(DVec2::from);
+    let down = if above > LOW { DOWN } else { NEARLY_LEVEL };
     let of = |k: usize| {
         let t = (k as f64 + 0.5) / frames as f64;
-        let at = low + (high - low) * (0.1 + 0.8 * DVec2::new(t, 0.5 + 0.4 * (TURNS * t).sin()));
+        let at = low + (high - low) * (0.1 + 0.8 * DVec2::new(t, 0.5 + 0.4 * (SWAYS * t).sin()));
         let eye = DVec3::new(at.x, ground.height_at(at.x, at.y).unwrap_or(0.0) + above, at.y);
-        let angle = 2.0 * TURNS * t;
-        Camera::look_at(eye, eye + DVec3::new(angle.cos(), -0.2, angle.sin()), 60f64.to_radians(), 16.0 / 9.0)
+        let angle = TURNS * t;
+        Camera::look_at(eye, eye + DVec3::new(angle.cos(), -down, angle.sin()), 60f64.to_radians(), 16.0 / 9.0)
     };
     (0..frames).map(of).collect()
 }
 
-/// Radians that a flight sways through.
-const TURNS: f64 = 7.0;
+/// Radians that a flight sways and turns through.
+const SWAYS: f64 = 7.0;
+const TURNS: f64 = 11.0;
+/// Higher than so many metres, it looks down more; metres a metre ahead.
+const LOW: f64 = 10.0;
+const DOWN: f64 = 0.25;
+const NEARLY_LEVEL: f64 = 0.05;
 
 /// Selects with a limit from each camera, on a screen of `size` pixels, and looks at samples by chance (of a seed).
 pub fn measure(ground: &Ground, cameras: &[Camera], size: [u32; 2], limit: Limit, seed: u64) -> Measured {

@@ -2,8 +2,9 @@
 
 use crate::args::Args;
 use crate::culling::Decision;
+use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, FrameMode, Rect};
+use enfilade::runtime::{Camera, Culler, FrameMode, Rect, Scratch};
 use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, Loading, Motion, Patch, Placement};
 use glam::{DVec3, Vec3};
 use std::path::Path;
@@ -13,6 +14,9 @@ use std::time::{Duration, Instant};
 const CACHE: u64 = 32 << 20;
 /// Tiles are loaded for where the camera will be in so many seconds.
 const AHEAD: f64 = 0.5;
+/// Tiles are loaded before a window is seen where an open cell is at most so many portals away: 1 is a room with a window, 2 the rooms beside
+/// it. More: tiles that nobody comes to see. Fewer: who runs is at the window before they are there.
+const HOPS: u32 = 2;
 /// How long the tiles under a building may take to come at the start, before it is placed by what is there.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Where nobody has said, no sample is drawn farther from its place than so many pixels.
@@ -31,6 +35,8 @@ pub struct Land {
     pub limit: Limit,
     /// Tiles are shown: colours by level, borders, boxes.
     pub shows_tiles: bool,
+    /// By cell of the building in it, whether an open cell is near.
+    is_near: Vec<bool>,
     motion: Motion,
     started: Instant,
 }
@@ -42,6 +48,8 @@ pub struct Shown {
     pub scratch: GroundScratch,
     /// Parts of the screen through which ground can show. None: no ground.
     pub windows: Vec<Rect>,
+    /// There is no such part, but an open cell is near: tiles are loaded as if ground could show on the whole screen.
+    pub is_expected: bool,
     /// Where it was looked at from, in the ground's coordinates.
     pub camera: Option<Camera>,
     /// What the frame has loaded.
@@ -54,9 +62,9 @@ impl Shown {
         if self.camera.is_some() { self.scratch.patches() } else { &[] }
     }
 
-    /// Whether all tiles that it wants are there, or no more will come.
+    /// Whether all tiles that it shows are there, or no more will come.
     pub fn is_whole(&self) -> bool {
-        is_whole(self.loading)
+        self.windows.is_empty() || is_whole(self.loading)
     }
 }
 
@@ -79,6 +87,7 @@ impl Land {
             place: place.unwrap_or_default(),
             limit: Limit::Pixels(PIXELS),
             shows_tiles: false,
+            is_near: Vec::new(),
             motion: Motion::default(),
             started: Instant::now(),
         };
@@ -104,6 +113,17 @@ impl Land {
         self.ground.height_at(0.0, 0.0).unwrap_or(0.0)
     }
 
+    /// Puts a building in it: learns which of its cells are near an open one. Doors count as open. Before that, none is.
+    pub fn enter(&mut self, file: &PvsFile) {
+        let culler = Culler::new(file);
+        let mut scratch = Scratch::for_culler(&culler);
+        self.is_near.clear();
+        self.is_near.resize(file.cells.len(), false);
+        for (_, open) in file.cells.iter().zip((0..).map(CellId)).filter(|(cell, _)| cell.open) {
+            culler.within_hops(open, HOPS, &mut scratch).iter().for_each(|(near, _)| self.is_near[near.index()] = true);
+        }
+    }
+
     /// A camera of the building in the ground's coordinates. `origin`: of the building's file.
     pub fn camera(&self, camera: &Camera, origin: DVec3) -> Camera {
         let turn = |row: Vec3| self.place.turn(row.as_dvec3()).as_vec3();
@@ -126,6 +146,8 @@ impl Land {
     /// Selects what a frame draws, of pictures of `size` pixels.
     pub fn select(&self, decision: &Decision, file: &PvsFile, size: [u32; 2], shown: &mut Shown) {
         windows(decision, file, &mut shown.windows);
+        let is_near = decision.home.is_some_and(|home| self.is_near.get(home.index()) == Some(&true));
+        shown.is_expected = shown.windows.is_empty() && is_near;
         let camera = self.camera(&decision.camera, file.origin);
         shown.camera = Some(camera);
         let view = GroundView { camera, size, windows: &shown.windows };
@@ -143,11 +165,18 @@ impl Land {
         self.ground.select_all(&GroundView { camera, size, windows: &shown.windows }, self.limit, scratch);
     }
 
-    /// Takes tiles in that have come, and asks for others: for what is shown, and for where the camera goes.
+    /// Takes tiles in that have come, and asks for others: for what is shown, and for where the camera goes. Where nothing is shown, nothing is
+    /// asked for, unless an open cell is near.
     pub fn load(&mut self, size: [u32; 2], shown: &mut Shown) {
+        self.load_at(self.started.elapsed().as_secs_f64(), size, shown);
+    }
+
+    /// The same, so many seconds after the start.
+    pub fn load_at(&mut self, seconds: f64, size: [u32; 2], shown: &mut Shown) {
         let Some(camera) = shown.camera else { return };
-        self.motion.see(&camera, self.started.elapsed().as_secs_f64());
-        let view = GroundView { camera, size, windows: &shown.windows };
+        self.motion.see(&camera, seconds);
+        let windows = if shown.is_expected { &[Rect::FULL][..] } else { &shown.windows };
+        let view = GroundView { camera, size, windows };
         shown.loading = self.ground.load(&view, self.limit, &self.motion, AHEAD, shown.scratch.patches());
     }
 }
@@ -165,7 +194,7 @@ pub fn windows(decision: &Decision, file: &PvsFile, windows: &mut Vec<Rect>) {
         FrameMode::Portals | FrameMode::Both | FrameMode::Chc | FrameMode::ChcPlus => true,
         FrameMode::None | FrameMode::Frustum | FrameMode::Pvs | FrameMode::Auto => false,
     };
-    let is_open = |cell: enfilade::CellId| file.cells.get(cell.index()).is_none_or(|cell| cell.open);
+    let is_open = |cell: CellId| file.cells.get(cell.index()).is_none_or(|cell| cell.open);
     if !goes_through || decision.home.is_none_or(is_open) {
         windows.push(Rect::FULL);
         return;

@@ -288,23 +288,6 @@ pub fn judge(
 /// Samples about one without a surface in which a surface is looked for.
 const REACH: u32 = 12;
 
-/// Cameras of a flight over a ground, so many metres above it: from one corner to the other, turning. Metres from the ground's origin.
-pub fn flight(ground: &Ground, above: f64, frames: usize) -> Vec<Camera> {
-    let header = ground.header();
-    let [columns, rows] = header.grid.size();
-    let [low, high] = [header.plan(0, 0), header.plan(columns - 1, rows - 1)].map(DVec2::from);
-    let of = |k: usize| {
-        let t = (k as f64 + 0.5) / frames as f64;
-        let plan = low + (high - low) * (0.1 + 0.8 * DVec2::new(t, 0.5 + 0.4 * (7.0 * t).sin()));
-        let here = ground.height_at(plan.x, plan.y).unwrap_or(0.0);
-        let eye = DVec3::new(plan.x, here + above, plan.y);
-        let angle = 11.0 * t;
-        let down = if above > 10.0 { -0.25 } else { -0.05 };
-        Camera::look_at(eye, eye + DVec3::new(angle.cos(), down, angle.sin()), 60f64.to_radians(), 16.0 / 9.0)
-    };
-    (0..frames).map(of).collect()
-}
-
 /// A disk that answers late: a tile comes so many frames after it was asked for, and so many are taken a frame.
 pub struct Scripted {
     bytes: Vec<Vec<u8>>,

@@ -229,7 +229,8 @@ impl<'b> Stage<'b> {
     /// # Errors
     ///
     /// One line: it doesn't fit on the device.
-    pub fn set_ground(&mut self, land: Land) -> Result<(), String> {
+    pub fn set_ground(&mut self, mut land: Land) -> Result<(), String> {
+        land.enter(&self.building.file);
         // After the objects and what was made.
         let item = self.all.len() as u32 + 2;
         self.terrain = Some(Terrain::new(&self.gpu, land, self.format, item, self.building.file.origin)?);

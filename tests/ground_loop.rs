@@ -1,0 +1,53 @@
+//! The example `ground_loop`: it draws ground through windows, from tiles that are there, and says so. Needs an adapter, of software at least: with
+//! `CI` set, it fails without one.
+
+#![cfg(feature = "gpu")]
+
+#[path = "../examples/ground_loop.rs"]
+#[allow(dead_code, clippy::duplicate_mod, reason = "its main; two examples share files")]
+mod program;
+
+use crate::cli::folder;
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::generate::{Kind, generate};
+use enfilade::job::Job;
+use enfilade::scene::{ImportOptions, import};
+use enfilade::terrain::{MakeOptions, make};
+use testing::ground::Raster;
+
+#[test]
+fn ground_is_drawn_through_windows_from_tiles_that_are_there() {
+    let folder = folder("ground-loop");
+    let [model, pvs, ground, picture] = ["glb", "pvs", "ground", "png"].map(|end| folder.join("office").with_extension(end));
+    let office = generate(Kind::Office { rooms: 6, storeys: None, furnished: false }, 5).unwrap();
+    std::fs::write(&model, &office.glb).unwrap();
+    let scene = import(&model, &ImportOptions::default()).unwrap();
+    bake(&scene, BakeOptions::default(), &Job::quiet()).unwrap().file.save(&pvs).unwrap();
+    // More tiles than its cache holds.
+    let mut hills = Raster::of([513, 513], |c, r| 90.0 * (f64::from(c) / 31.0).sin() * (f64::from(r) / 23.0).cos());
+    make(&mut hills, &MakeOptions::default(), &mut std::fs::File::create(&ground).unwrap()).unwrap();
+    let line = match program::run(&ground, &pvs, Some(&picture)) {
+        Err(line) if line.starts_with("no graphics processor") => {
+            assert!(std::env::var_os("CI").is_none(), "{line}");
+            return eprintln!("not run: {line}");
+        }
+        result => result.unwrap(),
+    };
+    let before = |what: &str| -> f64 {
+        let (before, _) = line.split_once(what).expect(&line);
+        before.rsplit(' ').next().unwrap().parse().expect(&line)
+    };
+    let [frames, seen, drawn] = [before(" frames, "), before(" with a window"), before(" tiles drawn")];
+    assert!(0.0 < seen && seen < frames && drawn > seen, "{line}");
+    assert!(before(" pixels wrong") <= 1.0, "{line}");
+    let (present, wanted) = (before(" of "), before(" wanted ones there"));
+    assert!(0.0 < present && present < wanted, "none is there at the start: {line}");
+    assert!(picture.exists());
+    // Bad input is one line that names the file.
+    for (ground, pvs, named) in
+        [(&model, &pvs, "office.glb: "), (&ground, &model, "office.glb: "), (&ground, &picture, "office.png: ")]
+    {
+        let refused = program::run(ground, pvs, None).unwrap_err();
+        assert!(refused.contains(named) && refused.lines().count() == 1, "{refused}");
+    }
+}
