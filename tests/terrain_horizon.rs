@@ -76,6 +76,7 @@ fn nothing_that_shows_is_hidden() {
         ("holes", ridges(true)),
         ("cliff", Raster::of([300, 200], |c, _| if c < 150 { 0.0 } else { 400.0 })),
         ("spike", Raster::of([300, 200], spike)),
+        ("comb", Raster::of([385, 321], |c, r| if c.abs_diff(190) < 3 && r % 4 > 0 { 300.0 } else { f64::from(c % 5) })),
         ("uneven", Raster { spacing: [30.0, 7.0], ..ridges(false) }),
         ("small", Raster::of([100, 80], |c, r| 20.0 * (f64::from(c) * 0.2).sin() + f64::from(r % 5))),
     ] {
@@ -166,6 +167,22 @@ fn what_shows_through_a_hole_is_not_hidden() {
         all.len() - kept.len()
     });
     assert!(hidden[0] > 2 && hidden[1] < hidden[0], "{hidden:?} tiles are hidden without a hole and with one");
+}
+
+/// A hole behind a wall is no reason to hide a hill that one sees over both, below the eye's own height.
+#[test]
+fn a_hidden_hole_hides_nothing() {
+    let of = ground(
+        "hidden-hole",
+        &mut Raster::of([257, 129], |c, _| match c {
+            58..62 => 50.0,
+            70..90 => f64::NAN,
+            92.. => 80.0,
+            _ => 0.0,
+        }),
+    );
+    let eye = DVec3::new(-1080.0, 100.0, 0.0);
+    judged(&of, look(eye, eye + DVec3::X, 40.0), Limit::Pixels(0.0), "a hidden hole");
 }
 
 #[test]

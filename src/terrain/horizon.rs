@@ -173,9 +173,10 @@ impl Horizon {
         };
         let side = header.grid.side() as usize;
         let mut from_eye = [[0.0; MOST]; 2];
-        for k in 0..side {
-            let [x, z] = header.plan(header.grid.column(patch.key, k as u32), header.grid.row(patch.key, k as u32));
-            (from_eye[0][k], from_eye[1][k]) = (x - eye.x, z - eye.z);
+        let [from_eye_x, from_eye_z] = &mut from_eye;
+        for ((to_x, to_z), k) in from_eye_x.iter_mut().zip(from_eye_z).zip(0..header.grid.side()) {
+            let [x, z] = header.plan(header.grid.column(patch.key, k), header.grid.row(patch.key, k));
+            (*to_x, *to_z) = (x - eye.x, z - eye.z);
         }
         let has_voids = has_voids(header, patch.key, &ground.tiles()[patch.tile as usize]);
         let tops = has_voids.then(|| tops_of_holes(header, words));
@@ -590,5 +591,59 @@ mod tests {
             }
         }
         assert!(SIDES.iter().all(|side| (side - 1) as usize % BLOCK == 0 && *side as usize <= MOST));
+    }
+
+    /// Columns that a line covers get its lowest slope there, whichever way it leans and wherever it has a notch.
+    #[test]
+    fn a_line_raises_a_column_to_its_lowest_place_there() {
+        let mut horizon = Raised::new();
+        horizon.line(&[(10.0, 4.0), (14.0, 8.0), (16.0, 2.0), (16.5, 1.0), (18.0, 7.0)]);
+        assert_eq!(horizon.slopes[9..19], [LOW, 4.0, 5.0, 6.0, 7.0, 5.0, 2.0, 1.0, 3.0, LOW]);
+        // A lower one changes nothing, and one with a void nothing beside it.
+        horizon.line(&[(10.0, 1.0), (18.0, 1.0)]);
+        assert_eq!(horizon.slopes[10], 4.0);
+        horizon.line(&[(10.0, 9.0), (12.0, 9.0), (13.0, NOWHERE), (14.0, 9.0), (15.0, 9.0)]);
+        assert_eq!(horizon.slopes[10..14], [9.0, 9.0, 6.0, 7.0]);
+        horizon.is_closed[11] = true;
+        horizon.line(&[(10.0, 20.0), (13.0, 20.0)]);
+        assert_eq!(horizon.slopes[10..13], [20.0, 9.0, 20.0]);
+    }
+
+    /// Two lines that meet within a column are one; those that don't leave a gap.
+    #[test]
+    fn lines_go_on_where_others_end() {
+        for (from, is_whole) in [(20.25, true), (20.125, true), (20.5, false)] {
+            for turned in [false, true] {
+                let mut horizon = Raised::new();
+                let mut lines = [[(18.0, 3.0), (20.25, 3.0)], [(from, 2.0), (22.0, 2.0)]];
+                if turned {
+                    lines.reverse();
+                }
+                lines.iter().for_each(|line| horizon.line(line));
+                assert_eq!(horizon.slopes[19..22], [3.0, if is_whole { 2.0 } else { LOW }, 2.0], "{from}, {turned}");
+            }
+        }
+    }
+
+    const LOW: f32 = f32::NEG_INFINITY;
+
+    /// One picture.
+    struct Raised {
+        slopes: Vec<f32>,
+        seams: Vec<Seam>,
+        is_closed: Vec<bool>,
+    }
+
+    impl Raised {
+        fn new() -> Self {
+            Self { slopes: vec![LOW; COLUMNS], seams: vec![Seam::NONE; COLUMNS], is_closed: vec![false; COLUMNS] }
+        }
+
+        /// A line through places in columns, with slopes.
+        fn line(&mut self, of: &[(f64, f64)]) {
+            let along: Vec<f64> = of.iter().map(|(at, _)| at / (COLUMNS / 2) as f64 - 1.0).collect();
+            let heights: Vec<f64> = of.iter().map(|(_, slope)| *slope).collect();
+            Line { depth: 1.0, along: &along, heights: &heights }.raise(&mut self.slopes, &mut self.seams, &self.is_closed);
+        }
     }
 }
