@@ -590,7 +590,7 @@ mod tests {
                 }
             }
         }
-        assert!(SIDES.iter().all(|side| (side - 1) as usize % BLOCK == 0 && *side as usize <= MOST));
+        assert!(SIDES.iter().all(|side| ((side - 1) as usize).is_multiple_of(BLOCK) && *side as usize <= MOST));
     }
 
     /// Columns that a line covers get its lowest slope there, whichever way it leans and wherever it has a notch.
