@@ -2,15 +2,17 @@
 //! made raster of 1,025 x 1,025).
 //!
 //! First the answers: every sample of the raster on the screen against where it is drawn, and the mesh edge by edge. Then triangles over those
-//! of all finest tiles in the view, and microseconds of the selection. `--frames N` says how many frames of each flight are judged.
+//! of all finest tiles in the view, microseconds of the selection, what nearer ground leaves of it, and microseconds until that is known. Of the
+//! judged frames at 1 px, tiles are drawn, too, to see how many show a pixel: no test of tiles could leave less. `--frames N` says how many frames of each flight are judged.
 
 use enfilade::generate::ground;
 use enfilade::runtime::Rect;
 use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, flight, make};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use testing::ground::{Raster, judge};
+use testing::ground_picture::Picture;
 
 const SIZE: [u32; 2] = [1920, 1080];
 const LIMITS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
@@ -23,6 +25,8 @@ const JUDGED: usize = 12;
 const MOST: u64 = 2_000_000;
 const SIDES: [u32; 2] = [33, 65];
 const TIMES: usize = 3;
+/// Of the viewer's near plane, metres.
+const NEAR: f64 = 1e-3;
 
 fn main() {
     let named: Vec<PathBuf> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).map(PathBuf::from).collect();
@@ -35,9 +39,9 @@ fn main() {
         named
     };
     println!(
-        "| raster | tile | metres above | limit | samples judged | worst, px | open edges | levels apart | triangles | of the frustum's | us, median | 99 % |"
+        "| raster | tile | metres above | limit | samples judged | worst, px | open edges | levels apart | triangles | of the frustum's | us, median | 99 % | not hidden | us, median | 99 % | with a pixel |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for file in files {
         for side in SIDES {
             measure(&file, side, &folder);
@@ -63,7 +67,8 @@ fn measure(file: &Path, side: u32, folder: &Path) {
                 Limit::Pixels(pixels) => pixels + ROUNDING,
                 _ => f64::INFINITY,
             };
-            let mut scratch = GroundScratch::default();
+            let (mut scratch, mut horizon) = (GroundScratch::default(), Horizon::new(&ground));
+            let (mut shown, mut both, mut looked) = (0, Vec::new(), [0; 2]);
             let (mut drawn, mut whole, mut worst, mut samples, mut open, mut steps) = (0, 0, 0f64, 0, 0, 0);
             let mut times = Vec::new();
             for (k, &camera) in cameras.iter().enumerate() {
@@ -72,6 +77,10 @@ fn measure(file: &Path, side: u32, folder: &Path) {
                     let patches = ground.select(&view, limit, &mut scratch).to_vec();
                     let verdict = judge(&ground, truth, &view, &patches, allowed, false);
                     assert!(verdict.beyond == 0, "{name}, {above} m, {limit:?}, frame {k}: {verdict:?}");
+                    if limit == Limit::Pixels(1.0) {
+                        let picture = Picture::new(&ground, &camera, SIZE.map(|s| s as usize), NEAR, &patches);
+                        looked = [looked[0] + picture.shown().len(), looked[1] + patches.len()];
+                    }
                     assert!(verdict.torn == 0 && verdict.steps <= 1, "{name}, {above} m, {limit:?}, frame {k}: {verdict:?}");
                     worst = worst.max(verdict.worst);
                     samples += verdict.samples;
@@ -85,17 +94,30 @@ fn measure(file: &Path, side: u32, folder: &Path) {
                 };
                 times.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
                 drawn += scratch.triangles();
+                let time = || {
+                    let start = Instant::now();
+                    let patches = ground.select(&view, limit, &mut scratch);
+                    horizon.hide(&ground, &view, NEAR, patches);
+                    start.elapsed()
+                };
+                both.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
+                shown += horizon.triangles();
                 ground.select(&view, Limit::Pixels(-1.0), &mut scratch);
                 whole += scratch.triangles();
             }
             times.sort_unstable();
-            let us = |at: usize| times[at * times.len() / 100].as_secs_f64() * 1e6;
+            both.sort_unstable();
+            let us = |of: &[Duration], at: usize| of[at * of.len() / 100].as_secs_f64() * 1e6;
             println!(
-                "| {name} | {side} | {above} | {limit:?} | {samples} | {worst:.3} | {open} | {steps} | {} | {:.3} | {:.0} | {:.0} |",
+                "| {name} | {side} | {above} | {limit:?} | {samples} | {worst:.3} | {open} | {steps} | {} | {:.3} | {:.0} | {:.0} | {:.3} | {:.0} | {:.0} | {:.3} |",
                 drawn / FRAMES as u64,
                 drawn as f64 / whole as f64,
-                us(50),
-                us(99)
+                us(&times, 50),
+                us(&times, 99),
+                shown as f64 / drawn as f64,
+                us(&both, 50),
+                us(&both, 99),
+                looked[0] as f64 / looked[1] as f64
             );
         }
     }

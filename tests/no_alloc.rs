@@ -122,7 +122,7 @@ fn a_warm_engine_allocates_nothing() {
 /// Ground: choosing, and loading from a file by its thread, after the first frames.
 #[test]
 fn ground_allocates_nothing() {
-    use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, MakeOptions, Motion, flight, make};
+    use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Motion, flight, make};
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-alloc.ground");
     let mut raster = testing::ground::Raster::of([700, 500], |c, r| f64::from(c * 31 % 57) + f64::from(r * 17 % 91));
     make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
@@ -131,9 +131,11 @@ fn ground_allocates_nothing() {
     let cameras = flight(&ground, 40.0, 400);
     for limit in [Limit::Pixels(4.0), Limit::Distance(4.0), Limit::Triangles(50_000)] {
         let (mut scratch, mut motion, mut loaded) = (GroundScratch::default(), Motion::default(), 0);
+        let mut horizon = Horizon::new(&ground);
         let mut frame = |k: usize, loaded: &mut u32| {
             let view = GroundView { camera: cameras[k], size: [1920, 1080], windows: &[enfilade::runtime::Rect::FULL] };
-            ground.select(&view, limit, &mut scratch);
+            let patches = ground.select(&view, limit, &mut scratch);
+            horizon.hide(&ground, &view, 1e-3, patches);
             motion.see(&cameras[k], k as f64 / 60.0);
             *loaded += ground.load(&view, limit, &motion, 0.3, scratch.patches()).loaded;
         };

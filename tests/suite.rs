@@ -63,6 +63,7 @@ mod shields;
 mod small_holes;
 mod terrain;
 mod terrain_file;
+mod terrain_horizon;
 mod terrain_raster;
 mod truth;
 mod tubes;

@@ -6,6 +6,7 @@ mod error;
 mod format;
 mod grid;
 mod ground;
+mod horizon;
 #[cfg(feature = "bake")]
 mod make;
 #[cfg(feature = "bake")]
@@ -24,6 +25,7 @@ pub use error::{GroundError, Part};
 pub use format::{Header, Tile, Width};
 pub use grid::{Grid, Key, MOST_SAMPLES, SIDES, Side};
 pub use ground::{Ground, Loading};
+pub use horizon::Horizon;
 #[cfg(feature = "bake")]
 pub use make::{Heights, LEAST_TRIANGLES, Made, MakeOptions, make};
 #[cfg(feature = "bake")]

@@ -16,6 +16,11 @@ impl Patch {
         (0..PARTS * PARTS).filter(move |part| parts >> part & 1 == 1).map(|part| [part % PARTS, part / PARTS])
     }
 
+    /// Triangles that are drawn of a tile of `side` samples, those that stitching makes nothing of included.
+    pub fn triangles(&self, side: u32) -> u64 {
+        u64::from(self.parts.count_ones()) * of_a_part(side)
+    }
+
     /// The cells that are drawn, of a tile of `side` samples.
     pub fn drawn_cells(&self, side: u32) -> impl Iterator<Item = [u32; 2]> {
         let wide = (side - 1) / PARTS;
@@ -24,10 +29,15 @@ impl Patch {
     }
 }
 
+/// Triangles of a part of a tile.
+fn of_a_part(side: u32) -> u64 {
+    2 * u64::from((side - 1) / PARTS).pow(2)
+}
+
 impl<R: Fn(u32) -> bool> Selector<'_, R> {
     /// Triangles that a part of a patch is drawn with.
     pub(super) fn triangles_of_a_part(&self) -> u64 {
-        2 * u64::from((self.header.grid.side() - 1) / PARTS).pow(2)
+        of_a_part(self.header.grid.side())
     }
 
     pub(super) fn count_of_parts(&self, tile: u32, s: &GroundScratch) -> u64 {

@@ -335,9 +335,10 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
                 let parts = self.parts(tile, s);
                 if parts != 0 {
                     let coarser = self.coarser(tile, s);
-                    s.patches.push(Patch { tile, key: self.key(tile), coarser, parts, error });
+                    let patch = Patch { tile, key: self.key(tile), coarser, parts, error };
+                    s.triangles += patch.triangles(self.header.grid.side());
                     s.worst = s.worst.max(error);
-                    s.triangles += u64::from(parts.count_ones()) * self.triangles_of_a_part();
+                    s.patches.push(patch);
                 }
             }
         }

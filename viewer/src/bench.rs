@@ -153,7 +153,7 @@ impl OfGround {
 
     fn add(&mut self, stage: &Stage<'_>, file: &PvsFile, eye: Vec3) {
         let Some(terrain) = &stage.terrain else { return };
-        let triangles = if terrain.shown.patches().is_empty() { 0 } else { terrain.shown.scratch.triangles() };
+        let triangles = terrain.shown.triangles();
         let cell = stage.culling.culler.cell_of(eye, &mut self.scratch);
         let is_inside = cell.is_some_and(|cell| !file.cells[cell.index()].open);
         for (sum, frames) in &mut self.sums[..1 + usize::from(is_inside)] {

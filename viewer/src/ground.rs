@@ -2,10 +2,11 @@
 
 use crate::args::Args;
 use crate::culling::Decision;
+use crate::draw::pipelines::NEAR;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Culler, FrameMode, Rect, Scratch};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, Loading, Motion, Patch, Placement};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Loading, Motion, Patch, Placement};
 use glam::{DVec3, Vec3};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -46,6 +47,8 @@ pub struct Land {
 pub struct Shown {
     /// What was selected.
     pub scratch: GroundScratch,
+    /// What of it nearer ground doesn't hide, once something was selected.
+    pub horizon: Option<Horizon>,
     /// Parts of the screen through which ground can show. None: no ground.
     pub windows: Vec<Rect>,
     /// There is no such part, but an open cell is near: tiles are loaded as if ground could show on the whole screen.
@@ -59,7 +62,12 @@ pub struct Shown {
 impl Shown {
     /// Tiles to draw.
     pub fn patches(&self) -> &[Patch] {
-        if self.camera.is_some() { self.scratch.patches() } else { &[] }
+        self.horizon.as_ref().map_or(&[], Horizon::patches)
+    }
+
+    /// Their triangles.
+    pub fn triangles(&self) -> u64 {
+        self.horizon.as_ref().map_or(0, Horizon::triangles)
     }
 
     /// Whether all tiles that it shows are there, or no more will come.
@@ -143,7 +151,7 @@ impl Land {
         self.ground.height_at(at.x, at.z).map(|height| height - self.place.at.y - origin.y)
     }
 
-    /// Selects what a frame draws, of pictures of `size` pixels.
+    /// Selects what a frame draws, less what nearer ground hides, of pictures of `size` pixels.
     pub fn select(&self, decision: &Decision, file: &PvsFile, size: [u32; 2], shown: &mut Shown) {
         windows(decision, file, &mut shown.windows);
         let is_near = decision.home.is_some_and(|home| self.is_near.get(home.index()) == Some(&true));
@@ -151,10 +159,11 @@ impl Land {
         let camera = self.camera(&decision.camera, file.origin);
         shown.camera = Some(camera);
         let view = GroundView { camera, size, windows: &shown.windows };
-        self.ground.select(&view, self.limit, &mut shown.scratch);
+        let patches = self.ground.select(&view, self.limit, &mut shown.scratch);
+        shown.horizon.get_or_insert_with(|| Horizon::new(&self.ground)).hide(&self.ground, &view, f64::from(NEAR), patches);
     }
 
-    /// Selects what there is on the whole screen, to hold what was drawn against.
+    /// Selects what there is on the whole screen, hidden or not, to hold what was drawn against.
     pub fn select_whole(&self, camera: Camera, size: [u32; 2], scratch: &mut GroundScratch) {
         self.ground.select(&GroundView { camera, size, windows: &[Rect::FULL] }, self.limit, scratch);
     }

@@ -8,6 +8,7 @@ pub mod forge;
 pub mod grid;
 pub mod ground;
 pub mod ground_file;
+pub mod ground_picture;
 pub mod house;
 pub mod level_mesh;
 pub mod map;

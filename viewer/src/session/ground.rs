@@ -49,9 +49,8 @@ impl Session<'_> {
     /// The ground, in a line of the counters.
     pub(super) fn say_ground(&self) -> Option<String> {
         let terrain = self.stage.terrain.as_ref()?;
-        let (patches, scratch) = (terrain.shown.patches(), &terrain.shown.scratch);
-        let triangles = if patches.is_empty() { 0 } else { scratch.triangles() };
-        Some(format!("ground: {} tiles, {} triangles", patches.len(), number(triangles as f64)))
+        let shown = &terrain.shown;
+        Some(format!("ground: {} tiles, {} triangles", shown.patches().len(), number(shown.triangles() as f64)))
     }
 }
 
@@ -79,7 +78,7 @@ pub(super) fn show(ui: &mut egui::Ui, terrain: &mut Terrain) {
         let (shown, ground) = (&terrain.shown, &terrain.land.ground);
         let (patches, loading) = (shown.patches().len(), shown.loading);
         let hits = if loading.wanted == 0 { 1.0 } else { f64::from(loading.present) / f64::from(loading.wanted) };
-        ui.label(format!("{patches} tiles, {} triangles", number(shown.scratch.triangles() as f64)));
+        ui.label(format!("{patches} tiles, {} triangles", number(shown.triangles() as f64)));
         ui.label(format!("{:.2} pixels wrong at most", shown.scratch.worst()));
         ui.label(format!("{} of {} wanted tiles there ({:.0} %)", loading.present, loading.wanted, hits * 1e2));
         ui.label(format!("{} loaded, {} under way", loading.loaded, loading.under_way));
