@@ -33,6 +33,7 @@ mod file_format;
 mod generate;
 mod ground_loop;
 mod ifc_elements;
+mod ifc_tubes;
 mod import_ifc;
 mod import_lines;
 mod import_mesh;

@@ -194,7 +194,7 @@ fn angles(arc: &Arc, radius: f64, error: f64, beside: [Option<bool>; 2]) -> Vec<
 /// Radians between sections of an arc, at most: farther apart, three of them hardly make a circle.
 const LARGEST_STEP: f64 = PI / 4.0;
 /// Sections of an arc, at most. Fewer: a huge arc is coarser than was asked. More: an error that is too small fills the memory.
-const MOST_STEPS: f64 = 65_536.0;
+const MOST_STEPS: f64 = 4096.0;
 
 /// Where neighbouring pieces do not go on in the same direction: radians between them at most, and 0 for a smooth curve.
 pub fn sharpest(pieces: &[Piece], closed: bool) -> f64 {

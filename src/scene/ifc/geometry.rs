@@ -2,9 +2,12 @@
 
 use super::model::{Model, Voids, global_id, y_up};
 use super::relations::Relations;
+use super::roles::role;
 use super::styles::{Styles, Surface};
+use super::tubes;
 use super::workers::{self, DeadlinePassed, Limits, Outcome};
 use crate::parallel;
+use crate::scene::Role;
 use glam::DVec3;
 use ifc_lite_core::{DecodedEntity, EntityDecoder};
 use ifc_lite_geometry::GeometryRouter;
@@ -46,6 +49,8 @@ pub(super) struct Built {
     pub(super) clear: Shape,
     /// The first surface of each of the two.
     pub(super) surfaces: [Option<Arc<Surface>>; 2],
+    /// Segments of tubes, where all of it is tubes.
+    segments: usize,
 }
 
 impl Built {
@@ -68,50 +73,77 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
+    /// How many products are tubes.
+    pub(super) fn tubes(&self) -> usize {
+        self.built.values().filter(|built| built.segments > 0).count()
+    }
+
     /// A product's shape, if it has one.
     pub(super) fn get(&self, product: u32) -> Option<&Built> {
         self.built.get(&product)
     }
 }
 
-/// Makes the triangles of `products` (record numbers), each cut by its openings.
+/// Segments of tubes below which a model has none: a few pipes are as the reader has them.
+const FEWEST_SEGMENTS: usize = 64;
+
+/// Makes the triangles of `products` (record numbers), each cut by its openings; of pipes by their curves, where there are many.
 pub(super) fn build(
     model: &Arc<Model>,
     relations: &Arc<Relations>,
-    styles: Styles,
+    styles: Arc<Styles>,
     products: Vec<u32>,
     limits: Limits,
 ) -> Result<Geometry, DeadlinePassed> {
-    let task = Arc::new(Task { model: model.clone(), relations: relations.clone(), styles, products });
-    let outcomes = workers::run(&task, parallel::threads(), limits)?;
+    let mut task = Arc::new(Task { model: model.clone(), relations: relations.clone(), styles, products, with_tubes: true });
     let mut geometry = Geometry::default();
-    let mut decoder = model.decoder();
-    for (outcome, &product) in outcomes.into_iter().zip(&task.products) {
-        let reason = match outcome {
-            Outcome::Done(done) => {
-                geometry.unsupported.extend(done.unsupported);
-                match done.built {
-                    Ok(built) => {
-                        geometry.built.insert(product, built);
-                        continue;
-                    }
-                    Err(reason) => reason,
-                }
-            }
-            Outcome::Panicked => "the geometry reader failed on it".into(),
-            Outcome::TimedOut => format!("it took longer than {} s", limits.job.as_secs()),
-        };
-        let id = decoder.decode_by_id(product).map_or_else(|_| format!("#{product}"), |e| global_id(&e));
-        geometry.failed.push(format!("{id} ({reason})"));
+    geometry.run(&task, limits)?;
+    let few = |segments: usize| segments > 0 && segments < FEWEST_SEGMENTS;
+    if few(geometry.built.values().map(|built| built.segments).sum()) {
+        let is_tubes = |product: &&u32| geometry.built.get(product).is_some_and(|built| built.segments > 0);
+        let products = task.products.iter().filter(is_tubes).copied().collect();
+        let Task { model, relations, styles, .. } = &*task;
+        let (model, relations, styles) = (model.clone(), relations.clone(), styles.clone());
+        task = Arc::new(Task { model, relations, styles, products, with_tubes: false });
+        geometry.run(&task, limits)?;
     }
     Ok(geometry)
+}
+
+impl Geometry {
+    /// Does a task.
+    fn run(&mut self, task: &Arc<Task>, limits: Limits) -> Result<(), DeadlinePassed> {
+        let outcomes = workers::run(task, parallel::threads(), limits)?;
+        let mut decoder = task.model.decoder();
+        for (outcome, &product) in outcomes.into_iter().zip(&task.products) {
+            let reason = match outcome {
+                Outcome::Done(done) => {
+                    self.unsupported.extend(done.unsupported);
+                    match done.built {
+                        Ok(built) => {
+                            self.built.insert(product, built);
+                            continue;
+                        }
+                        Err(reason) => reason,
+                    }
+                }
+                Outcome::Panicked => "the geometry reader failed on it".into(),
+                Outcome::TimedOut => format!("it took longer than {} s", limits.job.as_secs()),
+            };
+            let id = decoder.decode_by_id(product).map_or_else(|_| format!("#{product}"), |e| global_id(&e));
+            self.failed.push(format!("{id} ({reason})"));
+        }
+        Ok(())
+    }
 }
 
 struct Task {
     model: Arc<Model>,
     relations: Arc<Relations>,
-    styles: Styles,
+    styles: Arc<Styles>,
     products: Vec<u32>,
+    /// Whether pipes are tubes.
+    with_tubes: bool,
 }
 
 struct Done {
@@ -141,6 +173,12 @@ impl Task {
         let entity = decoder.decode_by_id(product).map_err(one_line)?;
         let items = self.styles.of(&entity, &self.relations, decoder);
         let mut built = Built { surfaces: [items.solid.clone(), items.clear.clone()], ..Built::default() };
+        // Round columns are walls to the plan, which knows the reader's corners.
+        let may_be_tubes = self.with_tubes && !items.have_clear() && role(&entity.ifc_type) == Some(Role::Furnishing);
+        let of_tubes = may_be_tubes.then(|| tubes::of_product(&self.model, &entity, decoder, router)).flatten();
+        if let Some((solid, segments)) = of_tubes {
+            return Ok(Built { solid, segments, ..built });
+        }
         match items.have_clear() {
             false => {
                 let parts =

@@ -4,7 +4,7 @@
 //!
 //! 1. `model`: the header, the records by kind, units, the offset of georeferenced models;
 //! 2. `relations` and `styles`: who voids, fills, holds and bounds what; what is see-through;
-//! 3. `geometry`: every product's triangles by ifc-lite, on several threads watched by `workers`;
+//! 3. `geometry`: every product's triangles by ifc-lite, on several threads watched by `workers`; those of pipes by `tubes`;
 //! 4. `spaces`, `openings` and `boundaries`: hints.
 //!
 //! What a file says of its elements beside their shape, [`elements`] reads when somebody asks; an import doesn't.
@@ -41,6 +41,8 @@ mod spaces;
 mod styles;
 #[cfg(feature = "ifc")]
 mod told;
+#[cfg(feature = "ifc")]
+mod tubes;
 #[cfg(feature = "ifc")]
 mod workers;
 

@@ -55,13 +55,18 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     };
     let products: Vec<u32> = model.products.iter().filter(|p| p.shaped && wanted(&p.kind)).map(|p| p.id).collect();
     let limits = Limits { job: ELEMENT_LIMIT, deadline };
-    let geometry = geometry::build(&model, &relations, styles, products.clone(), limits)
+    let geometry = geometry::build(&model, &relations, Arc::new(styles), products.clone(), limits)
         .map_err(|late| too_slow(&model, limit, late.0.first().map(|&job| products[job])))?;
     let mut notes = Vec::new();
     note_list(&mut notes, "elements left out, their geometry can't be read", &geometry.failed);
     if !geometry.unsupported.is_empty() {
         let kinds: Vec<_> = geometry.unsupported.iter().map(String::as_str).collect();
         notes.push(format!("representation items left out, of kinds that aren't read: {}", kinds.join(", ")));
+    }
+
+    match geometry.tubes() {
+        0 => {}
+        count => notes.push(format!("{count} round pipes are tubes, with sides by their radius")),
     }
 
     // 3. Meshes.

@@ -1,0 +1,245 @@
+//! Products that are pipes: swept disks, and circles that are extruded along their axis or revolved, as tubes instead of the reader's prisms.
+//!
+//! All of a product's body must be such; whatever a boolean or an opening cuts, or isn't circular, keeps the reader's triangles.
+
+use super::geometry::Shape;
+use super::model::{Model, y_up};
+use crate::tubes::curve::{Arc, Piece, polyline, sharpest};
+use crate::tubes::{Counts, Shape as Round, Tubes, mesh, sides};
+use glam::{DMat3, DMat4, DVec3, DVec4};
+use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
+use ifc_lite_geometry::placement::{Axis1Placement, Axis2Placement};
+use ifc_lite_geometry::{AnalyticCurveSegment, AnalyticStatus, GeometryRouter, extract_swept_disk};
+
+/// Metres that triangles may be off the surface, and the same over the radius, at most.
+const ERROR: f64 = 1e-3;
+const ERROR_OF_RADIUS: f64 = 0.02;
+/// How deep maps may nest, and items that a product may have.
+const DEPTH: usize = 8;
+const MOST_ITEMS: usize = 4096;
+/// Corners of rings of an item. More: a record of a few bytes fills the memory.
+const MOST_CORNERS: usize = 1 << 16;
+/// Of unit vectors and scales: what exporters round away. Larger: oblique cylinders become straight ones.
+const ROUNDING: f64 = 1e-6;
+/// Radians between the end of a piece and the start of the next one that is still smooth.
+const SMOOTH: f64 = 1e-3;
+/// Metres between them.
+const GAP: f64 = 1e-4;
+
+/// A curve with its radii, in metres.
+struct Pipe {
+    pieces: Vec<Piece>,
+    radius: f64,
+    inner: f64,
+}
+
+/// The triangles of a product whose body is all tubes, and how many segments these have; `None` for others.
+pub(super) fn of_product(
+    model: &Model,
+    product: &DecodedEntity,
+    decoder: &mut EntityDecoder<'_>,
+    router: &GeometryRouter,
+) -> Option<(Shape, usize)> {
+    if model.voids.contains_key(&product.id) {
+        return None;
+    }
+    let mut pipes = Vec::new();
+    let place = DMat4::from_cols_array(&router.resolve_scaled_placement(product, decoder).ok()?);
+    let place = place * DMat4::from_scale(DVec3::splat(model.metres));
+    let shape = decoder.decode_by_id(product.get_ref(6)?).ok()?;
+    let mut bodies = 0;
+    for representation in shape.get_refs(2)? {
+        let representation = decoder.decode_by_id(representation).ok()?;
+        if representation.get_string(1) == Some("Body") {
+            bodies += 1;
+            items(&representation, place, decoder, DEPTH, &mut pipes)?;
+        }
+    }
+    if bodies != 1 || pipes.is_empty() {
+        return None;
+    }
+    let mut shape = Shape::default();
+    let segments = pipes.iter().map(|pipe| pipe.append_to(&mut shape)).sum::<Option<usize>>()?;
+    Some((shape, segments))
+}
+
+/// Collects the pipes of a representation's items; `None` where one is something else.
+fn items(
+    representation: &DecodedEntity,
+    place: DMat4,
+    decoder: &mut EntityDecoder<'_>,
+    depth: usize,
+    pipes: &mut Vec<Pipe>,
+) -> Option<()> {
+    for item in representation.get_refs(3)? {
+        if pipes.len() >= MOST_ITEMS {
+            return None;
+        }
+        let item = decoder.decode_by_id(item).ok()?;
+        match item.ifc_type {
+            IfcType::IfcSweptDiskSolid => pipes.push(swept(&item, place, decoder)?),
+            IfcType::IfcExtrudedAreaSolid => pipes.push(extruded(&item, place, decoder)?),
+            IfcType::IfcRevolvedAreaSolid => pipes.push(revolved(&item, place, decoder)?),
+            IfcType::IfcMappedItem if depth > 0 => {
+                let map = decoder.decode_by_id(item.get_ref(0)?).ok()?;
+                let origin = frame(map.get_ref(0)?, decoder)?;
+                let target = decoder.decode_by_id(item.get_ref(1)?).ok()?;
+                let mapped = decoder.decode_by_id(map.get_ref(1)?).ok()?;
+                items(&mapped, place * operator(&target, decoder)? * origin, decoder, depth - 1, pipes)?;
+            }
+            _ => return None,
+        }
+    }
+    Some(())
+}
+
+/// A swept disk along lines and arcs.
+fn swept(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> {
+    let disk = extract_swept_disk(item, decoder).ok()?;
+    if disk.status != AnalyticStatus::Complete {
+        return None;
+    }
+    let piece = |segment: &AnalyticCurveSegment| match *segment {
+        AnalyticCurveSegment::Line { start, end } => Piece::Line([start, end].map(DVec3::from)),
+        AnalyticCurveSegment::Arc { center, normal, x_axis, radius, start_angle, sweep_angle } => {
+            let x = DVec3::from(x_axis).normalize_or_zero() * radius;
+            let y = DVec3::from(normal).normalize_or_zero().cross(x);
+            let (sin, cos) = start_angle.sin_cos();
+            let (begin, along) = (x * cos + y * sin, y * cos - x * sin);
+            let y = if sweep_angle < 0.0 { -along } else { along };
+            Piece::Arc(Arc { middle: DVec3::from(center), x: begin, y, angle: sweep_angle.abs() })
+        }
+    };
+    let pieces = disk.segments.iter().map(piece).collect();
+    Pipe { pieces, radius: disk.radius, inner: disk.inner_radius.unwrap_or(0.0) }.placed(place)
+}
+
+/// A circle that is extruded along its axis.
+fn extruded(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> {
+    let ([radius, inner], middle) = circle(item.get_ref(0)?, decoder)?;
+    let along = DVec3::from(decoder.direction3_at(item, 2).ok()??).normalize_or_zero();
+    let depth = item.get_float(3).filter(|depth| depth.is_finite() && *depth > 0.0)?;
+    if along.truncate().length() > ROUNDING {
+        return None;
+    }
+    let pieces = vec![Piece::Line([middle, middle + along * depth])];
+    Pipe { pieces, radius, inner }.placed(place * position(item, decoder)?)
+}
+
+/// A circle that is revolved about an axis in its plane: an elbow.
+fn revolved(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> {
+    let ([radius, inner], middle) = circle(item.get_ref(0)?, decoder)?;
+    let axis = decoder.decode_by_id(item.get_ref(2)?).ok()?;
+    let axis = Axis1Placement::read(&axis, decoder).ok()?;
+    let (at, along) = (DVec3::from(axis.location), DVec3::from(axis.axis?).normalize_or_zero());
+    let angle = item.get_float(3)? * decoder.plane_angle_to_radians();
+    let x = (middle - at).reject_from(along);
+    let is_flat = along.z.abs() <= ROUNDING && at.z.abs() <= ROUNDING * x.length();
+    let turns = angle > 0.0 && angle <= std::f64::consts::TAU;
+    if !(is_flat && turns && along != DVec3::ZERO && x != DVec3::ZERO) {
+        return None;
+    }
+    let arc = Arc { middle: middle - x, x, y: along.cross(x), angle };
+    Pipe { pieces: vec![Piece::Arc(arc)], radius, inner }.placed(place * position(item, decoder)?)
+}
+
+/// The radii of a circular area, the hole's last, and its middle.
+fn circle(profile: u32, decoder: &mut EntityDecoder<'_>) -> Option<([f64; 2], DVec3)> {
+    let profile = decoder.decode_by_id(profile).ok()?;
+    let radius = profile.get_float(3)?;
+    let inner = match profile.ifc_type {
+        IfcType::IfcCircleProfileDef => 0.0,
+        IfcType::IfcCircleHollowProfileDef => radius - profile.get_float(4)?,
+        _ => return None,
+    };
+    let middle = match profile.get_ref(2) {
+        Some(place) => frame(place, decoder)?.w_axis.truncate(),
+        None => DVec3::ZERO,
+    };
+    Some(([radius, inner], middle))
+}
+
+/// A solid's own place; the identity where it has none.
+fn position(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<DMat4> {
+    item.get_ref(1).map_or(Some(DMat4::IDENTITY), |place| frame(place, decoder))
+}
+
+fn frame(place: u32, decoder: &mut EntityDecoder<'_>) -> Option<DMat4> {
+    Some(DMat4::from_cols_slice(Axis2Placement::read_id(place, decoder).ok()?.matrix().as_slice()))
+}
+
+/// A map's target, of one scale in all directions.
+fn operator(target: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<DMat4> {
+    if target.ifc_type != IfcType::IfcCartesianTransformationOperator3D {
+        return None;
+    }
+    let mut axis = |slot: usize, default: DVec3| {
+        let found = decoder.direction3_at(target, slot).ok()?;
+        Some(found.map_or(default, |v| DVec3::from(v).normalize_or(default)))
+    };
+    let (x, y, z) = (axis(0, DVec3::X)?, axis(1, DVec3::Y)?, axis(4, DVec3::Z)?);
+    let at = DVec3::from(decoder.point3_at(target, 2).ok()??);
+    let scale = target.get_float(3).unwrap_or(1.0);
+    Some(DMat4::from_cols((x * scale).extend(0.0), (y * scale).extend(0.0), (z * scale).extend(0.0), at.extend(1.0)))
+}
+
+impl Pipe {
+    /// Moved; `None` where that would make circles something else.
+    fn placed(self, place: DMat4) -> Option<Self> {
+        let turn = DMat3::from_mat4(place);
+        let [x, y, z] = [turn.x_axis, turn.y_axis, turn.z_axis];
+        let scale = x.length();
+        let is_even = [y.length(), z.length()].iter().all(|length| (length / scale - 1.0).abs() <= ROUNDING);
+        let is_square = [x.dot(y), y.dot(z), z.dot(x)].iter().all(|dot| dot.abs() <= ROUNDING * scale * scale);
+        if !(is_even && is_square && scale > 0.0) {
+            return None;
+        }
+        let at = |p: DVec3| y_up((place * DVec4::from((p, 1.0))).truncate());
+        let along = |v: DVec3| y_up(turn * v);
+        let piece = |piece: Piece| match piece {
+            Piece::Line(ends) => Piece::Line(ends.map(at)),
+            Piece::Arc(Arc { middle, x, y, angle }) => {
+                Piece::Arc(Arc { middle: at(middle), x: along(x), y: along(y), angle })
+            }
+        };
+        let pieces = self.pieces.into_iter().map(piece).collect();
+        Some(Self { pieces, radius: self.radius * scale, inner: self.inner * scale })
+    }
+
+    /// Adds its triangles, and gives the number of its segments; `None` where it makes no tube.
+    fn append_to(&self, shape: &mut Shape) -> Option<usize> {
+        let origin = self.pieces.first()?.ends()[0];
+        let round = Round { radius: self.radius, inner: self.inner, capped: true };
+        let error = ERROR.min(ERROR_OF_RADIUS * self.radius);
+        let (mut tubes, mut counts) = (Tubes::new(origin), Counts::default());
+        let [first, last] = [self.pieces.first()?.ends()[0], self.pieces.last()?.ends()[1]];
+        let closed = first.distance(last) <= GAP;
+        let is_joined = self.pieces.windows(2).all(|pair| pair[0].ends()[1].distance(pair[1].ends()[0]) <= GAP);
+        if !is_joined {
+            return None;
+        }
+        if sharpest(&self.pieces, closed) <= SMOOTH {
+            tubes.curve(&self.pieces, closed, round, error, &mut counts).ok()?;
+        } else {
+            // Corners of lines alone are rounded, as those of all polylines.
+            let lines = self.pieces.iter().map(|piece| if let Piece::Line(ends) = piece { Some(*ends) } else { None });
+            let mut points: Vec<DVec3> = lines.clone().map(|line| line.map(|ends| ends[0])).collect::<Option<_>>()?;
+            points.push(last);
+            let curves = polyline(&points, closed, self.radius, &mut counts.odd);
+            for pieces in &curves {
+                tubes.curve(pieces, closed && curves.len() == 1, round, error, &mut counts).ok()?;
+            }
+        }
+        let count = sides(self.radius, error);
+        if tubes.sections.len() > MOST_CORNERS / count as usize {
+            return None;
+        }
+        for tube in &tubes.tubes {
+            let of = mesh(&tubes, tube, count);
+            let start = shape.positions.len() as u32;
+            shape.positions.extend(of.positions.iter().map(|p| origin + p.as_dvec3()));
+            shape.triangles.extend(of.triangles.iter().map(|t| t.map(|i| i + start)));
+        }
+        Some(tubes.sections.len() - tubes.tubes.len())
+    }
+}
