@@ -4,14 +4,11 @@
 
 use super::builder::short_name;
 use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
-use crate::tubes::{Counts, Shape, TubeError, Tubes, mesh, sides};
+use crate::tubes::{Counts, Shape, TubeError, Tubes, mesh, sides, usual_error};
 use glam::DVec3;
 use serde_json::{Map, Value};
 use std::path::Path;
 
-/// Metres that triangles of a tube may be off its surface, at most; and the same over its radius.
-const ERROR: f64 = 1e-3;
-const ERROR_OF_RADIUS: f64 = 0.02;
 /// What longitudes and latitudes stay within.
 const DEGREES: [f64; 2] = [180.0, 90.0];
 
@@ -76,7 +73,7 @@ impl Line {
     /// Adds its tube as triangles. Gives the number of its sections.
     fn add(&self, builder: &mut SceneBuilder, counts: &mut Counts) -> Result<usize, ImportError> {
         let wrong = |e: TubeError| ImportError::malformed(Place::File, format!("{}: {e}", self.place));
-        let error = ERROR.min(ERROR_OF_RADIUS * self.radius);
+        let error = usual_error(self.radius);
         let mut tubes = Tubes::new(self.points.first().copied().unwrap_or(DVec3::ZERO));
         let shape = Shape { radius: self.radius, inner: 0.0, capped: true };
         tubes.line(&self.points, false, shape, error, counts).map_err(wrong)?;

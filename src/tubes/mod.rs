@@ -11,6 +11,6 @@ mod section;
 mod spline;
 mod tube;
 
-pub use mesh::{Mesh, mesh, sides};
+pub use mesh::{Mesh, mesh, sides, usual_error};
 pub use section::{Section, Tangent};
 pub use tube::{Counts, Shape, Tube, TubeError, Tubes};

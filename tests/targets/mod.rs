@@ -48,7 +48,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "pvs", run: pvs, seeds: seeds::pvs, memory: [17 * MIB, 8192], share: 1 },
     Target { name: "gltf", run: gltf_bytes, seeds: seeds::gltf, memory: [MIB / 4, 64], share: 2 },
     Target { name: "obj", run: obj_bytes, seeds: seeds::obj, memory: [MIB / 4, 64], share: 2 },
-    Target { name: "geojson", run: geojson_bytes, seeds: seeds::geojson, memory: [MIB, 4096], share: 4 },
+    Target { name: "geojson", run: geojson_bytes, seeds: seeds::geojson, memory: [MIB, 8192], share: 4 },
     Target { name: "indoorgml", run: indoorgml_text, seeds: seeds::indoorgml, memory: [MIB / 4, 64], share: 4 },
     Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB / 4, 64], share: 4 },
     Target { name: "rows", run: rows, seeds: seeds::rows, memory: [MIB / 4, 64], share: 4 },

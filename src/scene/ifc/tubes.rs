@@ -5,15 +5,12 @@
 use super::geometry::Shape;
 use super::model::{Model, y_up};
 use crate::tubes::curve::{Arc, Piece, polyline, sharpest};
-use crate::tubes::{Counts, Shape as Round, Tubes, mesh, sides};
+use crate::tubes::{Counts, Shape as Round, Tubes, mesh, sides, usual_error};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::placement::{Axis1Placement, Axis2Placement};
 use ifc_lite_geometry::{AnalyticCurveSegment, AnalyticStatus, GeometryRouter, extract_swept_disk};
 
-/// Metres that triangles may be off the surface, and the same over the radius, at most.
-const ERROR: f64 = 1e-3;
-const ERROR_OF_RADIUS: f64 = 0.02;
 /// How deep maps may nest, and items that a product may have.
 const DEPTH: usize = 8;
 const MOST_ITEMS: usize = 4096;
@@ -210,7 +207,7 @@ impl Pipe {
     fn append_to(&self, shape: &mut Shape) -> Option<usize> {
         let origin = self.pieces.first()?.ends()[0];
         let round = Round { radius: self.radius, inner: self.inner, capped: true };
-        let error = ERROR.min(ERROR_OF_RADIUS * self.radius);
+        let error = usual_error(self.radius);
         let (mut tubes, mut counts) = (Tubes::new(origin), Counts::default());
         let [first, last] = [self.pieces.first()?.ends()[0], self.pieces.last()?.ends()[1]];
         let closed = first.distance(last) <= GAP;
