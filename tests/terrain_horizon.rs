@@ -156,7 +156,7 @@ fn what_shows_through_a_hole_is_not_hidden() {
     let valley = |hole: bool| {
         Raster::of([257, 129], move |c, r| {
             let is_void = hole && (100..124).contains(&c) && r.abs_diff(64) < 20;
-            if is_void { f64::NAN } else { f64::from(120 - 3 * c.clamp(130, 170)).max(-390.0) + 270.0 }
+            if is_void { f64::NAN } else { 390.0 - 3.0 * f64::from(c.clamp(130, 170)) }
         })
     };
     let hidden = [false, true].map(|hole| {
