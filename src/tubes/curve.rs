@@ -74,15 +74,7 @@ const STRAIGHT: f64 = 1.0 - 1e-9;
 /// takes at most half of each. A tube along a polyline with sharp corners would have no surface there. One curve, or more where it turns
 /// back; none of fewer than two different points.
 pub fn polyline(points: &[DVec3], closed: bool, bend: f64, odd: &mut Odd) -> Vec<Vec<Piece>> {
-    let mut points: Vec<DVec3> = points.to_vec();
-    let count = points.len();
-    points.dedup();
-    if closed && points.len() > 1 && points.first() == points.last() {
-        points.pop();
-    } else {
-        odd.twice += (count - points.len()) as u64;
-    }
-    let closed = closed && points.len() > 2;
+    let (points, closed) = distinct(points, closed, odd);
     let count = points.len();
     if count < 2 {
         return Vec::new();
@@ -114,6 +106,19 @@ pub fn polyline(points: &[DVec3], closed: bool, bend: f64, odd: &mut Odd) -> Vec
     line(&mut curves, from, if closed { start } else { points[count - 1] });
     curves.retain(|curve| !curve.is_empty());
     curves
+}
+
+/// Points without those that stand where the one before them does; and whether the curve is closed, which one of two points is not.
+pub(super) fn distinct(points: &[DVec3], closed: bool, odd: &mut Odd) -> (Vec<DVec3>, bool) {
+    let mut points = points.to_vec();
+    let count = points.len();
+    points.dedup();
+    odd.twice += (count - points.len()) as u64;
+    if closed && points.len() > 1 && points.first() == points.last() {
+        points.pop();
+    }
+    let closed = closed && points.len() > 2;
+    (points, closed)
 }
 
 fn line(curves: &mut [Vec<Piece>], from: DVec3, to: DVec3) {

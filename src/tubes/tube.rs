@@ -1,6 +1,6 @@
 //! Tubes, with the sections of all of them in one list.
 
-use super::curve::{Odd, Piece, Stop, polyline, stops};
+use super::curve::{Odd, Piece, Stop, distinct, polyline, stops};
 use super::frame;
 use super::section::Section;
 use super::spline::spline;
@@ -130,15 +130,7 @@ impl Tubes {
         counts: &mut Counts,
     ) -> Result<(), TubeError> {
         check(points.iter().copied(), shape)?;
-        let mut points = points.to_vec();
-        let count = points.len();
-        points.dedup();
-        if closed && points.len() > 1 && points.first() == points.last() {
-            points.pop();
-        } else {
-            counts.odd.twice += (count - points.len()) as u64;
-        }
-        let closed = closed && points.len() > 2;
+        let (points, closed) = distinct(points, closed, &mut counts.odd);
         self.push(&spline(&points, closed, shape.radius, error), closed, shape)
     }
 
