@@ -15,6 +15,7 @@ mod plain;
 
 use crate::file::PvsFile;
 use crate::scene::{self, ImportError, ImportOptions, Scene, gltf};
+use crate::tubes::usual_sides;
 use serde_json::json;
 use std::path::Path;
 
@@ -76,7 +77,7 @@ pub fn export(model: &Path, options: &ImportOptions, file: &PvsFile) -> Result<E
     }
     let scene = scene::import(model, &ImportOptions { trace: true, ..options.clone() })?;
     check(&scene)?;
-    Ok(plain::cut(&scene, model.parent(), options, &extras)?)
+    Ok(plain::cut(&scene.meshed(usual_sides), model.parent(), options, &extras)?)
 }
 
 /// The cells that each object is in.

@@ -58,7 +58,6 @@ pub mod runtime;
 pub mod scene;
 pub mod terrain;
 pub mod tolerance;
-#[cfg(feature = "bake")]
 pub mod tubes;
 pub mod types;
 #[cfg(feature = "bake")]

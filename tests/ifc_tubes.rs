@@ -4,6 +4,7 @@
 use enfilade::geom::Aabb;
 use enfilade::scene::ifc::import_bytes;
 use enfilade::scene::{ImportOptions, Object, Scene, import};
+use enfilade::tubes::usual_sides;
 use glam::{DVec3, dvec3};
 use testing::data::data;
 
@@ -30,7 +31,7 @@ fn file(pipes: usize, class: &str, body: &str) -> String {
 }
 
 fn read(text: &str) -> Scene {
-    import_bytes(text.as_bytes().to_vec(), "pipes", &ImportOptions::default()).unwrap()
+    import_bytes(text.as_bytes().to_vec(), "pipes", &ImportOptions::default()).unwrap().meshed(usual_sides)
 }
 
 const SHAPE: &str = "#100=IFCPRODUCTDEFINITIONSHAPE($,$,(#101));\n";

@@ -1,8 +1,11 @@
 //! Lines of geographic systems: names, places and radii of tubes, and files that are refused with one line.
 
-use enfilade::scene::{ImportOptions, Role, Scene, geojson};
+use enfilade::geom::Aabb;
+use enfilade::scene::{ImportOptions, Object, Role, Scene, geojson};
+use enfilade::tubes::usual_sides;
 use glam::{DVec3, dvec3};
 use serde_json::{Value, json};
+use std::f64::consts::{PI, TAU};
 
 fn read(file: &Value) -> Result<Scene, String> {
     geojson::from_slice(file.to_string().as_bytes(), "mains", &ImportOptions::default()).map_err(|e| e.to_string())
@@ -16,27 +19,66 @@ fn feature(properties: Value, coordinates: Value) -> Value {
 #[test]
 fn lines_become_tubes_where_they_are() {
     let file = json!({"type": "FeatureCollection", "features": [
-        feature(json!({"name": "main", "radius": 0.5}), json!([[1000.0, 2000.0, 10.0], [1040.0, 2000.0, 10.0]])),
-        feature(json!({"id": 12, "diameter": 0.5}), json!([[1040.0, 2000.0, 10.0], [1040.0, 2010.0, 10.0]])),
+        feature(json!({"name": "main", "radius": 0.5}), json!([[1000.0, 2000.0, 10.0], [1020.0, 2000.0, 10.0]])),
+        feature(json!({"id": 12, "diameter": 0.5}), json!([[1020.0, 2000.0, 10.0], [1020.0, 2010.0, 10.0]])),
         {"type": "Feature", "geometry": {"type": "Point", "coordinates": [0, 0]}},
     ]});
     let scene = read(&file).unwrap();
     let names: Vec<&str> = scene.objects.iter().map(|o| o.node.as_str()).collect();
     assert_eq!(names, ["main", "12"]);
-    assert!(scene.objects.iter().all(|o| o.opaque && o.role == Role::Furnishing));
+    assert!(scene.objects.iter().all(|o| o.opaque && o.is_tube() && o.role == Role::Furnishing));
     // East is +X, north is -Z, up is +Y.
     let near = |found: DVec3, x: f64, y: f64, z: f64| found.distance(dvec3(x, y, z)) < 0.02;
-    let [main, branch] = [0, 1].map(|k| &scene.objects[k].bounds);
-    assert!(near(main.min + scene.origin, 1000.0, 9.5, -2000.5) && near(main.max + scene.origin, 1040.0, 10.5, -1999.5));
+    let meshed = scene.clone().meshed(usual_sides);
+    let corners = |o: &Object| o.triangles.clone().flat_map(|t| meshed.corners(t as usize)).collect::<Vec<_>>();
+    let [main, branch] = [0, 1].map(|k| Aabb::of(corners(&meshed.objects[k])));
+    assert!(near(main.min + scene.origin, 1000.0, 9.5, -2000.5) && near(main.max + scene.origin, 1020.0, 10.5, -1999.5));
     assert!(
-        near(branch.min + scene.origin, 1039.75, 9.75, -2010.0) && near(branch.max + scene.origin, 1040.25, 10.25, -2000.0)
+        near(branch.min + scene.origin, 1019.75, 9.75, -2010.0) && near(branch.max + scene.origin, 1020.25, 10.25, -2000.0)
     );
+    // What a bake sees holds that, and is no thicker by more than a seventh.
+    for (k, of) in [(0, main), (1, branch)] {
+        let around = scene.objects[k].bounds;
+        assert!(of.min.cmpge(around.min).all() && of.max.cmple(around.max).all(), "{around:?} does not hold {of:?}");
+        assert!((around.size() - of.size()).max_element() < 0.16, "{around:?} for {of:?}");
+    }
     assert_eq!(scene.source.notes, ["2 lines became tubes of 4 sections", "1 features that are no lines left out"]);
 
     // Feet: everything is smaller, radii too.
     let feet = ImportOptions { metres_per_unit: Some(0.3048), ..ImportOptions::default() };
     let small = geojson::from_slice(file.to_string().as_bytes(), "mains", &feet).unwrap();
-    assert!((small.bounds().size() / scene.bounds().size() - 0.3048).abs().max_element() < 1e-3);
+    let [small, whole] = [small.meshed(|_| 32), scene.meshed(|_| 32)].map(|s| Aabb::of(s.positions).size());
+    assert!((small / whole - 0.3048).abs().max_element() < 1e-3, "{small} of {whole}");
+}
+
+/// A pipe along a street isn't one object: none is longer than 25 m, and together they are the pipe.
+#[test]
+fn long_pipes_are_several_objects() {
+    let line = json!([[1000, 2000], [1090, 2000], [1090, 2030]]);
+    let scene = read(&feature(json!({"radius": 0.5}), line)).unwrap();
+    let longest = scene.objects.iter().map(|o| o.bounds.size().max_element()).fold(0.0, f64::max);
+    assert!(scene.objects.len() >= 5 && longest < 26.5, "{} objects, the longest {longest} m", scene.objects.len());
+    let mut segments = 0..0;
+    for object in &scene.objects {
+        assert_eq!(object.segments.start, segments.end, "a segment is in no object, or in two");
+        segments = object.segments.clone();
+    }
+    assert_eq!(segments.end as usize, scene.tubes.sections.len() - 1);
+    let whole = scene.clone().meshed(|_| 64);
+    let area: f64 =
+        (0..whole.triangles.len()).map(|t| whole.corners(t)).map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum();
+    // Two lines and a quarter of a circle of 0.5 m; two ends.
+    let expected = TAU * 0.5 * (89.5 + 29.5 + 0.25 * PI) + TAU * 0.25;
+    assert!((area / expected - 1.0).abs() < 2e-3, "{area} m2, not {expected}");
+}
+
+/// Visibility depends on tubes, so a model with others is another one.
+#[test]
+fn other_tubes_are_another_model() {
+    let hash =
+        |radius: f64, end: f64| read(&feature(json!({"radius": radius}), json!([[500, 0], [end, 0]]))).unwrap().hash();
+    assert_eq!(hash(0.5, 510.0), hash(0.5, 510.0));
+    assert!(hash(0.5, 510.0) != hash(0.5005, 510.0) && hash(0.5, 510.0) != hash(0.5, 510.01));
 }
 
 #[test]

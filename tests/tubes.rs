@@ -1,10 +1,11 @@
 //! Tubes: meshes against the exact surfaces of lines and arcs, edge by edge, and curves with known sections.
 
 use enfilade::tubes::curve::{Arc, Odd, Piece, polyline};
-use enfilade::tubes::{Counts, Mesh, Section, Shape, Tube, TubeError, Tubes, mesh, sides};
+use enfilade::tubes::{Counts, Mesh, Section, Shape, Tube, TubeError, Tubes, mesh, part, prism, sides, usual_error};
 use glam::{DVec3, Vec3, dvec3};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use testing::random::Random;
 
 /// Metres: what single precision of places some metres from the origin may add.
 const ROUNDING: f64 = 2e-6;
@@ -210,8 +211,7 @@ fn extreme_tubes() {
     ];
     for (name, points, radius, closed) in cases {
         for way in ["line", "through"] {
-            let origin = if name == "far away" { far } else { DVec3::ZERO };
-            let mut tubes = Tubes::new(origin);
+            let mut tubes = Tubes::default();
             let mut counts = Counts::default();
             let error = radius * 1e-2;
             let made = match way {
@@ -242,6 +242,108 @@ fn rings_of_a_helix_follow_each_other() {
         for k in 0..16 {
             let [a, b] = [ring, ring + 1].map(|r| rings.positions[16 * r + k]);
             assert!(a.distance(b) < 1.15 * apart + 1e-3, "ring {ring}: corner {k} goes {} of {apart} m", a.distance(b));
+        }
+    }
+}
+
+/// How many times a closed surface goes round a point, counter-clockwise from outside: by angles as seen from there.
+fn winding(positions: &[DVec3], triangles: &[[u32; 3]], p: DVec3) -> f64 {
+    let angle = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| positions[i as usize] - p);
+        let lengths = [a.length(), b.length(), c.length()];
+        let below = lengths.iter().product::<f64>() + a.dot(b) * lengths[2] + b.dot(c) * lengths[0] + c.dot(a) * lengths[1];
+        2.0 * a.dot(b.cross(c)).atan2(below)
+    };
+    triangles.iter().map(angle).sum::<f64>() / (2.0 * TAU)
+}
+
+/// Tubes whose sections turn in all ways.
+fn winding_tubes() -> Vec<(&'static str, Tubes)> {
+    let points = |k: u32, f: &dyn Fn(f64) -> DVec3| (0..k).map(f64::from).map(f).collect::<Vec<_>>();
+    let helix = points(300, &|t| dvec3((0.1 * t).cos(), 0.02 * t, (0.1 * t).sin()));
+    let stairs = points(12, &|t| dvec3((t / 2.0).floor(), ((t + 1.0) / 2.0).floor(), 0.3 * t));
+    let spikes = points(6, &|t| dvec3(t % 2.0, 0.05 * t, 0.0));
+    let knot = points(90, &|t| {
+        let a = TAU * t / 90.0;
+        dvec3(a.sin() + 2.0 * (2.0 * a).sin(), a.cos() - 2.0 * (2.0 * a).cos(), -(3.0 * a).sin())
+    });
+    let back = vec![DVec3::ZERO, DVec3::X, dvec3(0.2, 1e-3, 0.0), dvec3(0.2, 1.0, 0.0)];
+    let mut all = Vec::new();
+    for (name, points, closed, radius) in [
+        ("helix", helix, false, 0.05),
+        ("stairs", stairs.clone(), false, 0.1),
+        ("stairs, thick", stairs, false, 0.45),
+        ("spikes", spikes, false, 0.08),
+        ("knot", knot, true, 0.3),
+        ("back", back, false, 0.1),
+    ] {
+        for way in ["line", "through"] {
+            let mut tubes = Tubes::default();
+            let error = usual_error(radius);
+            let mut counts = Counts::default();
+            let made = match way {
+                "line" => tubes.line(&points, closed, shape(radius), error, &mut counts),
+                _ => tubes.through(&points, closed, shape(radius), error, &mut counts),
+            };
+            made.unwrap();
+            all.push((name, tubes));
+        }
+    }
+    let mut elbows = Tubes::default();
+    elbows.curve(&elbow(0.3), false, shape(0.1), 1e-3, &mut Counts::default()).unwrap();
+    all.push(("elbow", elbows));
+    all
+}
+
+/// What a bake sees of a tube holds all of it, wherever it is cut, and is closed.
+#[test]
+fn prisms_hold_their_tubes() {
+    let mut random = Random::new(5);
+    for (name, tubes) in winding_tubes() {
+        for tube in &tubes.tubes {
+            let all = tube.segments();
+            for round in 0..3 {
+                let [a, b] = [0, 1].map(|_| all.start + random.below(all.len()) as u32);
+                let segments = if round == 0 { all.clone() } else { a.min(b)..a.max(b) + 1 };
+                let of = prism(&tubes, tube, segments.clone());
+                let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+                for [a, b, c] in &of.triangles {
+                    [(a, b), (b, c), (c, a)].iter().for_each(|&(p, q)| *edges.entry((*p, *q)).or_default() += 1);
+                }
+                assert!(edges.keys().all(|&(p, q)| edges.get(&(q, p)) == edges.get(&(p, q))), "{name}: open");
+                let surface = part(&tubes, tube, segments.clone(), 24);
+                for &t in surface.triangles.iter().step_by(7) {
+                    let corners = at(&surface, t);
+                    for p in [corners[0], (corners[0] + corners[1]) / 2.0, corners.iter().sum::<DVec3>() / 3.0] {
+                        let turns = winding(&of.positions, &of.triangles, p);
+                        assert!(turns > 0.9, "{name}: {p} of segments {segments:?} is outside: {turns}");
+                    }
+                }
+                // Not much is added: a sphere of two radii around each corner is near a section.
+                let radius = f64::from(tubes.of(tube)[0].radius());
+                let places: Vec<DVec3> = tubes.of(tube).iter().map(|s| Vec3::from(s.place).as_dvec3()).collect();
+                let to_line = |p: DVec3, [a, b]: [DVec3; 2]| {
+                    let along = b - a;
+                    (p - a - along * ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0)).length()
+                };
+                for &p in &of.positions {
+                    let last = [places[places.len() - 1], places[0]];
+                    let lines = places.windows(2).map(|pair| [pair[0], pair[1]]).chain(tube.closed.then_some(last));
+                    let near = lines.map(|line| to_line(p, line)).fold(f64::INFINITY, f64::min);
+                    assert!(near < 3.0 * radius, "{name}: a corner {near} m from the curve");
+                }
+            }
+        }
+    }
+}
+
+/// A whole pipe of 24 sides has four times the triangles of its prism, or more.
+#[test]
+fn prisms_have_a_quarter_of_the_triangles() {
+    for (name, tubes) in winding_tubes().iter().filter(|(name, _)| ["helix", "elbow", "stairs"].contains(name)) {
+        for tube in &tubes.tubes {
+            let count = [prism(tubes, tube, tube.segments()).triangles.len(), mesh(tubes, tube, 24).triangles.len()];
+            assert!(4 * count[0] <= count[1], "{name}: {count:?}");
         }
     }
 }

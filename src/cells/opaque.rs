@@ -1,4 +1,4 @@
-//! The opaque triangles of a scene, by where they are.
+//! The opaque triangles of a scene, by where they are; those of tubes are prisms around them, which are left out.
 
 use super::locate::BoxTree;
 use crate::geom::Aabb;
@@ -13,7 +13,7 @@ pub(super) struct Opaque {
 
 impl Opaque {
     pub(super) fn new(scene: &Scene) -> Self {
-        let objects = scene.objects.iter().filter(|o| o.opaque);
+        let objects = scene.objects.iter().filter(|o| o.opaque && !o.is_tube());
         let triangles: Vec<_> = objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
         let boxes: Vec<Aabb> = triangles.iter().map(|corners| Aabb::of(*corners)).collect();
         Self { tree: BoxTree::new(&boxes, (0..boxes.len() as u32).collect()), triangles }

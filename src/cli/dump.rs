@@ -4,6 +4,7 @@ use super::{CliError, Outcome, at};
 use enfilade::BitMatrix;
 use enfilade::file::{FileCell, FileObject, FilePortal, FileViewCell, PvsFile, replace_file};
 use enfilade::scene::{Scene, import};
+use enfilade::tubes::usual_sides;
 use glam::{DVec3, Vec4};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::json;
@@ -72,6 +73,7 @@ fn write_obj(path: &Path, file: &PvsFile, obj: &Path, (model, files): (&Path, &s
         );
         return Err(at(model, what));
     }
+    let scene = scene.meshed(usual_sides);
     replace_file(obj, |out| obj_lines(&scene, out)).map_err(|e| at(obj, e))
 }
 

@@ -6,6 +6,7 @@ use enfilade::pvs::Guarantee;
 use enfilade::runtime::FrameMode;
 use enfilade::runtime::Narrowing;
 use enfilade::scene::import;
+use enfilade::tubes::usual_sides;
 use enfilade::verify::random_path;
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::tour::tour;
@@ -90,6 +91,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
             format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
         return Err(at(&args.model, what));
     }
+    let scene = scene.meshed(usual_sides);
     let path = match (&args.path, args.random) {
         (Some(path), _) => CameraPath::load(path).map_err(|e| at(path, e))?,
         (None, Some(count)) => random_path(&scene, &file, count, args.seed),

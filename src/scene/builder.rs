@@ -3,14 +3,18 @@
 use super::cluster::clusters;
 use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
 use crate::geom::Aabb;
+use crate::tubes::{Tubes, prism};
 use crate::types::hints::Leaves;
 use glam::DVec3;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Beyond this, metres, squares and their products leave the range in which a metre means anything.
 const FARTHEST: f64 = 1e12;
 /// Scenes keep their indices in `u32`, with three corners to a triangle at worst.
 const MOST_TRIANGLES: usize = (u32::MAX / 3) as usize;
+/// Of a prism around a segment of a tube.
+const TRIANGLES_OF_SEGMENT: u32 = 12;
 /// A picture that repeats more often across a triangle is seen as its mean; and half of what half precision holds, in which texture
 /// coordinates are drawn.
 const MOST_REPEATS: f32 = 32_768.0;
@@ -34,6 +38,9 @@ pub struct Mesh {
 #[derive(Debug)]
 struct Added {
     mesh: Mesh,
+    /// If they are prisms around tubes: these, and by piece, triangles and segments.
+    tubes: Tubes,
+    pieces: Vec<[Range<u32>; 2]>,
     glass: bool,
     /// Of those that were handed in.
     number: u32,
@@ -152,7 +159,33 @@ impl SceneBuilder {
         let (number, look) = (self.handed_in, std::mem::take(&mut self.look));
         self.handed_in += 1;
         if !mesh.triangles.is_empty() {
-            self.meshes.push(Added { mesh, glass, number, look, dropped });
+            let (tubes, pieces) = (Tubes::default(), Vec::new());
+            self.meshes.push(Added { mesh, tubes, pieces, glass, number, look, dropped });
+        }
+        Ok(())
+    }
+
+    /// Adds tubes in the model's own coordinates, as one thing. Fails where there are more of their sections than the options allow triangles.
+    pub fn add_tubes(&mut self, node: String, role: Role, tubes: &Tubes) -> Result<(), ImportError> {
+        self.count(tubes.sections.len())?;
+        let tubes = tubes.divided();
+        let mut mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
+        let mut pieces = Vec::new();
+        for segments in tubes.pieces((self.options.object_triangles / TRIANGLES_OF_SEGMENT).max(1)) {
+            let start = mesh.triangles.len() as u32;
+            for (tube, segments) in tubes.parts(segments.clone()) {
+                let prism = prism(&tubes, tube, segments);
+                let base = mesh.positions.len() as u32;
+                mesh.positions.extend(prism.positions.iter().map(|p| tube.origin + p));
+                mesh.triangles.extend(prism.triangles.iter().map(|t| t.map(|i| i + base)));
+            }
+            pieces.push([start..mesh.triangles.len() as u32, segments]);
+        }
+        self.count(mesh.triangles.len())?;
+        let (number, look) = (self.handed_in, std::mem::take(&mut self.look));
+        self.handed_in += 1;
+        if !pieces.is_empty() {
+            self.meshes.push(Added { mesh, tubes, pieces, glass: false, number, look, dropped: Vec::new() });
         }
         Ok(())
     }
@@ -165,14 +198,18 @@ impl SceneBuilder {
             return Err(ImportError::Empty);
         }
         let origin = bounds.centre().round();
-        let (mut positions, mut triangles, mut objects) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut positions, mut triangles, mut objects, mut tubes) = (Vec::new(), Vec::new(), Vec::new(), Tubes::default());
         let mut trace = self.options.trace.then(|| Trace {
             looks: vec![Look::default(); self.handed_in as usize],
             materials: self.materials,
             ..Trace::default()
         });
         for mut added in self.meshes {
-            let parts = clusters(&added.mesh, self.options.object_triangles);
+            let parts = if added.pieces.is_empty() {
+                clusters(&added.mesh, self.options.object_triangles)
+            } else {
+                added.pieces.iter().map(|[triangles, _]| triangles.clone().collect()).collect()
+            };
             if let Some(trace) = &mut trace {
                 let numbers = added.numbers();
                 trace.meshes.extend(parts.iter().map(|_| added.number));
@@ -180,7 +217,8 @@ impl SceneBuilder {
                 trace.looks[added.number as usize] = std::mem::take(&mut added.look);
             }
             let Added { mesh, glass, .. } = added;
-            for part in parts {
+            let first = tubes.append(added.tubes, -origin);
+            for (k, part) in parts.into_iter().enumerate() {
                 let mut welded = HashMap::with_capacity(part.len());
                 let start = triangles.len() as u32;
                 let mut bounds = Aabb::EMPTY;
@@ -197,7 +235,9 @@ impl SceneBuilder {
                 }
                 let triangles = start..triangles.len() as u32;
                 let (node, role, opaque) = (mesh.node.clone(), mesh.role, mesh.opaque);
-                objects.push(Object { node, role, opaque, glass, triangles, bounds });
+                let of_tubes = |[_, segments]: &[Range<u32>; 2]| segments.start + first..segments.end + first;
+                let segments = added.pieces.get(k).map_or(0..0, of_tubes);
+                objects.push(Object { node, role, opaque, glass, triangles, segments, bounds });
             }
         }
         if self.degenerate > 0 {
@@ -218,7 +258,7 @@ impl SceneBuilder {
             let windings = portals.iter_mut().map(|p| &mut p.winding).chain(walls);
             windings.flatten().for_each(|p| *p -= origin);
         }
-        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, hints, trace })
+        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, tubes, hints, trace })
     }
 }
 

@@ -3,8 +3,8 @@
 //! Coordinates are metres in a projected system: east, north, up. `(x, y, z)` turns into `(x, z, -y)`.
 
 use super::builder::short_name;
-use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
-use crate::tubes::{Counts, Shape, TubeError, Tubes, mesh, sides, usual_error};
+use super::{ImportError, ImportOptions, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use crate::tubes::{Counts, Shape, TubeError, Tubes, usual_error};
 use glam::DVec3;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -70,23 +70,13 @@ struct Line {
 }
 
 impl Line {
-    /// Adds its tube as triangles. Gives the number of its sections.
+    /// Adds its tube. Gives the number of its sections.
     fn add(&self, builder: &mut SceneBuilder, counts: &mut Counts) -> Result<usize, ImportError> {
         let wrong = |e: TubeError| ImportError::malformed(Place::File, format!("{}: {e}", self.place));
-        let error = usual_error(self.radius);
-        let mut tubes = Tubes::new(self.points.first().copied().unwrap_or(DVec3::ZERO));
+        let mut tubes = Tubes::default();
         let shape = Shape { radius: self.radius, inner: 0.0, capped: true };
-        tubes.line(&self.points, false, shape, error, counts).map_err(wrong)?;
-        for tube in &tubes.tubes {
-            let of = mesh(&tubes, tube, sides(self.radius, error));
-            builder.add(Mesh {
-                node: self.name.clone(),
-                role: Role::Furnishing,
-                opaque: true,
-                positions: of.positions.iter().map(|p| tubes.origin + p.as_dvec3()).collect(),
-                triangles: of.triangles,
-            })?;
-        }
+        tubes.line(&self.points, false, shape, usual_error(self.radius), counts).map_err(wrong)?;
+        builder.add_tubes(self.name.clone(), Role::Furnishing, &tubes)?;
         Ok(tubes.sections.len())
     }
 }

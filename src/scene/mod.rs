@@ -11,6 +11,7 @@ pub mod geojson;
 pub mod gltf;
 pub mod ifc;
 pub mod indoorgml;
+mod meshed;
 pub mod obj;
 pub mod quake;
 pub mod rays;

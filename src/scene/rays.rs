@@ -109,7 +109,7 @@ impl<'s> RayScene<'s> {
 
     /// Where `origin + t * direction` meets this triangle of the scene for `t > 0`, from either side, whatever else is there.
     pub fn meets(&self, origin: DVec3, direction: DVec3, triangle: u32) -> Option<Hit> {
-        let t = Sheared::new(origin, direction).hit(&self.scene.corners(triangle as usize)).filter(|&t| t > 0.0)?;
+        let t = meets_triangle(origin, direction, &self.scene.corners(triangle as usize))?;
         Some(Hit { t, triangle, object: self.scene.object_of(triangle as usize) })
     }
 
@@ -210,6 +210,11 @@ impl<'s> RayScene<'s> {
     fn owns(&self, object: ObjectId, triangle: u32) -> bool {
         self.scene.objects[object.index()].triangles.contains(&triangle)
     }
+}
+
+/// Where `origin + t * direction` meets a triangle for `t > 0`, from either side.
+pub(crate) fn meets_triangle(origin: DVec3, direction: DVec3, corners: &[DVec3; 3]) -> Option<f64> {
+    Sheared::new(origin, direction).hit(corners).filter(|&t| t > 0.0)
 }
 
 /// A hierarchy over some of a scene's triangles.

@@ -6,6 +6,7 @@ use super::frame::{across, tangent};
 use super::tube::{Tube, Tubes};
 use glam::Vec3;
 use std::f32::consts::TAU;
+use std::ops::Range;
 
 /// Sides of a ring, at least and at most.
 const FEWEST: f64 = 6.0;
@@ -19,7 +20,7 @@ const SHARES: [f64; 2] = [0.02, 0.002];
 /// Triangles of a tube.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Mesh {
-    /// Corners, metres relative to the tubes' origin.
+    /// Corners, metres relative to the tube's origin.
     pub positions: Vec<Vec3>,
     /// Counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -36,15 +37,27 @@ pub fn sides(radius: f64, error: f64) -> u32 {
     sides.ceil().clamp(FEWEST, MOST) as u32
 }
 
+/// Sides of a ring of a radius (metres) where nobody says otherwise.
+pub fn usual_sides(radius: f64) -> u32 {
+    sides(radius, usual_error(radius))
+}
+
 /// A tube with rings of so many sides, 3 or more. Corners are on the tube's surface.
 pub fn mesh(tubes: &Tubes, tube: &Tube, sides: u32) -> Mesh {
+    part(tubes, tube, tube.segments(), sides)
+}
+
+/// The same of some segments of it. Where it is cut, it is open.
+pub fn part(tubes: &Tubes, tube: &Tube, segments: Range<u32>, sides: u32) -> Mesh {
     let sections = tubes.of(tube);
-    let rings = sections.len() as u32;
+    let (first, count) = ((segments.start - tube.sections.start) as usize, segments.len() as u32);
+    let is_ring = tube.closed && segments == tube.segments();
+    let rings = if is_ring { count } else { count + 1 };
     let mut mesh = Mesh::default();
     let is_hollow = tube.inner > 0.0;
     for scale in [Some(1.0), is_hollow.then_some(tube.inner)].into_iter().flatten() {
-        for (i, section) in sections.iter().enumerate() {
-            let [x, y] = across(tangent(sections, i, tube.closed));
+        for i in (first..).take(rings as usize).map(|i| i % sections.len()) {
+            let (section, [x, y]) = (&sections[i], across(tangent(sections, i, tube.closed)));
             let corner = |k: u32| {
                 let (sin, cos) = (section.roll() + TAU * k as f32 / sides as f32).sin_cos();
                 Vec3::from(section.place) + scale * section.radius() * (cos * x + sin * y)
@@ -55,28 +68,39 @@ pub fn mesh(tubes: &Tubes, tube: &Tube, sides: u32) -> Mesh {
     let corner = |ring: u32, k: u32| ring * sides + k % sides;
     let inner = |ring: u32, k: u32| (rings + ring) * sides + k % sides;
     let triangles = &mut mesh.triangles;
-    // A face between two rings, from the side of the first.
-    let mut face = |[a, b]: [u32; 2], [c, d]: [u32; 2]| triangles.extend([[a, b, c], [c, b, d]]);
-    for ring in 0..if tube.closed { rings } else { rings - 1 } {
+    for ring in 0..count {
         let next = (ring + 1) % rings;
         for k in 0..sides {
-            face([corner(ring, k), corner(ring, k + 1)], [corner(next, k), corner(next, k + 1)]);
+            triangles.extend(face([corner(ring, k), corner(ring, k + 1)], [corner(next, k), corner(next, k + 1)]));
             if is_hollow {
-                face([inner(ring, k + 1), inner(ring, k)], [inner(next, k + 1), inner(next, k)]);
+                triangles.extend(face([inner(ring, k + 1), inner(ring, k)], [inner(next, k + 1), inner(next, k)]));
             }
         }
     }
+    let has_caps = tube.capped && !tube.closed;
     let last = rings - 1;
-    if tube.capped && !tube.closed && is_hollow {
+    if has_caps && segments.start == tube.segments().start {
         for k in 0..sides {
-            face([inner(0, k), inner(0, k + 1)], [corner(0, k), corner(0, k + 1)]);
-            face([corner(last, k), corner(last, k + 1)], [inner(last, k), inner(last, k + 1)]);
+            if is_hollow {
+                triangles.extend(face([inner(0, k), inner(0, k + 1)], [corner(0, k), corner(0, k + 1)]));
+            } else if k > 0 && k + 1 < sides {
+                triangles.push([corner(0, 0), corner(0, k + 1), corner(0, k)]);
+            }
         }
-    } else if tube.capped && !tube.closed {
-        for k in 1..sides - 1 {
-            mesh.triangles.push([corner(0, 0), corner(0, k + 1), corner(0, k)]);
-            mesh.triangles.push([corner(last, 0), corner(last, k), corner(last, k + 1)]);
+    }
+    if has_caps && segments.end == tube.segments().end {
+        for k in 0..sides {
+            if is_hollow {
+                triangles.extend(face([corner(last, k), corner(last, k + 1)], [inner(last, k), inner(last, k + 1)]));
+            } else if k > 0 && k + 1 < sides {
+                triangles.push([corner(last, 0), corner(last, k), corner(last, k + 1)]);
+            }
         }
     }
     mesh
+}
+
+/// A face between two rings, from the side of the first.
+fn face([a, b]: [u32; 2], [c, d]: [u32; 2]) -> [[u32; 3]; 2] {
+    [[a, b, c], [c, b, d]]
 }

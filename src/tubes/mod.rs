@@ -7,10 +7,13 @@
 pub mod curve;
 mod frame;
 mod mesh;
+mod pieces;
+mod prism;
 mod section;
 mod spline;
 mod tube;
 
-pub use mesh::{Mesh, mesh, sides, usual_error};
+pub use mesh::{Mesh, mesh, part, sides, usual_error, usual_sides};
+pub use prism::{Prism, prism};
 pub use section::{Section, Tangent};
 pub use tube::{Counts, Shape, Tube, TubeError, Tubes};

@@ -17,7 +17,7 @@ pub enum Tangent {
 /// A section: where the curve is, how thick the tube is there, and how its ring is turned.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Section {
-    /// Metres, relative to the origin of the tubes.
+    /// Metres, relative to the tube's origin.
     pub place: [f32; 3],
     /// The radius, metres: half precision, 11 bits.
     radius: u16,
@@ -52,6 +52,17 @@ impl Section {
             2 => Tangent::After,
             _ => Tangent::Circle,
         }
+    }
+
+    /// Its 16 bytes, little endian: place, radius, and its tangent's kind with the roll.
+    pub fn bytes(&self) -> [u8; 16] {
+        let [x, y, z] = self.place.map(f32::to_bits);
+        let last = u32::from(self.radius) | u32::from(self.turn) << 16;
+        let mut bytes = [0; 16];
+        for (to, word) in bytes.as_chunks_mut::<4>().0.iter_mut().zip([x, y, z, last]) {
+            *to = word.to_le_bytes();
+        }
+        bytes
     }
 
     /// Radians from the axis that belongs to the tangent to the ring's first corner: 0 to 2 pi.

@@ -25,6 +25,8 @@ pub struct Shape {
 /// A tube.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Tube {
+    /// Added to the places of its sections, metres.
+    pub origin: DVec3,
     /// Its sections, as a range of [`Tubes::sections`]: two or more.
     pub sections: Range<u32>,
     /// The last section is followed by the first one.
@@ -33,13 +35,20 @@ pub struct Tube {
     pub capped: bool,
     /// Radius of the hole over the outer radius: 0 for none, below 1.
     pub inner: f32,
+    /// How far the curve's surface is from straight lines between the rings of two sections, metres, at most.
+    pub error: f32,
+}
+
+impl Tube {
+    /// Its segments, each by the section that it begins with, as a range of [`Tubes::sections`].
+    pub fn segments(&self) -> Range<u32> {
+        self.sections.start..self.sections.end - u32::from(!self.closed)
+    }
 }
 
 /// Some tubes.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Tubes {
-    /// Added to every place, metres.
-    pub origin: DVec3,
     /// Sections, in the order of the tubes.
     pub sections: Vec<Section>,
     /// The tubes.
@@ -81,11 +90,6 @@ impl fmt::Display for TubeError {
 impl std::error::Error for TubeError {}
 
 impl Tubes {
-    /// None yet.
-    pub fn new(origin: DVec3) -> Self {
-        Self { origin, ..Self::default() }
-    }
-
     /// Adds tubes along a polyline that is the curve: its corners become arcs of the tube's radius, or less where lines are too short. More
     /// than one where the line turns back on itself. Surfaces are no farther than `error` metres from those of the curve.
     pub fn line(
@@ -117,7 +121,7 @@ impl Tubes {
         check(pieces.iter().flat_map(Piece::ends), shape)?;
         let is_tight = |piece: &&Piece| matches!(piece, Piece::Arc(arc) if arc.radius() < shape.radius * (1.0 - TIGHT));
         counts.tight += pieces.iter().filter(is_tight).count() as u64;
-        self.push(&stops(pieces, closed, shape.radius, error), closed, shape)
+        self.push(&stops(pieces, closed, shape.radius, error), closed, shape, error)
     }
 
     /// Adds a tube along a smooth curve that touches some points.
@@ -131,15 +135,16 @@ impl Tubes {
     ) -> Result<(), TubeError> {
         check(points.iter().copied(), shape)?;
         let (points, closed) = distinct(points, closed, &mut counts.odd);
-        self.push(&spline(&points, closed, shape.radius, error), closed, shape)
+        self.push(&spline(&points, closed, shape.radius, error), closed, shape, error)
     }
 
     /// Adds a tube with sections at some points.
-    fn push(&mut self, stops: &[Stop], closed: bool, shape: Shape) -> Result<(), TubeError> {
+    fn push(&mut self, stops: &[Stop], closed: bool, shape: Shape, error: f64) -> Result<(), TubeError> {
         let start = self.sections.len();
         let radius = shape.radius as f32;
+        let origin = stops.first().map_or(DVec3::ZERO, |stop| stop.place);
         for stop in stops {
-            let section = Section::new((stop.place - self.origin).as_vec3().to_array(), radius, stop.tangent, 0.0);
+            let section = Section::new((stop.place - origin).as_vec3().to_array(), radius, stop.tangent, 0.0);
             // Where single precision makes two points one, the second one is left out.
             if self.sections.len() == start || self.sections.last().is_some_and(|last| last.place != section.place) {
                 self.sections.push(section);
@@ -152,8 +157,42 @@ impl Tubes {
         let closed = closed && self.sections.len() > start + 2;
         frame::roll(&mut self.sections[start..], closed);
         let sections = start as u32..self.sections.len() as u32;
-        self.tubes.push(Tube { sections, closed, capped: shape.capped, inner: (shape.inner / shape.radius) as f32 });
+        let inner = (shape.inner / shape.radius) as f32;
+        self.tubes.push(Tube { origin, sections, closed, capped: shape.capped, inner, error: error as f32 });
         Ok(())
+    }
+
+    /// Adds the tubes of another list, moved. Gives the number that is added to those of its sections.
+    pub fn append(&mut self, other: Self, by: DVec3) -> u32 {
+        let start = self.sections.len() as u32;
+        self.sections.extend(other.sections);
+        self.tubes.extend(other.tubes.into_iter().map(|tube| {
+            let sections = tube.sections.start + start..tube.sections.end + start;
+            Tube { origin: tube.origin + by, sections, ..tube }
+        }));
+        start
+    }
+
+    /// Adds them to a hash.
+    pub fn hash(&self, h: &mut xxhash_rust::xxh3::Xxh3) {
+        for section in &self.sections {
+            h.update(&section.bytes());
+        }
+        for tube in &self.tubes {
+            for x in tube.origin.to_array().into_iter().chain([tube.inner, tube.error].map(f64::from)) {
+                h.update(&x.to_bits().to_le_bytes());
+            }
+            h.update(&tube.sections.start.to_le_bytes());
+            h.update(&[u8::from(tube.closed), u8::from(tube.capped)]);
+        }
+    }
+
+    /// Parts of tubes whose segments are in a range of [`Self::sections`]: each tube with its segments there.
+    pub fn parts(&self, segments: Range<u32>) -> impl Iterator<Item = (&Tube, Range<u32>)> {
+        let first = self.tubes.partition_point(|tube| tube.sections.end <= segments.start);
+        let reached = self.tubes[first..].iter().take_while(move |tube| tube.sections.start < segments.end);
+        let part = move |tube: &Tube| tube.segments().start.max(segments.start)..tube.segments().end.min(segments.end);
+        reached.map(move |tube| (tube, part(tube))).filter(|(_, part)| !part.is_empty())
     }
 
     /// The sections of a tube.

@@ -4,6 +4,7 @@ use super::hints::Hints;
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::tolerance::Tolerance;
+use crate::tubes::Tubes;
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -40,8 +41,17 @@ pub struct Object {
     pub glass: bool,
     /// Its triangles, as a range of [`Scene::triangles`]; never empty.
     pub triangles: Range<u32>,
+    /// Segments of its tubes, as a range of the sections of [`Scene::tubes`]; empty for a mesh. Then its triangles are prisms around them.
+    pub segments: Range<u32>,
     /// Box around its triangles, relative to the scene's origin, metres.
     pub bounds: Aabb,
+}
+
+impl Object {
+    /// Whether it is a part of tubes: [`Self::triangles`] are prisms around it, and hide more than it does.
+    pub fn is_tube(&self) -> bool {
+        !self.segments.is_empty()
+    }
 }
 
 /// Where a scene came from and what was done to its coordinates.
@@ -73,6 +83,8 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// Objects, in the source's order.
     pub objects: Vec<Object>,
+    /// Tubes, of which objects are parts, in the order of these.
+    pub tubes: Tubes,
     /// What the author said.
     pub hints: Hints,
     /// Where the triangles come from; `None` unless [`ImportOptions::trace`](super::import::ImportOptions::trace) asks for it.
@@ -201,6 +213,7 @@ impl Scene {
             h.update(&o.triangles.start.to_le_bytes());
             h.update(&[u8::from(o.opaque), o.role as u8]);
         }
+        self.tubes.hash(&mut h);
         h.digest128()
     }
 }

@@ -8,6 +8,7 @@ use enfilade::file::PvsFile;
 use enfilade::job::{Job, Journal, JournalError, of_this_build};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::tubes::usual_sides;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -85,6 +86,7 @@ impl Building {
             let file = file.display();
             return Err(format!("{}: not the model that {file} was baked for; give it with --model", model.display()));
         }
+        let scene = scene.meshed(usual_sides);
         let looks = looks(&scene, model, &options, progress);
         Ok(Self::new(scene, pvs, looks).told_by(model))
     }
@@ -98,7 +100,10 @@ impl Building {
     ) -> Result<Self, String> {
         let import_options = ImportOptions { trace: true, ..ImportOptions::default() };
         let scene = Arc::new(import(model, &import_options).map_err(|e| at(model, e))?);
-        let looks = Arc::new(looks(&scene, model, &import_options, progress));
+        // A bake needs prisms around tubes.
+        let drawn =
+            if scene.tubes.tubes.is_empty() { scene.clone() } else { Arc::new(Scene::clone(&scene).meshed(usual_sides)) };
+        let looks = Arc::new(looks(&drawn, model, &import_options, progress));
         let author = Author::of(model);
         let quickly = |given: CellGraph| {
             let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
@@ -112,7 +117,7 @@ impl Building {
         if let Some(early) = early {
             // 1. What nothing is worked out for; 2. what needs no rays.
             let tell = |number, file| {
-                early(number, Self { scene: scene.clone(), file, looks: looks.clone(), author: author.clone() })
+                early(number, Self { scene: drawn.clone(), file, looks: looks.clone(), author: author.clone() })
             };
             tell(0, unbaked(&scene, &import_options));
             progress("cells", 0.0);
@@ -147,7 +152,7 @@ impl Building {
             Ok(()) => drop(journal.map(Journal::remove)),
             Err(e) => eprintln!("{}: not kept: {e}", to.display()),
         }
-        Ok(Self { scene, file, looks, author })
+        Ok(Self { scene: drawn, file, looks, author })
     }
 }
 

@@ -291,8 +291,8 @@ mod tests {
     fn scene() -> Scene {
         let positions = vec![DVec3::new(-5., 0., -5.), DVec3::new(5., 0., -5.), DVec3::new(5., 3., 5.)];
         let bounds = Aabb::of(positions.iter().copied());
-        let object =
-            Object { node: "floor".into(), role: Role::Structure, opaque: true, glass: false, triangles: 0..1, bounds };
+        let (node, role, triangles, segments) = ("floor".into(), Role::Structure, 0..1, 0..0);
+        let object = Object { node, role, opaque: true, glass: false, triangles, segments, bounds };
         Scene {
             name: "test".into(),
             source: Source::default(),
@@ -300,6 +300,7 @@ mod tests {
             positions,
             triangles: vec![[0, 1, 2]],
             objects: vec![object],
+            tubes: Default::default(),
             hints: Default::default(),
             trace: None,
         }

@@ -14,6 +14,7 @@ pub fn empty() -> Scene {
         positions: Vec::new(),
         triangles: Vec::new(),
         objects: Vec::new(),
+        tubes: Default::default(),
         hints: Hints::default(),
         trace: None,
     }
@@ -30,6 +31,7 @@ pub fn add_mesh(scene: &mut Scene, positions: &[DVec3], triangles: impl IntoIter
         opaque: true,
         glass: false,
         triangles: start..scene.triangles.len() as u32,
+        segments: 0..0,
         bounds: Aabb::of(positions.iter().copied()),
     });
 }

@@ -46,7 +46,7 @@ pub(super) struct Seam {
 /// them, so more of the rim of portals stays undecided. Smaller: walls that abut to within rounding fall apart.
 const GAP: f64 = 0.15;
 
-/// The opaque triangles of a scene that have an inside.
+/// The opaque triangles of a scene that have an inside; not prisms around tubes, which hide more than these do.
 pub(super) struct Mesh {
     /// The triangles.
     pub tris: Vec<Tri>,
@@ -63,7 +63,7 @@ impl Mesh {
     /// Of a scene; `clearance` in metres is what lines are promised nothing within.
     pub fn new(scene: &Scene, clearance: f64) -> Self {
         let gap = GAP * clearance;
-        let opaque = (0u32..).zip(&scene.objects).filter(|(_, o)| o.opaque);
+        let opaque = (0u32..).zip(&scene.objects).filter(|(_, o)| o.opaque && !o.is_tube());
         let opaque = opaque.flat_map(|(i, o)| o.triangles.clone().map(move |t| (i, t)));
         let tri = |(object, id): (u32, u32)| {
             let corners = scene.corners(id as usize);

@@ -6,17 +6,21 @@
 //! * the segment up to just before `to` keeps full clearance from *every* opaque triangle ([`RayScene::keeps_clearance`]), and
 //!   ends so near to the object that the object is placed in every cell around that end.
 //!
+//! A tube's triangles are prisms around it, so there a witness goes on to the tube itself.
+//!
 //! The first makes it a proof that the object is visible. The second makes it a proof about the cell graph: such a segment may
 //! only go from cell to cell through portals, so where it doesn't, a portal is missing ([`crate::pvs::repair`]).
 
 use super::lines::Span;
 use crate::cells::Locator;
-use crate::scene::rays::{Hit, RayScene};
+use crate::scene::rays::{Hit, RayScene, meets_triangle};
+use crate::tubes::{Tube, part};
 use crate::types::proof::Witness;
-use crate::{BitMatrix, CellId};
+use crate::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// An object is placed in a cell that it comes this near to, in clearances.
 pub(in crate::pvs) const PLACEMENT_MARGIN: f64 = 2.0;
@@ -29,6 +33,9 @@ const STAND_OFF: f64 = 1.5;
 const ATTEMPTS: u8 = 3;
 const PATIENCE: u8 = 2;
 const GIVE_UP: u8 = 12;
+
+/// Sides of tubes that witnesses must reach: these are within the tube. Fewer: grazing lines are no witnesses. More: slower.
+const SIDES_OF_WITNESSES: u32 = 16;
 
 /// A clear segment between two cells.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -212,10 +219,27 @@ impl Prover<'_> {
         } else {
             to
         };
-        (self.rays.keeps_clearance(from, end, self.clearance)
+        (self.reaches_tube(from, to, target.object)
+            && self.rays.keeps_clearance(from, end, self.clearance)
             && self.rays.is_near(end, target.object, PLACEMENT_MARGIN * self.clearance * 0.999)
             && self.rays.is_clear(from, to, self.clearance, Some(target.object)))
         .then_some(end)
+    }
+
+    /// Where the object is a tube, `to` is on a prism around it: true if the line goes on to the tube itself, and nothing else is before it.
+    fn reaches_tube(&self, from: DVec3, to: DVec3, object: ObjectId) -> bool {
+        let scene = self.rays.scene();
+        let segments = &scene.objects[object.index()].segments;
+        let meets = |tube: &Tube, segments: Range<u32>| {
+            let mesh = part(&scene.tubes, tube, segments, SIDES_OF_WITNESSES);
+            let corners = |t: &[u32; 3]| t.map(|i| tube.origin + mesh.positions[i as usize].as_dvec3());
+            let met = mesh.triangles.iter().filter_map(|t| meets_triangle(from, to - from, &corners(t)));
+            met.fold(f64::INFINITY, f64::min)
+        };
+        let first =
+            scene.tubes.parts(segments.clone()).map(|(tube, segments)| meets(tube, segments)).fold(f64::INFINITY, f64::min);
+        let on_tube = from + (to - from) * first;
+        segments.is_empty() || (first.is_finite() && self.rays.is_clear(from, on_tube, self.clearance, Some(object)))
     }
 
     /// One aimed attempt at a pair; true where it is proven now.

@@ -8,6 +8,7 @@ use super::tubes;
 use super::workers::{self, DeadlinePassed, Limits, Outcome};
 use crate::parallel;
 use crate::scene::Role;
+use crate::tubes::Tubes;
 use glam::DVec3;
 use ifc_lite_core::{DecodedEntity, EntityDecoder};
 use ifc_lite_geometry::GeometryRouter;
@@ -49,11 +50,16 @@ pub(super) struct Built {
     pub(super) clear: Shape,
     /// The first surface of each of the two.
     pub(super) surfaces: [Option<Arc<Surface>>; 2],
-    /// Segments of tubes, where all of it is tubes.
-    segments: usize,
+    /// Tubes, where all of it is such; then it has no triangles.
+    pub(super) tubes: Tubes,
 }
 
 impl Built {
+    /// Segments of its tubes.
+    fn segments(&self) -> usize {
+        self.tubes.sections.len() - self.tubes.tubes.len()
+    }
+
     /// All of it.
     pub(super) fn whole(&self) -> Shape {
         let mut whole = self.solid.clone();
@@ -75,7 +81,7 @@ pub(super) struct Geometry {
 impl Geometry {
     /// How many products are tubes.
     pub(super) fn tubes(&self) -> usize {
-        self.built.values().filter(|built| built.segments > 0).count()
+        self.built.values().filter(|built| built.segments() > 0).count()
     }
 
     /// A product's shape, if it has one.
@@ -99,8 +105,8 @@ pub(super) fn build(
     let mut geometry = Geometry::default();
     geometry.run(&task, limits)?;
     let few = |segments: usize| segments > 0 && segments < FEWEST_SEGMENTS;
-    if few(geometry.built.values().map(|built| built.segments).sum()) {
-        let is_tubes = |product: &&u32| geometry.built.get(product).is_some_and(|built| built.segments > 0);
+    if few(geometry.built.values().map(Built::segments).sum()) {
+        let is_tubes = |product: &&u32| geometry.built.get(product).is_some_and(|built| built.segments() > 0);
         let products = task.products.iter().filter(is_tubes).copied().collect();
         let Task { model, relations, styles, .. } = &*task;
         let (model, relations, styles) = (model.clone(), relations.clone(), styles.clone());
@@ -176,8 +182,8 @@ impl Task {
         // Round columns are walls to the plan, which knows the reader's corners.
         let may_be_tubes = self.with_tubes && !items.have_clear() && role(&entity.ifc_type) == Some(Role::Furnishing);
         let of_tubes = may_be_tubes.then(|| tubes::of_product(&self.model, &entity, decoder, router)).flatten();
-        if let Some((solid, segments)) = of_tubes {
-            return Ok(Built { solid, segments, ..built });
+        if let Some(tubes) = of_tubes {
+            return Ok(Built { tubes, ..built });
         }
         match items.have_clear() {
             false => {

@@ -113,7 +113,7 @@ fn add_meshes(
         let Some(built) = geometry.get(product.id) else { continue };
         let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
         let node = global_id(&entity);
-        if built.solid.triangles.is_empty() && built.clear.triangles.is_empty() {
+        if built.solid.triangles.is_empty() && built.clear.triangles.is_empty() && built.tubes.tubes.is_empty() {
             *empty.entry(product.kind.as_str().to_owned()).or_default() += 1;
             continue;
         }
@@ -131,6 +131,12 @@ fn add_meshes(
         // Leaves may open and panes let light through: neither hides anything.
         add(&built.solid, role, !matches!(role, Role::Door | Role::Window), false)?;
         add(&built.clear, if holds_panes(&product.kind) { Role::Window } else { role }, false, true)?;
+        if !built.tubes.tubes.is_empty() {
+            if let Some(surface) = &built.surfaces[0] {
+                builder.look(Material::matt(&surface.name, surface.colour), Vec::new());
+            }
+            builder.add_tubes(node.clone(), role, &built.tubes)?;
+        }
         added += 1;
     }
     if !empty.is_empty() {

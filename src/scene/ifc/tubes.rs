@@ -2,10 +2,9 @@
 //!
 //! All of a product's body must be such; whatever a boolean or an opening cuts, or isn't circular, keeps the reader's triangles.
 
-use super::geometry::Shape;
 use super::model::{Model, y_up};
 use crate::tubes::curve::{Arc, Piece, polyline, sharpest};
-use crate::tubes::{Counts, Shape as Round, Tubes, mesh, sides, usual_error};
+use crate::tubes::{Counts, Shape as Round, Tubes, usual_error};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::placement::{Axis1Placement, Axis2Placement};
@@ -14,8 +13,8 @@ use ifc_lite_geometry::{AnalyticCurveSegment, AnalyticStatus, GeometryRouter, ex
 /// How deep maps may nest, and items that a product may have.
 const DEPTH: usize = 8;
 const MOST_ITEMS: usize = 4096;
-/// Corners of rings of an item. More: a record of a few bytes fills the memory.
-const MOST_CORNERS: usize = 1 << 16;
+/// Sections of a product. More: a record of a few bytes fills the memory.
+const MOST_SECTIONS: usize = 1 << 16;
 /// Of unit vectors and scales: what exporters round away. Larger: oblique cylinders become straight ones.
 const ROUNDING: f64 = 1e-6;
 /// Radians between the end of a piece and the start of the next one that is still smooth.
@@ -30,13 +29,13 @@ struct Pipe {
     inner: f64,
 }
 
-/// The triangles of a product whose body is all tubes, and how many segments these have; `None` for others.
+/// The tubes of a product whose body is all tubes; `None` for others.
 pub(super) fn of_product(
     model: &Model,
     product: &DecodedEntity,
     decoder: &mut EntityDecoder<'_>,
     router: &GeometryRouter,
-) -> Option<(Shape, usize)> {
+) -> Option<Tubes> {
     if model.voids.contains_key(&product.id) {
         return None;
     }
@@ -55,9 +54,9 @@ pub(super) fn of_product(
     if bodies != 1 || pipes.is_empty() {
         return None;
     }
-    let mut shape = Shape::default();
-    let segments = pipes.iter().map(|pipe| pipe.append_to(&mut shape)).sum::<Option<usize>>()?;
-    Some((shape, segments))
+    let mut tubes = Tubes::default();
+    pipes.iter().try_for_each(|pipe| pipe.append_to(&mut tubes))?;
+    Some(tubes)
 }
 
 /// Collects the pipes of a representation's items; `None` where one is something else.
@@ -203,12 +202,10 @@ impl Pipe {
         Some(Self { pieces, radius: self.radius * scale, inner: self.inner * scale })
     }
 
-    /// Adds its triangles, and gives the number of its segments; `None` where it makes no tube.
-    fn append_to(&self, shape: &mut Shape) -> Option<usize> {
-        let origin = self.pieces.first()?.ends()[0];
+    /// Adds its tubes; `None` where it makes none.
+    fn append_to(&self, tubes: &mut Tubes) -> Option<()> {
         let round = Round { radius: self.radius, inner: self.inner, capped: true };
-        let error = usual_error(self.radius);
-        let (mut tubes, mut counts) = (Tubes::new(origin), Counts::default());
+        let (error, mut counts) = (usual_error(self.radius), Counts::default());
         let [first, last] = [self.pieces.first()?.ends()[0], self.pieces.last()?.ends()[1]];
         let closed = first.distance(last) <= GAP;
         let is_joined = self.pieces.windows(2).all(|pair| pair[0].ends()[1].distance(pair[1].ends()[0]) <= GAP);
@@ -227,16 +224,6 @@ impl Pipe {
                 tubes.curve(pieces, closed && curves.len() == 1, round, error, &mut counts).ok()?;
             }
         }
-        let count = sides(self.radius, error);
-        if tubes.sections.len() > MOST_CORNERS / count as usize {
-            return None;
-        }
-        for tube in &tubes.tubes {
-            let of = mesh(&tubes, tube, count);
-            let start = shape.positions.len() as u32;
-            shape.positions.extend(of.positions.iter().map(|p| origin + p.as_dvec3()));
-            shape.triangles.extend(of.triangles.iter().map(|t| t.map(|i| i + start)));
-        }
-        Some(tubes.sections.len() - tubes.tubes.len())
+        (tubes.sections.len() <= MOST_SECTIONS).then_some(())
     }
 }

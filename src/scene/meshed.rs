@@ -1,0 +1,45 @@
+//! Scenes for who draws triangles: with meshes of tubes in place of prisms around them.
+
+use super::{Object, Scene};
+use crate::tubes::part;
+
+impl Scene {
+    /// The scene with meshes of tubes for triangles: `sides` says how many sides rings of a radius (metres) have, 3 or more. What its objects
+    /// are stays as it is. Its hash is another one.
+    pub fn meshed(self, sides: impl Fn(f64) -> u32) -> Self {
+        if self.tubes.tubes.is_empty() {
+            return self;
+        }
+        let mut new = Self { positions: Vec::new(), triangles: Vec::new(), objects: Vec::new(), ..self };
+        let mut numbers = new.trace.as_mut().map(|trace| std::mem::take(&mut trace.triangles));
+        let mut meshed = Vec::new();
+        for object in &self.objects {
+            let (first, range) = (new.triangles.len(), object.triangles.start as usize..object.triangles.end as usize);
+            if object.is_tube() {
+                for (tube, segments) in new.tubes.parts(object.segments.clone()) {
+                    let radius = f64::from(new.tubes.sections[segments.start as usize].radius());
+                    let mesh = part(&new.tubes, tube, segments, sides(radius));
+                    let base = new.positions.len() as u32;
+                    new.positions.extend(mesh.positions.iter().map(|p| tube.origin + p.as_dvec3()));
+                    new.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| i + base)));
+                }
+                meshed.extend(0..(new.triangles.len() - first) as u32);
+            } else {
+                // An object's corners are next to each other.
+                let corners = self.triangles[range.clone()].as_flattened();
+                let start = corners.iter().min().copied().unwrap_or(0);
+                let end = corners.iter().max().map_or(start, |last| last + 1);
+                let base = new.positions.len() as u32;
+                new.positions.extend(&self.positions[start as usize..end as usize]);
+                new.triangles.extend(self.triangles[range.clone()].iter().map(|t| t.map(|i| i - start + base)));
+                meshed.extend(numbers.iter().flat_map(|numbers| &numbers[range.clone()]));
+            }
+            let triangles = first as u32..new.triangles.len() as u32;
+            new.objects.push(Object { triangles, ..object.clone() });
+        }
+        if let (Some(trace), Some(_)) = (&mut new.trace, numbers.take()) {
+            trace.triangles = meshed;
+        }
+        new
+    }
+}
