@@ -232,7 +232,7 @@ impl<'a> RegionSampler<'a> {
             for attempt in 0..attempts {
                 shown.rays += 1;
                 let Some(([from, to], hit)) = self.segment(v, object, attempt, &near, random) else { continue };
-                if self.prover.proves(from, to, hit).is_some() {
+                if let Some([to, _]) = self.prover.proves(from, to, hit) {
                     shown.proofs.push((object, [from, to]));
                     break;
                 }
@@ -287,7 +287,9 @@ impl Shown {
     fn add(&mut self, prover: &Prover<'_>, known: &mut [u64], [from, to]: [DVec3; 2], hit: Hit) {
         let ObjectId(object) = hit.object;
         let (word, mask) = (object as usize / 64, 1 << (object % 64));
-        if known[word] & mask == 0 && prover.proves(from, to, hit).is_some() {
+        if known[word] & mask == 0
+            && let Some([to, _]) = prover.proves(from, to, hit)
+        {
             known[word] |= mask;
             self.proofs.push((object, [from, to]));
         }

@@ -13,14 +13,14 @@
 
 use super::lines::Span;
 use crate::cells::Locator;
+use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene, meets_triangle};
-use crate::tubes::{Tube, part};
+use crate::tubes::part;
 use crate::types::proof::Witness;
 use crate::{BitMatrix, CellId, ObjectId};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::ops::Range;
 
 /// An object is placed in a cell that it comes this near to, in clearances.
 pub(in crate::pvs) const PLACEMENT_MARGIN: f64 = 2.0;
@@ -202,8 +202,28 @@ pub(in crate::pvs) struct Prover<'a> {
 }
 
 impl Prover<'_> {
-    /// If the segment from `from` to the point `to` on a triangle is a witness: where its clear part ends.
-    pub fn proves(&self, from: DVec3, to: DVec3, target: Hit) -> Option<DVec3> {
+    /// If the segment from `from` to the point `to` on a triangle is a witness: `to`, and where its clear part ends. Of a tube, a line to its
+    /// middle is tried where that line misses it.
+    pub fn proves(&self, from: DVec3, to: DVec3, target: Hit) -> Option<[DVec3; 2]> {
+        if !self.rays.scene().objects[target.object.index()].is_tube() {
+            return self.clear_end(from, to, target).map(|end| [to, end]);
+        }
+        let reaches = |to: DVec3, target: Hit| {
+            let on_tube = tube_before(self.rays.scene(), target.object, from, to)?;
+            self.rays.is_clear(from, on_tube, self.clearance, Some(target.object)).then_some(())?;
+            self.clear_end(from, to, target).map(|end| [to, end])
+        };
+        reaches(to, target).or_else(|| {
+            let middle = middle_of_tube(self.rays.scene(), target.object, to)?;
+            let met = self.rays.scene().objects[target.object.index()].triangles.clone();
+            let met = met.filter_map(|triangle| self.rays.meets(from, middle - from, triangle));
+            let first = met.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))?;
+            reaches(from + (middle - from) * first.t, first)
+        })
+    }
+
+    /// Where the clear part of a segment to a point on a triangle ends, if that is a witness but for what a tube asks more.
+    fn clear_end(&self, from: DVec3, to: DVec3, target: Hit) -> Option<DVec3> {
         let scene = self.rays.scene();
         let object = &scene.objects[target.object.index()];
         let direction = (to - from).try_normalize()?;
@@ -219,33 +239,16 @@ impl Prover<'_> {
         } else {
             to
         };
-        (self.reaches_tube(from, to, target.object)
-            && self.rays.keeps_clearance(from, end, self.clearance)
+        (self.rays.keeps_clearance(from, end, self.clearance)
             && self.rays.is_near(end, target.object, PLACEMENT_MARGIN * self.clearance * 0.999)
             && self.rays.is_clear(from, to, self.clearance, Some(target.object)))
         .then_some(end)
     }
 
-    /// Where the object is a tube, `to` is on a prism around it: true if the line goes on to the tube itself, and nothing else is before it.
-    fn reaches_tube(&self, from: DVec3, to: DVec3, object: ObjectId) -> bool {
-        let scene = self.rays.scene();
-        let segments = &scene.objects[object.index()].segments;
-        let meets = |tube: &Tube, segments: Range<u32>| {
-            let mesh = part(&scene.tubes, tube, segments, SIDES_OF_WITNESSES);
-            let corners = |t: &[u32; 3]| t.map(|i| tube.origin + mesh.positions[i as usize].as_dvec3());
-            let met = mesh.triangles.iter().filter_map(|t| meets_triangle(from, to - from, &corners(t)));
-            met.fold(f64::INFINITY, f64::min)
-        };
-        let first =
-            scene.tubes.parts(segments.clone()).map(|(tube, segments)| meets(tube, segments)).fold(f64::INFINITY, f64::min);
-        let on_tube = from + (to - from) * first;
-        segments.is_empty() || (first.is_finite() && self.rays.is_clear(from, on_tube, self.clearance, Some(object)))
-    }
-
     /// One aimed attempt at a pair; true where it is proven now.
     pub fn aim(&self, cell: CellId, from: DVec3, to: DVec3, target: Hit, found: &mut Found) -> bool {
         found.rays += 1;
-        let Some(end) = self.locator.holds(cell, from).then(|| self.proves(from, to, target)).flatten() else {
+        let Some([to, end]) = self.locator.holds(cell, from).then(|| self.proves(from, to, target)).flatten() else {
             return false;
         };
         found.witnesses.push((Witness { cell, object: target.object, from, to }, end));
@@ -323,7 +326,7 @@ impl Prover<'_> {
             let tries = if limit > 1 { variants.len() } else { 1 };
             let in_cell = variants.into_iter().filter(|&(from, _)| self.locator.holds(span.cell, from));
             for (from, to) in in_cell.take(tries) {
-                if let Some(end) = self.proves(from, to, hit) {
+                if let Some([to, end]) = self.proves(from, to, hit) {
                     found.witnesses.push((Witness { cell: span.cell, object: hit.object, from, to }, end));
                     found.settle(key);
                     break;
@@ -348,4 +351,37 @@ impl Prover<'_> {
             found.settle(key);
         }
     }
+}
+
+/// Where a line from one point through another first meets the tubes of an object.
+fn tube_before(scene: &Scene, object: ObjectId, from: DVec3, through: DVec3) -> Option<DVec3> {
+    let along = through - from;
+    let mut first = f64::INFINITY;
+    for (tube, segments) in scene.tubes.parts(scene.objects[object.index()].segments.clone()) {
+        let mesh = part(&scene.tubes, tube, segments, SIDES_OF_WITNESSES);
+        let corners = |t: &[u32; 3]| t.map(|i| tube.origin + mesh.positions[i as usize].as_dvec3());
+        let met = mesh.triangles.iter().filter_map(|t| meets_triangle(from, along, &corners(t)));
+        first = met.fold(first, f64::min);
+    }
+    first.is_finite().then_some(from + along * first)
+}
+
+/// The point in the middle of the tubes of an object that is nearest to another one.
+fn middle_of_tube(scene: &Scene, object: ObjectId, p: DVec3) -> Option<DVec3> {
+    let parts = scene.tubes.parts(scene.objects[object.index()].segments.clone());
+    let ends = parts.flat_map(|(tube, segments)| {
+        let sections = scene.tubes.of(tube);
+        let at = move |i: u32| {
+            let section = sections[(i - tube.sections.start) as usize % sections.len()];
+            tube.origin + Vec3::from(section.place).as_dvec3()
+        };
+        segments.map(move |i| [at(i), at(i + 1)])
+    });
+    let nearest = ends.map(|[a, b]| {
+        let along = b - a;
+        let length = along.length_squared();
+        let share = if length > 0.0 { ((p - a).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
+        a + along * share
+    });
+    nearest.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))
 }

@@ -44,7 +44,10 @@ pub(super) fn of_product(
     let place = place * DMat4::from_scale(DVec3::splat(model.metres));
     let shape = decoder.decode_by_id(product.get_ref(6)?).ok()?;
     let mut bodies = 0;
-    for representation in shape.get_refs(2)? {
+    let mut representations = shape.get_refs(2)?;
+    // Some files name one twice.
+    representations.dedup();
+    for representation in representations {
         let representation = decoder.decode_by_id(representation).ok()?;
         if representation.get_string(1) == Some("Body") {
             bodies += 1;

@@ -1,0 +1,86 @@
+//! A bake of pipes, of which it sees prisms, beside one of their meshes: what is proven of the one holds of the other.
+
+use crate::cli::building;
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::file::PvsFile;
+use enfilade::job::Job;
+use enfilade::pvs::PvsOptions;
+use enfilade::scene::rays::RayScene;
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::tubes::{Counts, Shape, Tubes, usual_error};
+use enfilade::verify::{CheckOptions, check};
+use glam::DVec3;
+use testing::random::Random;
+
+/// The villa with pipes that go through its rooms, walls and doors, round corners.
+fn villa_with_pipes() -> Scene {
+    let villa = import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap();
+    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    for object in &villa.objects {
+        let range = object.triangles.start as usize..object.triangles.end as usize;
+        let positions = villa.positions.iter().map(|p| *p + villa.origin).collect();
+        let triangles = villa.triangles[range].to_vec();
+        let mesh = Mesh { node: object.node.clone(), role: object.role, opaque: object.opaque, positions, triangles };
+        if object.glass { builder.add_glass(mesh) } else { builder.add(mesh) }.unwrap();
+    }
+    let bounds = villa.bounds();
+    let mut random = Random::new(3);
+    for k in 0..60 {
+        let low = bounds.min + villa.origin;
+        let mut at = low + bounds.size() * DVec3::from_array([0; 3].map(|_| random.real(0.2, 0.8)));
+        let mut points = vec![at];
+        for step in 0..4 {
+            let axis = (k + step) % 3;
+            at[axis] += random.signed() * [4.0, 1.5, 4.0][axis];
+            points.push(at);
+        }
+        let radius = [0.02, 0.05, 0.15][k % 3];
+        let shape = Shape { radius, inner: 0.0, capped: true };
+        let mut tubes = Tubes::default();
+        tubes.line(&points, false, shape, usual_error(radius), &mut Counts::default()).unwrap();
+        builder.add_tubes(format!("pipe {k}"), Role::Furnishing, &tubes).unwrap();
+    }
+    builder.finish("villa with pipes").unwrap()
+}
+
+fn baked(scene: &Scene) -> PvsFile {
+    let pvs = PvsOptions { ray_budget: 1_000_000, ..PvsOptions::default() };
+    bake(scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file
+}
+
+#[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
+fn rows_of_pipes_are_those_of_their_meshes() {
+    let pipes = villa_with_pipes();
+    let mut meshes = pipes.clone().meshed(|_| 32);
+    meshes.tubes = Tubes::default();
+    meshes.objects.iter_mut().for_each(|object| object.segments = 0..0);
+    assert!(pipes.objects.iter().filter(|object| object.is_tube()).count() >= 60);
+
+    let [of_pipes, of_meshes] = [&pipes, &meshes].map(baked);
+    assert_eq!(of_pipes.cells.len(), of_meshes.cells.len(), "pipes make no rooms");
+    let [a, b] = [&of_pipes, &of_meshes].map(|file| file.bounds.as_ref().unwrap());
+    // 1. Nobody has seen what the other one proves hidden.
+    assert_eq!(a.objects_lower.first_outside(&b.objects_upper), None);
+    assert_eq!(b.objects_lower.first_outside(&a.objects_upper), None);
+    // 2. Prisms cost next to no pairs.
+    let [pairs_of_pipes, pairs_of_meshes] = [a, b].map(|bounds| bounds.objects_upper.count_ones() as f64);
+    assert!(pairs_of_pipes <= 1.02 * pairs_of_meshes, "{pairs_of_pipes} pairs, {pairs_of_meshes} of meshes");
+    // 3. Along every witness, the pipe itself comes first.
+    let rays = RayScene::new(&meshes);
+    let mut count = 0;
+    for witness in a.witnesses.iter().filter(|w| pipes.objects[w.object.index()].is_tube()) {
+        let hit = rays.first_opaque(witness.from, witness.to - witness.from, f64::INFINITY);
+        assert_eq!(hit.map(|hit| hit.object), Some(witness.object), "from {} to {}", witness.from, witness.to);
+        count += 1;
+    }
+    let [seen, of_both] = [a, b].map(|bounds| {
+        let is_pipe = |o: &usize| pipes.objects[*o].is_tube();
+        (0..of_pipes.cells.len()).map(|cell| bounds.objects_lower.ones(cell).filter(is_pipe).count()).sum::<usize>()
+    });
+    assert!(count > 200 && count == seen, "{count} witnesses of {seen} pairs");
+    assert!(seen as f64 > 0.97 * of_both as f64, "{seen} pairs of pipes are witnessed, {of_both} of meshes");
+    // 4. Rays from outside miss nothing.
+    let report = check(&of_pipes, &pipes, &CheckOptions { rays: 200_000, ..CheckOptions::default() }).unwrap();
+    assert!(report.passed && report.missed_pairs == 0, "{:?}", report.examples);
+}
