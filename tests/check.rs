@@ -79,7 +79,12 @@ fn file(scene: &Scene) -> PvsFile {
         model_hash: scene.hash(),
         origin: scene.origin,
         guarantee: Guarantee::Conservative,
-        import: Import { object_triangles: ImportOptions::default().object_triangles, metres_per_unit: None },
+        import: Import {
+            object_triangles: ImportOptions::default().object_triangles,
+            metres_per_unit: None,
+            tube_radius: None,
+            tubes: true,
+        },
         strategy: Strategy::Given,
         reason: "made by hand".into(),
         smallest_hole: scene.tolerance().smallest_hole(),

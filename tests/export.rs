@@ -32,7 +32,12 @@ fn file_of(scene: &Scene, options: &ImportOptions) -> PvsFile {
     let mut file = sample();
     file.cells.truncate(2);
     file.model_hash = scene.hash();
-    file.import = Import { object_triangles: options.object_triangles, metres_per_unit: options.metres_per_unit };
+    file.import = Import {
+        object_triangles: options.object_triangles,
+        metres_per_unit: options.metres_per_unit,
+        tube_radius: None,
+        tubes: true,
+    };
     file.objects = scene.objects.iter().map(object).collect();
     file.placement = placement;
     file

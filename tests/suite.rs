@@ -37,6 +37,7 @@ mod ifc_tubes;
 mod import_ifc;
 mod import_lines;
 mod import_mesh;
+mod import_tubes;
 mod indoorgml;
 mod layers;
 mod leaks;

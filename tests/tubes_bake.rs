@@ -38,7 +38,7 @@ fn villa_with_pipes() -> Scene {
         let shape = Shape { radius, inner: 0.0, capped: true };
         let mut tubes = Tubes::default();
         tubes.line(&points, false, shape, usual_error(radius), &mut Counts::default()).unwrap();
-        builder.add_tubes(format!("pipe {k}"), Role::Furnishing, &tubes).unwrap();
+        builder.add_tubes(format!("pipe {k}"), Role::Furnishing, tubes).unwrap();
     }
     builder.finish("villa with pipes").unwrap()
 }

@@ -62,6 +62,14 @@ enum Scene {
         #[command(flatten)]
         output: Output,
     },
+    /// Pipes: racks with elbows, risers and coils, as lines with a radius.
+    Pipes {
+        /// Sections of their tubes.
+        #[arg(long, value_name = "N")]
+        sections: usize,
+        #[command(flatten)]
+        output: Output,
+    },
     /// Teapots at random places and turns in a box of 40 m.
     Teapots {
         /// Teapots.
@@ -129,6 +137,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::House { output } => (Kind::House, output),
         Scene::Hall { output } => (Kind::Hall, output),
         Scene::Plant { size, output } => (Kind::Plant { size }, output),
+        Scene::Pipes { sections, output } => (Kind::Pipes { sections }, output),
         Scene::Teapots { count, scale, output } => (Kind::Teapots { count, scale }, output),
         Scene::City { dense: _, sparse, output } => (Kind::City { dense: !sparse }, output),
         Scene::Ground { size, spacing, output, seed, json } => {

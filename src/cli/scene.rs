@@ -33,8 +33,21 @@ pub struct SceneFlags {
     /// Metres per unit of the input [default: the format's own]
     #[arg(long, value_name = "METRES")]
     pub unit: Option<f64>,
+    /// Radius of tubes along lines that have none of their own (OBJ, glTF, GeoJSON) [default: such lines are left out]
+    #[arg(long, value_name = "METRES")]
+    pub tube_radius: Option<f64>,
+    /// Whether pipes are tubes, where there are many, or meshes
+    #[arg(long, value_enum, default_value = "auto")]
+    pub tubes: TubesFlag,
     #[command(flatten)]
     pub files: super::FilesFlag,
+}
+
+/// What pipes are.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TubesFlag {
+    Auto,
+    Never,
 }
 
 /// How to find cells.
@@ -67,6 +80,7 @@ impl SceneFlags {
             ("--voxel", self.voxel),
             ("--smallest-occluder", self.smallest_occluder),
             ("--smallest-hole", self.smallest_hole),
+            ("--tube-radius", self.tube_radius),
         ] {
             if value.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
                 return Err(CliError(format!("{flag} takes metres, above 0")));
@@ -77,9 +91,9 @@ impl SceneFlags {
 
     /// How to import.
     pub fn import(&self) -> ImportOptions {
-        let Self { object_triangles, unit: metres_per_unit, .. } = *self;
-        let files_under = self.files.files_under.clone();
-        ImportOptions { object_triangles, metres_per_unit, files_under, ..ImportOptions::default() }
+        let Self { object_triangles, unit: metres_per_unit, tube_radius, .. } = *self;
+        let (files_under, tubes) = (self.files.files_under.clone(), self.tubes == TubesFlag::Auto);
+        ImportOptions { object_triangles, metres_per_unit, tube_radius, tubes, files_under, ..ImportOptions::default() }
     }
 
     /// How to split.

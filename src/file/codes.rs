@@ -71,3 +71,8 @@ mod tests {
         assert!(PORTAL_KINDS.iter().enumerate().all(|(i, &k)| portal_kind_code(k) as usize == i));
     }
 }
+
+/// Bits that say which options of an import follow, and that pipes are meshes.
+pub(super) const UNIT: u8 = 1;
+pub(super) const TUBE_RADIUS: u8 = 2;
+pub(super) const NO_TUBES: u8 = 4;

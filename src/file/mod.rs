@@ -146,13 +146,17 @@ pub struct Import {
     pub object_triangles: u32,
     /// Metres per unit of the source, above 0; `None`: the format's own.
     pub metres_per_unit: Option<f64>,
+    /// Radius of tubes along lines that have none of their own, metres, above 0.
+    pub tube_radius: Option<f64>,
+    /// Whether pipes are tubes, where there are many.
+    pub tubes: bool,
 }
 
 impl Import {
     /// What imports the model in the same way.
     pub fn options(&self) -> ImportOptions {
-        let Self { object_triangles, metres_per_unit } = *self;
-        ImportOptions { object_triangles, metres_per_unit, ..ImportOptions::default() }
+        let Self { object_triangles, metres_per_unit, tube_radius, tubes } = *self;
+        ImportOptions { object_triangles, metres_per_unit, tube_radius, tubes, ..ImportOptions::default() }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sections to fields. Every number is checked against the rule that the field's documentation states.
 
 use super::bytes::{Budget, Cursor};
-use super::codes::{PORTAL_KINDS, STRATEGIES, state_of_code};
+use super::codes::{NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
 use super::rows::{Guide, RowReader};
@@ -181,16 +181,15 @@ impl<'a> SectionReader<'_, 'a> {
             if object_triangles == 0 {
                 return Err(c.error("objects of 0 triangles"));
             }
-            let metres_per_unit = match c.code(2, "a flag")? {
-                0 => None,
-                _ => {
-                    let [metres] = c.f64s()?;
-                    if metres <= 0.0 {
-                        return Err(c.error("a unit that is not above 0 metres"));
-                    }
-                    Some(metres)
-                }
+            let flags = c.code(usize::from(UNIT | TUBE_RADIUS | NO_TUBES) + 1, "flags")? as u8;
+            let mut metres = |flag: u8, what: &str| match flags & flag {
+                0 => Ok(None),
+                _ => match c.f64s()? {
+                    [metres] if metres > 0.0 => Ok(Some(metres)),
+                    _ => Err(c.error(format!("{what} that is not above 0 metres"))),
+                },
             };
+            let (metres_per_unit, tube_radius) = (metres(UNIT, "a unit")?, metres(TUBE_RADIUS, "a radius")?);
             let [cells, portals, objects] = [c.u32()?, c.u32()?, c.u32()?].map(|n| n as usize);
             let pairs = PairCounts { lower: c.u64()?, upper: c.u64()?, cell_lower: c.u64()?, cell_upper: c.u64()? };
             let most = |columns: usize| cells as u64 * columns as u64;
@@ -201,7 +200,7 @@ impl<'a> SectionReader<'_, 'a> {
                     return Err(c.error(format!("{lower} pairs in the lower set, {upper} in the upper, {most} in all")));
                 }
             }
-            let import = Import { object_triangles, metres_per_unit };
+            let import = Import { object_triangles, metres_per_unit, tube_radius, tubes: flags & NO_TUBES == 0 };
             Ok(Meta { origin, smallest_hole, strategy, import, cells, portals, objects, pairs, reason: c.string()? })
         })?;
         meta.ok_or(FileError::Missing { section: SectionId::Meta })

@@ -2,14 +2,17 @@
 //!
 //! One buffer with two views (positions, indices); positions are `f32`, indices `u16` where they fit. Normals are left out:
 //! surfaces are flat, and a reader derives flat normals where there are none (section 3.7.2.1). Every node carries
-//! `extras.enfilade.role`, which tells the importer walls from furniture. Groups are nodes, too, after all others.
+//! `extras.enfilade.role`, which tells the importer walls from furniture; pipes carry `tube`, too. Groups are nodes, too, after all others.
 
 use super::model::{Material, Model, Node};
 use super::solid::Solid;
 use crate::scene::Role;
 use crate::scene::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16, U32, glb, pad, positions_accessor};
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
+
+/// A line through all points.
+const LINE_STRIP: u32 = 3;
 
 fn role_name(role: Role) -> &'static str {
     match role {
@@ -31,9 +34,15 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
     let meshes: Vec<Value> = model
         .meshes
         .iter()
-        .map(|(solid, material)| {
-            let [positions, indices] = buffers.add(solid);
+        .enumerate()
+        .map(|(mesh, (solid, material))| {
             let place = used.binary_search(material).unwrap_or_default();
+            if let Some(pipe) = model.pipes.get(&mesh).filter(|_| solid.triangles.is_empty()) {
+                let positions = buffers.positions(&pipe.points);
+                let line = json!({ "attributes": { "POSITION": positions }, "mode": LINE_STRIP, "material": place });
+                return json!({ "primitives": [line] });
+            }
+            let [positions, indices] = buffers.add(solid);
             json!({ "primitives": [{ "attributes": { "POSITION": positions }, "indices": indices, "material": place }] })
         })
         .collect();
@@ -66,13 +75,18 @@ struct Buffers {
 }
 
 impl Buffers {
-    /// Adds a mesh. Returns the accessors of its positions and of its indices.
-    fn add(&mut self, solid: &Solid) -> [usize; 2] {
-        let corners: Vec<[f32; 3]> = solid.positions.iter().map(|p| p.as_vec3().to_array()).collect();
+    /// Adds positions. Returns their accessor.
+    fn positions(&mut self, positions: &[DVec3]) -> usize {
+        let corners: Vec<[f32; 3]> = positions.iter().map(|p| p.as_vec3().to_array()).collect();
         self.accessors.push(positions_accessor(0, self.positions.len(), &corners));
         self.positions.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        self.accessors.len() - 1
+    }
 
-        let narrow = corners.len() <= usize::from(u16::MAX);
+    /// Adds a mesh. Returns the accessors of its positions and of its indices.
+    fn add(&mut self, solid: &Solid) -> [usize; 2] {
+        let positions = self.positions(&solid.positions);
+        let narrow = solid.positions.len() <= usize::from(u16::MAX);
         self.accessors.push(json!({
             "bufferView": 1, "byteOffset": self.indices.len(), "componentType": if narrow { U16 } else { U32 },
             "count": solid.triangles.len() * 3, "type": "SCALAR",
@@ -85,13 +99,13 @@ impl Buffers {
             }
         }
         pad(&mut self.indices, 0);
-        [self.accessors.len() - 2, self.accessors.len() - 1]
+        [positions, self.accessors.len() - 1]
     }
 }
 
 /// The nodes, groups after all others, and which of them have no parent.
 fn nodes(model: &Model) -> (Vec<Value>, Vec<usize>) {
-    let mut nodes: Vec<Value> = model.nodes.iter().map(node).collect();
+    let mut nodes: Vec<Value> = model.nodes.iter().map(|of| node(of, model)).collect();
     let mut roots = Vec::new();
     let mut children = vec![Vec::new(); model.groups.len()];
     let parents = model.nodes.iter().map(|node| node.group).chain(model.groups.iter().map(|group| group.parent));
@@ -105,10 +119,20 @@ fn nodes(model: &Model) -> (Vec<Value>, Vec<usize>) {
 }
 
 /// A node with a mesh.
-fn node(node: &Node) -> Value {
+fn node(node: &Node, model: &Model) -> Value {
     let mut value = json!({
         "name": node.name, "mesh": node.mesh, "extras": { "enfilade": { "role": role_name(node.role) } },
     });
+    if let Some(pipe) = model.pipes.get(&node.mesh) {
+        let tube = &mut value["extras"]["enfilade"]["tube"];
+        *tube = json!({ "radius": pipe.radius });
+        if pipe.smooth {
+            tube["smooth"] = true.into();
+        }
+        if !model.meshes[node.mesh].0.triangles.is_empty() {
+            tube["points"] = pipe.points.iter().map(|p| json!(p.to_array())).collect();
+        }
+    }
     if let Some(p) = node.placement {
         let (m, at) = (p.matrix3, p.translation);
         if m == DMat3::IDENTITY {

@@ -16,6 +16,7 @@ mod house;
 mod model;
 mod office;
 mod path;
+mod pipes;
 mod plan;
 mod plant;
 mod solid;
@@ -33,6 +34,8 @@ pub const MAX_ROOMS: usize = 100_000;
 pub const PLANT_SIZES: std::ops::RangeInclusive<usize> = 60..=2000;
 /// Most teapots that a scene may be asked for: 49 million triangles. An import refuses more than 50 million unless told.
 pub const MAX_TEAPOTS: usize = 18_000;
+/// Most sections of pipes that a scene may be asked for.
+pub const MAX_SECTIONS: usize = 20_000_000;
 /// Scales that a teapot may have: life size to 28 m, which is more than half of the box that they are in.
 pub const TEAPOT_SCALES: std::ops::RangeInclusive<usize> = 1..=100;
 
@@ -67,6 +70,11 @@ pub enum Kind {
         /// Edge of its square site, metres, [`PLANT_SIZES`].
         size: usize,
     },
+    /// Racks of pipes, risers and coils, as lines with a radius.
+    Pipes {
+        /// Sections of their tubes, 1 to [`MAX_SECTIONS`]; a few more are made.
+        sections: usize,
+    },
     /// Teapots at random in a box of 40 m.
     Teapots {
         /// 1 to [`MAX_TEAPOTS`].
@@ -96,6 +104,12 @@ pub enum GenerateError {
     Size {
         /// As asked, metres.
         size: usize,
+    },
+    /// Too few or too many sections.
+    #[error("{sections} sections asked for; give 1 to {MAX_SECTIONS}")]
+    Sections {
+        /// As asked.
+        sections: usize,
     },
     /// Too few or too many teapots.
     #[error("{count} teapots asked for; give 1 to {MAX_TEAPOTS}")]
@@ -168,6 +182,10 @@ pub fn generate(kind: Kind, seed: u64) -> Result<Generated, GenerateError> {
         Kind::Hall => grid::hall(seed),
         Kind::Plant { size } if !PLANT_SIZES.contains(&size) => return Err(GenerateError::Size { size }),
         Kind::Plant { size } => plant::plant(size, seed),
+        Kind::Pipes { sections } if !(1..=MAX_SECTIONS).contains(&sections) => {
+            return Err(GenerateError::Sections { sections });
+        }
+        Kind::Pipes { sections } => pipes::pipes(sections, seed),
         Kind::Teapots { count, .. } if !(1..=MAX_TEAPOTS).contains(&count) => return Err(GenerateError::Teapots { count }),
         Kind::Teapots { scale, .. } if !TEAPOT_SCALES.contains(&scale) => return Err(GenerateError::Scale { scale }),
         Kind::Teapots { count, scale } => teapots::teapots(count, scale, seed),

@@ -60,6 +60,17 @@ impl From<Placement> for DAffine3 {
     }
 }
 
+/// A line with a radius.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Pipe {
+    /// Metres.
+    pub(super) radius: f64,
+    /// Goes smoothly through the points.
+    pub(super) smooth: bool,
+    /// Metres.
+    pub(super) points: Vec<DVec3>,
+}
+
 /// A placed mesh.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Node {
@@ -87,6 +98,8 @@ pub(super) struct Model {
     pub(super) meshes: Vec<(Solid, Material)>,
     pub(super) nodes: Vec<Node>,
     pub(super) groups: Vec<Group>,
+    /// By mesh: the pipe that it is. A mesh without triangles is only that.
+    pub(super) pipes: BTreeMap<usize, Pipe>,
     /// The group that new nodes and groups go to.
     open: Option<usize>,
     shared: BTreeMap<String, usize>,
@@ -118,6 +131,21 @@ impl Model {
             }
         };
         self.nodes.push(Node { name: name.into(), role, mesh, placement: Some(placement.into()), group: self.open });
+    }
+
+    /// Says that the mesh of the last node is a pipe.
+    pub(super) fn last_is_pipe(&mut self, pipe: Pipe) {
+        if let Some(node) = self.nodes.last() {
+            self.pipes.entry(node.mesh).or_insert(pipe);
+        }
+    }
+
+    /// Places a line with a radius.
+    pub(super) fn pipe(&mut self, name: impl Into<String>, at: DVec3, material: Material, pipe: Pipe) {
+        self.pipes.insert(self.meshes.len(), pipe);
+        self.meshes.push((Solid::default(), material));
+        let (mesh, placement) = (self.meshes.len() - 1, Some(Placement { at, turns: 0.0 }.into()));
+        self.nodes.push(Node { name: name.into(), role: Role::Furnishing, mesh, placement, group: self.open });
     }
 
     /// Opens a group, a part of the one that is open: what is added from now on goes there.

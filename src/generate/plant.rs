@@ -6,7 +6,7 @@
 
 use super::building::Building;
 use super::facts::{Facts, Fill, Opening, Room};
-use super::model::{Material, Model, Placement};
+use super::model::{Material, Model, Pipe, Placement};
 use super::path::CameraPath;
 use super::solid::{Solid, cuboid, extrude, lathe, loft, perforated, turn};
 use crate::geom::Aabb;
@@ -219,6 +219,7 @@ impl Block<'_> {
         for (name, at, length, r) in placed {
             let key = format!("pipe of {r:.2} m");
             self.model.place(name, Role::Structure, Placement { at, turns }, &key, Material::Metal, || pipe(length, r, 12));
+            self.model.last_is_pipe(Pipe { radius: r, smooth: false, points: vec![DVec3::ZERO, v(length, 0.0, 0.0)] });
         }
         for i in 0..8 {
             let at = world(7.0 + 6.0 * f64::from(i), 0.0, 0.0);

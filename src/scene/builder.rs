@@ -1,9 +1,10 @@
 //! Where every importer hands in its meshes: numbers checked, degenerate triangles dropped and counted, large meshes split.
 
 use super::cluster::clusters;
+use super::pipes::{self, Prisms};
 use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
 use crate::geom::Aabb;
-use crate::tubes::{Tubes, prism};
+use crate::tubes::Tubes;
 use crate::types::hints::Leaves;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -13,8 +14,6 @@ use std::ops::Range;
 const FARTHEST: f64 = 1e12;
 /// Scenes keep their indices in `u32`, with three corners to a triangle at worst.
 const MOST_TRIANGLES: usize = (u32::MAX / 3) as usize;
-/// Of a prism around a segment of a tube.
-const TRIANGLES_OF_SEGMENT: u32 = 12;
 /// A picture that repeats more often across a triangle is seen as its mean; and half of what half precision holds, in which texture
 /// coordinates are drawn.
 const MOST_REPEATS: f32 = 32_768.0;
@@ -99,6 +98,11 @@ impl SceneBuilder {
         self.options.trace
     }
 
+    /// Whether pipes are tubes, where there are many ([`ImportOptions::tubes`]).
+    pub fn has_tubes(&self) -> bool {
+        self.options.tubes
+    }
+
     /// Says how the mesh looks that is added next, if somebody asked: its material, and texture coordinates by triangle (or none).
     /// Materials with one name are one. Coordinates that repeat a picture more than 32,768 times across a triangle, or aren't
     /// finite, are taken as zeros.
@@ -149,13 +153,7 @@ impl SceneBuilder {
         if let Some(bad) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
             return Err(ImportError::malformed(Place::File, format!("{}: vertex index {bad} of {n} vertices", mesh.node)));
         }
-        let (positions, mut dropped, mut next) = (&mesh.positions, Vec::new(), 0..);
-        mesh.triangles.retain(|t| {
-            let has_area = has_area(t.map(|i| positions[i as usize]));
-            dropped.extend(next.next().filter(|_| !has_area));
-            has_area
-        });
-        self.degenerate += dropped.len();
+        let dropped = self.drop_degenerate(&mut mesh);
         let (number, look) = (self.handed_in, std::mem::take(&mut self.look));
         self.handed_in += 1;
         if !mesh.triangles.is_empty() {
@@ -165,33 +163,58 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds tubes in the model's own coordinates, as one thing. Fails where there are more of their sections than the options allow triangles.
-    pub fn add_tubes(&mut self, node: String, role: Role, tubes: &Tubes) -> Result<(), ImportError> {
-        self.count(tubes.sections.len())?;
-        let tubes = tubes.divided();
-        let mut mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
-        let mut pieces = Vec::new();
-        for segments in tubes.pieces((self.options.object_triangles / TRIANGLES_OF_SEGMENT).max(1)) {
-            let start = mesh.triangles.len() as u32;
-            for (tube, segments) in tubes.parts(segments.clone()) {
-                let prism = prism(&tubes, tube, segments);
-                let base = mesh.positions.len() as u32;
-                mesh.positions.extend(prism.positions.iter().map(|p| tube.origin + p));
-                mesh.triangles.extend(prism.triangles.iter().map(|t| t.map(|i| i + base)));
-            }
-            pieces.push([start..mesh.triangles.len() as u32, segments]);
+    /// Adds tubes in the model's own coordinates, as one thing. Fails where there are more of their sections than the options allow
+    /// triangles. Where a scene has few of them, or [`ImportOptions::tubes`] says so, they become meshes.
+    pub fn add_tubes(&mut self, node: String, role: Role, tubes: Tubes) -> Result<(), ImportError> {
+        if !self.options.tubes {
+            return self.add(pipes::mesh(node, role, &tubes));
         }
-        self.count(mesh.triangles.len())?;
+        self.count(tubes.sections.len())?;
+        let mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
         let (number, look) = (self.handed_in, std::mem::take(&mut self.look));
         self.handed_in += 1;
-        if !pieces.is_empty() {
-            self.meshes.push(Added { mesh, tubes, pieces, glass: false, number, look, dropped: Vec::new() });
+        if !tubes.tubes.is_empty() {
+            self.meshes.push(Added { mesh, tubes, pieces: Vec::new(), glass: false, number, look, dropped: Vec::new() });
         }
         Ok(())
     }
 
+    /// Gives tubes their triangles.
+    fn finish_tubes(&mut self) -> Result<(), ImportError> {
+        let segments = |added: &Added| added.tubes.tubes.iter().map(|tube| tube.segments().len()).sum::<usize>();
+        let are_few = self.meshes.iter().map(segments).sum::<usize>() < pipes::FEWEST_SEGMENTS;
+        let mut meshes = std::mem::take(&mut self.meshes);
+        for added in meshes.iter_mut().filter(|added| !added.tubes.tubes.is_empty()) {
+            let (node, role) = (added.mesh.node.clone(), added.mesh.role);
+            if are_few {
+                added.mesh = pipes::mesh(node, role, &std::mem::take(&mut added.tubes));
+                added.dropped = self.drop_degenerate(&mut added.mesh);
+            } else {
+                let made = pipes::prisms(node, role, &added.tubes, self.options.object_triangles);
+                Prisms { mesh: added.mesh, tubes: added.tubes, pieces: added.pieces } = made;
+            }
+            self.count(added.mesh.triangles.len())?;
+        }
+        meshes.retain(|added| !added.mesh.triangles.is_empty());
+        self.meshes = meshes;
+        Ok(())
+    }
+
+    /// Takes triangles without area from a mesh. Gives their numbers.
+    fn drop_degenerate(&mut self, mesh: &mut Mesh) -> Vec<u32> {
+        let (positions, mut dropped, mut next) = (&mesh.positions, Vec::new(), 0..);
+        mesh.triangles.retain(|t| {
+            let has_area = has_area(t.map(|i| positions[i as usize]));
+            dropped.extend(next.next().filter(|_| !has_area));
+            has_area
+        });
+        self.degenerate += dropped.len();
+        dropped
+    }
+
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
+        self.finish_tubes()?;
         let used = |m: &Mesh| Aabb::of(m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
         let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, added| b.union(used(&added.mesh)));
         if bounds.is_empty() {

@@ -3,8 +3,9 @@
 //! Coordinates are metres in a projected system: east, north, up. `(x, y, z)` turns into `(x, z, -y)`.
 
 use super::builder::short_name;
+use super::lines::{Line, Lines};
 use super::{ImportError, ImportOptions, Place, Role, Scene, SceneBuilder, Source, whole_file};
-use crate::tubes::{Counts, Shape, TubeError, Tubes, usual_error};
+use crate::tubes::Shape;
 use glam::DVec3;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -28,9 +29,10 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<S
         let what = if bytes.is_empty() { "the file is empty".to_owned() } else { e.to_string() };
         ImportError::malformed(Place::Line(e.line().max(1)), what)
     })?;
-    let mut reader = Reader { scale: options.metres_per_unit.unwrap_or(1.0), lines: Vec::new(), others: 0 };
+    let scale = options.metres_per_unit.unwrap_or(1.0);
+    let mut reader = Reader { scale, radius: options.tube_radius, lines: Vec::new(), others: 0 };
     reader.object(&whole, "", None)?;
-    let Reader { lines, others, scale } = reader;
+    let Reader { lines, others, .. } = reader;
     if lines.is_empty() {
         return Err(ImportError::malformed(Place::File, "no lines: only LineString and MultiLineString make tubes"));
     }
@@ -44,24 +46,21 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<S
     }
     let source = Source { format: "GeoJSON".into(), metres_per_unit: scale, up: "+Z".into(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
-    let (mut counts, mut sections) = (Counts::default(), 0);
-    for line in &lines {
-        sections += line.add(&mut builder, &mut counts)?;
+    let mut made = Lines::default();
+    for NamedLine { place, name, points, radius } in &lines {
+        let shape = Shape { radius: *radius, inner: 0.0, capped: true };
+        let line = Line { name, place, role: Role::Furnishing, points, closed: false, smooth: false, shape };
+        made.add(&mut builder, &line)?;
     }
-    let notes = &mut builder.source.notes;
-    notes.push(format!("{} lines became tubes of {sections} sections", lines.len()));
-    let odd = [
-        (counts.odd.twice, "points stand where the one before them does"),
-        (counts.odd.back, "turns back, where a tube ends and another begins"),
-        (counts.tight, "bends tighter than the tube's radius"),
-        (others, "features that are no lines left out"),
-    ];
-    notes.extend(odd.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
+    made.note(&mut builder.source.notes);
+    if others > 0 {
+        builder.source.notes.push(format!("{others} features that are no lines left out"));
+    }
     builder.finish(name)
 }
 
 /// A line with its radius.
-struct Line {
+struct NamedLine {
     /// Where it stands in the file.
     place: String,
     name: String,
@@ -69,23 +68,13 @@ struct Line {
     radius: f64,
 }
 
-impl Line {
-    /// Adds its tube. Gives the number of its sections.
-    fn add(&self, builder: &mut SceneBuilder, counts: &mut Counts) -> Result<usize, ImportError> {
-        let wrong = |e: TubeError| ImportError::malformed(Place::File, format!("{}: {e}", self.place));
-        let mut tubes = Tubes::default();
-        let shape = Shape { radius: self.radius, inner: 0.0, capped: true };
-        tubes.line(&self.points, false, shape, usual_error(self.radius), counts).map_err(wrong)?;
-        builder.add_tubes(self.name.clone(), Role::Furnishing, &tubes)?;
-        Ok(tubes.sections.len())
-    }
-}
-
 /// Collects lines.
 struct Reader {
     /// Metres of a unit.
     scale: f64,
-    lines: Vec<Line>,
+    /// Of lines that say none, metres.
+    radius: Option<f64>,
+    lines: Vec<NamedLine>,
     /// Geometries that are no lines.
     others: u64,
 }
@@ -145,13 +134,15 @@ impl Reader {
         });
         let points = points.collect::<Result<Vec<_>, _>>()?;
         let number = |name: &str| feature.and_then(|f| f.properties?.get(name)).and_then(Value::as_f64);
-        let radius = number("radius").or_else(|| number("diameter").map(|d| d / 2.0)).ok_or_else(|| {
+        let own = number("radius").or_else(|| number("diameter").map(|d| d / 2.0)).map(|radius| radius * self.scale);
+        let radius = own.or(self.radius).ok_or_else(|| {
             malformed(format!(
-                "{place}: no radius; give the feature a property \"radius\" or \"diameter\", in its unit of length"
+                "{place}: no radius; give the feature a property \"radius\" or \"diameter\", in its unit of length, or all of them \
+                 --tube-radius METRES"
             ))
         })?;
         let name = short_name(feature.map_or(place, |feature| &feature.name));
-        self.lines.push(Line { place: place.to_owned(), name, points, radius: radius * self.scale });
+        self.lines.push(NamedLine { place: place.to_owned(), name, points, radius });
         Ok(())
     }
 }

@@ -4,7 +4,7 @@
 //! transform (worked out in `f64`; a mirrored node's triangles are turned round). Triangle lists, strips and fans, indexed or
 //! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression with the feature
 //! `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing and KHR_node_visibility are read.
-//! Points, lines, skins, morph targets and animations are left out with a note. A required extension that isn't known is refused by
+//! Points, lines without a radius, skins, morph targets and animations are left out with a note. A required extension that isn't known is refused by
 //! name.
 //!
 //! An object is named after its node, else its mesh, else `node N`; `/I` is added where the mesh has several primitives, and
@@ -33,6 +33,9 @@
 //!   see-through, whatever their material.
 //! * `room` is a name (nodes with one name are parts of one room) or `true` (the node's own name); `false` undoes a `-room` name.
 //! * `portal` makes the node's mesh an opening between two rooms; an empty name leaves a side to geometry.
+//! * `tube` says that the node's lines are tubes of a `radius` (in the node's own unit): `{ "radius": 0.1, "inner": 0.09, "open": true,
+//!   "closed": true, "smooth": true, "points": [[0, 0, 0], [1, 0, 0]] }`, all but the radius as wanted. With `points`, the tube along
+//!   them stands for the node's mesh, which other readers show.
 
 mod authored;
 pub(crate) mod container;
@@ -45,8 +48,10 @@ mod looks;
 mod meshopt;
 pub(crate) mod pictures;
 mod primitive;
+mod tubes;
 
 use super::builder::short_name;
+use super::lines::Lines;
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
 pub(super) use authored::flat_hull;
@@ -57,8 +62,10 @@ use document::{Document, Instancing, Node};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use looks::Looks;
 use primitive::{LeftOut, Part};
+use std::collections::HashSet;
 use std::path::Path;
 use std::rc::Rc;
+use tubes::Tube;
 
 /// Reads a `.glb` or `.gltf` file; see [`self`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
@@ -126,6 +133,9 @@ fn read<'a>(
         authored: Authored::default(),
         left_out: LeftOut::default(),
         skinned: 0,
+        tube_radius: options.tube_radius,
+        lines: Lines::default(),
+        lines_of_tubes: HashSet::new(),
         drawn: Vec::new(),
         undrawn: Vec::new(),
     };
@@ -152,6 +162,11 @@ struct Importer<'a> {
     authored: Authored,
     left_out: LeftOut,
     skinned: usize,
+    /// Of tubes along lines that say none, metres.
+    tube_radius: Option<f64>,
+    lines: Lines,
+    /// Meshes and primitives of lines that became tubes.
+    lines_of_tubes: HashSet<(usize, usize)>,
     /// Of [`Reading`].
     drawn: Vec<Drawn>,
     undrawn: Vec<usize>,
@@ -214,10 +229,10 @@ impl<'a> Importer<'a> {
                 Ok(())
             }
             _ => match node.instancing() {
-                None => self.add(&name, mesh, visit, None, &parts),
+                None => self.add(&name, mesh, visit, None, &parts, extras.tube.as_ref()),
                 Some(instancing) => {
                     for (i, instance) in instances(&self.buffers, instancing)?.into_iter().enumerate() {
-                        self.add(&format!("{name}@{i}"), mesh, visit, Some(instance), &parts)?;
+                        self.add(&format!("{name}@{i}"), mesh, visit, Some(instance), &parts, extras.tube.as_ref())?;
                     }
                     Ok(())
                 }
@@ -245,7 +260,11 @@ impl<'a> Importer<'a> {
         visit: &Visit,
         instance: Option<Placement>,
         parts: &[Option<Part>],
+        tube: Option<&Tube>,
     ) -> Result<(), ImportError> {
+        if self.add_tubes(name, mesh, visit, instance, tube)? {
+            return Ok(());
+        }
         let world = instance.map_or(visit.parent, |instance| visit.parent * instance.transform());
         let mirrored = world.matrix3.determinant() < 0.0;
         for (i, (part, primitive)) in parts.iter().zip(&self.document.meshes[mesh].primitives).enumerate() {
@@ -301,7 +320,7 @@ impl<'a> Importer<'a> {
         let Self { mut builder, buffers, parts, drawn, undrawn, .. } = self;
         let LeftOut { points_and_lines, without_positions, leftover_corners } = self.left_out;
         for (count, what) in [
-            (points_and_lines, "primitives of points or lines left out"),
+            (points_and_lines - self.lines_of_tubes.len(), "primitives of points or lines left out"),
             (without_positions, "primitives without positions left out"),
             (leftover_corners, "corners left over at the end of triangle lists"),
             (self.skinned, "skinned meshes taken as they stand, without their skeleton"),
@@ -311,6 +330,7 @@ impl<'a> Importer<'a> {
                 builder.source.notes.push(format!("{count} {what}"));
             }
         }
+        self.lines.note(&mut builder.source.notes);
         let morphed = self.document.meshes.iter().flat_map(|m| &m.primitives).filter(|p| !p.targets.is_empty()).count();
         if morphed > 0 {
             builder.source.notes.push(format!("{morphed} primitives taken without their morph targets"));

@@ -6,15 +6,18 @@
 //!
 //! Each combination of `o`, `g` and `usemtl` is a mesh, in order of first use, named after its object, else its group (`o/g` where
 //! both are given), with `/material` added where one of those has several materials, else after its material, else `mesh`.
-//! Polygons are cut into triangles, concave ones by their ears. Lines, points and free-form surfaces are left out with a note.
+//! Polygons are cut into triangles, concave ones by their ears. Points and free-form surfaces are left
+//! out with a note, and so are lines, unless [`ImportOptions::tube_radius`] makes tubes of them.
 //! Normals are skipped unread, and so are texture coordinates unless [`ImportOptions::trace`] asks for them.
 
 mod materials;
 mod polygon;
 
 use super::builder::short_name;
+use super::lines::{Line, Lines};
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use crate::tubes::Shape;
 use glam::DVec3;
 use materials::Material;
 use std::collections::{HashMap, HashSet};
@@ -33,7 +36,8 @@ pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &Imp
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "OBJ".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
-    let mut reader = Reader { metres_per_unit, is_traced: builder.is_traced(), ..Reader::default() };
+    let mut reader =
+        Reader { metres_per_unit, is_traced: builder.is_traced(), tube_radius: options.tube_radius, ..Reader::default() };
     for (number, line) in lines(bytes) {
         reader.line(number, &line).map_err(|what| ImportError::malformed(Place::Line(number), what))?;
     }
@@ -108,6 +112,10 @@ struct Reader {
     number_of_key: HashMap<Key, usize>,
     current: Key,
     libraries: Vec<String>,
+    /// Of tubes along lines, metres.
+    tube_radius: Option<f64>,
+    /// Lines that become tubes: names, and vertices.
+    polylines: Vec<(Option<usize>, Face)>,
     lines_and_points: usize,
     free_form: usize,
     unknown: usize,
@@ -133,6 +141,7 @@ impl Reader {
             "g" => self.current.group = self.name(rest),
             "usemtl" => self.current.material = self.name(rest),
             "mtllib" if !rest.is_empty() => self.libraries.push(rest.to_owned()),
+            "l" if self.tube_radius.is_some() => self.polyline(number, rest)?,
             "l" | "p" => self.lines_and_points += 1,
             "curv" | "curv2" | "surf" => self.free_form += 1,
             "" | "vt" | "vn" | "vp" | "s" | "mtllib" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "usemap"
@@ -162,21 +171,7 @@ impl Reader {
 
     fn face(&mut self, line: usize, rest: &str) -> Result<(), String> {
         let start = self.corners.len();
-        for corner in rest.split_ascii_whitespace() {
-            let mut parts = corner.split('/');
-            let text = parts.next().unwrap_or_default();
-            if self.is_traced {
-                let index = parts.next().and_then(|text| text.parse().ok()).unwrap_or(0i64);
-                let place = if index > 0 { index - 1 } else { self.texture_coordinates.len() as i64 + index };
-                self.textured.push(u32::try_from(place).ok().filter(|_| index != 0).unwrap_or(NONE));
-            }
-            let index: i64 = text.parse().map_err(|_| format!("`{}` is not a vertex of a face", short_name(corner)))?;
-            // From 1 up, or back from the vertex before this line. Vertices may still come: the range is checked at the end.
-            let position = if index > 0 { index - 1 } else { self.positions.len() as i64 + index };
-            let position = u32::try_from(position).ok().filter(|_| index != 0);
-            let have = self.positions.len();
-            self.corners.push(position.ok_or_else(|| format!("vertex {index} of {have} so far does not exist"))?);
-        }
+        self.indices(rest)?;
         let count = self.corners.len() - start;
         if count < 3 {
             return Err(format!("a face needs three vertices or more, this one has {count}"));
@@ -186,6 +181,34 @@ impl Reader {
             self.keys.push(self.current);
         }
         self.faces.push(Face { line, corners: start..self.corners.len(), mesh });
+        Ok(())
+    }
+
+    fn polyline(&mut self, line: usize, rest: &str) -> Result<(), String> {
+        let start = self.corners.len();
+        self.indices(rest)?;
+        let Key { object, group, material } = self.current;
+        self.polylines.push((object.or(group).or(material), Face { line, corners: start..self.corners.len(), mesh: 0 }));
+        Ok(())
+    }
+
+    /// Adds vertices of a face or a line.
+    fn indices(&mut self, rest: &str) -> Result<(), String> {
+        for corner in rest.split_ascii_whitespace() {
+            let mut parts = corner.split('/');
+            let text = parts.next().unwrap_or_default();
+            if self.is_traced {
+                let index = parts.next().and_then(|text| text.parse().ok()).unwrap_or(0i64);
+                let place = if index > 0 { index - 1 } else { self.texture_coordinates.len() as i64 + index };
+                self.textured.push(u32::try_from(place).ok().filter(|_| index != 0).unwrap_or(NONE));
+            }
+            let index: i64 = text.parse().map_err(|_| format!("`{}` is not a vertex", short_name(corner)))?;
+            // From 1 up, or back from the vertex before this line. Vertices may still come: the range is checked at the end.
+            let position = if index > 0 { index - 1 } else { self.positions.len() as i64 + index };
+            let position = u32::try_from(position).ok().filter(|_| index != 0);
+            let have = self.positions.len();
+            self.corners.push(position.ok_or_else(|| format!("vertex {index} of {have} so far does not exist"))?);
+        }
         Ok(())
     }
 
@@ -228,7 +251,7 @@ impl Reader {
         for (count, what) in [
             (concave, "concave polygons cut into triangles"),
             (fanned, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
-            (self.lines_and_points, "lines and points left out"),
+            (self.lines_and_points, "lines and points left out; --tube-radius makes tubes of lines"),
             (self.free_form, "free-form curves and surfaces left out"),
         ] {
             if count > 0 {
@@ -238,6 +261,21 @@ impl Reader {
         if let Some(first) = &self.first_unknown {
             builder.source.notes.push(format!("{} unknown statements skipped, the first is {first}", self.unknown));
         }
+        let mut lines = Lines::default();
+        for (name, Face { line, corners, .. }) in &self.polylines {
+            let corners = &self.corners[corners.clone()];
+            let place = format!("line {line}");
+            let name = name.map_or(&place, |name| &self.names[name]);
+            let at = |&i: &u32| self.positions.get(i as usize).copied();
+            let points = corners.iter().map(at).collect::<Option<Vec<_>>>().ok_or_else(|| {
+                let what = format!("a vertex beyond the last of {}", self.positions.len());
+                ImportError::malformed(Place::Line(*line), what)
+            })?;
+            let shape = Shape { radius: self.tube_radius.unwrap_or_default(), inner: 0.0, capped: true };
+            let role = Role::Furnishing;
+            lines.add(builder, &Line { name, place: &place, role, points: &points, closed: false, smooth: false, shape })?;
+        }
+        lines.note(&mut builder.source.notes);
         let names = self.mesh_names();
         // Vertices are numbered over the whole file; a mesh takes those that it uses.
         for (((key, node), triangles), coordinates) in self.keys.iter().zip(names).zip(meshes).zip(looks) {

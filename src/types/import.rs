@@ -10,6 +10,11 @@ pub struct ImportOptions {
     pub object_triangles: u32,
     /// Metres per unit of the source; `None` takes the format's own (glTF and OBJ: 1; IFC: its unit).
     pub metres_per_unit: Option<f64>,
+    /// Radius of tubes along lines that have none of their own, metres, above 0; `None`: such lines are left out, or refused where a file has
+    /// nothing else.
+    pub tube_radius: Option<f64>,
+    /// Whether pipes are tubes, where there are many. Else they are meshes.
+    pub tubes: bool,
     /// Most triangles a scene may have: a file's word is never taken for more than this.
     pub max_triangles: usize,
     /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
@@ -22,6 +27,14 @@ pub struct ImportOptions {
 
 impl Default for ImportOptions {
     fn default() -> Self {
-        Self { object_triangles: 256, metres_per_unit: None, max_triangles: 50_000_000, files_under: None, trace: false }
+        Self {
+            object_triangles: 256,
+            metres_per_unit: None,
+            tube_radius: None,
+            tubes: true,
+            max_triangles: 50_000_000,
+            files_under: None,
+            trace: false,
+        }
     }
 }

@@ -306,7 +306,7 @@ fn dump_writes_the_model_that_was_baked_and_no_other() {
     let scene = import(Path::new(&model), &options).unwrap();
     let mut file = sample();
     file.model_hash = scene.hash();
-    file.import = Import { object_triangles: 1, metres_per_unit: Some(0.3048) };
+    file.import = Import { object_triangles: 1, metres_per_unit: Some(0.3048), tube_radius: None, tubes: true };
     file.save(Path::new(&pvs)).unwrap();
 
     let output = run_words(&["dump", &pvs, "--obj", &out, "--model", &model]);

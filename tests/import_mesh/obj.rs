@@ -90,7 +90,7 @@ fn what_is_skipped_is_noted() {
     assert_eq!(
         scene.source.notes,
         [
-            "2 lines and points left out",
+            "2 lines and points left out; --tube-radius makes tubes of lines",
             "1 free-form curves and surfaces left out",
             "2 unknown statements skipped, the first is `frobnicate` in line 8",
             "1 triangles without area dropped",
@@ -119,10 +119,10 @@ fn errors_name_the_line_and_what_is_wrong() {
         ("f 1 2 0", "line 5: vertex 0 of 4 so far does not exist"),
         ("f 1 2 -5", "line 5: vertex -5 of 4 so far does not exist"),
         ("f 1 2 99999999999", "line 5: vertex 99999999999 of 4 so far does not exist"),
-        ("f 1 2 99999999999999999999", "line 5: `99999999999999999999` is not a vertex of a face"),
+        ("f 1 2 99999999999999999999", "line 5: `99999999999999999999` is not a vertex"),
         ("f 1 2 -9223372036854775808", "line 5: vertex -9223372036854775808 of 4 so far does not exist"),
-        ("f 1 2 /3", "line 5: `/3` is not a vertex of a face"),
-        ("f 1 2 a", "line 5: `a` is not a vertex of a face"),
+        ("f 1 2 /3", "line 5: `/3` is not a vertex"),
+        ("f 1 2 a", "line 5: `a` is not a vertex"),
         ("f 1 \\\n2 \\\n9", "line 5: vertex 9 of 4 does not exist"),
     ] {
         let error = read_obj(&format!("{SQUARE}{line}\nf 1 2 3\n")).unwrap_err();

@@ -30,7 +30,12 @@ impl PvsFile {
             model_hash: scene.hash(),
             origin: scene.origin,
             guarantee: pvs.guarantee,
-            import: Import { object_triangles: import.object_triangles, metres_per_unit: import.metres_per_unit },
+            import: Import {
+                object_triangles: import.object_triangles,
+                metres_per_unit: import.metres_per_unit,
+                tube_radius: import.tube_radius,
+                tubes: import.tubes,
+            },
             strategy: graph.strategy,
             reason: graph.reason.clone(),
             smallest_hole: graph.smallest_hole,

@@ -12,10 +12,10 @@ mod rows;
 pub use replace::{replace_file, replace_file_by};
 pub use rows::encode_rows;
 
-use super::codes::{portal_kind_code, state_code, strategy_code};
+use super::codes::{NO_TUBES, TUBE_RADIUS, UNIT, portal_kind_code, state_code, strategy_code};
 use super::format::SectionId;
 use super::rows::Guide;
-use super::{Gap, PvsFile};
+use super::{Gap, Import, PvsFile};
 use crate::BitMatrix;
 use crate::types::bounds::Unseen;
 use crate::types::portal::PortalState;
@@ -84,8 +84,10 @@ impl PvsFile {
         out.f64s([self.smallest_hole]);
         out.u8(strategy_code(self.strategy));
         out.u32(self.import.object_triangles);
-        out.u8(u8::from(self.import.metres_per_unit.is_some()));
-        self.import.metres_per_unit.into_iter().for_each(|metres| out.f64s([metres]));
+        let Import { metres_per_unit, tube_radius, tubes, .. } = self.import;
+        let flags = [(UNIT, metres_per_unit.is_some()), (TUBE_RADIUS, tube_radius.is_some()), (NO_TUBES, !tubes)];
+        out.u8(flags.iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| flag).sum());
+        [metres_per_unit, tube_radius].into_iter().flatten().for_each(|metres| out.f64s([metres]));
         out.count(self.cells.len());
         out.count(self.portals.len());
         out.count(self.objects.len());

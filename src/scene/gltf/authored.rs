@@ -3,6 +3,7 @@
 use super::super::{Hints, ImportError, OpeningHint, OpeningKind, Role, RoomHint};
 use super::data::broken;
 use super::hull::{convex_hull, is_closed};
+use super::tubes::Tube;
 use crate::geom::Aabb;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
@@ -64,6 +65,7 @@ pub(super) struct Extras {
     pub role: Option<RoleName>,
     pub room: Option<RoomName>,
     pub portal: Option<[String; 2]>,
+    pub tube: Option<Tube>,
     /// What `export` writes.
     #[serde(rename = "object")]
     _object: Option<IgnoredAny>,

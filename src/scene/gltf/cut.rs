@@ -10,7 +10,8 @@ use super::document::{self, Document, Primitive};
 use super::pictures::Pictures;
 use super::{Drawn, Placement, Reading, container, draco, read, roots};
 use crate::scene::{ImportError, ImportOptions, Scene, Trace, whole_file};
-use glam::DVec3;
+use crate::tubes::{part, usual_sides};
+use glam::{DVec3, Vec3};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -55,11 +56,13 @@ pub(crate) fn cut_file<E: From<ImportError>>(
     }
     let most = MOST_GROWTH.saturating_mul(source.len().saturating_add(reading.buffers.size()));
     let output = Output { accessors: Vec::new(), views: Vec::new(), kept: Vec::new(), streams: Vec::new(), most };
-    let mut cutter = Cutter { reading: &reading, document: &document, root, output, notes: Vec::new() };
+    let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
+    let (notes, tubes) = (Vec::new(), Vec::new());
+    let mut cutter = Cutter { reading: &reading, document: &document, metres_per_unit, root, output, tubes, notes };
     let source_meshes = cutter.keep_the_rest()?;
     cutter.pictures(Pictures::beside(folder, &options))?;
     let meshes = cutter.objects(&source_meshes, extras)?;
-    cutter.scenes(options.metres_per_unit.unwrap_or(1.0))?;
+    cutter.scenes()?;
     Ok(Cut { glb: cutter.finish()?, meshes, notes: cutter.notes })
 }
 
@@ -69,6 +72,9 @@ struct Cutter<'a> {
     /// The document as it is written.
     root: Value,
     output: Output,
+    metres_per_unit: f64,
+    /// Nodes of parts of tubes.
+    tubes: Vec<usize>,
     notes: Vec<String>,
 }
 
@@ -186,6 +192,9 @@ impl<'a> Cutter<'a> {
             let rest = *rests.entry(mesh).or_insert_with(|| self.rest_of(mesh));
             let node = &mut self.root["nodes"][node];
             remove_extension(node, INSTANCING);
+            // What is cut is no tube any more.
+            let ours = node.pointer_mut("/extras/enfilade").and_then(Value::as_object_mut);
+            ours.and_then(|ours| ours.remove("tube"));
             node["mesh"] = json!(rest);
         }
         self.undraw();
@@ -284,6 +293,10 @@ impl<'a> Cutter<'a> {
         let before = list(&mut self.root, "meshes").len();
         for (id, object) in scene.objects.iter().enumerate() {
             let Drawn { node, mesh, primitive, instance } = drawn[mesh_of[id] as usize];
+            if object.is_tube() {
+                self.tube(id, &source[mesh]["primitives"][primitive], extras(id))?;
+                continue;
+            }
             let triangles = &triangle_of[object.triangles.start as usize..object.triangles.end as usize];
             let number = match known.get(&(mesh, primitive, triangles)) {
                 Some(&number) => number,
@@ -323,6 +336,36 @@ impl<'a> Cutter<'a> {
             }
         }
         Ok(list(&mut self.root, "meshes").len() - before)
+    }
+
+    /// Adds a node for a part of tubes, where nothing turns or scales it, with its mesh.
+    fn tube(&mut self, id: usize, source: &Value, extras: Value) -> Result<(), ImportError> {
+        let scene = &self.reading.scene;
+        let object = &scene.objects[id];
+        let middle = object.bounds.centre();
+        let (mut corners, mut indices): (Vec<[f32; 3]>, Vec<u32>) = (Vec::new(), Vec::new());
+        for (tube, segments) in scene.tubes.parts(object.segments.clone()) {
+            let radius = scene.tubes.sections[segments.start as usize].radius();
+            let mesh = part(&scene.tubes, tube, segments, usual_sides(f64::from(radius)));
+            let base = corners.len() as u32;
+            let at = |p: &Vec3| ((p.as_dvec3() + tube.origin - middle) / self.metres_per_unit).as_vec3().to_array();
+            corners.extend(mesh.positions.iter().map(at));
+            indices.extend(mesh.triangles.as_flattened().iter().map(|i| i + base));
+        }
+        let positions = self.output.positions(&corners)?;
+        let mut primitive = json!({ "attributes": { "POSITION": positions } });
+        primitive["indices"] = self.output.indices(&indices, corners.len())?.into();
+        if let Some(material) = source.get("material") {
+            primitive["material"] = material.clone();
+        }
+        let mesh = push(&mut self.root, "meshes", json!({ "primitives": [primitive] }));
+        let at = (middle + scene.origin) / self.metres_per_unit;
+        let node = json!({
+            "name": format!("{} #{id}", object.node), "mesh": mesh, "translation": at.to_array(), "extras": { "enfilade": extras },
+        });
+        let node = push(&mut self.root, "nodes", node);
+        self.tubes.push(node);
+        Ok(())
     }
 
     /// The vertices of triangles, three each, as the primitive numbers them.
@@ -399,10 +442,11 @@ impl<'a> Cutter<'a> {
     }
 
     /// One scene, in metres.
-    fn scenes(&mut self, metres_per_unit: f64) -> Result<(), ImportError> {
+    fn scenes(&mut self) -> Result<(), ImportError> {
         let mut nodes = roots(self.document)?;
-        if metres_per_unit != 1.0 {
-            let scale = [metres_per_unit; 3];
+        nodes.extend(&self.tubes);
+        if self.metres_per_unit != 1.0 {
+            let scale = [self.metres_per_unit; 3];
             let metres = json!({ "name": "metres", "scale": scale, "children": nodes });
             nodes = vec![push(&mut self.root, "nodes", metres)];
         }
@@ -569,6 +613,17 @@ impl Output {
             "bufferView": view, "byteOffset": offset, "componentType": if narrow { U16 } else { U32 },
             "count": indices.len(), "type": "SCALAR",
         }));
+        Ok(self.accessors.len() - 1)
+    }
+
+    /// Appends positions. Returns their accessor.
+    fn positions(&mut self, positions: &[[f32; 3]]) -> Result<usize, ImportError> {
+        let bytes = positions.as_flattened().iter().flat_map(|x| x.to_le_bytes());
+        self.room(size_of_val(positions))?;
+        let (view, stream) = self.stream(size_of::<[f32; 3]>());
+        let offset = stream.len();
+        stream.extend(bytes);
+        self.accessors.push(container::positions_accessor(view, offset, positions));
         Ok(self.accessors.len() - 1)
     }
 

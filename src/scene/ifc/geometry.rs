@@ -8,6 +8,7 @@ use super::tubes;
 use super::workers::{self, DeadlinePassed, Limits, Outcome};
 use crate::parallel;
 use crate::scene::Role;
+use crate::scene::pipes::FEWEST_SEGMENTS;
 use crate::tubes::Tubes;
 use glam::DVec3;
 use ifc_lite_core::{DecodedEntity, EntityDecoder};
@@ -90,18 +91,17 @@ impl Geometry {
     }
 }
 
-/// Segments of tubes below which a model has none: a few pipes are as the reader has them.
-const FEWEST_SEGMENTS: usize = 64;
-
-/// Makes the triangles of `products` (record numbers), each cut by its openings; of pipes by their curves, where there are many.
+/// Makes the triangles of `products` (record numbers), each cut by its openings; tubes of pipes if `with_tubes`, where there are many: a few
+/// are as the reader has them.
 pub(super) fn build(
     model: &Arc<Model>,
     relations: &Arc<Relations>,
     styles: Arc<Styles>,
     products: Vec<u32>,
+    with_tubes: bool,
     limits: Limits,
 ) -> Result<Geometry, DeadlinePassed> {
-    let mut task = Arc::new(Task { model: model.clone(), relations: relations.clone(), styles, products, with_tubes: true });
+    let mut task = Arc::new(Task { model: model.clone(), relations: relations.clone(), styles, products, with_tubes });
     let mut geometry = Geometry::default();
     geometry.run(&task, limits)?;
     let few = |segments: usize| segments > 0 && segments < FEWEST_SEGMENTS;

@@ -55,7 +55,7 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     };
     let products: Vec<u32> = model.products.iter().filter(|p| p.shaped && wanted(&p.kind)).map(|p| p.id).collect();
     let limits = Limits { job: ELEMENT_LIMIT, deadline };
-    let geometry = geometry::build(&model, &relations, Arc::new(styles), products.clone(), limits)
+    let geometry = geometry::build(&model, &relations, Arc::new(styles), products.clone(), options.tubes, limits)
         .map_err(|late| too_slow(&model, limit, late.0.first().map(|&job| products[job])))?;
     let mut notes = Vec::new();
     note_list(&mut notes, "elements left out, their geometry can't be read", &geometry.failed);
@@ -135,7 +135,7 @@ fn add_meshes(
             if let Some(surface) = &built.surfaces[0] {
                 builder.look(Material::matt(&surface.name, surface.colour), Vec::new());
             }
-            builder.add_tubes(node.clone(), role, &built.tubes)?;
+            builder.add_tubes(node.clone(), role, built.tubes.clone())?;
         }
         added += 1;
     }

@@ -239,7 +239,12 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         model_hash: u128::from(r.word()) << 64 | u128::from(r.word()),
         origin: r.point().round(),
         guarantee,
-        import: Import { object_triangles: 1 + r.below(1000) as u32, metres_per_unit: (r.below(2) == 1).then_some(0.3048) },
+        import: Import {
+            object_triangles: 1 + r.below(1000) as u32,
+            metres_per_unit: (r.below(2) == 1).then_some(0.3048),
+            tube_radius: (r.below(2) == 1).then_some(0.05),
+            tubes: r.below(2) == 1,
+        },
         strategy: strategies[r.below(4)],
         reason: r.text(),
         smallest_hole: r.signed().abs(),
