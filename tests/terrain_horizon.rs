@@ -282,7 +282,7 @@ fn boxes_that_ground_is_said_to_hide_have_no_pixel() {
             assert!((0..boxes.len()).all(|thing| !horizon.hides(thing)), "nobody has asked");
             let picture = Picture::new(&of, &camera, SIZE, NEAR, &patches);
             for (&[low, high], is_hidden) in boxes.iter().zip(is_hidden) {
-                let pixels = pixels_of_box(&picture, &camera, [low, high]);
+                let [_, pixels] = picture.pixels_of_box(&camera, NEAR, [low, high]);
                 if is_hidden {
                     assert_eq!(pixels, 0, "{name}, view {k}: {low} to {high} from {eye}");
                     hidden += 1;
@@ -293,35 +293,6 @@ fn boxes_that_ground_is_said_to_hide_have_no_pixel() {
         }
         assert!(hidden > 500 && shown > 200, "{name}: {hidden} hidden, {shown} shown: a test of little");
     }
-}
-
-/// Pixels through whose middle a box is nearer than what is drawn.
-fn pixels_of_box(picture: &Picture, camera: &Camera, [low, high]: [DVec3; 2]) -> usize {
-    let (eye, unproject) = (camera.eye.as_dvec3(), camera.unproject());
-    let size = DVec2::from(SIZE.map(|pixels| pixels as f64));
-    let is_nearer = |column: usize, row: usize| {
-        let ndc = DVec2::new(2.0, -2.0) * (DVec2::new(column as f64, row as f64) + 0.5) / size - DVec2::new(1.0, -1.0);
-        // Of depth 1 by the camera's last row.
-        let ray = unproject * ndc.extend(1.0);
-        let [a, b] = [(low - eye) / ray, (high - eye) / ray];
-        let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
-        near <= far && near > NEAR && 1.0 / near > picture.pixels[row * SIZE[0] + column].0 * (1.0 + 1e-6)
-    };
-    // Where its corners are, in pixels; anywhere, where one is not in front.
-    let [mut first, mut last] = [size, DVec2::ZERO];
-    for corner in 0..8 {
-        let pick = |k: usize| if corner >> k & 1 == 0 { low[k] } else { high[k] };
-        let p = DVec3::new(pick(0), pick(1), pick(2)) - eye;
-        let depth = camera.w.as_dvec3().dot(p);
-        let at = DVec2::new(camera.x.as_dvec3().dot(p), -camera.y.as_dvec3().dot(p)) / depth;
-        let at = (at + 1.0) / 2.0 * size;
-        (first, last) = if depth > NEAR { (first.min(at - 1.0), last.max(at + 1.0)) } else { (DVec2::ZERO, size) };
-        if depth <= NEAR {
-            break;
-        }
-    }
-    let range = |k: usize| first[k].max(0.0) as usize..(last[k].max(0.0).ceil() as usize).min(SIZE[k]);
-    range(1).map(|row| range(0).filter(|&column| is_nearer(column, row)).count()).sum()
 }
 
 /// A ridge around a plain, 200 m wide above. From its foot, anywhere around it, it hides what stands inside and on no tile of the ridge, also on

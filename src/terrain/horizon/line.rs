@@ -130,6 +130,19 @@ mod tests {
         }
     }
 
+    /// A line that covers a part of a column tells of that part and of no more.
+    #[test]
+    fn parts_of_columns_are_known_where_a_line_covers_them() {
+        let mut horizon = Raised::new();
+        horizon.line(&[(18.5, 3.0), (20.25, 4.0)]);
+        horizon.line(&[(20.75, 2.0), (22.0, 2.0)]);
+        let known = |column: usize, places| horizon.seams[column].between(places);
+        assert_eq!([known(18, [18.5, 19.0]), known(18, [18.4, 19.0])], [3.0, LOW]);
+        assert_eq!(known(20, [20.75, 21.0]), 2.0);
+        assert!(known(20, [20.0, 20.25]) > 3.0);
+        assert_eq!([[20.0, 20.3], [20.7, 21.0], [20.3, 20.7], [20.0, 21.0]].map(|places| known(20, places)), [LOW; 4]);
+    }
+
     const LOW: f32 = f32::NEG_INFINITY;
 
     /// One picture.
