@@ -3,7 +3,9 @@
 use crate::cli::folder;
 use enfilade::runtime::{Camera, Rect};
 use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Motion, Patch, flight, make};
+use enfilade::terrain::{
+    Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Motion, Patch, Things, flight, make,
+};
 use glam::{DVec2, DVec3};
 use testing::data::data;
 use testing::ground::{Raster, Scripted};
@@ -245,4 +247,116 @@ fn near_patches_come_first() {
             }
         }
     }
+}
+
+/// Boxes that are said to be hidden have no pixel: the ground that is drawn is nearer everywhere.
+#[test]
+fn boxes_that_ground_is_said_to_hide_have_no_pixel() {
+    let mut random = Random::new(11);
+    for (name, mut raster) in [("boxes", ridges(false)), ("boxes-holes", ridges(true))] {
+        let of = ground(name, &mut raster);
+        let (mut horizon, mut scratch) = (Horizon::new(&of), GroundScratch::default());
+        let (mut hidden, mut shown) = (0, 0);
+        for k in 0..200 {
+            // A town, here and there on the corner of the raster's quarters, in which boxes stand on the ground, and in it.
+            let most = [300.0, 20.0, 900.0][k % 3];
+            let town =
+                DVec2::new(random.real(-1500.0, 1200.0), random.real(-1200.0, 900.0)) * f64::from(u8::from(k % 4 > 0));
+            let mut side = || random.real(-most, most);
+            let boxes: Vec<_> = (0..20)
+                .map(|_| {
+                    let [a, b] = [0, 1].map(|_| town + DVec2::new(side(), side()));
+                    let (from, to) = (a.min(b), a.max(b));
+                    let foot = of.height_at(from.x, from.y).unwrap_or(0.0) + side() / most * 3.0;
+                    [DVec3::new(from.x, foot, from.y), DVec3::new(to.x, foot + 20.0 + side() / most * 19.0, to.y)]
+                })
+                .collect();
+            let things = Things::new(&of, boxes.iter().copied());
+            let eye = eye(&of, [2.0, 20.0, 100.0][k % 3], &mut random);
+            let middle = DVec3::new(town.x, of.height_at(town.x, town.y).unwrap_or(0.0), town.y);
+            let camera = look(eye, middle, [60.0, 20.0][k % 2]);
+            let patches = of.select(&view(camera), Limit::Pixels([1.0, 8.0][k / 2 % 2]), &mut scratch).to_vec();
+            let kept = horizon.hide_with(&of, &view(camera), NEAR, &patches, &things, 0..boxes.len()).to_vec();
+            let is_hidden: Vec<bool> = (0..boxes.len()).map(|thing| horizon.hides(thing)).collect();
+            assert_eq!(horizon.hide(&of, &view(camera), NEAR, &patches), kept, "things change what is kept of the ground");
+            assert!((0..boxes.len()).all(|thing| !horizon.hides(thing)), "nobody has asked");
+            let picture = Picture::new(&of, &camera, SIZE, NEAR, &patches);
+            for (&[low, high], is_hidden) in boxes.iter().zip(is_hidden) {
+                let [_, pixels] = picture.pixels_of_box(&camera, NEAR, [low, high]);
+                if is_hidden {
+                    assert_eq!(pixels, 0, "{name}, view {k}: {low} to {high} from {eye}");
+                    hidden += 1;
+                } else {
+                    shown += usize::from(pixels > 0);
+                }
+            }
+        }
+        assert!(hidden > 500 && shown > 200, "{name}: {hidden} hidden, {shown} shown: a test of little");
+    }
+}
+
+/// A ridge around a plain, 200 m wide above. From its foot, anywhere around it, it hides what stands inside and on no tile of the ridge, also on
+/// the corner of the raster's quarters, and nothing that stands before it or on it.
+#[test]
+fn a_ring_hides_what_is_inside_from_everywhere() {
+    let ring = |c: u32, r: u32| {
+        let from_middle = (10.0 * f64::from(c) - 1280.0).hypot(10.0 * f64::from(r) - 1280.0);
+        (230.0 - 1.5 * (from_middle - 700.0).abs()).clamp(0.0, 80.0)
+    };
+    let of = ground("ring", &mut Raster::of([257, 257], ring));
+    let boxed = |middle: DVec2, half: f64, [low, high]: [f64; 2]| {
+        let half = DVec3::new(half, 0.0, half);
+        [DVec3::new(middle.x, low, middle.y) - half, DVec3::new(middle.x, high, middle.y) + half]
+    };
+    let (mut horizon, mut scratch) = (Horizon::new(&of), GroundScratch::default());
+    for turn in 0..48 {
+        let out = DVec2::from_angle(f64::from(turn) * std::f64::consts::TAU / 48.0);
+        let inside = (0..9).map(|k| DVec2::new(f64::from(k % 3), f64::from(k / 3)) * 90.0 - 90.0);
+        let inside = inside.flat_map(|p| [40.0, 100.0, 200.0].map(|half| boxed(p, half, [-2.0, 20.0])));
+        let before = [boxed(out * 900.0, 8.0, [0.0, 10.0]), boxed(out * 800.0, 8.0, [75.0, 95.0])];
+        let boxes: Vec<_> = inside.chain(before).collect();
+        let things = Things::new(&of, boxes.iter().copied());
+        let mut hidden = |height: f64, towards: f64| -> Vec<bool> {
+            let eye = DVec3::new(1000.0 * out.x, height, 1000.0 * out.y);
+            let camera = look(eye, eye - DVec3::new(towards * out.x, 0.1, towards * out.y), 60.0);
+            let patches = of.select(&view(camera), Limit::Pixels(1.0), &mut scratch);
+            horizon.hide_with(&of, &view(camera), NEAR, patches, &things, 0..boxes.len());
+            (0..boxes.len()).map(|thing| horizon.hides(thing)).collect()
+        };
+        let foot = hidden(2.0, 1.0);
+        assert!(foot[..27].iter().all(|&is_hidden| is_hidden), "turn {turn}: {foot:?}");
+        assert_eq!(foot[27..], [false; 2], "turn {turn}: before the ring, and on it");
+        assert_eq!(hidden(300.0, 1.0), [false; 29], "turn {turn}: from above");
+        // Who looks away from it sees nothing of it. That isn't the ground's doing.
+        assert_eq!(hidden(2.0, -1.0), [false; 29], "turn {turn}: behind one's back");
+    }
+}
+
+/// What is not all on the raster is never said to be hidden, nor what is over very many tiles, nor what has no size.
+#[test]
+fn boxes_beside_the_raster_are_not_hidden() {
+    let of = ground("beside", &mut Raster::of([1025, 257], |c, _| if (300..330).contains(&c) { 300.0 } else { 0.0 }));
+    let [[west, north], [east, south]] = [of.header().plan(0, 0), of.header().plan(1024, 256)];
+    let eye = DVec3::new(of.header().plan(240, 0)[0], 2.0, 0.0);
+    let boxes = [
+        ([0.0, 0.0], [10.0, 10.0], true),
+        ([east - 10.0, 0.0], [east, 10.0], true),
+        ([east - 10.0, 0.0], [east + 0.1, 10.0], false),
+        ([0.0, north - 0.1], [10.0, 10.0], false),
+        ([0.0, 0.0], [10.0, south + 0.1], false),
+        ([west - 50.0, 0.0], [west - 40.0, 10.0], false),
+        ([-4000.0, north], [east, south], false),
+        ([10.0, 0.0], [0.0, 10.0], false),
+        ([f64::NAN, 0.0], [10.0, 10.0], false),
+    ];
+    let things =
+        Things::new(&of, boxes.map(|([x, z], [to_x, to_z], _)| [DVec3::new(x, 0.0, z), DVec3::new(to_x, 5.0, to_z)]));
+    let view = view(look(eye, eye + DVec3::X, 60.0));
+    let (mut horizon, mut scratch) = (Horizon::new(&of), GroundScratch::default());
+    let patches = of.select(&view, Limit::Pixels(1.0), &mut scratch);
+    // Numbers beyond the last thing are no thing's.
+    horizon.hide_with(&of, &view, NEAR, patches, &things, 0..2 * boxes.len());
+    assert_eq!(things.len(), boxes.len());
+    assert_eq!([0, 1, 2, 3, 4, 5, 6, 7, 8].map(|thing| horizon.hides(thing)), boxes.map(|(_, _, is_hidden)| is_hidden));
+    assert!(!horizon.hides(2 * boxes.len() - 1));
 }

@@ -25,7 +25,7 @@ pub use error::{GroundError, Part};
 pub use format::{Header, Tile, Width};
 pub use grid::{Grid, Key, MOST_SAMPLES, SIDES, Side};
 pub use ground::{Ground, Loading};
-pub use horizon::Horizon;
+pub use horizon::{Horizon, Things};
 #[cfg(feature = "bake")]
 pub use make::{Heights, LEAST_TRIANGLES, Made, MakeOptions, make};
 #[cfg(feature = "bake")]

@@ -43,6 +43,9 @@ pub struct Line {
     /// The same of the frames whose eye is in a room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_triangles_inside: Option<f64>,
+    /// Mean of the objects that ground hides; absent without a ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_hides_mean: Option<f64>,
     /// Mean of the occlusion queries.
     pub queries_mean: f64,
     /// Pixels that were missed; absent without the alarm, which isn't part of the times.
@@ -132,6 +135,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         triangles_mean: triangles as f64 / all,
         ground_triangles_mean: ground.mean(0),
         ground_triangles_inside: ground.mean(1),
+        ground_hides_mean: ground.hides(),
         queries_mean: queries as f64 / all,
         missed_pixels: alarm.then_some(missed),
     })
@@ -143,22 +147,30 @@ struct OfGround {
     has_ground: bool,
     /// Triangles and frames: all, and those whose eye is in a room.
     sums: [(u64, u32); 2],
+    /// Objects that were left out, of all frames.
+    hidden: u64,
 }
 
 impl OfGround {
     fn new(stage: &Stage<'_>) -> Self {
         let scratch = Scratch::for_culler(&stage.culling.culler);
-        Self { scratch, has_ground: stage.terrain.is_some(), sums: Default::default() }
+        Self { scratch, has_ground: stage.terrain.is_some(), sums: Default::default(), hidden: 0 }
     }
 
     fn add(&mut self, stage: &Stage<'_>, file: &PvsFile, eye: Vec3) {
         let Some(terrain) = &stage.terrain else { return };
         let triangles = terrain.shown.triangles();
+        self.hidden += terrain.shown.objects as u64;
         let cell = stage.culling.culler.cell_of(eye, &mut self.scratch);
         let is_inside = cell.is_some_and(|cell| !file.cells[cell.index()].open);
         for (sum, frames) in &mut self.sums[..1 + usize::from(is_inside)] {
             (*sum, *frames) = (*sum + triangles, *frames + 1);
         }
+    }
+
+    fn hides(&self) -> Option<f64> {
+        let (_, frames) = self.sums[0];
+        (self.has_ground && frames > 0).then(|| self.hidden as f64 / f64::from(frames))
     }
 
     fn mean(&self, of: usize) -> Option<f64> {

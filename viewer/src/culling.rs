@@ -3,6 +3,7 @@
 use crate::building::Building;
 use crate::delayed_queries::Late;
 use crate::draw::queries;
+use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::runtime::{AutoOptions, Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats};
 use enfilade::{CellId, ObjectId};
@@ -94,6 +95,21 @@ impl Decision {
             stats: FrameStats::default(),
             ms: 0.0,
         }
+    }
+
+    /// Leaves objects out, and counts them no longer. Gives how many.
+    pub fn leave_out(&mut self, file: &PvsFile, is_hidden: impl Fn(ObjectId) -> bool) -> usize {
+        let before = self.objects.len();
+        let stats = &mut self.stats;
+        self.objects.retain(|&object| {
+            let is_kept = !is_hidden(object);
+            if !is_kept {
+                stats.objects -= 1;
+                stats.triangles -= u64::from(file.objects[object.index()].triangles);
+            }
+            is_kept
+        });
+        before - self.objects.len()
     }
 }
 

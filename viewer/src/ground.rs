@@ -4,9 +4,9 @@ use crate::args::Args;
 use crate::culling::Decision;
 use crate::draw::pipelines::NEAR;
 use enfilade::CellId;
-use enfilade::file::PvsFile;
+use enfilade::file::{FileObject, PvsFile};
 use enfilade::runtime::{Camera, Culler, FrameMode, Rect, Scratch};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Loading, Motion, Patch, Placement};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Loading, Motion, Patch, Placement, Things};
 use glam::{DVec3, Vec3};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -22,6 +22,8 @@ const HOPS: u32 = 2;
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Where nobody has said, no sample is drawn farther from its place than so many pixels.
 const PIXELS: f64 = 1.0;
+/// Of coordinates, what the rounding of an eye to 32 bits, and of the way it looks, may amount to.
+const ROUNDING: f64 = 1e-6;
 /// Height of the camera that looks down at where a building will stand, metres above the highest tile; and half of what it sees, radians.
 const ABOVE: f64 = 100.0;
 const NARROW: f64 = 1e-4;
@@ -38,6 +40,8 @@ pub struct Land {
     pub shows_tiles: bool,
     /// By cell of the building in it, whether an open cell is near.
     is_near: Vec<bool>,
+    /// Its objects.
+    things: Things,
     motion: Motion,
     started: Instant,
 }
@@ -49,6 +53,8 @@ pub struct Shown {
     pub scratch: GroundScratch,
     /// What of it nearer ground doesn't hide, once something was selected.
     pub horizon: Option<Horizon>,
+    /// Objects that the frame doesn't draw since ground hides them.
+    pub objects: usize,
     /// Parts of the screen through which ground can show. None: no ground.
     pub windows: Vec<Rect>,
     /// There is no such part, but an open cell is near: tiles are loaded as if ground could show on the whole screen.
@@ -96,6 +102,7 @@ impl Land {
             limit: Limit::Pixels(PIXELS),
             shows_tiles: false,
             is_near: Vec::new(),
+            things: Things::default(),
             motion: Motion::default(),
             started: Instant::now(),
         };
@@ -121,8 +128,10 @@ impl Land {
         self.ground.height_at(0.0, 0.0).unwrap_or(0.0)
     }
 
-    /// Puts a building in it: learns which of its cells are near an open one. Doors count as open. Before that, none is.
+    /// Puts a building in it: learns where its objects are, and which of its cells are near an open one. Doors count as open. Before that,
+    /// none is.
     pub fn enter(&mut self, file: &PvsFile) {
+        self.things = Things::new(&self.ground, file.objects.iter().map(|object| self.boxed(object, file.origin)));
         let culler = Culler::new(file);
         let mut scratch = Scratch::for_culler(&culler);
         self.is_near.clear();
@@ -130,6 +139,18 @@ impl Land {
         for (_, open) in file.cells.iter().zip((0..).map(CellId)).filter(|(cell, _)| cell.open) {
             culler.within_hops(open, HOPS, &mut scratch).iter().for_each(|(near, _)| self.is_near[near.index()] = true);
         }
+    }
+
+    /// A box around an object in the ground's coordinates.
+    fn boxed(&self, object: &FileObject, origin: DVec3) -> [DVec3; 2] {
+        let [low, high] = object.bounds.map(|p| p.as_dvec3() + origin);
+        let half = (high - low) / 2.0;
+        // Turned, it takes more room.
+        let [x, z] = [DVec3::X, DVec3::Z].map(|axis| self.place.turn(axis * half).abs());
+        let (at, half) = (self.place.to_ground((low + high) / 2.0), x + z + DVec3::Y * half.y);
+        let [west, north] = self.ground.header().plan(0, 0);
+        let half = half + ROUNDING * at.y.abs().max(west.abs()).max(north.abs());
+        [at - half, at + half]
     }
 
     /// A camera of the building in the ground's coordinates. `origin`: of the building's file.
@@ -151,8 +172,9 @@ impl Land {
         self.ground.height_at(at.x, at.z).map(|height| height - self.place.at.y - origin.y)
     }
 
-    /// Selects what a frame draws, less what nearer ground hides, of pictures of `size` pixels.
-    pub fn select(&self, decision: &Decision, file: &PvsFile, size: [u32; 2], shown: &mut Shown) {
+    /// Selects what a frame draws, less what nearer ground hides, of pictures of `size` pixels. Where ground shows on the whole screen, objects
+    /// that it hides leave the decision.
+    pub fn select(&self, decision: &mut Decision, file: &PvsFile, size: [u32; 2], shown: &mut Shown) {
         windows(decision, file, &mut shown.windows);
         let is_near = decision.home.is_some_and(|home| self.is_near.get(home.index()) == Some(&true));
         shown.is_expected = shown.windows.is_empty() && is_near;
@@ -160,7 +182,11 @@ impl Land {
         shown.camera = Some(camera);
         let view = GroundView { camera, size, windows: &shown.windows };
         let patches = self.ground.select(&view, self.limit, &mut shown.scratch);
-        shown.horizon.get_or_insert_with(|| Horizon::new(&self.ground)).hide(&self.ground, &view, f64::from(NEAR), patches);
+        let horizon = shown.horizon.get_or_insert_with(|| Horizon::new(&self.ground));
+        let is_whole = shown.windows == [Rect::FULL];
+        let asked = decision.objects.iter().filter(|_| is_whole).map(|object| object.index());
+        horizon.hide_with(&self.ground, &view, f64::from(NEAR), patches, &self.things, asked);
+        shown.objects = decision.leave_out(file, |object| horizon.hides(object.index()));
     }
 
     /// Selects what there is on the whole screen, hidden or not, to hold what was drawn against.

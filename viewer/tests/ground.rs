@@ -357,6 +357,39 @@ fn row_of_rooms() -> Building {
     Building::new(scene, file, Looks::default())
 }
 
+/// The villa stands behind a ridge of 80 m, which is 200 m wide above: from the foot of the ridge nothing of it is drawn, from above and from
+/// between all that the mode draws.
+#[test]
+fn objects_behind_a_ridge_are_not_drawn_and_none_is_missed() {
+    if !has_device("objects_behind_a_ridge_are_not_drawn_and_none_is_missed") {
+        return;
+    }
+    let path = path("villa_rotonda");
+    let ridge = Raster::of([513, 513], |c, _| (280.0 - 2.0 * (10.0 * f64::from(c) - 3210.0).abs()).clamp(0.0, 80.0));
+    let at = made("ridge", ridge);
+    let origin = villa().file.origin;
+    let mut walk = Walk::new(villa(), &path, Some(Oracle::Software), SIZE).unwrap();
+    let place = Placement { at: DVec3::ZERO, degrees: 30.0 };
+    let land = Land::new(Ground::open(&at, ALL).unwrap(), Some(place));
+    // To the east of the ridge, 2 m above the ground and 300 m; and between the ridge and the villa.
+    let eyes = [(1000.0, 2.0), (1000.0, 300.0), (500.0, 2.0)].map(|(x, y)| land.to_building(DVec3::new(x, y, 0.0), origin));
+    walk.stage.set_ground(land).unwrap();
+    for mode in [FrameMode::None, FrameMode::Frustum, FrameMode::Both, FrameMode::Chc] {
+        for (eye, is_hidden) in eyes.into_iter().zip([true, false, false]) {
+            let camera = Camera::look_at(eye.as_dvec3(), DVec3::ZERO, 0.5, 16.0 / 9.0);
+            let missed = walk.missed(camera, mode).unwrap().expect("counted");
+            assert_eq!(missed.pixels, 0, "{mode} from {eye}: {missed:?}");
+            let shown = walk.stage.terrain.as_ref().unwrap().shown.objects;
+            let last = walk.stage.culling.last.as_ref().unwrap();
+            let (drawn, counted) = (last.objects.len(), (last.stats.objects as usize, last.stats.triangles > 0));
+            assert_eq!(counted, (drawn, drawn > 0), "{mode} from {eye}");
+            let told = format!("{mode} from {eye}: {drawn} drawn, {shown} not");
+            assert_eq!((drawn == 0, shown > 0), (is_hidden, is_hidden), "{told}");
+            assert!(mode != FrameMode::None || drawn + shown == villa().scene.objects.len(), "{told}");
+        }
+    }
+}
+
 /// What a walk along the row asks of a disk that takes a tile a frame and answers four frames later.
 #[derive(Default)]
 struct Asked {
@@ -381,7 +414,8 @@ fn walk_the_row(row: &Building, enters: bool) -> Asked {
     for frame in 0..440u32 {
         let eye = p(1.0 + 0.05 * f64::from(frame), 1.6, 2.0) - row.file.origin;
         let camera = Camera::look_at(eye, eye + DVec3::X, 1.0, 16.0 / 9.0);
-        let decision = culling.decide(frame.into(), &camera, 0.01, FrameMode::Both);
+        culling.decide(frame.into(), &camera, 0.01, FrameMode::Both);
+        let decision = culling.last.as_mut().unwrap();
         let home = decision.home.expect("in a room");
         land.select(decision, &row.file, SIZE, &mut shown);
         land.load_at(f64::from(frame) / 60.0, SIZE, &mut shown);

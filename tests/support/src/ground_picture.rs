@@ -33,6 +33,39 @@ impl Picture {
         self.pixels.iter().map(|p| p.1).filter(|&patch| patch != usize::MAX).collect()
     }
 
+    /// Pixels through whose middle a box is in view, and those of them in which it is nearer than what is drawn.
+    pub fn pixels_of_box(&self, camera: &Camera, near: f64, [low, high]: [DVec3; 2]) -> [usize; 2] {
+        let (eye, unproject) = (camera.eye.as_dvec3(), camera.unproject());
+        let size = DVec2::from(self.size.map(|pixels| pixels as f64));
+        // Where its corners are, in pixels; anywhere, where one is not in front.
+        let [mut first, mut last] = [size, DVec2::ZERO];
+        for corner in 0..8 {
+            let pick = |k: usize| if corner >> k & 1 == 0 { low[k] } else { high[k] };
+            let p = DVec3::new(pick(0), pick(1), pick(2)) - eye;
+            let [x, y, depth] = [camera.x, camera.y, camera.w].map(|row| row.as_dvec3().dot(p));
+            if depth <= near {
+                (first, last) = (DVec2::ZERO, size);
+                break;
+            }
+            let at = (DVec2::new(x, -y) / depth + 1.0) / 2.0 * size;
+            (first, last) = (first.min(at - 1.0), last.max(at + 1.0));
+        }
+        let range = |k: usize| first[k].max(0.0) as usize..(last[k].max(0.0).ceil() as usize).min(self.size[k]);
+        let mut counts = [0; 2];
+        for (row, column) in range(1).flat_map(|row| range(0).map(move |column| (row, column))) {
+            let at = (DVec2::new(column as f64, row as f64) + 0.5) / size;
+            // Of depth 1 by the camera's last row.
+            let ray = unproject * DVec3::new(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y, 1.0);
+            let [a, b] = [(low - eye) / ray, (high - eye) / ray];
+            let (from, to) = (a.min(b).max_element(), a.max(b).min_element());
+            if from <= to && from > near {
+                let is_nearer = 1.0 / from > self.pixels[row * self.size[0] + column].0 * (1.0 + 1e-6);
+                counts = [counts[0] + 1, counts[1] + usize::from(is_nearer)];
+            }
+        }
+        counts
+    }
+
     /// A triangle in clip coordinates: to the right, up, and depth.
     fn draw(&mut self, corners: [DVec3; 3], near: f64, patch: usize) {
         let mut shape = Vec::with_capacity(4);

@@ -395,10 +395,10 @@ impl<'b> Stage<'b> {
             self.culling.oracle = if self.detail == Detail::Smooth { Oracle::Device } else { self.oracle };
             self.culling.decide(self.frame, camera, f64::from(NEAR), wish.mode);
         }
-        let Some(decision) = &self.culling.last else { return Ok(()) };
-        if let Some(terrain) = self.terrain.as_mut().filter(|_| is_new) {
+        if let (true, Some(terrain), Some(decision)) = (is_new, &mut self.terrain, &mut self.culling.last) {
             terrain.select(decision, &self.building.file, self.targets.size);
         }
+        let Some(decision) = &self.culling.last else { return Ok(()) };
         let is_all = decision.objects.len() == self.all.len();
         if !is_all {
             self.runs.set(&self.mesh, &decision.objects, &self.is_ghost, Some(wish.camera.eye));

@@ -132,8 +132,8 @@ impl Terrain {
         }
     }
 
-    /// Selects what a frame shows.
-    pub fn select(&mut self, decision: &Decision, file: &PvsFile, size: [u32; 2]) {
+    /// Selects what a frame shows. Objects that ground hides leave the decision.
+    pub fn select(&mut self, decision: &mut Decision, file: &PvsFile, size: [u32; 2]) {
         self.land.select(decision, file, size, &mut self.shown);
     }
 

@@ -50,7 +50,8 @@ impl Session<'_> {
     pub(super) fn say_ground(&self) -> Option<String> {
         let terrain = self.stage.terrain.as_ref()?;
         let shown = &terrain.shown;
-        Some(format!("ground: {} tiles, {} triangles", shown.patches().len(), number(shown.triangles() as f64)))
+        let (tiles, triangles) = (shown.patches().len(), number(shown.triangles() as f64));
+        Some(format!("ground: {tiles} tiles, {triangles} triangles, hides {} objects", shown.objects))
     }
 }
 

@@ -1,0 +1,101 @@
+//! Boxes on a ground, cut along its finest tiles: each piece has a place in the order from near to far, as tiles have.
+
+use super::order::{ends, tiles_from_corner};
+use super::picture::{Footprint, ROUNDING};
+use crate::terrain::{Ground, Header, Key};
+use glam::{DVec2, DVec3};
+use std::ops::Range;
+
+/// Finest tiles of a box that is asked about, at most. More: a box as large as a town is asked about, and takes long each frame.
+const MOST_PIECES: u64 = 256;
+
+/// Boxes that stand on a ground, or in it: what [`Horizon::hide_with`](super::Horizon::hide_with) is asked about.
+#[derive(Clone, Debug, Default)]
+pub struct Things {
+    pieces: Vec<Piece>,
+    /// By box, its pieces; none where nothing is ever known of it.
+    of: Vec<Range<usize>>,
+}
+
+/// What of a box is on a finest tile.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// The box's number.
+    pub(super) thing: usize,
+    pub(super) tile: Key,
+    low: DVec3,
+    high: DVec3,
+    /// By axis of the plan, whether the box ends at its low and at its high side.
+    ends: [[bool; 2]; 2],
+}
+
+impl Things {
+    /// Of boxes, each by its least and its greatest corner, metres from the ground's origin. A box that is not all over the raster, or that
+    /// is over more than 256 of its finest tiles, is never said to be hidden.
+    pub fn new(ground: &Ground, boxes: impl IntoIterator<Item = [DVec3; 2]>) -> Self {
+        let mut things = Self::default();
+        for corners in boxes {
+            let first = things.pieces.len();
+            things.cut(ground.header(), corners);
+            things.of.push(first..things.pieces.len());
+        }
+        things
+    }
+
+    /// Boxes.
+    pub fn len(&self) -> usize {
+        self.of.len()
+    }
+
+    /// True without any.
+    pub fn is_empty(&self) -> bool {
+        self.of.is_empty()
+    }
+
+    fn cut(&mut self, header: &Header, [low, high]: [DVec3; 2]) {
+        let grid = &header.grid;
+        let [first, last] = [low, high].map(|p| tiles_from_corner(header, p));
+        let is_on = first.cmpge(DVec2::ZERO).all() && last.cmple(ends(header)).all() && low.cmple(high).all();
+        if !is_on {
+            return;
+        }
+        // What ends on the raster's last column or row is on the last tile.
+        let [across, down] = grid.across(0).map(|tiles| tiles - 1);
+        let tiles = [first, last].map(|p| [(p.x as u32).min(across), (p.y as u32).min(down)]);
+        let [[west, north], [east, south]] = tiles;
+        if u64::from(east - west + 1) * u64::from(south - north + 1) > MOST_PIECES {
+            return;
+        }
+        for tile in (north..=south).flat_map(|y| (west..=east).map(move |x| Key { level: 0, x, y })) {
+            let corner = |k: u32| header.plan(grid.column(tile, k), grid.row(tile, k));
+            let ([west, north], [east, south]) = (corner(0), corner(grid.side() - 1));
+            let ends = [[low.x >= west, high.x <= east], [low.z >= north, high.z <= south]];
+            self.pieces.push(Piece {
+                thing: self.of.len(),
+                tile,
+                low: low.max(DVec3::new(west, f64::NEG_INFINITY, north)),
+                high: high.min(DVec3::new(east, f64::INFINITY, south)),
+                ends,
+            });
+        }
+    }
+
+    /// Of all boxes.
+    pub(super) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// The numbers of a box's pieces.
+    pub(super) fn pieces_of(&self, thing: usize) -> Range<usize> {
+        self.of.get(thing).cloned().unwrap_or_default()
+    }
+}
+
+impl Piece {
+    /// Seen from an eye.
+    pub(super) fn footprint(&self, eye: DVec3) -> Footprint {
+        let (low, high) = (self.low - eye, self.high - eye);
+        let rounding = self.ends.map(|ends| ends.map(|ends| if ends { ROUNDING } else { 0.0 }));
+        Footprint { low: [low.x, low.z], high: [high.x, high.z], top: high.y, rounding }
+    }
+}
