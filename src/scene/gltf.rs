@@ -51,9 +51,10 @@ mod primitive;
 mod tubes;
 
 use super::builder::short_name;
-use super::lines::Lines;
+use super::lines::{Line, Lines};
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
+use crate::tubes::Shape;
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 pub(crate) use cut::cut_file;
@@ -290,6 +291,66 @@ impl<'a> Importer<'a> {
             if glass { self.builder.add_glass(mesh)? } else { self.builder.add(mesh)? }
         }
         Ok(())
+    }
+
+    /// Adds the tubes of a node with a mesh. True if they stand for the whole mesh.
+    fn add_tubes(
+        &mut self,
+        name: &str,
+        mesh: usize,
+        visit: &Visit,
+        instance: Option<Placement>,
+        tube: Option<&Tube>,
+    ) -> Result<bool, ImportError> {
+        let world = instance.map_or(visit.parent, |instance| visit.parent * instance.transform());
+        let stands_for_mesh = tube.is_some_and(|tube| !tube.points.is_empty());
+        let default = self.tube_radius.map(|radius| Tube::of_radius(radius / tubes::scale(&world).unwrap_or(1.0)));
+        let Some(tube) = tube.or(default.as_ref()) else { return Ok(false) };
+        let scale = match tubes::scale(&world) {
+            Some(scale) => scale,
+            None if stands_for_mesh => return Ok(false),
+            None => return Err(broken(format!("node {name}: a tube whose scale isn't the same in all directions"))),
+        };
+        let shape = tube.shape(scale);
+        if stands_for_mesh && self.builder.has_tubes() {
+            let points: Vec<DVec3> = tube.points.iter().map(|&p| world.transform_point3(p.into())).collect();
+            self.add_line(name, [visit.node, mesh, 0], instance, &points, tube, shape)?;
+            return Ok(true);
+        }
+        let document = self.document;
+        for (i, primitive) in document.meshes[mesh].primitives.iter().enumerate().filter(|_| !stands_for_mesh) {
+            if tubes::is_of_lines(primitive) {
+                self.lines_of_tubes.insert((mesh, i));
+            }
+            for points in tubes::polylines(&self.buffers, primitive)? {
+                let points: Vec<DVec3> = points.iter().map(|&p| world.transform_point3(p)).collect();
+                let closed = tube.closed || primitive.mode == Some(tubes::LOOP);
+                let tube = Tube { closed, ..tube.clone() };
+                self.add_line(name, [visit.node, mesh, i], instance, &points, &tube, shape)?;
+            }
+        }
+        Ok(false)
+    }
+
+    fn add_line(
+        &mut self,
+        name: &str,
+        [node, mesh, primitive]: [usize; 3],
+        instance: Option<Placement>,
+        points: &[DVec3],
+        tube: &Tube,
+        shape: Shape,
+    ) -> Result<(), ImportError> {
+        let part = Part { positions: Vec::new(), vertices: Vec::new(), triangles: Vec::new() };
+        if let Some((look, _)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, primitive], &part)) {
+            self.builder.look(look, Vec::new());
+        }
+        let place = format!("node {name}: extras.enfilade.tube");
+        // Tubes bound no rooms.
+        let (role, &Tube { closed, smooth, .. }) = (Role::Furnishing, tube);
+        let line = Line { name, place: &place, role, points, closed, smooth, shape };
+        self.drawn.push(Drawn { node, mesh, primitive, instance });
+        self.lines.add(&mut self.builder, &line)
     }
 
     fn portal(&mut self, name: &str, visit: &Visit, rooms: [String; 2], parts: &[Option<Part>]) -> Result<(), ImportError> {

@@ -194,7 +194,7 @@ fn meta_clauses() {
     refused_with(META, 24, &(-1.0f64).to_le_bytes(), "section meta, byte 24: a negative length");
     refused_with(META, 32, &[6], "section meta, byte 32: strategy 6, of which there are 6");
     refused_with(META, 33, &[0; 4], "section meta, byte 33: objects of 0 triangles");
-    refused_with(META, 37, &[2], "section meta, byte 37: a flag 2");
+    refused_with(META, 37, &[8], "section meta, byte 37: flags 8");
     // The rest is behind the unit, which may be there or not.
     let mut f = forged();
     let content = f.decoded(META);
@@ -399,7 +399,7 @@ fn a_small_file_cannot_ask_for_a_large_matrix() {
     let cells = [u32s(&[n]), [NO_NAME, NO_SOURCE, CLOSED, NO_NAME].concat().repeat(n as usize)].concat();
     let objects = [u32s(&[n]), [NO_NAME, &u32s(&[1]), &[0; 24]].concat().repeat(n as usize)].concat();
     let mut meta = f.decoded(META);
-    let counts = if meta[37] == 1 { 46 } else { 38 };
+    let counts = 38 + 8 * (meta[37] & 3).count_ones() as usize;
     meta[counts..counts + 12].copy_from_slice(&u32s(&[n, 4, n]));
     f.put(META, meta);
     for (number, content) in [(CELLS, cells), (OBJECTS, objects)] {

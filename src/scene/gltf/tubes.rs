@@ -1,11 +1,8 @@
 //! Tubes of a document: lines with a radius, and nodes whose extras say that their mesh is a tube.
 
-use super::super::lines::Line;
-use super::super::{ImportError, Place, Role};
-use super::data::{Buffers, broken};
+use super::super::{ImportError, Place};
+use super::data::Buffers;
 use super::document::Primitive;
-use super::primitive::Part;
-use super::{Drawn, Importer, Placement, Visit};
 use crate::tubes::Shape;
 use glam::{DAffine3, DVec3};
 use serde::Deserialize;
@@ -14,98 +11,41 @@ use serde::Deserialize;
 #[derive(Deserialize, Clone)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Tube {
-    radius: f64,
+    pub(super) radius: f64,
     /// Radius of the hole.
     #[serde(default)]
-    inner: f64,
+    pub(super) inner: f64,
     /// Without faces at its ends.
     #[serde(default)]
-    open: bool,
+    pub(super) open: bool,
     /// The last point is followed by the first one.
     #[serde(default)]
-    closed: bool,
+    pub(super) closed: bool,
     /// Goes smoothly through the points.
     #[serde(default)]
-    smooth: bool,
+    pub(super) smooth: bool,
     /// Instead of the node's mesh; without any, the lines of the mesh are meant.
     #[serde(default)]
-    points: Vec<[f64; 3]>,
+    pub(super) points: Vec<[f64; 3]>,
 }
 
 /// Of lengths: scales that differ by more make circles something else.
 const EVEN: f64 = 1e-6;
 
-impl Importer<'_> {
-    /// Adds the tubes of a node with a mesh. True if they stand for the whole mesh.
-    pub(super) fn add_tubes(
-        &mut self,
-        name: &str,
-        mesh: usize,
-        visit: &Visit,
-        instance: Option<Placement>,
-        tube: Option<&Tube>,
-    ) -> Result<bool, ImportError> {
-        let world = instance.map_or(visit.parent, |instance| visit.parent * instance.transform());
-        let stands_for_mesh = tube.is_some_and(|tube| !tube.points.is_empty());
-        let default = self.tube_radius.map(|radius| Tube {
-            radius: radius / scale(&world).unwrap_or(1.0),
-            inner: 0.0,
-            open: false,
-            closed: false,
-            smooth: false,
-            points: Vec::new(),
-        });
-        let Some(tube) = tube.or(default.as_ref()) else { return Ok(false) };
-        let scale = match scale(&world) {
-            Some(scale) => scale,
-            None if stands_for_mesh => return Ok(false),
-            None => return Err(broken(format!("node {name}: a tube whose scale isn't the same in all directions"))),
-        };
-        let shape = Shape { radius: tube.radius * scale, inner: tube.inner * scale, capped: !tube.open };
-        if stands_for_mesh && self.builder.has_tubes() {
-            let points: Vec<DVec3> = tube.points.iter().map(|&p| world.transform_point3(p.into())).collect();
-            self.add_line(name, [visit.node, mesh, 0], instance, &points, tube, shape)?;
-            return Ok(true);
-        }
-        let document = self.document;
-        for (i, primitive) in document.meshes[mesh].primitives.iter().enumerate().filter(|_| !stands_for_mesh) {
-            if is_of_lines(primitive) {
-                self.lines_of_tubes.insert((mesh, i));
-            }
-            for points in polylines(&self.buffers, primitive)? {
-                let points: Vec<DVec3> = points.iter().map(|&p| world.transform_point3(p)).collect();
-                let closed = tube.closed || primitive.mode == Some(LOOP);
-                let tube = Tube { closed, ..tube.clone() };
-                self.add_line(name, [visit.node, mesh, i], instance, &points, &tube, shape)?;
-            }
-        }
-        Ok(false)
+impl Tube {
+    /// Along lines of a node.
+    pub(super) fn of_radius(radius: f64) -> Self {
+        Self { radius, inner: 0.0, open: false, closed: false, smooth: false, points: Vec::new() }
     }
 
-    fn add_line(
-        &mut self,
-        name: &str,
-        [node, mesh, primitive]: [usize; 3],
-        instance: Option<Placement>,
-        points: &[DVec3],
-        tube: &Tube,
-        shape: Shape,
-    ) -> Result<(), ImportError> {
-        let part = Part { positions: Vec::new(), vertices: Vec::new(), triangles: Vec::new() };
-        if let Some((look, _)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, primitive], &part)) {
-            self.builder.look(look, Vec::new());
-        }
-        let place = format!("node {name}: extras.enfilade.tube");
-        // Tubes bound no rooms.
-        let (role, &Tube { closed, smooth, .. }) = (Role::Furnishing, tube);
-        let line = Line { name, place: &place, role, points, closed, smooth, shape };
-        self.drawn.push(Drawn { node, mesh, primitive, instance });
-        self.lines.add(&mut self.builder, &line)
+    /// In a world of that scale.
+    pub(super) fn shape(&self, scale: f64) -> Shape {
+        Shape { radius: self.radius * scale, inner: self.inner * scale, capped: !self.open }
     }
 }
 
 /// How much larger things are in the world, if that is the same in all directions.
-fn scale(world: &DAffine3) -> Option<f64> {
+pub(super) fn scale(world: &DAffine3) -> Option<f64> {
     let axes = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis];
     let scale = axes[0].length();
     let is_even = axes.iter().all(|axis| (axis.length() / scale - 1.0).abs() <= EVEN);
@@ -115,7 +55,7 @@ fn scale(world: &DAffine3) -> Option<f64> {
 
 /// Modes of primitives: pairs of points, a ring, a line through all.
 const PAIRS: u64 = 1;
-const LOOP: u64 = 2;
+pub(super) const LOOP: u64 = 2;
 const STRIP: u64 = 3;
 
 /// True for a primitive of lines.
@@ -125,7 +65,7 @@ pub(super) fn is_of_lines(primitive: &Primitive) -> bool {
 
 /// The lines of a primitive in its mesh's own coordinates, none of other primitives. Pairs of which one begins where the one before it ends
 /// are one line.
-fn polylines(buffers: &Buffers<'_>, primitive: &Primitive) -> Result<Vec<Vec<DVec3>>, ImportError> {
+pub(super) fn polylines(buffers: &Buffers<'_>, primitive: &Primitive) -> Result<Vec<Vec<DVec3>>, ImportError> {
     let Some(position) = primitive.attributes.position.filter(|_| is_of_lines(primitive)) else { return Ok(Vec::new()) };
     buffers.refuse_filters(position)?;
     let positions = buffers.accessor(position, &["VEC3"])?;
