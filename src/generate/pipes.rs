@@ -73,7 +73,7 @@ fn sections_of(pipe: &Pipe) -> usize {
 fn rack(rng: &mut Prng) -> Vec<Pipe> {
     let mut across = 0.5;
     let mut pipes = Vec::new();
-    while across < 0.5 * EDGE {
+    while across < 0.5 * EDGE - 1.0 {
         let radius = 0.025 * f64::from(rng.steps(1, 8, 1));
         across += radius;
         let y = 3.0 + f64::from(rng.steps(0, 2, 1));

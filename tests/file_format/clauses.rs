@@ -198,13 +198,25 @@ fn meta_clauses() {
     // The rest is behind the unit, which may be there or not.
     let mut f = forged();
     let content = f.decoded(META);
-    let (head, rest) = (&content[..37], &content[if content[37] == 1 { 46 } else { 38 }..]);
+    let (head, rest) = (&content[..37], &content[38 + 8 * (content[37] & 3).count_ones() as usize..]);
     for (unit, what) in [(0.0f64, "not above 0 metres"), (-2.0, "not above 0 metres"), (f64::NAN, "not finite")] {
         refused_as(META, &[head, &[1], &unit.to_le_bytes(), rest], "section meta, byte 38: a ");
         refused_as(META, &[head, &[1], &unit.to_le_bytes(), rest], what);
     }
-    f.put(META, [head, &[0], rest].concat());
-    assert_eq!(PvsFile::read(&f.bytes()).unwrap().import.metres_per_unit, None);
+    refused_as(
+        META,
+        &[head, &[2], &0.0f64.to_le_bytes(), rest],
+        "section meta, byte 38: a radius that is not above 0 metres",
+    );
+    let read = |f: &mut Forged, options: &[&[u8]]| {
+        f.put(META, [head, &options.concat(), rest].concat());
+        let import = PvsFile::read(&f.bytes()).unwrap().import;
+        (import.metres_per_unit, import.tube_radius, import.tubes)
+    };
+    let [foot, inch] = [0.3048f64, 0.0254].map(f64::to_le_bytes);
+    assert_eq!(read(&mut f, &[&[7], &foot, &inch]), (Some(0.3048), Some(0.0254), false));
+    assert_eq!(read(&mut f, &[&[2], &inch]), (None, Some(0.0254), true));
+    assert_eq!(read(&mut f, &[&[0]]), (None, None, true));
 
     let (counts, pairs, reason) = (&rest[..12], &rest[12..44], &rest[44..]);
     let more = |at: usize| {

@@ -239,12 +239,7 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         model_hash: u128::from(r.word()) << 64 | u128::from(r.word()),
         origin: r.point().round(),
         guarantee,
-        import: Import {
-            object_triangles: 1 + r.below(1000) as u32,
-            metres_per_unit: (r.below(2) == 1).then_some(0.3048),
-            tube_radius: (r.below(2) == 1).then_some(0.05),
-            tubes: r.below(2) == 1,
-        },
+        import: import(1 + r.below(1000) as u32, r.below(2) == 1),
         strategy: strategies[r.below(4)],
         reason: r.text(),
         smallest_hole: r.signed().abs(),
@@ -348,4 +343,10 @@ pub fn sample() -> PvsFile {
             full && f.guarantee == Guarantee::Conservative && f.cells.iter().all(|c| c.pieces.iter().any(|p| !p.is_empty()))
         })
         .expect("one of them has every section")
+}
+
+/// How a model was imported: with options or without.
+fn import(object_triangles: u32, has_options: bool) -> Import {
+    let [metres_per_unit, tube_radius] = [0.3048, 0.05].map(|metres| has_options.then_some(metres));
+    Import { object_triangles, metres_per_unit, tube_radius, tubes: !has_options }
 }
