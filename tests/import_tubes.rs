@@ -147,6 +147,10 @@ fn pipes_of_a_plant_are_tubes_and_cut_again() {
     assert!(meshes.tubes.tubes.is_empty() && tubes.tubes.tubes.len() > 100, "{} tubes", tubes.tubes.tubes.len());
     let is_pipe = |name: &str| name.starts_with("pipe ");
     assert!(tubes.objects.iter().all(|o| o.is_tube() == is_pipe(&o.node)));
+    // What a bake sees of a pipe is at most a quarter of its mesh of 24 sides.
+    let prisms: usize = tubes.objects.iter().filter(|o| o.is_tube()).map(|o| o.triangles.len()).sum();
+    let of_24: usize = tubes.clone().meshed(|_| 24).objects.iter().filter(|o| o.is_tube()).map(|o| o.triangles.len()).sum();
+    assert!(4 * prisms <= of_24, "{prisms} of {of_24}");
     // A circle of 12 sides is smaller than the pipe by 1.1 %.
     let of_pipes = |scene: &Scene| -> f64 {
         let pipes = scene.objects.iter().filter(|o| is_pipe(&o.node)).flat_map(|o| o.triangles.clone());

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// Metres of a piece, at most, where sections allow. Longer: a pipe through many rooms is seen from all of them. Shorter: more objects.
-const LONGEST: f64 = 25.0;
+const LONGEST: f64 = 50.0;
 /// Of that, what rounding may add.
 const ROUNDING: f64 = 1e-3;
 /// Sections that a straight part gets more, at most. More: an endless line fills the memory.
