@@ -3,10 +3,11 @@
 use crate::cli::building;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
+use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, gltf, import};
 use enfilade::tubes::{Counts, Shape, Tubes, usual_error};
 use enfilade::verify::{CheckOptions, check};
 use glam::DVec3;
@@ -83,4 +84,17 @@ fn rows_of_pipes_are_those_of_their_meshes() {
     // 4. Rays from outside miss nothing.
     let report = check(&of_pipes, &pipes, &CheckOptions { rays: 200_000, ..CheckOptions::default() }).unwrap();
     assert!(report.passed && report.missed_pairs == 0, "{:?}", report.examples);
+}
+
+/// Pipes alone part nothing: everything is one open cell, which sees all of them.
+#[test]
+fn pipes_alone_are_one_open_cell() {
+    let made = generate(Kind::Pipes { sections: 3_000 }, 1).unwrap();
+    let mut scene = gltf::from_slice(&made.glb, "pipes", None, &ImportOptions::default()).unwrap();
+    let ground = scene.objects.iter_mut().find(|object| object.node == "ground").unwrap();
+    ground.role = Role::Furnishing;
+    let options = BakeOptions { keep_bounds: true, ..BakeOptions::default() };
+    let file = bake(&scene, options, &Job::quiet()).unwrap().file;
+    assert!(file.cells.len() == 1 && file.cells[0].open && file.reason.contains("bounds rooms"), "{}", file.reason);
+    assert_eq!(file.bounds.unwrap().objects_upper.count_ones() as usize, scene.objects.len());
 }

@@ -16,7 +16,7 @@ use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
-use crate::scene::{ImportOptions, Scene};
+use crate::scene::{ImportOptions, Object, Role, Scene};
 use serde::Serialize;
 use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_128;
@@ -139,6 +139,11 @@ const WORTH: f64 = 0.95;
 pub fn find_cells(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
     if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
         return split(scene, options);
+    }
+    let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
+    if !scene.objects.iter().any(may_part) {
+        let reason = "nothing in it bounds rooms (pipes, furniture): one open cell".to_owned();
+        return Ok(CellGraph { reason, ..undivided(scene) });
     }
     let walls = split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options })?;
     let share = worth::drawn_share(scene, &walls);
