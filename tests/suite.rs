@@ -68,6 +68,7 @@ mod terrain_horizon;
 mod terrain_raster;
 mod truth;
 mod tubes;
+mod tubes_select;
 mod unseen;
 mod view_cells;
 mod vis_flow;

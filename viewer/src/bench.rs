@@ -43,6 +43,15 @@ pub struct Line {
     /// The same of the frames whose eye is in a room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_triangles_inside: Option<f64>,
+    /// Mean of the triangles of tubes; absent without tubes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_triangles_mean: Option<f64>,
+    /// Mean of the segments of tubes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_segments_mean: Option<f64>,
+    /// Mean of those that are farther off than the limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_segments_over: Option<f64>,
     /// Mean of the occlusion queries.
     pub queries_mean: f64,
     /// Pixels that were missed; absent without the alarm, which isn't part of the times.
@@ -74,6 +83,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
     let frames = walk.path.frames.len();
     let (mut times, mut cull, mut triangles, mut queries, mut missed) = (Vec::new(), 0.0, 0, 0, 0);
     let mut ground = OfGround::new(&walk.stage);
+    let mut tubes = [0u64; 3];
     walk.stage.restart();
     // Drivers compile when they first draw.
     let mut cpu = None;
@@ -101,6 +111,10 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
             }
             times.push(ms);
             ground.add(&walk.stage, walk.file(), camera.eye);
+            if let Some(chosen) = walk.stage.pipes.as_ref().map(|pipes| pipes.drawn.chosen()) {
+                let added = [chosen.triangles, chosen.segments, chosen.over];
+                tubes.iter_mut().zip(added).for_each(|(sum, n)| *sum += n);
+            }
             triangles += drawn;
             let decision = walk.stage.culling.last.as_ref();
             cull += decision.map_or(0.0, |d| d.ms);
@@ -116,6 +130,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         }
     }
     let all = times.len().max(1) as f64;
+    let tubes = tubes.map(|sum| walk.stage.pipes.as_ref().map(|_| sum as f64 / all));
     let fps = times.len() as f64 * 1e3 / times.iter().sum::<f64>();
     times.sort_by(f64::total_cmp);
     let at =
@@ -132,6 +147,9 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         triangles_mean: triangles as f64 / all,
         ground_triangles_mean: ground.mean(0),
         ground_triangles_inside: ground.mean(1),
+        tube_triangles_mean: tubes[0],
+        tube_segments_mean: tubes[1],
+        tube_segments_over: tubes[2],
         queries_mean: queries as f64 / all,
         missed_pixels: alarm.then_some(missed),
     })
