@@ -103,8 +103,11 @@ impl Building {
         let import_options = ImportOptions { trace: true, ..ImportOptions::default() };
         let scene = Arc::new(import(model, &import_options).map_err(|e| at(model, e))?);
         // A bake needs prisms around tubes.
-        let drawn =
-            if scene.tubes.tubes.is_empty() { scene.clone() } else { Arc::new(Scene::clone(&scene).meshed(|_| SIDES_WITHIN)) };
+        let drawn = if scene.tubes.tubes.is_empty() {
+            scene.clone()
+        } else {
+            Arc::new(Scene::clone(&scene).meshed(|_| SIDES_WITHIN))
+        };
         let looks = Arc::new(looks(&drawn, model, &import_options, progress));
         let author = Author::of(model);
         let quickly = |given: CellGraph| {

@@ -73,7 +73,7 @@ pub struct Pipes {
     pub look: Look,
     /// Those that the frame draws.
     pub drawn: List,
-    /// All, for the alarm.
+    /// All, for the alarm: as they are, however thin.
     pub all: List,
     /// Those that it doesn't draw, while they are shown.
     pub culled: List,
@@ -143,8 +143,8 @@ impl Pipes {
             bytes,
             bytes_of_mesh: TRIANGLE * tubes.tubes.iter().map(|tube| of_mesh(scene, tube)).sum::<u64>(),
             colours: pipeline("tubular", "colour_of_tube", blended(format)),
-            items: pipeline("tubular_item", "item_of_tube", ITEMS.into()),
-            no_items: pipeline("tubular_item", "no_item", ITEMS.into()),
+            items: pipeline("tubular", "item_of_tube", ITEMS.into()),
+            no_items: pipeline("tubular", "no_item", ITEMS.into()),
             source,
             objects,
         }))
@@ -166,18 +166,13 @@ impl Pipes {
     ) {
         let at = At::new(camera, size, self.look);
         self.drawn.fill(gpu, scene, &self.source, &at, objects);
+        let at = At::new(camera, size, Look { thin: Thin::Off, ..self.look });
         let of_all = self.objects.iter().copied().filter(|o| all.is_some_and(|is_one| is_one(*o)));
         self.all.fill(gpu, scene, &self.source, &at, of_all);
     }
 
     /// What it doesn't draw, if that is shown; `drawn`: what it does.
-    pub fn select_culled(
-        &mut self,
-        gpu: &Gpu,
-        scene: &Scene,
-        (camera, size): (&Camera, [u32; 2]),
-        drawn: &[ObjectId],
-    ) {
+    pub fn select_culled(&mut self, gpu: &Gpu, scene: &Scene, (camera, size): (&Camera, [u32; 2]), drawn: &[ObjectId]) {
         let mut is_drawn = vec![false; scene.objects.len()];
         drawn.iter().for_each(|o| is_drawn[o.index()] = true);
         let rest = self.objects.iter().copied().filter(|o| !is_drawn[o.index()]);
@@ -189,7 +184,7 @@ impl Pipes {
         self.draw_by(pass, eye, &self.colours, list);
     }
 
-    /// Draws a list as items: as they are, however thin.
+    /// Draws a list as items.
     pub fn draw_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
         self.draw_by(pass, eye, &self.items, list);
     }

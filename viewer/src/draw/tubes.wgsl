@@ -91,10 +91,13 @@ fn across(t: vec3f) -> mat2x3f {
 }
 
 struct Corner {
-    // On the curve; from there to the corner of a tube of 1 m; and the radius.
+    // On the curve; where that leads; from there to the corner, of a length of 1, and how many radii; the radius; and radians between corners.
     middle: vec3f,
+    tangent: vec3f,
     spoke: vec3f,
+    scale: f32,
     radius: f32,
+    step: f32,
     place: vec3f,
     normal: vec3f,
     // The object, and in the highest byte the light.
@@ -145,23 +148,37 @@ fn corner_of(number: u32) -> Corner {
     let outwards = axes * vec2f(cos(angle), sin(angle));
     let middle = tube.origin + bitcast<vec3f>(section.xyz);
     let radius = unpack2x16float(section.w).x;
-    let spoke = select(1.0, tube.inner, is_hole) * outwards;
+    let scale = select(1.0, tube.inner, is_hole);
     var normal = select(outwards, -outwards, wall == 1u);
     if wall == 2u { normal = -t; }
     if wall == 3u { normal = t; }
     let word = (band.w & 0xffffffu) | u32(light(normal) * 255.0) << 24u;
-    return Corner(middle, spoke, radius, middle + radius * spoke, normal, word, 1.0, f32(ring), sides);
+    let place = middle + scale * radius * outwards;
+    return Corner(middle, t, outwards, scale, radius, TURN / f32(of_ring), place, normal, word, 1.0, f32(ring), sides);
 }
 
-// For the camera: thin tubes are wider.
+// For the camera: thin tubes are wider, if they are to be. Both ways lead through the same numbers, so that both are at the same place to the bit.
 fn widened(corner: Corner) -> Corner {
     var out = corner;
-    if list.thin == 0u { return out; }
     let deep = max((camera.clip * vec4f(corner.middle, 1.0)).w, 0.0);
-    let drawn = clamp(0.5 * f32(list.thin) * deep / list.focal, corner.radius, corner.radius * list.most);
-    out.place = corner.middle + drawn * corner.spoke;
-    out.weight = select(1.0, corner.radius / drawn, list.thin == 1u && drawn > corner.radius);
+    let least = 0.5 * f32(list.thin) * deep / list.focal;
+    // A ring of few sides is less wide than its circle, by where its corners are as seen from the eye.
+    let side = unit(cross(corner.tangent, camera.eye.xyz - corner.middle));
+    let angle = atan2(dot(side, cross(corner.tangent, corner.spoke)), dot(side, corner.spoke));
+    let wide = cos(angle - round(angle / corner.step) * corner.step);
+    let drawn = select(corner.radius, clamp(least / wide, corner.radius, corner.radius * list.most), list.thin > 0u);
+    out.place = corner.middle + corner.scale * drawn * corner.spoke;
+    if list.thin == 1u { out.weight = min(corner.radius / (drawn * wide), 1.0); }
     return out;
+}
+
+// What weighs less is blended. A weight of 1 is a little less once it is interpolated.
+const WHOLE = 0.999;
+
+// What is blended is seen once: its near side. In a mirror, the other way round.
+fn is_behind(is_front: bool, weight: f32) -> bool {
+    let rows = transpose(camera.clip);
+    return weight < WHOLE && is_front == (dot(cross(rows[0].xyz, rows[1].xyz), rows[3].xyz) > 0.0);
 }
 
 fn place_of(corner: u32) -> vec3f {

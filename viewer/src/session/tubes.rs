@@ -10,7 +10,7 @@ const PIXELS: Range = Range { least: 0.1, usual: 0.5, most: 4.0, is_factor: true
 /// How much wider than they are thin tubes may be drawn: 1 is not at all, and no pipe is so far away that it takes more than the most.
 const WIDER: Range = Range { least: 1.0, usual: 1e3, most: 1e3, is_factor: true };
 /// Where the panel is, points from the middle of the left side.
-const PANEL: [f32; 2] = [8.0, -120.0];
+const PANEL: [f32; 2] = [8.0, 90.0];
 /// Bytes of a megabyte.
 const MEGA: f64 = 1e6;
 
