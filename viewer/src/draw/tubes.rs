@@ -18,6 +18,8 @@ const HEAD: usize = 32;
 const BAND: usize = 16;
 /// Corners of a side.
 const CORNERS: u32 = 6;
+/// Corners of a draw on a software driver, which takes long over large draws of which anything is clipped; three times a power of two.
+const SOFTWARE: u32 = 3072;
 /// Bands that a list has room for at first.
 const ROOM: usize = 256;
 /// Bytes of a triangle of a mesh whose places aren't shared: three of 12, and three numbers.
@@ -65,6 +67,8 @@ pub struct List {
     group: wgpu::BindGroup,
     words: Vec<u32>,
     corners: u32,
+    /// Corners of a draw, at most.
+    most: u32,
 }
 
 /// Tubes of a scene.
@@ -225,7 +229,8 @@ impl List {
         let bytes = (HEAD + BAND * ROOM) as u64;
         let buffer = gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
         let group = group(gpu, source, &buffer);
-        Self { selection: Selection::default(), buffer, group, words: Vec::new(), corners: 0 }
+        let most = if gpu.is_software { SOFTWARE } else { u32::MAX };
+        Self { selection: Selection::default(), buffer, group, words: Vec::new(), corners: 0, most }
     }
 
     /// Fills it with what is drawn of those objects that are tubes.
@@ -245,7 +250,8 @@ impl List {
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         if self.corners > 0 {
             pass.set_bind_group(2, &self.group, &[]);
-            pass.draw(0..self.corners, 0..1);
+            let starts = (0..self.corners).step_by(self.most as usize);
+            starts.for_each(|start| pass.draw(start..self.corners.min(start.saturating_add(self.most)), 0..1));
         }
     }
 

@@ -91,13 +91,14 @@ fn across(t: vec3f) -> mat2x3f {
 }
 
 struct Corner {
-    // On the curve; where that leads; from there to the corner, of a length of 1, and how many radii; the radius; and radians between corners.
+    // On the curve; where that leads; from there to the corner, of a length of 1, and how many radii; the radius; and whether
+    // the ring has more than four sides.
     middle: vec3f,
     tangent: vec3f,
     spoke: vec3f,
     scale: f32,
     radius: f32,
-    step: f32,
+    is_finer: bool,
     place: vec3f,
     normal: vec3f,
     // The object, and in the highest byte the light.
@@ -154,18 +155,21 @@ fn corner_of(number: u32) -> Corner {
     if wall == 3u { normal = t; }
     let word = (band.w & 0xffffffu) | u32(light(normal) * 255.0) << 24u;
     let place = middle + scale * radius * outwards;
-    return Corner(middle, t, outwards, scale, radius, TURN / f32(of_ring), place, normal, word, 1.0, f32(ring), sides);
+    return Corner(middle, t, outwards, scale, radius, of_ring > 4u, place, normal, word, 1.0, f32(ring), sides);
 }
+
+// The root of a half.
+const HALF = 0.70710678;
 
 // For the camera: thin tubes are wider, if they are to be. Both ways lead through the same numbers, so that both are at the same place to the bit.
 fn widened(corner: Corner) -> Corner {
     var out = corner;
     let deep = max((camera.clip * vec4f(corner.middle, 1.0)).w, 0.0);
     let least = 0.5 * f32(list.thin) * deep / list.focal;
-    // A ring of few sides is less wide than its circle, by where its corners are as seen from the eye.
+    // A ring of 4 or 8 sides is less wide than its circle, by where its corners are as seen from the eye; more are taken as 8.
     let side = unit(cross(corner.tangent, camera.eye.xyz - corner.middle));
-    let angle = atan2(dot(side, cross(corner.tangent, corner.spoke)), dot(side, corner.spoke));
-    let wide = cos(angle - round(angle / corner.step) * corner.step);
+    let along = abs(vec2f(dot(side, corner.spoke), dot(side, cross(corner.tangent, corner.spoke))));
+    let wide = max(max(along.x, along.y), select(0.0, (along.x + along.y) * HALF, corner.is_finer));
     let drawn = select(corner.radius, clamp(least / wide, corner.radius, corner.radius * list.most), list.thin > 0u);
     out.place = corner.middle + corner.scale * drawn * corner.spoke;
     if list.thin == 1u { out.weight = min(corner.radius / (drawn * wide), 1.0); }
