@@ -192,10 +192,8 @@ fn unmatched(tubes: &Tubes, selection: &Selection) -> usize {
 fn every_edge_is_shared_whatever_sides_meet() {
     for (inner, closed) in [(0.0, false), (0.07, false), (0.0, true)] {
         let mut tubes = Tubes::default();
-        let mut points: Vec<DVec3> = (0..60)
-            .map(|k| f64::from(k))
-            .map(|t| dvec3(0.4 * t.sin(), 0.3 * (1.7 * t).cos(), -1.5 - 0.05 * t * t))
-            .collect();
+        let mut points: Vec<DVec3> =
+            (0..60).map(f64::from).map(|t| dvec3(0.4 * t.sin(), 0.3 * (1.7 * t).cos(), -1.5 - 0.05 * t * t)).collect();
         if closed {
             let back: Vec<DVec3> = points.iter().rev().map(|p| *p + dvec3(0.4, 0.5, 0.0)).collect();
             points.extend(back);

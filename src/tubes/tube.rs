@@ -174,7 +174,7 @@ impl Tubes {
     }
 
     /// Adds them to a hash.
-    pub fn hash(&self, h: &mut xxhash_rust::xxh3::Xxh3) {
+    pub fn hash_into(&self, h: &mut xxhash_rust::xxh3::Xxh3) {
         for section in &self.sections {
             h.update(&section.bytes());
         }

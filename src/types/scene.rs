@@ -213,7 +213,7 @@ impl Scene {
             h.update(&o.triangles.start.to_le_bytes());
             h.update(&[u8::from(o.opaque), o.role as u8]);
         }
-        self.tubes.hash(&mut h);
+        self.tubes.hash_into(&mut h);
         h.digest128()
     }
 }

@@ -55,6 +55,9 @@ pub struct Line {
     /// Mean of those that are farther off than the limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tube_segments_over: Option<f64>,
+    /// Bytes of tubes on the device, and those of a mesh of them, of 48 bytes a triangle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_bytes: Option<[u64; 2]>,
     /// Mean of the occlusion queries.
     pub queries_mean: f64,
     /// Pixels that were missed; absent without the alarm, which isn't part of the times.
@@ -151,6 +154,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         tube_segments_mean: tubes[1],
         tube_segments_all: tubes[2],
         tube_segments_over: tubes[3],
+        tube_bytes: walk.stage.pipes.as_ref().map(|pipes| [pipes.bytes, pipes.bytes_of_mesh]),
         queries_mean: queries as f64 / all,
         missed_pixels: alarm.then_some(missed),
     })

@@ -560,6 +560,9 @@ impl<'b> Stage<'b> {
             if self.hidden.is_any {
                 self.hidden.stand_in(&self.pipelines, &self.eye, &self.targets, &self.leaves, &mut commands);
             }
+            if let Some(pipes) = &self.pipes {
+                pipes.stand_in(&self.eye, &self.targets, &mut commands);
+            }
             let everything = [&self.everything.solid[..], &self.everything.ghosts];
             let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
             let (terrain, pipes) = (self.terrain.as_ref(), self.pipes.as_ref());

@@ -2,6 +2,7 @@
 //! shader of the scene can draw them: `tubes.wgsl` stands in the place of `geometry.wgsl`.
 
 use super::pipelines::{Eye, ITEMS, NEAR, Pipelines, Recipe, depth_state, shader};
+use super::targets::Targets;
 use crate::building::Building;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
@@ -79,6 +80,8 @@ pub struct Pipes {
     pub drawn: List,
     /// All, for the alarm: as they are, however thin.
     pub all: List,
+    /// Those that the frame draws, as they are, for the alarm.
+    bare: List,
     /// Those that it doesn't draw, while they are shown.
     pub culled: List,
     /// What lists are made of.
@@ -143,6 +146,7 @@ impl Pipes {
             look: Look::default(),
             drawn: List::new(gpu, &source),
             all: List::new(gpu, &source),
+            bare: List::new(gpu, &source),
             culled: List::new(gpu, &source),
             bytes,
             bytes_of_mesh: TRIANGLE * tubes.tubes.iter().map(|tube| of_mesh(scene, tube)).sum::<u64>(),
@@ -165,14 +169,15 @@ impl Pipes {
         gpu: &Gpu,
         scene: &Scene,
         (camera, size): (&Camera, [u32; 2]),
-        objects: impl Iterator<Item = ObjectId>,
+        objects: impl Iterator<Item = ObjectId> + Clone,
         all: Option<&dyn Fn(ObjectId) -> bool>,
     ) {
         let at = At::new(camera, size, self.look);
-        self.drawn.fill(gpu, scene, &self.source, &at, objects);
+        self.drawn.fill(gpu, scene, &self.source, &at, objects.clone());
         let at = At::new(camera, size, Look { thin: Thin::Off, ..self.look });
         let of_all = self.objects.iter().copied().filter(|o| all.is_some_and(|is_one| is_one(*o)));
         self.all.fill(gpu, scene, &self.source, &at, of_all);
+        self.bare.fill(gpu, scene, &self.source, &at, objects.filter(|_| all.is_some()));
     }
 
     /// What it doesn't draw, if that is shown; `drawn`: what it does.
@@ -196,6 +201,27 @@ impl Pipes {
     /// Draws a list as what hides things, and is no item.
     pub fn draw_no_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
         self.draw_by(pass, eye, &self.no_items, list);
+    }
+
+    /// Draws the depth of what the frame draws as it is, for the alarm: what is widened needn't hold what it stands for, where it bends.
+    pub fn stand_in(&self, eye: &Eye, targets: &Targets, commands: &mut wgpu::CommandEncoder) {
+        let kept = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &targets.items,
+                depth_slice: None,
+                resolve_target: None,
+                // The alarm clears it before it draws.
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Discard },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.depth,
+                depth_ops: Some(kept),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        self.draw_items(&mut pass, eye, &self.bare);
     }
 
     fn draw_by(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, pipeline: &wgpu::RenderPipeline, list: &List) {
