@@ -532,7 +532,7 @@ impl<'b> Stage<'b> {
 
         // 7. How it looks, by its depth: sky, shade and edges; then glass.
         if let Some(full) = full {
-            let leaves = (&self.leaves, &self.seen.1);
+            let leaves = (&self.leaves, &self.seen.1, self.pipes.as_ref().map(|pipes| &pipes.drawn));
             full.finish(gpu, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);
         }
 

@@ -328,12 +328,22 @@ impl Full {
         leaves.2.into_iter().for_each(|list| self.draw_tubes(pass, mirrored, list, false));
         pass.set_pipeline(&self.sky);
         pass.draw(0..3, 0..1);
+        self.draw_thin(pass, mirrored, leaves.2);
+        self.bind(pass, mirrored);
         draw(pass, &cut.glass, &sorted.glass);
         self.bind_leaves(pass, mirrored, leaves.0);
         draw(pass, &cut.glass, &leaves.1.ghosts);
     }
 
-    /// Draws tubes, in a pass of the frame or of a mirror, over all that is solid.
+    /// Draws tubes that are thinner than a pixel, in a pass of one sample, over all that is solid and has shade.
+    fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: Option<&List>) {
+        if let (Some(tubes), Some(list)) = (&self.tubes, list) {
+            pass.set_bind_group(1, &self.group, &[]);
+            tubes.draw_thin(pass, eye, list);
+        }
+    }
+
+    /// Draws other tubes, in a pass of the frame or of a mirror.
     pub fn draw_tubes(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List, is_smooth: bool) {
         if let Some(tubes) = &self.tubes {
             pass.set_bind_group(1, &self.group, &[]);
@@ -364,14 +374,14 @@ impl Full {
         }
     }
 
-    /// Once everything solid is there: the sky, shade and edges, glass. For the alarm, too, the depth of what is seen through, as screens.
+    /// Once everything solid is there: the sky, shade and edges, thin tubes, glass. For the alarm, too, the depth of what is seen through, as screens.
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn finish(
         &mut self,
         gpu: &Gpu,
         eye: &Eye,
         wish: &Wish<'_>,
-        leaves: (&Leaves, &Drawn),
+        leaves: (&Leaves, &Drawn, Option<&List>),
         targets: &Targets,
         picture: &TextureView,
         commands: &mut wgpu::CommandEncoder,
@@ -390,6 +400,7 @@ impl Full {
         smooth.into_iter().for_each(|smooth| smooth.settle(targets, picture, commands));
         self.shade.record(gpu, &wish.camera, (targets, smooth), picture, commands);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
+        self.draw_thin(&mut pass, eye, leaves.2);
         self.bind(&mut pass, eye);
         self.seen_through.second(&mut pass, &self.ways.glass);
         if wish.alarm {

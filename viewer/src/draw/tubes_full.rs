@@ -12,6 +12,8 @@ use wgpu::{CompareFunction, TextureFormat};
 pub struct TubesInSun {
     /// For one sample a pixel, and for more.
     solid: [wgpu::RenderPipeline; 2],
+    /// What is thinner than a pixel: blended, without depth.
+    thin: wgpu::RenderPipeline,
     shadow: wgpu::RenderPipeline,
     casting: List,
 }
@@ -30,11 +32,18 @@ impl TubesInSun {
         let groups = [Some(&pipelines.layout), Some(layout), Some(&pipes.source.layout)];
         let solid = |samples| {
             let depth = Some(depth_state(true, CompareFunction::Greater));
-            let pixel = Some(("solid_tube", blended(format)));
+            let pixel = Some(("solid_tube", format.into()));
             Recipe { groups: &groups, depth, samples, pixel, ..Recipe::new(&module, "lit_tube") }.pipeline(gpu)
         };
         Self {
             solid: [1, SAMPLES].map(solid),
+            thin: Recipe {
+                groups: &groups,
+                depth: Some(depth_state(false, CompareFunction::Greater)),
+                pixel: Some(("thin_tube", blended(format))),
+                ..Recipe::new(&module, "lit_tube")
+            }
+            .pipeline(gpu),
             shadow: Recipe {
                 groups: &[None, Some(of_sun), Some(&pipes.source.layout)],
                 depth: Some(depth_state(true, CompareFunction::Less)),
@@ -56,9 +65,16 @@ impl TubesInSun {
         self.casting.draw(pass);
     }
 
-    /// Draws a list, in a pass of one sample a pixel or several that has the sun and materials.
+    /// Draws a list, in a pass of one sample a pixel or several that has the sun and materials; without those that are thinner than a pixel.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List, is_smooth: bool) {
         pass.set_pipeline(&self.solid[usize::from(is_smooth)]);
+        pass.set_bind_group(0, &eye.group, &[]);
+        list.draw(pass);
+    }
+
+    /// Draws those, in a pass of one sample a pixel, once all that is solid is there.
+    pub fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+        pass.set_pipeline(&self.thin);
         pass.set_bind_group(0, &eye.group, &[]);
         list.draw(pass);
     }

@@ -21,12 +21,25 @@ fn lit_tube(@builtin(vertex_index) number: u32) -> LitTube {
     return LitTube(at, corner.place, corner.normal, material, corner.weight, shown_along(corner), before, shown);
 }
 
-@fragment
-fn solid_tube(in: LitTube, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
+fn colour_of_lit(in: LitTube) -> vec4f {
     let lit = Lit(in.at, in.place, vec2f(0.0), in.surface, normalize(in.normal));
     let spot = spot_of(lit);
     let is_dark = is_line(in.along);
-    if in.before < 0.0 || is_behind(is_front, in.weight) { discard; }
     if any(in.shown > vec3f(0.0)) { return vec4f(in.shown * select(light(lit.normal), 0.3, is_dark), in.weight); }
     return vec4f(shaded(lit, spot), in.weight);
+}
+
+@fragment
+fn solid_tube(in: LitTube) -> @location(0) vec4f {
+    let seen = colour_of_lit(in);
+    if in.before < 0.0 || in.weight < WHOLE { discard; }
+    return seen;
+}
+
+// What is blended: once shade and edges are there, which come from depth.
+@fragment
+fn thin_tube(in: LitTube, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
+    let seen = colour_of_lit(in);
+    if in.before < 0.0 || in.weight >= WHOLE || is_behind(is_front, in.weight) { discard; }
+    return seen;
 }
