@@ -1,5 +1,8 @@
 //! Tubes on the graphics processor: sections of 16 bytes, and the bands of a frame, whose corners the shader works out by their number. Any
 //! shader of the scene can draw them: `tubes.wgsl` stands in the place of `geometry.wgsl`.
+//!
+//! Based on: the thesis' tubes of discrete curves, whose triangles are made as they are drawn; Persson 2012 (thin things a pixel wide, by their
+//! weight). What differs: no tessellation stage, sides of a ring, not of a patch, by a bound in pixels; weight in place of width.
 
 use super::pipelines::{Eye, ITEMS, NEAR, Pipelines, Recipe, depth_state, shader};
 use super::targets::Targets;
