@@ -13,6 +13,7 @@ use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
 use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Place, Scratch};
 use enfilade::scene::Role;
+use enfilade::tubes::{self, Counts, Runs, SIDES, Selection, Shape, Tubes};
 use glam::DVec3;
 use testing::boxes;
 use testing::meshes::{cuboid, scene, soup};
@@ -150,4 +151,32 @@ fn ground_allocates_nothing() {
         assert_eq!(taken.count_total, 0, "{limit:?}");
         assert!(loaded > 0, "{limit:?}: nothing was loaded");
     }
+}
+
+#[test]
+fn tubes_are_chosen_without_memory_once_warm() {
+    let mut pipes = Tubes::default();
+    for k in 0..20 {
+        let helix = (0..200).map(|t| 0.1 * f64::from(t)).map(|t| DVec3::new(t.cos() + 3.0 * f64::from(k), 0.1 * t, t.sin()));
+        let shape = Shape { radius: 0.1, inner: 0.05, capped: true };
+        pipes.through(&helix.collect::<Vec<_>>(), false, shape, 1e-3, &mut Counts::default()).unwrap();
+    }
+    let objects: Vec<_> = pipes.tubes.iter().map(|tube| tube.segments()).collect();
+    let runs = Runs::new(&pipes, objects.iter().cloned());
+    let mut selection = Selection::default();
+    let mut fly = || {
+        let mut drawn = 0;
+        for step in 0..50 {
+            let eye = DVec3::new(f64::from(step), 1.0, 2.0 + f64::from(step % 7));
+            let rows = [DVec3::X, DVec3::Y * 1.8, -DVec3::Z];
+            let view = tubes::View::new(eye, rows, 1e-3, [960.0, 540.0], 0.5);
+            selection.select(&pipes, &runs, &view, (0..).zip(objects.iter().cloned()));
+            drawn += (0..SIDES.len()).map(|sides| selection.bands(sides).len()).sum::<usize>();
+        }
+        drawn
+    };
+    let warm = fly();
+    let mut drawn = 0;
+    assert_eq!(measure(|| drawn = fly()).count_total, 0);
+    assert!(drawn == warm && drawn > 1000, "{drawn} bands");
 }

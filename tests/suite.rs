@@ -70,6 +70,7 @@ mod terrain_raster;
 mod truth;
 mod tubes;
 mod tubes_bake;
+mod tubes_select;
 mod unseen;
 mod view_cells;
 mod vis_flow;

@@ -41,9 +41,13 @@ fn at_end(chord: Vec3, other: Vec3) -> Option<Vec3> {
     Some(if other == Vec3::ZERO { along } else { 2.0 * along.dot(other) * along - other })
 }
 
-/// Two unit vectors across a unit tangent. They follow from it alone, and turn smoothly but where it passes -Z.
+/// Tangents with a lower z have axes of their own. Any number above -1 will do, but one that no curve is likely to have: a shader that rounds
+/// otherwise must take the same axes. At 0, level pipes would have either.
+const DOWN: f32 = -0.912_3;
+
+/// Two unit vectors across a unit tangent. They follow from it alone, and turn smoothly but where its z passes [`DOWN`].
 pub(super) fn across(t: Vec3) -> [Vec3; 2] {
-    let sign = 1f32.copysign(t.z);
+    let sign = if t.z < DOWN { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + t.z);
     let b = t.x * t.y * a;
     [Vec3::new(1.0 + sign * t.x * t.x * a, sign * b, -sign * t.x), Vec3::new(b, sign + t.y * t.y * a, -t.y)]

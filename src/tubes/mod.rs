@@ -5,15 +5,21 @@
 //! an error in metres, not by a turn in degrees; and ends, arcs and joints have the curve's own tangents, not differences of points.
 
 pub mod curve;
+mod drawn;
 mod frame;
 mod mesh;
 mod pieces;
 mod prism;
+mod runs;
 mod section;
+mod select;
 mod spline;
 mod tube;
 
+pub use drawn::{Band, Wall};
 pub use mesh::{Mesh, mesh, part, sides, usual_error, usual_sides};
 pub use prism::{Prism, prism};
+pub use runs::Runs;
 pub use section::{Section, Tangent};
+pub use select::{Chosen, SIDES, Selection, View};
 pub use tube::{Counts, Shape, Tube, TubeError, Tubes};

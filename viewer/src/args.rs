@@ -117,6 +117,8 @@ pub enum Shown {
     Names,
     /// Tiles of the ground.
     Ground,
+    /// Sides of tubes.
+    Tubes,
 }
 
 /// Largest side of a picture, pixels.

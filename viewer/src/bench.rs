@@ -46,6 +46,21 @@ pub struct Line {
     /// Mean of the objects that ground hides; absent without a ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_hides_mean: Option<f64>,
+    /// Mean of the triangles of tubes; absent without tubes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_triangles_mean: Option<f64>,
+    /// Mean of the segments of tubes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_segments_mean: Option<f64>,
+    /// Mean of all segments of the objects that are drawn, on the screen or not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_segments_all: Option<f64>,
+    /// Mean of those that are farther off than the limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_segments_over: Option<f64>,
+    /// Bytes of tubes on the device, and those of a mesh of them, of 48 bytes a triangle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube_bytes: Option<[u64; 2]>,
     /// Mean of the occlusion queries.
     pub queries_mean: f64,
     /// Pixels that were missed; absent without the alarm, which isn't part of the times.
@@ -77,6 +92,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
     let frames = walk.path.frames.len();
     let (mut times, mut cull, mut triangles, mut queries, mut missed) = (Vec::new(), 0.0, 0, 0, 0);
     let mut ground = OfGround::new(&walk.stage);
+    let mut tubes = [0u64; 4];
     walk.stage.restart();
     // Drivers compile when they first draw.
     let mut cpu = None;
@@ -106,6 +122,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
             ground.add(&walk.stage, walk.file(), camera.eye);
             triangles += drawn;
             let decision = walk.stage.culling.last.as_ref();
+            of_tubes(walk, &mut tubes);
             cull += decision.map_or(0.0, |d| d.ms);
             queries += decision.map_or(0, |d| d.stats.queries);
         }
@@ -119,6 +136,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         }
     }
     let all = times.len().max(1) as f64;
+    let tubes = tubes.map(|sum| walk.stage.pipes.as_ref().map(|_| sum as f64 / all));
     let fps = times.len() as f64 * 1e3 / times.iter().sum::<f64>();
     times.sort_by(f64::total_cmp);
     let at =
@@ -136,9 +154,23 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         ground_triangles_mean: ground.mean(0),
         ground_triangles_inside: ground.mean(1),
         ground_hides_mean: ground.hides(),
+        tube_triangles_mean: tubes[0],
+        tube_segments_mean: tubes[1],
+        tube_segments_all: tubes[2],
+        tube_segments_over: tubes[3],
+        tube_bytes: walk.stage.pipes.as_ref().map(|pipes| [pipes.bytes, pipes.bytes_of_mesh]),
         queries_mean: queries as f64 / all,
         missed_pixels: alarm.then_some(missed),
     })
+}
+
+/// Adds what a frame draws of tubes: triangles, segments, all segments of its objects, segments that are too far off.
+fn of_tubes(walk: &crate::headless::Walk<'_, '_>, sums: &mut [u64; 4]) {
+    let (Some(pipes), Some(decision)) = (&walk.stage.pipes, &walk.stage.culling.last) else { return };
+    let chosen = pipes.drawn.chosen();
+    let all: usize = decision.objects.iter().map(|o| walk.scene().objects[o.index()].segments.len()).sum();
+    let added = [chosen.triangles, chosen.segments, all as u64, chosen.over];
+    sums.iter_mut().zip(added).for_each(|(sum, n)| *sum += n);
 }
 
 /// What frames draw of the ground.

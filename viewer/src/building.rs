@@ -8,7 +8,6 @@ use enfilade::file::PvsFile;
 use enfilade::job::{Job, Journal, JournalError, of_this_build};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::tubes::usual_sides;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,10 +15,13 @@ use std::sync::atomic::AtomicBool;
 /// Extensions of models, in the order in which they are looked for beside a `.pvs` file.
 const MODELS: [&str; 8] = ["glb", "gltf", "obj", "ifc", "gml", "geojson", "bsp", "map"];
 
+/// Sides of the meshes that stand for tubes where these aren't drawn: within the tube, so they hide no more than it does. More: memory.
+const SIDES_WITHIN: u32 = 6;
+
 /// A model and what was baked of it.
 #[derive(Clone)]
 pub struct Building {
-    /// The triangles.
+    /// The triangles, with meshes of few sides within tubes.
     pub scene: Arc<Scene>,
     /// Cells, portals and rows.
     pub file: PvsFile,
@@ -86,7 +88,7 @@ impl Building {
             let file = file.display();
             return Err(format!("{}: not the model that {file} was baked for; give it with --model", model.display()));
         }
-        let scene = scene.meshed(usual_sides);
+        let scene = scene.meshed(|_| SIDES_WITHIN);
         let looks = looks(&scene, model, &options, progress);
         Ok(Self::new(scene, pvs, looks).told_by(model))
     }
@@ -101,8 +103,11 @@ impl Building {
         let import_options = ImportOptions { trace: true, ..ImportOptions::default() };
         let scene = Arc::new(import(model, &import_options).map_err(|e| at(model, e))?);
         // A bake needs prisms around tubes.
-        let drawn =
-            if scene.tubes.tubes.is_empty() { scene.clone() } else { Arc::new(Scene::clone(&scene).meshed(usual_sides)) };
+        let drawn = if scene.tubes.tubes.is_empty() {
+            scene.clone()
+        } else {
+            Arc::new(Scene::clone(&scene).meshed(|_| SIDES_WITHIN))
+        };
         let looks = Arc::new(looks(&drawn, model, &import_options, progress));
         let author = Author::of(model);
         let quickly = |given: CellGraph| {

@@ -113,6 +113,11 @@ impl<'w, 'b> Walk<'w, 'b> {
         Ok(Self { path, stage, canvas, aspect: f64::from(size[0]) / f64::from(size[1]), building })
     }
 
+    /// Objects.
+    pub fn scene(&self) -> &'b enfilade::scene::Scene {
+        &self.building.scene
+    }
+
     /// Cells and portals.
     pub fn file(&self) -> &'b PvsFile {
         &self.building.file

@@ -9,6 +9,7 @@ mod measuring;
 mod rebinding;
 pub mod section;
 mod tools;
+mod tubes;
 
 use crate::args::Shown;
 use crate::building::Building;
@@ -107,7 +108,8 @@ impl Show {
             Shown::Keys => Some(&mut self.keys),
             Shown::Names => Some(&mut self.layers.names),
             Shown::Cells | Shown::Mirror | Shown::Why | Shown::Section => None,
-            Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat | Shown::Ground => None,
+            Shown::Waste | Shown::Split | Shown::Profile | Shown::Heat => None,
+            Shown::Ground | Shown::Tubes => None,
         }
     }
 }
@@ -377,6 +379,7 @@ impl<'b> Session<'b> {
             Action::Measure => self.toggle_measuring(),
             Action::Open => self.asked.open = true,
             Action::Ground => self.toggle_ground(),
+            Action::Tubes => self.toggle_tubes(),
         }
     }
 
@@ -395,6 +398,7 @@ impl<'b> Session<'b> {
             }
             Shown::Section => self.set_section(false),
             Shown::Ground => self.toggle_ground(),
+            Shown::Tubes => self.toggle_tubes(),
             Shown::Why => {
                 let home = self.stage.culling.culler.cell_of(self.walker.eye.as_vec3(), &mut self.scratch);
                 if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
@@ -737,6 +741,9 @@ impl<'b> Session<'b> {
             }
             if let Some(terrain) = stage.terrain.as_mut().filter(|terrain| terrain.land.shows_tiles) {
                 ground::show(ui, terrain);
+            }
+            if let Some(pipes) = stage.pipes.as_mut().filter(|pipes| pipes.look.shows_sides) {
+                tubes::show(ui, pipes, building.scene.tubes.sections.len());
             }
             if let Some((line, _)) = note {
                 hud::note(ui, line);

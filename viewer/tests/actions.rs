@@ -116,8 +116,8 @@ fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Dee
             let click = |at: &str| format!("mousemove --window W {at} sleep 0.3 click 1 sleep 0.3");
             Deed::new(label, &format!("u; {}; {}", click("200 60"), click("300 60")), "u")
         }
-        // Without a ground, a line says so.
-        Action::Ground => Deed::new(label, &key, "w; s"),
+        // Without a ground or tubes, a line says so.
+        Action::Ground | Action::Tubes => Deed::new(label, &key, "w; s"),
         // No room of the villa has a name.
         Action::Layer(Shown::Names) => Deed::new(label, "n", "n").seen_as_before(),
         Action::Fly => Deed::new(label, "v; w", "s; v"),

@@ -198,8 +198,8 @@ fn what_a_button_toggles_is_on_or_off() {
             // What was picked, the storey that the plan shows, and files have no state of their own.
             Action::Hide | Action::Isolate | Action::ShowAll | Action::Storey(_) | Action::SavePlan => {}
             Action::TurnSection => {}
-            // Of a profile, and of a ground: see tests/insight.rs and tests/ground.rs.
-            Action::Heat | Action::Ground => {}
+            // Of a profile, of a ground and of tubes: see tests/insight.rs, tests/ground.rs and tests/tubes.rs.
+            Action::Heat | Action::Ground | Action::Tubes => {}
             Action::Open => {
                 session.act(action);
                 assert!(session.asked.open);

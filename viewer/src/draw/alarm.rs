@@ -8,6 +8,7 @@ use super::leaves::{Drawn, Leaves};
 use super::pipelines::{Eye, Pipelines, Recipe, shader};
 use super::readback::Readback;
 use super::targets::Targets;
+use super::tubes::Pipes;
 use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use std::ops::Range;
@@ -81,7 +82,7 @@ impl Alarm {
     }
 
     /// Records a comparison of what was drawn into `targets`, in magenta on `picture`. `everything`: runs of solid things and of ghosts,
-    /// all leaves of doors, and ground. Returns where the counts will be, for [`Self::ask`].
+    /// all leaves of doors, ground and tubes. Returns where the counts will be, for [`Self::ask`].
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn record(
         &mut self,
@@ -91,7 +92,7 @@ impl Alarm {
         targets: &Targets,
         picture: &wgpu::TextureView,
         everything: [&[Range<u32>]; 2],
-        leaves: (&Leaves, &Drawn, Option<&Terrain>),
+        leaves: (&Leaves, &Drawn, Option<&Terrain>, Option<&Pipes>),
         frame: u64,
         commands: &mut wgpu::CommandEncoder,
     ) -> Option<usize> {
@@ -114,6 +115,7 @@ impl Alarm {
         pipelines.items.draw(&mut pass, everything[0], everything[1]);
         leaves.0.draw(&mut pass, eye, &pipelines.items, leaves.1);
         leaves.2.into_iter().for_each(|terrain| terrain.draw_items(&mut pass));
+        leaves.3.into_iter().for_each(|pipes| pipes.draw_items(&mut pass, eye, &pipes.all));
         drop(pass);
         // 2. Held against what was drawn.
         let far = leaves.2.map_or(0.0, |terrain| terrain.tolerance().ceil().clamp(1.0, FARTHEST));

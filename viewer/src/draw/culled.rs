@@ -3,6 +3,7 @@
 use super::mesh::{Mesh, Runs};
 use super::pipelines::{Eye, Pipelines, Recipe, shader};
 use super::targets::{Targets, texture};
+use super::tubes::Pipes;
 use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use wgpu::{
@@ -49,7 +50,7 @@ impl Culled {
         gpu: &Gpu,
         pipelines: &Pipelines,
         eye: &Eye,
-        mesh: &Mesh,
+        (mesh, tubes): (&Mesh, Option<&Pipes>),
         drawn: &[ObjectId],
         targets: &Targets,
         picture: &TextureView,
@@ -78,6 +79,7 @@ impl Culled {
         });
         pipelines.bind(&mut pass, eye);
         pipelines.colours.draw(&mut pass, &self.runs.solid, &[]);
+        tubes.into_iter().for_each(|pipes| pipes.draw(&mut pass, eye, &pipes.culled));
         drop(pass);
         // 2. Over what was drawn, where it is nearer.
         let view = wgpu::BindingResource::TextureView;

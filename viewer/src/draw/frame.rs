@@ -17,6 +17,7 @@ use super::queries::Queries;
 use super::slice::Section;
 use super::targets::Targets;
 use super::timer::Timer;
+use super::tubes::Pipes;
 use crate::building::Building;
 use crate::culling::{Culling, Oracle};
 use crate::doors::Doors;
@@ -104,6 +105,8 @@ pub struct Stage<'b> {
     pub targets: Targets,
     /// Ground, if there is one.
     pub terrain: Option<Terrain>,
+    /// Tubes, if there are any.
+    pub pipes: Option<Pipes>,
     building: &'b Building,
     format: TextureFormat,
     /// Made when it is first asked for.
@@ -169,6 +172,7 @@ impl<'b> Stage<'b> {
         everything.set(&mesh, &all, &is_ghost, None);
         leaves.list(&(0..doors.doors.len()).collect::<Vec<_>>(), &mut all_leaves);
         let stage = Self {
+            pipes: Pipes::new(&gpu, &pipelines, building, format).map_err(|e| e.to_string())?,
             culling,
             doors,
             is_ghost,
@@ -249,7 +253,7 @@ impl<'b> Stage<'b> {
     /// One line: what it takes doesn't fit; the detail stays as it was.
     pub fn set_detail(&mut self, detail: Detail) -> Result<(), String> {
         if detail != Detail::Plain && self.full.is_none() {
-            let (mesh, is_leaf) = (&self.mesh, &self.doors.is_leaf);
+            let (mesh, is_leaf) = ((&self.mesh, self.pipes.as_ref()), &self.doors.is_leaf);
             let full = Full::new(&self.gpu, &self.pipelines, mesh, self.building, is_leaf, self.format);
             self.full = Some(full.map_err(|e| e.to_string())?);
         }
@@ -410,6 +414,18 @@ impl<'b> Stage<'b> {
         self.doors.seen(decision, &mut self.reached, &mut self.seen.0);
         self.leaves.list(&self.seen.0, &mut self.seen.1);
         let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
+        if let Some(pipes) = &mut self.pipes {
+            // What the device is asked about is drawn: its answers can't choose bands.
+            let asked = if asks { &self.culling.late.conditional[..] } else { &[] };
+            let objects = decision.objects.iter().copied().chain(asked.iter().map(|(_, object)| *object));
+            let is_shown = |o: ObjectId| !self.mesh.is_hidden(o);
+            let at = (&wish.camera, self.targets.size);
+            let all: Option<&dyn Fn(ObjectId) -> bool> = if wish.alarm { Some(&is_shown) } else { None };
+            pipes.select(gpu, &self.building.scene, at, objects.filter(|o| is_shown(*o)), all);
+            if self.shows_culled && !is_all {
+                pipes.select_culled(gpu, &self.building.scene, at, &decision.objects);
+            }
+        }
 
         // 3. What needs no pass: cameras, uploads, pictures in mirrors.
         let mut commands = gpu.device.create_command_encoder(&Default::default());
@@ -432,7 +448,7 @@ impl<'b> Stage<'b> {
             full.prepare(
                 gpu,
                 &self.pipelines,
-                &self.mesh,
+                (&self.mesh, &self.building.scene, self.pipes.as_ref()),
                 &self.is_ghost,
                 leaves,
                 seen_through,
@@ -443,7 +459,8 @@ impl<'b> Stage<'b> {
         if let Some(mirrors) = wish.mirrors.as_mut().filter(|mirrors| !mirrors.is_empty()) {
             full.iter_mut().for_each(|full| full.make_cut(gpu, &self.pipelines));
             let (leaves, size) = ((&self.leaves, &self.doors), self.targets.size);
-            let scene = (&self.mesh, full.as_deref());
+            let tubes = self.pipes.as_ref().map(|pipes| (pipes, &*self.building.scene));
+            let scene = (&self.mesh, full.as_deref(), tubes);
             mirrors.record(gpu, &self.pipelines, scene, &self.is_ghost, leaves, size, &mut commands);
         }
         if let Some(terrain) = &mut self.terrain {
@@ -481,6 +498,12 @@ impl<'b> Stage<'b> {
         if let Some(terrain) = &self.terrain {
             terrain.draw(&mut pass, full.as_ref().and_then(|full| full.smooth()).is_some());
         }
+        // Thin ones are blended: after all that is behind them.
+        match (&self.pipes, &full) {
+            (Some(pipes), Some(full)) => full.draw_tubes(&mut pass, &self.eye, &pipes.drawn, full.smooth().is_some()),
+            (Some(pipes), None) => pipes.draw(&mut pass, &self.eye, &pipes.drawn),
+            (None, _) => {}
+        }
         drop(pass);
 
         // 5. What the device decides: questions about the rest, and what the answers say.
@@ -509,7 +532,7 @@ impl<'b> Stage<'b> {
 
         // 7. How it looks, by its depth: sky, shade and edges; then glass.
         if let Some(full) = full {
-            let leaves = (&self.leaves, &self.seen.1);
+            let leaves = (&self.leaves, &self.seen.1, self.pipes.as_ref().map(|pipes| &pipes.drawn));
             full.finish(gpu, &self.eye, &wish, leaves, &self.targets, picture, &mut commands);
         }
 
@@ -517,7 +540,8 @@ impl<'b> Stage<'b> {
         let mut marked = None;
         if let Some(marks) = self.marks.as_mut().filter(|_| self.marking != Marking::Off) {
             let (leaves, queries) = ((&self.leaves, &self.seen.1), (&self.queries, asks));
-            let picked = Picked { runs, draws: &self.draws, everything, leaves, queries };
+            let tubes = self.pipes.as_ref();
+            let picked = Picked { runs, draws: &self.draws, everything, leaves, tubes, queries };
             let (pipelines, targets, camera) = (&self.pipelines, &self.targets, &decision.camera);
             marked = marks.record(gpu, pipelines, decision.frame, camera, &picked, targets, picture, &mut commands);
             if self.marking == Marking::Coloured {
@@ -525,7 +549,8 @@ impl<'b> Stage<'b> {
             }
         }
         if self.shows_culled && !is_all {
-            let (pipelines, eye, mesh, targets) = (&self.pipelines, &self.eye, &self.mesh, &self.targets);
+            let mesh = (&self.mesh, self.pipes.as_ref());
+            let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
             self.culled.record(gpu, pipelines, eye, mesh, &decision.objects, targets, picture, &mut commands);
         }
 
@@ -535,9 +560,13 @@ impl<'b> Stage<'b> {
             if self.hidden.is_any {
                 self.hidden.stand_in(&self.pipelines, &self.eye, &self.targets, &self.leaves, &mut commands);
             }
+            if let Some(pipes) = &self.pipes {
+                pipes.stand_in(&self.eye, &self.targets, &mut commands);
+            }
             let everything = [&self.everything.solid[..], &self.everything.ghosts];
             let (pipelines, eye, targets) = (&self.pipelines, &self.eye, &self.targets);
-            let (leaves, frame) = ((&self.leaves, &self.all_leaves, self.terrain.as_ref()), self.frame);
+            let (terrain, pipes) = (self.terrain.as_ref(), self.pipes.as_ref());
+            let (leaves, frame) = ((&self.leaves, &self.all_leaves, terrain, pipes), self.frame);
             counts = self.alarm.record(gpu, pipelines, eye, targets, picture, everything, leaves, frame, &mut commands);
         }
 

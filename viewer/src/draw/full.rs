@@ -14,10 +14,13 @@ use super::smooth::{SAMPLES, Smooth};
 use super::sun::Sun;
 use super::surfaces::{self, Surfaces};
 use super::targets::Targets;
+use super::tubes::{List, Pipes};
+use super::tubes_full::TubesInSun;
 use crate::building::Building;
 use crate::looks::{SKY, Surface};
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
+use enfilade::scene::Scene;
 use glam::Vec3;
 use std::ops::Range;
 use wgpu::{BlendState, BufferUsages, CompareFunction, TextureFormat, TextureView};
@@ -70,6 +73,7 @@ pub struct Full {
     /// The scene's, with what they are made of.
     triangles: wgpu::BindGroup,
     sun: Sun,
+    tubes: Option<TubesInSun>,
     shade: Shade,
     kinds: Vec<Kind>,
     /// By object: whether the sky is seen through it. That casts no shadow.
@@ -150,7 +154,7 @@ impl Full {
     pub fn new(
         gpu: &Gpu,
         pipelines: &Pipelines,
-        mesh: &Mesh,
+        (mesh, pipes): (&Mesh, Option<&Pipes>),
         building: &Building,
         is_leaf: &[bool],
         format: TextureFormat,
@@ -171,7 +175,9 @@ impl Full {
             first_coordinates: filled(&first),
             ..pipelines.geometry.clone()
         };
+        let of_tubes = |pipes| TubesInSun::new(gpu, pipelines, pipes, [&layout, &sun.layout], format);
         Ok(Self {
+            tubes: pipes.map(of_tubes),
             ways: Ways::new(gpu, &groups, &module, format, NAMES, 1),
             cut: None,
             is_cut: false,
@@ -260,7 +266,7 @@ impl Full {
         &mut self,
         gpu: &Gpu,
         pipelines: &Pipelines,
-        mesh: &Mesh,
+        (mesh, scene, pipes): (&Mesh, &Scene, Option<&Pipes>),
         is_ghost: &[bool],
         leaves: (&Leaves, &Drawn),
         seen_through: impl Iterator<Item = ObjectId>,
@@ -269,7 +275,11 @@ impl Full {
     ) {
         let casts = |o: &usize| !is_ghost[*o] && !self.is_sky[*o] && !mesh.is_hidden(ObjectId(*o as u32));
         let casting = (0..is_ghost.len()).filter(casts).map(|o| &mesh.ranges[o]);
-        self.sun.cast(pipelines, casting, leaves, commands);
+        if let (Some(tubes), Some(pipes), true) = (&mut self.tubes, pipes, self.sun.is_new) {
+            let objects = pipes.objects().filter(|o| !mesh.is_hidden(*o));
+            tubes.cast_by(gpu, scene, pipes, &self.sun.at(), objects);
+        }
+        self.sun.cast(pipelines, casting, leaves, self.tubes.as_ref(), commands);
         let mut sorted = std::mem::take(&mut self.sorted);
         self.sort(mesh, seen_through, eye, &mut sorted);
         self.seen_through.set(gpu, &sorted.masked, &sorted.glass);
@@ -293,7 +303,8 @@ impl Full {
         }
     }
 
-    /// Draws what a mirror shows, without shade and edges, after [`Self::make_cut`]: solid things, leaves of doors, the sky, then glass.
+    /// Draws what a mirror shows, without shade and edges, after [`Self::make_cut`]: solid things, leaves of doors, tubes, the sky, then
+    /// glass.
     pub fn draw_in_mirror(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -301,7 +312,7 @@ impl Full {
         mesh: &Mesh,
         solid: &[Range<u32>],
         seen_through: impl Iterator<Item = ObjectId>,
-        leaves: (&Leaves, &Drawn),
+        leaves: (&Leaves, &Drawn, Option<&List>),
     ) {
         let Some(cut) = &self.cut else { return };
         let mut sorted = Sorted::default();
@@ -314,11 +325,30 @@ impl Full {
         }
         self.bind(pass, mirrored);
         draw(pass, &cut.masked, &sorted.masked);
+        leaves.2.into_iter().for_each(|list| self.draw_tubes(pass, mirrored, list, false));
         pass.set_pipeline(&self.sky);
         pass.draw(0..3, 0..1);
+        self.draw_thin(pass, mirrored, leaves.2);
+        self.bind(pass, mirrored);
         draw(pass, &cut.glass, &sorted.glass);
         self.bind_leaves(pass, mirrored, leaves.0);
         draw(pass, &cut.glass, &leaves.1.ghosts);
+    }
+
+    /// Draws tubes that are thinner than a pixel, in a pass of one sample, over all that is solid and has shade.
+    fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: Option<&List>) {
+        if let (Some(tubes), Some(list)) = (&self.tubes, list) {
+            pass.set_bind_group(1, &self.group, &[]);
+            tubes.draw_thin(pass, eye, list);
+        }
+    }
+
+    /// Draws other tubes, in a pass of the frame or of a mirror.
+    pub fn draw_tubes(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List, is_smooth: bool) {
+        if let Some(tubes) = &self.tubes {
+            pass.set_bind_group(1, &self.group, &[]);
+            tubes.draw(pass, eye, list, is_smooth);
+        }
     }
 
     /// What is certain: solid things and leaves of doors, then pictures with holes.
@@ -344,14 +374,14 @@ impl Full {
         }
     }
 
-    /// Once everything solid is there: the sky, shade and edges, glass. For the alarm, too, the depth of what is seen through, as screens.
+    /// Once everything solid is there: the sky, shade and edges, thin tubes, glass. For the alarm, too, the depth of what is seen through, as screens.
     #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
     pub fn finish(
         &mut self,
         gpu: &Gpu,
         eye: &Eye,
         wish: &Wish<'_>,
-        leaves: (&Leaves, &Drawn),
+        leaves: (&Leaves, &Drawn, Option<&List>),
         targets: &Targets,
         picture: &TextureView,
         commands: &mut wgpu::CommandEncoder,
@@ -370,6 +400,7 @@ impl Full {
         smooth.into_iter().for_each(|smooth| smooth.settle(targets, picture, commands));
         self.shade.record(gpu, &wish.camera, (targets, smooth), picture, commands);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
+        self.draw_thin(&mut pass, eye, leaves.2);
         self.bind(&mut pass, eye);
         self.seen_through.second(&mut pass, &self.ways.glass);
         if wish.alarm {

@@ -68,10 +68,8 @@ fn placed(place: vec3f, word: u32) -> vec4f {
 fn lit_corner(corner: u32) -> Lit {
     let place = place_of(corner);
     let word = word_of(corner);
-    let made = made_of[corner / 3u];
-    let first = first_coordinates[word & 0xffffffu];
-    var at = vec2f(0.0);
-    if first != NO_COORDINATES { at = unpack2x16float(coordinates[first + corner]); }
+    let made = made_of_corner(corner);
+    let at = picture_at_corner(corner, word);
     return Lit(placed(place, word), place, at, made & 0xffffu, unpacked(made >> 16u));
 }
 

@@ -23,3 +23,14 @@ fn place_of(corner: u32) -> vec3f {
 fn word_of(corner: u32) -> u32 {
     return words[corner / 3u];
 }
+
+// Its material in the lower half, and its normal in the upper one.
+fn made_of_corner(corner: u32) -> u32 {
+    return made_of[corner / 3u];
+}
+
+fn picture_at_corner(corner: u32, word: u32) -> vec2f {
+    let first = first_coordinates[word & 0xffffffu];
+    if first == NO_COORDINATES { return vec2f(0.0); }
+    return unpack2x16float(coordinates[first + corner]);
+}

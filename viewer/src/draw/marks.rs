@@ -10,6 +10,7 @@ use super::pipelines::{Eye, ITEMS, Pipelines, Recipe, depth_state, layout, shade
 use super::queries::Queries;
 use super::readback::Readback;
 use super::targets::Targets;
+use super::tubes::Pipes;
 use enfilade::gpu::{Gpu, GpuError};
 use std::ops::Range;
 use wgpu::{BufferBindingType, BufferUsages, CompareFunction, ShaderStages, TextureFormat, TextureView};
@@ -94,6 +95,8 @@ pub struct Picked<'p> {
     pub everything: &'p Runs,
     /// Leaves that are drawn.
     pub leaves: (&'p Leaves, &'p Drawn),
+    /// Tubes that are drawn: they hide what is behind them, and are not counted.
+    pub tubes: Option<&'p Pipes>,
     /// What the device decides, and whether it decides anything in this frame.
     pub queries: (&'p Queries, bool),
 }
@@ -191,6 +194,7 @@ impl Marks {
         picked.leaves.0.bind(&mut pass, &self.eye);
         pass.set_pipeline(&self.no_number);
         picked.leaves.1.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
+        picked.tubes.into_iter().for_each(|pipes| pipes.draw_no_items(&mut pass, &self.eye, &pipes.drawn));
         drop(pass);
         // 3. They are marked.
         let group = self.group(gpu, targets, queries);

@@ -1,5 +1,5 @@
 //! A scene as triangles for the graphics processor: objects one after the other, those that may be seen through last. Leaves of doors, which
-//! move, are drawn by [`super::leaves`].
+//! move, are drawn by [`super::leaves`], and tubes by [`super::tubes`].
 //!
 //! How light falls on a face comes with it, so that fragments have nothing to work out: on a software driver they are what costs the most.
 
@@ -49,11 +49,14 @@ impl Mesh {
         order.sort_by_key(|&o| (seen_through_rank(scene, o), o));
         let mut ranges = vec![0..0; order.len()];
         let (places, numbers) = welded(scene);
-        let (mut corners, mut words) =
-            (Vec::with_capacity(3 * scene.triangles.len()), Vec::with_capacity(scene.triangles.len()));
+        let of_meshes = scene.objects.iter().filter(|object| !object.is_tube());
+        let count: usize = of_meshes.map(|object| object.triangles.len()).sum();
+        let (mut corners, mut words) = (Vec::with_capacity(3 * count), Vec::with_capacity(count));
         for object in order {
             let start = corners.len() as u32;
-            for t in scene.objects[object].triangles.clone().map(|t| t as usize).filter(|&t| !is_leaf[t]) {
+            let is_tube = scene.objects[object].is_tube();
+            let triangles = if is_tube { 0..0 } else { scene.objects[object].triangles.clone() };
+            for t in triangles.map(|t| t as usize).filter(|&t| !is_leaf[t]) {
                 corners.extend(scene.triangles[t].map(|position| numbers[position as usize]));
                 words.push(word(scene.corners(t), object as u32));
             }
@@ -89,13 +92,20 @@ impl Mesh {
     }
 }
 
-/// Places of a scene, each once, and the number of the place of each of its positions.
+/// Places of a scene, each once, and the number of the place of each of its positions; those of tubes have none.
 fn welded(scene: &Scene) -> (Vec<[u32; 3]>, Vec<u32>) {
     // What is added makes both zeros one.
     let bits = |p: &DVec3| (p.as_vec3() + Vec3::ZERO).to_array().map(f32::to_bits);
-    let mut keyed: Vec<([u32; 3], u32)> = scene.positions.iter().map(bits).zip(0..).collect();
+    let mut is_of_tube = vec![false; if scene.tubes.tubes.is_empty() { 0 } else { scene.positions.len() }];
+    for object in scene.objects.iter().filter(|object| object.is_tube()) {
+        let triangles = &scene.triangles[object.triangles.start as usize..object.triangles.end as usize];
+        triangles.as_flattened().iter().for_each(|&position| is_of_tube[position as usize] = true);
+    }
+    let is_wanted = |position: &u32| !is_of_tube.get(*position as usize).is_some_and(|&is| is);
+    let numbered = scene.positions.iter().zip(0..).filter(|(_, position)| is_wanted(position));
+    let mut keyed: Vec<([u32; 3], u32)> = numbered.map(|(p, position)| (bits(p), position)).collect();
     keyed.sort_unstable();
-    let (mut places, mut numbers) = (Vec::new(), vec![0; keyed.len()]);
+    let (mut places, mut numbers) = (Vec::new(), vec![0; scene.positions.len()]);
     for (place, position) in keyed {
         if places.last() != Some(&place) {
             places.push(place);

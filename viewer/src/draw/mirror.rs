@@ -8,9 +8,11 @@ use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
 use super::pipelines::{DEPTH, Eye, Pipelines, Recipe, depth_state, shader};
 use super::targets::texture;
+use super::tubes::{At, List, Pipes};
 use crate::doors::Doors;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
+use enfilade::scene::Scene;
 use glam::Vec3;
 use wgpu::{BufferUsages, ShaderStages, TextureFormat, TextureUsages, TextureView};
 
@@ -35,6 +37,8 @@ struct Place {
     eye: Eye,
     corners: wgpu::Buffer,
     picture: Option<([u32; 2], TextureView, TextureView, wgpu::BindGroup)>,
+    /// Made when there are tubes.
+    tubes: Option<List>,
     shows: bool,
 }
 
@@ -82,6 +86,7 @@ impl Mirrors {
             eye: pipelines.eye(gpu),
             corners: gpu.filled(&words, BufferUsages::VERTEX),
             picture: None,
+            tubes: None,
             shows: false,
         };
         self.mirrors.push(mirror);
@@ -116,7 +121,7 @@ impl Mirrors {
         &mut self,
         gpu: &Gpu,
         pipelines: &Pipelines,
-        (mesh, full): (&Mesh, Option<&Full>),
+        (mesh, full, tubes): (&Mesh, Option<&Full>, Option<(&Pipes, &Scene)>),
         is_ghost: &[bool],
         leaves: (&Leaves, &Doors),
         size: [u32; 2],
@@ -138,6 +143,12 @@ impl Mirrors {
                 });
                 place.picture = Some((size, seen, depth, group));
             }
+            if let Some((pipes, scene)) = tubes {
+                let list = place.tubes.get_or_insert_with(|| List::new(gpu, &pipes.source));
+                let objects = self.reflections.objects(i).iter().copied().filter(|o| !mesh.is_hidden(*o));
+                list.fill(gpu, scene, &pipes.source, &At::new(&view.camera, size, pipes.look), objects);
+            }
+            let tubes = tubes.map(|(pipes, _)| pipes).zip(place.tubes.as_ref());
             let Some((_, seen, depth, _)) = &place.picture else { continue };
             place.shows = true;
             place.eye.set(gpu, &view.camera, Some(plane(&self.corners[view.mirror])));
@@ -156,7 +167,8 @@ impl Mirrors {
             if let Some(full) = full {
                 let seen_through = self.reflections.objects(i).iter().copied().filter(|o| is_ghost[o.index()]);
                 let eye = (&place.eye, view.camera.eye);
-                full.draw_in_mirror(&mut pass, eye, mesh, &runs.solid, seen_through, (leaves.0, &drawn));
+                let of_tubes = tubes.map(|(_, list)| list);
+                full.draw_in_mirror(&mut pass, eye, mesh, &runs.solid, seen_through, (leaves.0, &drawn, of_tubes));
                 continue;
             }
             pipelines.bind(&mut pass, &place.eye);
@@ -164,6 +176,7 @@ impl Mirrors {
             runs.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
             leaves.0.bind(&mut pass, &place.eye);
             drawn.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
+            tubes.into_iter().for_each(|(pipes, list)| pipes.draw(&mut pass, &place.eye, list));
         }
     }
 

@@ -26,3 +26,5 @@ pub mod sun;
 pub mod surfaces;
 pub mod targets;
 pub mod timer;
+pub mod tubes;
+pub mod tubes_full;

@@ -4,6 +4,7 @@ struct Camera {
     clip: mat4x4f,
     // What isn't on its front isn't drawn: n . p >= d. All zero but d = -1 where nothing is cut off.
     cut: vec4f,
+    eye: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> camera: Camera;

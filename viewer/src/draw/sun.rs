@@ -6,7 +6,10 @@ use super::full::FULL;
 use super::leaves::{Drawn, Leaves};
 use super::pipelines::{DEPTH, Pipelines, Recipe, depth_state, shader};
 use super::targets::texture;
+use super::tubes::{At, Look};
+use super::tubes_full::TubesInSun;
 use enfilade::gpu::Gpu;
+use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
 use glam::{Mat4, Vec3, Vec4};
 use std::ops::Range;
@@ -18,6 +21,8 @@ pub(super) const TOWARDS: Vec3 = Vec3::new(0.42, 0.78, 0.46);
 const SIDE: u32 = 2048;
 /// Shadows are looked up this many texels before the face. More: shadows leave the foot of what casts them. Fewer: faces shade themselves.
 const BEFORE: f32 = 1.8;
+/// Tubes are chosen for an eye that is this far away, times the scene's radius: nearer, and what is near to the sun has more sides.
+const AWAY: f32 = 100.0;
 
 /// See [`self`].
 pub struct Sun {
@@ -27,8 +32,11 @@ pub struct Sun {
     pub shadows: TextureView,
     /// Whether that is to be drawn.
     pub is_new: bool,
+    /// What binds it alone.
+    pub layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
+    ball: (Vec3, f32),
 }
 
 impl Sun {
@@ -74,15 +82,28 @@ impl Sun {
                 entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
             }),
             uniform,
+            layout,
+            ball: (middle, radius),
         }
     }
 
-    /// Draws its depth, if something has changed: of the scene those corners that are in `casting`, and leaves of doors.
+    /// Where tubes are looked at from to cast shadows, a texel off at most.
+    pub fn at(&self) -> At {
+        let (middle, radius) = self.ball;
+        let towards = TOWARDS.normalize();
+        let right = Vec3::Y.cross(towards).normalize();
+        let [x, y] = [right, towards.cross(right)].map(|axis| axis * AWAY);
+        let camera = Camera { eye: middle + towards * (AWAY + 1.0) * radius, x, y, w: -towards };
+        At::new(&camera, [SIDE; 2], Look { limit: 1.0, ..Look::default() })
+    }
+
+    /// Draws its depth, if something has changed: of the scene those corners that are in `casting`, leaves of doors, and tubes.
     pub fn cast<'r>(
         &mut self,
         pipelines: &Pipelines,
         casting: impl Iterator<Item = &'r Range<u32>>,
         (leaves, drawn): (&Leaves, &Drawn),
+        tubes: Option<&TubesInSun>,
         commands: &mut wgpu::CommandEncoder,
     ) {
         if !std::mem::replace(&mut self.is_new, false) {
@@ -102,5 +123,6 @@ impl Sun {
         casting.for_each(|run| pass.draw(run.clone(), 0..1));
         leaves.bind_triangles(&mut pass);
         drawn.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
+        tubes.into_iter().for_each(|tubes| tubes.cast(&mut pass));
     }
 }

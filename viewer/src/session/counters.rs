@@ -32,6 +32,7 @@ impl Session<'_> {
             format!("{}: keys", self.keys.name_of(Action::Layer(Shown::Keys))),
         ]);
         lines.extend(self.say_ground());
+        lines.extend(self.say_tubes());
         lines.extend(self.say_path());
         if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {
             lines.push(self.say_missed(missed));

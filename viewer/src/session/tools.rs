@@ -137,6 +137,7 @@ impl Session<'_> {
             Action::Storey(_) | Action::Open | Action::Hide | Action::Isolate | Action::ShowAll | Action::SavePlan => false,
             Action::TurnSection => false,
             Action::Ground => self.shows_tiles(),
+            Action::Tubes => self.shows_sides(),
         }
     }
 

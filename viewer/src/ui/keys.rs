@@ -28,7 +28,7 @@ pub enum Action {
     Heat,
     /// See [`crate::looks::Detail`].
     Detail,
-    /// Shows something over the picture, or no longer: none of cells, mirrors, sections, ground and `why`.
+    /// Shows something over the picture, or no longer: none of cells, mirrors, sections, ground, tubes and `why`.
     Layer(Shown),
     /// The alarm.
     Alarm,
@@ -76,6 +76,8 @@ pub enum Action {
     Open,
     /// Tiles of the ground.
     Ground,
+    /// Sides of tubes.
+    Tubes,
 }
 
 /// What a key does while it is held.
@@ -99,7 +101,7 @@ pub enum Hold {
 pub type Key = (KeyCode, &'static str, Action, &'static str, &'static str);
 
 /// All of them.
-pub const KEYS: [Key; 44] = [
+pub const KEYS: [Key; 45] = [
     (KeyCode::Digit1, "1", Action::Mode(0), "None", "cull nothing"),
     (KeyCode::Digit2, "2", Action::Mode(1), "Frustum", "cull by the view frustum"),
     (KeyCode::Digit3, "3", Action::Mode(2), "Portals", "cull through portals"),
@@ -151,6 +153,7 @@ pub const KEYS: [Key; 44] = [
     (KeyCode::KeyU, "U", Action::Measure, "Measure", "measure between two clicks"),
     (KeyCode::KeyN, "N", Action::Layer(Shown::Names), "Names", "names and areas of rooms"),
     (KeyCode::Digit9, "9", Action::Ground, "Ground", "tiles of the ground by level, and how fine they are"),
+    (KeyCode::Digit0, "0", Action::Tubes, "Tubes", "sides of tubes as colours, and how fine they are"),
     (KeyCode::Delete, "Delete", Action::Hide, "Hide", "hide what was picked or found (Shift+Delete: show all again)"),
     (KeyCode::KeyI, "I", Action::Isolate, "Isolate", "show only what was picked or found"),
     (KeyCode::KeyH, "H", Action::Hud, "Counters", "counters"),

@@ -1,0 +1,270 @@
+//! How tubes are drawn in a frame: which chord replaces which segments, and how many sides each ring has, by pixels.
+//!
+//! Sides are those of a ring, not of a segment: the most that a segment needs which meets there, whoever draws that segment. So segments that
+//! meet have the same corners, and what is drawn of a segment doesn't depend on what else is drawn.
+
+use super::drawn::{Band, Wall};
+use super::runs::{Part, Run, Runs, place, section};
+use super::tube::Tubes;
+use glam::{DMat3, DVec2, DVec3};
+use std::f64::consts::PI;
+use std::ops::Range;
+
+/// Sides that a ring can have.
+pub const SIDES: [u32; 5] = [4, 8, 16, 32, 64];
+/// Of what a surface may be off, what chords may take; the rest is for sides. More: more sides. Less: more segments.
+const SHARE: f64 = 0.5;
+/// Of a radius: what half precision takes.
+const ROUNDING: f64 = 1.0 / 2048.0;
+
+/// A camera, and how exact its pictures are.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    eye: DVec3,
+    /// A unit vector along the view.
+    along: DVec3,
+    /// Unit normals of the sides of what it sees, inwards.
+    sides: [DVec3; 4],
+    /// Metres: what is nearer along the view isn't seen.
+    near: f64,
+    /// Pixels, times the depth over metres: how fast points at the screen's corners move.
+    rate: f64,
+    /// How much farther corners of the screen are than its middle.
+    slant: f64,
+    /// Pixels that a surface may be off.
+    limit: f64,
+}
+
+impl View {
+    /// From `eye`, metres, where clip-space x, y and w are dot products with three rows; with a near plane at `near` metres, pictures of `size`
+    /// pixels, and surfaces that are no farther than `limit` pixels from where they should be: all above 0.
+    pub fn new(eye: DVec3, [x, y, w]: [DVec3; 3], near: f64, size: [f64; 2], limit: f64) -> Self {
+        let scale = w.length();
+        let [x, y, along] = [x, y, w].map(|row| row / scale);
+        let rays = DMat3::from_cols(x, y, along).transpose().inverse();
+        let half = DVec2::from(size) / 2.0;
+        let (mut rate, mut slant) = (0.0f64, 1.0f64);
+        for [a, b] in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]] {
+            // The largest singular value of the projection's derivative at a depth of 1.
+            let [u, v] = [half.x * (x - a * along), half.y * (y - b * along)];
+            let [uu, vv] = [u.length_squared(), v.length_squared()];
+            rate = rate.max(((uu + vv) / 2.0 + ((uu - vv) / 2.0).hypot(u.dot(v))).sqrt());
+            slant = slant.max((rays * DVec3::new(a, b, 1.0)).length());
+        }
+        let sides = [along + x, along - x, along + y, along - y].map(|n| n.normalize_or_zero());
+        Self { eye, along, sides, near, rate, slant, limit }
+    }
+
+    /// The least depth, metres, of what may be on the screen within `reach` of a line from `a` to `b` but no nearer to it than `hole`. `None`:
+    /// nothing is.
+    fn depth(&self, [a, b]: [DVec3; 2], reach: f64, hole: f64) -> Option<f64> {
+        let [a, b] = [a - self.eye, b - self.eye];
+        let (mut from, mut to) = (0.0f64, 1.0f64);
+        let planes = self.sides.iter().map(|n| (*n, 0.0)).chain([(self.along, self.near)]);
+        for (n, d) in planes {
+            let [p, q] = [a, b].map(|p| p.dot(n) - d + reach);
+            if p < 0.0 && q < 0.0 {
+                return None;
+            }
+            if p < 0.0 {
+                from = from.max(p / (p - q));
+            } else if q < 0.0 {
+                to = to.min(p / (p - q));
+            }
+        }
+        if from > to {
+            return None;
+        }
+        let [c, d] = [from, to].map(|t| a.lerp(b, t));
+        let way = d - c;
+        let t = (-c.dot(way) / way.length_squared()).clamp(0.0, 1.0);
+        let away = if t.is_nan() { c.length() } else { c.lerp(d, t).length() };
+        // Outside the surface, or in its hole.
+        let surface = (away - reach).max(hole - away);
+        let depth = c.dot(self.along).min(d.dot(self.along)) - reach;
+        Some(depth.max(surface / self.slant).max(self.near))
+    }
+
+    /// Metres that a surface at a depth may be off.
+    fn may_be_off(&self, depth: f64) -> f64 {
+        self.limit * depth / (self.rate + self.limit)
+    }
+}
+
+/// What was chosen.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Chosen {
+    /// Segments that are drawn.
+    pub segments: u64,
+    /// Their triangles, with those that have no area, and those of caps and holes.
+    pub triangles: u64,
+    /// Segments that are farther off than the limit: they have the most sides that there are, and all sections.
+    pub over: u64,
+}
+
+/// Chooses; keeps its memory from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    bands: [Vec<Band>; SIDES.len()],
+    chosen: Chosen,
+    drawn: Vec<Drawn>,
+    open: Vec<Run>,
+}
+
+/// A segment that is drawn: its run, and which of [`SIDES`] it needs.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    run: Run,
+    need: u8,
+    is_over: bool,
+}
+
+/// What becomes of a run.
+enum Verdict {
+    Unseen,
+    Divided,
+    Drawn(Drawn),
+}
+
+impl Selection {
+    /// Chooses how to draw some objects, each by its number (below 2^24) and its segments, which `runs` has.
+    pub fn select(&mut self, tubes: &Tubes, runs: &Runs, view: &View, objects: impl Iterator<Item = (u32, Range<u32>)>) {
+        self.bands.iter_mut().for_each(Vec::clear);
+        self.chosen = Chosen::default();
+        let judge = Judge { tubes, runs, view };
+        for (object, segments) in objects {
+            for part in runs.of(segments) {
+                judge.part(part, &mut self.open, &mut self.drawn);
+                self.add(&judge, part, object);
+            }
+        }
+    }
+
+    /// What is drawn with so many of [`SIDES`].
+    pub fn bands(&self, sides: usize) -> &[Band] {
+        &self.bands[sides]
+    }
+
+    /// How much that is.
+    pub fn chosen(&self) -> Chosen {
+        self.chosen
+    }
+
+    /// Adds what was chosen of a part.
+    fn add(&mut self, judge: &Judge<'_>, part: &Part, object: u32) {
+        let tube = &judge.tubes.tubes[part.tube as usize];
+        let drawn = std::mem::take(&mut self.drawn);
+        for (k, this) in drawn.iter().enumerate() {
+            let [from, to] = part.ends(this.run);
+            let beside = |other: Option<&Drawn>, end: usize, at: u32| {
+                other.filter(|other| part.ends(other.run)[end] == at).map_or(0, |other| other.need)
+            };
+            let before = if from == part.segments.start {
+                judge.need_before(part)
+            } else {
+                beside(k.checked_sub(1).map(|k| &drawn[k]), 1, from)
+            };
+            let after = if to == part.segments.end { judge.need_after(part) } else { beside(drawn.get(k + 1), 0, to) };
+            let sides = [before, after].map(|need| need.max(this.need));
+            let (sections, is_hollow) = ([section(tube, from), section(tube, to)], tube.inner > 0.0);
+            let mut add = |wall: Wall, sides: [u8; 2]| {
+                self.bands[usize::from(sides[0].max(sides[1]))].push(Band::new(sections, part.tube, object, wall, sides));
+                self.chosen.triangles += u64::from(2 * SIDES[usize::from(sides[0].max(sides[1]))]);
+            };
+            add(Wall::Outer, sides);
+            if is_hollow {
+                add(Wall::Inner, [sides[1], sides[0]]);
+            }
+            if tube.capped && !tube.closed && from == tube.sections.start {
+                add(Wall::First, [sides[0]; 2]);
+            }
+            if tube.capped && !tube.closed && to + 1 == tube.sections.end {
+                add(Wall::Last, [sides[1]; 2]);
+            }
+            self.chosen.segments += 1;
+            self.chosen.over += u64::from(this.is_over);
+        }
+        self.drawn = drawn;
+    }
+}
+
+/// Decides about runs, by nothing but the view.
+struct Judge<'j> {
+    tubes: &'j Tubes,
+    runs: &'j Runs,
+    view: &'j View,
+}
+
+impl Judge<'_> {
+    /// Lists what is drawn of a part, in order.
+    fn part(&self, part: &Part, open: &mut Vec<Run>, drawn: &mut Vec<Drawn>) {
+        drawn.clear();
+        open.clear();
+        open.push((part.top(), 0));
+        while let Some(run) = open.pop() {
+            match self.run(part, run) {
+                Verdict::Unseen => {}
+                Verdict::Drawn(this) => drawn.push(this),
+                Verdict::Divided => {
+                    let [first, last] = part.halves(run);
+                    if last != first {
+                        open.push(last);
+                    }
+                    open.push(first);
+                }
+            }
+        }
+    }
+
+    fn run(&self, part: &Part, run: Run) -> Verdict {
+        let tube = &self.tubes.tubes[part.tube as usize];
+        let ends = part.ends(run).map(|number| &self.tubes.sections[section(tube, number) as usize]);
+        let radii = ends.map(|section| f64::from(section.radius()));
+        let (radius, error) = (radii[0].max(radii[1]), self.runs.error(self.tubes, part, run));
+        let hole = f64::from(tube.inner) * radii[0].min(radii[1]);
+        let hole = if hole > 0.0 { hole } else { radii[0].min(radii[1]) };
+        let line = ends.map(|section| place(section) + tube.origin);
+        // Rings at ends lean by no more than the chord's error.
+        let reach = radius * (1.0 + ROUNDING) + error;
+        let Some(depth) = self.view.depth(line, reach, hole - 2.0 * error) else { return Verdict::Unseen };
+        let most = self.view.may_be_off(depth);
+        let is_near = error <= SHARE * most;
+        if run.0 > 0 && !is_near {
+            return Verdict::Divided;
+        }
+        let left = most - error - radius * ROUNDING;
+        let need = SIDES.iter().position(|&sides| radius * (1.0 - (PI / f64::from(sides)).cos()) <= left);
+        let last = SIDES.len() - 1;
+        Verdict::Drawn(Drawn { run, need: need.unwrap_or(last) as u8, is_over: need.is_none() })
+    }
+
+    /// What the segment before a part needs, whoever draws it.
+    fn need_before(&self, part: &Part) -> u8 {
+        let tube = &self.tubes.tubes[part.tube as usize];
+        let is_first = part.segments.start == tube.sections.start;
+        let end = if is_first { tube.segments().end } else { part.segments.start };
+        let is_open = is_first && !tube.closed;
+        self.runs.ending(end).filter(|_| !is_open).map_or(0, |part| self.need_at(part, 1))
+    }
+
+    /// What the segment after a part needs.
+    fn need_after(&self, part: &Part) -> u8 {
+        let tube = &self.tubes.tubes[part.tube as usize];
+        let is_last = part.segments.end == tube.segments().end;
+        let start = if is_last { tube.sections.start } else { part.segments.end };
+        let is_open = is_last && !tube.closed;
+        self.runs.beginning(start).filter(|_| !is_open).map_or(0, |part| self.need_at(part, 0))
+    }
+
+    /// What the first (0) or the last (1) segment that is drawn of a part needs.
+    fn need_at(&self, part: &Part, end: usize) -> u8 {
+        let mut run = (part.top(), 0);
+        loop {
+            match self.run(part, run) {
+                Verdict::Unseen => return 0,
+                Verdict::Drawn(drawn) => return drawn.need,
+                Verdict::Divided => run = part.halves(run)[end],
+            }
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! Tubes as they are drawn, by pixels: against exact surfaces of lines and arcs, edge by edge, and counted.
+
+use enfilade::runtime::Camera;
+use enfilade::tubes::curve::{Arc, Piece};
+use enfilade::tubes::{Band, Counts, Runs, SIDES, Selection, Shape, Tubes, View, usual_error};
+use glam::{DVec3, Vec3, dvec3};
+use std::collections::HashMap;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::ops::Range;
+use testing::random::Random;
+
+const NEAR: f64 = 1e-3;
+const SIZE: [f64; 2] = [960.0, 540.0];
+const LIMITS: [f64; 3] = [0.25, 0.5, 1.0];
+/// Metres: what single precision of places some metres from the origin may add.
+const ROUNDING: f64 = 4e-6;
+
+fn camera(eye: DVec3, target: DVec3, degrees: f64) -> Camera {
+    Camera::look_at(eye, target, degrees.to_radians(), SIZE[0] / SIZE[1])
+}
+
+fn view(camera: &Camera, limit: f64) -> View {
+    View::new(camera.eye.as_dvec3(), [camera.x, camera.y, camera.w].map(Vec3::as_dvec3), NEAR, SIZE, limit)
+}
+
+/// Where a point is on the screen, pixels; `None` where it isn't on it.
+fn pixel(camera: &Camera, p: DVec3) -> Option<[f64; 2]> {
+    let away = p - camera.eye.as_dvec3();
+    let [x, y, w] = [camera.x, camera.y, camera.w].map(|row| away.dot(row.as_dvec3()));
+    (w >= NEAR && x.abs() <= w && y.abs() <= w).then(|| [x / w * SIZE[0] / 2.0, y / w * SIZE[1] / 2.0])
+}
+
+/// A line, an elbow, and a line, about 5 m; the elbow's middle is at (2, 0, -bend).
+fn elbow(bend: f64) -> Vec<Piece> {
+    let arc = Arc { middle: dvec3(2.0, 0.0, -bend), x: dvec3(0.0, 0.0, bend), y: dvec3(bend, 0.0, 0.0), angle: FRAC_PI_2 };
+    let [from, to] = [arc.at(0.0), arc.at(FRAC_PI_2)];
+    vec![Piece::Line([DVec3::ZERO, from]), Piece::Arc(arc), Piece::Line([to, to - 3.0 * DVec3::Z])]
+}
+
+/// A point of the exact surface: of a piece, at a share of it, at an angle.
+fn surface(piece: &Piece, share: f64, angle: f64, radius: f64) -> DVec3 {
+    let (at, x, y) = match piece {
+        Piece::Line([a, b]) => {
+            let x = (*b - *a).normalize().any_orthonormal_vector();
+            (a.lerp(*b, share), x, (*b - *a).normalize().cross(x))
+        }
+        Piece::Arc(arc) => {
+            let at = arc.at(share * arc.angle);
+            (at, (at - arc.middle).normalize(), arc.x.cross(arc.y).normalize())
+        }
+    };
+    at + radius * (angle.cos() * x + angle.sin() * y)
+}
+
+/// The point of a triangle that is nearest to another point.
+fn nearest([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
+    let n = (b - a).cross(c - a);
+    let on_plane = p - n * ((p - a).dot(n) / n.length_squared());
+    let is_inside = [(a, b), (b, c), (c, a)].iter().all(|(u, v)| (*v - *u).cross(on_plane - *u).dot(n) >= 0.0);
+    if is_inside {
+        return on_plane;
+    }
+    let of_edge = |(u, v): (DVec3, DVec3)| {
+        let t = ((p - u).dot(v - u) / (v - u).length_squared()).clamp(0.0, 1.0);
+        u.lerp(v, if t.is_nan() { 0.0 } else { t })
+    };
+    let edges = [(a, b), (b, c), (c, a)].map(of_edge);
+    edges.into_iter().min_by(|p_, q| p_.distance_squared(p).total_cmp(&q.distance_squared(p))).unwrap()
+}
+
+fn bands(selection: &Selection) -> impl Iterator<Item = Band> + '_ {
+    (0..SIDES.len()).flat_map(|sides| selection.bands(sides).iter().copied())
+}
+
+fn triangles(tubes: &Tubes, selection: &Selection) -> Vec<[DVec3; 3]> {
+    let of = |band: Band| {
+        let origin = tubes.tubes[band.0[2] as usize].origin;
+        band.triangles(tubes).map(|t| t.map(|p| origin + p.as_dvec3())).collect::<Vec<_>>()
+    };
+    bands(selection).flat_map(of).collect()
+}
+
+/// All segments, cut into objects of so many.
+fn objects(tubes: &Tubes, most: usize) -> Vec<Range<u32>> {
+    let of = |tube: &enfilade::tubes::Tube| {
+        let Range { start, end } = tube.segments();
+        (start..end).step_by(most).map(|k| k..end.min(k + most as u32)).collect::<Vec<_>>()
+    };
+    tubes.tubes.iter().flat_map(of).collect()
+}
+
+fn select(tubes: &Tubes, objects: &[Range<u32>], view: &View) -> Selection {
+    let runs = Runs::new(tubes, objects.iter().cloned());
+    let mut selection = Selection::default();
+    selection.select(tubes, &runs, view, (0..).zip(objects.iter().cloned()));
+    selection
+}
+
+/// How far points of the exact surface are from what is drawn, pixels, at most; and from how many points that is.
+fn farthest(pieces: &[Piece], radius: f64, camera: &Camera, drawn: &[[DVec3; 3]]) -> (f64, u32) {
+    let mut random = Random::new(7);
+    let (mut worst, mut count) = (0.0f64, 0);
+    for k in 0..1500 {
+        let piece = &pieces[k % pieces.len()];
+        let p = surface(piece, random.real(0.0, 1.0), TAU * random.real(0.0, 1.0), radius);
+        let Some(at) = pixel(camera, p) else { continue };
+        let near = drawn.iter().map(|&t| nearest(t, p));
+        let near = near.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p))).expect("something is drawn");
+        let away = near - camera.eye.as_dvec3();
+        let [x, y, w] = [camera.x, camera.y, camera.w].map(|row| away.dot(row.as_dvec3()));
+        let off = (x / w * SIZE[0] / 2.0 - at[0]).hypot(y / w * SIZE[1] / 2.0 - at[1]);
+        // Single precision moves corners, which isn't what is tested.
+        let rounding = ROUNDING * SIZE[0] / (p - camera.eye.as_dvec3()).dot(camera.w.as_dvec3());
+        worst = worst.max(off - rounding);
+        count += 1;
+    }
+    (worst, count)
+}
+
+/// Eyes around an elbow, near and far, beside it, before its ends, in it and on its axis.
+fn eyes(radius: f64) -> Vec<(DVec3, DVec3, f64)> {
+    let middle = dvec3(1.8, 0.0, -0.5);
+    let mut eyes = vec![
+        (dvec3(0.5, 0.0, 0.0), dvec3(1.5, 0.0, 0.0), 60.0),
+        (dvec3(0.5, 0.3 * radius, 0.0), dvec3(1.5, 0.0, 0.0), 90.0),
+        (dvec3(-1.0, 0.0, 0.0), dvec3(1.0, 0.0, 0.0), 60.0),
+        (dvec3(1.0, 1.5 * radius, 0.0), dvec3(2.0, 1.5 * radius, 0.0), 60.0),
+        (dvec3(1.0, 1.5 * radius, 0.0), dvec3(2.0, 0.0, 0.0), 179.9),
+        (dvec3(30.0, 20.0, 10.0), middle, 1e-5),
+        (dvec3(3000.0, 2000.0, 1000.0), middle, 60.0),
+    ];
+    let mut random = Random::new(3);
+    for away in [0.6, 1.0, 3.0, 10.0, 40.0, 300.0] {
+        let way = dvec3(random.real(0.0, 1.0) - 0.5, random.real(0.0, 1.0) - 0.5, random.real(0.0, 1.0) - 0.5).normalize();
+        eyes.push((middle + away * way, middle, 60.0));
+    }
+    eyes
+}
+
+#[test]
+fn nothing_of_the_surface_is_farther_off_than_the_limit() {
+    let (mut points, mut closest, mut met, mut all) = (0, 0.0f64, 0, 0);
+    for (bend, radius, inner) in [(0.3, 0.1, 0.0), (0.5, 0.02, 0.0), (2.0, 0.5, 0.4), (0.11, 0.1, 0.0)] {
+        let pieces = elbow(bend);
+        let mut tubes = Tubes::default();
+        let shape = Shape { radius, inner, capped: true };
+        tubes.curve(&pieces, false, shape, usual_error(radius) / 8.0, &mut Counts::default()).unwrap();
+        let objects = objects(&tubes, 3);
+        for (eye, target, degrees) in eyes(radius) {
+            for limit in LIMITS {
+                let camera = camera(eye, target, degrees);
+                let selection = select(&tubes, &objects, &view(&camera, limit));
+                all += 1;
+                if selection.chosen().over > 0 {
+                    continue;
+                }
+                met += 1;
+                let drawn = triangles(&tubes, &selection);
+                let (off, count) = farthest(&pieces, radius, &camera, &drawn);
+                assert!(off <= limit, "{bend} {radius} from {eye}, {degrees} degrees: {off} px, and {limit} are the limit");
+                points += count;
+                closest = closest.max(off / limit);
+            }
+        }
+    }
+    // From in a pipe or close to it, 64 sides are too few; that is counted.
+    assert!(points > 20_000 && 2 * met > all, "{points} points, {met} of {all} pictures");
+    // The bound isn't so safe that sides are wasted.
+    assert!(closest > 0.3, "never more than {closest} of the limit");
+}
+
+/// Corners of triangles as bits, by which they are the same or not.
+fn bits(p: Vec3) -> [u32; 3] {
+    (p + Vec3::ZERO).to_array().map(f32::to_bits)
+}
+
+/// Edges of a tube that no other triangle shares in the other direction.
+fn unmatched(tubes: &Tubes, selection: &Selection) -> usize {
+    let mut edges: HashMap<_, i32> = HashMap::new();
+    for band in bands(selection) {
+        for [a, b, c] in band.triangles(tubes).map(|t| t.map(bits)) {
+            for (from, to) in [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to) {
+                *edges.entry((band.0[2], from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
+            }
+        }
+    }
+    edges.values().filter(|&&sum| sum != 0).count()
+}
+
+/// A pipe away from the eye, with turns, which is all seen: rings have all sides from 64 to 4.
+#[test]
+fn every_edge_is_shared_whatever_sides_meet() {
+    for (inner, closed) in [(0.0, false), (0.07, false), (0.0, true)] {
+        let mut tubes = Tubes::default();
+        let mut points: Vec<DVec3> =
+            (0..60).map(f64::from).map(|t| dvec3(0.4 * t.sin(), 0.3 * (1.7 * t).cos(), -1.5 - 0.05 * t * t)).collect();
+        if closed {
+            let back: Vec<DVec3> = points.iter().rev().map(|p| *p + dvec3(0.4, 0.5, 0.0)).collect();
+            points.extend(back);
+        }
+        let shape = Shape { radius: 0.1, inner, capped: true };
+        tubes.line(&points, closed, shape, 1e-4, &mut Counts::default()).unwrap();
+        let camera = camera(dvec3(0.1, 0.2, 1.0), dvec3(0.1, 0.2, -9.0), 100.0);
+        for most in [1, 7, 100_000] {
+            let objects = objects(&tubes, most);
+            for limit in [0.05, 0.25, 1.0] {
+                let selection = select(&tubes, &objects, &view(&camera, limit));
+                let kinds = (0..SIDES.len()).filter(|&sides| !selection.bands(sides).is_empty()).count();
+                assert!(kinds >= 3, "rings of {kinds} kinds");
+                assert!(bands(&selection).any(|band| band.sides()[0] != band.sides()[1]));
+                assert_eq!(unmatched(&tubes, &selection), 0, "{inner} {closed} {most} {limit}");
+            }
+        }
+    }
+}
+
+/// What is drawn of an object is the same, whatever else is drawn.
+#[test]
+fn an_object_is_drawn_alike_alone_and_among_others() {
+    let mut tubes = Tubes::default();
+    let points: Vec<DVec3> = (0..50).map(f64::from).map(|t| dvec3(t.sin(), 0.0, -t)).collect();
+    let shape = Shape { radius: 0.1, inner: 0.0, capped: true };
+    tubes.through(&points, false, shape, 1e-4, &mut Counts::default()).unwrap();
+    let objects = objects(&tubes, 16);
+    let view = view(&camera(dvec3(0.0, 0.5, 1.0), dvec3(0.0, 0.0, -9.0), 60.0), 0.5);
+    let runs = Runs::new(&tubes, objects.iter().cloned());
+    let mut selection = Selection::default();
+    selection.select(&tubes, &runs, &view, (0..).zip(objects.iter().cloned()));
+    let all: Vec<Band> = bands(&selection).collect();
+    for (number, object) in (0..).zip(&objects) {
+        selection.select(&tubes, &runs, &view, [(number, object.clone())].into_iter());
+        let alone: Vec<Band> = bands(&selection).collect();
+        let among: Vec<Band> = all.iter().copied().filter(|band| band.object() == number).collect();
+        assert_eq!(alone, among, "object {number}");
+    }
+    assert!(all.len() > 20);
+}
+
+/// A plant's pipes from above: racks with elbows and risers, 36 sides everywhere against what is chosen.
+#[test]
+fn far_fewer_triangles_than_sides_that_are_the_same_everywhere() {
+    let mut tubes = Tubes::default();
+    for k in 0..100 {
+        let (x, z) = (f64::from(k % 10) * 6.0, f64::from(k / 10) * 6.0);
+        let radius = [0.05, 0.1, 0.2, 0.3][k as usize % 4];
+        let points = [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0], [5.0, 3.0, 0.0], [5.0, 3.0, 4.0], [5.0, 0.0, 4.0]];
+        let points = points.map(|p| DVec3::from(p) + dvec3(x, 0.0, z));
+        let shape = Shape { radius, inner: 0.0, capped: false };
+        tubes.line(&points, false, shape, usual_error(radius), &mut Counts::default()).unwrap();
+    }
+    let segments: u64 = tubes.tubes.iter().map(|tube| tube.segments().len() as u64).sum();
+    let camera = camera(dvec3(-20.0, 30.0, -20.0), dvec3(30.0, 0.0, 30.0), 60.0);
+    let selection = select(&tubes, &objects(&tubes, 1000), &view(&camera, 0.5));
+    let chosen = selection.chosen();
+    assert_eq!(chosen.over, 0);
+    assert!(5 * chosen.triangles <= 72 * segments, "{} of {} triangles", chosen.triangles, 72 * segments);
+}
+
+/// Whatever the numbers: finite corners, and no panic.
+#[test]
+fn stiff_tubes_and_views() {
+    let helix: Vec<DVec3> = (0..20_000).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.01 * t, t.sin())).collect();
+    let line: Vec<DVec3> = (0..10_000).map(|k| dvec3(0.001 * f64::from(k), 0.0, 0.0)).collect();
+    let ring: Vec<DVec3> = (0..62).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.0, t.sin())).collect();
+    let far = DVec3::splat(1e7);
+    let cases: [(&str, Vec<DVec3>, f64, bool); 8] = [
+        ("a helix", helix, 0.1, false),
+        ("a line of 10,000 points", line, 0.1, false),
+        ("a ring", ring, 0.1, true),
+        ("two points 1 nm apart", vec![DVec3::ZERO, dvec3(1e-9, 0.0, 0.0)], 1.0, false),
+        ("a radius of 1 um", vec![DVec3::ZERO, DVec3::X, dvec3(1.0, 1.0, 0.0)], 1e-6, false),
+        ("a radius of 10 km", vec![DVec3::ZERO, DVec3::X, dvec3(1.0, 1.0, 0.0)], 1e4, false),
+        ("far away", vec![far, far + DVec3::X, far + DVec3::ONE], 0.1, false),
+        ("a spike", vec![DVec3::ZERO, dvec3(10.0, 0.0, 0.0), dvec3(0.0, 0.2, 0.0)], 0.1, false),
+    ];
+    for (name, points, radius, closed) in cases {
+        let mut tubes = Tubes::default();
+        let shape = Shape { radius, inner: 0.5 * radius, capped: true };
+        tubes.through(&points, closed, shape, radius * 1e-2, &mut Counts::default()).unwrap();
+        let objects = objects(&tubes, 1000);
+        let [first, last] = [points[0], points[points.len() - 1]];
+        for (eye, target) in [
+            (first, first + DVec3::X),
+            (first - DVec3::X, first),
+            (last + DVec3::Y, first),
+            (first + 1e6 * dvec3(0.3, 1.0, 0.2), first),
+        ] {
+            for degrees in [1e-5, 60.0, 179.9] {
+                let view = view(&camera(eye, target, degrees), 0.5);
+                let selection = select(&tubes, &objects, &view);
+                let chosen = selection.chosen();
+                assert!(chosen.segments <= tubes.sections.len() as u64, "{name}");
+                let of = triangles(&tubes, &selection);
+                assert!(of.iter().flatten().all(|p| p.is_finite()), "{name}");
+                assert_eq!(of.len() as u64, chosen.triangles, "{name}");
+            }
+        }
+    }
+    // Far away, a helix of any number of sections is one chord or a few.
+    let mut tubes = Tubes::default();
+    let points: Vec<DVec3> = (0..3000).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.1 * t, t.sin())).collect();
+    let shape = Shape { radius: 0.1, inner: 0.0, capped: true };
+    tubes.through(&points, false, shape, 1e-3, &mut Counts::default()).unwrap();
+    let view = view(&camera(dvec3(2e4, 10.0, 0.0), dvec3(0.0, 10.0, 0.0), 60.0), 0.5);
+    let chosen = select(&tubes, &objects(&tubes, 1_000_000), &view).chosen();
+    assert!(tubes.sections.len() > 3000 && chosen.segments < 100, "{chosen:?} of {}", tubes.sections.len());
+}

@@ -1,0 +1,360 @@
+//! Tubes on the graphics processor: sections of 16 bytes, and the bands of a frame, whose corners the shader works out by their number. Any
+//! shader of the scene can draw them: `tubes.wgsl` stands in the place of `geometry.wgsl`.
+//!
+//! Based on: the thesis' tubes of discrete curves, whose triangles are made as they are drawn; Persson 2012 (thin things a pixel wide, by their
+//! weight). What differs: no tessellation stage, sides of a ring, not of a patch, by a bound in pixels; weight in place of width.
+
+use super::pipelines::{Eye, ITEMS, NEAR, Pipelines, Recipe, depth_state, shader};
+use super::targets::Targets;
+use crate::building::Building;
+use enfilade::ObjectId;
+use enfilade::gpu::{Gpu, GpuError};
+use enfilade::runtime::Camera;
+use enfilade::scene::Scene;
+use enfilade::tubes::{Chosen, Runs, SIDES, Selection, Tube, View, usual_sides};
+use glam::Vec3;
+use wgpu::{BlendState, BufferUsages, CompareFunction, ShaderStages, TextureFormat};
+
+/// Bytes of a tube, and of what comes before the bands.
+const TUBE: usize = 32;
+const HEAD: usize = 32;
+/// Bytes of a band.
+const BAND: usize = 16;
+/// Corners of a side.
+const CORNERS: u32 = 6;
+/// Corners of a draw on a software driver, which takes long over large draws of which anything is clipped; three times a power of two.
+const SOFTWARE: u32 = 3072;
+/// Bands that a list has room for at first.
+const ROOM: usize = 256;
+/// Bytes of a triangle of a mesh whose places aren't shared: three of 12, and three numbers.
+const TRIANGLE: u64 = 48;
+
+/// How tubes are drawn that are thinner than a pixel.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Thin {
+    /// As they are: they fall into dots.
+    Off,
+    /// A pixel wide, with the weight of what they are.
+    #[default]
+    Weighed,
+    /// Two pixels wide, with full weight.
+    Wide,
+}
+
+/// All of them, with what they are called.
+pub const THIN: [(Thin, &str); 3] = [(Thin::Off, "off"), (Thin::Weighed, "a pixel, weighed"), (Thin::Wide, "two pixels")];
+
+/// How tubes are drawn.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Look {
+    /// Pixels that their surface may be off.
+    pub limit: f64,
+    /// Thin ones.
+    pub thin: Thin,
+    /// How much wider than they are these may be.
+    pub most: f64,
+    /// Sides are colours, and there are lines at sections.
+    pub shows_sides: bool,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { limit: 0.5, thin: Thin::default(), most: 1e3, shows_sides: false }
+    }
+}
+
+/// Bands that are drawn by a camera.
+pub struct List {
+    /// What was chosen.
+    pub selection: Selection,
+    buffer: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    words: Vec<u32>,
+    corners: u32,
+    /// Corners of a draw, at most.
+    most: u32,
+}
+
+/// Tubes of a scene.
+pub struct Pipes {
+    /// How they are drawn.
+    pub look: Look,
+    /// Those that the frame draws.
+    pub drawn: List,
+    /// All, for the alarm: as they are, however thin.
+    pub all: List,
+    /// Those that the frame draws, as they are, for the alarm.
+    bare: List,
+    /// Those that it doesn't draw, while they are shown.
+    pub culled: List,
+    /// What lists are made of.
+    pub source: Source,
+    /// Bytes that they take on the device, without lists of frames.
+    pub bytes: u64,
+    /// Bytes that a mesh of them would take, with the sides that meshes have.
+    pub bytes_of_mesh: u64,
+    /// Objects that are tubes.
+    objects: Vec<ObjectId>,
+    colours: wgpu::RenderPipeline,
+    items: wgpu::RenderPipeline,
+    no_items: wgpu::RenderPipeline,
+}
+
+/// What lists of bands are made of.
+pub struct Source {
+    /// What binds it, with a list.
+    pub layout: wgpu::BindGroupLayout,
+    runs: Runs,
+    sections: wgpu::Buffer,
+    tubes: wgpu::Buffer,
+    materials: wgpu::Buffer,
+}
+
+impl Pipes {
+    /// Puts the tubes of a scene on a device; `None`: it has none. Pictures are of `format`.
+    ///
+    /// # Errors
+    ///
+    /// Where they don't fit.
+    pub fn new(
+        gpu: &Gpu,
+        pipelines: &Pipelines,
+        building: &Building,
+        format: TextureFormat,
+    ) -> Result<Option<Self>, GpuError> {
+        let Building { scene, looks, .. } = building;
+        let tubes = &scene.tubes;
+        let numbered = (0..).map(ObjectId).zip(&scene.objects);
+        let objects: Vec<ObjectId> = numbered.filter(|(_, object)| object.is_tube()).map(|(o, _)| o).collect();
+        if objects.is_empty() {
+            return Ok(None);
+        }
+        gpu.fits("sections of tubes", (16 * tubes.sections.len()).max(TUBE * tubes.tubes.len()) as u64)?;
+        let words = tubes.sections.iter().flat_map(|section| section.bytes().as_chunks::<4>().0.to_owned());
+        let sections: Vec<u32> = words.map(u32::from_le_bytes).collect();
+        let materials: Vec<u32> = looks.of_objects.iter().map(|&material| u32::from(material)).collect();
+        let filled = |words: &[u32]| gpu.filled(words, BufferUsages::STORAGE);
+        let [sections, of_tubes, materials] = [&sections[..], &of_tubes(scene), &materials].map(filled);
+        let bytes = sections.size() + of_tubes.size();
+        let segments = objects.iter().map(|o| scene.objects[o.index()].segments.clone());
+        let source = Source { runs: Runs::new(tubes, segments), layout: layout(gpu), sections, tubes: of_tubes, materials };
+        let text = concat!(include_str!("tubes.wgsl"), include_str!("scene.wgsl"), include_str!("tubes_plain.wgsl"));
+        let module = shader(gpu, text);
+        let groups = [Some(&pipelines.layout), None, Some(&source.layout)];
+        let pipeline = |corner, pixel, target: wgpu::ColorTargetState| {
+            let depth = Some(depth_state(true, CompareFunction::Greater));
+            Recipe { groups: &groups, depth, pixel: Some((pixel, target)), ..Recipe::new(&module, corner) }.pipeline(gpu)
+        };
+        Ok(Some(Self {
+            look: Look::default(),
+            drawn: List::new(gpu, &source),
+            all: List::new(gpu, &source),
+            bare: List::new(gpu, &source),
+            culled: List::new(gpu, &source),
+            bytes,
+            bytes_of_mesh: TRIANGLE * tubes.tubes.iter().map(|tube| of_mesh(scene, tube)).sum::<u64>(),
+            colours: pipeline("tubular", "colour_of_tube", blended(format)),
+            items: pipeline("tubular", "item_of_tube", ITEMS.into()),
+            no_items: pipeline("tubular", "no_item", ITEMS.into()),
+            source,
+            objects,
+        }))
+    }
+
+    /// All objects that are tubes.
+    pub fn objects(&self) -> impl Iterator<Item = ObjectId> + '_ {
+        self.objects.iter().copied()
+    }
+
+    /// What a frame draws of some objects, and, for the alarm, of `all`: by a camera, on pictures of so many pixels.
+    pub fn select(
+        &mut self,
+        gpu: &Gpu,
+        scene: &Scene,
+        (camera, size): (&Camera, [u32; 2]),
+        objects: impl Iterator<Item = ObjectId> + Clone,
+        all: Option<&dyn Fn(ObjectId) -> bool>,
+    ) {
+        let at = At::new(camera, size, self.look);
+        self.drawn.fill(gpu, scene, &self.source, &at, objects.clone());
+        let at = At::new(camera, size, Look { thin: Thin::Off, ..self.look });
+        let of_all = self.objects.iter().copied().filter(|o| all.is_some_and(|is_one| is_one(*o)));
+        self.all.fill(gpu, scene, &self.source, &at, of_all);
+        self.bare.fill(gpu, scene, &self.source, &at, objects.filter(|_| all.is_some()));
+    }
+
+    /// What it doesn't draw, if that is shown; `drawn`: what it does.
+    pub fn select_culled(&mut self, gpu: &Gpu, scene: &Scene, (camera, size): (&Camera, [u32; 2]), drawn: &[ObjectId]) {
+        let mut is_drawn = vec![false; scene.objects.len()];
+        drawn.iter().for_each(|o| is_drawn[o.index()] = true);
+        let rest = self.objects.iter().copied().filter(|o| !is_drawn[o.index()]);
+        self.culled.fill(gpu, scene, &self.source, &At::new(camera, size, self.look), rest);
+    }
+
+    /// Draws a list in flat colours.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+        self.draw_by(pass, eye, &self.colours, list);
+    }
+
+    /// Draws a list as items.
+    pub fn draw_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+        self.draw_by(pass, eye, &self.items, list);
+    }
+
+    /// Draws a list as what hides things, and is no item.
+    pub fn draw_no_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+        self.draw_by(pass, eye, &self.no_items, list);
+    }
+
+    /// Draws the depth of what the frame draws as it is, for the alarm: what is widened needn't hold what it stands for, where it bends.
+    pub fn stand_in(&self, eye: &Eye, targets: &Targets, commands: &mut wgpu::CommandEncoder) {
+        let kept = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &targets.items,
+                depth_slice: None,
+                resolve_target: None,
+                // The alarm clears it before it draws.
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Discard },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.depth,
+                depth_ops: Some(kept),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        self.draw_items(&mut pass, eye, &self.bare);
+    }
+
+    fn draw_by(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, pipeline: &wgpu::RenderPipeline, list: &List) {
+        if list.corners > 0 {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &eye.group, &[]);
+            list.draw(pass);
+        }
+    }
+}
+
+/// Where tubes are looked at from, and how they are drawn there.
+pub struct At {
+    view: View,
+    look: Look,
+    focal: f32,
+}
+
+impl At {
+    /// By a camera, on pictures of so many pixels.
+    pub fn new(camera: &Camera, size: [u32; 2], look: Look) -> Self {
+        let rows = [camera.x, camera.y, camera.w].map(Vec3::as_dvec3);
+        let view = View::new(camera.eye.as_dvec3(), rows, f64::from(NEAR), size.map(f64::from), look.limit);
+        Self { view, look, focal: camera.y.length() / camera.w.length() * size[1] as f32 / 2.0 }
+    }
+}
+
+impl List {
+    /// An empty one.
+    pub fn new(gpu: &Gpu, source: &Source) -> Self {
+        let bytes = (HEAD + BAND * ROOM) as u64;
+        let buffer = gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let group = group(gpu, source, &buffer);
+        let most = if gpu.is_software { SOFTWARE } else { u32::MAX };
+        Self { selection: Selection::default(), buffer, group, words: Vec::new(), corners: 0, most }
+    }
+
+    /// Fills it with what is drawn of those objects that are tubes.
+    pub fn fill(&mut self, gpu: &Gpu, scene: &Scene, source: &Source, at: &At, objects: impl Iterator<Item = ObjectId>) {
+        let segments = objects.map(|o| (o.0, scene.objects[o.index()].segments.clone()));
+        let of_tubes = segments.filter(|(_, segments)| !segments.is_empty());
+        self.selection.select(&scene.tubes, &source.runs, &at.view, of_tubes);
+        self.upload(gpu, source, at);
+    }
+
+    /// How much of tubes it is.
+    pub fn chosen(&self) -> Chosen {
+        self.selection.chosen()
+    }
+
+    /// Draws it, in a pass that has a pipeline and a camera.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if self.corners > 0 {
+            pass.set_bind_group(2, &self.group, &[]);
+            let starts = (0..self.corners).step_by(self.most as usize);
+            starts.for_each(|start| pass.draw(start..self.corners.min(start.saturating_add(self.most)), 0..1));
+        }
+    }
+
+    /// Puts what was chosen on the device; of more than it holds, those with the fewest sides.
+    fn upload(&mut self, gpu: &Gpu, source: &Source, at: &At) {
+        let most = (gpu.most() as usize).saturating_sub(HEAD) / BAND;
+        self.words.clear();
+        self.words.resize(HEAD / 4, 0);
+        let (mut corners, mut room) = (0u32, most);
+        for (k, sides) in SIDES.into_iter().enumerate() {
+            let a_band = CORNERS * sides;
+            let bands = self.selection.bands(k);
+            let bands = &bands[..bands.len().min(room).min(((u32::MAX - corners) / a_band) as usize)];
+            self.words.extend(bands.iter().flat_map(|band| band.0));
+            room -= bands.len();
+            corners += a_band * bands.len() as u32;
+            if k + 1 < SIDES.len() {
+                self.words[k] = corners;
+            }
+        }
+        let Look { thin, most, shows_sides, .. } = at.look;
+        self.words[4..8].copy_from_slice(&[
+            thin as u32,
+            u32::from(shows_sides),
+            at.focal.to_bits(),
+            (most as f32).to_bits(),
+        ]);
+        self.corners = corners;
+        let bytes = 4 * self.words.len() as u64;
+        if self.buffer.size() < bytes {
+            let room = bytes.next_power_of_two().min(gpu.most());
+            self.buffer = gpu.buffer(room.max(bytes), BufferUsages::STORAGE | BufferUsages::COPY_DST);
+            self.group = group(gpu, source, &self.buffer);
+        }
+        gpu.queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.words));
+    }
+}
+
+/// Blended by the weight of thin tubes.
+pub(super) fn blended(format: TextureFormat) -> wgpu::ColorTargetState {
+    wgpu::ColorTargetState { format, blend: Some(BlendState::ALPHA_BLENDING), write_mask: wgpu::ColorWrites::COLOR }
+}
+
+/// Tubes as the shader has them.
+fn of_tubes(scene: &Scene) -> Vec<u32> {
+    let of = |tube: &Tube| {
+        let [x, y, z] = tube.origin.as_vec3().to_array().map(f32::to_bits);
+        [x, y, z, tube.inner.to_bits(), tube.sections.start, tube.sections.end, u32::from(tube.closed), 0]
+    };
+    scene.tubes.tubes.iter().flat_map(of).collect()
+}
+
+/// Triangles of a tube's mesh.
+fn of_mesh(scene: &Scene, tube: &Tube) -> u64 {
+    let sides = scene.tubes.of(tube).first().map_or(0, |section| usual_sides(f64::from(section.radius())));
+    let is_hollow = tube.inner > 0.0;
+    let walls = tube.segments().len() as u64 * u64::from(2 * sides) * if is_hollow { 2 } else { 1 };
+    let cap = if is_hollow { 2 * sides } else { sides - 2 };
+    walls + u64::from(if tube.capped && !tube.closed { 2 * cap } else { 0 })
+}
+
+fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let ty = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only: true },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let entry = |binding| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX, ty, count: None };
+    let entries = [0, 1, 2, 3].map(entry);
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
+fn group(gpu: &Gpu, source: &Source, list: &wgpu::Buffer) -> wgpu::BindGroup {
+    let buffers = [&source.sections, &source.tubes, list, &source.materials].map(wgpu::Buffer::as_entire_binding);
+    let entries: Vec<_> = (0..).zip(buffers).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &source.layout, entries: &entries })
+}

@@ -1,0 +1,349 @@
+//! Tubes on a device: their pixels against triangles that are worked out here, thin ones against what they cover, and no mode misses one.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{has_device, path, shipped};
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::job::Job;
+use enfilade::pvs::PvsOptions;
+use enfilade::runtime::{Camera, FrameMode};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::tubes::{Counts, SIDES, Shape, Tubes, usual_error};
+use enfilade::walkthrough::picture::Picture;
+use enfilade_viewer::building::Building;
+use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::frame::{Stage, Wish};
+use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::targets::{Canvas, PICTURE};
+use enfilade_viewer::draw::tubes::Thin;
+use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::looks::{Detail, Looks};
+use enfilade_viewer::session::Session;
+use enfilade_viewer::ui::keys::Action;
+use glam::{DVec2, DVec3, dvec3};
+use std::collections::HashSet;
+use std::sync::OnceLock;
+
+const SIZE: [u32; 2] = [320, 180];
+
+fn building(scene: Scene) -> Building {
+    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
+    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let scene = scene.meshed(|_| 6);
+    let looks = Looks::read(&scene, &shipped("villa_rotonda", "glb"), &ImportOptions::default(), &|_| {});
+    Building::new(scene, file, looks)
+}
+
+fn line(tubes: &mut Tubes, points: &[DVec3], radius: f64) {
+    let shape = Shape { radius, inner: 0.0, capped: true };
+    tubes.line(points, false, shape, usual_error(radius), &mut Counts::default()).unwrap();
+}
+
+/// The villa with pipes through its rooms: thick and thin, straight and with bends.
+fn villa() -> &'static Building {
+    static VILLA: OnceLock<Building> = OnceLock::new();
+    VILLA.get_or_init(|| {
+        let villa = import(&shipped("villa_rotonda", "glb"), &ImportOptions::default()).unwrap();
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        for object in &villa.objects {
+            let corners = object.triangles.clone().flat_map(|t| villa.corners(t as usize));
+            let positions: Vec<DVec3> = corners.map(|p| p + villa.origin).collect();
+            let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+            let (node, role, opaque) = (object.node.clone(), object.role, object.opaque);
+            builder.add(Mesh { node, role, opaque, positions, triangles }).unwrap();
+        }
+        let bounds = villa.bounds();
+        let [least, most] = [bounds.min + villa.origin, bounds.max + villa.origin];
+        for k in 0..12 {
+            let share = (f64::from(k) + 0.5) / 12.0;
+            let radius = [0.08, 0.02, 0.003][k as usize % 3];
+            let mut tubes = Tubes::default();
+            let y = least.y + 2.4 + 0.05 * f64::from(k % 5);
+            let at =
+                |s: f64, t: f64, up: f64| dvec3(least.x + s * (most.x - least.x), y + up, least.z + t * (most.z - least.z));
+            line(
+                &mut tubes,
+                &[at(0.05, share, 0.0), at(0.5, share, 0.0), at(0.5, share, 0.7), at(0.95, share, 0.7)],
+                radius,
+            );
+            line(&mut tubes, &[at(share, 0.05, -0.3), at(share, 0.95, -0.3)], radius);
+            builder.add_tubes(format!("pipe {k}"), Role::Furnishing, &tubes).unwrap();
+        }
+        building(builder.finish("piped").unwrap())
+    })
+}
+
+/// Nothing but tubes.
+fn alone(tubes: &Tubes) -> Building {
+    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    builder.add_tubes("pipe".into(), Role::Furnishing, tubes).unwrap();
+    building(builder.finish("pipes").unwrap())
+}
+
+fn wish<'w>(camera: Camera, mode: FrameMode, overlay: &'w Overlay) -> Wish<'w> {
+    Wish { camera, culled_by: Some(camera), mode, alarm: false, timed: false, overlay, mirrors: None }
+}
+
+fn picture(walk: &mut Walk<'_, '_>, camera: Camera, mode: FrameMode) -> Picture {
+    let overlay = Overlay::default();
+    walk.draw(wish(camera, mode, &overlay)).unwrap();
+    walk.picture().unwrap()
+}
+
+#[test]
+fn no_mode_misses_a_pixel_of_tubes_in_rooms() {
+    if !has_device("no_mode_misses_a_pixel_of_tubes_in_rooms") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let software = FrameMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
+    let mut least = u64::MAX;
+    for (mode, oracle) in software.chain([(FrameMode::Chc, Oracle::Device)]) {
+        for thin in [Thin::Off, Thin::Weighed] {
+            let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
+            walk.stage.pipes.as_mut().unwrap().look.thin = thin;
+            if mode == FrameMode::Both {
+                walk.stage.set_detail(Detail::Full).unwrap();
+            }
+            for frame in (0..path.frames.len()).step_by(9) {
+                let missed = walk.missed(walk.camera(frame), mode).unwrap().expect("counted");
+                assert_eq!(missed.pixels, 0, "{mode} by {oracle:?}, {thin:?}, frame {frame}: {missed:?}");
+                let pipes = walk.stage.pipes.as_ref().unwrap();
+                least = least.min(pipes.drawn.chosen().segments);
+                assert!(pipes.drawn.chosen().segments <= pipes.all.chosen().segments);
+            }
+        }
+    }
+    assert!(least < 200, "{least} segments are drawn at least: nothing was culled");
+}
+
+#[test]
+fn pictures_are_the_same_with_and_without_culling() {
+    if !has_device("pictures_are_the_same_with_and_without_culling") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let mut walk = Walk::new(villa, &path, Some(Oracle::Software), SIZE).unwrap();
+    for detail in [Detail::Plain, Detail::Full] {
+        walk.stage.set_detail(detail).unwrap();
+        for frame in (0..path.frames.len()).step_by(11) {
+            let camera = walk.camera(frame);
+            let whole = picture(&mut walk, camera, FrameMode::None);
+            for mode in [FrameMode::Pvs, FrameMode::Both] {
+                let culled = picture(&mut walk, camera, mode);
+                let different = whole.pixels().iter().zip(culled.pixels()).filter(|(a, b)| a != b).count();
+                assert_eq!(different, 0, "{detail:?}, {mode}, frame {frame}");
+            }
+        }
+    }
+}
+
+/// An alarm that can't ring proves nothing: an object of tubes is taken out of the row.
+#[test]
+fn the_alarm_sees_tubes_that_are_missing() {
+    if !has_device("the_alarm_sees_tubes_that_are_missing") {
+        return;
+    }
+    let (sound, path) = (villa(), path("villa_rotonda"));
+    let mut walk = Walk::new(sound, &path, None, SIZE).unwrap();
+    let is_tube = |o: &enfilade::ObjectId| sound.scene.objects[o.index()].is_tube();
+    let mut rang = 0;
+    for frame in (0..path.frames.len()).step_by(5) {
+        let camera = walk.camera(frame);
+        assert_eq!(walk.missed(camera, FrameMode::Frustum).unwrap().expect("counted").pixels, 0);
+        // What was decided stays; the frame is drawn by a camera that has turned away from it.
+        let turned = Camera { x: -camera.x, w: -camera.w, ..camera };
+        let overlay = Overlay::default();
+        walk.draw(Wish { culled_by: None, alarm: true, ..wish(turned, FrameMode::Frustum, &overlay) }).unwrap();
+        walk.stage.settle().unwrap();
+        let missed = walk.stage.heard.missed.clone().expect("counted");
+        rang += u32::from(missed.objects.iter().any(|(o, pixels)| is_tube(o) && *pixels > 0));
+    }
+    assert!(rang > 0, "no tube was missed");
+}
+
+/// Where a point is on the screen, pixels from the top left.
+fn pixel(camera: &Camera, p: DVec3) -> DVec2 {
+    let away = p - camera.eye.as_dvec3();
+    let [x, y, w] = [camera.x, camera.y, camera.w].map(|row| away.dot(row.as_dvec3()));
+    DVec2::new((x / w + 1.0) / 2.0 * f64::from(SIZE[0]), (1.0 - y / w) / 2.0 * f64::from(SIZE[1]))
+}
+
+/// A building of tubes, painted black, before the sky.
+fn black<'b>(building: &'b Building, thin: Thin) -> (Canvas, Stage<'b>) {
+    let gpu = device().unwrap();
+    let canvas = Canvas::new(&gpu, SIZE);
+    let mut stage = Stage::new(gpu, building, Oracle::Software, SIZE, PICTURE).unwrap();
+    stage.paint(vec![[0; 3]; building.scene.objects.len()]);
+    stage.pipes.as_mut().unwrap().look.thin = thin;
+    (canvas, stage)
+}
+
+fn shot(stage: &mut Stage<'_>, canvas: &Canvas, camera: Camera) -> Picture {
+    let overlay = Overlay::default();
+    stage.frame(wish(camera, FrameMode::None, &overlay), &canvas.view, None).unwrap();
+    canvas.read(&stage.gpu).unwrap()
+}
+
+/// How much of a pixel is black.
+fn weight(colour: [u8; 3]) -> f64 {
+    1.0 - f64::from(colour[0]) / (0.80 * 255.0)
+}
+
+/// What is drawn is what the library says: pixels whose middle is in a triangle of the bands are black, others are not, but for those at edges.
+#[test]
+fn pixels_are_those_of_the_bands() {
+    if !has_device("pixels_are_those_of_the_bands") {
+        return;
+    }
+    let mut tubes = Tubes::default();
+    let helix: Vec<DVec3> = (0..200).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.15 * t, t.sin())).collect();
+    let shape = Shape { radius: 0.2, inner: 0.15, capped: true };
+    tubes.through(&helix, false, shape, 1e-3, &mut Counts::default()).unwrap();
+    line(&mut tubes, &[dvec3(-2.0, 0.0, 0.0), dvec3(-2.0, 2.0, 0.0), dvec3(-2.0, 2.0, 2.0), dvec3(2.0, 2.5, 3.0)], 0.15);
+    let ring: Vec<DVec3> =
+        (0..24).map(|k| 0.2618 * f64::from(k)).map(|t| dvec3(2.5 * t.cos(), 1.0, 2.5 * t.sin())).collect();
+    let whole = Shape { radius: 0.1, inner: 0.0, capped: true };
+    tubes.through(&ring, true, whole, 1e-3, &mut Counts::default()).unwrap();
+    let building = alone(&tubes);
+    let (canvas, mut stage) = black(&building, Thin::Off);
+    let origin = building.file.origin;
+    let mut covered = 0;
+    for (eye, limit) in [
+        (dvec3(6.0, 4.0, 5.0), 0.5),
+        (dvec3(-4.0, 1.0, -3.0), 0.25),
+        (dvec3(20.0, 9.0, 1.0), 1.0),
+        (dvec3(5.0, 1.0, 0.2), 4.0),
+    ] {
+        let camera = Camera::look_at(eye - origin, dvec3(0.0, 1.2, 0.0) - origin, 1.0, 320.0 / 180.0);
+        stage.pipes.as_mut().unwrap().look.limit = limit;
+        let seen = shot(&mut stage, &canvas, camera);
+        let scene = &building.scene;
+        let selection = &stage.pipes.as_ref().unwrap().drawn.selection;
+        let mut triangles = Vec::new();
+        for band in (0..SIDES.len()).flat_map(|sides| selection.bands(sides)) {
+            let of = scene.tubes.tubes[band.0[2] as usize].origin;
+            triangles.extend(band.triangles(&scene.tubes).map(|t| t.map(|p| pixel(&camera, p.as_dvec3() + of))));
+        }
+        // By pixel: in a triangle; or near to an edge.
+        let (mut inside, mut edge) = (HashSet::new(), HashSet::new());
+        for [a, b, c] in triangles {
+            let [low, high] = [a.min(b).min(c) - 1.0, a.max(b).max(c) + 1.0];
+            for y in low.y.max(0.0) as u32..high.y.clamp(0.0, f64::from(SIZE[1])) as u32 {
+                for x in low.x.max(0.0) as u32..high.x.clamp(0.0, f64::from(SIZE[0])) as u32 {
+                    let p = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                    let off = [(a, b), (b, c), (c, a)].map(|(u, v)| (v - u).perp_dot(p - u) / (v - u).length().max(1e-9));
+                    let is_in = off.iter().all(|o| *o >= 0.0) || off.iter().all(|o| *o <= 0.0);
+                    let near = [(a, b), (b, c), (c, a)].iter().any(|(u, v)| {
+                        let t = ((p - u).dot(v - u) / (v - u).length_squared().max(1e-12)).clamp(0.0, 1.0);
+                        u.lerp(*v, t).distance(p) < 0.02
+                    });
+                    if near {
+                        edge.insert((x, y));
+                    } else if is_in {
+                        inside.insert((x, y));
+                    }
+                }
+            }
+        }
+        let mut wrong = 0;
+        for (i, colour) in (0u32..).zip(seen.pixels()) {
+            let at = (i % SIZE[0], i / SIZE[0]);
+            // At an edge between two triangles, the pixel is in either.
+            let is_black = weight(*colour) > 0.5;
+            wrong += u32::from(is_black != inside.contains(&at) && !edge.contains(&at));
+            covered += u32::from(is_black);
+        }
+        assert_eq!(wrong, 0, "from {eye}");
+    }
+    assert!(covered > 10_000, "{covered} pixels are covered");
+}
+
+/// Straight pipes across the view, far away: what is drawn weighs as much as they cover, and no pixel of the middle line is empty.
+#[test]
+fn thin_pipes_weigh_what_they_cover() {
+    if !has_device("thin_pipes_weigh_what_they_cover") {
+        return;
+    }
+    let radius = 0.05;
+    for wide in [0.1, 0.2, 0.4, 0.8] {
+        // Pixels wide, at this distance, and 250 pixels long.
+        let focal = f64::from(SIZE[1]) / 2.0 / 0.5f64.tan();
+        let away = 2.0 * radius * focal / wide;
+        let half = away / focal * dvec3(120.0, 37.0, 0.0);
+        let mut tubes = Tubes::default();
+        line(&mut tubes, &[-half, half], radius);
+        let building = alone(&tubes);
+        let ends = [-half, half].map(|p| p - building.file.origin);
+        let eye = (ends[0] + ends[1]) / 2.0 + dvec3(0.3, 0.2, away);
+        let camera = Camera::look_at(eye, eye - DVec3::Z, 1.0, 320.0 / 180.0);
+        let [a, b] = ends.map(|p| pixel(&camera, p));
+        let true_weight = a.distance(b) * wide;
+        let columns: Vec<u32> = (0..SIZE[0]).filter(|x| (a.x + 1.0..b.x - 1.0).contains(&(f64::from(*x) + 0.5))).collect();
+        let row = |x: u32| a.y + (f64::from(x) + 0.5 - a.x) / (b.x - a.x) * (b.y - a.y);
+        let of = |thin: Thin| {
+            let (canvas, mut stage) = black(&building, thin);
+            let seen = shot(&mut stage, &canvas, camera);
+            let sum: f64 = seen.pixels().iter().map(|colour| weight(*colour).max(0.0)).sum();
+            let at = |x: u32| weight(seen.pixels()[(row(x) as u32 * SIZE[0] + x) as usize]) > 0.02;
+            (sum / true_weight, columns.iter().filter(|x| at(**x)).count() as f64 / columns.len() as f64)
+        };
+        let [plain, ours, study] = [Thin::Off, Thin::Weighed, Thin::Wide].map(of);
+        println!("{wide} px: weight and coverage: as it is {plain:.3?}, ours {ours:.3?}, the study's {study:.3?}");
+        assert!(columns.len() > 20, "{} columns at {wide} px", columns.len());
+        assert!((ours.0 - 1.0).abs() < 0.05, "{wide} px: {} of the weight", ours.0);
+        assert!(ours.1 >= 0.999, "{wide} px: {} of the middle line", ours.1);
+        assert!(study.0 > 1.5 && plain.1 < 0.999, "{wide} px: {study:?}, {plain:?}");
+    }
+}
+
+/// The study counts 13,270 MB for 184.3 million triangles: three corners of 24 bytes each. The viewer's are 48 bytes.
+#[test]
+fn sections_take_far_fewer_bytes_than_meshes() {
+    if !has_device("sections_take_far_fewer_bytes_than_meshes") {
+        return;
+    }
+    let mut tubes = Tubes::default();
+    for k in 0..20 {
+        let helix = (0..500).map(|t| 0.1 * f64::from(t)).map(|t| dvec3(t.cos() + 3.0 * f64::from(k), 0.1 * t, t.sin()));
+        let shape = Shape { radius: 0.1, inner: 0.0, capped: true };
+        tubes.through(&helix.collect::<Vec<_>>(), false, shape, 1e-3, &mut Counts::default()).unwrap();
+    }
+    let building = alone(&tubes);
+    let (_, stage) = black(&building, Thin::Off);
+    let pipes = stage.pipes.as_ref().unwrap();
+    let segments: u64 = building.scene.tubes.tubes.iter().map(|tube| tube.segments().len() as u64).sum();
+    let triangles = 36 * segments;
+    assert!(72 * pipes.bytes <= 72 * triangles, "{} bytes for {triangles} triangles of 72", pipes.bytes);
+    assert!(72 * pipes.bytes <= 48 * triangles, "{} bytes for {triangles} triangles of 48", pipes.bytes);
+    // An indexed mesh shares its corners: 18 a section of 24 bytes, and three numbers a triangle.
+    assert!(36 * pipes.bytes <= 12 * triangles + 18 * 24 * segments, "{} bytes for {segments} segments", pipes.bytes);
+    assert_eq!(stage.mesh.triangles, 0, "tubes are no triangles");
+}
+
+#[test]
+fn sides_are_shown_where_there_are_tubes() {
+    if !has_device("sides_are_shown_where_there_are_tubes") {
+        return;
+    }
+    let (villa, path) = (villa(), path("villa_rotonda"));
+    let gpu = device().unwrap();
+    let canvas = Canvas::new(&gpu, SIZE);
+    let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
+    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
+    session.stand(&path, path.frames.len() / 2);
+    assert!(!session.is_on(Action::Tubes));
+    session.act(Action::Tubes);
+    assert!(session.is_on(Action::Tubes));
+    session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
+    session.act(Action::Tubes);
+    assert!(!session.is_on(Action::Tubes));
+    // A building without any.
+    let plain = common::building("villa_rotonda");
+    let stage = Stage::new(device().unwrap(), &plain, Oracle::Software, SIZE, PICTURE).unwrap();
+    assert!(stage.pipes.is_none());
+    let mut session = Session::new(&plain, stage, PICTURE, SIZE).unwrap();
+    session.act(Action::Tubes);
+    assert!(!session.is_on(Action::Tubes));
+}
