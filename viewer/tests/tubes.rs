@@ -56,10 +56,10 @@ fn villa() -> &'static Building {
         let bounds = villa.bounds();
         let [least, most] = [bounds.min + villa.origin, bounds.max + villa.origin];
         for k in 0..12 {
-            let share = (f64::from(k) + 0.5) / 12.0;
-            let radius = [0.08, 0.02, 0.003][k as usize % 3];
+            let share = (k as f64 + 0.5) / 12.0;
+            let radius = [0.08, 0.02, 0.003][k % 3];
             let mut tubes = Tubes::default();
-            let y = least.y + 2.4 + 0.05 * f64::from(k % 5);
+            let y = least.y + 2.4 + 0.05 * (k % 5) as f64;
             let at =
                 |s: f64, t: f64, up: f64| dvec3(least.x + s * (most.x - least.x), y + up, least.z + t * (most.z - least.z));
             line(
@@ -68,16 +68,19 @@ fn villa() -> &'static Building {
                 radius,
             );
             line(&mut tubes, &[at(share, 0.05, -0.3), at(share, 0.95, -0.3)], radius);
-            builder.add_tubes(format!("pipe {k}"), Role::Furnishing, &tubes).unwrap();
+            builder.add_tubes(format!("pipe {k}"), Role::Furnishing, tubes).unwrap();
         }
         building(builder.finish("piped").unwrap())
     })
 }
 
-/// Nothing but tubes.
+/// Nothing but tubes: these, and deep below them so many more that they don't become meshes.
 fn alone(tubes: &Tubes) -> Building {
     let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    builder.add_tubes("pipe".into(), Role::Furnishing, tubes).unwrap();
+    builder.add_tubes("pipe".into(), Role::Furnishing, tubes.clone()).unwrap();
+    let mut more = Tubes::default();
+    (0..64).map(f64::from).for_each(|k| line(&mut more, &[dvec3(k, -1e4, 0.0), dvec3(k, -1e4, 1.0)], 0.1));
+    builder.add_tubes("more".into(), Role::Furnishing, more).unwrap();
     building(builder.finish("pipes").unwrap())
 }
 
