@@ -1,14 +1,15 @@
 //! Tubes as a scene has them: in pieces that can be seen or hidden, with prisms around them; or as meshes, where there are few.
 
 use super::{Mesh, Role};
-use crate::tubes::{Tubes, part, prism, usual_sides};
+use crate::tubes::{Prism, Tubes, part, prism, usual_sides};
+use glam::DVec3;
 use std::ops::Range;
 
 /// Segments of tubes below which a scene has none: a few pipes are meshes.
 pub(super) const FEWEST_SEGMENTS: usize = 64;
 
-/// Of a prism around a segment.
-const TRIANGLES_OF_SEGMENT: u32 = 12;
+/// Of prisms around bends, a segment: their lines replace some.
+const TRIANGLES_OF_BEND: u32 = 4;
 
 /// Prisms around tubes, by piece.
 pub(super) struct Prisms {
@@ -23,19 +24,32 @@ pub(super) struct Prisms {
 /// Cuts tubes into pieces of no more than `most` triangles, as far as segments allow.
 pub(super) fn prisms(node: String, role: Role, tubes: &Tubes, most: u32) -> Prisms {
     let tubes = tubes.divided();
-    let mut mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
-    let mut pieces = Vec::new();
-    for segments in tubes.pieces((most / TRIANGLES_OF_SEGMENT).max(1)) {
-        let start = mesh.triangles.len() as u32;
-        for (tube, segments) in tubes.parts(segments.clone()) {
-            let prism = prism(&tubes, tube, segments);
-            let base = mesh.positions.len() as u32;
-            mesh.positions.extend(prism.positions.iter().map(|p| tube.origin + p));
-            mesh.triangles.extend(prism.triangles.iter().map(|t| t.map(|i| i + base)));
+    let mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
+    let mut all = Prisms { mesh, tubes, pieces: Vec::new() };
+    // Taken from the end.
+    let mut left = all.tubes.pieces((most / TRIANGLES_OF_BEND).max(1));
+    left.reverse();
+    while let Some(segments) = left.pop() {
+        let made: Vec<(Prism, DVec3)> =
+            all.tubes.parts(segments.clone()).map(|(tube, part)| (prism(&all.tubes, tube, part), tube.origin)).collect();
+        let count: usize = made.iter().map(|(prism, _)| prism.triangles.len()).sum();
+        let middle = segments.start + (segments.len() / 2) as u32;
+        let halves = [segments.start..middle, middle..segments.end];
+        let is_cut = count > most as usize && halves.iter().all(|half| all.tubes.parts(half.clone()).next().is_some());
+        if is_cut {
+            let [first, second] = halves;
+            left.extend([second, first]);
+            continue;
         }
-        pieces.push([start..mesh.triangles.len() as u32, segments]);
+        let start = all.mesh.triangles.len() as u32;
+        for (prism, origin) in made {
+            let base = all.mesh.positions.len() as u32;
+            all.mesh.positions.extend(prism.positions.iter().map(|p| origin + p));
+            all.mesh.triangles.extend(prism.triangles.iter().map(|t| t.map(|i| i + base)));
+        }
+        all.pieces.push([start..all.mesh.triangles.len() as u32, segments]);
     }
-    Prisms { mesh, tubes, pieces }
+    all
 }
 
 /// The mesh of tubes.
