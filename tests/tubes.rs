@@ -312,7 +312,7 @@ fn prisms_hold_their_tubes() {
                 }
                 assert!(edges.keys().all(|&(p, q)| edges.get(&(q, p)) == edges.get(&(p, q))), "{name}: open");
                 let surface = part(&tubes, tube, segments.clone(), 24);
-                for &t in surface.triangles.iter().step_by(7) {
+                for &t in surface.triangles.iter().step_by(13) {
                     let corners = at(&surface, t);
                     for p in [corners[0], (corners[0] + corners[1]) / 2.0, corners.iter().sum::<DVec3>() / 3.0] {
                         let turns = winding(&of.positions, &of.triangles, p);

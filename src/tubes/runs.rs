@@ -62,9 +62,9 @@ impl Runs {
     pub fn new(tubes: &Tubes, objects: impl Iterator<Item = Range<u32>>) -> Self {
         let mut runs = Self::default();
         for segments in objects.filter(|segments| !segments.is_empty()) {
-            let first = tubes.tubes.partition_point(|tube| tube.sections.end <= segments.start) as u32;
+            let tube = |segment: u32| tubes.tubes.partition_point(|tube| tube.sections.end <= segment) as u32;
             let parts = tubes.parts(segments);
-            runs.parts.extend(parts.zip(first..).map(|((_, segments), tube)| Part { tube, segments, first: 0 }));
+            runs.parts.extend(parts.map(|(_, segments)| Part { tube: tube(segments.start), segments, first: 0 }));
         }
         runs.parts.sort_by_key(|part| part.segments.start);
         for k in 0..runs.parts.len() {

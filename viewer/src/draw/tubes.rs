@@ -145,8 +145,10 @@ impl Pipes {
             let depth = Some(depth_state(true, CompareFunction::Greater));
             Recipe { groups: &groups, depth, pixel: Some((pixel, target)), ..Recipe::new(&module, corner) }.pipeline(gpu)
         };
+        // A map of mains is kilometres wide: by their weight, nobody would see any.
+        let thin = if objects.len() == scene.objects.len() { Thin::Wide } else { Thin::default() };
         Ok(Some(Self {
-            look: Look::default(),
+            look: Look { thin, ..Look::default() },
             drawn: List::new(gpu, &source),
             all: List::new(gpu, &source),
             bare: List::new(gpu, &source),
