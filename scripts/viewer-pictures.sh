@@ -51,5 +51,9 @@ window() {
 }
 window ground 0
 window ground_outside 1
+cargo run --release --quiet -- generate pipes --sections 640000 -o out/pictures/pipes.glb
+cargo run --release --quiet -- bake out/pictures/pipes.glb --rays 100k -o out/pictures/pipes.pvs
+target/release/enfilade-viewer out/pictures/pipes.pvs --frame 5 --show tubes --size 960x540 \
+  --shot docs/pictures/tubes.png
 outside viewer_frozen graphs full
 outside viewer_split waste,split plain

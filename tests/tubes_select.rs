@@ -321,7 +321,7 @@ fn objects_of_several_tubes_may_be_cut_anywhere() {
         let all = triangles(&tubes, &select(&tubes, objects, &view));
         all.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).length() / 2.0).sum()
     };
-    let expected = area(&[0..end]);
+    let expected = area(std::slice::from_ref(&(0..end)));
     // Lines of 1 m and bends: nine tubes' worth of a pipe of 5 cm, within the limit of half a pixel.
     assert!(
         (expected / (TAU * 0.05 * (3.0 + 3.0 * (1.95 - 0.05 + 0.25 * TAU * 0.05)) + 12.0 * TAU * 0.05 * 0.025) - 1.0).abs()
