@@ -2,7 +2,7 @@
 
 use enfilade::geom::Aabb;
 use enfilade::scene::{ImportOptions, Object, Role, Scene, geojson};
-use enfilade::tubes::usual_sides;
+use enfilade::tubes::{Tube, usual_sides};
 use glam::{DVec3, dvec3};
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
@@ -92,10 +92,24 @@ fn lines_without_a_radius_get_the_one_that_is_given() {
 /// Visibility depends on tubes, so a model with others is another one.
 #[test]
 fn other_tubes_are_another_model() {
-    let hash =
-        |radius: f64, end: f64| read(&feature(json!({"radius": radius}), json!([[500, 0], [end, 0]]))).unwrap().hash();
+    let model = |radius: f64, end: f64| {
+        let line = |k: u32| feature(json!({"radius": radius}), json!([[500, 10 * k], [end, 10 * k]]));
+        let scene = read(&json!({"type": "FeatureCollection", "features": (0..70).map(line).collect::<Vec<_>>()})).unwrap();
+        assert_eq!(scene.tubes.tubes.len(), 70);
+        scene
+    };
+    let hash = |radius: f64, end: f64| model(radius, end).hash();
     assert_eq!(hash(0.5, 510.0), hash(0.5, 510.0));
     assert!(hash(0.5, 510.0) != hash(0.5005, 510.0) && hash(0.5, 510.0) != hash(0.5, 510.01));
+    // What prisms don't show.
+    let one = model(0.5, 510.0);
+    let changes: [fn(&mut Tube); 4] =
+        [|tube| tube.capped = false, |tube| tube.inner = 0.5, |tube| tube.error *= 2.0, |tube| tube.origin.x += 1e-9];
+    for change in changes {
+        let mut other = one.clone();
+        change(&mut other.tubes.tubes[33]);
+        assert!(other.hash() != one.hash());
+    }
 }
 
 #[test]

@@ -100,6 +100,8 @@ fn tubes_of_gltf_that_make_no_sense_are_refused() {
     for (tube, expected) in [
         (json!({"radius": -1.0}), "node pipe: extras.enfilade.tube: a radius of -2 m"),
         (json!({"radius": 0.1, "inner": 0.2}), "a radius of 0.2 m"),
+        (json!({"radius": 1e5}), "below 65,504 m"),
+        (json!({"radius": 1e-9}), "a radius of 0.000000002 m"),
         (json!({"radius": 0.1, "colour": 1}), "unknown field `colour`"),
         (json!({}), "missing field `radius`"),
     ] {
@@ -164,6 +166,8 @@ fn pipes_of_a_plant_are_tubes_and_cut_again() {
     let cut = export(&at, &options, &file).unwrap();
     let again = gltf::from_slice(&cut.glb, "cut", None, &options).unwrap();
     assert!(again.tubes.tubes.is_empty() && again.objects.len() == tubes.objects.len(), "{} objects", again.objects.len());
+    let roles = |scene: &Scene| scene.objects.iter().filter(|o| is_pipe(&o.node)).map(|o| o.role).collect::<Vec<_>>();
+    assert_eq!(roles(&again), roles(&tubes));
     assert!((area(&again) / area(&drawn) - 1.0).abs() < 1e-4, "{} of {}", area(&again), area(&drawn));
     let [a, b] = [&again, &drawn].map(|scene| Aabb::of(scene.positions.iter().map(|p| *p + scene.origin)));
     assert!(a.min.distance(b.min) + a.max.distance(b.max) < 1e-3, "{a:?}, not {b:?}");
@@ -185,4 +189,43 @@ fn as_many_sections_are_made_as_were_asked_for() {
         );
     }
     assert!(generate(Kind::Pipes { sections: 0 }, 1).is_err());
+}
+
+/// A radius for all says nothing of boxes, however they are scaled.
+#[test]
+fn a_radius_for_all_leaves_meshes_alone() {
+    let triangle = [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0]];
+    let file = document(&[("box", &triangle, 4, json!({})), ("line", &triangle[..2], 3, json!({}))]);
+    let uneven = String::from_utf8(file).unwrap().replace("[2,2,2]", "[1,2,1]").into_bytes();
+    let options = ImportOptions { tube_radius: Some(0.1), ..ImportOptions::default() };
+    let scene = gltf::from_slice(&uneven, "box", None, &options).unwrap();
+    assert_eq!(scene.objects.iter().map(|o| o.node.as_str()).collect::<Vec<_>>(), ["box"]);
+    assert!(scene.source.notes.contains(&"1 primitives of points or lines left out".to_owned()), "{:?}", scene.source.notes);
+}
+
+/// A few pipes are meshes: cut into objects, these are there, once, whatever the source has for them.
+#[test]
+fn a_few_pipes_are_cut_too() {
+    let line = [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [5.0, 3.0, 0.0]];
+    let flat = [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0]];
+    let points = json!({"radius": 0.1, "points": [[0, 0, 9], [5, 0, 9]]});
+    let file = document(&[
+        ("line", &line, 3, json!({"tube": {"radius": 0.1}})),
+        ("mesh", &flat, 4, json!({"tube": points})),
+        ("plate", &flat, 4, json!({})),
+    ]);
+    let at = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("few_tubes.glb");
+    std::fs::write(at.with_extension("gltf"), &file).unwrap();
+    let at = at.with_extension("gltf");
+    for tubes in [true, false] {
+        let options = ImportOptions { tubes, ..ImportOptions::default() };
+        let scene = import(&at, &options).unwrap();
+        assert!(scene.tubes.tubes.is_empty() && scene.objects.len() >= 3, "{} objects", scene.objects.len());
+        let cut = export(&at, &options, &unbaked(&scene, &options)).unwrap();
+        for tube_radius in [None, Some(0.3)] {
+            let again = gltf::from_slice(&cut.glb, "cut", None, &ImportOptions { tube_radius, ..options.clone() }).unwrap();
+            assert_eq!(again.objects.len(), scene.objects.len());
+            assert!((area(&again) / area(&scene) - 1.0).abs() < 1e-4, "{} of {}", area(&again), area(&scene));
+        }
+    }
 }

@@ -33,7 +33,7 @@ pub struct SceneFlags {
     /// Metres per unit of the input [default: the format's own]
     #[arg(long, value_name = "METRES")]
     pub unit: Option<f64>,
-    /// Radius of tubes along lines that have none of their own (OBJ, glTF, GeoJSON) [default: such lines are left out]
+    /// Radius of tubes along lines that have none of their own (OBJ, glTF, GeoJSON) [default: OBJ and glTF: left out; GeoJSON: refused]
     #[arg(long, value_name = "METRES")]
     pub tube_radius: Option<f64>,
     /// Whether pipes are tubes, where there are many, or meshes

@@ -54,6 +54,11 @@ pub(super) fn state_of_code(code: u8) -> Option<PortalState> {
     (code < 16 && (state.closable || !state.shut) && (state.shut || !state.ajar)).then_some(state)
 }
 
+/// Bits that say which options of an import follow, and that pipes are meshes.
+pub(super) const UNIT: u8 = 1;
+pub(super) const TUBE_RADIUS: u8 = 2;
+pub(super) const NO_TUBES: u8 = 4;
+
 #[cfg(all(test, feature = "bake"))]
 mod tests {
     use super::*;
@@ -71,8 +76,3 @@ mod tests {
         assert!(PORTAL_KINDS.iter().enumerate().all(|(i, &k)| portal_kind_code(k) as usize == i));
     }
 }
-
-/// Bits that say which options of an import follow, and that pipes are meshes.
-pub(super) const UNIT: u8 = 1;
-pub(super) const TUBE_RADIUS: u8 = 2;
-pub(super) const NO_TUBES: u8 = 4;

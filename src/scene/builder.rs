@@ -145,10 +145,7 @@ impl SceneBuilder {
 
     fn push(&mut self, mut mesh: Mesh, glass: bool) -> Result<(), ImportError> {
         self.count(mesh.triangles.len())?;
-        // A NaN fails the comparison too.
-        if !mesh.positions.iter().all(|p| p.abs().cmple(DVec3::splat(FARTHEST)).all()) {
-            return Err(ImportError::NotFinite { node: mesh.node });
-        }
+        check_places(&mesh)?;
         let n = mesh.positions.len();
         if let Some(bad) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
             return Err(ImportError::malformed(Place::File, format!("{}: vertex index {bad} of {n} vertices", mesh.node)));
@@ -185,7 +182,7 @@ impl SceneBuilder {
         let are_few = self.meshes.iter().map(segments).sum::<usize>() < pipes::FEWEST_SEGMENTS;
         let mut meshes = std::mem::take(&mut self.meshes);
         for added in meshes.iter_mut().filter(|added| !added.tubes.tubes.is_empty()) {
-            let (node, role) = (added.mesh.node.clone(), added.mesh.role);
+            let (node, role, counted) = (added.mesh.node.clone(), added.mesh.role, added.tubes.sections.len());
             if are_few {
                 added.mesh = pipes::mesh(node, role, &std::mem::take(&mut added.tubes));
                 added.dropped = self.drop_degenerate(&mut added.mesh);
@@ -193,7 +190,8 @@ impl SceneBuilder {
                 let made = pipes::prisms(node, role, &added.tubes, self.options.object_triangles);
                 Prisms { mesh: added.mesh, tubes: added.tubes, pieces: added.pieces } = made;
             }
-            self.count(added.mesh.triangles.len())?;
+            self.count(added.mesh.triangles.len().saturating_sub(counted))?;
+            check_places(&added.mesh)?;
         }
         meshes.retain(|added| !added.mesh.triangles.is_empty());
         self.meshes = meshes;
@@ -283,6 +281,13 @@ impl SceneBuilder {
         }
         Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, tubes, hints, trace })
     }
+}
+
+/// Coordinates are finite, and no farther than 1e12 m.
+fn check_places(mesh: &Mesh) -> Result<(), ImportError> {
+    // A NaN fails the comparison too.
+    let is_sound = |p: &DVec3| p.abs().cmple(DVec3::splat(FARTHEST)).all();
+    if mesh.positions.iter().all(is_sound) { Ok(()) } else { Err(ImportError::NotFinite { node: mesh.node.clone() }) }
 }
 
 /// A name fit for an object: every object of a mesh repeats it, so a file of one endless name must not fill the memory.

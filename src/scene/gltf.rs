@@ -54,7 +54,6 @@ use super::builder::short_name;
 use super::lines::{Line, Lines};
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
-use crate::tubes::Shape;
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 pub(crate) use cut::cut_file;
@@ -101,6 +100,8 @@ struct Drawn {
     node: usize,
     mesh: usize,
     primitive: usize,
+    /// Its triangles are those of a tube, not the primitive's.
+    is_tube: bool,
     /// Where the node has instances: of this one, within the node.
     instance: Option<Placement>,
 }
@@ -276,7 +277,7 @@ impl<'a> Importer<'a> {
             let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
             let glass = material.is_some_and(|m| !m.is_opaque());
-            self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, instance });
+            self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, is_tube: false, instance });
             if let Some((look, coordinates)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, i], part)) {
                 let coordinates = coordinates.into_iter().map(|triangle| self::turned(triangle, mirrored));
                 self.builder.look(look, coordinates.collect());
@@ -305,16 +306,19 @@ impl<'a> Importer<'a> {
         let world = instance.map_or(visit.parent, |instance| visit.parent * instance.transform());
         let stands_for_mesh = tube.is_some_and(|tube| !tube.points.is_empty());
         let default = self.tube_radius.map(|radius| Tube::of_radius(radius / tubes::scale(&world).unwrap_or(1.0)));
-        let Some(tube) = tube.or(default.as_ref()) else { return Ok(false) };
+        let has_lines = self.document.meshes[mesh].primitives.iter().any(tubes::is_of_lines);
+        let Some(given) = tube.or(default.as_ref()).filter(|_| stands_for_mesh || has_lines) else { return Ok(false) };
+        let (place, tube) = (if tube.is_some() { "extras.enfilade.tube" } else { "its lines" }, given);
         let scale = match tubes::scale(&world) {
             Some(scale) => scale,
-            None if stands_for_mesh => return Ok(false),
+            None if stands_for_mesh || default.is_some() => return Ok(false),
             None => return Err(broken(format!("node {name}: a tube whose scale isn't the same in all directions"))),
         };
         let shape = tube.shape(scale);
         if stands_for_mesh && self.builder.has_tubes() {
             let points: Vec<DVec3> = tube.points.iter().map(|&p| world.transform_point3(p.into())).collect();
-            self.add_line(name, [visit.node, mesh, 0], instance, &points, tube, shape)?;
+            let line = Line { name, place: &format!("node {name}: {place}"), points: &points, ..tube.line(shape) };
+            self.add_line(&line, [mesh, 0], visit, instance)?;
             return Ok(true);
         }
         let document = self.document;
@@ -325,8 +329,9 @@ impl<'a> Importer<'a> {
             for points in tubes::polylines(&self.buffers, primitive)? {
                 let points: Vec<DVec3> = points.iter().map(|&p| world.transform_point3(p)).collect();
                 let closed = tube.closed || primitive.mode == Some(tubes::LOOP);
-                let tube = Tube { closed, ..tube.clone() };
-                self.add_line(name, [visit.node, mesh, i], instance, &points, &tube, shape)?;
+                let place = format!("node {name}: {place}");
+                let line = Line { name, place: &place, points: &points, closed, ..tube.line(shape) };
+                self.add_line(&line, [mesh, i], visit, instance)?;
             }
         }
         Ok(false)
@@ -334,23 +339,18 @@ impl<'a> Importer<'a> {
 
     fn add_line(
         &mut self,
-        name: &str,
-        [node, mesh, primitive]: [usize; 3],
+        line: &Line<'_>,
+        [mesh, primitive]: [usize; 2],
+        visit: &Visit,
         instance: Option<Placement>,
-        points: &[DVec3],
-        tube: &Tube,
-        shape: Shape,
     ) -> Result<(), ImportError> {
         let part = Part { positions: Vec::new(), vertices: Vec::new(), triangles: Vec::new() };
         if let Some((look, _)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, primitive], &part)) {
             self.builder.look(look, Vec::new());
         }
-        let place = format!("node {name}: extras.enfilade.tube");
-        // Tubes bound no rooms.
-        let (role, &Tube { closed, smooth, .. }) = (Role::Furnishing, tube);
-        let line = Line { name, place: &place, role, points, closed, smooth, shape };
-        self.drawn.push(Drawn { node, mesh, primitive, instance });
-        self.lines.add(&mut self.builder, &line)
+        self.authored.furnish(visit.room, line.points);
+        self.drawn.push(Drawn { node: visit.node, mesh, primitive, is_tube: true, instance });
+        self.lines.add(&mut self.builder, line)
     }
 
     fn portal(&mut self, name: &str, visit: &Visit, rooms: [String; 2], parts: &[Option<Part>]) -> Result<(), ImportError> {

@@ -1,4 +1,4 @@
-//! Scenes for who draws triangles: with meshes of tubes in place of prisms around them.
+//! Scenes for whoever draws triangles: with meshes of tubes in place of prisms around them.
 
 use super::{Object, Scene};
 use crate::tubes::part;

@@ -116,7 +116,8 @@ struct Reader {
     tube_radius: Option<f64>,
     /// Lines that become tubes: names, and vertices.
     polylines: Vec<(Option<usize>, Face)>,
-    lines_and_points: usize,
+    lines: usize,
+    points: usize,
     free_form: usize,
     unknown: usize,
     first_unknown: Option<String>,
@@ -142,7 +143,8 @@ impl Reader {
             "usemtl" => self.current.material = self.name(rest),
             "mtllib" if !rest.is_empty() => self.libraries.push(rest.to_owned()),
             "l" if self.tube_radius.is_some() => self.polyline(number, rest)?,
-            "l" | "p" => self.lines_and_points += 1,
+            "l" => self.lines += 1,
+            "p" => self.points += 1,
             "curv" | "curv2" | "surf" => self.free_form += 1,
             "" | "vt" | "vn" | "vp" | "s" | "mtllib" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "usemap"
             | "maplib" | "shadow_obj" | "trace_obj" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
@@ -251,7 +253,8 @@ impl Reader {
         for (count, what) in [
             (concave, "concave polygons cut into triangles"),
             (fanned, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
-            (self.lines_and_points, "lines and points left out; --tube-radius makes tubes of lines"),
+            (self.lines, "lines left out; --tube-radius makes tubes of them"),
+            (self.points, "points left out"),
             (self.free_form, "free-form curves and surfaces left out"),
         ] {
             if count > 0 {

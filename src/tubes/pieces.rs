@@ -10,7 +10,7 @@ const LONGEST: f64 = 50.0;
 /// Of that, what rounding may add.
 const ROUNDING: f64 = 1e-3;
 /// Sections that a straight part gets more, at most. More: an endless line fills the memory.
-const MOST_CUTS: f64 = 256.0;
+const MOST_CUTS: f64 = 64.0;
 
 impl Tubes {
     /// The same tubes, with sections more where a straight part is longer than a piece.

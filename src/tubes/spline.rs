@@ -7,8 +7,8 @@ use super::curve::Stop;
 use super::section::Tangent;
 use glam::DVec3;
 
-/// Halvings of a part between two points, at most: 65,536 sections.
-const DEEPEST: u32 = 16;
+/// Halvings of a part between two points, at most: 512 sections. More: points that are far apart fill the memory.
+const DEEPEST: u32 = 9;
 /// Radians that a curve turns between sections, at most.
 const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_4;
 

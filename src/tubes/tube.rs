@@ -67,7 +67,7 @@ pub struct Counts {
 /// Why a curve makes no tube.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum TubeError {
-    /// Not finite, or not above 0, metres; or not above the hole's radius.
+    /// Not finite, or 0 or infinite in half precision (below 3e-8, above 65,504), metres; or not above the hole's radius.
     Radius(f64),
     /// Fewer than two different points.
     Points,
@@ -79,7 +79,10 @@ impl fmt::Display for TubeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Radius(radius) => {
-                write!(f, "a radius of {radius} m: it must be a finite number above 0, and above the hole's")
+                write!(
+                    f,
+                    "a radius of {radius} m: it must be above 0 and below 65,504 m (half precision), and above the hole's"
+                )
             }
             Self::Points => write!(f, "fewer than two different points"),
             Self::Coordinate => write!(f, "a coordinate that is not finite, or beyond 1e12 m"),
@@ -206,7 +209,8 @@ const TIGHT: f64 = 1e-9;
 
 fn check(places: impl IntoIterator<Item = DVec3>, shape: Shape) -> Result<(), TubeError> {
     let Shape { radius, inner, .. } = shape;
-    if !(radius > 0.0 && radius.is_finite() && (0.0..radius).contains(&inner)) {
+    let kept = half::f16::from_f64(radius);
+    if !(kept > half::f16::ZERO && kept.is_finite() && (0.0..radius).contains(&inner)) {
         return Err(TubeError::Radius(radius));
     }
     // A NaN fails the comparison too.

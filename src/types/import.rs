@@ -10,8 +10,8 @@ pub struct ImportOptions {
     pub object_triangles: u32,
     /// Metres per unit of the source; `None` takes the format's own (glTF and OBJ: 1; IFC: its unit).
     pub metres_per_unit: Option<f64>,
-    /// Radius of tubes along lines that have none of their own, metres, above 0; `None`: such lines are left out, or refused where a file has
-    /// nothing else.
+    /// Radius of tubes along lines that have none of their own, metres, above 0; `None`: such lines are left out (OBJ,
+    /// glTF), or their file is refused (GeoJSON).
     pub tube_radius: Option<f64>,
     /// Whether pipes are tubes, where there are many. Else they are meshes.
     pub tubes: bool,

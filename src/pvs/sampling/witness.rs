@@ -34,7 +34,7 @@ const ATTEMPTS: u8 = 3;
 const PATIENCE: u8 = 2;
 const GIVE_UP: u8 = 12;
 
-/// Sides of tubes that witnesses must reach: these are within the tube. Fewer: grazing lines are no witnesses. More: slower.
+/// Sides of tubes that witnesses must reach: these are within the tube, to its [`error`](crate::tubes::Tube::error). Fewer: grazing lines are no witnesses. More: slower.
 const SIDES_OF_WITNESSES: u32 = 16;
 
 /// A clear segment between two cells.

@@ -11,9 +11,9 @@ use super::pictures::Pictures;
 use super::{Drawn, Placement, Reading, container, draco, read, roots};
 use crate::scene::{ImportError, ImportOptions, Scene, Trace, whole_file};
 use crate::tubes::{part, usual_sides};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde_json::{Map, Value, json};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
 const DRACO: &str = "KHR_draco_mesh_compression";
@@ -187,9 +187,11 @@ impl<'a> Cutter<'a> {
         let source_meshes: Vec<Value> = list(&mut self.root, "meshes").map(|mesh| mesh.clone()).collect();
 
         // 1. Meshes: of the drawn ones, points and lines stay.
+        let of_tubes = |d: &&Drawn| d.is_tube;
+        let lines = self.reading.drawn.iter().filter(of_tubes).map(|d| (d.mesh, d.primitive)).collect();
         let mut rests: BTreeMap<usize, Option<usize>> = BTreeMap::new();
         for &Drawn { node, mesh, .. } in &self.reading.drawn {
-            let rest = *rests.entry(mesh).or_insert_with(|| self.rest_of(mesh));
+            let rest = *rests.entry(mesh).or_insert_with(|| self.rest_of(mesh, &lines));
             let node = &mut self.root["nodes"][node];
             remove_extension(node, INSTANCING);
             // What is cut is no tube any more.
@@ -221,11 +223,11 @@ impl<'a> Cutter<'a> {
         Ok(source_meshes)
     }
 
-    /// A new mesh of what isn't triangles in a mesh, if there is any.
-    fn rest_of(&mut self, mesh: usize) -> Option<usize> {
+    /// A new mesh of what isn't triangles in a mesh, nor lines that are tubes (meshes and primitives), if there is any.
+    fn rest_of(&mut self, mesh: usize, lines: &HashSet<(usize, usize)>) -> Option<usize> {
         let parts = self.reading.parts[mesh].as_ref()?;
         let mut rest = self.root["meshes"][mesh].clone();
-        let mut is_rest = parts.iter().map(Option::is_none);
+        let mut is_rest = parts.iter().enumerate().map(|(i, part)| part.is_none() && !lines.contains(&(mesh, i)));
         rest["primitives"].as_array_mut()?.retain(|_| is_rest.next().unwrap_or(false));
         let meshes = self.root["meshes"].as_array_mut().filter(|_| rest["primitives"] != json!([]))?;
         meshes.push(rest);
@@ -292,8 +294,8 @@ impl<'a> Cutter<'a> {
         let mut opened = None;
         let before = list(&mut self.root, "meshes").len();
         for (id, object) in scene.objects.iter().enumerate() {
-            let Drawn { node, mesh, primitive, instance } = drawn[mesh_of[id] as usize];
-            if object.is_tube() {
+            let Drawn { node, mesh, primitive, is_tube, instance } = drawn[mesh_of[id] as usize];
+            if is_tube {
                 self.tube(id, &source[mesh]["primitives"][primitive], extras(id))?;
                 continue;
             }
@@ -338,20 +340,30 @@ impl<'a> Cutter<'a> {
         Ok(list(&mut self.root, "meshes").len() - before)
     }
 
-    /// Adds a node for a part of tubes, where nothing turns or scales it, with its mesh.
-    fn tube(&mut self, id: usize, source: &Value, extras: Value) -> Result<(), ImportError> {
+    /// Adds a node for a part of tubes, or of their mesh, where nothing turns or scales it.
+    fn tube(&mut self, id: usize, source: &Value, mut extras: Value) -> Result<(), ImportError> {
         let scene = &self.reading.scene;
         let object = &scene.objects[id];
         let middle = object.bounds.centre();
         let (mut corners, mut indices): (Vec<[f32; 3]>, Vec<u32>) = (Vec::new(), Vec::new());
+        let at = |p: DVec3| ((p - middle) / self.metres_per_unit).as_vec3().to_array();
         for (tube, segments) in scene.tubes.parts(object.segments.clone()) {
             let radius = scene.tubes.sections[segments.start as usize].radius();
             let mesh = part(&scene.tubes, tube, segments, usual_sides(f64::from(radius)));
             let base = corners.len() as u32;
-            let at = |p: &Vec3| ((p.as_dvec3() + tube.origin - middle) / self.metres_per_unit).as_vec3().to_array();
-            corners.extend(mesh.positions.iter().map(at));
+            corners.extend(mesh.positions.iter().map(|p| at(p.as_dvec3() + tube.origin)));
             indices.extend(mesh.triangles.as_flattened().iter().map(|i| i + base));
         }
+        if !object.is_tube() {
+            let mut numbers = HashMap::new();
+            for &i in scene.triangles[object.triangles.start as usize..object.triangles.end as usize].as_flattened() {
+                indices.push(*numbers.entry(i).or_insert_with(|| {
+                    corners.push(at(scene.positions[i as usize]));
+                    corners.len() as u32 - 1
+                }));
+            }
+        }
+        extras["role"] = json!(object.role);
         let positions = self.output.positions(&corners)?;
         let mut primitive = json!({ "attributes": { "POSITION": positions } });
         primitive["indices"] = self.output.indices(&indices, corners.len())?.into();

@@ -1,7 +1,8 @@
 //! Tubes of a document: lines with a radius, and nodes whose extras say that their mesh is a tube.
 
-use super::super::{ImportError, Place};
-use super::data::Buffers;
+use super::super::lines::Line;
+use super::super::{ImportError, Place, Role};
+use super::data::{Buffers, broken};
 use super::document::Primitive;
 use crate::tubes::Shape;
 use glam::{DAffine3, DVec3};
@@ -38,6 +39,13 @@ impl Tube {
         Self { radius, inner: 0.0, open: false, closed: false, smooth: false, points: Vec::new() }
     }
 
+    /// A line of it: name, place and points are to come.
+    pub(super) fn line(&self, shape: Shape) -> Line<'static> {
+        let &Self { closed, smooth, .. } = self;
+        // Tubes bound no rooms.
+        Line { name: "", place: "", role: Role::Furnishing, points: &[], closed, smooth, shape }
+    }
+
     /// In a world of that scale.
     pub(super) fn shape(&self, scale: f64) -> Shape {
         Shape { radius: self.radius * scale, inner: self.inner * scale, capped: !self.open }
@@ -72,7 +80,11 @@ pub(super) fn polylines(buffers: &Buffers<'_>, primitive: &Primitive) -> Result<
     let indices = match primitive.indices {
         Some(index) => {
             buffers.refuse_filters(index)?;
-            Some(buffers.accessor(index, &["SCALAR"])?).filter(|indices| indices.holds_indices())
+            let indices = buffers.accessor(index, &["SCALAR"])?;
+            if !indices.holds_indices() {
+                return Err(broken(format!("accessor {index}: vertex indices that are not unsigned integers")));
+            }
+            Some(indices)
         }
         None => None,
     };

@@ -19,7 +19,10 @@ impl Session<'_> {
     pub(super) fn toggle_tubes(&mut self) {
         match &mut self.stage.pipes {
             Some(pipes) => pipes.look.shows_sides ^= true,
-            None => self.tell("no tubes: they come with IFC models of pipes and GeoJSON lines".to_owned()),
+            None => self.tell(
+                "no tubes: they come with pipes of IFC, and with lines of GeoJSON, OBJ or glTF that have a radius"
+                    .to_owned(),
+            ),
         }
     }
 
