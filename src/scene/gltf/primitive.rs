@@ -1,7 +1,7 @@
 //! Triangles of a mesh primitive, whatever way it lists them.
 
 use super::super::ImportError;
-use super::data::{Buffers, broken};
+use super::data::{Accessor, Buffers, broken};
 use super::document::Primitive;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -50,6 +50,23 @@ impl Mode {
     }
 }
 
+/// The positions of a primitive, and which of them follow each other, where it says so.
+pub(super) fn vertices<'b>(
+    buffers: &'b Buffers<'_>,
+    primitive: &Primitive,
+    position: usize,
+) -> Result<(Accessor<'b>, Option<Accessor<'b>>), ImportError> {
+    buffers.refuse_filters(position)?;
+    let positions = buffers.accessor(position, &["VEC3"])?;
+    let Some(index) = primitive.indices else { return Ok((positions, None)) };
+    buffers.refuse_filters(index)?;
+    let indices = buffers.accessor(index, &["SCALAR"])?;
+    if !indices.holds_indices() {
+        return Err(broken(format!("accessor {index}: vertex indices that are not unsigned integers")));
+    }
+    Ok((positions, Some(indices)))
+}
+
 /// Reads a primitive; `None` where it has no triangles by its nature (points, lines, no positions), which is counted.
 pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut LeftOut) -> Result<Option<Part>, ImportError> {
     let mode = match primitive.mode.unwrap_or(4) {
@@ -75,19 +92,7 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
         let corners = primitive.indices.map_or(Ok(0), |indices| buffers.claimed(indices).map(|a| a.count))?;
         return Ok(Some(buffers.draco(draco, mode.triangles(corners))?.as_ref().clone()));
     }
-    buffers.refuse_filters(position)?;
-    let positions = buffers.accessor(position, &["VEC3"])?;
-    let indices = match primitive.indices {
-        Some(index) => {
-            buffers.refuse_filters(index)?;
-            let indices = buffers.accessor(index, &["SCALAR"])?;
-            if !indices.holds_indices() {
-                return Err(broken(format!("accessor {index}: vertex indices that are not unsigned integers")));
-            }
-            Some(indices)
-        }
-        None => None,
-    };
+    let (positions, indices) = vertices(buffers, primitive, position)?;
     let corners = indices.as_ref().map_or(positions.count(), |i| i.count());
     if matches!(mode, Mode::List) {
         left_out.leftover_corners += corners % 3;

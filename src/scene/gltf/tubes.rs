@@ -2,8 +2,9 @@
 
 use super::super::lines::Line;
 use super::super::{ImportError, Place, Role};
-use super::data::{Buffers, broken};
+use super::data::Buffers;
 use super::document::Primitive;
+use super::primitive::vertices;
 use crate::tubes::Shape;
 use glam::{DAffine3, DVec3};
 use serde::Deserialize;
@@ -75,19 +76,7 @@ pub(super) fn is_of_lines(primitive: &Primitive) -> bool {
 /// are one line.
 pub(super) fn polylines(buffers: &Buffers<'_>, primitive: &Primitive) -> Result<Vec<Vec<DVec3>>, ImportError> {
     let Some(position) = primitive.attributes.position.filter(|_| is_of_lines(primitive)) else { return Ok(Vec::new()) };
-    buffers.refuse_filters(position)?;
-    let positions = buffers.accessor(position, &["VEC3"])?;
-    let indices = match primitive.indices {
-        Some(index) => {
-            buffers.refuse_filters(index)?;
-            let indices = buffers.accessor(index, &["SCALAR"])?;
-            if !indices.holds_indices() {
-                return Err(broken(format!("accessor {index}: vertex indices that are not unsigned integers")));
-            }
-            Some(indices)
-        }
-        None => None,
-    };
+    let (positions, indices) = vertices(buffers, primitive, position)?;
     let number = |k: usize| indices.as_ref().map_or(u32::try_from(k).ok(), |indices| indices.index(k));
     let count = indices.as_ref().map_or(positions.count(), |indices| indices.count());
     let at = |k: usize| {

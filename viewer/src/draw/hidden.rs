@@ -63,22 +63,7 @@ impl Hidden {
         leaves: &Leaves,
         commands: &mut wgpu::CommandEncoder,
     ) {
-        let kept = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
-        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &targets.items,
-                depth_slice: None,
-                resolve_target: None,
-                // The alarm clears it before it draws.
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Discard },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.depth,
-                depth_ops: Some(kept),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
+        let mut pass = targets.adds_depth(commands);
         pipelines.bind(&mut pass, eye);
         pipelines.items.draw(&mut pass, &self.runs.solid, &self.runs.ghosts);
         leaves.draw(&mut pass, eye, &pipelines.items, &self.leaves);

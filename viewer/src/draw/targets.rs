@@ -29,6 +29,26 @@ impl Targets {
         };
         Self { size, depth: texture(DEPTH), whole: texture(DEPTH), items: texture(ITEMS) }
     }
+
+    /// A pass that adds to the depth. Items are drawn into as well, and are worth nothing: the alarm clears them before it draws.
+    pub fn adds_depth<'e>(&self, commands: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
+        let (load, store) = (wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), wgpu::StoreOp::Discard);
+        let kept = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+        commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.items,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load, store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(kept),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        })
+    }
 }
 
 /// A texture of one level.

@@ -210,22 +210,7 @@ impl Pipes {
 
     /// Draws the depth of what the frame draws as it is, for the alarm: what is widened needn't hold what it stands for, where it bends.
     pub fn stand_in(&self, eye: &Eye, targets: &Targets, commands: &mut wgpu::CommandEncoder) {
-        let kept = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
-        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &targets.items,
-                depth_slice: None,
-                resolve_target: None,
-                // The alarm clears it before it draws.
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Discard },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.depth,
-                depth_ops: Some(kept),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
+        let mut pass = targets.adds_depth(commands);
         self.draw_items(&mut pass, eye, &self.bare);
     }
 
