@@ -95,7 +95,7 @@ run growth "$enfilade" report data/buildings/gallery100.glb --rays 1M --views 50
 
 for size in 125 250; do
   run volume "$enfilade" generate plant --size "$size" -o "$out/files/plant-$size.glb"
-  run volume "$enfilade" bake "$out/files/plant-$size.glb" --cells volume --voxel 0.1 --rays 0 --json
+  run volume "$enfilade" bake "$out/files/plant-$size.glb" --tubes never --cells volume --voxel 0.1 --rays 0 --json
 done
 
 # Models that nobody made for this project, by the strategy that `auto` takes and by the others.
@@ -107,7 +107,7 @@ for model in "$data"/godot-demos/zdm2.glb "$data"/game-maps-obj/pandora.obj "$da
   for cells in auto plan volume; do
     case $(name "$model")-$cells in messy-city-plan | messy-city-volume) continue ;; esac
     file=$out/files/$(name "$model").$cells.pvs
-    run messy "$enfilade" bake "$model" --rays 5M --cells "$cells" -o "$file" --json
+    run messy "$enfilade" bake "$model" --tubes never --rays 5M --cells "$cells" -o "$file" --json
     run messy "$enfilade" walk "$file" --model "$model" --mode all --verify-pixels --every 4 --size 480x270 --json
   done
 done
