@@ -64,7 +64,8 @@ fn plants(c: &mut Criterion) {
     group.sample_size(10);
     for size in [60, 120, 240] {
         let made = generate(Kind::Plant { size }, 1).unwrap();
-        let scene = from_slice(&made.glb, "plant", None, &ImportOptions { tubes: false, ..ImportOptions::default() }).unwrap();
+        let scene =
+            from_slice(&made.glb, "plant", None, &ImportOptions { tubes: false, ..ImportOptions::default() }).unwrap();
         check(&made, &scene);
         group.bench_function(format!("{size} m"), |b| b.iter(|| black_box(split(&scene, &OPTIONS).unwrap())));
     }
