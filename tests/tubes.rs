@@ -93,8 +93,7 @@ fn an_elbow_is_as_near_to_its_surface_as_was_asked() {
             assert_eq!(is_closed(&of, "elbow"), 2);
             // More than 64 sides there are not.
             let of_sides = error.max(radius * (1.0 - (PI / f64::from(count)).cos()));
-            // Half precision of the radius.
-            let rounding = ROUNDING + radius / 2048.0;
+            let rounding = ROUNDING + radius / 1e6;
             for (k, &triangle) in of.triangles.iter().enumerate() {
                 if k + 2 * (count as usize - 2) >= of.triangles.len() {
                     break; // the caps

@@ -73,11 +73,12 @@ fn bands(selection: &Selection) -> impl Iterator<Item = Band> + '_ {
 }
 
 fn triangles(tubes: &Tubes, selection: &Selection) -> Vec<[DVec3; 3]> {
-    let of = |band: Band| {
-        let origin = tubes.tubes[band.0[2] as usize].origin;
-        band.triangles(tubes).map(|t| t.map(|p| origin + p.as_dvec3())).collect::<Vec<_>>()
-    };
-    bands(selection).flat_map(of).collect()
+    bands(selection).flat_map(|band| of_band(tubes, band)).collect()
+}
+
+fn of_band(tubes: &Tubes, band: Band) -> Vec<[DVec3; 3]> {
+    let origin = tubes.tubes[band.tube() as usize].origin;
+    band.triangles(tubes).map(|t| t.map(|p| origin + p.as_dvec3())).collect()
 }
 
 /// All segments, cut into objects of so many.
@@ -96,17 +97,45 @@ fn select(tubes: &Tubes, objects: &[Range<u32>], view: &View) -> Selection {
     selection
 }
 
+/// What is drawn, band by band: the line between the middles of its rings, and its triangles.
+struct Drawn(Vec<([DVec3; 2], Vec<[DVec3; 3]>)>);
+
+impl Drawn {
+    fn new(tubes: &Tubes, selection: &Selection) -> Self {
+        let of = |band| {
+            let triangles = of_band(tubes, band);
+            // Of two triangles of a side, the first has two corners of the first ring, the second two of the other.
+            let middle = |first: usize, corner: usize| {
+                let corners = triangles.iter().skip(first).step_by(2).map(|t| t[corner]);
+                corners.sum::<DVec3>() / (triangles.len() / 2) as f64
+            };
+            ([middle(0, 0), middle(1, 0)], triangles)
+        };
+        Self(bands(selection).map(of).collect())
+    }
+
+    /// The point that is nearest to another one, of the bands along the nearest lines: of all, one may be nearer still.
+    fn nearest(&self, p: DVec3) -> DVec3 {
+        let away = |[a, b]: [DVec3; 2]| {
+            let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            a.lerp(b, if t.is_nan() { 0.0 } else { t }).distance_squared(p)
+        };
+        let mut order: Vec<(f64, usize)> = self.0.iter().enumerate().map(|(k, band)| (away(band.0), k)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let close = order.iter().take(8).flat_map(|(_, k)| &self.0[*k].1).map(|&t| nearest(t, p));
+        close.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p))).expect("something is drawn")
+    }
+}
+
 /// How far points of the exact surface are from what is drawn, pixels, at most; and from how many points that is.
-fn farthest(pieces: &[Piece], radius: f64, camera: &Camera, drawn: &[[DVec3; 3]]) -> (f64, u32) {
+fn farthest(pieces: &[Piece], radius: f64, camera: &Camera, drawn: &Drawn) -> (f64, u32) {
     let mut random = Random::new(7);
     let (mut worst, mut count) = (0.0f64, 0);
-    for k in 0..500 {
+    for k in 0..250 {
         let piece = &pieces[k % pieces.len()];
         let p = surface(piece, random.real(0.0, 1.0), TAU * random.real(0.0, 1.0), radius);
         let Some(at) = pixel(camera, p) else { continue };
-        let near = drawn.iter().map(|&t| nearest(t, p));
-        let near = near.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p))).expect("something is drawn");
-        let away = near - camera.eye.as_dvec3();
+        let away = drawn.nearest(p) - camera.eye.as_dvec3();
         let [x, y, w] = [camera.x, camera.y, camera.w].map(|row| away.dot(row.as_dvec3()));
         let off = (x / w * SIZE[0] / 2.0 - at[0]).hypot(y / w * SIZE[1] / 2.0 - at[1]);
         // Single precision moves corners, which isn't what is tested.
@@ -137,34 +166,39 @@ fn eyes(radius: f64) -> Vec<(DVec3, DVec3, f64)> {
     eyes
 }
 
+/// Near, far, beside, within, on the axis: in every picture. Sections are those of importers, 0.4 mm to 1 mm from the arc. Through a view of 1e-5
+/// degrees, a pixel is 12 nm, which single precision doesn't have.
 #[test]
 fn nothing_of_the_surface_is_farther_off_than_the_limit() {
-    let (mut points, mut closest, mut met, mut all) = (0, 0.0f64, 0, 0);
+    let (mut points, mut closest, mut met) = (0, 0.0f64, 0);
     for (bend, radius, inner) in [(0.3, 0.1, 0.0), (0.5, 0.02, 0.0), (2.0, 0.5, 0.4), (0.11, 0.1, 0.0)] {
         let pieces = elbow(bend);
         let mut tubes = Tubes::default();
         let shape = Shape { radius, inner, capped: true };
-        tubes.curve(&pieces, false, shape, usual_error(radius) / 8.0, &mut Counts::default()).unwrap();
+        tubes.curve(&pieces, false, shape, usual_error(radius), &mut Counts::default()).unwrap();
         let objects = objects(&tubes, 3);
         for (eye, target, degrees) in eyes(radius) {
             for limit in LIMITS {
                 let camera = camera(eye, target, degrees);
                 let selection = select(&tubes, &objects, &view(&camera, limit));
-                all += 1;
-                if selection.chosen().over > 0 {
+                if degrees < 1.0 && selection.chosen().over > 0 {
                     continue;
                 }
+                assert_eq!(selection.chosen().over, 0, "{bend} {radius} from {eye}, {degrees} degrees, {limit} px");
                 met += 1;
-                let drawn = triangles(&tubes, &selection);
-                let (off, count) = farthest(&pieces, radius, &camera, &drawn);
-                assert!(off <= limit, "{bend} {radius} from {eye}, {degrees} degrees: {off} px, and {limit} are the limit");
-                points += count;
-                closest = closest.max(off / limit);
+                let drawn = Drawn::new(&tubes, &selection);
+                for radius in [radius, inner].into_iter().filter(|radius| *radius > 0.0) {
+                    let (off, count) = farthest(&pieces, radius, &camera, &drawn);
+                    let from = format!("{bend} {radius} from {eye}, {degrees} degrees");
+                    assert!(off <= limit, "{from}: {off} px, and {limit} are the limit");
+                    points += count;
+                    closest = closest.max(off / limit);
+                }
             }
         }
     }
-    // From in a pipe or close to it, 64 sides are too few; that is counted.
-    assert!(points > 20_000 && 2 * met > all, "{points} points, {met} of {all} pictures");
+    println!("{met} pictures, {points} points, {closest} of the limit at most");
+    assert!(points > 30_000 && met >= 144, "{points} points in {met} pictures");
     // The bound isn't so safe that sides are wasted.
     assert!(closest > 0.3, "never more than {closest} of the limit");
 }
@@ -180,7 +214,7 @@ fn unmatched(tubes: &Tubes, selection: &Selection) -> usize {
     for band in bands(selection) {
         for [a, b, c] in band.triangles(tubes).map(|t| t.map(bits)) {
             for (from, to) in [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to) {
-                *edges.entry((band.0[2], from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
+                *edges.entry((band.tube(), from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
             }
         }
     }
@@ -289,10 +323,12 @@ fn stiff_tubes_and_views() {
                 let view = view(&camera(eye, target, degrees), 0.5);
                 let selection = select(&tubes, &objects, &view);
                 let chosen = selection.chosen();
-                assert!(chosen.segments <= tubes.sections.len() as u64, "{name}");
-                let of = triangles(&tubes, &selection);
-                assert!(of.iter().flatten().all(|p| p.is_finite()), "{name}");
-                assert_eq!(of.len() as u64, chosen.triangles, "{name}");
+                assert!(chosen.segments <= 64 * tubes.sections.len() as u64, "{name}");
+                assert!(chosen.triangles <= 1 << 24, "{name}: {} triangles", chosen.triangles);
+                let count: u64 = bands(&selection).map(|band| u64::from(band.corners()) / 3).sum();
+                assert_eq!(count, chosen.triangles, "{name}");
+                let mut corners = bands(&selection).step_by(17).flat_map(|band| [0, 7, 1 << 20].map(|k| (band, k)));
+                assert!(corners.all(|(band, k)| band.corner(&tubes, k % band.corners()).is_finite()), "{name}");
             }
         }
     }

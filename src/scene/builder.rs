@@ -4,7 +4,7 @@ use super::cluster::clusters;
 use super::pipes::{self, Prisms};
 use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
 use crate::geom::Aabb;
-use crate::tubes::Tubes;
+use crate::tubes::{MOST_SECTIONS, Tubes};
 use crate::types::hints::Leaves;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -238,6 +238,9 @@ impl SceneBuilder {
                 trace.looks[added.number as usize] = std::mem::take(&mut added.look);
             }
             let Added { mesh, glass, .. } = added;
+            if tubes.sections.len() + added.tubes.sections.len() >= MOST_SECTIONS {
+                return Err(ImportError::TooLarge { limit: MOST_SECTIONS });
+            }
             let first = tubes.append(added.tubes, -origin);
             for (k, part) in parts.into_iter().enumerate() {
                 let mut welded = HashMap::with_capacity(part.len());

@@ -1,13 +1,13 @@
 //! What is drawn of a tube, as shaders do it: bands between two rings, of which corners are worked out by their number.
 
-use super::frame::{across, tangent};
+use super::between::Ring;
 use super::select::SIDES;
 use super::tube::Tubes;
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// A band of triangles between two rings, in 16 bytes: the sections of both; the tube; and in one word the object (24 bits), the [`Wall`] (2), and
-/// which of [`SIDES`] the rings have (3 each).
+/// A band of triangles between two rings, in 16 bytes: where both are along the tube, as the number of a section and 64ths of the way to the next
+/// (6 bits); the tube (30 bits) and the [`Wall`] (2); the object (24 bits), and which of [`SIDES`] the rings have (4 each).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(C)]
 pub struct Band(pub [u32; 4]);
@@ -15,13 +15,13 @@ pub struct Band(pub [u32; 4]);
 /// Which rings a band is between.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Wall {
-    /// Those of two sections, from the first to the second.
+    /// Those of the tube, from the first to the second.
     Outer,
     /// Those of the hole, from the second to the first.
     Inner,
-    /// At the first section: from the hole, or from the middle, outwards.
+    /// At the first ring: from the hole, or from the middle, outwards.
     First,
-    /// At the second section: from outside to the hole, or to the middle.
+    /// At the second ring: from outside to the hole, or to the middle.
     Last,
 }
 
@@ -29,13 +29,13 @@ const WALLS: [Wall; 4] = [Wall::Outer, Wall::Inner, Wall::First, Wall::Last];
 /// Corners of the two triangles of a side: which ring, and whether it is the side's second corner there.
 const CORNERS: [(usize, u32); 6] = [(0, 0), (0, 1), (1, 0), (1, 0), (0, 1), (1, 1)];
 const OBJECT_BITS: u32 = 24;
-const WALL_BITS: u32 = 2;
-const SIDE_BITS: u32 = 3;
+const TUBE_BITS: u32 = 30;
+const SIDE_BITS: u32 = 4;
 
 impl Band {
-    pub(super) fn new(sections: [u32; 2], tube: u32, object: u32, wall: Wall, [a, b]: [u8; 2]) -> Self {
+    pub(super) fn new(ends: [u32; 2], tube: u32, object: u32, wall: Wall, [a, b]: [u8; 2]) -> Self {
         let sides = u32::from(a) | u32::from(b) << SIDE_BITS;
-        Self([sections[0], sections[1], tube, object | (wall as u32 | sides << WALL_BITS) << OBJECT_BITS])
+        Self([ends[0], ends[1], tube | (wall as u32) << TUBE_BITS, object | sides << OBJECT_BITS])
     }
 
     /// The object's number.
@@ -43,14 +43,19 @@ impl Band {
         self.0[3] & ((1 << OBJECT_BITS) - 1)
     }
 
+    /// The tube's number.
+    pub fn tube(&self) -> u32 {
+        self.0[2] & ((1 << TUBE_BITS) - 1)
+    }
+
     /// Which rings it is between.
     pub fn wall(&self) -> Wall {
-        WALLS[(self.0[3] >> OBJECT_BITS) as usize % WALLS.len()]
+        WALLS[(self.0[2] >> TUBE_BITS) as usize]
     }
 
     /// The sides of both rings.
     pub fn sides(&self) -> [u32; 2] {
-        let sides = |k: u32| (self.0[3] >> (OBJECT_BITS + WALL_BITS + k * SIDE_BITS)) as usize % (1 << SIDE_BITS);
+        let sides = |k: u32| (self.0[3] >> (OBJECT_BITS + k * SIDE_BITS)) as usize % (1 << SIDE_BITS);
         [SIDES[sides(0)], SIDES[sides(1)]]
     }
 
@@ -62,10 +67,9 @@ impl Band {
 
     /// The corner with a number, metres relative to the tube's origin. The finer ring's corners move onto the coarser one's.
     pub fn corner(&self, tubes: &Tubes, number: u32) -> Vec3 {
-        let [from, to, tube, _] = self.0;
-        let tube = &tubes.tubes[tube as usize];
+        let ([from, to, ..], tube) = (self.0, &tubes.tubes[self.tube() as usize]);
         let (side, (ring, next)) = (number / CORNERS.len() as u32, CORNERS[number as usize % CORNERS.len()]);
-        let (section, scale) = match (self.wall(), ring) {
+        let (at, scale) = match (self.wall(), ring) {
             (Wall::Outer, 0) => (from, 1.0),
             (Wall::Outer, _) => (to, 1.0),
             (Wall::Inner, 0) => (to, tube.inner),
@@ -77,10 +81,7 @@ impl Band {
         };
         let (of_ring, finer) = (self.sides()[ring], self.corners() / CORNERS.len() as u32);
         let k = (side + next) % finer * of_ring / finer;
-        let (sections, i) = (tubes.of(tube), (section - tube.sections.start) as usize);
-        let (section, [x, y]) = (&sections[i], across(tangent(sections, i, tube.closed)));
-        let (sin, cos) = (section.roll() + TAU * k as f32 / of_ring as f32).sin_cos();
-        Vec3::from(section.place) + scale * section.radius() * (cos * x + sin * y)
+        Ring::at(tubes, tube, at).point(TAU * k as f32 / of_ring as f32, scale)
     }
 
     /// Its triangles, counter-clockwise from outside, metres relative to the tube's origin; those without area, too.

@@ -60,7 +60,7 @@ pub fn part(tubes: &Tubes, tube: &Tube, segments: Range<u32>, sides: u32) -> Mes
             let (section, [x, y]) = (&sections[i], across(tangent(sections, i, tube.closed)));
             let corner = |k: u32| {
                 let (sin, cos) = (section.roll() + TAU * k as f32 / sides as f32).sin_cos();
-                Vec3::from(section.place) + scale * section.radius() * (cos * x + sin * y)
+                Vec3::from(section.place) + scale * tube.radius(section) * (cos * x + sin * y)
             };
             mesh.positions.extend((0..sides).map(corner));
         }

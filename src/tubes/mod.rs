@@ -4,6 +4,7 @@
 //! a section takes 16 bytes, not 36, since its frame follows from its neighbours and an angle; sections are taken where the curve bends, by
 //! an error in metres, not by a turn in degrees; and ends, arcs and joints have the curve's own tangents, not differences of points.
 
+mod between;
 pub mod curve;
 mod drawn;
 mod frame;
@@ -16,6 +17,7 @@ mod select;
 mod spline;
 mod tube;
 
+pub use between::MOST_SECTIONS;
 pub use drawn::{Band, Wall};
 pub use mesh::{Mesh, mesh, part, sides, usual_error, usual_sides};
 pub use prism::{Prism, prism};

@@ -16,8 +16,8 @@ const BULGE: f64 = 0.125;
 const LONGEST_RUN: usize = 64;
 /// Cosine of a turn between two lines, above which their prisms meet. Less: long tips at sharp corners.
 const BLUNT: f64 = 0.5;
-/// Half precision of a radius.
-const ROUNDING: f64 = 1.0 / 1024.0;
+/// Single precision of corners, of the radius.
+const ROUNDING: f64 = 1.0 / 1_048_576.0;
 /// Of a place's coordinates, how far sides are from it at least: thinner prisms have triangles without area.
 const LEAST: f64 = 64.0 * f64::EPSILON;
 /// Of that reach, how far a prism goes on beyond its ends at least, and how long it is between two turns.
@@ -38,7 +38,7 @@ pub fn prism(tubes: &Tubes, tube: &Tube, segments: Range<u32>) -> Prism {
     let first = (segments.start - tube.sections.start) as usize;
     let stops: Vec<usize> = (first..=first + segments.len()).map(|i| i % sections.len()).collect();
     let places: Vec<DVec3> = stops.iter().map(|&i| Vec3::from(sections[i].place).as_dvec3()).collect();
-    let radius = stops.iter().map(|&i| f64::from(sections[i].radius())).fold(0.0, f64::max);
+    let radius = stops.iter().map(|&i| f64::from(tube.radius(&sections[i]))).fold(0.0, f64::max);
     let lines = lines(&places, BULGE * radius);
     let bulge = lines.windows(2).map(|ends| bulge(&places[ends[0]..=ends[1]])).fold(0.0, f64::max);
     let farthest = places.iter().map(|p| (p + tube.origin).abs().max_element()).fold(0.0, f64::max);

@@ -1,22 +1,24 @@
 //! Runs of segments that one chord may replace, with how far the surface is from the chord's: worked out once, so that what is far away costs
-//! little to choose.
+//! little to choose. What is near is divided further, into parts of segments.
 
-use super::frame::{across, tangent};
-use super::section::{Section, Tangent};
-use super::tube::{Tube, Tubes};
-use glam::{DVec3, Vec3};
+use super::between::{self, BITS, Ring};
+use super::tube::Tubes;
+use glam::DVec3;
 use std::ops::Range;
 
 /// Errors are kept in single precision: by this much more.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
-/// Runs of the segments of some objects. Those of a level are of twice as many segments as those of the level below, from the first segment
-/// of an object in a tube on; the last one is of what is left.
+/// Of what a tube's chords may be off: a cubic that is farther from its chord isn't the curve. Less: rounding makes none of arcs.
+const STRAYS: f64 = 1.01;
+
+/// Runs of the segments of some objects. Those of a level are twice as long as those of the level below, from the first segment of an object
+/// in a tube on; the last one is of what is left. At the level [`BITS`] they are segments, below it parts of them.
 #[derive(Clone, Debug, Default)]
 pub struct Runs {
     /// In the order of their segments.
     pub(super) parts: Vec<Part>,
-    /// Of runs of two segments or more, metres: how far the curve's surface is from the chord's.
+    /// Of runs of a segment or more, metres: how far the curve's surface is from the chord's. Below 0 for segments that aren't divided.
     errors: Vec<f32>,
 }
 
@@ -37,13 +39,19 @@ pub(super) type Run = (u32, u32);
 impl Part {
     /// The level at which one run is all of it.
     pub fn top(&self) -> u32 {
-        (self.segments.len() as u32).next_power_of_two().trailing_zeros()
+        BITS + (self.segments.len() as u32).next_power_of_two().trailing_zeros()
     }
 
-    /// Sections at a run's ends; the second one of a closed tube's last run is past its last section.
+    /// Numbers along the tube at a run's ends; the second one of a closed tube's last run is past its last section.
     pub fn ends(&self, (level, i): Run) -> [u32; 2] {
-        let Range { start, end } = self.segments;
-        [start + (i << level), end.min(start.saturating_add((i + 1) << level))]
+        let [start, end] = self.all();
+        let at = |i: u32| u64::from(end).min(u64::from(start) + (u64::from(i) << level)) as u32;
+        [at(i), at(i + 1)]
+    }
+
+    /// Numbers along the tube where it begins and ends.
+    pub fn all(&self) -> [u32; 2] {
+        [self.segments.start, self.segments.end].map(|section| section << BITS)
     }
 
     /// The runs that a run is of, first and last, which may be one.
@@ -53,7 +61,8 @@ impl Part {
     }
 
     fn count(&self, level: u32) -> u32 {
-        (self.segments.len() as u32).div_ceil(1 << level)
+        let [start, end] = self.all();
+        (end - start).div_ceil(1 << level)
     }
 }
 
@@ -97,70 +106,58 @@ impl Runs {
     }
 
     /// How far the curve's surface is from that of a run, metres.
-    pub(super) fn error(&self, tubes: &Tubes, part: &Part, (level, i): Run) -> f64 {
-        if level == 0 {
-            return of_segment(tubes, &tubes.tubes[part.tube as usize], part.segments.start + i);
+    pub(super) fn error(&self, part: &Part, (level, i): Run) -> f64 {
+        if level < BITS {
+            let times = BITS - level;
+            return between::of_halved(self.error(part, (BITS, i >> times)), times);
         }
-        let before: u32 = (1..level).map(|level| part.count(level)).sum();
-        f64::from(self.errors[(part.first + before + i) as usize])
+        let before: u32 = (BITS..level).map(|level| part.count(level)).sum();
+        f64::from(self.errors[(part.first + before + i) as usize].abs())
+    }
+
+    /// Whether a run is of shorter ones: of segments, or a part of one that is divided.
+    pub(super) fn is_divided(&self, part: &Part, (level, i): Run) -> bool {
+        let is_smooth = || self.errors[(part.first + (i >> (BITS - level))) as usize].is_sign_positive();
+        level > BITS || (level > 0 && is_smooth())
     }
 
     /// Adds the errors of a part: a run is as far off as the worse of its halves, and their middle ring is from the run's surface.
     fn measure(&mut self, tubes: &Tubes, part: usize) {
         let part = self.parts[part].clone();
         let tube = &tubes.tubes[part.tube as usize];
-        for level in 1..=part.top() {
+        for segment in part.segments.clone() {
+            // Where sections of a spline are far apart beside close ones, the cubic strays: there the chord is the curve.
+            let (cubic, most) = (between::error(tubes, tube, segment), f64::from(tube.error));
+            let strays = cubic.is_nan() || cubic > most * STRAYS;
+            self.keep(if strays { most } else { cubic });
+            self.errors.last_mut().filter(|_| strays).into_iter().for_each(|error| *error = -*error);
+        }
+        for level in BITS + 1..=part.top() {
             for run in (0..part.count(level)).map(|i| (level, i)) {
                 let [first, last] = part.halves(run);
-                let worse = self.error(tubes, &part, first).max(self.error(tubes, &part, last));
+                let worse = self.error(&part, first).max(self.error(&part, last));
                 let [from, to] = part.ends(run);
-                let rings = [from, part.ends(first)[1], to].map(|section| Ring::of(tubes, tube, section));
-                let error = if first == last { worse } else { worse + off(&rings) };
-                self.errors.push(if error.is_finite() { (error * ROUNDING) as f32 } else { f32::INFINITY });
+                let rings = [from, part.ends(first)[1], to].map(|number| Ring::at(tubes, tube, number));
+                self.keep(if first == last { worse } else { worse + off(&rings) });
             }
         }
     }
-}
 
-/// How far the curve's surface is from that of a segment, metres. Where the curve is a line, they are the same.
-fn of_segment(tubes: &Tubes, tube: &Tube, segment: u32) -> f64 {
-    if tubes.sections[segment as usize].tangent() == Tangent::After { 0.0 } else { f64::from(tube.error) }
-}
-
-/// The number of the section at the end of a segment: that of a closed tube's last one is its first.
-pub(super) fn section(tube: &Tube, number: u32) -> u32 {
-    if number == tube.sections.end { tube.sections.start } else { number }
-}
-
-/// A ring: its middle, and where its points lead from there at no angle and at a right one.
-struct Ring {
-    place: DVec3,
-    x: DVec3,
-    y: DVec3,
-}
-
-impl Ring {
-    fn of(tubes: &Tubes, tube: &Tube, number: u32) -> Self {
-        let (sections, i) = (tubes.of(tube), (section(tube, number) - tube.sections.start) as usize);
-        let (section, [x, y]) = (&sections[i], across(tangent(sections, i, tube.closed)));
-        let (sin, cos) = section.roll().sin_cos();
-        let axis = |v: Vec3| (section.radius() * v).as_dvec3();
-        Self { place: place(section), x: axis(cos * x + sin * y), y: axis(cos * y - sin * x) }
+    fn keep(&mut self, error: f64) {
+        self.errors.push(if error.is_finite() { (error * ROUNDING) as f32 } else { f32::INFINITY });
     }
 }
 
-/// Where a section is, relative to the tube's origin.
-pub(super) fn place(section: &Section) -> DVec3 {
-    Vec3::from(section.place).as_dvec3()
-}
-
 /// How far points of the second ring are, at most, from those of the same angle on lines from the first ring to the third.
-fn off([a, b, c]: &[Ring; 3]) -> f64 {
-    let along = c.place - a.place;
-    let share = ((b.place - a.place).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+fn off(rings: &[Ring; 3]) -> f64 {
+    let of = |v: fn(&Ring) -> glam::Vec3| rings.each_ref().map(|ring| v(ring).as_dvec3());
+    let places = of(|ring| ring.place);
+    let [a, b, c] = places;
+    let along = c - a;
+    let share = ((b - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
     let share = if share.is_nan() { 0.5 } else { share };
-    let [place, x, y] =
-        [[a.place, b.place, c.place], [a.x, b.x, c.x], [a.y, b.y, c.y]].map(|[a, b, c]| b - a.lerp(c, share));
+    let away = |[a, b, c]: [DVec3; 3]| b - a.lerp(c, share);
+    let [place, x, y] = [places, of(|ring| ring.radius * ring.x), of(|ring| ring.radius * ring.y)].map(away);
     // The largest singular value of two columns.
     let [xx, yy, xy] = [x.length_squared(), y.length_squared(), x.dot(y)];
     let largest = (xx + yy) / 2.0 + ((xx - yy) / 2.0).hypot(xy);

@@ -1,21 +1,28 @@
-//! How tubes are drawn in a frame: which chord replaces which segments, and how many sides each ring has, by pixels.
+//! How tubes are drawn in a frame: which chord replaces which segments, or which part of a segment, and how many sides each ring has, by pixels.
 //!
 //! Sides are those of a ring, not of a segment: the most that a segment needs which meets there, whoever draws that segment. So segments that
 //! meet have the same corners, and what is drawn of a segment doesn't depend on what else is drawn.
 
+use super::between::{BITS, place_at, section};
 use super::drawn::{Band, Wall};
-use super::runs::{Part, Run, Runs, place, section};
+use super::runs::{Part, Run, Runs};
 use super::tube::Tubes;
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Sides that a ring can have.
-pub const SIDES: [u32; 5] = [4, 8, 16, 32, 64];
+pub const SIDES: [u32; 11] = [4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096];
+/// Triangles of a frame, at most: through a view of 179.9 degrees, all of a plant wants the finest rings that there are. Fewer: large plants are
+/// coarser than was asked. More: such a view fills the memory.
+const MOST_TRIANGLES: u64 = 1 << 23;
+/// How much farther off surfaces may be where they are more, and how often, at most: a million times.
+const COARSER: f64 = 4.0;
+const COARSEST: u32 = 10;
 /// Of what a surface may be off, what chords may take; the rest is for sides. More: more sides. Less: more segments.
 const SHARE: f64 = 0.5;
-/// Of a radius: what half precision takes.
-const ROUNDING: f64 = 1.0 / 2048.0;
+/// Of a radius: what single precision takes.
+const ROUNDING: f64 = 1.0 / 4_194_304.0;
 
 /// A camera, and how exact its pictures are.
 #[derive(Clone, Copy, Debug)]
@@ -94,11 +101,11 @@ impl View {
 /// What was chosen.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Chosen {
-    /// Segments that are drawn.
+    /// Chords that are drawn: for a segment, for several, or for a part of one.
     pub segments: u64,
     /// Their triangles, with those that have no area, and those of caps and holes.
     pub triangles: u64,
-    /// Segments that are farther off than the limit: they have the most sides that there are, and all sections.
+    /// Chords that are farther off than the limit: they have the most sides that there are, and are as short as can be.
     pub over: u64,
 }
 
@@ -127,17 +134,41 @@ enum Verdict {
 }
 
 impl Selection {
-    /// Chooses how to draw some objects, each by its number (below 2^24) and its segments, which `runs` has.
-    pub fn select(&mut self, tubes: &Tubes, runs: &Runs, view: &View, objects: impl Iterator<Item = (u32, Range<u32>)>) {
+    /// Chooses how to draw some objects, each by its number (below 2^24) and its segments, which `runs` has. Where that is more than
+    /// [`MOST_TRIANGLES`], surfaces may be farther off, until it is not: nearly always, all is as exact as was asked.
+    pub fn select(
+        &mut self,
+        tubes: &Tubes,
+        runs: &Runs,
+        view: &View,
+        objects: impl Iterator<Item = (u32, Range<u32>)> + Clone,
+    ) {
+        let mut view = *view;
+        for coarser in 0..=COARSEST {
+            if self.fits(&Judge { tubes, runs, view: &view }, objects.clone(), coarser == COARSEST) {
+                if coarser > 0 {
+                    self.chosen.over = self.chosen.segments;
+                }
+                return;
+            }
+            view.limit *= COARSER;
+        }
+    }
+
+    /// Chooses, unless it is too much and may not be.
+    fn fits(&mut self, judge: &Judge<'_>, objects: impl Iterator<Item = (u32, Range<u32>)>, may_be_much: bool) -> bool {
         self.bands.iter_mut().for_each(Vec::clear);
         self.chosen = Chosen::default();
-        let judge = Judge { tubes, runs, view };
         for (object, segments) in objects {
-            for part in runs.of(segments) {
+            for part in judge.runs.of(segments) {
                 judge.part(part, &mut self.open, &mut self.drawn);
-                self.add(&judge, part, object);
+                self.add(judge, part, object);
+                if self.chosen.triangles > MOST_TRIANGLES && !may_be_much {
+                    return false;
+                }
             }
         }
+        true
     }
 
     /// What is drawn with so many of [`SIDES`].
@@ -154,31 +185,31 @@ impl Selection {
     fn add(&mut self, judge: &Judge<'_>, part: &Part, object: u32) {
         let tube = &judge.tubes.tubes[part.tube as usize];
         let drawn = std::mem::take(&mut self.drawn);
+        let [start, end] = part.all();
+        let [first, last] = [tube.sections.start, tube.sections.end - 1].map(|section| section << BITS);
         for (k, this) in drawn.iter().enumerate() {
             let [from, to] = part.ends(this.run);
             let beside = |other: Option<&Drawn>, end: usize, at: u32| {
                 other.filter(|other| part.ends(other.run)[end] == at).map_or(0, |other| other.need)
             };
-            let before = if from == part.segments.start {
-                judge.need_before(part)
-            } else {
-                beside(k.checked_sub(1).map(|k| &drawn[k]), 1, from)
-            };
-            let after = if to == part.segments.end { judge.need_after(part) } else { beside(drawn.get(k + 1), 0, to) };
+            let before =
+                if from == start { judge.need_before(part) } else { beside(k.checked_sub(1).map(|k| &drawn[k]), 1, from) };
+            let after = if to == end { judge.need_after(part) } else { beside(drawn.get(k + 1), 0, to) };
             let sides = [before, after].map(|need| need.max(this.need));
-            let (sections, is_hollow) = ([section(tube, from), section(tube, to)], tube.inner > 0.0);
+            // A closed tube's last run ends where its first one begins.
+            let ends = [from, if to > last && to == end { section(tube, to >> BITS) << BITS } else { to }];
             let mut add = |wall: Wall, sides: [u8; 2]| {
-                self.bands[usize::from(sides[0].max(sides[1]))].push(Band::new(sections, part.tube, object, wall, sides));
+                self.bands[usize::from(sides[0].max(sides[1]))].push(Band::new(ends, part.tube, object, wall, sides));
                 self.chosen.triangles += u64::from(2 * SIDES[usize::from(sides[0].max(sides[1]))]);
             };
             add(Wall::Outer, sides);
-            if is_hollow {
+            if tube.inner > 0.0 {
                 add(Wall::Inner, [sides[1], sides[0]]);
             }
-            if tube.capped && !tube.closed && from == tube.sections.start {
+            if tube.capped && !tube.closed && from == first {
                 add(Wall::First, [sides[0]; 2]);
             }
-            if tube.capped && !tube.closed && to + 1 == tube.sections.end {
+            if tube.capped && !tube.closed && to == last {
                 add(Wall::Last, [sides[1]; 2]);
             }
             self.chosen.segments += 1;
@@ -218,18 +249,19 @@ impl Judge<'_> {
 
     fn run(&self, part: &Part, run: Run) -> Verdict {
         let tube = &self.tubes.tubes[part.tube as usize];
-        let ends = part.ends(run).map(|number| &self.tubes.sections[section(tube, number) as usize]);
-        let radii = ends.map(|section| f64::from(section.radius()));
-        let (radius, error) = (radii[0].max(radii[1]), self.runs.error(self.tubes, part, run));
+        let ends = part.ends(run);
+        let sections = [ends[0] >> BITS, section(tube, ends[1].div_ceil(1 << BITS))];
+        let radii = sections.map(|number| f64::from(tube.radius(&self.tubes.sections[number as usize])));
+        let (radius, error) = (radii[0].max(radii[1]), self.runs.error(part, run));
         let hole = f64::from(tube.inner) * radii[0].min(radii[1]);
         let hole = if hole > 0.0 { hole } else { radii[0].min(radii[1]) };
-        let line = ends.map(|section| place(section) + tube.origin);
+        let line = ends.map(|number| place_at(self.tubes, tube, number) + tube.origin);
         // Rings at ends lean by no more than the chord's error.
         let reach = radius * (1.0 + ROUNDING) + error;
         let Some(depth) = self.view.depth(line, reach, hole - 2.0 * error) else { return Verdict::Unseen };
         let most = self.view.may_be_off(depth);
         let is_near = error <= SHARE * most;
-        if run.0 > 0 && !is_near {
+        if !is_near && self.runs.is_divided(part, run) {
             return Verdict::Divided;
         }
         let left = most - error - radius * ROUNDING;

@@ -35,6 +35,8 @@ pub struct Tube {
     pub capped: bool,
     /// Radius of the hole over the outer radius: 0 for none, below 1.
     pub inner: f32,
+    /// Radii of its sections, which have half precision, are multiplied by this: by 1 within 2^-11, but for radii below 6e-5 m.
+    pub scale: f32,
     /// How far the curve's surface is from straight lines between the rings of two sections, metres, at most.
     pub error: f32,
 }
@@ -43,6 +45,11 @@ impl Tube {
     /// Its segments, each by the section that it begins with, as a range of [`Tubes::sections`].
     pub fn segments(&self) -> Range<u32> {
         self.sections.start..self.sections.end - u32::from(!self.closed)
+    }
+
+    /// The radius at one of its sections, metres.
+    pub fn radius(&self, section: &Section) -> f32 {
+        section.radius() * self.scale
     }
 }
 
@@ -161,7 +168,8 @@ impl Tubes {
         frame::roll(&mut self.sections[start..], closed);
         let sections = start as u32..self.sections.len() as u32;
         let inner = (shape.inner / shape.radius) as f32;
-        self.tubes.push(Tube { origin, sections, closed, capped: shape.capped, inner, error: error as f32 });
+        let scale = (shape.radius / f64::from(self.sections[start].radius())) as f32;
+        self.tubes.push(Tube { origin, sections, closed, capped: shape.capped, inner, scale, error: error as f32 });
         Ok(())
     }
 
@@ -182,7 +190,7 @@ impl Tubes {
             h.update(&section.bytes());
         }
         for tube in &self.tubes {
-            for x in tube.origin.to_array().into_iter().chain([tube.inner, tube.error].map(f64::from)) {
+            for x in tube.origin.to_array().into_iter().chain([tube.inner, tube.scale, tube.error].map(f64::from)) {
                 h.update(&x.to_bits().to_le_bytes());
             }
             h.update(&tube.sections.start.to_le_bytes());

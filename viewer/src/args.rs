@@ -1,7 +1,9 @@
 //! The command line.
 
 use crate::culling::Oracle;
+use crate::draw::tubes::Thin;
 use crate::looks::Detail;
+use crate::settings::TUBE_PIXELS;
 use clap::{Parser, ValueEnum};
 use enfilade::runtime::FrameMode;
 use enfilade::terrain::Placement;
@@ -18,10 +20,10 @@ pub struct Args {
     #[arg(long, value_name = "INPUT")]
     pub model: Option<PathBuf>,
     /// Draw one frame into a picture, without a window
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.png", group = "pictures")]
     pub shot: Option<PathBuf>,
     /// Time the frames of a path in every mode, or in that of --mode, without a window: a JSON line each
-    #[arg(long, conflicts_with = "shot")]
+    #[arg(long, conflicts_with = "shot", group = "pictures")]
     pub bench: bool,
     /// A camera path, as `enfilade walk` takes it, which a window plays [default: a path through every cell, without a window]
     #[arg(long, value_name = "P.json")]
@@ -56,6 +58,13 @@ pub struct Args {
     /// Where the building's origin is: metres east, up and south of the ground's middle; degrees to the left [default: on the middle]
     #[arg(long, value_name = "X,Y,Z,DEGREES", allow_hyphen_values = true, requires = "ground")]
     pub place: Option<Placement>,
+    /// Pixels that tubes may be off, 0.1 to 4, with --shot or --bench [default: 0.5]
+    #[arg(long, value_name = "PIXELS", value_parser = pixels, requires = "pictures")]
+    pub tube_pixels: Option<f64>,
+    /// Tubes thinner than a pixel, with --shot or --bench: as they are, a pixel wide by their weight, or two pixels wide [default: weighed;
+    /// wide where a model has nothing but tubes]
+    #[arg(long, value_enum, requires = "pictures")]
+    pub thin_tubes: Option<Thin>,
     /// For tests: time passes only after a key or a button went down, in steps
     #[arg(long, hide = true, conflicts_with_all = ["shot", "bench"])]
     pub steps: bool,
@@ -119,6 +128,11 @@ pub enum Shown {
     Ground,
     /// Sides of tubes.
     Tubes,
+}
+
+fn pixels(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|n| (TUBE_PIXELS.least..=TUBE_PIXELS.most).contains(n));
+    number.ok_or_else(|| format!("give {} to {}", TUBE_PIXELS.least, TUBE_PIXELS.most))
 }
 
 /// Largest side of a picture, pixels.

@@ -83,6 +83,7 @@ impl Headless {
     ) -> Result<T, String> {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
         walk.stage.set_detail(args.detail.unwrap_or(Detail::Plain))?;
+        walk.stage.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
         self.land.take().map_or(Ok(()), |land| walk.stage.set_ground(land))?;
         Ok(run(&mut walk))
     }
@@ -181,6 +182,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let oracle = args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
     let mut stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
     held.land.take().map_or(Ok(()), |land| stage.set_ground(land))?;
+    stage.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
     let mut session = Session::new(&held.building, stage, PICTURE, size)?;
     session.show.mode = args.mode.unwrap_or(session.show.mode);
     session.show.detail = args.detail.unwrap_or_default();

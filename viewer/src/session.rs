@@ -258,6 +258,7 @@ impl<'b> Session<'b> {
         self.preferences = preferences;
         self.keys = settings.keys.clone();
         self.walker.flies = flies;
+        self.apply_tubes(settings.tubes);
         self.paint();
     }
 
@@ -269,10 +270,11 @@ impl<'b> Session<'b> {
         let (flies, size, fov_y_degrees) = (self.flies_by_itself(&walker), self.size, fov_y.to_degrees());
         let (mode, places) = (mode.name().to_owned(), std::mem::take(&mut settings.places));
         let (recent, keys) = (std::mem::take(&mut settings.recent), self.keys.clone());
-        let preferences = self.preferences;
+        let (preferences, tubes) = (self.preferences, self.kept_tubes(settings));
         let tints = if tints.is_lasting() { tints } else { Tints::Roles };
         let detail = Some(detail);
-        *settings = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, preferences, places, recent, keys };
+        let shown = Settings { mode, detail, tints, layers, flies, size, fov_y_degrees, ..Settings::default() };
+        *settings = Settings { preferences, tubes, places, recent, keys, ..shown };
         settings.leave(self.building.file.model_hash, walker.eye.to_array(), walker.yaw, walker.pitch);
     }
 

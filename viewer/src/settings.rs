@@ -1,6 +1,7 @@
 //! What is remembered from one run to the next, as JSON in the folder where the system keeps settings.
 
 use crate::colours::Tints;
+use crate::draw::tubes::Thin;
 use crate::keymap::KeyMap;
 use crate::looks::Detail;
 use crate::units::Units;
@@ -39,6 +40,8 @@ pub const SENSITIVITY: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_fa
 pub const STICK: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
 /// A gamepad's stick that is nearer to its middle is at rest: of its way to the edge.
 pub const DEAD_ZONE: Range = Range { least: 0.0, usual: 0.15, most: 0.9, is_factor: false };
+/// Pixels that a tube may be off: less is finer than a picture, more shows corners.
+pub const TUBE_PIXELS: Range = Range { least: 0.1, usual: 0.5, most: 4.0, is_factor: true };
 /// Size of text, times the usual: smaller can't be read, and larger panels are larger than the window.
 pub const TEXT: Range = Range { least: 0.5, usual: 1.0, most: 2.5, is_factor: true };
 
@@ -119,6 +122,9 @@ pub struct Settings {
     /// How a person likes it.
     #[serde(flatten)]
     pub preferences: Preferences,
+    /// How tubes are drawn.
+    #[serde(flatten)]
+    pub tubes: OfTubes,
     /// Where somebody was last, by model; the latest last.
     #[serde(deserialize_with = "whole_places")]
     pub places: Vec<LastPlace>,
@@ -127,6 +133,22 @@ pub struct Settings {
     pub recent: Vec<String>,
     /// Which key does what.
     pub keys: KeyMap,
+}
+
+/// How tubes are drawn.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct OfTubes {
+    /// Pixels that their surface may be off.
+    pub tube_pixels: f64,
+    /// Those that are thinner than a pixel; `None`: as suits the model.
+    pub thin_tubes: Option<Thin>,
+}
+
+impl Default for OfTubes {
+    fn default() -> Self {
+        Self { tube_pixels: TUBE_PIXELS.usual, thin_tubes: None }
+    }
 }
 
 /// Where somebody was when a model was left.
@@ -212,6 +234,7 @@ impl Default for Settings {
             size: [1280, 720],
             fov_y_degrees: FIELD_OF_VIEW.usual,
             preferences: Preferences::default(),
+            tubes: OfTubes::default(),
             places: Vec::new(),
             recent: Vec::new(),
             keys: KeyMap::default(),
@@ -248,6 +271,7 @@ impl Settings {
         let kept = kept.into_iter().filter(|(key, value)| alone(key, value).is_ok()).collect();
         let mut settings: Self = serde_json::from_value(Value::Object(kept)).unwrap_or_default();
         settings.fov_y_degrees = FIELD_OF_VIEW.clamp(settings.fov_y_degrees);
+        settings.tubes.tube_pixels = TUBE_PIXELS.clamp(settings.tubes.tube_pixels);
         settings.size = settings.size.map(|side| side.clamp(160, 8192));
         let Preferences { sensitivity, inverted, speed, text, units, stick, dead_zone } = settings.preferences;
         let (sensitivity, speed, text) = (SENSITIVITY.clamp(sensitivity), SPEED.clamp(speed), TEXT.clamp(text));

@@ -7,17 +7,20 @@
 use super::pipelines::{Eye, ITEMS, NEAR, Pipelines, Recipe, depth_state, shader};
 use super::targets::Targets;
 use crate::building::Building;
+use crate::settings::TUBE_PIXELS;
+use clap::ValueEnum;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
 use enfilade::tubes::{Chosen, Runs, SIDES, Selection, Tube, View, usual_sides};
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use wgpu::{BlendState, BufferUsages, CompareFunction, ShaderStages, TextureFormat};
 
 /// Bytes of a tube, and of what comes before the bands.
 const TUBE: usize = 32;
-const HEAD: usize = 32;
+const HEAD: usize = 64;
 /// Bytes of a band.
 const BAND: usize = 16;
 /// Corners of a side.
@@ -30,7 +33,7 @@ const ROOM: usize = 256;
 const TRIANGLE: u64 = 48;
 
 /// How tubes are drawn that are thinner than a pixel.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, ValueEnum)]
 pub enum Thin {
     /// As they are: they fall into dots.
     Off,
@@ -59,7 +62,7 @@ pub struct Look {
 
 impl Default for Look {
     fn default() -> Self {
-        Self { limit: 0.5, thin: Thin::default(), most: 1e3, shows_sides: false }
+        Self { limit: TUBE_PIXELS.usual, thin: Thin::default(), most: 1e3, shows_sides: false }
     }
 }
 
@@ -79,6 +82,8 @@ pub struct List {
 pub struct Pipes {
     /// How they are drawn.
     pub look: Look,
+    /// How thin ones are drawn in this model where nobody says.
+    pub usual: Thin,
     /// Those that the frame draws.
     pub drawn: List,
     /// All, for the alarm: as they are, however thin.
@@ -146,9 +151,10 @@ impl Pipes {
             Recipe { groups: &groups, depth, pixel: Some((pixel, target)), ..Recipe::new(&module, corner) }.pipeline(gpu)
         };
         // A map of mains is kilometres wide: by their weight, nobody would see any.
-        let thin = if objects.len() == scene.objects.len() { Thin::Wide } else { Thin::default() };
+        let usual = if objects.len() == scene.objects.len() { Thin::Wide } else { Thin::default() };
         Ok(Some(Self {
-            look: Look { thin, ..Look::default() },
+            look: Look { thin: usual, ..Look::default() },
+            usual,
             drawn: List::new(gpu, &source),
             all: List::new(gpu, &source),
             bare: List::new(gpu, &source),
@@ -161,6 +167,12 @@ impl Pipes {
             source,
             objects,
         }))
+    }
+
+    /// Draws them with surfaces that may be off so many pixels, and thin ones some way; `None`: as usual.
+    pub fn set(&mut self, pixels: Option<f64>, thin: Option<Thin>) {
+        self.look.limit = pixels.unwrap_or(TUBE_PIXELS.usual);
+        self.look.thin = thin.unwrap_or(self.usual);
     }
 
     /// All objects that are tubes.
@@ -289,7 +301,7 @@ impl List {
             }
         }
         let Look { thin, most, shows_sides, .. } = at.look;
-        self.words[4..8].copy_from_slice(&[
+        self.words[12..HEAD / 4].copy_from_slice(&[
             thin as u32,
             u32::from(shows_sides),
             at.focal.to_bits(),
@@ -315,7 +327,7 @@ pub(super) fn blended(format: TextureFormat) -> wgpu::ColorTargetState {
 fn of_tubes(scene: &Scene) -> Vec<u32> {
     let of = |tube: &Tube| {
         let [x, y, z] = tube.origin.as_vec3().to_array().map(f32::to_bits);
-        [x, y, z, tube.inner.to_bits(), tube.sections.start, tube.sections.end, u32::from(tube.closed), 0]
+        [x, y, z, tube.inner.to_bits(), tube.sections.start, tube.sections.end, u32::from(tube.closed), tube.scale.to_bits()]
     };
     scene.tubes.tubes.iter().flat_map(of).collect()
 }

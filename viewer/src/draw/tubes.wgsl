@@ -1,4 +1,5 @@
-// Tubes, in the place of geometry.wgsl: corners are worked out from sections by their number. As the library's `tubes` has it (frame.rs, drawn.rs).
+// Tubes, in the place of geometry.wgsl: corners are worked out from sections by their number. As the library's `tubes` has it (frame.rs,
+// between.rs, drawn.rs).
 
 struct Tube {
     origin: vec3f,
@@ -8,12 +9,13 @@ struct Tube {
     first: u32,
     end: u32,
     closed: u32,
-    unused: u32,
+    // Radii are multiplied by it.
+    scale: f32,
 }
 
 struct Bands {
-    // The first corner of those with 8, 16, 32 and 64 sides; corners of 4 sides come before.
-    first: vec4u,
+    // The first corner of those with 8, 16 ... 4096 sides, ten in all; corners of 4 sides come before.
+    first: array<vec4u, 3>,
     // What thin tubes are drawn as: 0 as they are; 1 a pixel wide, with the weight of what they are; 2 two pixels wide.
     thin: u32,
     // 1: sides as colours, and lines at sections.
@@ -22,7 +24,8 @@ struct Bands {
     focal: f32,
     // How much wider than they are thin tubes may be.
     most: f32,
-    // Sections of both rings, the tube, and in one word the object (24 bits), the wall (2), and sides of the rings (3 each).
+    // Where both rings are: a section, and 64ths of the way to the next (6 bits). The tube (30 bits) and the wall (2). The object (24 bits), and
+    // the sides of the rings (4 each).
     bands: array<vec4u>,
 }
 
@@ -90,6 +93,50 @@ fn across(t: vec3f) -> mat2x3f {
     return mat2x3f(vec3f(1.0 + sign * t.x * t.x * a, sign * b, -sign * t.x), vec3f(b, sign + t.y * t.y * a, -t.y));
 }
 
+struct Ring {
+    place: vec3f,
+    tangent: vec3f,
+    // Unit vectors across it: at no angle, and at a right one.
+    axes: mat2x3f,
+    radius: f32,
+}
+
+// The ring at a section.
+fn ring_at(i: u32, tube: Tube) -> Ring {
+    let section = sections[i];
+    let t = tangent(i, tube);
+    let axes = across(t);
+    let angle = f32(section.w >> 16u & 0x3fffu) / 16384.0 * TURN;
+    let turn = vec2f(cos(angle), sin(angle));
+    let turned = mat2x3f(axes * turn, axes * vec2f(-turn.y, turn.x));
+    return Ring(bitcast<vec3f>(section.xyz), t, turned, unpack2x16float(section.w).x * tube.scale);
+}
+
+// A vector across one tangent, turned with it to another one the shortest way.
+fn carried(v: vec3f, a: vec3f, b: vec3f) -> vec3f {
+    let half = 1.0 + dot(a, b);
+    if half > 0.0 { return v - (a + b) * (dot(v, b) / half); }
+    return v;
+}
+
+// The ring at so many 64ths of the way from a section to the next: along a cubic with the tangents of both, as long as an arc's.
+fn ring_between(i: u32, step: u32, tube: Tube) -> Ring {
+    let from = ring_at(i, tube);
+    let to = ring_at(select(i + 1u, tube.first, i + 1u == tube.end), tube);
+    let chord = to.place - from.place;
+    let size = length(chord);
+    let along = select(from.tangent, chord / size, size > 0.0);
+    let b = from.place + from.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(from.tangent, along), 0.0)));
+    let c = to.place - to.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(to.tangent, along), 0.0)));
+    let share = f32(step) / 64.0;
+    let bc = mix(b, c, share);
+    let first = mix(mix(from.place, b, share), bc, share);
+    let last = mix(bc, mix(c, to.place, share), share);
+    let t = unit(last - first);
+    let x = unit(mix(carried(from.axes[0], from.tangent, t), carried(to.axes[0], to.tangent, t), share));
+    return Ring(mix(first, last, share), t, mat2x3f(x, cross(t, x)), mix(from.radius, to.radius, share));
+}
+
 struct Corner {
     // On the curve; where that leads; from there to the corner, of a length of 1, and how many radii; the radius; and whether
     // the ring has more than four sides.
@@ -122,9 +169,10 @@ fn corner_of(number: u32) -> Corner {
     var sides = 0u;
     var start = 0u;
     var first = 0u;
-    for (var k = 0u; k < 4u && number >= list.first[k]; k++) {
-        first += (list.first[k] - start) / (24u << k);
-        start = list.first[k];
+    for (var k = 0u; k < 10u && number >= list.first[k / 4u][k % 4u]; k++) {
+        let next = list.first[k / 4u][k % 4u];
+        first += (next - start) / (24u << k);
+        start = next;
         sides = k + 1u;
     }
     let finer = 4u << sides;
@@ -133,22 +181,22 @@ fn corner_of(number: u32) -> Corner {
     let corner = number % 6u;
     let ring = select(0u, 1u, corner == 2u || corner == 3u || corner == 5u);
     let next = select(0u, 1u, corner == 1u || corner == 4u || corner == 5u);
-    // 2. Which ring. Walls: outer, inner, at the first section, at the last.
-    let wall = band.w >> 24u & 3u;
-    let tube = tubes[band.z];
+    // 2. Which ring. Walls: outer, inner, at the first ring, at the last.
+    let wall = band.z >> 30u;
+    let tube = tubes[band.z & 0x3fffffffu];
     let is_second = select(ring == 1u, select(wall == 3u, ring == 0u, wall == 1u), wall > 0u);
     let is_hole = wall == 1u || (wall == 2u && ring == 0u) || (wall == 3u && ring == 1u);
-    let i = select(band.x, band.y, is_second);
-    let of_ring = 4u << (band.w >> (26u + 3u * ring) & 7u);
+    let at = select(band.x, band.y, is_second);
+    let of_ring = 4u << (band.w >> (24u + 4u * ring) & 15u);
     let k = (side + next) % finer * of_ring / finer;
     // 3. Where it is.
-    let section = sections[i];
-    let t = tangent(i, tube);
-    let axes = across(t);
-    let angle = f32(section.w >> 16u & 0x3fffu) / 16384.0 * TURN + TURN * f32(k) / f32(of_ring);
-    let outwards = axes * vec2f(cos(angle), sin(angle));
-    let middle = tube.origin + bitcast<vec3f>(section.xyz);
-    let radius = unpack2x16float(section.w).x;
+    var here: Ring;
+    if (at & 63u) == 0u { here = ring_at(at >> 6u, tube); } else { here = ring_between(at >> 6u, at & 63u, tube); }
+    let angle = TURN * f32(k) / f32(of_ring);
+    let outwards = here.axes * vec2f(cos(angle), sin(angle));
+    let middle = tube.origin + here.place;
+    let radius = here.radius;
+    let t = here.tangent;
     let scale = select(1.0, tube.inner, is_hole);
     var normal = select(outwards, -outwards, wall == 1u);
     if wall == 2u { normal = -t; }
@@ -201,12 +249,12 @@ fn picture_at_corner(corner: u32, word: u32) -> vec2f {
     return vec2f(0.0);
 }
 
-// What is shown of sides: few are blue, many red.
+// What is shown of sides: few are blue, 64 and more red.
 fn of_sides(sides: u32) -> vec3f {
     var colours = array(
         vec3f(0.35, 0.55, 0.95), vec3f(0.30, 0.80, 0.85), vec3f(0.35, 0.80, 0.45), vec3f(0.98, 0.80, 0.30), vec3f(0.92, 0.42, 0.32),
     );
-    return colours[sides];
+    return colours[min(sides, 4u)];
 }
 
 // Where it is along its band, if lines are shown there: elsewhere they aren't.
