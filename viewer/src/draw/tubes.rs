@@ -176,7 +176,7 @@ impl Pipes {
     }
 
     /// All objects that are tubes.
-    pub fn objects(&self) -> impl Iterator<Item = ObjectId> + '_ {
+    pub fn objects(&self) -> impl Iterator<Item = ObjectId> + Clone + '_ {
         self.objects.iter().copied()
     }
 
@@ -262,7 +262,14 @@ impl List {
     }
 
     /// Fills it with what is drawn of those objects that are tubes.
-    pub fn fill(&mut self, gpu: &Gpu, scene: &Scene, source: &Source, at: &At, objects: impl Iterator<Item = ObjectId>) {
+    pub fn fill(
+        &mut self,
+        gpu: &Gpu,
+        scene: &Scene,
+        source: &Source,
+        at: &At,
+        objects: impl Iterator<Item = ObjectId> + Clone,
+    ) {
         let segments = objects.map(|o| (o.0, scene.objects[o.index()].segments.clone()));
         let of_tubes = segments.filter(|(_, segments)| !segments.is_empty());
         self.selection.select(&scene.tubes, &source.runs, &at.view, of_tubes);

@@ -101,13 +101,24 @@ struct Ring {
     radius: f32,
 }
 
+// Cosine and sine of a share of a turn, to single precision: drivers may be off by 2^-11, with which rings are a thousandth too wide.
+fn turned_by(share: f32) -> vec2f {
+    let quarter = round(4.0 * share);
+    let r = TURN * (share - 0.25 * quarter);
+    let rr = r * r;
+    let s = r * (1.0 - rr / 6.0 * (1.0 - rr / 20.0 * (1.0 - rr / 42.0 * (1.0 - rr / 72.0))));
+    let c = 1.0 - rr / 2.0 * (1.0 - rr / 12.0 * (1.0 - rr / 30.0 * (1.0 - rr / 56.0)));
+    let odd = (i32(quarter) & 1) == 1;
+    let turn = select(vec2f(c, s), vec2f(-s, c), odd);
+    return select(turn, -turn, (i32(quarter) & 2) == 2);
+}
+
 // The ring at a section.
 fn ring_at(i: u32, tube: Tube) -> Ring {
     let section = sections[i];
     let t = tangent(i, tube);
     let axes = across(t);
-    let angle = f32(section.w >> 16u & 0x3fffu) / 16384.0 * TURN;
-    let turn = vec2f(cos(angle), sin(angle));
+    let turn = turned_by(f32(section.w >> 16u & 0x3fffu) / 16384.0);
     let turned = mat2x3f(axes * turn, axes * vec2f(-turn.y, turn.x));
     return Ring(bitcast<vec3f>(section.xyz), t, turned, unpack2x16float(section.w).x * tube.scale);
 }
@@ -121,20 +132,20 @@ fn carried(v: vec3f, a: vec3f, b: vec3f) -> vec3f {
 
 // The ring at so many 64ths of the way from a section to the next: along a cubic with the tangents of both, as long as an arc's.
 fn ring_between(i: u32, step: u32, tube: Tube) -> Ring {
-    let from = ring_at(i, tube);
-    let to = ring_at(select(i + 1u, tube.first, i + 1u == tube.end), tube);
-    let chord = to.place - from.place;
+    let begin = ring_at(i, tube);
+    let close = ring_at(select(i + 1u, tube.first, i + 1u == tube.end), tube);
+    let chord = close.place - begin.place;
     let size = length(chord);
-    let along = select(from.tangent, chord / size, size > 0.0);
-    let b = from.place + from.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(from.tangent, along), 0.0)));
-    let c = to.place - to.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(to.tangent, along), 0.0)));
+    let along = select(begin.tangent, chord / size, size > 0.0);
+    let b = begin.place + begin.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(begin.tangent, along), 0.0)));
+    let c = close.place - close.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(close.tangent, along), 0.0)));
     let share = f32(step) / 64.0;
     let bc = mix(b, c, share);
-    let first = mix(mix(from.place, b, share), bc, share);
-    let last = mix(bc, mix(c, to.place, share), share);
+    let first = mix(mix(begin.place, b, share), bc, share);
+    let last = mix(bc, mix(c, close.place, share), share);
     let t = unit(last - first);
-    let x = unit(mix(carried(from.axes[0], from.tangent, t), carried(to.axes[0], to.tangent, t), share));
-    return Ring(mix(first, last, share), t, mat2x3f(x, cross(t, x)), mix(from.radius, to.radius, share));
+    let x = unit(mix(carried(begin.axes[0], begin.tangent, t), carried(close.axes[0], close.tangent, t), share));
+    return Ring(mix(first, last, share), t, mat2x3f(x, cross(t, x)), mix(begin.radius, close.radius, share));
 }
 
 struct Corner {
@@ -192,8 +203,7 @@ fn corner_of(number: u32) -> Corner {
     // 3. Where it is.
     var here: Ring;
     if (at & 63u) == 0u { here = ring_at(at >> 6u, tube); } else { here = ring_between(at >> 6u, at & 63u, tube); }
-    let angle = TURN * f32(k) / f32(of_ring);
-    let outwards = here.axes * vec2f(cos(angle), sin(angle));
+    let outwards = here.axes * turned_by(f32(k) / f32(of_ring));
     let middle = tube.origin + here.place;
     let radius = here.radius;
     let t = here.tangent;

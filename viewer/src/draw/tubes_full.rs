@@ -55,7 +55,14 @@ impl TubesInSun {
     }
 
     /// Chooses how some objects cast shadows, as seen from the sun.
-    pub fn cast_by(&mut self, gpu: &Gpu, scene: &Scene, pipes: &Pipes, sun: &At, objects: impl Iterator<Item = ObjectId>) {
+    pub fn cast_by(
+        &mut self,
+        gpu: &Gpu,
+        scene: &Scene,
+        pipes: &Pipes,
+        sun: &At,
+        objects: impl Iterator<Item = ObjectId> + Clone,
+    ) {
         self.casting.fill(gpu, scene, &pipes.source, sun, objects);
     }
 
