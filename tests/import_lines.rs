@@ -124,6 +124,46 @@ fn what_is_odd_is_told() {
     assert_eq!(notes, expected);
 }
 
+/// Lines without two different points are left out beside others, and counted; what is odd about them isn't counted again.
+#[test]
+fn lines_of_no_length_are_left_out() {
+    let line = |points: Value| feature(json!({"radius": 0.5}), points);
+    let dot = json!([[500, 0], [500, 0], [500, 0]]);
+    let all = [line(dot.clone()), line(json!([[500, 0], [520, 0]])), line(json!([])), line(json!([[7, 7]]))];
+    let scene = read(&json!({"type": "FeatureCollection", "features": all})).unwrap();
+    assert_eq!(scene.source.notes, ["1 lines became tubes of 2 sections", "3 lines without two different points left out"]);
+    assert_eq!(scene.objects.len(), 1);
+    // The first place is told where there is nothing else.
+    let none = json!({"type": "FeatureCollection", "features": [line(dot), line(json!([]))]});
+    assert_eq!(read(&none).unwrap_err(), "features[0].geometry.coordinates: fewer than two different points");
+}
+
+/// In numbers that JSON allows, in numbers that options give, and where there are too many.
+#[test]
+fn bad_numbers_and_too_many_sections_are_refused() {
+    let line = |end: Value| feature(json!({"radius": 1}), json!([[500, 0], [500, end]]));
+    let refused = |file: &str, options: &ImportOptions| {
+        geojson::from_slice(file.as_bytes(), "mains", options).unwrap_err().to_string()
+    };
+    let usual = ImportOptions::default();
+    // JSON has no numbers that aren't finite; one that is too large is none either.
+    for (number, told) in [("1e999", "line 1: number out of range"), ("NaN", "line 1: expected value")] {
+        let error = refused(&line(json!("X")).to_string().replace("\"X\"", number), &usual);
+        assert!(error.starts_with(told), "{error}");
+    }
+    let none = feature(json!({}), json!([[500, 0], [510, 0]])).to_string();
+    for radius in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e5] {
+        let error = refused(&none, &ImportOptions { tube_radius: Some(radius), ..usual.clone() });
+        assert!(error.starts_with(&format!("geometry.coordinates: a radius of {radius} m: it must be")), "{error}");
+    }
+    let zigzag: Vec<Value> = (0..200).map(|k| json!([500 + k, 10 * (k % 2)])).collect();
+    let zigzag = feature(json!({"radius": 0.1}), json!(zigzag)).to_string();
+    let few = |tubes: bool| ImportOptions { max_triangles: 300, tubes, ..usual.clone() };
+    for tubes in [true, false] {
+        assert_eq!(refused(&zigzag, &few(tubes)), "more than 300 triangles; raise the limit or split the model");
+    }
+}
+
 #[test]
 fn files_that_make_no_tubes_are_refused_with_the_place() {
     let line = json!([[500, 0], [510, 0]]);

@@ -134,6 +134,18 @@ fn lines_of_obj_are_tubes_where_a_radius_is_given() {
         &ImportOptions { tube_radius: Some(1.0), ..ImportOptions::default() },
     );
     assert!(bad.unwrap_err().to_string().contains("line 2"));
+    // A line of one point is left out, unless there is no other.
+    let options = ImportOptions { tube_radius: Some(0.25), ..ImportOptions::default() };
+    let dots = format!("{text}v 10 0 0\nl 4\nl 2 4 2\n");
+    let scene = obj::from_slice(dots.as_bytes(), "mains", None, &options).unwrap();
+    assert!((area(&scene) / expected - 1.0).abs() < 0.02, "{} m2, not {expected}", area(&scene));
+    assert!(
+        scene.source.notes.contains(&"2 lines without two different points left out".to_owned()),
+        "{:?}",
+        scene.source.notes
+    );
+    let refused = obj::from_slice(b"v 0 0 0\nv 0 0 0\nl 1 2\n", "m", None, &options).unwrap_err().to_string();
+    assert_eq!(refused, "line 3: fewer than two different points");
 }
 
 /// A plant's pipes are tubes; whoever wants meshes has those of the file. Cut into objects, it shows the same.
@@ -210,6 +222,7 @@ fn a_few_pipes_are_cut_too() {
     let flat = [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0]];
     let points = json!({"radius": 0.1, "points": [[0, 0, 9], [5, 0, 9]]});
     let file = document(&[
+        ("nothing", &line[..1], 3, json!({"tube": {"radius": 0.1}})),
         ("line", &line, 3, json!({"tube": {"radius": 0.1}})),
         ("mesh", &flat, 4, json!({"tube": points})),
         ("plate", &flat, 4, json!({})),
@@ -224,7 +237,13 @@ fn a_few_pipes_are_cut_too() {
         let cut = export(&at, &options, &unbaked(&scene, &options)).unwrap();
         for tube_radius in [None, Some(0.3)] {
             let again = gltf::from_slice(&cut.glb, "cut", None, &ImportOptions { tube_radius, ..options.clone() }).unwrap();
-            assert_eq!(again.objects.len(), scene.objects.len());
+            let names = |scene: &Scene| {
+                let name = |node: &str| node.split(" #").next().unwrap_or_default().to_owned();
+                let mut names: Vec<String> = scene.objects.iter().map(|o| name(&o.node)).collect();
+                names.sort();
+                names
+            };
+            assert_eq!(names(&again), names(&scene));
             assert!((area(&again) / area(&scene) - 1.0).abs() < 1e-4, "{} of {}", area(&again), area(&scene));
         }
     }

@@ -2,7 +2,7 @@
 
 use super::builder::short_name;
 use super::{ImportError, Place, Role, SceneBuilder};
-use crate::tubes::{Counts, Shape, Tubes, usual_error};
+use crate::tubes::{Counts, Shape, TubeError, Tubes, usual_error};
 use glam::DVec3;
 
 /// A line, in the model's own coordinates: metres, +Y up.
@@ -25,33 +25,56 @@ pub(super) struct Lines {
     counts: Counts,
     lines: u64,
     sections: usize,
+    /// Lines without two different points.
+    empty: u64,
+    /// Where the first of them stands.
+    first_empty: Option<String>,
 }
 
 impl Lines {
-    /// Adds a line's tube.
+    /// Adds a line's tube. A line without two different points is handed in without one.
     pub fn add(&mut self, builder: &mut SceneBuilder, line: &Line<'_>) -> Result<(), ImportError> {
-        let (mut tubes, error) = (Tubes::default(), usual_error(line.shape.radius));
+        let (mut tubes, mut counts, error) = (Tubes::default(), self.counts, usual_error(line.shape.radius));
         let Line { points, closed, shape, .. } = *line;
         let made = match line.smooth {
-            true => tubes.through(points, closed, shape, error, &mut self.counts),
-            false => tubes.line(points, closed, shape, error, &mut self.counts),
+            true => tubes.through(points, closed, shape, error, &mut counts),
+            false => tubes.line(points, closed, shape, error, &mut counts),
         };
-        made.map_err(|e| ImportError::malformed(Place::File, format!("{}: {e}", line.place)))?;
-        self.lines += 1;
-        self.sections += tubes.sections.len();
+        match made {
+            Ok(()) => {
+                self.counts = counts;
+                self.lines += 1;
+                self.sections += tubes.sections.len();
+            }
+            Err(TubeError::Points) => {
+                self.empty += 1;
+                self.first_empty.get_or_insert_with(|| line.place.to_owned());
+                tubes = Tubes::default();
+            }
+            Err(e) => return Err(malformed(line.place, e)),
+        }
         builder.add_tubes(short_name(line.name), line.role, tubes)
     }
 
-    /// Tells what there was, and what was odd.
-    pub fn note(&self, notes: &mut Vec<String>) {
+    /// Tells what there was, and what was odd. Fails where there are lines, but none has two different points.
+    pub fn finish(&self, notes: &mut Vec<String>) -> Result<(), ImportError> {
+        if let Some(place) = self.first_empty.as_ref().filter(|_| self.lines == 0) {
+            return Err(malformed(place, TubeError::Points));
+        }
         if self.lines > 0 {
             notes.push(format!("{} lines became tubes of {} sections", self.lines, self.sections));
         }
         let odd = [
+            (self.empty, "lines without two different points left out"),
             (self.counts.odd.twice, "points stand where the one before them does"),
             (self.counts.odd.back, "turns back, where a tube ends and another begins"),
             (self.counts.tight, "bends tighter than the tube's radius"),
         ];
         notes.extend(odd.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
+        Ok(())
     }
+}
+
+fn malformed(place: &str, error: TubeError) -> ImportError {
+    ImportError::malformed(Place::File, format!("{place}: {error}"))
 }

@@ -278,7 +278,7 @@ impl Reader {
             let role = Role::Furnishing;
             lines.add(builder, &Line { name, place: &place, role, points: &points, closed: false, smooth: false, shape })?;
         }
-        lines.note(&mut builder.source.notes);
+        lines.finish(&mut builder.source.notes)?;
         let names = self.mesh_names();
         // Vertices are numbered over the whole file; a mesh takes those that it uses.
         for (((key, node), triangles), coordinates) in self.keys.iter().zip(names).zip(meshes).zip(looks) {
