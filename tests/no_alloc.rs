@@ -12,11 +12,30 @@ use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
 use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Place, Scratch};
-use enfilade::scene::Role;
+use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
 use enfilade::tubes::{self, Counts, Runs, SIDES, Selection, Shape, Tubes};
 use glam::DVec3;
 use testing::boxes;
 use testing::meshes::{cuboid, scene, soup};
+
+/// A hundred million triangles of tubes are counted before any of them is made.
+#[test]
+fn meshes_of_tubes_that_are_too_large_take_no_memory() {
+    let mut tubes = Tubes::default();
+    let shape = Shape { radius: 0.5, inner: 0.25, capped: true };
+    tubes.line(&[DVec3::ZERO, DVec3::X], false, shape, 1e-4, &mut Counts::default()).unwrap();
+    let sections = [tubes.sections[0], tubes.sections[1]].repeat(500_000);
+    tubes.tubes[0].sections = 0..sections.len() as u32;
+    tubes.sections = sections;
+    assert!(tubes.tubes[0].triangles(tubes::usual_sides(0.5)) > 100_000_000);
+    let options = ImportOptions { tubes: false, ..ImportOptions::default() };
+    let mut builder = SceneBuilder::new(&options, Source::default());
+    let taken = measure(|| {
+        let refused = builder.add_tubes("pipes".into(), Role::Furnishing, tubes).unwrap_err();
+        assert!(refused.to_string().starts_with("more than 50000000 triangles"), "{refused}");
+    });
+    assert!(taken.bytes_total < 1000, "{} bytes", taken.bytes_total);
+}
 
 #[test]
 fn culling_allocates_nothing() {

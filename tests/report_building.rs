@@ -25,7 +25,8 @@ fn text(path: &Path) -> String {
 
 /// A page by its headings, without the times in it.
 fn without_times(html: &str) -> Vec<&str> {
-    let times = |part: &&str| ["Error against run time", "Growth", "Time and memory"].iter().all(|t| !part.starts_with(t));
+    let times =
+        |part: &&str| ["Error against run time", "Tubes", "Growth", "Time and memory"].iter().all(|t| !part.starts_with(t));
     html.split("<h2>").filter(times).collect()
 }
 
@@ -189,6 +190,64 @@ fn storeys_are_those_of_the_plan() {
     assert_eq!(cells.len(), 12, "spread over cells");
 }
 
+/// How wrong tubes are drawn: within the limit, where nothing is over it; and a coarser limit takes less. What is told of them is what they are.
+#[test]
+fn a_page_tells_how_wrong_tubes_are_drawn() {
+    let folder = folder("tubes");
+    let [model, page, file] = ["pipes.glb", "pipes.html", "pipes.pvs"].map(|name| folder.join(name));
+    let [model, page, file] = [&model, &page, &file].map(|path| path.to_str().unwrap());
+    run(&["generate", "pipes", "--sections", "2000", "-o", model].map(Path::new));
+    let told = json(&["report", model, "-o", page, "--rays", "20k", "--views", "3", "--json"]);
+    let scene = import(Path::new(model), &ImportOptions::default()).unwrap();
+    let tubes = &told["tubes"];
+    let sections = scene.tubes.sections.len();
+    assert_eq!(
+        (tubes["tubes"].as_u64(), tubes["sections"].as_u64()),
+        (Some(scene.tubes.tubes.len() as u64), Some(sections as u64))
+    );
+    assert_eq!(tubes["section_bytes"].as_u64(), Some(16 * sections as u64));
+    let of_mesh: usize =
+        scene.tubes.tubes.iter().map(|tube| enfilade::tubes::mesh(&scene.tubes, tube, 18).triangles.len()).sum();
+    assert_eq!(tubes["triangles_of_18_sides"].as_u64(), Some(of_mesh as u64));
+    let objects = scene.objects.iter().filter(|object| object.is_tube()).count();
+    let line = format!(
+        "{} tubes of {sections} sections in {objects} objects: {} bytes; with 18 sides {of_mesh} triangles of {} bytes",
+        scene.tubes.tubes.len(),
+        16 * sections,
+        48 * of_mesh
+    );
+
+    let html = text(Path::new(page));
+    check_page(&html);
+    assert!(html.contains(&format!("<h2>Tubes</h2>\n<p>{line}.</p>")));
+    let table = text(&folder.join("pipes.tubes.csv"));
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let rows: Vec<Vec<f64>> = table.lines().skip(1).map(|row| row.split(',').map(number).collect()).collect();
+    assert_eq!(rows.iter().map(|row| row[0]).collect::<Vec<_>>(), [0.1, 0.25, 0.5, 1.0, 2.0, 4.0]);
+    let errors = told["tube_errors"]["errors"].as_array().unwrap();
+    assert_eq!(errors.len(), rows.len());
+    for (row, error) in rows.iter().zip(errors) {
+        let [limit, over, greatest, mean, samples] = [0, 3, 4, 5, 6].map(|k| row[k]);
+        assert!(mean > 0.0 && mean < limit && mean < greatest && samples > 500.0, "{row:?}");
+        assert!(greatest <= limit || over > 0.0, "{row:?}");
+        assert!((error["greatest_px"].as_f64().unwrap() - greatest).abs() < 1e-4, "{row:?}");
+    }
+    for pair in rows.windows(2) {
+        assert!(pair[1][1] <= pair[0][1] && pair[1][2] < pair[0][2], "a coarser limit takes more: {pair:?}");
+    }
+
+    // `bake` and `info` say the same, and nothing of tubes where there are none.
+    let said = |arguments: &[&str]| cli::run_words(arguments);
+    let bake = said(&["bake", model, "-o", file, "--rays", "20k"]);
+    assert!(String::from_utf8_lossy(&bake.stderr).lines().any(|said| said == line), "{bake:?}");
+    let info = said(&["info", file]);
+    assert!(String::from_utf8_lossy(&info.stdout).contains(&line), "{info:?}");
+    let never = json(&["bake", model, "-o", file, "--rays", "20k", "--tubes", "never", "--json"]);
+    assert!(
+        never.get("tubes").is_none() && !String::from_utf8_lossy(&said(&["info", file]).stdout).contains("with 18 sides")
+    );
+}
+
 #[test]
 fn a_hall_without_anything_to_tell_is_a_page_too() {
     let folder = folder("hall");
@@ -200,6 +259,7 @@ fn a_hall_without_anything_to_tell_is_a_page_too() {
     let html = text(&page);
     check_page(&html);
     assert!(html.contains("rows: one closed cell without portals has nothing to hide from itself"));
+    assert!(!html.contains("<h2>Tubes</h2>") && told.get("tube_errors").is_none());
     // No rays at all, no views at all; how the cost of others grows.
     let arguments =
         ["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json", "--growth", "4,9"];

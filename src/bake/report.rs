@@ -3,7 +3,7 @@
 use super::Baked;
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
-use crate::scene::Scene;
+use crate::scene::{Scene, TubeCount};
 use crate::types::bounds::SamplingEnd;
 use crate::types::expected::ExpectedDraw;
 use crate::types::proof::Repair;
@@ -93,6 +93,9 @@ pub struct BakeReport {
     pub triangles: usize,
     /// Objects.
     pub objects: usize,
+    /// Where the scene has tubes: what is in [`Self::triangles`] of them is prisms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tubes: Option<TubeCount>,
     /// Cells.
     pub cells: usize,
     /// Of these, open ones.
@@ -161,6 +164,7 @@ impl BakeReport {
         Ok(Self {
             triangles: scene.triangles.len(),
             objects: file.objects.len(),
+            tubes: scene.tube_count(),
             cells: file.cells.len(),
             open_cells: file.cells.iter().filter(|c| c.open).count(),
             portals: file.portals.len(),
@@ -226,6 +230,9 @@ impl fmt::Display for BakeReport {
         };
         let strategy = format!("{:?}", self.strategy.cells).to_lowercase();
         writeln!(f, "{triangles} triangles in {objects} objects")?;
+        if let Some(tubes) = &self.tubes {
+            writeln!(f, "{tubes}")?;
+        }
         writeln!(f, "{cells} cells ({open_cells} open), {portals} portals, by {strategy}: {}", self.strategy.reason)?;
         if self.closed_holes > 0 {
             let closed = self.closed_holes;

@@ -130,6 +130,8 @@ impl SceneFlags {
         let usual = ImportOptions::default().object_triangles;
         flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));
         flags.extend(self.unit.map(|v| ("--unit", v.to_string())));
+        flags.extend(self.tube_radius.map(|v| ("--tube-radius", v.to_string())));
+        flags.extend((self.tubes == TubesFlag::Never).then(|| ("--tubes", "never".to_owned())));
         flags.extend(self.files.files_under.as_deref().map(|path| ("--files-under", name(path))));
         flags
     }

@@ -1,7 +1,7 @@
 //! What a bake found in a building, as a page and as tables: plans, both sides of the truth, error against run time.
 //!
-//! All text is made safe here; whoever calls hands over plain text. Times stand in four sections only: tiers, error against run time, growth,
-//! and the stages; all else is the same bytes for the same building and seed.
+//! All text is made safe here; whoever calls hands over plain text. Times stand in five sections only: tiers, error against run time, tubes,
+//! growth, and the stages; all else is the same bytes for the same building and seed.
 
 use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
 use super::curves::{Curve, CurvePoint, Growth, exponent};
@@ -10,6 +10,7 @@ use super::matrix::figure;
 use super::splits::{self, Splits};
 use super::storeys::{Plans, Storey, along_a_walk, storeys};
 use super::tiers::Tiers;
+use super::tubes::TubesFound;
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
 use crate::file::{CONFIDENCE, PvsFile, PvsSummary};
 use crate::scene::Scene;
@@ -74,6 +75,8 @@ pub struct BuildingReport<'a> {
     pub growth: &'a [Growth],
     /// Tiers of rows, where they are compared.
     pub tiers: Option<&'a Tiers>,
+    /// Where there are tubes: how wrong they are drawn.
+    pub tubes: Option<&'a TubesFound>,
     /// How view cells were split, a bake each; empty where they were not chosen by cost.
     pub splits: &'a [Splits],
     /// Views that false pixels were counted in.
@@ -99,6 +102,7 @@ impl BuildingReport<'_> {
         }
         self.plans(&storeys, &mut body);
         self.against_time(&mut body);
+        body.extend(self.tubes.map(TubesFound::html));
         self.growth(&mut body);
         self.matrix(&storeys, &mut body);
         self.worst(&storeys, &mut body);

@@ -10,4 +10,6 @@ pub mod matrix;
 pub mod splits;
 pub mod storeys;
 pub mod tiers;
+mod tube_errors;
+pub mod tubes;
 pub mod undecided;

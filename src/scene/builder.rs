@@ -121,9 +121,15 @@ impl SceneBuilder {
     /// Counts triangles against [`ImportOptions::max_triangles`]. [`SceneBuilder::add`] does so itself; importers call it for
     /// triangles that end up elsewhere (the surfaces of rooms), before they make them.
     pub fn count(&mut self, triangles: usize) -> Result<(), ImportError> {
+        self.count = self.counted_with(triangles)?;
+        Ok(())
+    }
+
+    /// Triangles with some more; fails beyond the limit.
+    fn counted_with(&self, triangles: usize) -> Result<usize, ImportError> {
         let limit = self.options.max_triangles.min(MOST_TRIANGLES);
-        self.count = self.count.saturating_add(triangles);
-        if self.count > limit { Err(ImportError::TooLarge { limit }) } else { Ok(()) }
+        let count = self.count.saturating_add(triangles);
+        if count > limit { Err(ImportError::TooLarge { limit }) } else { Ok(count) }
     }
 
     /// Adds a mesh. Fails on indices out of range, numbers that aren't finite (or beyond 1e12 m), and more triangles than the
@@ -164,6 +170,8 @@ impl SceneBuilder {
     /// triangles. Where a scene has few of them, or [`ImportOptions::tubes`] says so, they become meshes.
     pub fn add_tubes(&mut self, node: String, role: Role, tubes: Tubes) -> Result<(), ImportError> {
         if !self.options.tubes {
+            // Before memory is taken for them.
+            self.counted_with(pipes::triangles(&tubes))?;
             return self.add(pipes::mesh(node, role, &tubes));
         }
         self.count(tubes.sections.len())?;
@@ -282,7 +290,11 @@ impl SceneBuilder {
             let windings = portals.iter_mut().map(|p| &mut p.winding).chain(walls);
             windings.flatten().for_each(|p| *p -= origin);
         }
-        Ok(Scene { name: name.to_owned(), source: self.source, origin, positions, triangles, objects, tubes, hints, trace })
+        let (name, source) = (name.to_owned(), self.source);
+        let mut scene = Scene { name, source, origin, positions, triangles, objects, tubes, hints, trace };
+        let count = scene.tube_count();
+        scene.source.notes.extend(count.map(|count| count.to_string()));
+        Ok(scene)
     }
 }
 

@@ -18,6 +18,7 @@ mod pipes;
 pub mod quake;
 pub mod rays;
 mod sidecar;
+mod tube_count;
 mod whole_file;
 
 pub use crate::types::hints::{Hints, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
@@ -25,6 +26,7 @@ pub use crate::types::import::ImportOptions;
 pub use crate::types::scene::{Look, Material, Object, Picture, Role, Scene, Source, Trace};
 pub use builder::{Mesh, SceneBuilder};
 pub use error::{ImportError, Place};
+pub use tube_count::TubeCount;
 
 use crate::geom;
 use glam::DVec3;

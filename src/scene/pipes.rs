@@ -1,7 +1,7 @@
 //! Tubes as a scene has them: in pieces that can be seen or hidden, with prisms around them; or as meshes, where there are few.
 
 use super::{Mesh, Role};
-use crate::tubes::{Prism, Tubes, part, prism, usual_sides};
+use crate::tubes::{Prism, Tube, Tubes, part, prism, usual_sides};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -52,11 +52,22 @@ pub(super) fn prisms(node: String, role: Role, tubes: &Tubes, most: u32) -> Pris
     all
 }
 
+/// Triangles of the mesh of tubes.
+pub(super) fn triangles(tubes: &Tubes) -> usize {
+    let count = tubes.tubes.iter().map(|tube| tube.triangles(sides(tubes, tube))).fold(0, u64::saturating_add);
+    usize::try_from(count).unwrap_or(usize::MAX)
+}
+
+/// Sides of a tube's rings in that mesh.
+fn sides(tubes: &Tubes, tube: &Tube) -> u32 {
+    usual_sides(f64::from(tubes.of(tube)[0].radius()))
+}
+
 /// The mesh of tubes.
 pub(super) fn mesh(node: String, role: Role, tubes: &Tubes) -> Mesh {
     let mut mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
     for tube in &tubes.tubes {
-        let of = part(tubes, tube, tube.segments(), usual_sides(f64::from(tubes.of(tube)[0].radius())));
+        let of = part(tubes, tube, tube.segments(), sides(tubes, tube));
         let base = mesh.positions.len() as u32;
         mesh.positions.extend(of.positions.iter().map(|p| tube.origin + p.as_dvec3()));
         mesh.triangles.extend(of.triangles.iter().map(|t| t.map(|i| i + base)));

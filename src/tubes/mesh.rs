@@ -17,6 +17,17 @@ const MOST: f64 = 64.0;
 const ERROR: f64 = 1e-3;
 const SHARES: [f64; 2] = [0.02, 0.002];
 
+impl Tube {
+    /// How many triangles [`mesh`] makes of it, with rings of so many sides.
+    pub fn triangles(&self, sides: u32) -> u64 {
+        let (sides, segments) = (u64::from(sides), self.segments().len() as u64);
+        let is_hollow = self.inner > 0.0;
+        let has_caps = self.capped && !self.closed;
+        let cap = if is_hollow { 2 * sides } else { sides - 2 };
+        2 * sides * segments * (1 + u64::from(is_hollow)) + 2 * cap * u64::from(has_caps)
+    }
+}
+
 /// Triangles of a tube.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Mesh {

@@ -17,12 +17,15 @@ use enfilade::pages::curves::{Curve, CurvePoint, Growth, Views, held_out};
 use enfilade::pages::html::Remark;
 use enfilade::pages::splits::{self, Splits};
 use enfilade::pages::tiers::{self as tiers_page, Tiers};
+use enfilade::pages::tubes::{TubeView, TubesFound, measure};
 use enfilade::pages::undecided::{Pairs, closed_and_open, hardest};
 use enfilade::proof::{Asker, Goal};
 use enfilade::pvs::sampling::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::walkthrough::expected::expected_draw;
+use enfilade::walkthrough::tour::tour;
+use glam::Vec3;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -34,6 +37,9 @@ const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 const ROOMS: f64 = 1000.0;
 /// Storeys of offices that growth is measured on.
 const STOREYS: usize = 4;
+/// Views that tubes are looked at from, at most, and pixels of their pictures.
+const TUBE_VIEWS: usize = 24;
+const TUBE_PICTURE: [f64; 2] = [960.0, 540.0];
 /// Undecided pairs that are asked why.
 const ASKED: usize = 12;
 
@@ -98,6 +104,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         curves: &measured.curves,
         growth: &measured.growth,
         tiers: measured.tiers.as_ref(),
+        tubes: measured.tubes.as_ref(),
         splits: &measured.splits,
         views: measured.views,
         hardest: &measured.hardest,
@@ -151,6 +158,7 @@ struct Measured {
     curves: Vec<Curve>,
     growth: Vec<Growth>,
     tiers: Option<Tiers>,
+    tubes: Option<TubesFound>,
     splits: Vec<Splits>,
     /// How many.
     views: usize,
@@ -174,6 +182,8 @@ impl Measured {
         let bench = Bench { scene, graph, options: pvs, views: &views };
         let mut curves = vec![bench.everything(file, cpu)?, bench.flow()?];
         curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
+        progress("tubes", 0.0);
+        let tubes = tubes(scene, file, args.search.seed);
         let growth = args.growth.iter().map(|&offices| {
             progress(&format!("{offices} offices"), 0.0);
             growth(offices, pvs)
@@ -192,8 +202,22 @@ impl Measured {
         }
         progress("why", 0.0);
         let hardest = reasons(file, scene).map_err(|e| at(&args.input, e))?;
-        Ok(Self { curves, growth, tiers: compared, splits, views: views.count(), hardest })
+        Ok(Self { curves, growth, tiers: compared, tubes, splits, views: views.count(), hardest })
     }
+}
+
+/// How wrong tubes are drawn from views along the tour, if there are any.
+fn tubes(scene: &Scene, file: &PvsFile, seed: u64) -> Option<TubesFound> {
+    let count = scene.tube_count()?;
+    let path = tour(file, seed);
+    let view = |frame: usize| {
+        let camera = path.camera(frame, scene.origin, TUBE_PICTURE[0] / TUBE_PICTURE[1]);
+        let rows = [camera.x, camera.y, camera.w].map(Vec3::as_dvec3);
+        TubeView { eye: camera.eye.as_dvec3(), rows, near: path.near, size: TUBE_PICTURE }
+    };
+    let views: Vec<TubeView> =
+        (0..path.frames.len()).step_by(path.frames.len().div_ceil(TUBE_VIEWS).max(1)).map(view).collect();
+    Some(TubesFound { count, views: views.len(), errors: measure(scene, &views, seed) })
 }
 
 /// The page first, then the tables beside it.
@@ -207,6 +231,7 @@ fn files(page: &BuildingReport<'_>, output: &Path, table: &Path) -> Vec<(PathBuf
         files.push((output.with_extension("growth.csv"), page.growth_csv()));
     }
     files.extend(page.tiers.map(|tiers| (output.with_extension("tiers.csv"), tiers.csv())));
+    files.extend(page.tubes.map(|tubes| (output.with_extension("tubes.csv"), tubes.csv())));
     if !page.splits.is_empty() {
         files.push((output.with_extension("view-cells.csv"), splits::csv(page.splits)));
     }
@@ -224,6 +249,7 @@ fn numbers(report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, St
         views: page.views,
         curves: page.curves,
         tiers: page.tiers,
+        tube_errors: page.tubes,
         view_cell_splits: page.splits,
         stages: page.stages,
         page: paths.next().unwrap_or_default(),
@@ -242,6 +268,8 @@ struct ReportLine<'a> {
     curves: &'a [Curve],
     #[serde(skip_serializing_if = "Option::is_none")]
     tiers: Option<&'a Tiers>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tube_errors: Option<&'a TubesFound>,
     #[serde(skip_serializing_if = "<[Splits]>::is_empty")]
     view_cell_splits: &'a [Splits],
     stages: &'a [Stage],

@@ -1,0 +1,197 @@
+//! How far tubes are drawn from their surface, and what choosing that costs, by the limit in pixels.
+//!
+//! Between two sections, the surface is that of a tube along the arc which has their tangents: exact for lines and arcs; for splines within what
+//! importers ask for.
+
+use crate::random::Prng;
+use crate::scene::Scene;
+use crate::tubes::{Band, Runs, SIDES, Selection, Tube, Tubes, View, Wall, part};
+use glam::DVec3;
+use serde::Serialize;
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// Pixels that surfaces may be off, ascending.
+const LIMITS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
+/// Points of surfaces that are looked at in a view.
+const SAMPLES: usize = 500;
+/// Selections of a view, of which the fastest counts.
+const REPEATS: usize = 3;
+/// Radians below which an arc is a line: their handles are the same to rounding.
+const STRAIGHT: f64 = 1e-4;
+
+/// A camera, relative to the scene's origin.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct TubeView {
+    /// Metres.
+    pub eye: DVec3,
+    /// What gives clip-space x, y and w as dot products with the way from the eye.
+    pub rows: [DVec3; 3],
+    /// Metres to the near plane along the view.
+    pub near: f64,
+    /// Of the picture, pixels.
+    pub size: [f64; 2],
+}
+
+/// What was found of a limit: means of a view, but for the errors.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct TubeErrors {
+    /// Pixels that surfaces may be off.
+    pub limit_px: f64,
+    /// Segments that are drawn.
+    pub segments: f64,
+    /// Triangles that are drawn.
+    pub triangles: f64,
+    /// Segments for which 64 sides and all sections are too few.
+    pub over: f64,
+    /// Pixels of the point that is drawn farthest from its place.
+    pub greatest_px: f64,
+    /// Pixels in the mean over points.
+    pub mean_px: f64,
+    /// Points that were looked at, of surfaces of tubes on the screen, hidden ones counted.
+    pub samples: u64,
+    /// Seconds of choosing.
+    pub seconds: f64,
+}
+
+/// Chooses with each limit from each view, and looks at points of the surfaces by chance (of a seed).
+pub fn measure(scene: &Scene, views: &[TubeView], seed: u64) -> Vec<TubeErrors> {
+    let tubes = &scene.tubes;
+    let segments = || scene.objects.iter().map(|object| object.segments.clone());
+    let runs = Runs::new(tubes, segments());
+    let objects = || (0..).zip(segments()).filter(|(_, segments)| !segments.is_empty());
+    let mut selection = Selection::default();
+    let count = views.len().max(1) as f64;
+    let of = |limit: f64| {
+        let mut random = Prng::new(seed, 0);
+        let mut found = TubeErrors {
+            limit_px: limit,
+            segments: 0.0,
+            triangles: 0.0,
+            over: 0.0,
+            greatest_px: 0.0,
+            mean_px: 0.0,
+            samples: 0,
+            seconds: 0.0,
+        };
+        for view in views {
+            let chooses = View::new(view.eye, view.rows, view.near, view.size, limit);
+            let mut run = |_| {
+                let start = Instant::now();
+                selection.select(tubes, &runs, &chooses, objects());
+                start.elapsed().as_secs_f64()
+            };
+            found.seconds += (0..REPEATS).map(&mut run).fold(f64::INFINITY, f64::min) / count;
+            let chosen = selection.chosen();
+            found.segments += chosen.segments as f64 / count;
+            found.triangles += chosen.triangles as f64 / count;
+            found.over += chosen.over as f64 / count;
+            for pixels in errors(tubes, view, &selection, &mut random) {
+                found.greatest_px = found.greatest_px.max(pixels);
+                found.mean_px += pixels;
+                found.samples += 1;
+            }
+        }
+        found.mean_px /= (found.samples as f64).max(1.0);
+        found
+    };
+    LIMITS.map(of).to_vec()
+}
+
+/// Pixels between points by chance and what is drawn of their surface.
+fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Prng) -> Vec<f64> {
+    let outer = |band: &&Band| band.wall() == Wall::Outer;
+    let mut bands: Vec<Band> = (0..SIDES.len()).flat_map(|sides| selection.bands(sides)).filter(outer).copied().collect();
+    bands.sort_by_key(|band| band.0[0]);
+    let samples = if bands.is_empty() { 0 } else { SAMPLES };
+    let sample = |_| {
+        let chosen = random.below(bands.len());
+        let [from, to, number, _] = bands[chosen].0;
+        let tube = &tubes.tubes[number as usize];
+        let end = if to > from { to } else { tube.sections.end };
+        let segment = from + random.below((end - from) as usize) as u32;
+        let p = surface(tubes, tube, segment, random.unit(), TAU * random.unit());
+        let at = pixel(view, p)?;
+        // Beside a chord's end, the next one may be nearer.
+        let around = &bands[chosen.saturating_sub(1)..(chosen + 2).min(bands.len())];
+        let drawn = around.iter().filter(|band| band.0[2] == number).flat_map(|band| band.triangles(tubes));
+        let near = drawn.map(|t| nearest(t.map(|p| tube.origin + p.as_dvec3()), p));
+        let near = near.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))?;
+        let [x, y] = project(view, near)?;
+        Some((x - at[0]).hypot(y - at[1]))
+    };
+    (0..samples).filter_map(sample).collect()
+}
+
+/// A point of a tube's surface: of a segment, at a share of it, at an angle.
+fn surface(tubes: &Tubes, tube: &Tube, segment: u32, share: f64, angle: f64) -> DVec3 {
+    let rings = part(tubes, &Tube { capped: false, inner: 0.0, ..tube.clone() }, segment..segment + 1, 4);
+    let ring = |first: usize| {
+        let corner = |k: usize| tube.origin + rings.positions[first + k].as_dvec3();
+        let [x, y] = [(corner(0) - corner(2)) / 2.0, (corner(1) - corner(3)) / 2.0];
+        ((corner(0) + corner(2)) / 2.0, x, x.cross(y).normalize_or_zero())
+    };
+    let ((a, x, from), (b, _, to)) = (ring(0), ring(4));
+    let turn = from.angle_between(to);
+    // Cubic handles of an arc (Goldapp 1991): within 4e-6 of the radius for an eighth of a circle.
+    let handle = if turn > STRAIGHT { 2.0 / 3.0 * (turn / 4.0).tan() / (turn / 2.0).sin() } else { 1.0 / 3.0 };
+    let handle = handle * a.distance(b);
+    let points = [a, a + handle * from, b - handle * to, b];
+    let step = |points: &[DVec3]| points.windows(2).map(|pair| pair[0].lerp(pair[1], share)).collect::<Vec<_>>();
+    let last = step(&step(&points));
+    let (place, along) = (last[0].lerp(last[1], share), (last[1] - last[0]).normalize_or(from));
+    let radius = x.length();
+    let x = x.reject_from_normalized(along).normalize_or_zero();
+    place + radius * (angle.cos() * x + angle.sin() * along.cross(x))
+}
+
+/// The point of a triangle that is nearest to another point.
+fn nearest([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
+    let n = (b - a).cross(c - a);
+    let on_plane = p - n * ((p - a).dot(n) / n.length_squared());
+    let edges = [(a, b), (b, c), (c, a)];
+    if edges.iter().all(|(u, v)| (*v - *u).cross(on_plane - *u).dot(n) >= 0.0) {
+        return on_plane;
+    }
+    let of_edge = |(u, v): (DVec3, DVec3)| {
+        let t = ((p - u).dot(v - u) / (v - u).length_squared()).clamp(0.0, 1.0);
+        u.lerp(v, if t.is_nan() { 0.0 } else { t })
+    };
+    let points = edges.map(of_edge);
+    points.into_iter().min_by(|u, v| u.distance_squared(p).total_cmp(&v.distance_squared(p))).unwrap_or(a)
+}
+
+/// Where a point before the near plane is, pixels from the picture's middle.
+fn project(view: &TubeView, p: DVec3) -> Option<[f64; 2]> {
+    let [x, y, w] = view.rows.map(|row| (p - view.eye).dot(row));
+    let [width, height] = view.size.map(|size| size / 2.0);
+    (w >= view.near).then(|| [x / w * width, y / w * height])
+}
+
+/// The same, if that is in the picture.
+fn pixel(view: &TubeView, p: DVec3) -> Option<[f64; 2]> {
+    project(view, p).filter(|at| (0..2).all(|k| at[k].abs() <= view.size[k] / 2.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tubes::curve::{Arc, Piece};
+    use crate::tubes::{Counts, Shape};
+
+    /// Points are on the torus, and on the cylinder before it.
+    #[test]
+    fn surfaces_of_lines_and_arcs_are_exact() {
+        let arc = Arc { middle: DVec3::new(2.0, 0.0, -0.5), x: 0.5 * DVec3::Z, y: 0.5 * DVec3::X, angle: TAU / 4.0 };
+        let pieces = [Piece::Line([DVec3::ZERO, arc.at(0.0)]), Piece::Arc(arc)];
+        let mut tubes = Tubes::default();
+        let shape = Shape { radius: 0.125, inner: 0.0, capped: true };
+        tubes.curve(&pieces, false, shape, 1e-2, &mut Counts::default()).unwrap();
+        let (tube, mut random) = (&tubes.tubes[0], Prng::new(1, 0));
+        for k in 0..600u32 {
+            let p = surface(&tubes, tube, k % tube.segments().len() as u32, random.unit(), TAU * random.unit());
+            let off = if p.x < 2.0 { p.y.hypot(p.z) } else { ((p - arc.middle).with_y(0.0).length() - 0.5).hypot(p.y) };
+            assert!((off - 0.125).abs() < 1e-5, "{p} is {off} m from the curve");
+        }
+    }
+}

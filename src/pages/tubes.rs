@@ -1,0 +1,99 @@
+//! How wrong tubes are drawn, and what that costs: a section of a page, and a table.
+
+use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
+use super::html::{duration, thousands};
+pub use super::tube_errors::{TubeErrors, TubeView, measure};
+use crate::scene::TubeCount;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Tubes of a scene.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct TubesFound {
+    /// How many, and what they take.
+    #[serde(skip)] // the bake's report has it
+    pub count: TubeCount,
+    /// Views that errors were found in.
+    pub views: usize,
+    /// By limit, ascending.
+    pub errors: Vec<TubeErrors>,
+}
+
+impl TubesFound {
+    /// A table: a line a limit.
+    pub fn csv(&self) -> String {
+        let mut out = "limit_px,segments,triangles,over,greatest_px,mean_px,samples,microseconds\n".to_owned();
+        for e in &self.errors {
+            let _ = writeln!(
+                out,
+                "{},{:.1},{:.1},{:.1},{:.4},{:.5},{},{:.1}",
+                e.limit_px,
+                e.segments,
+                e.triangles,
+                e.over,
+                e.greatest_px,
+                e.mean_px,
+                e.samples,
+                e.seconds * 1e6
+            );
+        }
+        out
+    }
+
+    /// The section of a page.
+    pub(super) fn html(&self) -> String {
+        let curve = |name: &str, class, value: fn(&TubeErrors) -> f64| {
+            let note = |e: &TubeErrors| {
+                let triangles = thousands(e.triangles.round() as u64);
+                format!("{} px: {:.3} px, {triangles} triangles, {}", e.limit_px, value(e), duration(e.seconds))
+            };
+            let mut points: Vec<Point> =
+                self.errors.iter().map(|e| Point { x: e.seconds, value: value(e), note: note(e) }).collect();
+            points.sort_by(|a, b| a.x.total_cmp(&b.x));
+            Curve { name: name.to_owned(), class, shape: Shape::Straight, points }
+        };
+        let chart = Chart {
+            title: "Pixels that surfaces of tubes are off, against the time of choosing what is drawn",
+            along: Along::Time,
+            along_text: "time of choosing, a frame in the mean",
+            values: "pixels (logarithmic)",
+            scale: Scale::Logarithmic,
+            curves: vec![
+                curve("limit", "upper", |e| e.limit_px),
+                curve("greatest", "lower", |e| e.greatest_px),
+                curve("mean", "other", |e| e.mean_px),
+            ],
+            band: None,
+        };
+        let mut out = format!(
+            "<h2>Tubes</h2>\n<p>{}.</p>\n<p>Sections and sides are chosen by a limit in pixels, from {} views along the tour, for all tubes \
+             on the screen. Points of the exact surface, hidden ones too, show how far it is from what is drawn. <em>Over</em> counts \
+             segments for which 64 sides and all sections are too few: those may be farther off.</p>\n<figure>\n{}</figure>\n",
+            self.count,
+            self.views,
+            chart.html()
+        );
+        out.push_str("<div class=\"scroll\"><table><thead><tr>");
+        for head in ["limit, px", "segments", "triangles", "over", "greatest, px", "mean, px", "points", "time"] {
+            let _ = write!(out, "<th>{head}</th>");
+        }
+        out.push_str("</tr></thead>\n<tbody>\n");
+        for e in &self.errors {
+            let whole = |x: f64| thousands(x.round() as u64);
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{:.3}</td><td>{:.4}</td><td>{}</td><td>{}</td></tr>",
+                e.limit_px,
+                whole(e.segments),
+                whole(e.triangles),
+                e.over,
+                e.greatest_px,
+                e.mean_px,
+                thousands(e.samples),
+                duration(e.seconds)
+            );
+        }
+        out.push_str("</tbody></table></div>\n");
+        out
+    }
+}
