@@ -4,7 +4,7 @@ use super::model::{Model, Voids, global_id, y_up};
 use super::relations::Relations;
 use super::roles::role;
 use super::styles::{Styles, Surface};
-use super::tubes;
+use super::tubes::{self, Stays};
 use super::workers::{self, DeadlinePassed, Limits, Outcome};
 use crate::parallel;
 use crate::scene::Role;
@@ -13,7 +13,7 @@ use crate::tubes::Tubes;
 use glam::DVec3;
 use ifc_lite_core::{DecodedEntity, EntityDecoder};
 use ifc_lite_geometry::GeometryRouter;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// Metres beyond which a coordinate is taken for damage: farther from any national grid's origin than the Earth is wide.
@@ -53,6 +53,8 @@ pub(super) struct Built {
     pub(super) surfaces: [Option<Arc<Surface>>; 2],
     /// Tubes, where all of it is such; then it has no triangles.
     pub(super) tubes: Tubes,
+    /// Why it isn't such, where something of it is round.
+    stays: Option<Stays>,
 }
 
 impl Built {
@@ -83,6 +85,16 @@ impl Geometry {
     /// How many products are tubes.
     pub(super) fn tubes(&self) -> usize {
         self.built.values().filter(|built| built.segments() > 0).count()
+    }
+
+    /// How many products stay meshes though something in them is round, by reason. Nothing where these and tubes are few.
+    pub(super) fn stay(&self) -> BTreeMap<Stays, usize> {
+        let mut counts = BTreeMap::new();
+        for stays in self.built.values().filter_map(|built| built.stays) {
+            *counts.entry(stays).or_default() += 1;
+        }
+        let are_many = self.tubes() > 0 || counts.values().sum::<usize>() >= FEWEST_SEGMENTS;
+        if are_many { counts } else { BTreeMap::new() }
     }
 
     /// A product's shape, if it has one.
@@ -181,9 +193,12 @@ impl Task {
         let mut built = Built { surfaces: [items.solid.clone(), items.clear.clone()], ..Built::default() };
         // Round columns are walls to the plan, which knows the reader's corners.
         let may_be_tubes = self.with_tubes && !items.have_clear() && role(&entity.ifc_type) == Some(Role::Furnishing);
-        let of_tubes = may_be_tubes.then(|| tubes::of_product(&self.model, &entity, decoder, router)).flatten();
-        if let Some(tubes) = of_tubes {
-            return Ok(Built { tubes, ..built });
+        if may_be_tubes {
+            match tubes::of_product(&self.model, &entity, decoder, router) {
+                Ok(tubes) => return Ok(Built { tubes, ..built }),
+                Err(Some(Stays::Endless)) => return Err(Stays::Endless.in_words().into()),
+                Err(stays) => built.stays = stays,
+            }
         }
         match items.have_clear() {
             false => {

@@ -68,6 +68,11 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
         0 => {}
         count => notes.push(format!("{count} round pipes are tubes, with sides by their radius")),
     }
+    let stay = geometry.stay();
+    if !stay.is_empty() {
+        let reasons: Vec<_> = stay.iter().map(|(stays, count)| format!("{count} {}", stays.in_words())).collect();
+        notes.push(format!("{} round pipes stay meshes: {}", stay.values().sum::<usize>(), reasons.join(", ")));
+    }
 
     // 3. Meshes.
     let mut decoder = model.decoder();

@@ -29,71 +29,178 @@ struct Pipe {
     inner: f64,
 }
 
-/// The tubes of a product whose body is all tubes; `None` for others.
+/// Why a product with something round in its body stays a mesh.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(super) enum Stays {
+    /// There are other shapes, too.
+    Mixed,
+    /// Openings cut it.
+    Cut,
+    /// A boolean does.
+    Boolean,
+    /// Its curve isn't of lines and arcs that go on smoothly.
+    Curve,
+    /// Its circles become something else, as where a cylinder is oblique.
+    Uneven,
+    /// It has too many items, or its tubes too many sections.
+    Large,
+    /// A curve has more parts than a product may have sections: the reader would take minutes and gigabytes for it.
+    Endless,
+}
+
+impl Stays {
+    /// For a note, after a count.
+    pub(super) fn in_words(self) -> &'static str {
+        match self {
+            Self::Mixed => "with other shapes",
+            Self::Cut => "cut by openings",
+            Self::Boolean => "in booleans",
+            Self::Curve => "along curves that aren't lines and arcs",
+            Self::Uneven => "oblique or unevenly scaled",
+            Self::Large => "too large",
+            Self::Endless => "along a curve of too many parts",
+        }
+    }
+}
+
+/// The tubes of a product whose body is all tubes; for others why it isn't, where something in it is round.
 pub(super) fn of_product(
     model: &Model,
     product: &DecodedEntity,
     decoder: &mut EntityDecoder<'_>,
     router: &GeometryRouter,
-) -> Option<Tubes> {
+) -> Result<Tubes, Option<Stays>> {
+    let mut body = Body { pipes: Vec::new(), others: 0, stays: None, left: MOST_ITEMS };
+    body.collect(model, product, decoder, router).ok_or(None)?;
+    if let Some(stays) = body.stays {
+        return Err(Some(stays));
+    }
+    if body.pipes.is_empty() || body.others > 0 {
+        return Err((!body.pipes.is_empty()).then_some(Stays::Mixed));
+    }
     if model.voids.contains_key(&product.id) {
-        return None;
-    }
-    let mut pipes = Vec::new();
-    let place = DMat4::from_cols_array(&router.resolve_scaled_placement(product, decoder).ok()?);
-    let place = place * DMat4::from_scale(DVec3::splat(model.metres));
-    let shape = decoder.decode_by_id(product.get_ref(6)?).ok()?;
-    let mut bodies = 0;
-    let mut representations = shape.get_refs(2)?;
-    // Some files name one twice.
-    representations.dedup();
-    for representation in representations {
-        let representation = decoder.decode_by_id(representation).ok()?;
-        if representation.get_string(1) == Some("Body") {
-            bodies += 1;
-            items(&representation, place, decoder, DEPTH, &mut pipes)?;
-        }
-    }
-    if bodies != 1 || pipes.is_empty() {
-        return None;
+        return Err(Some(Stays::Cut));
     }
     let mut tubes = Tubes::default();
-    pipes.iter().try_for_each(|pipe| pipe.append_to(&mut tubes))?;
-    Some(tubes)
+    body.pipes.iter().try_for_each(|pipe| pipe.append_to(&mut tubes)).map_err(Some)?;
+    Ok(tubes)
 }
 
-/// Collects the pipes of a representation's items; `None` where one is something else.
-fn items(
-    representation: &DecodedEntity,
-    place: DMat4,
-    decoder: &mut EntityDecoder<'_>,
-    depth: usize,
-    pipes: &mut Vec<Pipe>,
-) -> Option<()> {
-    for item in representation.get_refs(3)? {
-        if pipes.len() >= MOST_ITEMS {
-            return None;
+/// What a product's body is of.
+struct Body {
+    pipes: Vec<Pipe>,
+    /// Things that aren't round.
+    others: usize,
+    /// Why something round is no pipe.
+    stays: Option<Stays>,
+    /// Items that are still looked at.
+    left: usize,
+}
+
+impl Body {
+    /// Goes through a product; `None` where its records are damaged.
+    fn collect(
+        &mut self,
+        model: &Model,
+        product: &DecodedEntity,
+        decoder: &mut EntityDecoder<'_>,
+        router: &GeometryRouter,
+    ) -> Option<()> {
+        let place = DMat4::from_cols_array(&router.resolve_scaled_placement(product, decoder).ok()?);
+        let place = place * DMat4::from_scale(DVec3::splat(model.metres));
+        let shape = decoder.decode_by_id(product.get_ref(6)?).ok()?;
+        let mut representations = shape.get_refs(2)?;
+        // Some files name one twice.
+        representations.dedup();
+        let mut bodies = 0;
+        for representation in representations {
+            let representation = decoder.decode_by_id(representation).ok()?;
+            if representation.get_string(1) == Some("Body") {
+                bodies += 1;
+                self.items(&representation, place, decoder, DEPTH)?;
+            }
         }
-        let item = decoder.decode_by_id(item).ok()?;
-        match item.ifc_type {
-            IfcType::IfcSweptDiskSolid => pipes.push(swept(&item, place, decoder)?),
-            IfcType::IfcExtrudedAreaSolid => pipes.push(extruded(&item, place, decoder)?),
-            IfcType::IfcRevolvedAreaSolid => pipes.push(revolved(&item, place, decoder)?),
-            IfcType::IfcMappedItem if depth > 0 => {
+        self.others += usize::from(bodies > 1);
+        Some(())
+    }
+
+    /// Goes through a representation's items.
+    fn items(
+        &mut self,
+        representation: &DecodedEntity,
+        place: DMat4,
+        decoder: &mut EntityDecoder<'_>,
+        depth: usize,
+    ) -> Option<()> {
+        for item in representation.get_refs(3)? {
+            let Some(left) = self.left.checked_sub(1) else {
+                // Who looks at no more of it doesn't know whether it is all pipes.
+                (self.stays, self.others) =
+                    (self.stays.or((!self.pipes.is_empty()).then_some(Stays::Large)), self.others + 1);
+                return Some(());
+            };
+            self.left = left;
+            let item = decoder.decode_by_id(item).ok()?;
+            if item.ifc_type == IfcType::IfcMappedItem && depth > 0 {
                 let map = decoder.decode_by_id(item.get_ref(0)?).ok()?;
                 let origin = frame(map.get_ref(0)?, decoder)?;
                 let target = decoder.decode_by_id(item.get_ref(1)?).ok()?;
                 let mapped = decoder.decode_by_id(map.get_ref(1)?).ok()?;
-                items(&mapped, place * operator(&target, decoder)? * origin, decoder, depth - 1, pipes)?;
+                self.items(&mapped, place * operator(&target, decoder)? * origin, decoder, depth - 1)?;
+            } else if !is_round(&item, decoder, DEPTH) {
+                self.others += 1;
+            } else {
+                let pipe = pipe(&item, decoder).and_then(|(pipe, own)| pipe.placed(place * own));
+                match pipe {
+                    Ok(pipe) => self.pipes.push(pipe),
+                    Err(stays) => self.stays = self.stays.max(Some(stays)),
+                }
             }
-            _ => return None,
         }
+        Some(())
     }
-    Some(())
+}
+
+/// Whether an item is of circles: before a boolean cuts it, too.
+fn is_round(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>, depth: usize) -> bool {
+    let mut of = |slot: usize| item.get_ref(slot).and_then(|id| decoder.decode_by_id(id).ok());
+    match item.ifc_type {
+        IfcType::IfcSweptDiskSolid => true,
+        IfcType::IfcExtrudedAreaSolid | IfcType::IfcRevolvedAreaSolid => {
+            let circles = [IfcType::IfcCircleProfileDef, IfcType::IfcCircleHollowProfileDef];
+            of(0).is_some_and(|profile| circles.contains(&profile.ifc_type))
+        }
+        IfcType::IfcBooleanResult | IfcType::IfcBooleanClippingResult if depth > 0 => {
+            of(1).is_some_and(|first| is_round(&first, decoder, depth - 1))
+        }
+        _ => false,
+    }
+}
+
+/// The pipe of something round, and its own place.
+fn pipe(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Result<(Pipe, DMat4), Stays> {
+    match item.ifc_type {
+        IfcType::IfcSweptDiskSolid if is_endless(item, decoder) => Err(Stays::Endless),
+        IfcType::IfcSweptDiskSolid => Ok((swept(item, decoder).ok_or(Stays::Curve)?, DMat4::IDENTITY)),
+        IfcType::IfcExtrudedAreaSolid => extruded(item, decoder).ok_or(Stays::Uneven),
+        IfcType::IfcRevolvedAreaSolid => revolved(item, decoder).ok_or(Stays::Uneven),
+        _ => Err(Stays::Boolean),
+    }
+}
+
+/// Whether a swept disk's curve has more parts than a product may have sections.
+fn is_endless(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> bool {
+    let Some(curve) = item.get_ref(0).and_then(|id| decoder.decode_by_id(id).ok()) else { return false };
+    let parts = match curve.ifc_type {
+        IfcType::IfcPolyline | IfcType::IfcCompositeCurve => curve.get_list(0),
+        IfcType::IfcIndexedPolyCurve => curve.get_list(1),
+        _ => None,
+    };
+    parts.is_some_and(|parts| parts.len() > MOST_SECTIONS)
 }
 
 /// A swept disk along lines and arcs.
-fn swept(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> {
+fn swept(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> {
     let disk = extract_swept_disk(item, decoder).ok()?;
     if disk.status != AnalyticStatus::Complete {
         return None;
@@ -110,11 +217,11 @@ fn swept(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>) ->
         }
     };
     let pieces = disk.segments.iter().map(piece).collect();
-    Pipe { pieces, radius: disk.radius, inner: disk.inner_radius.unwrap_or(0.0) }.placed(place)
+    Some(Pipe { pieces, radius: disk.radius, inner: disk.inner_radius.unwrap_or(0.0) })
 }
 
 /// A circle that is extruded along its axis.
-fn extruded(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> {
+fn extruded(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<(Pipe, DMat4)> {
     let ([radius, inner], middle) = circle(item.get_ref(0)?, decoder)?;
     let along = DVec3::from(decoder.direction3_at(item, 2).ok()??).normalize_or_zero();
     let depth = item.get_float(3).filter(|depth| depth.is_finite() && *depth > 0.0)?;
@@ -122,11 +229,11 @@ fn extruded(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>)
         return None;
     }
     let pieces = vec![Piece::Line([middle, middle + along * depth])];
-    Pipe { pieces, radius, inner }.placed(place * position(item, decoder)?)
+    Some((Pipe { pieces, radius, inner }, position(item, decoder)?))
 }
 
 /// A circle that is revolved about an axis in its plane: an elbow.
-fn revolved(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> {
+fn revolved(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<(Pipe, DMat4)> {
     let ([radius, inner], middle) = circle(item.get_ref(0)?, decoder)?;
     let axis = decoder.decode_by_id(item.get_ref(2)?).ok()?;
     let axis = Axis1Placement::read(&axis, decoder).ok()?;
@@ -139,7 +246,7 @@ fn revolved(item: &DecodedEntity, place: DMat4, decoder: &mut EntityDecoder<'_>)
         return None;
     }
     let arc = Arc { middle: middle - x, x, y: along.cross(x), angle };
-    Pipe { pieces: vec![Piece::Arc(arc)], radius, inner }.placed(place * position(item, decoder)?)
+    Some((Pipe { pieces: vec![Piece::Arc(arc)], radius, inner }, position(item, decoder)?))
 }
 
 /// The radii of a circular area, the hole's last, and its middle.
@@ -183,15 +290,15 @@ fn operator(target: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<D
 }
 
 impl Pipe {
-    /// Moved; `None` where that would make circles something else.
-    fn placed(self, place: DMat4) -> Option<Self> {
+    /// Moved. Fails where that would make circles something else.
+    fn placed(self, place: DMat4) -> Result<Self, Stays> {
         let turn = DMat3::from_mat4(place);
         let [x, y, z] = [turn.x_axis, turn.y_axis, turn.z_axis];
         let scale = x.length();
         let is_even = [y.length(), z.length()].iter().all(|length| (length / scale - 1.0).abs() <= ROUNDING);
         let is_square = [x.dot(y), y.dot(z), z.dot(x)].iter().all(|dot| dot.abs() <= ROUNDING * scale * scale);
         if !(is_even && is_square && scale > 0.0) {
-            return None;
+            return Err(Stays::Uneven);
         }
         let at = |p: DVec3| y_up((place * DVec4::from((p, 1.0))).truncate());
         let along = |v: DVec3| y_up(turn * v);
@@ -202,11 +309,16 @@ impl Pipe {
             }
         };
         let pieces = self.pieces.into_iter().map(piece).collect();
-        Some(Self { pieces, radius: self.radius * scale, inner: self.inner * scale })
+        Ok(Self { pieces, radius: self.radius * scale, inner: self.inner * scale })
     }
 
-    /// Adds its tubes; `None` where it makes none.
-    fn append_to(&self, tubes: &mut Tubes) -> Option<()> {
+    /// Adds its tubes.
+    fn append_to(&self, tubes: &mut Tubes) -> Result<(), Stays> {
+        self.curves(tubes).ok_or(Stays::Curve)?;
+        if tubes.sections.len() <= MOST_SECTIONS { Ok(()) } else { Err(Stays::Large) }
+    }
+
+    fn curves(&self, tubes: &mut Tubes) -> Option<()> {
         let round = Round { radius: self.radius, inner: self.inner, capped: true };
         let (error, mut counts) = (usual_error(self.radius), Counts::default());
         let [first, last] = [self.pieces.first()?.ends()[0], self.pieces.last()?.ends()[1]];
@@ -227,6 +339,6 @@ impl Pipe {
                 tubes.curve(pieces, closed && curves.len() == 1, round, error, &mut counts).ok()?;
             }
         }
-        (tubes.sections.len() <= MOST_SECTIONS).then_some(())
+        Some(())
     }
 }
