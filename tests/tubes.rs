@@ -228,6 +228,35 @@ fn extreme_tubes() {
     }
 }
 
+/// A helix of a million sections, on a cylinder of 1 m: all of them are near it, none is lost, and rings follow each other to the end.
+#[test]
+fn a_helix_of_a_million_sections() {
+    const PITCH: f64 = 0.01;
+    let at = |k: u32| 0.1 * f64::from(k);
+    let points: Vec<DVec3> = (0..500_000).map(at).map(|t| dvec3(t.cos(), PITCH * t, t.sin())).collect();
+    let mut tubes = Tubes::default();
+    tubes.through(&points, false, shape(0.01), 2e-4, &mut Counts::default()).unwrap();
+    let (tube, sections) = (&tubes.tubes[0], &tubes.sections);
+    assert!((900_000..2_000_000).contains(&sections.len()), "{} sections", sections.len());
+    // Places are up to 500 m from the tube's origin, in single precision.
+    const ROUNDING: f64 = 1e-4;
+    // Between points, the curve is inside the circle by a sixteenth of the square of the step, in radians.
+    const INSIDE: f64 = 0.1 * 0.1 / 16.0;
+    for section in sections {
+        let p = tube.origin + Vec3::from(section.place).as_dvec3();
+        let off = (p.x.hypot(p.z) - 1.0).abs();
+        assert!(off < INSIDE + ROUNDING, "{p} is {off} m off");
+    }
+    let last = tube.origin + Vec3::from(sections[sections.len() - 1].place).as_dvec3();
+    assert!(last.distance(points[points.len() - 1]) < ROUNDING);
+    let end = tube.segments().end;
+    let rings = part(&tubes, tube, end - 1000..end, 8).positions;
+    for (k, ring) in rings.windows(9).enumerate() {
+        // Half a turn of the ring would be 2 cm beside the step.
+        assert!(ring[8].distance(ring[0]) < 0.12, "corner {k}: {}", ring[8].distance(ring[0]));
+    }
+}
+
 /// Sections of a helix lie along it, and rings do not turn: facing corners of neighbours are as far apart as the curve goes.
 #[test]
 fn rings_of_a_helix_follow_each_other() {

@@ -7,27 +7,31 @@ use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, gltf, import};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, geojson, gltf, import, obj};
 use enfilade::tubes::{Counts, Shape, Tubes, usual_error};
 use enfilade::verify::{CheckOptions, check};
 use glam::DVec3;
 use testing::random::Random;
 
-/// The villa with pipes that go through its rooms, walls and doors, round corners.
+/// The villa with pipes.
 fn villa_with_pipes() -> Scene {
-    let villa = import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap();
+    with_pipes(&import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap())
+}
+
+/// A building with pipes that go through its rooms, walls and doors, round corners.
+fn with_pipes(scene: &Scene) -> Scene {
     let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    for object in &villa.objects {
+    for object in &scene.objects {
         let range = object.triangles.start as usize..object.triangles.end as usize;
-        let positions = villa.positions.iter().map(|p| *p + villa.origin).collect();
-        let triangles = villa.triangles[range].to_vec();
+        let positions = scene.positions.iter().map(|p| *p + scene.origin).collect();
+        let triangles = scene.triangles[range].to_vec();
         let mesh = Mesh { node: object.node.clone(), role: object.role, opaque: object.opaque, positions, triangles };
         if object.glass { builder.add_glass(mesh) } else { builder.add(mesh) }.unwrap();
     }
-    let bounds = villa.bounds();
+    let bounds = scene.bounds();
     let mut random = Random::new(3);
     for k in 0..60 {
-        let low = bounds.min + villa.origin;
+        let low = bounds.min + scene.origin;
         let mut at = low + bounds.size() * DVec3::from_array([0; 3].map(|_| random.real(0.2, 0.8)));
         let mut points = vec![at];
         for step in 0..4 {
@@ -41,7 +45,7 @@ fn villa_with_pipes() -> Scene {
         tubes.line(&points, false, shape, usual_error(radius), &mut Counts::default()).unwrap();
         builder.add_tubes(format!("pipe {k}"), Role::Furnishing, tubes).unwrap();
     }
-    builder.finish("villa with pipes").unwrap()
+    builder.finish("with pipes").unwrap()
 }
 
 fn baked(scene: &Scene) -> PvsFile {
@@ -84,6 +88,45 @@ fn rows_of_pipes_are_those_of_their_meshes() {
     // 4. Rays from outside miss nothing.
     let report = check(&of_pipes, &pipes, &CheckOptions { rays: 200_000, ..CheckOptions::default() }).unwrap();
     assert!(report.passed && report.missed_pairs == 0, "{:?}", report.examples);
+}
+
+/// Tubes of each reader of lines, and what a bake makes of them: the same on one thread and on two.
+#[test]
+fn tubes_are_the_same_on_any_number_of_threads() {
+    let streets: Vec<String> = (0..40)
+        .map(|k| {
+            let (x, y) = (500 + 30 * (k % 5), 20 * (k / 5));
+            let points = format!("[[{x},{y}],[{},{y}],[{},{}]]", x + 25, x + 25, y + 15);
+            format!(r#"{{"type":"Feature","properties":{{"radius":0.{}}},"geometry":{{"type":"LineString","coordinates":{points}}}}}"#, 1 + k % 4)
+        })
+        .collect();
+    let mains = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, streets.join(","));
+    let mut lines = String::new();
+    for k in 0..40 {
+        lines += &format!("v {k} 0 0\nv {k} 5 {}\nv {} 7 3\nl -3 -2 -1\n", k % 3, k + 4);
+    }
+    let pipes = generate(Kind::Pipes { sections: 5_000 }, 1).unwrap().glb;
+    let office = generate(Kind::Office { rooms: 6, storeys: Some(1), furnished: false }, 1).unwrap().glb;
+    let read: [(&str, &(dyn Fn(&ImportOptions) -> Scene + Sync)); 4] = [
+        ("GeoJSON", &|options| geojson::from_slice(mains.as_bytes(), "mains", options).unwrap()),
+        ("OBJ", &|options| obj::from_slice(lines.as_bytes(), "lines", None, options).unwrap()),
+        ("pipes", &|options| gltf::from_slice(&pipes, "pipes", None, options).unwrap()),
+        ("office", &|options| with_pipes(&gltf::from_slice(&office, "office", None, options).unwrap())),
+    ];
+    for (name, read) in read {
+        let [one, two] = [1, 2].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let scene = read(&ImportOptions { tube_radius: Some(0.2), ..ImportOptions::default() });
+                assert!(scene.objects.iter().filter(|object| object.is_tube()).count() >= 40, "{name}");
+                let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
+                let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file.write();
+                (scene, file)
+            })
+        });
+        assert!(one.0 == two.0 && one.0.hash() == two.0.hash(), "{name}: other scenes");
+        assert!(one.1 == two.1, "{name}: other files");
+    }
 }
 
 /// Pipes alone part nothing: everything is one open cell, which sees all of them.
