@@ -9,8 +9,8 @@ use glam::DVec3;
 
 /// Halvings of a part between two points, at most: 512 sections. More: points that are far apart fill the memory.
 const DEEPEST: u32 = 9;
-/// Radians that a curve turns between sections, at most.
-const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_4;
+/// Cosine of three quarters of what a curve turns between sections, at most: of 45 degrees.
+const LEAST_COSINE: f64 = 0.831_469_612_302_545_2;
 
 /// Points of the curve through `points`, of which no two that follow each other are the same, so that a tube of `radius` between them is no
 /// farther than about `error` from the tube along the curve: metres, judged in the middle and the quarters of each part.
@@ -26,7 +26,7 @@ pub fn spline(points: &[DVec3], closed: bool, radius: f64, error: f64) -> Vec<St
         let a = if k > 0 || closed { points[(k + count - 1) % count] } else { 2.0 * b - c };
         let d = if k + 2 < count || closed { points[(k + 2) % count] } else { 2.0 * c - b };
         let part = Part::new([a, b, c, d]);
-        part.divide([0.0, 1.0], [b, c], radius, error, DEEPEST, &mut stops);
+        part.divide([0.0, 1.0], [b, part.at(0.5), c], [radius, error], DEEPEST, &mut stops);
     }
     if !closed && count > 0 {
         stops.push(at(count - 1));
@@ -38,6 +38,8 @@ pub fn spline(points: &[DVec3], closed: bool, radius: f64, error: f64) -> Vec<St
 struct Part {
     points: [DVec3; 4],
     knots: [f64; 4],
+    /// One over what is between two knots, by the first and how many on (one or two); 0 where they are the same.
+    inverse: [[f64; 2]; 3],
 }
 
 impl Part {
@@ -46,39 +48,66 @@ impl Part {
         for k in 1..4 {
             knots[k] = knots[k - 1] + points[k].distance(points[k - 1]).sqrt();
         }
-        Self { points, knots }
+        let over = |from: usize, on: usize| {
+            let whole = knots.get(from + on).map_or(0.0, |to| to - knots[from]);
+            if whole == 0.0 { 0.0 } else { 1.0 / whole }
+        };
+        let inverse = std::array::from_fn(|from| [over(from, 1), over(from, 2)]);
+        Self { points, knots, inverse }
     }
 
     /// The point at a share of the way, 0 to 1.
     fn at(&self, share: f64) -> DVec3 {
         let knots = &self.knots;
         let t = knots[1] + share * (knots[2] - knots[1]);
-        let between = |p: DVec3, q: DVec3, from: usize, to: usize| {
-            let whole = knots[to] - knots[from];
-            if whole == 0.0 { p } else { (p * (knots[to] - t) + q * (t - knots[from])) / whole }
+        let between = |p: DVec3, q: DVec3, from: usize, on: usize| {
+            let inverse = self.inverse[from][on - 1];
+            if inverse == 0.0 { p } else { p + (q - p) * ((t - knots[from]) * inverse) }
         };
         let [a, b, c, d] = self.points;
-        let (ab, bc, cd) = (between(a, b, 0, 1), between(b, c, 1, 2), between(c, d, 2, 3));
-        between(between(ab, bc, 0, 2), between(bc, cd, 1, 3), 1, 2)
+        let (ab, bc, cd) = (between(a, b, 0, 1), between(b, c, 1, 1), between(c, d, 2, 1));
+        between(between(ab, bc, 0, 2), between(bc, cd, 1, 2), 1, 1)
     }
 
-    fn divide(&self, [from, to]: [f64; 2], ends: [DVec3; 2], radius: f64, error: f64, deepest: u32, stops: &mut Vec<Stop>) {
-        let quarters = [0.25, 0.5, 0.75].map(|share| self.at(from + share * (to - from)));
-        let chord = ends[1] - ends[0];
-        let along = chord.normalize_or_zero();
-        let off = quarters.map(|p| (p - ends[0]).reject_from(if along == DVec3::ZERO { DVec3::X } else { along }).length());
-        let [first, last] = [quarters[0] - ends[0], ends[1] - quarters[2]].map(DVec3::normalize_or_zero);
-        // Directions of the outer quarters are those of three quarters of the turn.
-        let turn = if first == DVec3::ZERO || last == DVec3::ZERO { 0.0 } else { first.angle_between(last) * 4.0 / 3.0 };
-        let farthest = off.into_iter().fold(0.0, f64::max) + radius * (1.0 - (turn / 2.0).cos());
-        if deepest == 0 || (farthest <= error && turn <= LARGEST_TURN) {
+    /// Adds the points between two shares of the way. `three`: the points there and half-way.
+    fn divide(
+        &self,
+        [from, to]: [f64; 2],
+        three: [DVec3; 3],
+        [radius, error]: [f64; 2],
+        deepest: u32,
+        stops: &mut Vec<Stop>,
+    ) {
+        let [start, middle, end] = three;
+        let quarters = [0.25, 0.75].map(|share| self.at(from + share * (to - from)));
+        let along = (end - start).try_normalize().unwrap_or(DVec3::X);
+        let off = [quarters[0], middle, quarters[1]].map(|p| (p - start).reject_from_normalized(along).length_squared());
+        let farthest = off.into_iter().fold(0.0, f64::max).sqrt() + radius * inside(start, quarters, end);
+        if deepest == 0 || farthest <= error {
             return;
         }
-        let (half, middle) = ((from + to) / 2.0, quarters[1]);
-        self.divide([from, half], [ends[0], middle], radius, error, deepest - 1, stops);
+        let half = (from + to) / 2.0;
+        self.divide([from, half], [start, quarters[0], middle], [radius, error], deepest - 1, stops);
         stops.push(Stop { place: middle, tangent: Tangent::Circle });
-        self.divide([half, to], [middle, ends[1]], radius, error, deepest - 1, stops);
+        self.divide([half, to], [middle, quarters[1], end], [radius, error], deepest - 1, stops);
     }
+}
+
+/// How far a chord's tube is inside the curve's, over its radius, for what the curve turns: infinite where that is too much.
+fn inside(start: DVec3, quarters: [DVec3; 2], end: DVec3) -> f64 {
+    let [first, last] = [quarters[0] - start, end - quarters[1]].map(DVec3::normalize_or_zero);
+    if first == DVec3::ZERO || last == DVec3::ZERO {
+        return 0.0;
+    }
+    if first.dot(last) < LEAST_COSINE {
+        return f64::INFINITY;
+    }
+    // Directions of the outer quarters are those of three quarters of the turn. Their angle by its chord, and 1 - cos of half the turn, by series:
+    // off by less than a thousandth up to the largest turn.
+    let chord = first.distance_squared(last);
+    let square = chord * (1.0 + chord / 12.0 * (1.0 + chord * (2.0 / 15.0)));
+    let half_turn = square * (4.0 / 9.0);
+    half_turn / 2.0 * (1.0 - half_turn / 12.0)
 }
 
 #[cfg(test)]
