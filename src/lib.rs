@@ -36,6 +36,8 @@ pub mod bake;
 pub mod cells;
 #[cfg(feature = "bake")]
 pub mod export;
+#[cfg(feature = "bake")]
+pub mod exact;
 pub mod file;
 #[cfg(feature = "bake")]
 pub mod generate;

@@ -1,0 +1,474 @@
+//! Beams through the hierarchy, from near to far, split where they must be.
+
+use super::clip::{Behind, Cutter, Point, Rest, middle};
+use super::frame::{Cell, Frame, Triangle, value};
+use super::tree::Tree;
+use super::{Seen, Witness};
+use glam::DVec3;
+
+/// A beam with so many triangles is split while there are nodes that aren't opened. More: deciding takes longer. Fewer: more beams.
+const ROOM: usize = 24;
+/// A beam with so many triangles and no nodes is decided. More and fewer: as [`ROOM`].
+const FEW: usize = 24;
+/// A beam with more triangles than this is left undecided. More: a million needles in one place take for ever. Fewer: fans about one
+/// corner stay undecided.
+const MOST: usize = 512;
+/// Marks an item that is a triangle.
+const TRIANGLE: u32 = 1 << 31;
+const NONE: u32 = u32::MAX;
+
+/// A node, or a triangle by its number in [`Beams::triangles`], that a beam may meet.
+#[derive(Clone, Copy)]
+struct Item {
+    what: u32,
+    /// Of a node.
+    rect: [f64; 4],
+    /// Nothing of it has a greater `1/w`.
+    near: f64,
+}
+
+/// Triangles that cover a beam: a range of [`Beams::blockers`], and the least `1/w` at which they do.
+#[derive(Clone, Copy)]
+struct Blocked {
+    from: usize,
+    to: usize,
+    far: f64,
+}
+
+const OPEN: Blocked = Blocked { from: 0, to: 0, far: 0.0 };
+
+/// What is known of a triangle.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    Unseen,
+    Undecided,
+    Visible,
+}
+
+/// A part of a beam.
+#[derive(Clone, Copy)]
+struct Part {
+    cell: Cell,
+    /// How often it may be split further.
+    splits: u32,
+    /// So many triangles are let in while there are nodes.
+    room: usize,
+}
+
+/// See [`super::Judge`].
+pub(super) struct Beams<'t> {
+    tree: &'t Tree,
+    frame: Frame,
+    triangles: Vec<Triangle>,
+    /// Of each place of the tree: its number in `triangles`.
+    numbers: Vec<u32>,
+    items: Vec<Item>,
+    blockers: Vec<u32>,
+    states: Vec<State>,
+    visible: Vec<Witness>,
+    undecided: Vec<u32>,
+    /// Nodes of which everything is undecided.
+    given_up: Vec<u32>,
+    cutter: Cutter,
+    /// Triangles of a part that is decided, and those of them that hide.
+    listed: Vec<(f64, u32)>,
+    hiding: Vec<u32>,
+    picture: Vec<Point>,
+}
+
+impl<'t> Beams<'t> {
+    pub fn new(tree: &'t Tree) -> Self {
+        let count = tree.triangles.len();
+        Self {
+            tree,
+            frame: Frame::new(DVec3::ZERO, DVec3::AXES),
+            triangles: Vec::new(),
+            numbers: vec![NONE; count],
+            items: Vec::new(),
+            blockers: Vec::new(),
+            states: vec![State::Unseen; count],
+            visible: Vec::new(),
+            undecided: Vec::new(),
+            given_up: Vec::new(),
+            cutter: Cutter::default(),
+            listed: Vec::new(),
+            hiding: Vec::new(),
+            picture: Vec::new(),
+        }
+    }
+
+    /// Adds what is visible in a beam to what was seen before.
+    pub fn look(&mut self, frame: Frame, splits: u32) {
+        self.frame = frame;
+        if !self.tree.nodes.is_empty() {
+            self.push_node(0, &Cell::ALL, &OPEN);
+            self.part(Part { cell: Cell::ALL, splits, room: ROOM }, 0, OPEN);
+        }
+        self.items.clear();
+        self.blockers.clear();
+        for triangle in self.triangles.drain(..) {
+            self.numbers[triangle.place as usize] = NONE;
+        }
+    }
+
+    /// What was seen; forgets it.
+    pub fn seen(&mut self) -> Seen {
+        while let Some(n) = self.given_up.pop() {
+            let node = &self.tree.nodes[n as usize];
+            if node.count == 0 {
+                self.given_up.extend([node.first, node.first + 1]);
+            } else {
+                (node.first..node.first + node.count).for_each(|place| self.keep(place));
+            }
+        }
+        let mut seen = Seen { visible: std::mem::take(&mut self.visible), undecided: Vec::new() };
+        for place in self.undecided.drain(..) {
+            if self.states[place as usize] == State::Undecided {
+                seen.undecided.push(self.tree.triangles[place as usize]);
+            }
+            self.states[place as usize] = State::Unseen;
+        }
+        for witness in &mut seen.visible {
+            self.states[witness.triangle as usize] = State::Unseen;
+            witness.triangle = self.tree.triangles[witness.triangle as usize];
+        }
+        seen.visible.sort_unstable_by_key(|w| w.triangle);
+        seen.undecided.sort_unstable();
+        seen
+    }
+
+    fn keep(&mut self, place: u32) {
+        if self.states[place as usize] == State::Unseen {
+            self.states[place as usize] = State::Undecided;
+            self.undecided.push(place);
+        }
+    }
+
+    /// Lists a node, if it is seen in a cell.
+    fn push_node(&mut self, node: u32, cell: &Cell, blocked: &Blocked) {
+        if let Some((rect, near)) = self.frame.bounds(&self.tree.nodes[node as usize]) {
+            let item = Item { what: node, rect, near };
+            if cell.meets(&rect) && !self.is_hidden(&item, cell, blocked) {
+                self.items.push(item);
+            }
+        }
+    }
+
+    /// Lists a triangle, if it is seen in a cell, and takes it for what blocks, if it is nearer than that.
+    fn push_triangle(&mut self, place: u32, cell: &Cell, blocked: &mut Blocked) {
+        let place_number = &mut self.numbers[place as usize];
+        if *place_number == NONE {
+            let (corners, opaque) = (&self.tree.corners[place as usize], self.tree.opaque[place as usize]);
+            let Some(triangle) = self.frame.triangle(corners, place, opaque) else { return };
+            *place_number = self.triangles.len() as u32;
+            self.triangles.push(triangle);
+        }
+        let number = *place_number;
+        let triangle = &self.triangles[number as usize];
+        if !triangle.touches(cell) {
+            return;
+        }
+        let item = Item { what: TRIANGLE | number, rect: [0.0; 4], near: triangle.nearest(cell) };
+        if self.is_hidden(&item, cell, blocked) {
+            return;
+        }
+        self.items.push(item);
+        self.block(number, cell, blocked);
+    }
+
+    /// Takes a triangle for what blocks, if it does and nearer.
+    fn block(&mut self, number: u32, cell: &Cell, blocked: &mut Blocked) {
+        let triangle = &self.triangles[number as usize];
+        if triangle.covers(cell) {
+            let far = triangle.farthest(cell);
+            if far > blocked.far {
+                *blocked = Blocked { from: self.blockers.len(), to: self.blockers.len() + 1, far };
+                self.blockers.push(number);
+            }
+        }
+    }
+
+    /// Whether what blocks a cell hides all of an item there.
+    fn is_hidden(&self, item: &Item, _cell: &Cell, blocked: &Blocked) -> bool {
+        let blockers = &self.blockers[blocked.from..blocked.to];
+        if blockers.is_empty() {
+            return false;
+        }
+        if item.what & TRIANGLE == 0 {
+            let node = &self.tree.nodes[item.what as usize];
+            return self.is_farther(item.near, blocked)
+                || blockers.iter().all(|&b| self.frame.is_behind(node, &self.triangles[b as usize]));
+        }
+        let triangle = &self.triangles[(item.what & !TRIANGLE) as usize];
+        self.is_farther(item.near + triangle.error_at(item.near), blocked)
+            || blockers.iter().all(|&b| triangle.is_behind(&self.triangles[b as usize]))
+    }
+
+    fn is_farther(&self, near: f64, blocked: &Blocked) -> bool {
+        let error = |&b: &u32| self.triangles[b as usize].error_at(blocked.far);
+        let blockers = &self.blockers[blocked.from..blocked.to];
+        near < blocked.far && near < blocked.far - blockers.iter().map(error).fold(0.0, f64::max)
+    }
+
+    /// Drops items from `start` on that are hidden.
+    fn drop_hidden(&mut self, start: usize, cell: &Cell, blocked: &Blocked) {
+        let mut kept = start;
+        for i in start..self.items.len() {
+            let item = self.items[i];
+            if !self.is_hidden(&item, cell, blocked) {
+                self.items[kept] = item;
+                kept += 1;
+            }
+        }
+        self.items.truncate(kept);
+    }
+
+    /// How many triangles are listed from `start` on, and where the nearest node is.
+    fn survey(&self, start: usize) -> (usize, Option<usize>) {
+        let (mut triangles, mut nearest) = (0, None);
+        let mut near = f64::NEG_INFINITY;
+        for (i, item) in self.items.iter().enumerate().skip(start) {
+            if item.what & TRIANGLE != 0 {
+                triangles += 1;
+            } else if item.near > near {
+                (near, nearest) = (item.near, Some(i));
+            }
+        }
+        (triangles, nearest)
+    }
+
+    /// Decides a part of a beam, of which items from `start` on may be seen.
+    fn part(&mut self, part: Part, start: usize, mut blocked: Blocked) {
+        let cell = &part.cell;
+        let mut tried = 0;
+        loop {
+            let (count, nearest) = self.survey(start);
+            let Some(nearest) = nearest else {
+                return self.without_nodes(part, start, count, blocked);
+            };
+            if count < part.room {
+                let before = blocked.far;
+                self.open(nearest, cell, &mut blocked);
+                if blocked.far > before {
+                    self.drop_hidden(start, cell, &blocked);
+                }
+                continue;
+            }
+            if count > tried && self.close(start, cell, &mut blocked) {
+                self.drop_hidden(start, cell, &blocked);
+                tried = count;
+                continue;
+            }
+            return self.split(part, start, count, blocked);
+        }
+    }
+
+    /// Puts what is in a node in its place.
+    fn open(&mut self, item: usize, cell: &Cell, blocked: &mut Blocked) {
+        let node = &self.tree.nodes[self.items.swap_remove(item).what as usize];
+        let (first, count) = (node.first, node.count);
+        if count == 0 {
+            self.push_node(first, cell, blocked);
+            self.push_node(first + 1, cell, blocked);
+        } else {
+            (first..first + count).for_each(|place| self.push_triangle(place, cell, blocked));
+        }
+    }
+
+    fn without_nodes(&mut self, part: Part, start: usize, count: usize, blocked: Blocked) {
+        let is_known = |item: &Item| {
+            let place = self.triangles[(item.what & !TRIANGLE) as usize].place;
+            self.states[place as usize] == State::Visible
+        };
+        if self.items[start..].iter().all(is_known) {
+            return;
+        }
+        if count <= FEW.max(part.room / 2) || part.splits == 0 {
+            self.decide(part, start);
+        } else {
+            self.split(part, start, count, blocked);
+        }
+    }
+
+    /// Splits a part of a beam; or gives it up.
+    fn split(&mut self, part: Part, start: usize, count: usize, blocked: Blocked) {
+        if part.splits == 0 || part.room > MOST {
+            return self.give_up(start);
+        }
+        let end = self.items.len();
+        let blockers = self.blockers.len();
+        for cell in part.cell.quarters() {
+            let mut blocked = blocked;
+            if blocked.to == blocked.from + 1 {
+                blocked.far = self.triangles[self.blockers[blocked.from] as usize].farthest(&cell);
+            }
+            let before = blocked.far;
+            let mut triangles = 0;
+            for i in start..end {
+                let item = self.items[i];
+                if item.what & TRIANGLE == 0 {
+                    if cell.meets(&item.rect) {
+                        self.items.push(item);
+                    }
+                    continue;
+                }
+                let number = item.what & !TRIANGLE;
+                let triangle = &self.triangles[number as usize];
+                if triangle.touches(&cell) {
+                    triangles += 1;
+                    self.items.push(Item { near: triangle.nearest(&cell), ..item });
+                    self.block(number, &cell, &mut blocked);
+                }
+            }
+            if blocked.to > blocked.from && (blocked.far > before || triangles > 0) {
+                self.drop_hidden(end, &cell, &blocked);
+            }
+            // Where all of many triangles meet, splitting doesn't part them.
+            let room = if triangles * 8 > count * 7 { part.room * 2 } else { part.room };
+            self.part(Part { cell, splits: part.splits - 1, room }, end, blocked);
+            self.items.truncate(end);
+            self.blockers.truncate(blockers);
+        }
+    }
+
+    /// Nothing of it is decided.
+    fn give_up(&mut self, start: usize) {
+        for i in start..self.items.len() {
+            let what = self.items[i].what;
+            if what & TRIANGLE == 0 {
+                self.given_up.push(what);
+            } else {
+                self.keep(self.triangles[(what & !TRIANGLE) as usize].place);
+            }
+        }
+    }
+
+    /// Lists the triangles from `start` on, near ones first, and those of them that hide.
+    fn list(&mut self, start: usize) {
+        self.listed.clear();
+        for item in self.items[start..].iter().filter(|item| item.what & TRIANGLE != 0) {
+            self.listed.push((item.near, item.what & !TRIANGLE));
+        }
+        self.listed.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        self.hiding.clear();
+        let hides = |&&(_, number): &&(f64, u32)| self.triangles[number as usize].hides();
+        self.hiding.extend(self.listed.iter().filter(hides).map(|l| l.1));
+    }
+
+    /// Finds triangles that cover a cell together.
+    fn close(&mut self, start: usize, cell: &Cell, blocked: &mut Blocked) -> bool {
+        self.list(start);
+        let from = self.blockers.len();
+        let mut far = f64::INFINITY;
+        let Self { cutter, triangles, blockers, hiding, .. } = self;
+        let hid = |number: u32, polygon: &[Point]| {
+            if !blockers[from..].contains(&number) {
+                blockers.push(number);
+            }
+            let inverse = &triangles[number as usize].inverse;
+            far = polygon.iter().map(|&p| value(inverse, p)).fold(far, f64::min);
+        };
+        let rest = cutter.cut(&cell.corners(), triangles, hiding, Behind::Anything, hid, |_| true);
+        if rest != Rest::Nothing || far <= blocked.far {
+            self.blockers.truncate(from);
+            return false;
+        }
+        *blocked = Blocked { from, to: self.blockers.len(), far };
+        true
+    }
+
+    /// Decides the triangles from `start` on: there is nothing else in the part.
+    fn decide(&mut self, part: Part, start: usize) {
+        self.list(start);
+        if self.listed.len() > MOST {
+            return self.give_up(start);
+        }
+        for i in 0..self.listed.len() {
+            let number = self.listed[i].1;
+            let triangle = &self.triangles[number as usize];
+            if self.states[triangle.place as usize] == State::Visible {
+                continue;
+            }
+            if triangle.thin {
+                self.decide_thin(number, &part.cell);
+                continue;
+            }
+            let mut picture = std::mem::take(&mut self.picture);
+            self.cutter.picture(&part.cell, triangle, &mut picture);
+            if !picture.is_empty() && !self.shows(number, middle(&picture)) {
+                self.decide_one(number, &picture);
+            }
+            self.picture = picture;
+        }
+    }
+
+    /// Decides a triangle, given where it would show.
+    fn decide_one(&mut self, number: u32, picture: &[Point]) {
+        let mut cutter = std::mem::take(&mut self.cutter);
+        let hiding = std::mem::take(&mut self.hiding);
+        let triangles = std::mem::take(&mut self.triangles);
+        let triangle = &triangles[number as usize];
+        let behind = Behind::Triangle(triangle);
+        let rest = cutter.cut(picture, &triangles, &hiding, behind, |_, _| {}, |at| self.witness(&triangles, number, at));
+        if rest != Rest::Nothing {
+            self.keep(triangle.place);
+        }
+        (self.cutter, self.hiding, self.triangles) = (cutter, hiding, triangles);
+    }
+
+    /// Decides a triangle whose edges are rounding: it is hidden where everything around it is.
+    fn decide_thin(&mut self, number: u32, cell: &Cell) {
+        let triangle = &self.triangles[number as usize];
+        let [u0, u1, v0, v1] = triangle.outline();
+        let around = Cell {
+            u: [u0.max(cell.u[0]), u1.min(cell.u[1])],
+            v: [v0.max(cell.v[0]), v1.min(cell.v[1])],
+        };
+        let behind = Behind::Distance(triangle.nearest(cell));
+        let rest = self.cutter.cut(&around.corners(), &self.triangles, &self.hiding, behind, |_, _| {}, |_| true);
+        if rest != Rest::Nothing {
+            self.keep(triangle.place);
+        }
+    }
+
+    fn shows(&mut self, number: u32, at: Point) -> bool {
+        let triangles = std::mem::take(&mut self.triangles);
+        let shows = self.witness(&triangles, number, at);
+        self.triangles = triangles;
+        shows
+    }
+
+    /// Whether one of the listed triangles is seen at a point; then it is visible. So is the one that is seen instead.
+    fn witness(&mut self, triangles: &[Triangle], number: u32, at: Point) -> bool {
+        let (mut nearest, mut near, mut error) = (NONE, 0.0, 0.0);
+        for &(most, other) in &self.listed {
+            if most < near {
+                break;
+            }
+            let triangle = &triangles[other as usize];
+            let holds = |k: usize| value(&triangle.edges[k], at) >= -triangle.slack[k];
+            if triangle.hides() && holds(0) && holds(1) && holds(2) {
+                let inverse = value(&triangle.inverse, at);
+                if inverse > near {
+                    (nearest, near, error) = (other, inverse, triangle.error_at(inverse));
+                }
+            }
+        }
+        let mut meets = |number: u32| {
+            let triangle = &triangles[number as usize];
+            let inverse = value(&triangle.inverse, at);
+            let holds = |k: usize| value(&triangle.edges[k], at) > triangle.slack[k];
+            let shows = holds(0) && holds(1) && holds(2) && inverse >= near - error - triangle.error_at(inverse);
+            let state = &mut self.states[triangle.place as usize];
+            if shows && *state != State::Visible {
+                *state = State::Visible;
+                self.visible.push(Witness { triangle: triangle.place, direction: self.frame.direction(at) });
+            }
+            shows
+        };
+        if nearest != NONE && nearest != number {
+            meets(nearest);
+        }
+        meets(number)
+    }
+}

@@ -1,0 +1,203 @@
+//! What triangles leave of a part of the picture: convex polygons, cut by lines.
+//!
+//! A point that is on a line to rounding is cut neither off nor in two: so a polygon that was cut along an edge is not cut again by the same
+//! edge of the neighbour, and nothing is left between the two.
+
+use super::frame::{Cell, Triangle, value};
+
+/// A point of a beam's picture.
+pub(super) type Point = [f64; 2];
+
+/// Most cuts of one question. More: pictures of a million needles take for ever. Fewer: more triangles stay undecided.
+const CUTS: usize = 20_000;
+
+/// What became of a polygon.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Rest {
+    /// Nothing is left.
+    Nothing,
+    /// Around this point something is.
+    Some(Point),
+    /// Too many cuts.
+    Unknown,
+}
+
+/// What is behind, if anything: what hides must be nearer than it.
+#[derive(Clone, Copy)]
+pub(super) enum Behind<'t> {
+    /// Anything at all.
+    Anything,
+    /// A triangle.
+    Triangle(&'t Triangle),
+    /// Whatever has no greater `1/w` than this.
+    Distance(f64),
+}
+
+/// Scratch memory for cutting.
+#[derive(Default)]
+pub(super) struct Cutter {
+    /// The polygon in work, what is inside of the lines so far, and what is cut off.
+    work: Vec<Point>,
+    inside: Vec<Point>,
+    next: Vec<Point>,
+    values: Vec<(f64, f64)>,
+    /// Polygons yet to be looked at: where their points begin in `points`, and the first triangle that may hide them.
+    open: Vec<(usize, usize)>,
+    points: Vec<Point>,
+}
+
+impl Cutter {
+    /// The part of a cell that shows a triangle, if nothing hides it.
+    pub fn picture(&mut self, cell: &Cell, triangle: &Triangle, out: &mut Vec<Point>) {
+        self.inside.clear();
+        self.inside.extend(cell.corners());
+        for k in 0..3 {
+            self.values.clear();
+            let (form, slack) = (&triangle.edges[k], triangle.slack[k]);
+            self.values.extend(self.inside.iter().map(|&p| (value(form, p), slack)));
+            split(&self.inside, &self.values, &mut self.next, None);
+            std::mem::swap(&mut self.inside, &mut self.next);
+        }
+        out.clear();
+        if self.inside.len() > 2 {
+            out.extend_from_slice(&self.inside);
+        }
+    }
+
+    /// What triangles (numbers into `all`) leave of a polygon. `hid` is told of each that hides some of it, with the polygon that it hides.
+    /// `look` is asked whether to be content with what is left; otherwise the search goes on.
+    pub fn cut(
+        &mut self,
+        polygon: &[Point],
+        all: &[Triangle],
+        triangles: &[u32],
+        behind: Behind<'_>,
+        mut hid: impl FnMut(u32, &[Point]),
+        mut look: impl FnMut(Point) -> bool,
+    ) -> Rest {
+        self.open.clear();
+        self.points.clear();
+        self.points.extend_from_slice(polygon);
+        self.open.push((0, 0));
+        let (mut cuts, mut left) = (0, None);
+        'polygons: while let Some((start, mut next)) = self.open.pop() {
+            self.work.clear();
+            self.work.extend(self.points.drain(start..));
+            while next < triangles.len() {
+                cuts += 1;
+                if cuts > CUTS {
+                    return Rest::Unknown;
+                }
+                let number = triangles[next];
+                next += 1;
+                if self.hide(&all[number as usize], behind, next) {
+                    hid(number, &self.inside);
+                    continue 'polygons;
+                }
+            }
+            let at = middle(&self.work);
+            left = Some(at);
+            if look(at) {
+                break;
+            }
+        }
+        left.map_or(Rest::Nothing, Rest::Some)
+    }
+
+    /// Cuts what a triangle doesn't hide off `work`, as polygons that triangles from `next` on may hide, and leaves what it hides in `inside`.
+    /// False where it hides nothing.
+    fn hide(&mut self, triangle: &Triangle, behind: Behind<'_>, next: usize) -> bool {
+        let edges = |k: usize, p: Point| (value(&triangle.edges[k], p), triangle.slack[k]);
+        let nearer = |p: Point| {
+            let a = value(&triangle.inverse, p);
+            match behind {
+                Behind::Anything => (f64::INFINITY, 0.0),
+                Behind::Distance(inverse) => (a - inverse, triangle.error_at(a)),
+                Behind::Triangle(other) => {
+                    let b = value(&other.inverse, p);
+                    (a - b, triangle.error_at(a) + other.error_at(b))
+                }
+            }
+        };
+        let is_apart = |k: usize| self.work.iter().all(|&p| edges(k, p).0 <= triangle.slack[k]);
+        if is_apart(0) || is_apart(1) || is_apart(2) {
+            return false;
+        }
+        let is_free = |p: &Point| {
+            let (d, slack) = nearer(*p);
+            d <= slack
+        };
+        if self.work.iter().all(is_free) {
+            return false;
+        }
+        self.inside.clear();
+        self.inside.extend_from_slice(&self.work);
+        let (open, points) = (self.open.len(), self.points.len());
+        for k in 0..4 {
+            self.values.clear();
+            if k == 3 {
+                self.values.extend(self.inside.iter().map(|&p| nearer(p)));
+            } else {
+                self.values.extend(self.inside.iter().map(|&p| edges(k, p)));
+            }
+            if self.values.iter().all(|&(d, slack)| d >= -slack) {
+                continue;
+            }
+            let start = self.points.len();
+            split(&self.inside, &self.values, &mut self.next, Some(&mut self.points));
+            if self.points.len() > start {
+                self.open.push((start, next));
+            }
+            std::mem::swap(&mut self.inside, &mut self.next);
+            if self.inside.len() < 3 {
+                self.open.truncate(open);
+                self.points.truncate(points);
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Splits a convex polygon by a line, given how far each corner is from it and how well that is known.
+fn split(polygon: &[Point], values: &[(f64, f64)], inside: &mut Vec<Point>, mut outside: Option<&mut Vec<Point>>) {
+    inside.clear();
+    let start = outside.as_ref().map_or(0, |o| o.len());
+    let (mut any_in, mut any_out) = (false, false);
+    for (i, &a) in polygon.iter().enumerate() {
+        let k = if i + 1 == polygon.len() { 0 } else { i + 1 };
+        let ((da, sa), (db, sb)) = (values[i], values[k]);
+        let (in_a, out_a) = (da > sa, da < -sa);
+        any_in |= in_a;
+        any_out |= out_a;
+        if !out_a {
+            inside.push(a);
+        }
+        if !in_a && let Some(outside) = &mut outside {
+            outside.push(a);
+        }
+        if (in_a && db < -sb) || (out_a && db > sb) {
+            let (t, b) = (da / (da - db), polygon[k]);
+            let p = [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
+            inside.push(p);
+            if let Some(outside) = &mut outside {
+                outside.push(p);
+            }
+        }
+    }
+    if !any_in {
+        inside.clear();
+    }
+    if let Some(outside) = outside
+        && (!any_out || outside.len() - start < 3)
+    {
+        outside.truncate(start);
+    }
+}
+
+/// The mean of some corners.
+pub(super) fn middle(polygon: &[Point]) -> Point {
+    let n = polygon.len().max(1) as f64;
+    let sum = polygon.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+    [sum[0] / n, sum[1] / n]
+}
