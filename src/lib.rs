@@ -35,9 +35,9 @@ pub mod bake;
 #[cfg(feature = "bake")]
 pub mod cells;
 #[cfg(feature = "bake")]
-pub mod export;
-#[cfg(feature = "bake")]
 pub mod exact;
+#[cfg(feature = "bake")]
+pub mod export;
 pub mod file;
 #[cfg(feature = "bake")]
 pub mod generate;

@@ -26,6 +26,7 @@ mod clusters;
 mod coarsen;
 mod cubes;
 mod cubes_gpu;
+mod exact;
 mod export;
 mod extremes;
 mod faults;

@@ -9,7 +9,9 @@ use enfilade::pvs::Guarantee;
 use enfilade::scene::{Scene, import};
 use enfilade::verify::level_lines::{CLEARANCE, LineOptions, LineReport, check_rows};
 use enfilade::verify::rooms::{RoomScore, RoomsFile};
-use enfilade::verify::{CheckError, CheckOptions, CheckReport, Leak, LeakKind, Violation, check, score_rooms};
+use enfilade::verify::{
+    CheckError, CheckOptions, CheckReport, ExactReport, Leak, LeakKind, Violation, check, check_exact, score_rooms,
+};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -33,6 +35,9 @@ pub struct Args {
     /// Views of 96 x 54 rays; not for levels.
     #[arg(long, value_name = "N", default_value_t = CheckOptions::default().views)]
     views: u32,
+    /// Random eyes from which everything that is visible, as the exact judge has it, must be in the row of the eye's cell; not for levels.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=100_000), conflicts_with = "rows")]
+    exact: u32,
     /// Rooms and doors that somebody wrote down: scores the cells and portals against them; not for levels.
     #[arg(long, value_name = "ROOMS.json", conflicts_with = "rows")]
     rooms: Option<PathBuf>,
@@ -70,8 +75,13 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
         _ => at(&args.file, e),
     })?;
     let score = args.rooms.as_deref().map(|path| rooms(path, &file, &scene)).transpose()?;
+    let exact = (args.exact > 0).then(|| check_exact(&file, &scene, args.exact, args.seed)).transpose();
+    let exact = exact.map_err(|e| at(&args.file, e))?;
     if args.json {
         let mut value = serde_json::to_value(&report).map_err(|e| CliError(e.to_string()))?;
+        if let Some(exact) = &exact {
+            value["exact"] = serde_json::to_value(exact).map_err(|e| CliError(e.to_string()))?;
+        }
         if let Some(score) = &score {
             value["rooms"] = serde_json::to_value(score).map_err(|e| CliError(e.to_string()))?;
         }
@@ -84,8 +94,12 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
         replace_file(path, |out| leak_lines(&leaks.leaks, out)).map_err(|e| at(path, e))?;
     }
     tell(&report, &file, &scene);
+    if let Some(exact) = &exact {
+        tell_exact(exact, &file, &scene);
+    }
+    let kept = exact.is_none_or(|e| e.passed);
     let tight = report.leaks.as_ref().is_none_or(|l| l.leak_count == 0);
-    Ok(if report.passed && tight { Outcome::Done } else { Outcome::Failed })
+    Ok(if report.passed && tight && kept { Outcome::Done } else { Outcome::Failed })
 }
 
 /// A polyline a leak.
@@ -126,6 +140,28 @@ fn tell_rooms(s: &RoomScore) {
     for (what, o) in [("doors", &s.doors), ("windows", &s.windows)] {
         eprintln!("  {what}: {} of {} located, {} join the right rooms", o.located, o.count, o.joining);
     }
+}
+
+/// What the exact judge found.
+fn tell_exact(r: &ExactReport, file: &PvsFile, scene: &Scene) {
+    eprintln!(
+        "{} eyes, exactly: {} missed cell-object pairs, {} seen through cracks only; {:.0} triangles visible, {:.2} undecided ({:.2} %)",
+        r.eyes,
+        r.missed_pairs,
+        r.crack_pairs,
+        r.visible_mean,
+        r.undecided_mean,
+        100.0 * r.undecided_mean / r.visible_mean.max(1.0)
+    );
+    for m in &r.misses {
+        let (cell, object) = (&file.cells[m.cell.index()].name, &scene.objects[m.object.index()].node);
+        let (from, towards) = (m.from, m.direction);
+        eprintln!(
+            "  cell {} ({cell}) doesn't list object {} ({object}), seen from {from:.3} along {towards:.6}",
+            m.cell, m.object
+        );
+    }
+    eprintln!("  {} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
 }
 
 /// Rows of a level.

@@ -148,7 +148,7 @@ impl<'t> Beams<'t> {
     fn push_node(&mut self, node: u32, cell: &Cell, blocked: &Blocked) {
         if let Some((rect, near)) = self.frame.bounds(&self.tree.nodes[node as usize]) {
             let item = Item { what: node, rect, near };
-            if cell.meets(&rect) && !self.is_hidden(&item, cell, blocked) {
+            if cell.meets(&rect) && !self.is_hidden(&item, blocked) {
                 self.items.push(item);
             }
         }
@@ -169,7 +169,7 @@ impl<'t> Beams<'t> {
             return;
         }
         let item = Item { what: TRIANGLE | number, rect: [0.0; 4], near: triangle.nearest(cell) };
-        if self.is_hidden(&item, cell, blocked) {
+        if self.is_hidden(&item, blocked) {
             return;
         }
         self.items.push(item);
@@ -189,7 +189,7 @@ impl<'t> Beams<'t> {
     }
 
     /// Whether what blocks a cell hides all of an item there.
-    fn is_hidden(&self, item: &Item, _cell: &Cell, blocked: &Blocked) -> bool {
+    fn is_hidden(&self, item: &Item, blocked: &Blocked) -> bool {
         let blockers = &self.blockers[blocked.from..blocked.to];
         if blockers.is_empty() {
             return false;
@@ -211,11 +211,11 @@ impl<'t> Beams<'t> {
     }
 
     /// Drops items from `start` on that are hidden.
-    fn drop_hidden(&mut self, start: usize, cell: &Cell, blocked: &Blocked) {
+    fn drop_hidden(&mut self, start: usize, blocked: &Blocked) {
         let mut kept = start;
         for i in start..self.items.len() {
             let item = self.items[i];
-            if !self.is_hidden(&item, cell, blocked) {
+            if !self.is_hidden(&item, blocked) {
                 self.items[kept] = item;
                 kept += 1;
             }
@@ -250,12 +250,12 @@ impl<'t> Beams<'t> {
                 let before = blocked.far;
                 self.open(nearest, cell, &mut blocked);
                 if blocked.far > before {
-                    self.drop_hidden(start, cell, &blocked);
+                    self.drop_hidden(start, &blocked);
                 }
                 continue;
             }
             if count > tried && self.close(start, cell, &mut blocked) {
-                self.drop_hidden(start, cell, &blocked);
+                self.drop_hidden(start, &blocked);
                 tried = count;
                 continue;
             }
@@ -321,7 +321,7 @@ impl<'t> Beams<'t> {
                 }
             }
             if blocked.to > blocked.from && (blocked.far > before || triangles > 0) {
-                self.drop_hidden(end, &cell, &blocked);
+                self.drop_hidden(end, &blocked);
             }
             // Where all of many triangles meet, splitting doesn't part them.
             let room = if triangles * 8 > count * 7 { part.room * 2 } else { part.room };
@@ -420,11 +420,8 @@ impl<'t> Beams<'t> {
     fn decide_thin(&mut self, number: u32, cell: &Cell) {
         let triangle = &self.triangles[number as usize];
         let [u0, u1, v0, v1] = triangle.outline();
-        let around = Cell {
-            u: [u0.max(cell.u[0]), u1.min(cell.u[1])],
-            v: [v0.max(cell.v[0]), v1.min(cell.v[1])],
-        };
-        let behind = Behind::Distance(triangle.nearest(cell));
+        let around = Cell { u: [u0.max(cell.u[0]), u1.min(cell.u[1])], v: [v0.max(cell.v[0]), v1.min(cell.v[1])] };
+        let behind = Behind::Thin(triangle, triangle.nearest(cell));
         let rest = self.cutter.cut(&around.corners(), &self.triangles, &self.hiding, behind, |_, _| {}, |_| true);
         if rest != Rest::Nothing {
             self.keep(triangle.place);

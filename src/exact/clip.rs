@@ -29,8 +29,8 @@ pub(super) enum Behind<'t> {
     Anything,
     /// A triangle.
     Triangle(&'t Triangle),
-    /// Whatever has no greater `1/w` than this.
-    Distance(f64),
+    /// A triangle whose own `1/w` is rounding, but is nowhere greater than this.
+    Thin(&'t Triangle, f64),
 }
 
 /// Scratch memory for cutting.
@@ -108,21 +108,27 @@ impl Cutter {
     /// False where it hides nothing.
     fn hide(&mut self, triangle: &Triangle, behind: Behind<'_>, next: usize) -> bool {
         let edges = |k: usize, p: Point| (value(&triangle.edges[k], p), triangle.slack[k]);
+        let is_apart = |k: usize| self.work.iter().all(|&p| edges(k, p).0 <= triangle.slack[k]);
+        if is_apart(0) || is_apart(1) || is_apart(2) {
+            return false;
+        }
+        // Planes tell most of them apart, next to a common edge, too, where `1/w` is the same to rounding.
+        let behind = match behind {
+            Behind::Triangle(other) if triangle.is_behind(other) => return false,
+            Behind::Triangle(other) | Behind::Thin(other, _) if other.is_behind(triangle) => Behind::Anything,
+            _ => behind,
+        };
         let nearer = |p: Point| {
             let a = value(&triangle.inverse, p);
             match behind {
                 Behind::Anything => (f64::INFINITY, 0.0),
-                Behind::Distance(inverse) => (a - inverse, triangle.error_at(a)),
+                Behind::Thin(_, inverse) => (a - inverse, triangle.error_at(a)),
                 Behind::Triangle(other) => {
                     let b = value(&other.inverse, p);
                     (a - b, triangle.error_at(a) + other.error_at(b))
                 }
             }
         };
-        let is_apart = |k: usize| self.work.iter().all(|&p| edges(k, p).0 <= triangle.slack[k]);
-        if is_apart(0) || is_apart(1) || is_apart(2) {
-            return false;
-        }
         let is_free = |p: &Point| {
             let (d, slack) = nearer(*p);
             d <= slack

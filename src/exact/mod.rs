@@ -96,7 +96,7 @@ impl<'s> Judge<'s> {
         for k in 0..3 {
             for side in [1.0, -1.0] {
                 let rows = [faces[(k + 1) % 3], faces[(k + 2) % 3], faces[k] * side];
-                self.0.look(Frame::new(eye, rows), splits.min(MOST_SPLITS));
+                self.look(eye, rows, splits);
             }
         }
         self.0.seen()
@@ -105,7 +105,13 @@ impl<'s> Judge<'s> {
     /// What is visible from `eye` within a pyramid: where `|x.p| <= w.p` and `|y.p| <= w.p` for a point `p` relative to the eye, as the
     /// rows `[x, y, w]` of a perspective projection have it. They must be linearly independent. Otherwise as [`Self::around`].
     pub fn through(&mut self, eye: DVec3, rows: [DVec3; 3], splits: u32) -> Seen {
-        self.0.look(Frame::new(eye, rows), splits.min(MOST_SPLITS));
+        self.look(eye, rows, splits);
         self.0.seen()
+    }
+
+    fn look(&mut self, eye: DVec3, rows: [DVec3; 3], splits: u32) {
+        if eye.is_finite() {
+            self.0.look(Frame::new(eye, rows), splits.min(MOST_SPLITS));
+        }
     }
 }

@@ -16,6 +16,8 @@
 //! Three more things are looked at: the structure of the file's cells and portals ([`Structure`]), the free space inside that is
 //! in no cell ([`FreeSpace`]) and, where asked for, every hole, as a line through it ([`Leaks`]).
 //!
+//! [`check_exact`] asks another judge: what [`crate::exact`] knows to be visible from an eye must be in the row of its cell.
+//!
 //! # What counts
 //!
 //! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So each
@@ -31,6 +33,7 @@
 //! is not a proof: it says that so many random rays found nothing.
 
 mod cells;
+mod exact;
 mod frames;
 mod leaks;
 pub mod level_lines;
@@ -42,6 +45,7 @@ mod trace;
 mod views;
 mod walks;
 
+pub use exact::{ExactMiss, ExactReport, check_exact};
 pub use frames::random_path;
 pub use leaks::{Leak, LeakKind, Leaks, MOST_LEAKS};
 pub use structure::{Fault, FaultKind, Structure};
