@@ -32,7 +32,7 @@ fn main() {
     } else {
         scenes.extend(OFFICES.map(office));
         scenes.push(("city, dense".to_owned(), Kind::City { dense: true }));
-        scenes.push(("Teapots(500, 30)".to_owned(), Kind::Teapots { count: 500, scale: 30.0 }));
+        scenes.push(("Teapots(500, 30)".to_owned(), Kind::Teapots { count: 500, scale: 30 }));
         if has("--quick") { 1024 } else { 4096 }
     };
     println!("item buffer of {size} x {size} a face; means of {EYES} eyes");

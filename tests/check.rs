@@ -6,7 +6,7 @@ use enfilade::file::{FileCell, FileObject, FilePortal, Import, PairCounts, PvsFi
 use enfilade::generate::{Kind, generate};
 use enfilade::pvs::{Guarantee, PvsStats};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
-use enfilade::verify::{CheckError, CheckOptions, CheckReport, FaultKind, Violation, check};
+use enfilade::verify::{CheckError, CheckOptions, CheckReport, ExactReport, FaultKind, Violation, check, check_exact};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use testing::meshes::{Quad, builder, quads, sides};
@@ -288,6 +288,32 @@ fn tables_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn the_exact_judge_finds_what_a_row_lacks_and_says_where_to_look() {
+    let scene = scene(0.0, true);
+    let good = check_exact(&file(&scene), &scene, 60, 1).unwrap();
+    assert_eq!((good.eyes, good.missed_pairs, good.passed), (60, 0, true));
+    assert!(good.visible_mean > 20.0 && good.undecided_mean < 1.0, "{good:?}");
+    for object in [PANE, STATUE] {
+        let mut file = file(&scene);
+        file.object_rows.as_mut().unwrap().clear(0, object.index());
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            ExactReport { seconds: 0.0, ..pool.install(|| check_exact(&file, &scene, 60, 1)).unwrap() }
+        };
+        let report = on(1);
+        assert_eq!(report, on(2));
+        assert_eq!((report.passed, report.missed_pairs, report.misses.len()), (false, 1, 1));
+        let miss = &report.misses[0];
+        assert_eq!((miss.cell, miss.object), (CellId(0), object));
+        // From the eye, along the direction, through the door at x = 4, to the pane in it or to the statue's front at x = 6.
+        let at = |x: f64| miss.from + miss.direction * ((x - miss.from.x) / miss.direction.x);
+        assert!(at(4.0).z > 1.0 && at(4.0).z < 2.0 && at(4.0).y > 0.0 && at(4.0).y < 2.0, "{miss:?}");
+        file.guarantee = Guarantee::Sampled;
+        assert!(check_exact(&file, &scene, 60, 1).unwrap().passed, "sampled rows promise nothing");
+    }
+}
+
+#[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let scene = scene(0.0, true);
     let mut file = file(&scene);
@@ -309,7 +335,7 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     let baked = enfilade!("bake", &glb, "-o", &pvs, "--rays", "500k");
     assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
     let check = |model: &std::path::Path| {
-        let out = enfilade!("check", &pvs, "--model", model, "--rays", "20000", "--views", "2", "--json");
+        let out = enfilade!("check", &pvs, "--model", model, "--rays", "20000", "--views", "2", "--exact", "20", "--json");
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
         (out.status.code(), text(out.stdout), text(out.stderr))
     };
@@ -324,6 +350,12 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
         assert_eq!(json["false_pixels"][key], 0.0);
     }
     assert_eq!((&json["passed"], &json["missed_pairs"]), (&true.into(), &0.into()));
+    let exact = &json["exact"];
+    assert_eq!((&exact["passed"], &exact["missed_pairs"], &exact["eyes"]), (&true.into(), &0.into(), &20.into()));
+    for bad in ["-1", "x", "100001"] {
+        let out = enfilade!("check", &pvs, "--model", &glb, "--exact", bad);
+        assert_eq!(out.status.code(), Some(2), "--exact {bad}");
+    }
 
     let mut damaged = PvsFile::load(&pvs).unwrap();
     let rows = damaged.object_rows.as_mut().unwrap();

@@ -201,7 +201,7 @@ impl Frame {
             place,
             opaque,
             // Not a number where the eye is on a corner.
-            thin: !(volume > THIN * size * size * size),
+            thin: volume.is_nan() || volume <= THIN * size * size * size,
         })
     }
 
