@@ -11,7 +11,7 @@
 //! * Opaque triangles hide what is strictly behind them; see-through ones ([`Object::opaque`](crate::types::scene::Object::opaque)) hide
 //!   nothing. Both sides of a triangle are seen. Of triangles in one place each is visible.
 //! * A triangle that is seen edge-on hides nothing. It is undecided unless it is hidden.
-//! * An opening that rounding of `f64` can't tell from none (about 1e-14 radians) may be taken for closed. Wider ones are kept open:
+//! * An opening that rounding of `f64` can't tell from none (about 1e-13 radians) may be taken for closed. Wider ones are kept open:
 //!   a slit of 0.1 mm at 100 m is 1e-6 radians.
 //!
 //! No pixels and no samples are used but for witnesses.
