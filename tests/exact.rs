@@ -171,7 +171,8 @@ fn of_a_box_an_eye_outside_sees_three_sides() {
 fn an_empty_scene_and_an_eye_that_is_nowhere_show_nothing() {
     let full = scene([mesh("box", true, &cuboid(DVec3::ZERO, DVec3::ONE))]);
     let mut empty = full.clone();
-    (empty.objects.clear(), empty.triangles.clear());
+    empty.objects.clear();
+    empty.triangles.clear();
     assert_eq!(look(&empty, DVec3::ZERO), Seen::default());
     for eye in [v(f64::NAN, 0.0, 0.0), v(0.0, f64::INFINITY, 0.0)] {
         assert_eq!(look(&full, eye), Seen::default(), "{eye}");
