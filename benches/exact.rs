@@ -1,10 +1,10 @@
-//! The exact set from a point, on one thread: furnished offices of 10,000 to 1.5 million triangles, a city, the villa, teapots; twenty eyes
-//! along the walk through each.
+//! The exact set from a point, on one thread: furnished offices of 10,000 to 1.5 million triangles, a city, the villa,
+//! teapots; twenty eyes along the walk through each.
 //!
-//! First the answers: no triangle that an item buffer of 4,096 x 4,096 pixels a face shows may be missing. Of ids on an edge, where the
-//! buffer's tolerance lets either win, a ray in `f64` decides. Along every witness a ray must meet its triangle, and nothing before it. Then
-//! the times, the least of three of each eye; and what is kept at each depth of splitting. `--test` takes the villa and a small office at 512
-//! pixels, `--quick` 1,024.
+//! First the answers: no triangle that an item buffer of 4,096 x 4,096 pixels a face shows may be missing. Of ids on an
+//! edge, where the buffer's tolerance lets either win, a ray in `f64` decides. Along every witness a ray must meet its
+//! triangle, and nothing before it. Then the times, the least of three of each eye; and what is kept at each depth of
+//! splitting. `--test` takes the villa and a small office at 512 pixels, `--quick` 1,024.
 
 use enfilade::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
 use enfilade::generate::{Generated, Kind, generate};
@@ -99,7 +99,8 @@ fn timed(judge: &mut Judge<'_>, eyes: &[DVec3], splits: u32, repeats: usize) -> 
     (times.iter().sum::<f64>() / times.len() as f64, times.iter().copied().fold(0.0, f64::max))
 }
 
-/// Asserts that nothing of the item buffers is missing, and that rays meet what has a witness. How many triangles the buffers show.
+/// Asserts that nothing of the item buffers is missing, and that rays meet what has a witness. How many triangles the
+/// buffers show.
 fn held_against(scene: &Scene, eyes: &[DVec3], sets: &[Seen], size: u32) -> usize {
     let (ready, rays) = (CubeScene::new(scene), RayScene::new(scene));
     let (mut raster, mut cube, mut all) = (Raster::new(&ready), Cube::default(), 0);

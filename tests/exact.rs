@@ -1,5 +1,5 @@
-//! The exact judge from a point: scenes whose answer is known, rays in `f64` that must find nothing else, and what no change of a scene may
-//! change.
+//! The exact judge from a point: scenes whose answer is known, rays in `f64` that must find nothing else, and what no change
+//! of a scene may change.
 
 use enfilade::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
 use enfilade::scene::rays::RayScene;
@@ -36,8 +36,8 @@ fn names(scene: &Scene, eye: DVec3) -> Vec<&str> {
     seen.objects(scene).into_iter().map(|o| scene.objects[o.index()].node.as_str()).collect()
 }
 
-/// Casts rays from an eye in the scene's own coordinates, half of them at random points of triangles: what they meet must be in the set.
-/// Every witness must be met, with nothing nearer. How many rays met something.
+/// Casts rays from an eye in the scene's own coordinates, half of them at random points of triangles: what they meet must be
+/// in the set. Every witness must be met, with nothing nearer. How many rays met something.
 fn holds_what_rays_see(scene: &Scene, seen: &Seen, eye: DVec3, rays: usize) -> usize {
     let (tracer, mut random) = (RayScene::new(scene), Random::new(5));
     let set = seen.triangles();

@@ -6,12 +6,13 @@ use super::tree::Tree;
 use super::{Seen, Witness};
 use glam::DVec3;
 
-/// A beam with so many triangles is split while there are nodes that aren't opened. More: deciding takes longer. Fewer: more beams.
+/// A beam with so many triangles is split while there are nodes that aren't opened. More: deciding takes longer. Fewer: more
+/// beams.
 const ROOM: usize = 24;
 /// A beam with so many triangles and no nodes is decided. More and fewer: as [`ROOM`].
 const FEW: usize = 24;
-/// A beam with more triangles than this is left undecided. More: a million needles in one place take for ever. Fewer: fans about one
-/// corner stay undecided.
+/// A beam with more triangles than this is left undecided. More: a million needles in one place take for ever. Fewer: fans
+/// about one corner stay undecided.
 const MOST: usize = 512;
 /// Marks an item that is a triangle.
 const TRIANGLE: u32 = 1 << 31;

@@ -1,7 +1,7 @@
 //! What triangles leave of a part of the picture: convex polygons, cut by lines.
 //!
-//! A point that is on a line to rounding is cut neither off nor in two: so a polygon that was cut along an edge is not cut again by the same
-//! edge of the neighbour, and nothing is left between the two.
+//! A point that is on a line to rounding is cut neither off nor in two: so a polygon that was cut along an edge is not cut
+//! again by the same edge of the neighbour, and nothing is left between the two.
 
 use super::frame::{Cell, Triangle, value};
 
@@ -11,8 +11,9 @@ pub(super) type Point = [f64; 2];
 /// Most cuts of one question. More: pictures of a million needles take for ever. Fewer: more triangles stay undecided.
 const CUTS: usize = 20_000;
 
-/// What is left of a picture and is narrower than this, in half widths of the beam, is rounding: where edges of neighbours meet at a corner,
-/// each is on the others' lines only to a multiple of 2^-53. Wider: slits are lost. Narrower: what is behind the seams of a wall stays undecided.
+/// What is left of a picture and is narrower than this, in half widths of the beam, is rounding: where edges of neighbours
+/// meet at a corner, each is on the others' lines only to a multiple of 2^-53. Wider: slits are lost. Narrower: what is
+/// behind the seams of a wall stays undecided.
 const SLIVER: f64 = 1e-13;
 
 /// What became of a polygon.
@@ -68,7 +69,8 @@ impl Cutter {
         }
     }
 
-    /// What triangles (numbers into `all`) leave of a polygon. `hid` is told of each that hides some of it, with the polygon that it hides.
+    /// What triangles (numbers into `all`) leave of a polygon. `hid` is told of each that hides some of it, with the polygon
+    /// that it hides.
     /// `look` is asked whether to be content with what is left; otherwise the search goes on.
     pub fn cut(
         &mut self,
@@ -111,8 +113,8 @@ impl Cutter {
         left.map_or(Rest::Nothing, Rest::Some)
     }
 
-    /// Cuts what a triangle doesn't hide off `work`, as polygons that triangles from `next` on may hide, and leaves what it hides in `inside`.
-    /// False where it hides nothing.
+    /// Cuts what a triangle doesn't hide off `work`, as polygons that triangles from `next` on may hide, and leaves what it
+    /// hides in `inside`. False where it hides nothing.
     fn hide(&mut self, triangle: &Triangle, behind: Behind<'_>, next: usize) -> bool {
         let edges = |k: usize, p: Point| (value(&triangle.edges[k], p), triangle.slack[k]);
         let is_apart = |k: usize| self.work.iter().all(|&p| edges(k, p).0 <= triangle.slack[k]);

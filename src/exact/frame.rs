@@ -1,19 +1,21 @@
 //! Boxes and triangles as they are seen from the eye through a beam.
 //!
-//! A beam has three forms `x`, `y` and `w`; a point `p` relative to the eye is seen at `u = x.p / w.p`, `v = y.p / w.p`, and the beam is what
-//! is seen at -1 to 1. Edges and `1/w` of a triangle are linear over the picture whether or not it reaches behind the eye (Olano, Greer,
+//! A beam has three forms `x`, `y` and `w`; a point `p` relative to the eye is seen at `u = x.p / w.p`, `v = y.p / w.p`, and
+//! the beam is what is seen at -1 to 1. Edges and `1/w` of a triangle are linear over the picture whether or not it reaches
+//! behind the eye (Olano, Greer,
 //! *Triangle scan conversion using 2D homogeneous coordinates*, 1997). An edge that two triangles share gives them functions of opposite
 //! sign and equal size, to the last bit.
 
 use super::tree::Node;
 use glam::{DMat3, DVec3};
 
-/// How often a form's rounding is counted: a sum of a dozen products, of numbers that were rounded before. Larger: narrower openings are
-/// taken for closed. Smaller: shared edges leak.
+/// How often a form's rounding is counted: a sum of a dozen products, of numbers that were rounded before. Larger: narrower
+/// openings are taken for closed. Smaller: shared edges leak.
 const SLACK: f64 = 16.0 * f64::EPSILON;
 
-/// Of a triangle's size cubed: with less volume between it and the eye its edges are rounding. It is seen edge-on, or is smaller than a
-/// third of a millionth of a radian. Larger: more triangles stay undecided. Smaller: edges cut what they shouldn't.
+/// Of a triangle's size cubed: with less volume between it and the eye its edges are rounding. It is seen edge-on, or is
+/// smaller than a third of a millionth of a radian. Larger: more triangles stay undecided. Smaller: edges cut what they
+/// shouldn't.
 const THIN: f64 = 400.0 * f64::EPSILON;
 
 /// A part of a beam's picture.

@@ -1,12 +1,14 @@
 //! What is visible from a point, exactly: an independent judge of everything that culls.
 //!
-//! Based on: Chandak, Antani, Taylor, Manocha, *FastV: from-point visibility culling on complex models*, 2009 (four-sided frusta through a
-//! hierarchy from near to far, blocked by what covers them, split where nothing does). Deviations: a beam is blocked by any triangles that
-//! cover it together, connected or not; and a beam that few triangles are left in isn't split until they cover it, but decided: what
-//! nearer triangles leave of each triangle's picture is worked out as convex polygons. So silhouettes take no fine beams.
+//! Based on: Chandak, Antani, Taylor, Manocha, *FastV: from-point visibility culling on complex models*, 2009 (four-sided
+//! frusta through a hierarchy from near to far, blocked by what covers them, split where nothing does). Deviations: a beam
+//! is blocked by any triangles that cover it together, connected or not; and a beam that few triangles are left in isn't
+//! split until they cover it, but decided: what nearer triangles leave of each triangle's picture is worked out as convex
+//! polygons. So silhouettes take no fine beams.
 //!
-//! The answer has two parts. A triangle is *visible* if there is a direction in which it is met and nothing is nearer: a [`Witness`].
-//! It is *undecided* if beams couldn't be split enough, or if rounding would decide. **All others are hidden**, by this understanding:
+//! The answer has two parts. A triangle is *visible* if there is a direction in which it is met and nothing is nearer: a
+//! [`Witness`]. It is *undecided* if beams couldn't be split enough, or if rounding would decide. **All others are hidden**,
+//! by this understanding:
 //!
 //! * Opaque triangles hide what is strictly behind them; see-through ones ([`Object::opaque`](crate::types::scene::Object::opaque)) hide
 //!   nothing. Both sides of a triangle are seen. Of triangles in one place each is visible.
@@ -89,8 +91,9 @@ impl<'s> Judge<'s> {
         Self(Beams::new(&scene.0))
     }
 
-    /// What is visible from `eye`, in the scene's coordinates, in all directions. Beams are split `splits` times at most (those above
-    /// [`MOST_SPLITS`] don't count): with more, less is undecided, and nothing comes to the set. An eye that isn't finite sees nothing.
+    /// What is visible from `eye`, in the scene's coordinates, in all directions. Beams are split `splits` times at most
+    /// (those above [`MOST_SPLITS`] don't count): with more, less is undecided, and nothing comes to the set. An eye that
+    /// isn't finite sees nothing.
     pub fn around(&mut self, eye: DVec3, splits: u32) -> Seen {
         let faces = DMat3::IDENTITY.to_cols_array_2d().map(DVec3::from_array);
         for k in 0..3 {
@@ -102,8 +105,9 @@ impl<'s> Judge<'s> {
         self.0.seen()
     }
 
-    /// What is visible from `eye` within a pyramid: where `|x.p| <= w.p` and `|y.p| <= w.p` for a point `p` relative to the eye, as the
-    /// rows `[x, y, w]` of a perspective projection have it. They must be linearly independent. Otherwise as [`Self::around`].
+    /// What is visible from `eye` within a pyramid: where `|x.p| <= w.p` and `|y.p| <= w.p` for a point `p` relative to the
+    /// eye, as the rows `[x, y, w]` of a perspective projection have it. They must be linearly independent. Otherwise as
+    /// [`Self::around`].
     pub fn through(&mut self, eye: DVec3, rows: [DVec3; 3], splits: u32) -> Seen {
         self.look(eye, rows, splits);
         self.0.seen()

@@ -64,9 +64,9 @@ struct FromEye {
     undecided: usize,
 }
 
-/// Tests rows from random eyes in cells, anywhere and near portals and walls: every object that has a witness must be in the row of the
-/// eye's cell. As in [`super::check`], a miss counts if a ray of the check's own meets the object along the witness and keeps half of the
-/// smallest hole from everything else. The same for any number of threads.
+/// Tests rows from random eyes in cells, anywhere and near portals and walls: every object that has a witness must be in the
+/// row of the eye's cell. As in [`super::check`], a miss counts if a ray of the check's own meets the object along the
+/// witness and keeps half of the smallest hole from everything else. The same for any number of threads.
 pub fn check_exact(file: &PvsFile, scene: &Scene, eyes: u32, seed: u64) -> Result<ExactReport, CheckError> {
     let start = Instant::now();
     consistent(file, scene)?;
