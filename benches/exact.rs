@@ -37,9 +37,9 @@ fn main() {
     };
     println!("item buffer of {size} x {size} a face; means of {EYES} eyes");
     println!(
-        "| scene | triangles | visible | undecided, % | shown by the buffer | lost | mean, ms | slowest, ms | made ready, s |"
+        "| scene | triangles | visible | undecided, % | shown by the buffer | mean, ms | slowest, ms | made ready, s |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     let curves: Vec<String> = scenes.into_iter().map(|(name, kind)| measure(&name, kind, size)).collect();
     println!("\n| scene | {} |", SPLITS.map(|s| format!("{s} splits")).join(" | "));
     println!("| --- |{}", " --- |".repeat(SPLITS.len()));
@@ -65,7 +65,7 @@ fn measure(name: &str, kind: Kind, size: u32) -> String {
     let visible = per_eye(sets.iter().map(|s| s.visible.len()).sum());
     let undecided = per_eye(sets.iter().map(|s| s.undecided.len()).sum());
     println!(
-        "| {name} | {} | {visible:.0} | {:.2} | {:.0} | 0 | {mean:.1} | {slowest:.1} | {ready_in:.2} |",
+        "| {name} | {} | {visible:.0} | {:.2} | {:.0} | {mean:.1} | {slowest:.1} | {ready_in:.2} |",
         scene.triangles.len(),
         100.0 * undecided / visible,
         per_eye(shown)

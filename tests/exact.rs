@@ -315,3 +315,17 @@ fn a_pyramid_shows_its_part_at_any_opening_angle() {
         }
     }
 }
+
+/// A triangle that is seen edge-on isn't hidden where nothing is before it, along an axis or not; behind a plate it is.
+#[test]
+fn a_triangle_seen_edge_on_is_undecided_unless_it_is_hidden() {
+    for turn in [DMat3::IDENTITY, DMat3::from_rotation_y(0.3), DMat3::from_rotation_z(0.7)] {
+        let flat = [v(1.0, 0.2, 0.0), v(2.0, 0.5, 0.0), v(1.5, -0.4, 0.0)].map(|p| turn * p);
+        let alone = scene([mesh("flat", true, &[flat])]);
+        let seen = look(&alone, DVec3::ZERO);
+        assert_eq!((seen.visible.len(), seen.undecided), (0, vec![0]), "{turn}");
+        let before: Vec<Triangle> = plate(0.5, [-1.0, -1.0], [1.0, 1.0]).iter().map(|t| t.map(|p| turn * p)).collect();
+        let behind = scene([mesh("flat", true, &[flat]), mesh("plate", true, &before)]);
+        assert_eq!(names(&behind, DVec3::ZERO), ["plate"], "{turn}");
+    }
+}

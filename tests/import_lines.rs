@@ -1,7 +1,7 @@
 //! Lines of geographic systems: names, places and radii of tubes, and files that are refused with one line.
 
 use enfilade::geom::Aabb;
-use enfilade::scene::{ImportOptions, Object, Role, Scene, geojson};
+use enfilade::scene::{ImportOptions, Object, Role, Scene, geojson, obj};
 use enfilade::tubes::{Tube, usual_sides};
 use glam::{DVec3, dvec3};
 use serde_json::{Value, json};
@@ -136,6 +136,21 @@ fn lines_of_no_length_are_left_out() {
     // The first place is told where there is nothing else.
     let none = json!({"type": "FeatureCollection", "features": [line(dot), line(json!([]))]});
     assert_eq!(read(&none).unwrap_err(), "features[0].geometry.coordinates: fewer than two different points");
+}
+
+/// A model with anything else in it isn't refused for a line.
+#[test]
+fn a_line_of_no_length_refuses_no_model_that_has_a_mesh() {
+    let options = ImportOptions { tube_radius: Some(0.1), ..ImportOptions::default() };
+    let read = |text: &str| obj::from_slice(text.as_bytes(), "model", None, &options);
+    let scene = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 1\n").unwrap();
+    assert_eq!(scene.triangles.len(), 1);
+    assert!(
+        scene.source.notes.contains(&"1 lines without two different points left out".to_owned()),
+        "{:?}",
+        scene.source.notes
+    );
+    assert!(read("v 0 0 0\nl 1 1\n").is_err());
 }
 
 /// In numbers that JSON allows, in numbers that options give, and where there are too many.

@@ -197,7 +197,6 @@ fn nothing_of_the_surface_is_farther_off_than_the_limit() {
             }
         }
     }
-    println!("{met} pictures, {points} points, {closest} of the limit at most");
     assert!(points > 30_000 && met >= 144, "{points} points in {met} pictures");
     // The bound isn't so safe that sides are wasted.
     assert!(closest > 0.3, "never more than {closest} of the limit");

@@ -170,6 +170,9 @@ fn check_level(args: &Args) -> Result<Outcome, CliError> {
     if let Some(model) = model {
         return Err(at(model, "a level is tested by its portals, not with --model"));
     }
+    if args.exact > 0 {
+        return Err(at(&args.file, "a level is tested by its portals, not with --exact"));
+    }
     let input = Input::read(&args.file)?;
     let rows = match (&args.rows, &input.bsp) {
         (Some(path), _) => {

@@ -1,6 +1,6 @@
 //! Beams through the hierarchy, from near to far, split where they must be.
 
-use super::clip::{Behind, Cutter, Point, Rest, middle};
+use super::clip::{Behind, Cutter, Point, Rest, SLIVER, middle};
 use super::frame::{Cell, Frame, Triangle, value};
 use super::tree::Tree;
 use super::{Seen, Witness};
@@ -14,6 +14,8 @@ const FEW: usize = 24;
 /// A beam with more triangles than this is left undecided. More: a million needles in one place take for ever. Fewer: fans
 /// about one corner stay undecided.
 const MOST: usize = 512;
+/// Parts of a beam, at most. More: long slivers that cross each other take for ever. Fewer: less is decided of a plain scene.
+const MOST_PARTS: usize = 1 << 22;
 /// Marks an item that is a triangle.
 const TRIANGLE: u32 = 1 << 31;
 const NONE: u32 = u32::MAX;
@@ -70,6 +72,8 @@ pub(super) struct Beams<'t> {
     undecided: Vec<u32>,
     /// Nodes of which everything is undecided.
     given_up: Vec<u32>,
+    /// Of the beam so far.
+    parts: usize,
     cutter: Cutter,
     /// Triangles of a part that is decided, and those of them that hide.
     listed: Vec<(f64, u32)>,
@@ -91,6 +95,7 @@ impl<'t> Beams<'t> {
             visible: Vec::new(),
             undecided: Vec::new(),
             given_up: Vec::new(),
+            parts: 0,
             cutter: Cutter::default(),
             listed: Vec::new(),
             hiding: Vec::new(),
@@ -101,6 +106,7 @@ impl<'t> Beams<'t> {
     /// Adds what is visible in a beam to what was seen before.
     pub fn look(&mut self, frame: Frame, splits: u32) {
         self.frame = frame;
+        self.parts = 0;
         if !self.tree.nodes.is_empty() {
             self.push_node(0, &Cell::ALL, &OPEN);
             self.part(Part { cell: Cell::ALL, splits, room: ROOM }, 0, OPEN);
@@ -114,7 +120,11 @@ impl<'t> Beams<'t> {
 
     /// What was seen; forgets it.
     pub fn seen(&mut self) -> Seen {
+        let mut is_open = vec![false; if self.given_up.is_empty() { 0 } else { self.tree.nodes.len() }];
         while let Some(n) = self.given_up.pop() {
+            if std::mem::replace(&mut is_open[n as usize], true) {
+                continue;
+            }
             let node = &self.tree.nodes[n as usize];
             if node.count == 0 {
                 self.given_up.extend([node.first, node.first + 1]);
@@ -293,9 +303,10 @@ impl<'t> Beams<'t> {
 
     /// Splits a part of a beam; or gives it up.
     fn split(&mut self, part: Part, start: usize, count: usize, blocked: Blocked) {
-        if part.splits == 0 || part.room > MOST {
+        if part.splits == 0 || part.room > MOST || self.parts > MOST_PARTS {
             return self.give_up(start);
         }
+        self.parts += 4;
         let end = self.items.len();
         let blockers = self.blockers.len();
         for cell in part.cell.quarters() {
@@ -421,6 +432,8 @@ impl<'t> Beams<'t> {
     fn decide_thin(&mut self, number: u32, cell: &Cell) {
         let triangle = &self.triangles[number as usize];
         let [u0, u1, v0, v1] = triangle.outline();
+        // What is narrower than a sliver counts as closed.
+        let [u0, u1, v0, v1] = [u0 - 4.0 * SLIVER, u1 + 4.0 * SLIVER, v0 - 4.0 * SLIVER, v1 + 4.0 * SLIVER];
         let around = Cell { u: [u0.max(cell.u[0]), u1.min(cell.u[1])], v: [v0.max(cell.v[0]), v1.min(cell.v[1])] };
         let behind = Behind::Thin(triangle, triangle.nearest(cell));
         let rest = self.cutter.cut(&around.corners(), &self.triangles, &self.hiding, behind, |_, _| {}, |_| true);

@@ -14,7 +14,7 @@ const CUTS: usize = 20_000;
 /// What is left of a picture and is narrower than this, in half widths of the beam, is rounding: where edges of neighbours
 /// meet at a corner, each is on the others' lines only to a multiple of 2^-53. Wider: slits are lost. Narrower: what is
 /// behind the seams of a wall stays undecided.
-const SLIVER: f64 = 1e-13;
+pub(super) const SLIVER: f64 = 1e-13;
 
 /// What became of a polygon.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -65,11 +65,6 @@ impl Seen {
         all.dedup();
         all
     }
-
-    /// Undecided triangles over visible ones; 0 where there are neither.
-    pub fn excess(&self) -> f64 {
-        self.undecided.len() as f64 / self.visible.len().max(1) as f64
-    }
 }
 
 /// A scene made ready for the judge.

@@ -38,11 +38,11 @@ pub struct TubeView {
 pub struct TubeErrors {
     /// Pixels that surfaces may be off.
     pub limit_px: f64,
-    /// Segments that are drawn.
+    /// Chords that are drawn.
     pub segments: f64,
     /// Triangles that are drawn.
     pub triangles: f64,
-    /// Segments for which 64 sides and all sections are too few.
+    /// Chords that are farther off than the limit.
     pub over: f64,
     /// Pixels of the point that is drawn farthest from its place.
     pub greatest_px: f64,
@@ -106,15 +106,15 @@ fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Pr
     let samples = if bands.is_empty() { 0 } else { SAMPLES };
     let sample = |_| {
         let chosen = random.below(bands.len());
-        let [from, to, number, _] = bands[chosen].0;
+        let ([from, to], number) = (bands[chosen].ends(), bands[chosen].tube());
         let tube = &tubes.tubes[number as usize];
-        let end = if to > from { to } else { tube.sections.end };
-        let segment = from + random.below((end - from) as usize) as u32;
-        let p = surface(tubes, tube, segment, random.unit(), TAU * random.unit());
+        let end = if to > from { to } else { f64::from(tube.sections.end) };
+        let at = from + (end - from) * random.unit();
+        let p = surface(tubes, tube, at as u32, at.fract(), TAU * random.unit());
         let at = pixel(view, p)?;
         // Beside a chord's end, the next one may be nearer.
         let around = &bands[chosen.saturating_sub(1)..(chosen + 2).min(bands.len())];
-        let drawn = around.iter().filter(|band| band.0[2] == number).flat_map(|band| band.triangles(tubes));
+        let drawn = around.iter().filter(|band| band.tube() == number).flat_map(|band| band.triangles(tubes));
         let near = drawn.map(|t| nearest(t.map(|p| tube.origin + p.as_dvec3()), p));
         let near = near.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))?;
         let [x, y] = project(view, near)?;

@@ -68,7 +68,7 @@ impl TubesFound {
         let mut out = format!(
             "<h2>Tubes</h2>\n<p>{}.</p>\n<p>Sections and sides are chosen by a limit in pixels, from {} views along the tour, for all tubes \
              on the screen. Points of the exact surface, hidden ones too, show how far it is from what is drawn. <em>Over</em> counts \
-             segments for which 64 sides and all sections are too few: those may be farther off.</p>\n<figure>\n{}</figure>\n",
+             chords that may be farther off, although they are as fine as can be.</p>\n<figure>\n{}</figure>\n",
             self.count,
             self.views,
             chart.html()

@@ -184,6 +184,11 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Whether there is nothing to see yet.
+    pub(super) fn is_empty(&self) -> bool {
+        self.meshes.is_empty()
+    }
+
     /// Gives tubes their triangles.
     fn finish_tubes(&mut self) -> Result<(), ImportError> {
         let segments = |added: &Added| added.tubes.tubes.iter().map(|tube| tube.segments().len()).sum::<usize>();
@@ -247,7 +252,7 @@ impl SceneBuilder {
             }
             let Added { mesh, glass, .. } = added;
             if tubes.sections.len() + added.tubes.sections.len() >= MOST_SECTIONS {
-                return Err(ImportError::TooLarge { limit: MOST_SECTIONS });
+                return Err(ImportError::Sections { limit: MOST_SECTIONS });
             }
             let first = tubes.append(added.tubes, -origin);
             for (k, part) in parts.into_iter().enumerate() {

@@ -80,6 +80,12 @@ pub enum ImportError {
     /// Nothing to see.
     #[error("no triangles in it")]
     Empty,
+    /// More sections of tubes than one scene can have.
+    #[error("more than {limit} sections of tubes; split the model, or import with --tubes never")]
+    Sections {
+        /// The limit.
+        limit: usize,
+    },
     /// More than [`super::ImportOptions::max_triangles`].
     #[error("more than {limit} triangles; raise the limit or split the model")]
     TooLarge {

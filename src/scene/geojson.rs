@@ -52,7 +52,7 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<S
         let line = Line { name, place, role: Role::Furnishing, points, closed: false, smooth: false, shape };
         made.add(&mut builder, &line)?;
     }
-    made.finish(&mut builder.source.notes)?;
+    made.finish(&mut builder)?;
     if others > 0 {
         builder.source.notes.push(format!("{others} features that are no lines left out"));
     }

@@ -391,7 +391,7 @@ impl<'a> Importer<'a> {
                 builder.source.notes.push(format!("{count} {what}"));
             }
         }
-        self.lines.finish(&mut builder.source.notes)?;
+        self.lines.finish(&mut builder)?;
         let morphed = self.document.meshes.iter().flat_map(|m| &m.primitives).filter(|p| !p.targets.is_empty()).count();
         if morphed > 0 {
             builder.source.notes.push(format!("{morphed} primitives taken without their morph targets"));

@@ -56,11 +56,12 @@ impl Lines {
         builder.add_tubes(short_name(line.name), line.role, tubes)
     }
 
-    /// Tells what there was, and what was odd. Fails where there are lines, but none has two different points.
-    pub fn finish(&self, notes: &mut Vec<String>) -> Result<(), ImportError> {
-        if let Some(place) = self.first_empty.as_ref().filter(|_| self.lines == 0) {
+    /// Tells what there was, and what was odd. Fails where a model has nothing but lines, and none has two different points.
+    pub fn finish(&self, builder: &mut SceneBuilder) -> Result<(), ImportError> {
+        if let Some(place) = self.first_empty.as_ref().filter(|_| builder.is_empty()) {
             return Err(malformed(place, TubeError::Points));
         }
+        let notes = &mut builder.source.notes;
         if self.lines > 0 {
             notes.push(format!("{} lines became tubes of {} sections", self.lines, self.sections));
         }

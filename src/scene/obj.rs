@@ -278,7 +278,6 @@ impl Reader {
             let role = Role::Furnishing;
             lines.add(builder, &Line { name, place: &place, role, points: &points, closed: false, smooth: false, shape })?;
         }
-        lines.finish(&mut builder.source.notes)?;
         let names = self.mesh_names();
         // Vertices are numbered over the whole file; a mesh takes those that it uses.
         for (((key, node), triangles), coordinates) in self.keys.iter().zip(names).zip(meshes).zip(looks) {
@@ -300,7 +299,7 @@ impl Reader {
             }
             builder.add(Mesh { node, role: Role::Unknown, opaque, positions, triangles })?;
         }
-        Ok(())
+        lines.finish(builder)
     }
 
     /// The texture coordinates of that number; zeros where there are none.

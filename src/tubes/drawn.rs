@@ -1,6 +1,6 @@
 //! What is drawn of a tube, as shaders do it: bands between two rings, of which corners are worked out by their number.
 
-use super::between::Ring;
+use super::between::{Ring, STEPS};
 use super::select::SIDES;
 use super::tube::Tubes;
 use glam::Vec3;
@@ -46,6 +46,11 @@ impl Band {
     /// The tube's number.
     pub fn tube(&self) -> u32 {
         self.0[2] & ((1 << TUBE_BITS) - 1)
+    }
+
+    /// Where both rings are along the tube: the number of a section, and the share of the way to the next.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.0[0], self.0[1]].map(|at| f64::from(at) / f64::from(STEPS))
     }
 
     /// Which rings it is between.

@@ -62,7 +62,7 @@ impl Part {
 
     fn count(&self, level: u32) -> u32 {
         let [start, end] = self.all();
-        (end - start).div_ceil(1 << level)
+        u64::from(end - start).div_ceil(1 << level) as u32
     }
 }
 

@@ -1,7 +1,7 @@
 //! How tubes are drawn in a frame: which chord replaces which segments, or which part of a segment, and how many sides each ring has, by pixels.
 //!
 //! Sides are those of a ring, not of a segment: the most that a segment needs which meets there, whoever draws that segment. So segments that
-//! meet have the same corners, and what is drawn of a segment doesn't depend on what else is drawn.
+//! meet have the same corners, and what is drawn of a segment doesn't depend on what else is drawn, unless that is too much for a frame.
 
 use super::between::{BITS, place_at, section};
 use super::drawn::{Band, Wall};
@@ -13,8 +13,8 @@ use std::ops::Range;
 
 /// Sides that a ring can have.
 pub const SIDES: [u32; 11] = [4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096];
-/// Triangles of a frame, at most: through a view of 179.9 degrees, all of a plant wants the finest rings that there are. Fewer: large plants are
-/// coarser than was asked. More: such a view fills the memory.
+/// Triangles of a frame, at most, beside eight for each segment or run: through a view of 179.9 degrees, all of a plant wants the finest rings that
+/// there are. Fewer: large plants are coarser than was asked. More: such a view fills the memory.
 const MOST_TRIANGLES: u64 = 1 << 23;
 /// How much farther off surfaces may be where they are more, and how often, at most: a million times.
 const COARSER: f64 = 4.0;
@@ -105,7 +105,7 @@ pub struct Chosen {
     pub segments: u64,
     /// Their triangles, with those that have no area, and those of caps and holes.
     pub triangles: u64,
-    /// Chords that are farther off than the limit: they have the most sides that there are, and are as short as can be.
+    /// Chords that may be farther off than the limit: finer ones there are not, or too many of them.
     pub over: u64,
 }
 
@@ -114,6 +114,8 @@ pub struct Chosen {
 pub struct Selection {
     bands: [Vec<Band>; SIDES.len()],
     chosen: Chosen,
+    /// Triangles that count against [`MOST_TRIANGLES`].
+    spent: u64,
     drawn: Vec<Drawn>,
     open: Vec<Run>,
 }
@@ -159,11 +161,12 @@ impl Selection {
     fn fits(&mut self, judge: &Judge<'_>, objects: impl Iterator<Item = (u32, Range<u32>)>, may_be_much: bool) -> bool {
         self.bands.iter_mut().for_each(Vec::clear);
         self.chosen = Chosen::default();
+        self.spent = 0;
         for (object, segments) in objects {
             for part in judge.runs.of(segments) {
                 judge.part(part, &mut self.open, &mut self.drawn);
                 self.add(judge, part, object);
-                if self.chosen.triangles > MOST_TRIANGLES && !may_be_much {
+                if self.spent > MOST_TRIANGLES && !may_be_much {
                     return false;
                 }
             }
@@ -200,7 +203,10 @@ impl Selection {
             let ends = [from, if to > last && to == end { section(tube, to >> BITS) << BITS } else { to }];
             let mut add = |wall: Wall, sides: [u8; 2]| {
                 self.bands[usize::from(sides[0].max(sides[1]))].push(Band::new(ends, part.tube, object, wall, sides));
-                self.chosen.triangles += u64::from(2 * SIDES[usize::from(sides[0].max(sides[1]))]);
+                let triangles = 2 * SIDES[usize::from(sides[0].max(sides[1]))];
+                self.chosen.triangles += u64::from(triangles);
+                let is_part = this.run.0 < BITS;
+                self.spent += u64::from(if is_part { triangles } else { triangles - 2 * SIDES[0] });
             };
             add(Wall::Outer, sides);
             if tube.inner > 0.0 {
@@ -265,9 +271,11 @@ impl Judge<'_> {
             return Verdict::Divided;
         }
         let left = most - error - radius * ROUNDING;
-        let need = SIDES.iter().position(|&sides| radius * (1.0 - (PI / f64::from(sides)).cos()) <= left);
+        // Where the chord itself is too far off, sides don't help.
+        let of_sides = if left > 0.0 { left } else { (1.0 - SHARE) * most };
+        let need = SIDES.iter().position(|&sides| radius * (1.0 - (PI / f64::from(sides)).cos()) <= of_sides);
         let last = SIDES.len() - 1;
-        Verdict::Drawn(Drawn { run, need: need.unwrap_or(last) as u8, is_over: need.is_none() })
+        Verdict::Drawn(Drawn { run, need: need.unwrap_or(last) as u8, is_over: need.is_none() || left <= 0.0 })
     }
 
     /// What the segment before a part needs, whoever draws it.

@@ -109,6 +109,9 @@ pub enum CheckError {
     /// The file's tables don't fit each other.
     #[error("{0}; bake again")]
     Inconsistent(String),
+    /// There are no rows to hold against anything.
+    #[error("has no object rows: every cell sees every object, so that nothing can be missing")]
+    NoRows,
 }
 
 /// Fractions of a view.

@@ -230,7 +230,7 @@ fn pixels_are_those_of_the_bands() {
         let scene = &building.scene;
         let selection = &stage.pipes.as_ref().unwrap().drawn.selection;
         let mut triangles = Vec::new();
-        let is_within = |band: &enfilade::tubes::Band| band.0[..2].iter().any(|at| at % 64 != 0);
+        let is_within = |band: &enfilade::tubes::Band| band.ends().iter().any(|at| at.fract() > 0.0);
         if angle < 1.0 {
             assert!((0..SIDES.len()).flat_map(|sides| selection.bands(sides)).any(is_within), "from {eye}");
         }

@@ -45,9 +45,13 @@ fn section_place(i: u32) -> vec3f {
     return bitcast<vec3f>(sections[i].xyz);
 }
 
-fn unit(v: vec3f) -> vec3f {
+fn unit_or(v: vec3f, other: vec3f) -> vec3f {
     let size = length(v);
-    return select(vec3f(1.0, 0.0, 0.0), v / size, size > 0.0);
+    return select(other, v / size, size > 0.0);
+}
+
+fn unit(v: vec3f) -> vec3f {
+    return unit_or(v, vec3f(1.0, 0.0, 0.0));
 }
 
 // The tangent of a section between two others.
@@ -136,15 +140,16 @@ fn ring_between(i: u32, step: u32, tube: Tube) -> Ring {
     let close = ring_at(select(i + 1u, tube.first, i + 1u == tube.end), tube);
     let chord = close.place - begin.place;
     let size = length(chord);
-    let along = select(begin.tangent, chord / size, size > 0.0);
+    let along = unit_or(chord, begin.tangent);
     let b = begin.place + begin.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(begin.tangent, along), 0.0)));
     let c = close.place - close.tangent * (size * 2.0 / 3.0 / (1.0 + max(dot(close.tangent, along), 0.0)));
     let share = f32(step) / 64.0;
     let bc = mix(b, c, share);
     let first = mix(mix(begin.place, b, share), bc, share);
     let last = mix(bc, mix(c, close.place, share), share);
-    let t = unit(last - first);
-    let x = unit(mix(carried(begin.axes[0], begin.tangent, t), carried(close.axes[0], close.tangent, t), share));
+    let t = unit_or(last - first, begin.tangent);
+    let a = carried(begin.axes[0], begin.tangent, t);
+    let x = unit_or(mix(a, carried(close.axes[0], close.tangent, t), share), a);
     return Ring(mix(first, last, share), t, mat2x3f(x, cross(t, x)), mix(begin.radius, close.radius, share));
 }
 
