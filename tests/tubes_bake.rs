@@ -90,6 +90,9 @@ fn rows_of_pipes_are_those_of_their_meshes() {
     assert!(report.passed && report.missed_pairs == 0, "{:?}", report.examples);
 }
 
+/// What it reads, and how.
+type Reader<'r> = (&'r str, &'r (dyn Fn(&ImportOptions) -> Scene + Sync));
+
 /// Tubes of each reader of lines, and what a bake makes of them: the same on one thread and on two.
 #[test]
 fn tubes_are_the_same_on_any_number_of_threads() {
@@ -107,7 +110,7 @@ fn tubes_are_the_same_on_any_number_of_threads() {
     }
     let pipes = generate(Kind::Pipes { sections: 5_000 }, 1).unwrap().glb;
     let office = generate(Kind::Office { rooms: 6, storeys: Some(1), furnished: false }, 1).unwrap().glb;
-    let read: [(&str, &(dyn Fn(&ImportOptions) -> Scene + Sync)); 4] = [
+    let read: [Reader<'_>; 4] = [
         ("GeoJSON", &|options| geojson::from_slice(mains.as_bytes(), "mains", options).unwrap()),
         ("OBJ", &|options| obj::from_slice(lines.as_bytes(), "lines", None, options).unwrap()),
         ("pipes", &|options| gltf::from_slice(&pipes, "pipes", None, options).unwrap()),
