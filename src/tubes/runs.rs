@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1.0 + 1e-6;
 const STRAYS: f64 = 1.01;
 
 /// Runs of the segments of some objects. Those of a level are twice as long as those of the level below, from the first segment of an object
-/// in a tube on; the last one is of what is left. At the level [`BITS`] they are segments, below it parts of them.
+/// in a tube on; the last one is of what is left. At the sixth level they are segments, below it parts of them.
 #[derive(Clone, Debug, Default)]
 pub struct Runs {
     /// In the order of their segments.
