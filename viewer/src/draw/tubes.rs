@@ -1,10 +1,10 @@
-//! Tubes on the graphics processor: sections of 16 bytes, and the bands of a frame, whose corners the shader works out by their number. Any
-//! shader of the scene can draw them: `tubes.wgsl` stands in the place of `geometry.wgsl`.
+//! Tubes on the graphics processor: sections of 16 bytes, and the bands of a frame. Each ring of a band is worked out once (`rings.wgsl`), and
+//! corners from it (`tubes.wgsl`), which triangles share. Any shader of the scene can draw them: `tubes.wgsl` stands in the place of `geometry.wgsl`.
 //!
 //! Based on: the thesis' tubes of discrete curves, whose triangles are made as they are drawn; Persson 2012 (thin things a pixel wide, by their
 //! weight). What differs: no tessellation stage, sides of a ring, not of a patch, by a bound in pixels; weight in place of width.
 
-use super::pipelines::{Eye, ITEMS, NEAR, Pipelines, Recipe, depth_state, shader};
+use super::pipelines::{self, Eye, ITEMS, NEAR, Pipelines, Recipe, depth_state, shader};
 use super::targets::Targets;
 use crate::building::Building;
 use crate::settings::TUBE_PIXELS;
@@ -21,12 +21,17 @@ use wgpu::{BlendState, BufferUsages, CompareFunction, ShaderStages, TextureForma
 /// Bytes of a tube, and of what comes before the bands.
 const TUBE: usize = 32;
 const HEAD: usize = 64;
-/// Bytes of a band.
+/// Bytes of a band, and of its two rings.
 const BAND: usize = 16;
-/// Corners of a side.
-const CORNERS: u32 = 6;
-/// Corners of a draw on a software driver, which takes long over large draws of which anything is clipped; three times a power of two.
-const SOFTWARE: u32 = 3072;
+const RINGS: usize = 96;
+/// Rings of a workgroup, and workgroups in a row.
+const GROUP: u32 = 64;
+const ROW: u32 = 65_535;
+/// The lower bits of a corner's number: which one it is of those with as many sides. The upper ones: which number of sides that is.
+const OF_BUCKET: u32 = 27;
+/// Corners of a draw; on a software driver, which takes long over large draws of which anything is clipped.
+const DRAWN: u32 = 8192;
+const DRAWN_BY_SOFTWARE: u32 = 1024;
 /// Bands that a list has room for at first.
 const ROOM: usize = 256;
 /// Bytes of a triangle of a mesh whose places aren't shared: three of 12, and three numbers.
@@ -70,12 +75,13 @@ impl Default for Look {
 pub struct List {
     /// What was chosen.
     pub selection: Selection,
-    buffer: wgpu::Buffer,
-    group: wgpu::BindGroup,
+    bands: wgpu::Buffer,
+    /// What the rings are worked out by, and what is drawn.
+    groups: [wgpu::BindGroup; 2],
     words: Vec<u32>,
-    corners: u32,
-    /// Corners of a draw, at most.
-    most: u32,
+    /// By number of sides: how many bands there are.
+    counts: [u32; SIDES.len()],
+    triangles: Triangles,
 }
 
 /// Tubes of a scene.
@@ -107,12 +113,43 @@ pub struct Pipes {
 
 /// What lists of bands are made of.
 pub struct Source {
-    /// What binds it, with a list.
+    /// What binds a list that is drawn.
     pub layout: wgpu::BindGroupLayout,
     runs: Runs,
+    /// Works out the rings of a list.
+    rings: wgpu::ComputePipeline,
+    of_rings: wgpu::BindGroupLayout,
+    triangles: Triangles,
     sections: wgpu::Buffer,
     tubes: wgpu::Buffer,
     materials: wgpu::Buffer,
+}
+
+/// Triangles of bands: numbers of corners, which they share.
+#[derive(Clone)]
+struct Triangles {
+    buffer: wgpu::Buffer,
+    /// By number of sides: the first of its numbers, and bands of a draw.
+    of_sides: [(u32, u32); SIDES.len()],
+}
+
+impl Triangles {
+    fn new(gpu: &Gpu) -> Self {
+        let most = if gpu.is_software { DRAWN_BY_SOFTWARE } else { DRAWN };
+        let mut numbers: Vec<u16> = Vec::new();
+        let of_sides = SIDES.map(|sides| {
+            let (first, bands) = (numbers.len() as u32, (most / (2 * sides)).max(1));
+            for band in 0..bands {
+                let corner = |ring, side| (2 * sides * band + sides * ring + side % sides) as u16;
+                let side =
+                    |k| [corner(0, k), corner(0, k + 1), corner(1, k), corner(1, k), corner(0, k + 1), corner(1, k + 1)];
+                numbers.extend((0..sides).flat_map(side));
+            }
+            (first, bands)
+        });
+        let words: Vec<u32> = numbers.as_chunks().0.iter().map(|&[a, b]| u32::from(a) | u32::from(b) << 16).collect();
+        Self { buffer: gpu.filled(&words, BufferUsages::INDEX), of_sides }
+    }
 }
 
 impl Pipes {
@@ -142,8 +179,23 @@ impl Pipes {
         let [sections, of_tubes, materials] = [&sections[..], &of_tubes(scene), &materials].map(filled);
         let bytes = sections.size() + of_tubes.size();
         let segments = objects.iter().map(|o| scene.objects[o.index()].segments.clone());
-        let source = Source { runs: Runs::new(tubes, segments), layout: layout(gpu), sections, tubes: of_tubes, materials };
-        let text = concat!(include_str!("tubes.wgsl"), include_str!("scene.wgsl"), include_str!("tubes_plain.wgsl"));
+        let of_rings = layout(gpu, ShaderStages::COMPUTE, &[true, true, true, false]);
+        let source = Source {
+            layout: layout(gpu, ShaderStages::VERTEX, &[true; 3]),
+            runs: Runs::new(tubes, segments),
+            rings: rings(gpu, &of_rings),
+            of_rings,
+            triangles: Triangles::new(gpu),
+            sections,
+            tubes: of_tubes,
+            materials,
+        };
+        let text = concat!(
+            include_str!("bands.wgsl"),
+            include_str!("tubes.wgsl"),
+            include_str!("scene.wgsl"),
+            include_str!("tubes_plain.wgsl")
+        );
         let module = shader(gpu, text);
         let groups = [Some(&pipelines.layout), None, Some(&source.layout)];
         let pipeline = |corner, pixel, target: wgpu::ColorTargetState| {
@@ -227,7 +279,7 @@ impl Pipes {
     }
 
     fn draw_by(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, pipeline: &wgpu::RenderPipeline, list: &List) {
-        if list.corners > 0 {
+        if list.counts.iter().any(|&bands| bands > 0) {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &eye.group, &[]);
             list.draw(pass);
@@ -254,11 +306,9 @@ impl At {
 impl List {
     /// An empty one.
     pub fn new(gpu: &Gpu, source: &Source) -> Self {
-        let bytes = (HEAD + BAND * ROOM) as u64;
-        let buffer = gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
-        let group = group(gpu, source, &buffer);
-        let most = if gpu.is_software { SOFTWARE } else { u32::MAX };
-        Self { selection: Selection::default(), buffer, group, words: Vec::new(), corners: 0, most }
+        let (bands, groups) = room(gpu, source, ROOM);
+        let triangles = source.triangles.clone();
+        Self { selection: Selection::default(), bands, groups, words: Vec::new(), counts: [0; _], triangles }
     }
 
     /// Fills it with what is drawn of those objects that are tubes.
@@ -283,45 +333,56 @@ impl List {
 
     /// Draws it, in a pass that has a pipeline and a camera.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        if self.corners > 0 {
-            pass.set_bind_group(2, &self.group, &[]);
-            let starts = (0..self.corners).step_by(self.most as usize);
-            starts.for_each(|start| pass.draw(start..self.corners.min(start.saturating_add(self.most)), 0..1));
+        pass.set_bind_group(2, &self.groups[1], &[]);
+        pass.set_index_buffer(self.triangles.buffer.slice(..), wgpu::IndexFormat::Uint16);
+        for (k, &bands) in self.counts.iter().enumerate() {
+            let (first, most) = self.triangles.of_sides[k];
+            for start in (0..bands).step_by(most as usize) {
+                let indices = 6 * SIDES[k] * most.min(bands - start);
+                let base = ((k as u32) << OF_BUCKET) | (2 * SIDES[k] * start);
+                pass.draw_indexed(first..first + indices, base as i32, 0..1);
+            }
         }
     }
 
-    /// Puts what was chosen on the device; of more than it holds, those with the fewest sides.
+    /// Puts what was chosen on the device, and works out its rings; of more than it holds, those with the fewest sides.
     fn upload(&mut self, gpu: &Gpu, source: &Source, at: &At) {
-        let most = (gpu.most() as usize).saturating_sub(HEAD) / BAND;
+        let most = (gpu.most() as usize).saturating_sub(HEAD) / RINGS;
         self.words.clear();
         self.words.resize(HEAD / 4, 0);
-        let (mut corners, mut room) = (0u32, most);
+        let mut bands = 0;
         for (k, sides) in SIDES.into_iter().enumerate() {
-            let a_band = CORNERS * sides;
-            let bands = self.selection.bands(k);
-            let bands = &bands[..bands.len().min(room).min(((u32::MAX - corners) / a_band) as usize)];
-            self.words.extend(bands.iter().flat_map(|band| band.0));
-            room -= bands.len();
-            corners += a_band * bands.len() as u32;
-            if k + 1 < SIDES.len() {
-                self.words[k] = corners;
-            }
+            let chosen = self.selection.bands(k);
+            let chosen = &chosen[..chosen.len().min(most - bands).min(((1 << OF_BUCKET) / (2 * sides)) as usize)];
+            self.words.extend(chosen.iter().flat_map(|band| band.0));
+            self.words[k] = bands as u32;
+            self.counts[k] = chosen.len() as u32;
+            bands += chosen.len();
+        }
+        if bands == 0 {
+            return;
         }
         let Look { thin, most, shows_sides, .. } = at.look;
-        self.words[12..HEAD / 4].copy_from_slice(&[
+        self.words[11..HEAD / 4].copy_from_slice(&[
+            bands as u32,
             thin as u32,
             u32::from(shows_sides),
             at.focal.to_bits(),
             (most as f32).to_bits(),
         ]);
-        self.corners = corners;
-        let bytes = 4 * self.words.len() as u64;
-        if self.buffer.size() < bytes {
-            let room = bytes.next_power_of_two().min(gpu.most());
-            self.buffer = gpu.buffer(room.max(bytes), BufferUsages::STORAGE | BufferUsages::COPY_DST);
-            self.group = group(gpu, source, &self.buffer);
+        if self.bands.size() < 4 * self.words.len() as u64 {
+            let most = (gpu.most() as usize - HEAD) / RINGS;
+            (self.bands, self.groups) = room(gpu, source, bands.next_power_of_two().min(most));
         }
-        gpu.queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.words));
+        gpu.queue.write_buffer(&self.bands, 0, bytemuck::cast_slice(&self.words));
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        let mut pass = commands.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&source.rings);
+        pass.set_bind_group(0, &self.groups[0], &[]);
+        let groups = (2 * bands as u32).div_ceil(GROUP);
+        pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
+        drop(pass);
+        gpu.queue.submit([commands.finish()]);
     }
 }
 
@@ -348,19 +409,41 @@ fn of_mesh(scene: &Scene, tube: &Tube) -> u64 {
     walls + u64::from(if tube.capped && !tube.closed { 2 * cap } else { 0 })
 }
 
-fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let ty = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Storage { read_only: true },
-        has_dynamic_offset: false,
-        min_binding_size: None,
+/// Buffers that a stage reads, or writes.
+fn layout(gpu: &Gpu, visibility: ShaderStages, are_read_only: &[bool]) -> wgpu::BindGroupLayout {
+    let entry = |(binding, &read_only)| {
+        let ty = wgpu::BufferBindingType::Storage { read_only };
+        let ty = wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+        wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
     };
-    let entry = |binding| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX, ty, count: None };
-    let entries = [0, 1, 2, 3].map(entry);
+    let entries: Vec<_> = (0..).zip(are_read_only).map(entry).collect();
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-fn group(gpu: &Gpu, source: &Source, list: &wgpu::Buffer) -> wgpu::BindGroup {
-    let buffers = [&source.sections, &source.tubes, list, &source.materials].map(wgpu::Buffer::as_entire_binding);
-    let entries: Vec<_> = (0..).zip(buffers).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &source.layout, entries: &entries })
+fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// What works out rings.
+fn rings(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::ComputePipeline {
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&pipelines::layout(gpu, &[Some(layout)])),
+        module: &shader(gpu, concat!(include_str!("bands.wgsl"), include_str!("rings.wgsl"))),
+        entry_point: Some("ring"),
+        compilation_options: Default::default(),
+        cache: None,
+    })
+}
+
+/// A buffer for so many bands, with what binds it and its rings.
+fn room(gpu: &Gpu, source: &Source, bands: usize) -> (wgpu::Buffer, [wgpu::BindGroup; 2]) {
+    let list = gpu.buffer((HEAD + BAND * bands) as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+    let rings = gpu.buffer((RINGS * bands) as u64, BufferUsages::STORAGE);
+    let of_rings = group(gpu, &source.of_rings, &[&source.sections, &source.tubes, &list, &rings]);
+    let drawn = group(gpu, &source.layout, &[&rings, &list, &source.materials]);
+    (list, [of_rings, drawn])
 }

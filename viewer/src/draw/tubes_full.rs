@@ -27,7 +27,12 @@ impl TubesInSun {
         [layout, of_sun]: [&wgpu::BindGroupLayout; 2],
         format: TextureFormat,
     ) -> Self {
-        let source = concat!(include_str!("tubes.wgsl"), include_str!("full.wgsl"), include_str!("tubes_full.wgsl"));
+        let source = concat!(
+            include_str!("bands.wgsl"),
+            include_str!("tubes.wgsl"),
+            include_str!("full.wgsl"),
+            include_str!("tubes_full.wgsl")
+        );
         let module = shader(gpu, source);
         let groups = [Some(&pipelines.layout), Some(layout), Some(&pipes.source.layout)];
         let solid = |samples| {
