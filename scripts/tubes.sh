@@ -12,8 +12,8 @@ bench() { target/release/enfilade-viewer "$@" --bench --mode frustum --size 960x
 
 # Three paths: through the middle along the longest side, over it, and away until pipes of RADIUS are 0.02 pixels wide.
 flights() {
-  "$enfilade" dump "$1" --obj "$out/scene.obj" >/dev/null
-  python3 - "$out/scene.obj" "$out" "$2" <<'PY'
+  "$enfilade" dump "$1" --model "$2" --obj "$out/scene.obj" >/dev/null
+  python3 - "$out/scene.obj" "$out" "$3" <<'PY'
 import json, math, sys
 lines = (line.split() for line in open(sys.argv[1]) if line.startswith("v "))
 points = [[float(x) for x in line[1:4]] for line in lines]
@@ -61,9 +61,11 @@ for sections in 170 1700 3300 8300 17000 33000; do
   done
   echo "$row" | tee -a "$out/sizes.txt"
 done
-for model in "$@"; do
-  flights "$model" "${RADIUS:-0.1}"
+rm -f "$out/flights.txt"
+while [ $# -gt 1 ]; do
+  flights "$1" "$2" "${RADIUS:-0.1}"
   for flight in along over away; do
-    echo "$model $flight $(bench "$model" --path "$out/$flight.path.json")" | tee -a "$out/flights.txt"
+    echo "$1 $flight $(bench "$1" --model "$2" --path "$out/$flight.path.json")" | tee -a "$out/flights.txt"
   done
+  shift 2
 done

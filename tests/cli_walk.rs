@@ -44,6 +44,35 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     assert!(std::fs::read(pictures.join("frame_00000_both.png")).unwrap().starts_with(b"\x89PNG"));
 }
 
+/// The exact judge misses no pixel, although it draws none; it keeps no more than portals and rows do, and no less than pixels show.
+#[test]
+fn an_exact_walk_keeps_what_shows_and_no_more_than_others() {
+    let folder = folder("exact");
+    let (model, file) = maze(&folder);
+    let words = ["walk", text(&file), "--model", text(&model), "--size", "96x54", "--every", "5", "--mode", "both"];
+    let out = run_words(&[&words[..], &["--mode", "exact", "--verify-pixels", "--json"]].concat());
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    let out = String::from_utf8(out.stdout).unwrap();
+    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let (frames, summaries) = lines.split_at(lines.len() - 2);
+    let number = |line: &Value, key: &str| line[key].as_u64().unwrap_or_else(|| panic!("no {key} in {line}"));
+    let mut fewer = 0;
+    for pair in frames.chunks(2) {
+        let [both, exact] = pair else { panic!("a line a mode") };
+        assert_eq!((&both["mode"], &exact["mode"]), (&"both".into(), &"exact".into()));
+        assert!(number(exact, "triangles") <= number(both, "triangles") && number(exact, "visible_triangles") > 0);
+        assert!(number(exact, "visible_triangles") + number(exact, "undecided_triangles") <= number(exact, "triangles"));
+        assert_eq!((number(exact, "missed_pixels"), both.get("visible_triangles")), (0, None));
+        fewer += usize::from(number(exact, "triangles") < number(both, "triangles"));
+    }
+    assert!(fewer > 0, "rows promise more than what is visible from one eye");
+    let [both, exact] = [&summaries[0]["summary"], &summaries[1]["summary"]];
+    let mean = |summary: &Value, key: &str| summary[key].as_f64().unwrap();
+    assert!(mean(exact, "triangles_mean") >= mean(exact, "exact_triangles_mean"));
+    assert!(mean(exact, "triangles_mean") < mean(both, "triangles_mean"));
+    assert!(mean(exact, "visible_triangles_mean") > 0.0);
+}
+
 /// What `bake` and `info` expect is what `walk` then draws.
 #[test]
 fn the_expected_draw_is_that_of_the_walk() {

@@ -19,7 +19,7 @@ const MAY_USE: [(&str, &[&str]); 17] = [
     (WRITERS, &["file", "scene", "cells", "pvs"]),
     ("bake", &["scene", "cells", "pvs", "file", "runtime"]),
     ("proof", &["scene", "cells", "pvs", "file"]),
-    ("walkthrough", &["scene", "file", "occlusion", "runtime"]),
+    ("walkthrough", &["scene", "file", "occlusion", "runtime", "exact"]),
     ("verify", &["scene", "file", "exact", "walkthrough::path", "level::Level"]),
     ("pages", &["scene", "file", "verify", "terrain"]),
     ("generate", &["scene::Role", "scene::gltf"]),

@@ -231,6 +231,8 @@ fn a_page_tells_how_wrong_tubes_are_drawn() {
         assert!(mean > 0.0 && mean < limit && mean < greatest && samples > 500.0, "{row:?}");
         assert!(greatest <= limit || over > 0.0, "{row:?}");
         assert!((error["greatest_px"].as_f64().unwrap() - greatest).abs() < 1e-4, "{row:?}");
+        let [worst, mean, thin] = [7, 8, 9].map(|k| row[k]);
+        assert!(thin > 10.0 && mean > 0.0 && mean <= worst.abs() && mean < 0.05, "{row:?}");
     }
     for pair in rows.windows(2) {
         assert!(pair[1][1] <= pair[0][1] && pair[1][2] < pair[0][2], "a coarser limit takes more: {pair:?}");

@@ -8,6 +8,7 @@ use enfilade::runtime::Narrowing;
 use enfilade::scene::import;
 use enfilade::tubes::usual_sides;
 use enfilade::verify::random_path;
+use enfilade::walkthrough::mode::WalkMode;
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::tour::tour;
 use enfilade::walkthrough::walk::{FrameLine, Summary, WalkOptions, walk};
@@ -31,7 +32,8 @@ pub struct Args {
     /// Instead of a path, so many random views.
     #[arg(long, conflicts_with = "path", value_parser = clap::value_parser!(u32).range(1..=100_000), value_name = "N")]
     random: Option<u32>,
-    /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto, or all of them; may be given several times.
+    /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto, or all of these; or exact: what is visible, and no more, at
+    /// milliseconds a frame. May be given several times.
     #[arg(long = "mode", default_value = "both")]
     modes: Vec<String>,
     /// Put a picture of every frame into this folder; frames are compared as with --verify-pixels.
@@ -146,18 +148,21 @@ fn prose(s: &Summary, all_triangles: usize) -> String {
     if let Some(frame) = s.frame_us_median {
         line += &format!(", {frame:.0} us with drawing, {:.0} queries", s.queries_mean);
     }
+    if let (Some(visible), Some(undecided)) = (s.visible_triangles_mean, s.undecided_triangles_mean) {
+        line += &format!(", {visible:.0} visible triangles, {undecided:.1} undecided");
+    }
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
         line += &format!(", {missed} missed pixels, {cracks} at cracks, {exact:.0} triangles really visible");
     }
     line
 }
 
-/// Modes by name, each once, in the order given; `all` stands for all.
-fn modes(names: &[String]) -> Result<Vec<FrameMode>, CliError> {
+/// Modes by name, each once, in the order given; `all` stands for all but `exact`.
+fn modes(names: &[String]) -> Result<Vec<WalkMode>, CliError> {
     let mut modes = Vec::new();
     for name in names {
         let named = match name.as_str() {
-            "all" => FrameMode::ALL.to_vec(),
+            "all" => FrameMode::ALL.map(WalkMode::from).to_vec(),
             name => vec![name.parse().map_err(|e| CliError(format!("--mode: {e}")))?],
         };
         for mode in named {
@@ -187,8 +192,8 @@ mod tests {
             assert!(size(bad).is_err(), "{bad}");
         }
         let names = |names: &[&str]| modes(&names.iter().map(|s| s.to_string()).collect::<Vec<_>>());
-        let read: Vec<&str> = names(&["both", "all", "pvs"]).unwrap().into_iter().map(FrameMode::name).collect();
-        assert_eq!(read, ["both", "none", "frustum", "portals", "pvs", "chc", "chc++", "auto"]);
+        let read: Vec<&str> = names(&["both", "all", "exact", "pvs"]).unwrap().into_iter().map(WalkMode::name).collect();
+        assert_eq!(read, ["both", "none", "frustum", "portals", "pvs", "chc", "chc++", "auto", "exact"]);
         assert!(names(&["CHC"]).unwrap_err().to_string().contains("no mode"));
     }
 }

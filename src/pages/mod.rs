@@ -11,5 +11,6 @@ pub mod splits;
 pub mod storeys;
 pub mod tiers;
 mod tube_errors;
+mod tube_weights;
 pub mod tubes;
 pub mod undecided;

@@ -3,6 +3,7 @@
 //! Between two sections, the surface is that of a tube along the arc which has their tangents: exact for lines and arcs; for splines within what
 //! importers ask for.
 
+use super::tube_weights::weight_error;
 use crate::random::Prng;
 use crate::scene::Scene;
 use crate::tubes::{Band, Runs, SIDES, Selection, Tube, Tubes, View, Wall, part};
@@ -50,6 +51,13 @@ pub struct TubeErrors {
     pub mean_px: f64,
     /// Points that were looked at, of surfaces of tubes on the screen, hidden ones counted.
     pub samples: u64,
+    /// What is drawn of the worst point of a tube thinner than a pixel, over what there is, less 1: the viewer draws these a pixel wide, by
+    /// their weight.
+    pub greatest_weight: f64,
+    /// The same without its sign, in the mean over such points.
+    pub mean_weight: f64,
+    /// How many of these there were.
+    pub thin_samples: u64,
     /// Seconds of choosing.
     pub seconds: f64,
 }
@@ -72,6 +80,9 @@ pub fn measure(scene: &Scene, views: &[TubeView], seed: u64) -> Vec<TubeErrors> 
             greatest_px: 0.0,
             mean_px: 0.0,
             samples: 0,
+            greatest_weight: 0.0,
+            mean_weight: 0.0,
+            thin_samples: 0,
             seconds: 0.0,
         };
         for view in views {
@@ -86,20 +97,28 @@ pub fn measure(scene: &Scene, views: &[TubeView], seed: u64) -> Vec<TubeErrors> 
             found.segments += chosen.segments as f64 / count;
             found.triangles += chosen.triangles as f64 / count;
             found.over += chosen.over as f64 / count;
-            for pixels in errors(tubes, view, &selection, &mut random) {
+            for (pixels, weight) in errors(tubes, view, &selection, &mut random) {
                 found.greatest_px = found.greatest_px.max(pixels);
                 found.mean_px += pixels;
                 found.samples += 1;
+                if let Some(weight) = weight {
+                    if weight.abs() > found.greatest_weight.abs() {
+                        found.greatest_weight = weight;
+                    }
+                    found.mean_weight += weight.abs();
+                    found.thin_samples += 1;
+                }
             }
         }
+        found.mean_weight /= (found.thin_samples as f64).max(1.0);
         found.mean_px /= (found.samples as f64).max(1.0);
         found
     };
     LIMITS.map(of).to_vec()
 }
 
-/// Pixels between points by chance and what is drawn of their surface.
-fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Prng) -> Vec<f64> {
+/// Pixels between points by chance and what is drawn of their surface, and the [`weight_error`] there.
+fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Prng) -> Vec<(f64, Option<f64>)> {
     let outer = |band: &&Band| band.wall() == Wall::Outer;
     let mut bands: Vec<Band> = (0..SIDES.len()).flat_map(|sides| selection.bands(sides)).filter(outer).copied().collect();
     bands.sort_by_key(|band| band.0[0]);
@@ -109,8 +128,10 @@ fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Pr
         let ([from, to], number) = (bands[chosen].ends(), bands[chosen].tube());
         let tube = &tubes.tubes[number as usize];
         let end = if to > from { to } else { f64::from(tube.sections.end) };
-        let at = from + (end - from) * random.unit();
-        let p = surface(tubes, tube, at as u32, at.fract(), TAU * random.unit());
+        let share = random.unit();
+        let along = from + (end - from) * share;
+        let ring = ring(tubes, tube, along as u32, along.fract());
+        let p = ring.point(TAU * random.unit());
         let at = pixel(view, p)?;
         // Beside a chord's end, the next one may be nearer.
         let around = &bands[chosen.saturating_sub(1)..(chosen + 2).min(bands.len())];
@@ -118,13 +139,28 @@ fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Pr
         let near = drawn.map(|t| nearest(t.map(|p| tube.origin + p.as_dvec3()), p));
         let near = near.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))?;
         let [x, y] = project(view, near)?;
-        Some((x - at[0]).hypot(y - at[1]))
+        let weight = weight_error(tubes, view, (&bands[chosen], share), (ring.place, ring.radius));
+        Some(((x - at[0]).hypot(y - at[1]), weight))
     };
     (0..samples).filter_map(sample).collect()
 }
 
-/// A point of a tube's surface: of a segment, at a share of it, at an angle.
-fn surface(tubes: &Tubes, tube: &Tube, segment: u32, share: f64, angle: f64) -> DVec3 {
+/// A ring of the exact surface, metres relative to the scene's origin.
+struct ExactRing {
+    place: DVec3,
+    axes: [DVec3; 2],
+    radius: f64,
+}
+
+impl ExactRing {
+    /// The point at an angle, radians.
+    fn point(&self, angle: f64) -> DVec3 {
+        self.place + self.radius * (angle.cos() * self.axes[0] + angle.sin() * self.axes[1])
+    }
+}
+
+/// That of a tube, of a segment, at a share of it.
+fn ring(tubes: &Tubes, tube: &Tube, segment: u32, share: f64) -> ExactRing {
     let rings = part(tubes, &Tube { capped: false, inner: 0.0, ..tube.clone() }, segment..segment + 1, 4);
     let ring = |first: usize| {
         let corner = |k: usize| tube.origin + rings.positions[first + k].as_dvec3();
@@ -142,7 +178,7 @@ fn surface(tubes: &Tubes, tube: &Tube, segment: u32, share: f64, angle: f64) -> 
     let (place, along) = (last[0].lerp(last[1], share), (last[1] - last[0]).normalize_or(from));
     let radius = x.length();
     let x = x.reject_from_normalized(along).normalize_or_zero();
-    place + radius * (angle.cos() * x + angle.sin() * along.cross(x))
+    ExactRing { place, axes: [x, along.cross(x)], radius }
 }
 
 /// The point of a triangle that is nearest to another point.
@@ -189,7 +225,8 @@ mod tests {
         tubes.curve(&pieces, false, shape, 1e-2, &mut Counts::default()).unwrap();
         let (tube, mut random) = (&tubes.tubes[0], Prng::new(1, 0));
         for k in 0..600u32 {
-            let p = surface(&tubes, tube, k % tube.segments().len() as u32, random.unit(), TAU * random.unit());
+            let ring = ring(&tubes, tube, k % tube.segments().len() as u32, random.unit());
+            let p = ring.point(TAU * random.unit());
             let off = if p.x < 2.0 { p.y.hypot(p.z) } else { ((p - arc.middle).with_y(0.0).length() - 0.5).hypot(p.y) };
             assert!((off - 0.125).abs() < 1e-5, "{p} is {off} m from the curve");
         }

@@ -22,11 +22,11 @@ pub struct TubesFound {
 impl TubesFound {
     /// A table: a line a limit.
     pub fn csv(&self) -> String {
-        let mut out = "limit_px,segments,triangles,over,greatest_px,mean_px,samples,microseconds\n".to_owned();
+        let mut out = "limit_px,segments,triangles,over,greatest_px,mean_px,samples,greatest_weight,mean_weight,thin_samples,microseconds\n".to_owned();
         for e in &self.errors {
             let _ = writeln!(
                 out,
-                "{},{:.1},{:.1},{:.1},{:.4},{:.5},{},{:.1}",
+                "{},{:.1},{:.1},{:.1},{:.4},{:.5},{},{:.4},{:.5},{},{:.1}",
                 e.limit_px,
                 e.segments,
                 e.triangles,
@@ -34,6 +34,9 @@ impl TubesFound {
                 e.greatest_px,
                 e.mean_px,
                 e.samples,
+                e.greatest_weight,
+                e.mean_weight,
+                e.thin_samples,
                 e.seconds * 1e6
             );
         }
@@ -68,13 +71,26 @@ impl TubesFound {
         let mut out = format!(
             "<h2>Tubes</h2>\n<p>{}.</p>\n<p>Sections and sides are chosen by a limit in pixels, from {} views along the tour, for all tubes \
              on the screen. Points of the exact surface, hidden ones too, show how far it is from what is drawn. <em>Over</em> counts \
-             chords that may be farther off, although they are as fine as can be.</p>\n<figure>\n{}</figure>\n",
+             chords that may be farther off, although they are as fine as can be. Tubes thinner than a pixel are drawn a pixel wide, by what \
+             they cover of it: <em>weight</em> says how much more or less of them is drawn than there is.</p>\n<figure>\n{}</figure>\n",
             self.count,
             self.views,
             chart.html()
         );
         out.push_str("<div class=\"scroll\"><table><thead><tr>");
-        for head in ["limit, px", "segments", "triangles", "over", "greatest, px", "mean, px", "points", "time"] {
+        for head in [
+            "limit, px",
+            "segments",
+            "triangles",
+            "over",
+            "greatest, px",
+            "mean, px",
+            "points",
+            "weight, worst",
+            "mean",
+            "thin points",
+            "time",
+        ] {
             let _ = write!(out, "<th>{head}</th>");
         }
         out.push_str("</tr></thead>\n<tbody>\n");
@@ -82,7 +98,7 @@ impl TubesFound {
             let whole = |x: f64| thousands(x.round() as u64);
             let _ = writeln!(
                 out,
-                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{:.3}</td><td>{:.4}</td><td>{}</td><td>{}</td></tr>",
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{:.3}</td><td>{:.4}</td><td>{}</td>{}<td>{}</td></tr>",
                 e.limit_px,
                 whole(e.segments),
                 whole(e.triangles),
@@ -90,10 +106,24 @@ impl TubesFound {
                 e.greatest_px,
                 e.mean_px,
                 thousands(e.samples),
+                weights(e),
                 duration(e.seconds)
             );
         }
         out.push_str("</tbody></table></div>\n");
         out
+    }
+}
+
+/// Cells of a table: the errors of weight, in percent, where there are any.
+fn weights(e: &TubeErrors) -> String {
+    match e.thin_samples {
+        0 => "<td>-</td><td>-</td><td>0</td>".to_owned(),
+        thin => format!(
+            "<td>{:+.1} %</td><td>{:.2} %</td><td>{}</td>",
+            100.0 * e.greatest_weight,
+            100.0 * e.mean_weight,
+            thousands(thin)
+        ),
     }
 }

@@ -70,6 +70,13 @@ impl Band {
         CORNERS.len() as u32 * a.max(b)
     }
 
+    /// Its first ring (0) or its second (1): the middle, metres relative to the tube's origin; unit axes at no angle and at a right one; and
+    /// the radius of the outer wall, metres.
+    pub(crate) fn ring(&self, tubes: &Tubes, end: usize) -> (Vec3, [Vec3; 2], f32) {
+        let Ring { place, x, y, radius } = Ring::at(tubes, &tubes.tubes[self.tube() as usize], self.0[end]);
+        (place, [x, y], radius)
+    }
+
     /// The corner with a number, metres relative to the tube's origin. The finer ring's corners move onto the coarser one's.
     pub fn corner(&self, tubes: &Tubes, number: u32) -> Vec3 {
         let ([from, to, ..], tube) = (self.0, &tubes.tubes[self.tube() as usize]);

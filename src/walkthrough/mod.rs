@@ -1,8 +1,10 @@
 //! Walks a camera through a model with each culling mode, measures the frames, and draws them.
 
 pub mod compare;
+mod exact_culler;
 pub mod expected;
 pub mod missed;
+pub mod mode;
 pub mod overlay;
 pub mod path;
 pub mod picture;

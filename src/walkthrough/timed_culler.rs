@@ -1,6 +1,7 @@
 //! What culling a walk's frames takes.
 
 use super::raster::View;
+use crate::ObjectId;
 use crate::occlusion::depth::DepthBuffer;
 use crate::occlusion::oracle::OcclusionOracle;
 use crate::runtime::{AutoOptions, Culler, FrameCuller, FrameMode, VisibleSet};
@@ -53,13 +54,19 @@ impl TimedCuller {
         let cull = us();
         let with_oracle = oracle.is_some();
         if let Some(oracle) = oracle.filter(|_| !mode.has_queries()) {
-            oracle.begin(&camera.view(near));
-            visible.objects.iter().for_each(|&object| oracle.draw(object));
+            draw_rest(oracle, view, visible.objects);
         }
         let took = us();
         self.last = Some((took, visible.stats.triangles));
         (visible, mode, Times { cull, frame: with_oracle.then_some(took) })
     }
+}
+
+/// Draws what is left of a frame that no query was asked in.
+pub(super) fn draw_rest(oracle: &mut DepthBuffer<'_>, view: &View, objects: &[ObjectId]) {
+    let view = nearer(view);
+    oracle.begin(&view.camera.view(view.near));
+    objects.iter().for_each(|&object| OcclusionOracle::draw(oracle, object));
 }
 
 /// The view that pictures are compared in: from the eye itself. A camera that stands nearer to a wall than its near plane looks through

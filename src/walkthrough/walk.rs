@@ -1,17 +1,21 @@
 //! Walks a camera through a model and says what each culling mode draws, how long it takes, and what it misses.
 
+use super::exact_culler::{ExactCuller, Judged};
 use super::missed::{Missed, missed_pixels, objects_shown};
+use super::mode::WalkMode;
 use super::overlay::Overlay;
 use super::path::CameraPath;
 use super::raster::{IdBuffer, View, draw};
 use super::timed_culler::{TimedCuller, Times, nearer};
 use crate::ObjectId;
+use crate::exact::ExactScene;
 use crate::file::PvsFile;
 use crate::occlusion::depth::DepthBuffer;
-use crate::runtime::{Culler, FrameMode, FrameStats, Narrowing};
+use crate::runtime::{Culler, FrameMode, FrameStats, Narrowing, VisibleSet};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use serde::Serialize;
+use std::cell::OnceCell;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +23,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, PartialEq, Debug)]
 pub struct WalkOptions {
     /// Modes, in the order of their lines.
-    pub modes: Vec<FrameMode>,
+    pub modes: Vec<WalkMode>,
     /// Width of the pictures, pixels, 1 to 16384.
     pub width: usize,
     /// Height of the pictures, pixels, 1 to 16384.
@@ -62,6 +66,12 @@ pub struct FrameLine {
     /// How `auto` culled it; absent in other modes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<&'static str>,
+    /// In the mode `exact`: triangles that are visible; absent in others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visible_triangles: Option<u64>,
+    /// In the mode `exact`: triangles of which it isn't known; absent in others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub undecided_triangles: Option<u64>,
     /// Pixels that show something that the set leaves out; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed_pixels: Option<u64>,
@@ -100,6 +110,12 @@ pub struct Summary {
     /// pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exact_triangles_mean: Option<f64>,
+    /// Mean of [`FrameLine::visible_triangles`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visible_triangles_mean: Option<f64>,
+    /// Mean of [`FrameLine::undecided_triangles`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub undecided_triangles_mean: Option<f64>,
     /// Frames in which a bound on work was met and more was kept instead.
     pub capped_frames: u64,
 }
@@ -127,45 +143,43 @@ pub fn walk(
         .map(|frame| (frame, view(file, path, frame, options)))
         .collect();
 
+    let exact = OnceCell::new();
+    let walker = |mode| match mode {
+        WalkMode::Culled(mode) => Walker::Culled(Box::new(TimedCuller::new(mode, &culler))),
+        WalkMode::Exact => {
+            let ready = exact.get_or_init(|| ExactScene::new(scene));
+            Walker::Exact(Box::new(ExactCuller::new(scene, ready)))
+        }
+    };
+
     // 1. Times, undisturbed by comparing.
     let asks = options.modes.iter().any(|mode| mode.has_queries());
     let mut oracle = asks.then(|| DepthBuffer::new(scene, options.width, options.height));
-    let mut times: Vec<Vec<Times>> = Vec::new();
-    for &mode in &options.modes {
-        let mut of_mode = vec![Times::default(); views.len()];
-        // Drawing would push the culler out of the caches, so modes without queries are timed without it first.
-        if !mode.has_queries() {
-            let mut walker = TimedCuller::new(mode, &culler);
-            for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
-                *times = walker.cull(&culler, view, None).2;
-            }
-        }
-        if let Some(oracle) = &mut oracle {
-            let mut walker = TimedCuller::new(mode, &culler);
-            for (times, (_, view)) in of_mode.iter_mut().zip(&views) {
-                let with = walker.cull(&culler, view, Some(oracle)).2;
-                *times = Times { cull: if mode.has_queries() { with.cull } else { times.cull }, ..with };
-            }
-        }
-        times.push(of_mode);
-    }
+    let times: Vec<Vec<Times>> = options
+        .modes
+        .iter()
+        .map(|&mode| timed(&|| walker(mode), mode.has_queries(), &culler, &views, oracle.as_mut()))
+        .collect();
 
     // 2. The same frames again: counters, and pixels where they are asked for.
     let compare = options.verify_pixels || options.pictures.is_some();
     let rays = compare.then(|| RayScene::new(scene));
-    let mut walkers: Vec<TimedCuller> = options.modes.iter().map(|&mode| TimedCuller::new(mode, &culler)).collect();
+    let mut walkers: Vec<Walker> = options.modes.iter().map(|&mode| walker(mode)).collect();
     let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); options.modes.len()];
     let (mut exact_triangles, mut capped) = (0u64, vec![0u64; options.modes.len()]);
     for (i, (frame, view)) in views.iter().enumerate() {
         let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
         exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
         for (m, &mode) in options.modes.iter().enumerate() {
-            let (visible, method, _) = walkers[m].cull(&culler, view, oracle.as_mut().filter(|_| mode.has_queries()));
+            let Walked { visible, method, judged, .. } =
+                walkers[m].cull(&culler, view, oracle.as_mut().filter(|_| mode.has_queries()));
             capped[m] += u64::from(visible.stats.capped > 0);
             let missed = truth.as_ref().map(|truth| truth.missed(visible.objects));
             let times = times[m][i];
             let mut frame_line = frame_line(*frame, mode, &visible.stats, times, missed.as_ref());
-            frame_line.method = (mode == FrameMode::Auto).then(|| method.name());
+            frame_line.method = (mode == FrameMode::Auto.into()).then(|| method.name());
+            frame_line.visible_triangles = judged.map(|judged| judged.visible);
+            frame_line.undecided_triangles = judged.map(|judged| judged.undecided);
             if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
                 let text = caption(&frame_line, scene.triangles.len());
                 let overlay = Overlay { scene, file, view: *view, mode: method, visible, missed, text };
@@ -179,6 +193,62 @@ pub fn walk(
     Ok((0..options.modes.len()).map(|m| summary(options.modes[m], &lines[m], exact_mean, capped[m])).collect())
 }
 
+/// What frames take in a mode, in order.
+fn timed<'s>(
+    walker: &dyn Fn() -> Walker<'s>,
+    has_queries: bool,
+    culler: &Culler,
+    views: &[(usize, View)],
+    oracle: Option<&mut DepthBuffer<'_>>,
+) -> Vec<Times> {
+    let mut times = vec![Times::default(); views.len()];
+    // Drawing would push the culler out of the caches, so modes without queries are timed without it first.
+    if !has_queries {
+        let mut walker = walker();
+        for (times, (_, view)) in times.iter_mut().zip(views) {
+            *times = walker.cull(culler, view, None).times;
+        }
+    }
+    if let Some(oracle) = oracle {
+        let mut walker = walker();
+        for (times, (_, view)) in times.iter_mut().zip(views) {
+            let with = walker.cull(culler, view, Some(oracle)).times;
+            *times = Times { cull: if has_queries { with.cull } else { times.cull }, ..with };
+        }
+    }
+    times
+}
+
+/// Walks in a mode.
+enum Walker<'s> {
+    Culled(Box<TimedCuller>),
+    Exact(Box<ExactCuller<'s>>),
+}
+
+/// A frame.
+struct Walked<'w> {
+    visible: VisibleSet<'w>,
+    /// How it was culled; `none` where the judge says.
+    method: FrameMode,
+    judged: Option<Judged>,
+    times: Times,
+}
+
+impl Walker<'_> {
+    fn cull(&mut self, culler: &Culler, view: &View, oracle: Option<&mut DepthBuffer<'_>>) -> Walked<'_> {
+        match self {
+            Self::Culled(walker) => {
+                let (visible, method, times) = walker.cull(culler, view, oracle);
+                Walked { visible, method, judged: None, times }
+            }
+            Self::Exact(walker) => {
+                let (visible, judged, times) = walker.cull(view, oracle);
+                Walked { visible, method: FrameMode::None, judged: Some(judged), times }
+            }
+        }
+    }
+}
+
 /// The scene with its doors as they stand: what isn't of glass hides what is behind. Elsewhere doors hide nothing, since they may open.
 fn with_solid_doors(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
@@ -187,7 +257,7 @@ fn with_solid_doors(scene: &Scene) -> Scene {
 }
 
 /// Where the picture of a frame goes.
-pub fn picture_path(folder: &Path, frame: usize, mode: FrameMode) -> PathBuf {
+pub fn picture_path(folder: &Path, frame: usize, mode: WalkMode) -> PathBuf {
     folder.join(format!("frame_{frame:05}_{mode}.png"))
 }
 
@@ -225,7 +295,7 @@ impl<'r> Truth<'r> {
     }
 }
 
-fn frame_line(frame: usize, mode: FrameMode, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
+fn frame_line(frame: usize, mode: WalkMode, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
     let tenths = |us: f64| (us * 10.0).round() / 10.0;
     FrameLine {
         frame,
@@ -238,6 +308,8 @@ fn frame_line(frame: usize, mode: FrameMode, stats: &FrameStats, times: Times, m
         us: tenths(times.cull),
         frame_us: times.frame.map(tenths),
         method: None,
+        visible_triangles: None,
+        undecided_triangles: None,
         missed_pixels: missed.map(|m| m.pixels.len() as u64),
         crack_pixels: missed.map(|m| m.cracks),
     }
@@ -250,9 +322,10 @@ fn caption(line: &FrameLine, all_triangles: usize) -> String {
     )
 }
 
-fn summary(mode: FrameMode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
+fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
     let mean = |f: fn(&FrameLine) -> u64| lines.iter().map(f).sum::<u64>() as f64 / lines.len().max(1) as f64;
     let total = |f: fn(&FrameLine) -> Option<u64>| lines.iter().map(f).sum::<Option<u64>>();
+    let judged = |f: fn(&FrameLine) -> Option<u64>| total(f).map(|sum| sum as f64 / lines.len().max(1) as f64);
     let sorted = |f: fn(&FrameLine) -> Option<f64>| {
         let mut times = lines.iter().map(f).collect::<Option<Vec<f64>>>()?;
         times.sort_by(f64::total_cmp);
@@ -274,6 +347,8 @@ fn summary(mode: FrameMode, lines: &[FrameLine], exact_triangles_mean: Option<f6
         missed_pixels: total(|l| l.missed_pixels),
         crack_pixels: total(|l| l.crack_pixels),
         exact_triangles_mean,
+        visible_triangles_mean: judged(|l| l.visible_triangles).filter(|_| mode == WalkMode::Exact),
+        undecided_triangles_mean: judged(|l| l.undecided_triangles).filter(|_| mode == WalkMode::Exact),
         capped_frames,
     }
 }
@@ -282,7 +357,7 @@ fn summary(mode: FrameMode, lines: &[FrameLine], exact_triangles_mean: Option<f6
 mod tests {
     use super::*;
 
-    const BOTH: FrameMode = FrameMode::Both;
+    const BOTH: WalkMode = WalkMode::Culled(FrameMode::Both);
 
     #[test]
     fn a_summary_is_of_its_lines() {

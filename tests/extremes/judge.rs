@@ -6,9 +6,10 @@ use enfilade::cells::{CellGraph, Locator};
 use enfilade::file::{Bounds, PvsFile};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{FrameMode, Mode, Narrowing};
+use enfilade::runtime::{Mode, Narrowing};
 use enfilade::scene::Scene;
 use enfilade::verify::{CheckOptions, check};
+use enfilade::walkthrough::mode::WalkMode;
 use enfilade::walkthrough::path::{CameraPath, PathFrame};
 use enfilade::walkthrough::tour::tour;
 use enfilade::walkthrough::walk::{WalkOptions, walk};
@@ -173,7 +174,7 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
         row.faults.push(format!("{:?}", path.validate()));
         return;
     }
-    let fixed = FrameMode::from;
+    let fixed = WalkMode::from;
     let options = WalkOptions {
         modes: [Mode::Portals, Mode::Pvs, Mode::Both].map(fixed).to_vec(),
         width: 96,

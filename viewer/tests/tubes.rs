@@ -321,6 +321,39 @@ fn thin_pipes_weigh_what_they_cover() {
     }
 }
 
+/// A straight pipe that leads away, 5 to 60 m from the eye, and is two chords at most: all along it, it weighs what it covers.
+#[test]
+fn pipes_that_lead_away_weigh_what_they_cover() {
+    if !has_device("pipes_that_lead_away_weigh_what_they_cover") {
+        return;
+    }
+    let focal = f64::from(SIZE[1]) / 2.0 / 0.5f64.tan();
+    let [near, far] = [5.0, 60.0];
+    // Half a pixel wide where it is nearest.
+    let radius = 0.25 * near / focal;
+    let aside = dvec3(120.0, 37.0, 0.0);
+    let ends = [-aside * near / focal - near * DVec3::Z, aside * far / focal - far * DVec3::Z];
+    let mut tubes = Tubes::default();
+    line(&mut tubes, &ends, radius);
+    let building = alone(&tubes, 1e4);
+    let eye = -building.file.origin;
+    let camera = Camera::look_at(eye, eye - DVec3::Z, 1.0, 320.0 / 180.0);
+    // Its outline is across the plane of the eye and the pipe, which is level with the picture.
+    let at = |t: f64| ends[0].lerp(ends[1], t);
+    let on_screen = |p: DVec3| p.truncate() * focal / -p.z;
+    const PARTS: usize = 100_000;
+    let area_of = |k: usize| {
+        let [a, m, b] = [0.0, 0.5, 1.0].map(|part| at((k as f64 + part) / PARTS as f64));
+        2.0 * radius * focal / -m.z * on_screen(a).distance(on_screen(b))
+    };
+    let area: f64 = (0..PARTS).map(area_of).sum();
+    let (canvas, mut stage) = black(&building, Thin::Weighed);
+    let seen = shot(&mut stage, &canvas, camera);
+    let sum: f64 = seen.pixels().iter().map(|colour| weight(*colour).max(0.0)).sum();
+    assert!(stage.pipes.as_ref().unwrap().drawn.chosen().segments <= 2);
+    assert!((sum / area - 1.0).abs() < 0.05, "{sum} of {area} pixels");
+}
+
 /// The study counts 13,270 MB for 184.3 million triangles: three corners of 24 bytes each. The viewer's are 48 bytes.
 #[test]
 fn sections_take_far_fewer_bytes_than_meshes() {

@@ -22,8 +22,8 @@ struct Corner {
     normal: vec3f,
     // The object, and in the highest byte the light.
     word: u32,
-    // Of what is drawn, what there is.
-    weight: f32,
+    // Half of the width that there is, and of the one that is drawn, in one unit: weights are of pixels, since they are not linear on the way.
+    covers: vec2f,
     // 0 at the band's first ring, 1 at the second.
     along: f32,
     // Which number of sides the finer ring has.
@@ -64,7 +64,7 @@ fn corner_of(number: u32) -> Corner {
     let radius = select(here.radius, here.hole, is_hole);
     let place = here.middle + radius * outwards;
     let scale = radius / here.radius;
-    return Corner(here.middle, along, outwards, scale, here.radius, of_ring > 4u, place, normal, word, 1.0, f32(ring), bucket);
+    return Corner(here.middle, along, outwards, scale, here.radius, of_ring > 4u, place, normal, word, vec2f(1.0), f32(ring), bucket);
 }
 
 // The root of a half.
@@ -81,8 +81,13 @@ fn widened(corner: Corner) -> Corner {
     let wide = max(max(along.x, along.y), select(0.0, (along.x + along.y) * HALF, corner.is_finer));
     let drawn = select(corner.radius, clamp(least / wide, corner.radius, corner.radius * list.most), list.thin > 0u);
     out.place = corner.middle + corner.scale * drawn * corner.spoke;
-    if list.thin == 1u { out.weight = min(corner.radius / (drawn * wide), 1.0); }
+    if list.thin == 1u { out.covers = vec2f(corner.radius, drawn * wide); }
     return out;
+}
+
+// Of what is drawn, what there is.
+fn weight_of(covers: vec2f) -> f32 {
+    return min(covers.x / covers.y, 1.0);
 }
 
 // What weighs less is blended. A weight of 1 is a little less once it is interpolated.

@@ -2,12 +2,12 @@
 
 struct Tubular {
     @invariant @builtin(position) at: vec4f,
-    // With the weight.
-    @location(0) colour: vec4f,
+    @location(0) colour: vec3f,
     @location(1) along: f32,
     @location(2) before: f32,
     // Its number, from 1.
     @location(3) @interpolate(flat) object: u32,
+    @location(4) covers: vec2f,
 }
 
 @vertex
@@ -16,16 +16,17 @@ fn tubular(@builtin(vertex_index) number: u32) -> Tubular {
     var colour = unpack4x8unorm(colours[corner.word & 0xffffffu]).rgb;
     if list.shows == 1u { colour = of_sides(corner.sides); }
     let before = dot(camera.cut.xyz, corner.place) - camera.cut.w;
-    let lit = vec4f(colour * light(corner.normal), corner.weight);
+    let lit = colour * light(corner.normal);
     let object = (corner.word & 0xffffffu) + 1u;
-    return Tubular(placed(corner.place, corner.word), lit, shown_along(corner), before, object);
+    return Tubular(placed(corner.place, corner.word), lit, shown_along(corner), before, object, corner.covers);
 }
 
 @fragment
 fn colour_of_tube(in: Tubular, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
     let is_dark = is_line(in.along);
-    if in.before < 0.0 || is_behind(is_front, in.colour.a) { discard; }
-    return vec4f(in.colour.rgb * select(1.0, 0.3, is_dark), in.colour.a);
+    let weight = weight_of(in.covers);
+    if in.before < 0.0 || is_behind(is_front, weight) { discard; }
+    return vec4f(in.colour * select(1.0, 0.3, is_dark), weight);
 }
 
 @fragment

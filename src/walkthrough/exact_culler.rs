@@ -1,0 +1,56 @@
+//! A walk's frames as the exact judge has them.
+
+use super::raster::View;
+use super::timed_culler::{Times, draw_rest};
+use crate::ObjectId;
+use crate::exact::{ExactScene, Judge, MOST_SPLITS};
+use crate::occlusion::depth::DepthBuffer;
+use crate::runtime::{FrameStats, VisibleSet};
+use crate::types::scene::Scene;
+use glam::Vec3;
+use std::time::Instant;
+
+/// Triangles that are visible, and those of which it isn't known.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct Judged {
+    pub visible: u64,
+    pub undecided: u64,
+}
+
+/// Culls frames by what is visible.
+pub(super) struct ExactCuller<'s> {
+    scene: &'s Scene,
+    judge: Judge<'s>,
+    objects: Vec<ObjectId>,
+}
+
+impl<'s> ExactCuller<'s> {
+    pub fn new(scene: &'s Scene, ready: &'s ExactScene) -> Self {
+        Self { scene, judge: Judge::new(ready), objects: Vec::new() }
+    }
+
+    /// Culls a frame, and draws what is left into the oracle, if there is one.
+    pub fn cull(&mut self, view: &View, oracle: Option<&mut DepthBuffer<'_>>) -> (VisibleSet<'_>, Judged, Times) {
+        let start = Instant::now();
+        let us = || start.elapsed().as_nanos() as f64 / 1e3;
+        let camera = &view.camera;
+        let rows = [camera.x, camera.y, camera.w].map(Vec3::as_dvec3);
+        let seen = self.judge.through(camera.eye.as_dvec3(), rows, MOST_SPLITS);
+        self.objects = seen.objects(self.scene);
+        let cull = us();
+        let with_oracle = oracle.is_some();
+        if let Some(oracle) = oracle {
+            draw_rest(oracle, view, &self.objects);
+        }
+        let frame = with_oracle.then(us);
+        let triangles = |o: &ObjectId| self.scene.objects[o.index()].triangles.len() as u64;
+        let stats = FrameStats {
+            objects: self.objects.len() as u64,
+            triangles: self.objects.iter().map(triangles).sum(),
+            ..FrameStats::default()
+        };
+        let visible = VisibleSet { objects: &self.objects, cells: &[], portals: &[], home: None, stats };
+        let judged = Judged { visible: seen.visible.len() as u64, undecided: seen.undecided.len() as u64 };
+        (visible, judged, Times { cull, frame })
+    }
+}

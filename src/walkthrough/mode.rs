@@ -1,0 +1,61 @@
+//! How a walk's frames are culled.
+
+use crate::runtime::{FrameMode, Mode};
+use std::fmt;
+use std::str::FromStr;
+
+/// See [`self`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum WalkMode {
+    /// As a renderer does it.
+    Culled(FrameMode),
+    /// By the exact judge ([`crate::exact`]): objects of which a triangle is visible from the eye within the picture, or undecided. What the
+    /// others are held against; it takes milliseconds a frame.
+    Exact,
+}
+
+impl WalkMode {
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Culled(mode) => mode.name(),
+            Self::Exact => "exact",
+        }
+    }
+
+    /// Whether it may issue occlusion queries.
+    pub const fn has_queries(self) -> bool {
+        matches!(self, Self::Culled(mode) if mode.has_queries())
+    }
+}
+
+impl From<FrameMode> for WalkMode {
+    fn from(mode: FrameMode) -> Self {
+        Self::Culled(mode)
+    }
+}
+
+impl From<Mode> for WalkMode {
+    fn from(mode: Mode) -> Self {
+        Self::Culled(mode.into())
+    }
+}
+
+impl fmt::Display for WalkMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for WalkMode {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        if name == Self::Exact.name() {
+            return Ok(Self::Exact);
+        }
+        let unknown =
+            |_| format!("no mode \"{name}\"; give none, frustum, portals, pvs, both, chc, chc++, auto, exact, or all");
+        name.parse().map(Self::Culled).map_err(unknown)
+    }
+}
