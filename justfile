@@ -10,7 +10,7 @@ fmt:
 
 clippy:
     cargo clippy --workspace --all-targets -- -D warnings
-    cargo clippy --release --all-targets --features full -- -D warnings
+    cargo clippy --all-targets --features full -- -D warnings
 
 doc:
     RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace

@@ -211,6 +211,27 @@ fn directrices_without_an_end() {
     }
 }
 
+/// A curve of a hundred thousand parts is left out whoever asks for it: without tubes, in a boolean, and where only its points say how many there are.
+#[test]
+fn curves_of_too_many_parts_are_left_out_without_tubes_too() {
+    let points = "(0.,0.,0.),(500.,0.,0.),".repeat(50_000) + "(0.,0.,9.)";
+    let disk = format!(
+        "#402=IFCSWEPTDISKSOLID(#150,100.,$,$,$);\n#150=IFCINDEXEDPOLYCURVE(#151,$,.F.);\n\
+         #151=IFCCARTESIANPOINTLIST3D(({points}),$);\n"
+    );
+    let boolean = "#160=IFCBOOLEANRESULT(.UNION.,#161,#402);\n#161=IFCBOOLEANRESULT(.UNION.,#162,#402);\n\
+                   #162=IFCEXTRUDEDAREASOLID(#163,$,#8,2000.);\n#163=IFCCIRCLEPROFILEDEF(.AREA.,$,$,100.);\n";
+    for (what, tubes) in [("#402", false), ("#160", false), ("#160", true)] {
+        let body = format!("{disk}{boolean}{}{SHAPE}{CYLINDER}", shape(400, what));
+        let options = ImportOptions { tubes, ..ImportOptions::default() };
+        let text = file_of(&[100, 400], "IFCPIPESEGMENT", &body);
+        let scene = import_bytes(text.into_bytes(), "pipes", &options).unwrap();
+        let told = "elements left out, their geometry can't be read: pipe1 (along a curve of too many parts)";
+        assert!(scene.source.notes.iter().any(|note| note == told), "{what}: {:?}", scene.source.notes);
+        assert!(scene.objects.iter().all(|object| object.node == "pipe0"), "{what}");
+    }
+}
+
 #[test]
 fn pipes_and_bars_of_real_files_are_tubes() {
     let Some(folder) = data("pipes_and_bars_of_real_files_are_tubes") else { return };

@@ -1,5 +1,6 @@
 //! Triangles of products, made by ifc-lite on several threads.
 
+use super::endless::has_endless_curve;
 use super::model::{Model, Voids, global_id, y_up};
 use super::relations::Relations;
 use super::roles::role;
@@ -189,6 +190,9 @@ impl workers::Task for Task {
 impl Task {
     fn build(&self, product: u32, decoder: &mut EntityDecoder<'_>, router: &GeometryRouter) -> Result<Built, String> {
         let entity = decoder.decode_by_id(product).map_err(one_line)?;
+        if has_endless_curve(&entity, decoder) {
+            return Err("along a curve of too many parts".into());
+        }
         let items = self.styles.of(&entity, &self.relations, decoder);
         let mut built = Built { surfaces: [items.solid.clone(), items.clear.clone()], ..Built::default() };
         // Round columns are walls to the plan, which knows the reader's corners.
@@ -196,7 +200,6 @@ impl Task {
         if may_be_tubes {
             match tubes::of_product(&self.model, &entity, decoder, router) {
                 Ok(tubes) => return Ok(Built { tubes, ..built }),
-                Err(Some(Stays::Endless)) => return Err(Stays::Endless.in_words().into()),
                 Err(stays) => built.stays = stays,
             }
         }

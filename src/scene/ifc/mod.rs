@@ -21,6 +21,7 @@ use std::path::Path;
 #[cfg(feature = "ifc")]
 mod boundaries;
 mod elements;
+mod endless;
 #[cfg(feature = "ifc")]
 mod geometry;
 #[cfg(feature = "ifc")]

@@ -14,7 +14,7 @@ use ifc_lite_geometry::{AnalyticCurveSegment, AnalyticStatus, GeometryRouter, ex
 const DEPTH: usize = 8;
 const MOST_ITEMS: usize = 4096;
 /// Sections of a product. More: a record of a few bytes fills the memory.
-const MOST_SECTIONS: usize = 1 << 16;
+pub(super) const MOST_SECTIONS: usize = 1 << 16;
 /// Of unit vectors and scales: what exporters round away. Larger: oblique cylinders become straight ones.
 const ROUNDING: f64 = 1e-6;
 /// Radians between the end of a piece and the start of the next one that is still smooth.
@@ -44,8 +44,6 @@ pub(super) enum Stays {
     Uneven,
     /// It has too many items, or its tubes too many sections.
     Large,
-    /// A curve has more parts than a product may have sections: the reader would take minutes and gigabytes for it.
-    Endless,
 }
 
 impl Stays {
@@ -58,7 +56,6 @@ impl Stays {
             Self::Curve => "along curves that aren't lines and arcs",
             Self::Uneven => "oblique or unevenly scaled",
             Self::Large => "too large",
-            Self::Endless => "along a curve of too many parts",
         }
     }
 }
@@ -180,23 +177,11 @@ fn is_round(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>, depth: usize)
 /// The pipe of something round, and its own place.
 fn pipe(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Result<(Pipe, DMat4), Stays> {
     match item.ifc_type {
-        IfcType::IfcSweptDiskSolid if is_endless(item, decoder) => Err(Stays::Endless),
         IfcType::IfcSweptDiskSolid => Ok((swept(item, decoder).ok_or(Stays::Curve)?, DMat4::IDENTITY)),
         IfcType::IfcExtrudedAreaSolid => extruded(item, decoder).ok_or(Stays::Uneven),
         IfcType::IfcRevolvedAreaSolid => revolved(item, decoder).ok_or(Stays::Uneven),
         _ => Err(Stays::Boolean),
     }
-}
-
-/// Whether a swept disk's curve has more parts than a product may have sections.
-fn is_endless(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> bool {
-    let Some(curve) = item.get_ref(0).and_then(|id| decoder.decode_by_id(id).ok()) else { return false };
-    let parts = match curve.ifc_type {
-        IfcType::IfcPolyline | IfcType::IfcCompositeCurve => curve.get_list(0),
-        IfcType::IfcIndexedPolyCurve => curve.get_list(1),
-        _ => None,
-    };
-    parts.is_some_and(|parts| parts.len() > MOST_SECTIONS)
 }
 
 /// A swept disk along lines and arcs.

@@ -372,7 +372,7 @@ impl List {
         ]);
         if self.bands.size() < 4 * self.words.len() as u64 {
             let most = (gpu.most() as usize - HEAD) / RINGS;
-            (self.bands, self.groups) = room(gpu, source, bands.next_power_of_two().min(most));
+            (self.bands, self.groups) = room(gpu, source, (bands + bands / 4).min(most));
         }
         gpu.queue.write_buffer(&self.bands, 0, bytemuck::cast_slice(&self.words));
         let mut commands = gpu.device.create_command_encoder(&Default::default());
