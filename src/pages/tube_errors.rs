@@ -6,6 +6,7 @@
 use super::tube_weights::weight_error;
 use crate::random::Prng;
 use crate::scene::Scene;
+use crate::scene::rays::closest_on_triangle;
 use crate::tubes::{Band, Runs, SIDES, Selection, Tube, Tubes, View, Wall, part};
 use glam::DVec3;
 use serde::Serialize;
@@ -136,7 +137,7 @@ fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Pr
         // Beside a chord's end, the next one may be nearer.
         let around = &bands[chosen.saturating_sub(1)..(chosen + 2).min(bands.len())];
         let drawn = around.iter().filter(|band| band.tube() == number).flat_map(|band| band.triangles(tubes));
-        let near = drawn.map(|t| nearest(t.map(|p| tube.origin + p.as_dvec3()), p));
+        let near = drawn.map(|t| closest_on_triangle(p, &t.map(|p| tube.origin + p.as_dvec3())));
         let near = near.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))?;
         let [x, y] = project(view, near)?;
         let weight = weight_error(tubes, view, (&bands[chosen], share), (ring.place, ring.radius));
@@ -179,22 +180,6 @@ fn ring(tubes: &Tubes, tube: &Tube, segment: u32, share: f64) -> ExactRing {
     let radius = x.length();
     let x = x.reject_from_normalized(along).normalize_or_zero();
     ExactRing { place, axes: [x, along.cross(x)], radius }
-}
-
-/// The point of a triangle that is nearest to another point.
-fn nearest([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
-    let n = (b - a).cross(c - a);
-    let on_plane = p - n * ((p - a).dot(n) / n.length_squared());
-    let edges = [(a, b), (b, c), (c, a)];
-    if edges.iter().all(|(u, v)| (*v - *u).cross(on_plane - *u).dot(n) >= 0.0) {
-        return on_plane;
-    }
-    let of_edge = |(u, v): (DVec3, DVec3)| {
-        let t = ((p - u).dot(v - u) / (v - u).length_squared()).clamp(0.0, 1.0);
-        u.lerp(v, if t.is_nan() { 0.0 } else { t })
-    };
-    let points = edges.map(of_edge);
-    points.into_iter().min_by(|u, v| u.distance_squared(p).total_cmp(&v.distance_squared(p))).unwrap_or(a)
 }
 
 /// Where a point before the near plane is, pixels from the picture's middle.
