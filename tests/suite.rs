@@ -62,6 +62,7 @@ mod report_tiers;
 mod resume;
 mod runtime;
 mod runtime_worlds;
+mod shadow;
 mod shields;
 mod small_holes;
 mod terrain;
