@@ -1,4 +1,5 @@
-//! Cones around shadows: most boxes are outside of most shadows, and one product tells. They decide nothing but whom to ask further.
+//! Cones around shadows: most boxes are outside of most shadows, and one product tells. They decide nothing but whom to ask
+//! further.
 
 use super::culler::MOST_SHADOWS;
 use enfilade::occlusion::bounds::Bounds;

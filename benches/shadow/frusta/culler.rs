@@ -1,19 +1,20 @@
 //! Shadow frusta: what a few large occluders near the eye hide, by geometry alone.
 //!
-//! Based on: Hudson, Manocha, Cohen, Lin, Hoff, Zhang, *Accelerated occlusion culling using shadow frusta*, 1997: each frame some occluders
-//! are chosen by the solid angle that they take, about, and a tree is held against the frusta of their shadows, whole subtrees at once.
-//! Deviations: candidates come from a tree, those first that may take most, so that no list by place is needed; and an occluder that lies
-//! in the shadow of those chosen before is passed over.
+//! Based on: Hudson, Manocha, Cohen, Lin, Hoff, Zhang, *Accelerated occlusion culling using shadow frusta*, 1997: each frame
+//! some occluders are chosen by the solid angle that they take, about, and a tree is held against the frusta of their
+//! shadows, whole subtrees at once. Deviations: candidates come from a tree, those first that may take most, so that no list
+//! by place is needed; and an occluder that lies in the shadow of those chosen before is passed over.
 //!
 //! # Why nothing that shows is dropped
 //!
-//! The faces of an occluder that the eye is before are a surface with a rim. A box is hidden where it is inside of all planes through the
-//! eye and an edge of that rim, and behind all of these faces. The rim goes once around any direction inside of all those planes, or more
-//! often, so the surface is met along it or along its opposite; and the surface is before the eye, by each of its planes. What is met is
-//! nearer than the box, since the box is behind that face. This asks for no face to be flat nor for the rim to be convex; if they are not,
-//! less is hidden.
+//! The faces of an occluder that the eye is before are a surface with a rim. A box is hidden where it is inside of all
+//! planes through the eye and an edge of that rim, and behind all of these faces. The rim goes once around any direction
+//! inside of all those planes, or more often, so the surface is met along it or along its opposite; and the surface is
+//! before the eye, by each of its planes. What is met is nearer than the box, since the box is behind that face. This asks
+//! for no face to be flat nor for the rim to be convex; if they are not, less is hidden.
 //!
-//! A box is hidden as the eye sees it: where an occluder could reach nearer than the near plane, and so not be drawn, it isn't used.
+//! A box is hidden as the eye sees it: where an occluder could reach nearer than the near plane, and so not be drawn, it
+//! isn't used.
 
 use super::cones::Cones;
 use super::occluders::{Face, Occluders};
@@ -29,8 +30,8 @@ use std::ops::Range;
 /// Most shadows of a frame: a node has a bit for each.
 pub const MOST_SHADOWS: usize = 64;
 
-/// Of the distances and sizes that go into a plane or a box, how far a box must be inside of a shadow. Larger: occluders whose edges are
-/// short and far away hide nothing. Smaller: roundings, some 2^-50, hide boxes on the rim of a shadow.
+/// Of the distances and sizes that go into a plane or a box, how far a box must be inside of a shadow. Larger: occluders
+/// whose edges are short and far away hide nothing. Smaller: roundings, some 2^-50, hide boxes on the rim of a shadow.
 const ROUNDING: f64 = 1e-13;
 
 /// A plane that a shadow is on one side of: `normal . p > offset` for a point `p` relative to the eye.
@@ -112,8 +113,8 @@ impl ShadowCuller {
         }
     }
 
-    /// The objects of a scene's tree that are in the frustum, and that no shadow of one of the scene's occluders hides. Allocates nothing
-    /// after the first frame of a scene.
+    /// The objects of a scene's tree that are in the frustum, and that no shadow of one of the scene's occluders hides.
+    /// Allocates nothing after the first frame of a scene.
     pub fn cull(&mut self, tree: &Hierarchy, occluders: &Occluders, view: &View) -> &[ObjectId] {
         self.objects.clear();
         self.objects.reserve(tree.object_count());
@@ -276,7 +277,8 @@ impl Shown {
     }
 }
 
-/// About the solid angle that a face takes, steradians, from before its plane (`sign` 1) or from behind it (-1); 0 where it can't be used.
+/// About the solid angle that a face takes, steradians, from before its plane (`sign` 1) or from behind it (-1); 0 where it
+/// can't be used.
 fn angle_of(face: &Face, sign: f64, eye: &Eye) -> f64 {
     let from_plane = eye.at - face.point;
     let height = sign * face.normal.dot(from_plane);

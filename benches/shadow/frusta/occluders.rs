@@ -1,9 +1,10 @@
 //! Occluders of a scene: what of its surfaces is flat or convex and large, found once.
 //!
-//! Based on: Hudson, Manocha, Cohen, Lin, Hoff, Zhang, *Accelerated occlusion culling using shadow frusta*, 1997, who keep candidates
-//! by place and have convex objects for occluders. Deviations: models have few of these, so occluders are made of triangles: coplanar
-//! ones are merged to convex polygons, and polygons of an object that meet as sides of a convex solid do are one occluder, closed or not.
-//! And nothing need be flat or convex to the last bit: how far a face is off its plane is measured, and counts.
+//! Based on: Hudson, Manocha, Cohen, Lin, Hoff, Zhang, *Accelerated occlusion culling using shadow frusta*, 1997, who keep
+//! candidates by place and have convex objects for occluders. Deviations: models have few of these, so occluders are made of
+//! triangles: coplanar ones are merged to convex polygons, and polygons of an object that meet as sides of a convex solid do
+//! are one occluder, closed or not. And nothing need be flat or convex to the last bit: how far a face is off its plane is
+//! measured, and counts.
 
 use super::{patches, polygons};
 use enfilade::ObjectId;
@@ -14,7 +15,8 @@ use enfilade::scene::{Object, Scene};
 use glam::DVec3;
 use std::ops::Range;
 
-/// How many occluders of a scene are kept, the largest. More: millions of bricks take memory, and hide nothing. Fewer: cities lack some.
+/// How many occluders of a scene are kept, the largest. More: millions of bricks take memory, and hide nothing. Fewer:
+/// cities lack some.
 const MOST: usize = 1 << 16;
 
 /// A face of an occluder: a polygon, nearly flat and nearly convex.

@@ -1,7 +1,7 @@
 //! Polygons of an object that meet as sides of a convex solid do.
 //!
-//! Each patch grows from the largest polygon that is left, across edges, while each of its faces has all of it behind. A patch may be
-//! closed or not: a building without a floor, a side of a wall with a part of the lintel.
+//! Each patch grows from the largest polygon that is left, across edges, while each of its faces has all of it behind. A
+//! patch may be closed or not: a building without a floor, a side of a wall with a part of the lintel.
 
 use super::occluders::{Edge, Face};
 use super::polygons::{Polygon, Polygons};
@@ -87,8 +87,8 @@ impl Growth<'_> {
         faces
     }
 
-    /// Whether each of two polygons has the other one behind. Not if one is in the plane of the other: together they weren't convex, or
-    /// they would be merged.
+    /// Whether each of two polygons has the other one behind. Not if one is in the plane of the other: together they weren't
+    /// convex, or they would be merged.
     fn is_convex(&self, one: usize, other: usize, sign: f64) -> bool {
         let [one, other] = [one, other].map(|p| &self.polygons.all[p]);
         let range = |plane: &Plane, of: &Polygon| {

@@ -1,15 +1,15 @@
 //! Coplanar triangles of an object, merged to convex polygons.
 //!
-//! Based on: Hertel, Mehlhorn, *Fast triangulation of simple polygons*, 1983 (edges between triangles are taken out while what is left is
-//! convex). Deviation: the longest edges first, since large polygons are wanted and not few.
+//! Based on: Hertel, Mehlhorn, *Fast triangulation of simple polygons*, 1983 (edges between triangles are taken out while
+//! what is left is convex). Deviation: the longest edges first, since large polygons are wanted and not few.
 
 use enfilade::geom::{Plane, newell};
 use enfilade::scene::{Object, Scene};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Sine of the angle by which a corner of a polygon may turn back. Larger: what such a polygon surely hides is smaller than it by so much
-/// of its size. Smaller: walls fall apart where `f32` has put a corner beside the line that it is on.
+/// Sine of the angle by which a corner of a polygon may turn back. Larger: what such a polygon surely hides is smaller than
+/// it by so much of its size. Smaller: walls fall apart where `f32` has put a corner beside the line that it is on.
 const REFLEX: f64 = 1e-3;
 
 /// A polygon of triangles.
