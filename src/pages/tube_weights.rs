@@ -78,10 +78,10 @@ mod tests {
         let points = [DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 0.0, -1.0)];
         tubes.line(&points, false, shape, 1e-6, &mut Counts::default()).unwrap();
         let view = TubeView { eye: DVec3::ZERO, rows: [DVec3::X, DVec3::Y, -DVec3::Z], near: 0.1, size: [500.0, 500.0] };
-        let runs = Runs::new(&tubes, [0..1].into_iter());
+        let runs = Runs::new(&tubes, std::iter::once(0..1));
         let mut selection = Selection::default();
         let chooses = View::new(view.eye, view.rows, view.near, view.size, 0.5);
-        selection.select(&tubes, &runs, &chooses, [(0, 0..1)].into_iter());
+        selection.select(&tubes, &runs, &chooses, std::iter::once((0, 0..1)));
         let bands = (0..SIDES.len()).flat_map(|k| selection.bands(k)).filter(|band| band.wall() == Wall::Outer);
         let mut count = 0;
         for band in bands {
