@@ -21,6 +21,7 @@ use std::path::Path;
 #[cfg(feature = "ifc")]
 mod boundaries;
 mod elements;
+#[cfg(feature = "ifc")]
 mod endless;
 #[cfg(feature = "ifc")]
 mod geometry;
