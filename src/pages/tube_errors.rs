@@ -129,8 +129,7 @@ fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Pr
         let ([from, to], number) = (bands[chosen].ends(), bands[chosen].tube());
         let tube = &tubes.tubes[number as usize];
         let end = if to > from { to } else { f64::from(tube.sections.end) };
-        let share = random.unit();
-        let along = from + (end - from) * share;
+        let along = from + (end - from) * random.unit();
         let ring = ring(tubes, tube, along as u32, along.fract());
         let p = ring.point(TAU * random.unit());
         let at = pixel(view, p)?;
@@ -140,7 +139,7 @@ fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Pr
         let near = drawn.map(|t| closest_on_triangle(p, &t.map(|p| tube.origin + p.as_dvec3())));
         let near = near.min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))?;
         let [x, y] = project(view, near)?;
-        let weight = weight_error(tubes, view, (&bands[chosen], share), (ring.place, ring.radius));
+        let weight = weight_error(tubes, view, &bands[chosen], (ring.place, ring.radius));
         Some(((x - at[0]).hypot(y - at[1]), weight))
     };
     (0..samples).filter_map(sample).collect()

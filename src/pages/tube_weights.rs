@@ -46,19 +46,16 @@ fn drawn(tubes: &Tubes, view: &TubeView, band: &Band, end: usize) -> Drawn {
     Drawn { middle, half_width, covers: [radius, drawn * wide] }
 }
 
-/// What is drawn of a tube, over what there is, less 1: at a place of its curve, at a share of the way along a band, where it has a
-/// radius. `None` where it isn't thinner than a pixel.
-pub(super) fn weight_error(
-    tubes: &Tubes,
-    view: &TubeView,
-    (band, share): (&Band, f64),
-    (place, radius): (DVec3, f64),
-) -> Option<f64> {
+/// What is drawn of a tube, over what there is, less 1: at a place of its curve, where it has a radius, by a band beside that place. `None`
+/// where it isn't thinner than a pixel.
+pub(super) fn weight_error(tubes: &Tubes, view: &TubeView, band: &Band, (place, radius): (DVec3, f64)) -> Option<f64> {
     let half_width = radius * pixels(view, place);
     if half_width >= 0.5 {
         return None;
     }
     let [a, b] = [0, 1].map(|end| drawn(tubes, view, band, end));
+    let chord = b.middle - a.middle;
+    let share = ((place - a.middle).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     let between = |a: f64, b: f64| a + (b - a) * share;
     let there = between(a.half_width, b.half_width) * pixels(view, a.middle.lerp(b.middle, share));
     let [there_is, outline] = [0, 1].map(|k| between(a.covers[k], b.covers[k]));
@@ -89,9 +86,9 @@ mod tests {
             assert!((ring.half_width - 2e-3).abs() < 1e-5, "{} m", ring.half_width);
             let weight = ring.covers[0] / ring.covers[1];
             assert!((weight - 0.25).abs() < 1e-3, "{weight}");
-            let error = weight_error(&tubes, &view, (band, 0.5), (middle, 5e-4)).unwrap();
+            let error = weight_error(&tubes, &view, band, (middle, 5e-4)).unwrap();
             assert!(error.abs() < 2e-3, "{error}");
-            assert_eq!(weight_error(&tubes, &view, (band, 0.5), (middle, 2e-3)), None);
+            assert_eq!(weight_error(&tubes, &view, band, (middle, 2e-3)), None);
             count += 1;
         }
         assert_eq!(count, 1);
