@@ -70,6 +70,7 @@ fn rows_of_pipes_are_those_of_their_meshes() {
     assert_eq!(b.objects_lower.first_outside(&a.objects_upper), None);
     // 2. Prisms cost next to no pairs.
     let [pairs_of_pipes, pairs_of_meshes] = [a, b].map(|bounds| bounds.objects_upper.count_ones() as f64);
+    println!("upper pairs: {pairs_of_pipes} of tubes, {pairs_of_meshes} of meshes");
     assert!(pairs_of_pipes <= 1.02 * pairs_of_meshes, "{pairs_of_pipes} pairs, {pairs_of_meshes} of meshes");
     // 3. Along every witness, the pipe itself comes first.
     let rays = RayScene::new(&meshes);

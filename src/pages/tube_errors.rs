@@ -52,8 +52,8 @@ pub struct TubeErrors {
     pub mean_px: f64,
     /// Points that were looked at, of surfaces of tubes on the screen, hidden ones counted.
     pub samples: u64,
-    /// What is drawn of the worst point of a tube thinner than a pixel, over what there is, less 1: the viewer draws these a pixel wide, by
-    /// their weight.
+    /// What is drawn of the worst point of a tube thinner than a pixel, over what there is, less 1, where these are drawn a pixel wide,
+    /// by what they cover of it.
     pub greatest_weight: f64,
     /// The same without its sign, in the mean over such points.
     pub mean_weight: f64,

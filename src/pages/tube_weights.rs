@@ -8,7 +8,7 @@ use crate::tubes::{Band, Tubes};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// How much wider than they are thin tubes may be.
+/// How much wider than they are thin tubes may be: the viewer's usual factor.
 const MOST: f64 = 1e3;
 
 /// A ring as it is drawn: its middle relative to the scene's origin, half of its outline's width, and what pixels interpolate: half of

@@ -71,8 +71,8 @@ impl TubesFound {
         let mut out = format!(
             "<h2>Tubes</h2>\n<p>{}.</p>\n<p>Sections and sides are chosen by a limit in pixels, from {} views along the tour, for all tubes \
              on the screen. Points of the exact surface, hidden ones too, show how far it is from what is drawn. <em>Over</em> counts \
-             chords that may be farther off, although they are as fine as can be. Tubes thinner than a pixel are drawn a pixel wide, by what \
-             they cover of it: <em>weight</em> says how much more or less of them is drawn than there is.</p>\n<figure>\n{}</figure>\n",
+             chords that may be farther off, although they are as fine as can be. Where tubes thinner than a pixel are drawn a pixel wide, by \
+             what they cover of it, <em>weight</em> says how much more or less of them is drawn than there is.</p>\n<figure>\n{}</figure>\n",
             self.count,
             self.views,
             chart.html()
