@@ -33,7 +33,7 @@ test-full:
 # The viewer: frames on a software driver, and a window on a display of its own. Optimised, since the library is slow otherwise.
 viewer:
     cargo test --release -p enfilade-viewer --features enfilade/full
-    if pkg-config --exists libudev; then cargo clippy --release -p enfilade-viewer --features gamepad -- -D warnings; \
+    if pkg-config --exists libudev; then cargo clippy -p enfilade-viewer --features gamepad -- -D warnings; \
         else echo "not checked: the feature gamepad: no libudev-dev"; fi
 
 # The plugin for Bevy, without a window.

@@ -11,7 +11,7 @@ TIMEFORMAT='%U %S'
 
 # Of `cargo COMMAND ...`, processor seconds.
 seconds() {
-  { time cargo "$@" --locked --release --lib -q 1>&2; } 2>&1 | tee /dev/stderr | awk 'END { print $1 + $2 }'
+  { time cargo "$@" --locked --lib -q 1>&2; } 2>&1 | tee /dev/stderr | awk 'END { print $1 + $2 }'
 }
 
 for features in none simd gpu bake cli draco ifc meshopt quake full; do
@@ -19,7 +19,7 @@ for features in none simd gpu bake cli draco ifc meshopt quake full; do
   [ "$features" = none ] || flags+=(--features "$features")
   crates=$(cargo tree --locked -e normal,build --prefix none -p enfilade "${flags[@]}" | sed 's/ (.*//' | sort -u | wc -l)
   case $features:${FRESH:-} in
-    none:* | simd:* | *:1) spent=$(seconds build --target-dir "$folder/$features" "${flags[@]}" 2>/dev/null) ;;
+    none:* | simd:* | *:1) spent=$(seconds build --release --target-dir "$folder/$features" "${flags[@]}" 2>/dev/null) ;;
     *) spent="$(seconds check "${flags[@]}" 2>/dev/null) (checked only)" ;;
   esac
   [[ $spent =~ ^[0-9] ]] || { echo "$features does not build alone" >&2; exit 1; }

@@ -68,6 +68,7 @@ fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
         every: 1,
         doors_as_found: false,
         narrowing: Narrowing::Rectangles,
+        min_pixels: vec![0],
     };
     let summaries = walk(&scene, &file, &path, &options, &mut |_| ()).unwrap();
     for summary in &summaries {

@@ -16,8 +16,9 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
     for frame in &frames {
         let method = if frame["mode"] == "auto" { "method " } else { "" };
-        let expected =
-            format!("frame mode cells portals objects triangles queries us frame_us {method}missed_pixels crack_pixels");
+        let expected = format!(
+            "frame mode cells portals objects triangles queries us frame_us {method}missed_pixels crack_pixels most_missed_pixels"
+        );
         assert_eq!(keys(frame), expected);
         assert_eq!(frame["frame"].as_u64().unwrap() % 10, 0);
     }
@@ -29,7 +30,7 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     for (summary, mode) in summaries.iter().zip(["none", "frustum", "portals", "pvs", "both", "chc", "chc++", "auto"]) {
         let summary = &summary["summary"];
         let expected = "frames mode triangles_mean objects_mean us_median us_p99 frame_us_median queries_mean missed_pixels crack_pixels \
-                        exact_triangles_mean capped_frames";
+                        worst_missed_pixels most_missed_pixels exact_triangles_mean capped_frames";
         assert_eq!((keys(summary).as_str(), summary["mode"].as_str()), (expected, Some(mode)));
         assert_eq!(summary["frames"].as_u64(), Some(frames.len() as u64 / 8));
         assert_eq!(summary["missed_pixels"].as_u64(), Some(0), "{mode}");
@@ -63,6 +64,7 @@ fn an_exact_walk_keeps_what_shows_and_no_more_than_others() {
         assert!(number(exact, "triangles") <= number(both, "triangles") && number(exact, "visible_triangles") > 0);
         assert!(number(exact, "visible_triangles") + number(exact, "undecided_triangles") <= number(exact, "triangles"));
         assert_eq!((number(exact, "missed_pixels"), both.get("visible_triangles")), (0, None));
+        assert_eq!((number(both, "lost_objects"), exact.get("lost_objects")), (0, None));
         fewer += usize::from(number(exact, "triangles") < number(both, "triangles"));
     }
     assert!(fewer > 0, "rows promise more than what is visible from one eye");
@@ -123,11 +125,14 @@ fn bad_input_is_one_line_and_exit_2() {
     let frame = r#"{"eye": [0, 1, 0], "target": [0, 1, 0]}"#;
     std::fs::write(&path, format!(r#"{{"name": "p", "fov_y_degrees": 60, "near": 0.1, "frames": [{frame}]}}"#)).unwrap();
     let (m, f) = (text(&model), text(&file));
-    let cases: [(&[&str], &str); 6] = [
+    let pictures = folder.join("pictures");
+    let cases: [(&[&str], &str); 8] = [
         (&["walk", f, "--model", text(&other)], "is not the model that"),
         (&["walk", f, "--model", m, "--path", text(&path)], "path.json: frame 0: eye and target are the same point"),
         (&["walk", f, "--model", m, "--mode", "CHC"], "no mode \"CHC\""),
         (&["walk", f, "--model", m, "--size", "0x10"], "--size"),
+        (&["walk", f, "--model", m, "--min-pixels", "-1"], "--min-pixels"),
+        (&["walk", f, "--model", m, "--min-pixels", "0,4", "--frames", text(&pictures)], "give one --min-pixels"),
         (&["walk", m, "--model", m], "maze.glb: not a .pvs file"),
         (&["walk", f, "--model", f], "maze.pvs: no importer"),
     ];
@@ -169,4 +174,33 @@ fn random_views_miss_no_pixel_in_any_mode() {
 
     let out = run_words(&[&common[..], &["--path", "x.json"]].concat());
     assert_eq!(out.status.code(), Some(2));
+
+    // What is smaller than a limit is left out, and nothing else: in each mode, and more with each limit.
+    let limits = [0u32, 1, 4, 16, 64];
+    let small = walk(&["--min-pixels", "0,1,4,16,64"]);
+    assert_eq!(small.len(), 5 * summaries.len());
+    for (m, of_mode) in small.chunks(5).enumerate() {
+        let number = |i: usize, key: &str| of_mode[i][key].as_f64().unwrap();
+        for (i, &limit) in limits.iter().enumerate() {
+            assert!(number(i, "most_missed_pixels") < f64::from(limit.max(1)), "{}", of_mode[i]);
+            assert_eq!(of_mode[i]["min_pixels"].as_u64().unwrap_or(0), u64::from(limit));
+        }
+        assert_eq!(
+            (of_mode[0]["objects_mean"].clone(), number(1, "missed_pixels")),
+            (summaries[m]["objects_mean"].clone(), 0.0)
+        );
+        // `auto` takes other modes from run to run, and queries aren't asked about what is left out.
+        match of_mode[0]["mode"].as_str().unwrap() {
+            "none" => assert_eq!(number(4, "objects_mean"), number(0, "objects_mean")),
+            "frustum" | "portals" | "pvs" | "both" => {
+                for i in 1..5 {
+                    assert!(number(i, "objects_mean") < number(i - 1, "objects_mean"), "{}", of_mode[i]);
+                    let all = number(i, "objects_mean") + number(i, "small_mean");
+                    assert!((all - number(0, "objects_mean")).abs() < 1e-9, "{}", of_mode[i]);
+                }
+                assert!(number(4, "missed_pixels") > 0.0 && number(4, "worst_missed_pixels") <= number(4, "missed_pixels"));
+            }
+            _ => {}
+        }
+    }
 }

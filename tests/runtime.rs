@@ -5,6 +5,7 @@ use enfilade::cells::PortalKind;
 use enfilade::file::{FileViewCell, PvsFile};
 use enfilade::runtime::{Camera, Culler, Mode, Narrowing, Rect, Scratch};
 use enfilade::scene::{Role, Scene};
+use enfilade::walkthrough::mode::WalkMode;
 use enfilade::walkthrough::path::{CameraPath, PathFrame};
 use enfilade::walkthrough::tour::tour;
 use enfilade::walkthrough::walk::{Summary, WalkOptions, walk};
@@ -421,6 +422,7 @@ fn options(modes: &[Mode]) -> WalkOptions {
         every: 1,
         doors_as_found: false,
         narrowing: Narrowing::Rectangles,
+        min_pixels: vec![0],
     }
 }
 
@@ -454,7 +456,6 @@ fn a_tour_enters_every_cell_and_misses_no_pixel() {
     assert!(all[4].triangles_mean < all[1].triangles_mean && all[1].triangles_mean < all[0].triangles_mean);
 }
 
-/// A row that lacks what is in plain view: the alarm rings, in the modes that use rows only.
 /// A door that the model has shut: nothing that shows is missing from a picture in which its leaf hides what is behind, and less is drawn
 /// than with the door open. The leaf is larger than the opening, so that nothing shows beside it.
 #[test]
@@ -476,6 +477,7 @@ fn a_tour_past_a_shut_door_misses_no_pixel() {
     }
 }
 
+/// A row that lacks what is in plain view: the alarm rings, in the modes that use rows only, by pixels and by the exact judge.
 #[test]
 fn a_faulty_row_shows_as_missed_pixels() {
     let (building, things) = flat();
@@ -485,6 +487,15 @@ fn a_faulty_row_shows_as_missed_pixels() {
     let s = summaries(&scene, &file, &path, &Mode::ALL);
     assert_eq!([0, 1, 2].map(|m| s[m].missed_pixels), [Some(0); 3]);
     assert!(s[3].missed_pixels > Some(100) && s[4].missed_pixels == s[3].missed_pixels);
+    let mut judged = options(&Mode::ALL);
+    judged.modes.push(WalkMode::Exact);
+    let lost = |file: &PvsFile, min_pixels| {
+        let judged = WalkOptions { min_pixels: vec![min_pixels], ..judged.clone() };
+        walk(&scene, file, &path, &judged, &mut |_| {}).unwrap().iter().map(|s| s.lost_objects).collect::<Vec<_>>()
+    };
+    assert_eq!(lost(&file, 0), [Some(0), Some(0), Some(0), Some(1), Some(1), None]);
+    assert_eq!(lost(&file, 1), [None; 6], "a limit leaves out what is visible");
+    assert_eq!(s[0].lost_objects, None, "nobody asked the judge");
     // The same for glass, which hides nothing but is seen.
     let (building, things) = flat();
     let (scene, file) = building.finish_with(|_, objects| objects.clear(A.index(), things.glass.index()));

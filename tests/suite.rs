@@ -50,6 +50,7 @@ mod locate;
 mod map_scene;
 mod mirrors_drawn;
 mod numbers;
+mod own_tree;
 mod plan_scenes;
 mod prt;
 mod public_api;

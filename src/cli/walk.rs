@@ -42,7 +42,12 @@ pub struct Args {
     /// Size of the pictures, pixels.
     #[arg(long, default_value = "640x360", value_name = "WxH")]
     size: String,
-    /// Compare every frame with a picture of everything; exit 1 where a conservative file misses a pixel.
+    /// Leave out objects with fewer pixels than N, as far as their boxes tell; 1 leaves out what has none. Several with commas between
+    /// are walked one by one; 0 is no limit.
+    #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_value = "0")]
+    min_pixels: Vec<u32>,
+    /// Compare every frame with a picture of everything; exit 1 where a conservative file misses a pixel, or as
+    /// many of one object as --min-pixels says.
     #[arg(long)]
     verify_pixels: bool,
     /// Take every n-th frame of the path.
@@ -106,6 +111,10 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
     }
 
+    let min_pixels = args.min_pixels;
+    if args.frames.is_some() && min_pixels.len() > 1 {
+        return Err(CliError("--frames takes pictures of one walk; give one --min-pixels".into()));
+    }
     let every = args.every as usize;
     let (verify_pixels, pictures) = (args.verify_pixels, args.frames);
     let narrowing = match args.narrowing {
@@ -113,7 +122,8 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Shape::Octagons => Narrowing::Octagons,
     };
     let doors_as_found = args.doors == Doors::AsFound;
-    let options = WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, narrowing };
+    let options =
+        WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, narrowing, min_pixels };
     let mut printed = Ok(());
     let mut print = |line: &FrameLine| {
         if printed.is_ok() && args.json {
@@ -130,9 +140,12 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
             eprintln!("{}", prose(summary, scene.triangles.len()));
         }
     }
-    // A sampled file doesn't promise every pixel, so a miss is a figure, not a fault.
-    let promised = args.verify_pixels && file.guarantee == Guarantee::Conservative;
-    let failed = promised && summaries.iter().any(|s| s.missed_pixels.is_some_and(|missed| missed > 0));
+    // A sampled file doesn't promise every pixel, so a miss is a figure, not a fault; nor is one of an object that is too small.
+    let fails = |s: &Summary| {
+        let misses = s.most_missed_pixels.is_some_and(|most| most >= u64::from(s.min_pixels.max(1)));
+        args.verify_pixels && misses || s.lost_objects.is_some_and(|lost| lost > 0)
+    };
+    let failed = file.guarantee == Guarantee::Conservative && summaries.iter().any(fails);
     Ok(if failed { Outcome::Failed } else { Outcome::Done })
 }
 
@@ -145,11 +158,17 @@ fn prose(s: &Summary, all_triangles: usize) -> String {
         "{:8} {} frames, {:.0} of {all_triangles} triangles, {:.0} objects, {:.1} us (p99 {:.1})",
         s.mode, s.frames, s.triangles_mean, s.objects_mean, s.us_median, s.us_p99
     );
+    if let Some(small) = s.small_mean {
+        line += &format!(", {small:.0} objects below {} pixels", s.min_pixels);
+    }
     if let Some(frame) = s.frame_us_median {
         line += &format!(", {frame:.0} us with drawing, {:.0} queries", s.queries_mean);
     }
     if let (Some(visible), Some(undecided)) = (s.visible_triangles_mean, s.undecided_triangles_mean) {
         line += &format!(", {visible:.0} visible triangles, {undecided:.1} undecided");
+    }
+    if let Some(lost) = s.lost_objects {
+        line += &format!(", {lost} visible objects left out");
     }
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
         line += &format!(", {missed} missed pixels, {cracks} at cracks, {exact:.0} triangles really visible");

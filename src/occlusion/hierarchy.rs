@@ -6,6 +6,7 @@
 //! one middle are parted, too; SAH takes the areas of boxes along the node's own axes, swept once along each of the three, where
 //! Ivson fits every candidate's box anew (quadratic).
 
+mod given;
 mod split;
 
 #[cfg(feature = "bake")]
@@ -18,6 +19,7 @@ use crate::types::scene::{Object, Scene};
 use glam::DVec3;
 use std::ops::Range;
 
+pub use given::{Divide, Tree, TreeFault};
 pub use split::Split;
 
 /// How to build a tree.

@@ -12,7 +12,7 @@ pub(super) const LANES: usize = 16;
 
 /// Relative error of the `f32` sums below: each has under twelve roundings of 2^-24, those of its plane included, so at most 8e-7 of the sum of
 /// the magnitudes of its terms. Larger: boxes just beside a rectangle pass. Smaller: boxes on its edge get lost.
-const SUM_ERROR: f32 = 1e-6;
+pub(super) const SUM_ERROR: f32 = 1e-6;
 
 /// Most half-spaces: four sides, not behind the eye, four slanted sides, beyond a portal, and within its doorway.
 const MOST: usize = 11;

@@ -41,6 +41,7 @@ impl Culler {
                 portals::traverse(self, camera, &eye, homes.as_slice(), &Octagon::FULL, scratch);
             }
         }
+        self.leave_out_small(camera, mode, scratch);
         scratch.homes.extend_from_slice(if lost { &[] } else { homes.as_slice() });
         let home = scratch.homes.first().copied();
         scratch.finish(self, home)

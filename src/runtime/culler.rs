@@ -3,6 +3,7 @@
 use super::Narrowing;
 use super::boxes::Boxes;
 use super::locate::{Locator, piece_bounds};
+use super::small::MinPixels;
 use crate::bits::BitMatrix;
 use crate::file::{FileCell, PvsFile};
 use crate::geom::Aabb;
@@ -67,6 +68,7 @@ pub(super) struct ViewCells {
 pub struct Culler {
     pub(super) tolerance: f64,
     pub(super) narrowing: Narrowing,
+    pub(super) min_pixels: MinPixels,
     pub(super) locator: Locator,
     /// Directed portals that lead out of each cell.
     pub(super) cell_portals: Lists<DirectedPortal>,
@@ -112,6 +114,7 @@ impl Culler {
         Self {
             tolerance,
             narrowing: Narrowing::default(),
+            min_pixels: MinPixels::default(),
             locator: Locator::new((0..).map(CellId).zip(file.cells.iter().map(|c| &c.pieces[..])), extent, tolerance),
             cell_portals: Lists::new(leading_out),
             placed: Boxes::new(placed_bounds(file, &cell_objects, extent, tolerance)),
@@ -141,6 +144,12 @@ impl Culler {
     /// How portals narrow the view from now on; by rectangles unless told otherwise.
     pub fn set_narrowing(&mut self, narrowing: Narrowing) {
         self.narrowing = narrowing;
+    }
+
+    /// What is too small to be drawn from now on, in all modes but [`Mode::None`](super::Mode::None), in mirrors, too; nothing is unless told
+    /// otherwise.
+    pub fn set_min_pixels(&mut self, limit: MinPixels) {
+        self.min_pixels = limit;
     }
 
     /// Number of objects.

@@ -6,6 +6,7 @@
 use super::auto::Auto;
 use super::online::OnlineCuller;
 use super::{Camera, Culler, Mode, Scratch, VisibleSet};
+use crate::occlusion::hierarchy::Hierarchy;
 use crate::occlusion::oracle::OcclusionOracle;
 use std::fmt;
 use std::str::FromStr;
@@ -145,6 +146,12 @@ impl FrameCuller {
     /// Makes room for occlusion queries now; the first frame with queries does it otherwise.
     pub fn prepare_queries(&mut self, culler: &Culler) {
         self.online.get_or_insert_with(|| OnlineCuller::new(culler));
+    }
+
+    /// Makes room for occlusion queries, with a tree of the client's ([`Hierarchy::of_tree`], [`Hierarchy::divided`]) over the culler's
+    /// objects, relative to the file's origin; until [`Self::restart`]. Panics where the tree has more objects, or fewer.
+    pub fn prepare_queries_with(&mut self, culler: &Culler, tree: Hierarchy) {
+        self.online = Some(OnlineCuller::with_tree(culler, tree));
     }
 
     /// As if no frame had been culled yet.

@@ -203,6 +203,7 @@ impl Culler {
             } else {
                 self.take_all(&camera, mode, &mut out.scratch);
             }
+            self.leave_out_small(&camera, mode, &mut out.scratch);
             let start = out.objects.len();
             out.objects.extend_from_slice(&out.scratch.objects);
             out.views[next].objects = start..out.objects.len();

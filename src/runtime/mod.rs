@@ -22,6 +22,7 @@
 //!   errs towards *visible* ([`Culler::tolerance`] says by how much), and so does every bound on work, which is counted in
 //!   [`FrameStats::capped`].
 //! * Where the eye is in no cell, the set is everything in the frustum, never nothing.
+//! * Objects that are too small are left out where the client says so ([`Culler::set_min_pixels`]), and counted in [`FrameStats::small`].
 //! * The set depends on the camera and the mode, not on earlier frames.
 //! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
 
@@ -41,6 +42,7 @@ mod online;
 mod portals;
 mod scratch;
 mod sets;
+mod small;
 
 pub use around::Place;
 pub use auto::Auto;
@@ -51,3 +53,4 @@ pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
 pub use mode::{Mode, Narrowing};
 pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
 pub use sets::MOST_PLANES;
+pub use small::MinPixels;

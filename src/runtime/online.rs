@@ -36,7 +36,12 @@ impl OnlineCuller {
         };
         let boxes: Vec<Aabb> = objects.clone().map(aabb).collect();
         let triangles: Vec<u32> = objects.map(|i| culler.triangles(ObjectId(i as u32))).collect();
-        let tree = Hierarchy::of_boxes(&boxes, &triangles, &HierarchyOptions::default());
+        Self::with_tree(culler, Hierarchy::of_boxes(&boxes, &triangles, &HierarchyOptions::default()))
+    }
+
+    /// With a tree of all objects that was made elsewhere.
+    pub fn with_tree(culler: &Culler, tree: Hierarchy) -> Self {
+        assert_eq!(tree.object_count(), culler.object_count(), "a tree of the culler's objects");
         Self {
             mask: Mask::new(&tree),
             tree,

@@ -18,6 +18,8 @@ pub struct FrameStats {
     pub objects: u64,
     /// Their triangles.
     pub triangles: u64,
+    /// Objects left out because they are too small ([`Culler::set_min_pixels`]).
+    pub small: u64,
     /// Questions to an occlusion oracle.
     pub queries: u64,
     /// Times that a bound on work was met and more was kept instead.
@@ -33,6 +35,7 @@ impl Add for FrameStats {
             portals: self.portals + other.portals,
             objects: self.objects + other.objects,
             triangles: self.triangles + other.triangles,
+            small: self.small + other.small,
             queries: self.queries + other.queries,
             capped: self.capped + other.capped,
         }

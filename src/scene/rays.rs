@@ -207,6 +207,27 @@ impl<'s> RayScene<'s> {
             })
     }
 
+    /// True where `p` is within `distance` metres of a triangle of an opaque object that `counts`.
+    pub fn is_near_opaque(&self, p: DVec3, distance: f64, counts: impl Fn(ObjectId) -> bool) -> bool {
+        let tree = self.opaque();
+        let mut found = false;
+        let mut look = |slot: usize| {
+            let triangle = tree.triangles[slot];
+            let is_near = || (p - closest_on_triangle(p, &tree.corners[slot])).length_squared() <= distance * distance;
+            found |= !self.is_hole(triangle) && counts(tree.owner(self.scene, triangle)) && is_near();
+            !found
+        };
+        if !tree.triangles.is_empty() {
+            // The tree's boxes are padded by more than this rounds off.
+            let around = obvhs::aabb::Aabb::new((p - distance).as_vec3a(), (p + distance).as_vec3a());
+            tree.bvh.aabb_traverse(around, |bvh, node| {
+                let node = &bvh.nodes[node as usize];
+                (node.first_index..node.first_index + node.prim_count).all(|slot| look(slot as usize))
+            });
+        }
+        found
+    }
+
     fn owns(&self, object: ObjectId, triangle: u32) -> bool {
         self.scene.objects[object.index()].triangles.contains(&triangle)
     }

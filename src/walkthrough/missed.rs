@@ -43,6 +43,8 @@ pub struct Missed {
     pub pixels: Vec<u32>,
     /// Pixels that do so only through a crack.
     pub cracks: u64,
+    /// How many of [`pixels`](Self::pixels) show one object, at most.
+    pub most_of_one: u64,
 }
 
 /// Compares a picture of everything, which shows `shown` ([`objects_shown`]), with a set.
@@ -63,7 +65,15 @@ pub fn missed_pixels(
         .map(|pixel| pixel as u32)
         .collect();
     let pixels: Vec<u32> = parallel::flat_map(&doubtful, |&pixel| settle(rays, view, pixel as usize, kept).then_some(pixel));
-    Missed { cracks: (doubtful.len() - pixels.len()) as u64, pixels }
+    // What is in front of a pixel that is missed: glass, if that is left out.
+    let front = |&pixel: &u32| {
+        let glass = full.glass(pixel as usize).filter(|&triangle| leaves_out(triangle));
+        glass.or(full.opaque(pixel as usize)).map(|triangle| scene.object_of(triangle))
+    };
+    let mut objects: Vec<ObjectId> = pixels.iter().filter_map(front).collect();
+    objects.sort_unstable();
+    let most_of_one = objects.chunk_by(|a, b| a == b).map(<[_]>::len).max().unwrap_or(0) as u64;
+    Missed { cracks: (doubtful.len() - pixels.len()) as u64, pixels, most_of_one }
 }
 
 /// True where all rays around a pixel's middle agree that the set leaves out what is in front.
@@ -94,18 +104,14 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
 }
 
 /// True where a ray begins on something opaque, as far as `f32` tells.
-fn stands_on_a_surface(rays: &RayScene<'_>, eye: DVec3, along: DVec3) -> bool {
+pub(super) fn stands_on_a_surface(rays: &RayScene<'_>, eye: DVec3, along: DVec3) -> bool {
     let rounding = along.normalize_or_zero() * single_precision(eye.abs().max_element());
     rays.first_opaque(eye - rounding, 2.0 * rounding, 1.0).is_some()
 }
 
 /// True where an opaque object of the set is within the scene's clearance of a point.
 fn is_doubled(rays: &RayScene<'_>, p: DVec3, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> bool {
-    let clearance = rays.tolerance().clearance;
-    (0u32..)
-        .map(ObjectId)
-        .zip(&rays.scene().objects)
-        .any(|(id, object)| object.opaque && kept(id) && rays.is_near(p, id, clearance))
+    rays.is_near_opaque(p, rays.tolerance().clearance, kept)
 }
 
 /// The objects that a picture of everything shows, ascending: what a perfect culler would keep.

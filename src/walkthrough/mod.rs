@@ -3,6 +3,7 @@
 pub mod compare;
 mod exact_culler;
 pub mod expected;
+mod lost;
 pub mod missed;
 pub mod mode;
 pub mod overlay;

@@ -1,6 +1,7 @@
 //! Walks a camera through a model and says what each culling mode draws, how long it takes, and what it misses.
 
 use super::exact_culler::{ExactCuller, Judged};
+use super::lost::Witnesses;
 use super::missed::{Missed, missed_pixels, objects_shown};
 use super::mode::WalkMode;
 use super::overlay::Overlay;
@@ -11,7 +12,7 @@ use crate::ObjectId;
 use crate::exact::ExactScene;
 use crate::file::PvsFile;
 use crate::occlusion::depth::DepthBuffer;
-use crate::runtime::{Culler, FrameMode, FrameStats, Narrowing, VisibleSet};
+use crate::runtime::{Culler, FrameMode, FrameStats, MinPixels, Narrowing, VisibleSet};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use serde::Serialize;
@@ -38,6 +39,8 @@ pub struct WalkOptions {
     pub doors_as_found: bool,
     /// How portals narrow the view.
     pub narrowing: Narrowing,
+    /// Objects with fewer pixels are left out, as far as their boxes tell; 0 leaves none out. Each mode is walked with each of these limits.
+    pub min_pixels: Vec<u32>,
 }
 
 /// One frame in one mode.
@@ -47,6 +50,9 @@ pub struct FrameLine {
     pub frame: usize,
     /// The mode's name.
     pub mode: &'static str,
+    /// The limit below which objects are left out; absent where there is none.
+    #[serde(skip_serializing_if = "is_none")]
+    pub min_pixels: u32,
     /// [`FrameStats::cells`].
     pub cells: u64,
     /// [`FrameStats::portals`].
@@ -55,6 +61,9 @@ pub struct FrameLine {
     pub objects: u64,
     /// [`FrameStats::triangles`].
     pub triangles: u64,
+    /// [`FrameStats::small`]; absent where there is no limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub small: Option<u64>,
     /// Occlusion queries.
     pub queries: u64,
     /// Microseconds of one cull, as it came, after the frame before it; in a mode that asks an oracle, with what that draws.
@@ -72,12 +81,24 @@ pub struct FrameLine {
     /// In the mode `exact`: triangles of which it isn't known; absent in others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub undecided_triangles: Option<u64>,
+    /// Objects that the exact judge has a witness of and the set leaves out; only where the walk has the mode `exact`, and this is a mode
+    /// without it, without queries and without a limit: these leave out what has no pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost_objects: Option<u64>,
     /// Pixels that show something that the set leaves out; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed_pixels: Option<u64>,
     /// Pixels that do so through a crack between triangles only ([`super::missed`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crack_pixels: Option<u64>,
+    /// Missed pixels of the object that has most of them; absent where pixels were not compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most_missed_pixels: Option<u64>,
+}
+
+/// Whether a limit leaves nothing out.
+fn is_none(min_pixels: &u32) -> bool {
+    *min_pixels == 0
 }
 
 /// All frames in one mode.
@@ -87,10 +108,16 @@ pub struct Summary {
     pub frames: usize,
     /// The mode's name.
     pub mode: &'static str,
+    /// The limit below which objects are left out; absent where there is none.
+    #[serde(skip_serializing_if = "is_none")]
+    pub min_pixels: u32,
     /// Mean of the triangles kept.
     pub triangles_mean: f64,
     /// Mean of the objects kept.
     pub objects_mean: f64,
+    /// Mean of [`FrameLine::small`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub small_mean: Option<f64>,
     /// Median of the times, microseconds.
     pub us_median: f64,
     /// 99th percentile of the times, microseconds.
@@ -100,12 +127,21 @@ pub struct Summary {
     pub frame_us_median: Option<f64>,
     /// Mean of the occlusion queries.
     pub queries_mean: f64,
+    /// Sum of [`FrameLine::lost_objects`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost_objects: Option<u64>,
     /// Sum over frames; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed_pixels: Option<u64>,
     /// Sum over frames; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crack_pixels: Option<u64>,
+    /// Missed pixels of the frame that has most of them; absent where pixels were not compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst_missed_pixels: Option<u64>,
+    /// Greatest of [`FrameLine::most_missed_pixels`]. Rows that promise all keep it at 0, or below the limit where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most_missed_pixels: Option<u64>,
     /// Mean of the triangles of objects that really show in the pictures: what a perfect culler would keep. Absent where
     /// pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,6 +154,39 @@ pub struct Summary {
     pub undecided_triangles_mean: Option<f64>,
     /// Frames in which a bound on work was met and more was kept instead.
     pub capped_frames: u64,
+}
+
+/// What is walked at a time.
+#[derive(Clone, Copy)]
+struct How {
+    mode: WalkMode,
+    /// See [`WalkOptions::min_pixels`].
+    min_pixels: u32,
+}
+
+impl How {
+    /// Whether the mode promises to keep what is visible, however small.
+    fn keeps_all(self) -> bool {
+        self.mode != WalkMode::Exact && !self.mode.has_queries() && self.min_pixels == 0
+    }
+}
+
+/// The same with a culler that knows it.
+struct Way {
+    how: How,
+    culler: Culler,
+}
+
+/// Each mode with each limit.
+fn ways(culler: &Culler, options: &WalkOptions) -> Vec<Way> {
+    let picture = [options.width, options.height].map(|side| side as u32);
+    let way = |how: How| {
+        let mut culler = culler.clone();
+        culler.set_min_pixels(MinPixels { pixels: how.min_pixels, picture });
+        Way { how, culler }
+    };
+    let of = |&mode| options.min_pixels.iter().map(move |&min_pixels| How { mode, min_pixels });
+    options.modes.iter().flat_map(of).map(way).collect()
 }
 
 /// Walks along a path. `line` gets each frame as it is done, for each mode in order.
@@ -144,63 +213,63 @@ pub fn walk(
         .collect();
 
     let exact = OnceCell::new();
-    let walker = |mode| match mode {
-        WalkMode::Culled(mode) => Walker::Culled(Box::new(TimedCuller::new(mode, &culler))),
-        WalkMode::Exact => {
-            let ready = exact.get_or_init(|| ExactScene::new(scene));
-            Walker::Exact(Box::new(ExactCuller::new(scene, ready)))
-        }
+    let ready = || exact.get_or_init(|| ExactScene::new(scene));
+    let ways = ways(&culler, options);
+    let walker = |way: &Way| match way.how.mode {
+        WalkMode::Culled(mode) => Walker::Culled(Box::new(TimedCuller::new(mode, &way.culler))),
+        WalkMode::Exact => Walker::Exact(Box::new(ExactCuller::new(scene, ready()))),
     };
 
     // 1. Times, undisturbed by comparing.
     let asks = options.modes.iter().any(|mode| mode.has_queries());
     let mut oracle = asks.then(|| DepthBuffer::new(scene, options.width, options.height));
-    let times: Vec<Vec<Times>> = options
-        .modes
-        .iter()
-        .map(|&mode| timed(&|| walker(mode), mode.has_queries(), &culler, &views, oracle.as_mut()))
-        .collect();
+    let times: Vec<Vec<Times>> = ways.iter().map(|way| timed(&|| walker(way), way, &views, oracle.as_mut())).collect();
 
     // 2. The same frames again: counters, and pixels where they are asked for.
     let compare = options.verify_pixels || options.pictures.is_some();
     let rays = compare.then(|| RayScene::new(scene));
-    let mut walkers: Vec<Walker> = options.modes.iter().map(|&mode| walker(mode)).collect();
-    let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); options.modes.len()];
-    let (mut exact_triangles, mut capped) = (0u64, vec![0u64; options.modes.len()]);
+    let mut walkers: Vec<Walker> = ways.iter().map(&walker).collect();
+    let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); ways.len()];
+    let judges = options.modes.contains(&WalkMode::Exact);
+    let mut witnesses = judges.then(|| Witnesses::new(ready(), RayScene::new(scene), file.clearance()));
+    let (mut exact_triangles, mut capped) = (0u64, vec![0u64; ways.len()]);
     for (i, (frame, view)) in views.iter().enumerate() {
         let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
+        witnesses.iter_mut().for_each(|witnesses| witnesses.look(view));
         exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
-        for (m, &mode) in options.modes.iter().enumerate() {
+        for (m, way) in ways.iter().enumerate() {
             let Walked { visible, method, judged, .. } =
-                walkers[m].cull(&culler, view, oracle.as_mut().filter(|_| mode.has_queries()));
+                walkers[m].cull(&way.culler, view, oracle.as_mut().filter(|_| way.how.mode.has_queries()));
             capped[m] += u64::from(visible.stats.capped > 0);
             let missed = truth.as_ref().map(|truth| truth.missed(visible.objects));
             let times = times[m][i];
-            let mut frame_line = frame_line(*frame, mode, &visible.stats, times, missed.as_ref());
-            frame_line.method = (mode == FrameMode::Auto.into()).then(|| method.name());
+            let mut frame_line = frame_line(*frame, way.how, &visible.stats, times, missed.as_ref());
+            frame_line.method = (way.how.mode == FrameMode::Auto.into()).then(|| method.name());
+            frame_line.lost_objects =
+                witnesses.as_ref().filter(|_| way.how.keeps_all()).map(|witnesses| witnesses.lost(visible.objects));
             frame_line.visible_triangles = judged.map(|judged| judged.visible);
             frame_line.undecided_triangles = judged.map(|judged| judged.undecided);
             if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
                 let text = caption(&frame_line, scene.triangles.len());
                 let overlay = Overlay { scene, file, view: *view, mode: method, visible, missed, text };
-                overlay.picture().save(&picture_path(folder, *frame, mode))?;
+                overlay.picture().save(&picture_path(folder, *frame, way.how.mode))?;
             }
             line(&frame_line);
             lines[m].push(frame_line);
         }
     }
     let exact_mean = compare.then(|| exact_triangles as f64 / views.len().max(1) as f64);
-    Ok((0..options.modes.len()).map(|m| summary(options.modes[m], &lines[m], exact_mean, capped[m])).collect())
+    Ok((0..ways.len()).map(|m| summary(ways[m].how, &lines[m], exact_mean, capped[m])).collect())
 }
 
 /// What frames take in a mode, in order.
 fn timed<'s>(
     walker: &dyn Fn() -> Walker<'s>,
-    has_queries: bool,
-    culler: &Culler,
+    way: &Way,
     views: &[(usize, View)],
     oracle: Option<&mut DepthBuffer<'_>>,
 ) -> Vec<Times> {
+    let (culler, has_queries) = (&way.culler, way.how.mode.has_queries());
     let mut times = vec![Times::default(); views.len()];
     // Drawing would push the culler out of the caches, so modes without queries are timed without it first.
     if !has_queries {
@@ -295,23 +364,27 @@ impl<'r> Truth<'r> {
     }
 }
 
-fn frame_line(frame: usize, mode: WalkMode, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
+fn frame_line(frame: usize, how: How, stats: &FrameStats, times: Times, missed: Option<&Missed>) -> FrameLine {
     let tenths = |us: f64| (us * 10.0).round() / 10.0;
     FrameLine {
         frame,
-        mode: mode.name(),
+        mode: how.mode.name(),
+        min_pixels: how.min_pixels,
         cells: stats.cells,
         portals: stats.portals,
         objects: stats.objects,
         triangles: stats.triangles,
+        small: (how.min_pixels > 0).then_some(stats.small),
         queries: stats.queries,
         us: tenths(times.cull),
         frame_us: times.frame.map(tenths),
         method: None,
         visible_triangles: None,
         undecided_triangles: None,
+        lost_objects: None,
         missed_pixels: missed.map(|m| m.pixels.len() as u64),
         crack_pixels: missed.map(|m| m.cracks),
+        most_missed_pixels: missed.map(|m| m.most_of_one),
     }
 }
 
@@ -322,9 +395,11 @@ fn caption(line: &FrameLine, all_triangles: usize) -> String {
     )
 }
 
-fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
+fn summary(how: How, lines: &[FrameLine], exact_triangles_mean: Option<f64>, capped_frames: u64) -> Summary {
     let mean = |f: fn(&FrameLine) -> u64| lines.iter().map(f).sum::<u64>() as f64 / lines.len().max(1) as f64;
     let total = |f: fn(&FrameLine) -> Option<u64>| lines.iter().map(f).sum::<Option<u64>>();
+    let greatest = |f: fn(&FrameLine) -> Option<u64>| lines.iter().map(f).try_fold(0, |most, of| Some(most.max(of?)));
+    let is_exact = how.mode == WalkMode::Exact;
     let judged = |f: fn(&FrameLine) -> Option<u64>| total(f).map(|sum| sum as f64 / lines.len().max(1) as f64);
     let sorted = |f: fn(&FrameLine) -> Option<f64>| {
         let mut times = lines.iter().map(f).collect::<Option<Vec<f64>>>()?;
@@ -337,18 +412,23 @@ fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64
     let times = sorted(|l| Some(l.us)).unwrap_or_default();
     Summary {
         frames: lines.len(),
-        mode: mode.name(),
+        mode: how.mode.name(),
+        min_pixels: how.min_pixels,
         triangles_mean: mean(|l| l.triangles),
         objects_mean: mean(|l| l.objects),
+        small_mean: judged(|l| l.small),
         us_median: percentile(&times, 50),
         us_p99: percentile(&times, 99),
         frame_us_median: sorted(|l| l.frame_us).map(|times| percentile(&times, 50)),
         queries_mean: mean(|l| l.queries),
+        lost_objects: total(|l| l.lost_objects),
         missed_pixels: total(|l| l.missed_pixels),
         crack_pixels: total(|l| l.crack_pixels),
+        worst_missed_pixels: greatest(|l| l.missed_pixels),
+        most_missed_pixels: greatest(|l| l.most_missed_pixels),
         exact_triangles_mean,
-        visible_triangles_mean: judged(|l| l.visible_triangles).filter(|_| mode == WalkMode::Exact),
-        undecided_triangles_mean: judged(|l| l.undecided_triangles).filter(|_| mode == WalkMode::Exact),
+        visible_triangles_mean: judged(|l| l.visible_triangles).filter(|_| is_exact),
+        undecided_triangles_mean: judged(|l| l.undecided_triangles).filter(|_| is_exact),
         capped_frames,
     }
 }
@@ -357,22 +437,25 @@ fn summary(mode: WalkMode, lines: &[FrameLine], exact_triangles_mean: Option<f64
 mod tests {
     use super::*;
 
-    const BOTH: WalkMode = WalkMode::Culled(FrameMode::Both);
+    const BOTH: How = How { mode: WalkMode::Culled(FrameMode::Both), min_pixels: 0 };
 
     #[test]
     fn a_summary_is_of_its_lines() {
+        let how = How { min_pixels: 4, ..BOTH };
         let lines: Vec<FrameLine> = (1..=200)
             .map(|i| {
-                let stats = FrameStats { objects: i, triangles: 2 * i, ..FrameStats::default() };
-                let missed = Missed { pixels: vec![0; usize::from(i == 7)], cracks: 1 };
-                frame_line(i as usize, BOTH, &stats, Times { cull: i as f64, frame: None }, Some(&missed))
+                let stats = FrameStats { objects: i, triangles: 2 * i, small: 3, ..FrameStats::default() };
+                let missed = i / 100 % 2;
+                let missed = Missed { pixels: vec![0; 5 * missed as usize], cracks: 1, most_of_one: 3 * missed };
+                frame_line(i as usize, how, &stats, Times { cull: i as f64, frame: None }, Some(&missed))
             })
             .collect();
-        let s = summary(BOTH, &lines, Some(3.0), 0);
+        let s = summary(how, &lines, Some(3.0), 0);
         assert_eq!((s.frames, s.objects_mean, s.triangles_mean), (200, 100.5, 201.0));
-        assert_eq!((s.us_median, s.us_p99, s.missed_pixels, s.crack_pixels), (100.0, 198.0, Some(1), Some(200)));
+        assert_eq!((s.us_median, s.us_p99, s.missed_pixels, s.crack_pixels), (100.0, 198.0, Some(500), Some(200)));
+        assert_eq!((s.worst_missed_pixels, s.most_missed_pixels, s.small_mean), (Some(5), Some(3), Some(3.0)));
         let line = frame_line(0, BOTH, &FrameStats::default(), Times { cull: 1.0, frame: None }, None);
         let none = serde_json::to_string(&summary(BOTH, &[line], None, 0)).unwrap();
-        assert!(!none.contains("missed_pixels") && !none.contains("frame_us"));
+        assert!(["missed_pixels", "frame_us", "small", "min_pixels"].iter().all(|absent| !none.contains(absent)), "{none}");
     }
 }

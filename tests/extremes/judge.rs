@@ -184,6 +184,7 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
         every: 1,
         doors_as_found: false,
         narrowing: Narrowing::default(),
+        min_pixels: vec![0],
     };
     let path: CameraPath = path;
     let mut first = None;

@@ -65,6 +65,9 @@ pub struct Args {
     /// wide where a model has nothing but tubes]
     #[arg(long, value_enum, requires = "pictures")]
     pub thin_tubes: Option<Thin>,
+    /// Leave out objects with fewer pixels than N, as far as their boxes tell, with --shot or --bench
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "pictures")]
+    pub min_pixels: u32,
     /// For tests: time passes only after a key or a button went down, in steps
     #[arg(long, hide = true, conflicts_with_all = ["shot", "bench"])]
     pub steps: bool,

@@ -5,7 +5,7 @@ use crate::delayed_queries::Late;
 use crate::draw::queries;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
-use enfilade::runtime::{AutoOptions, Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats};
+use enfilade::runtime::{AutoOptions, Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats, MinPixels};
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
 
@@ -127,6 +127,8 @@ pub struct Culling<'b> {
     pub last: Option<Decision>,
     building: &'b Building,
     size: [u32; 2],
+    /// Objects with fewer are left out; 0 leaves none out.
+    min_pixels: u32,
     depth: Option<DepthBuffer<'b>>,
 }
 
@@ -145,6 +147,7 @@ impl<'b> Culling<'b> {
             last: None,
             building,
             size,
+            min_pixels: 0,
             // Made before it is asked: it looks at every triangle of the scene.
             depth: (oracle == Oracle::Software).then(|| depth(building, size)),
         }
@@ -155,6 +158,13 @@ impl<'b> Culling<'b> {
         self.size = size;
         self.depth = None;
         self.frames.set_fixed_cost(pixels_as_triangles(size));
+        self.set_min_pixels(self.min_pixels);
+    }
+
+    /// Objects with fewer pixels are left out from now on, as far as their boxes tell; 0 leaves none out.
+    pub fn set_min_pixels(&mut self, pixels: u32) {
+        self.min_pixels = pixels;
+        self.culler.set_min_pixels(MinPixels { pixels, picture: self.size });
     }
 
     /// Decides a frame, with a near plane at `near` metres. Lists keep their memory from frame to frame.

@@ -84,6 +84,7 @@ impl Headless {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
         walk.stage.set_detail(args.detail.unwrap_or(Detail::Plain))?;
         walk.stage.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
+        walk.stage.culling.set_min_pixels(args.min_pixels);
         self.land.take().map_or(Ok(()), |land| walk.stage.set_ground(land))?;
         Ok(run(&mut walk))
     }
@@ -183,6 +184,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let mut stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
     held.land.take().map_or(Ok(()), |land| stage.set_ground(land))?;
     stage.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
+    stage.culling.set_min_pixels(args.min_pixels);
     let mut session = Session::new(&held.building, stage, PICTURE, size)?;
     session.show.mode = args.mode.unwrap_or(session.show.mode);
     session.show.detail = args.detail.unwrap_or_default();

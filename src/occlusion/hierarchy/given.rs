@@ -1,0 +1,490 @@
+//! A client's own tree, and a client's own way to divide: an octree, a grid, the scene graph of an engine.
+//!
+//! A tree is copied once, when it is taken. Whatever is wrong with it is named and made good, so that every object is drawn where it shows.
+
+use super::{Hierarchy, Node, Shapes};
+use crate::ObjectId;
+use crate::geom::Aabb;
+use crate::occlusion::bounds::Bounds;
+use glam::DVec3;
+use std::collections::HashSet;
+use std::fmt;
+use std::hash::Hash;
+
+/// Nodes of a client's tree for each object, and some more, after which it counts as endless. Lower: sparse octrees with many empty nodes are
+/// cut. Higher: a tree without an end takes more memory before it is.
+const MOST_NODES: [usize; 2] = [64, 4096];
+
+/// By how much a box may fall short of what is in it, of the size of its coordinates: the rounding of a client that keeps `f32`. Larger:
+/// boxes that lose something pass. Smaller: good boxes are made anew.
+const SHORT: f64 = 1e-6;
+
+/// In place of an object's box that isn't of numbers: around every eye, so that nobody asks whether it shows. Larger: products of three
+/// lengths leave the range of `f32`. Smaller: an eye may be outside.
+const EVERYWHERE: Bounds = Bounds { centre: DVec3::ZERO, axes: DVec3::AXES, half: DVec3::splat(1e12) };
+
+/// A tree of boxes over objects, as a client keeps it. Inner nodes may hold objects, too.
+pub trait Tree {
+    /// Names a node; two nodes have two names.
+    type Node: Copy + Eq + Hash;
+
+    /// Where it begins; `None` where there is nothing.
+    fn root(&self) -> Option<Self::Node>;
+
+    /// The box around all below a node, metres. It may have any axes, and be larger than needed.
+    fn bounds(&self, node: Self::Node) -> Bounds;
+
+    /// Appends the children of a node.
+    fn children(&self, node: Self::Node, out: &mut Vec<Self::Node>);
+
+    /// Appends the objects that are in a node, those of its children not among them.
+    fn objects(&self, node: Self::Node, out: &mut Vec<ObjectId>);
+}
+
+/// What is wrong with a client's tree, and what was done about it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum TreeFault<N> {
+    /// A node is reached twice: by a cycle, or from two parents. It stays where it was reached first.
+    Again(N),
+    /// A box that isn't of numbers, or whose axes aren't of length 1 and at right angles. It is made anew.
+    NoBox(N),
+    /// Such a box of an object. The object is always drawn, as a child of the root.
+    NoObjectBox(ObjectId),
+    /// A box that doesn't hold what is below the node. It is made anew.
+    Short(N),
+    /// A node holds an object that there isn't. It is left out.
+    Unknown(N, ObjectId),
+    /// A node holds an object that another one holds, too. It stays where it was found first.
+    Twice(N, ObjectId),
+    /// An object in no node. It becomes a child of the root.
+    Missing(ObjectId),
+    /// A node with more nodes below than are looked at. What is below it counts as missing.
+    Endless(N),
+}
+
+impl<N: fmt::Debug> fmt::Display for TreeFault<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Again(node) => write!(f, "node {node:?} is reached twice; it stays where it was reached first"),
+            Self::NoBox(node) => write!(f, "node {node:?} has no box of numbers; it is made anew"),
+            Self::NoObjectBox(object) => write!(f, "object {object} has no box of numbers; it is always drawn"),
+            Self::Short(node) => write!(f, "the box of node {node:?} doesn't hold what is below; it is made anew"),
+            Self::Unknown(node, object) => write!(f, "node {node:?} holds object {object}, which there isn't"),
+            Self::Twice(node, object) => write!(f, "node {node:?} holds object {object}, which another one holds, too"),
+            Self::Missing(object) => write!(f, "object {object} is in no node; it becomes a child of the root"),
+            Self::Endless(node) => write!(f, "node {node:?} has more nodes below than are looked at"),
+        }
+    }
+}
+
+/// A client's way to divide a node's objects.
+pub trait Divide {
+    /// Orders a node's objects and says how many of them each child gets, in that order; nothing, or a single part, for a leaf. Parts that
+    /// are empty are left out, and what they leave is one part more.
+    fn divide(&mut self, node: &Node, objects: &mut [ObjectId]) -> Vec<usize>;
+}
+
+impl Hierarchy {
+    /// A tree that a client divides, over objects of which their boxes (metres) and numbers of triangles are known: object `i` is the `i`th
+    /// of both. Boxes of nodes are along the axes. Panics where `divide` changes which objects there are, or where the lists aren't as long as each
+    /// other.
+    pub fn divided(boxes: &[Aabb], triangles: &[u32], divide: &mut impl Divide) -> Self {
+        assert_eq!(boxes.len(), triangles.len(), "a box and a number of triangles for each object");
+        let all: Vec<ObjectId> = (0..boxes.len() as u32).map(ObjectId).collect();
+        let tree = Self::grow(&Shapes::of_boxes(boxes, triangles), all.clone(), |node, objects| {
+            let (mut rest, mut parts) = (objects.len(), Vec::new());
+            for part in divide.divide(node, objects) {
+                let part = part.min(rest);
+                rest -= part;
+                parts.extend((part > 0).then_some(part));
+            }
+            parts.extend((rest > 0).then_some(rest));
+            if parts.len() > 1 { parts } else { Vec::new() }
+        });
+        let mut held = tree.objects.clone();
+        held.sort_unstable();
+        assert!(held == all, "objects that were divided are those that there were");
+        tree
+    }
+
+    /// A client's tree over objects of which their boxes (metres) and numbers of triangles are known, and what is wrong with it. Panics where
+    /// the lists aren't as long as each other.
+    pub fn of_tree<T: Tree>(tree: &T, boxes: &[Bounds], triangles: &[u32]) -> (Self, Vec<TreeFault<T::Node>>) {
+        assert_eq!(boxes.len(), triangles.len(), "a box and a number of triangles for each object");
+        let mut copy = Copied { nodes: Vec::new(), faults: Vec::new(), taken: vec![false; boxes.len()] };
+        let boxes: Vec<Bounds> = boxes.iter().map(|&b| if is_box(&b) { b } else { EVERYWHERE }).collect();
+        copy.read(tree, &boxes);
+        copy.complete();
+        copy.measure(&boxes, triangles);
+        (copy.laid_out(), copy.faults)
+    }
+}
+
+/// A node as it was read.
+struct Given<N> {
+    /// `None` for what was added.
+    name: Option<N>,
+    bounds: Bounds,
+    children: Vec<usize>,
+    objects: Vec<ObjectId>,
+    /// Objects and triangles below it, once it is measured.
+    count: usize,
+    triangles: u64,
+}
+
+impl<N> Given<N> {
+    fn new(name: Option<N>, bounds: Bounds, objects: Vec<ObjectId>) -> Self {
+        Self { name, bounds, children: Vec::new(), objects, count: 0, triangles: 0 }
+    }
+}
+
+/// A client's tree, being copied. Children come after their parents.
+struct Copied<N> {
+    nodes: Vec<Given<N>>,
+    faults: Vec<TreeFault<N>>,
+    /// By object: whether a node holds it.
+    taken: Vec<bool>,
+}
+
+impl<N: Copy + Eq + Hash> Copied<N> {
+    /// Reads each node once.
+    fn read(&mut self, tree: &impl Tree<Node = N>, boxes: &[Bounds]) {
+        let most = MOST_NODES[0] * self.taken.len() + MOST_NODES[1];
+        let (mut known, mut children, mut objects) = (HashSet::new(), Vec::new(), Vec::new());
+        let given = |name: N| Given::new(Some(name), tree.bounds(name), Vec::new());
+        self.nodes.extend(tree.root().map(given));
+        known.extend(tree.root());
+        let mut at = 0;
+        while let Some(name) = self.nodes.get(at).and_then(|node| node.name) {
+            tree.objects(name, &mut objects);
+            for object in objects.drain(..) {
+                match self.taken.get_mut(object.index()) {
+                    None => self.faults.push(TreeFault::Unknown(name, object)),
+                    Some(true) => self.faults.push(TreeFault::Twice(name, object)),
+                    // It would make the box of every node above it useless.
+                    Some(_) if boxes[object.index()] == EVERYWHERE => {}
+                    Some(taken) => {
+                        *taken = true;
+                        self.nodes[at].objects.push(object);
+                    }
+                }
+            }
+            tree.children(name, &mut children);
+            if self.nodes.len() + children.len() > most {
+                self.faults.push(TreeFault::Endless(name));
+                children.clear();
+            }
+            for child in children.drain(..) {
+                if known.insert(child) {
+                    let number = self.nodes.len();
+                    self.nodes.push(given(child));
+                    self.nodes[at].children.push(number);
+                } else {
+                    self.faults.push(TreeFault::Again(child));
+                }
+            }
+            at += 1;
+        }
+        let everywhere = boxes.iter().enumerate().filter(|(_, b)| **b == EVERYWHERE);
+        self.faults.extend(everywhere.map(|(object, _)| TreeFault::NoObjectBox(ObjectId(object as u32))));
+    }
+
+    /// Gives every object a leaf: those that no node holds, below the root; those of inner nodes, below these.
+    fn complete(&mut self) {
+        let missing: Vec<ObjectId> =
+            (0u32..).zip(&self.taken).filter(|(_, taken)| !**taken).map(|(o, _)| ObjectId(o)).collect();
+        for &object in &missing {
+            let is_named = self.faults.iter().any(|f| matches!(f, TreeFault::NoObjectBox(named) if *named == object));
+            self.faults.extend((!is_named).then_some(TreeFault::Missing(object)));
+        }
+        if !missing.is_empty() && self.nodes.is_empty() {
+            self.nodes.push(Given::new(None, EVERYWHERE, Vec::new()));
+        }
+        for object in missing {
+            self.add(0, vec![object]);
+        }
+        for at in 0..self.nodes.len() {
+            if !self.nodes[at].children.is_empty() && !self.nodes[at].objects.is_empty() {
+                let objects = std::mem::take(&mut self.nodes[at].objects);
+                self.add(at, objects);
+            }
+        }
+    }
+
+    /// Adds a leaf.
+    fn add(&mut self, parent: usize, objects: Vec<ObjectId>) {
+        let number = self.nodes.len();
+        self.nodes.push(Given::new(None, EVERYWHERE, objects));
+        self.nodes[parent].children.push(number);
+    }
+
+    /// From the leaves up: leaves out what holds nothing, counts, and makes boxes anew that aren't right.
+    fn measure(&mut self, objects: &[Bounds], triangles: &[u32]) {
+        let mut parts = Vec::new();
+        for at in (0..self.nodes.len()).rev() {
+            let (above, below) = self.nodes.split_at_mut(at + 1);
+            let (node, child) = (&mut above[at], |number: usize| &below[number - at - 1]);
+            node.children.retain(|&number| child(number).count > 0);
+            node.count = node.objects.len() + node.children.iter().map(|&n| child(n).count).sum::<usize>();
+            let of_objects = node.objects.iter().map(|o| u64::from(triangles[o.index()]));
+            node.triangles = of_objects.chain(node.children.iter().map(|&n| child(n).triangles)).sum();
+            if node.count == 0 {
+                continue;
+            }
+            parts.clear();
+            parts.extend(node.objects.iter().map(|o| objects[o.index()]));
+            parts.extend(node.children.iter().map(|&n| child(n).bounds));
+            let Some(name) = node.name else {
+                node.bounds = around(&parts);
+                continue;
+            };
+            let is_box = is_box(&node.bounds);
+            node.bounds = holding(node.bounds, &parts).filter(|_| is_box).unwrap_or_else(|| {
+                self.faults.push(if is_box { TreeFault::Short(name) } else { TreeFault::NoBox(name) });
+                around(&parts)
+            });
+        }
+    }
+
+    /// As cullers take it: the root first, children together.
+    fn laid_out(&self) -> Hierarchy {
+        let mut tree = Hierarchy { nodes: Vec::new(), objects: Vec::new() };
+        let Some(root) = self.nodes.first().filter(|root| root.count > 0) else { return tree };
+        let node = |given: &Given<N>, parent: Option<u32>, level: u32, start: u32| {
+            let objects = [start, start + given.count as u32];
+            Node { bounds: given.bounds, parent, level, triangles: given.triangles, children: [0; 2], objects }
+        };
+        tree.objects = vec![ObjectId(0); root.count];
+        tree.nodes.push(node(root, None, 0, 0));
+        let mut copied = vec![0];
+        let mut at = 0;
+        while at < copied.len() {
+            let (given, level, mut start) = (&self.nodes[copied[at]], tree.nodes[at].level, tree.nodes[at].objects[0]);
+            let first = tree.nodes.len() as u32;
+            for &child in &given.children {
+                copied.push(child);
+                tree.nodes.push(node(&self.nodes[child], Some(at as u32), level + 1, start));
+                start += self.nodes[child].count as u32;
+            }
+            tree.objects[start as usize..start as usize + given.objects.len()].copy_from_slice(&given.objects);
+            tree.nodes[at].children = [first, tree.nodes.len() as u32];
+            at += 1;
+        }
+        tree
+    }
+}
+
+/// Whether it is one: of numbers, its axes of length 1 and at right angles.
+fn is_box(b: &Bounds) -> bool {
+    let [x, y, z] = b.axes;
+    let units = [x.dot(x) - 1.0, y.dot(y) - 1.0, z.dot(z) - 1.0, x.dot(y), y.dot(z), z.dot(x)];
+    units.iter().all(|off| off.abs() <= SHORT) && b.centre.is_finite() && b.half.is_finite() && b.half.min_element() >= 0.0
+}
+
+/// A box, grown by rounding, if it holds the others; `None` otherwise.
+fn holding(b: Bounds, parts: &[Bounds]) -> Option<Bounds> {
+    let corners = parts.iter().flat_map(Bounds::corners);
+    let short = corners.fold(DVec3::ZERO, |short, p| short.max(b.local(p).abs() - b.half));
+    let size = b.centre.abs().max_element() + b.half.max_element();
+    (short.max_element() <= SHORT * size).then_some(Bounds { half: b.half + short, ..b })
+}
+
+/// The box along the axes around some others; one of them alone is its own.
+fn around(parts: &[Bounds]) -> Bounds {
+    match parts {
+        [one] => *one,
+        _ => Bounds::from(Aabb::of(parts.iter().flat_map(Bounds::corners))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::scenes::{crowd, row};
+    use super::super::HierarchyOptions;
+    use super::*;
+    use crate::types::scene::Scene;
+
+    /// A tree as lists: by node its box, its children, its objects.
+    struct Lists(Vec<(Aabb, Vec<u32>, Vec<u32>)>);
+
+    impl Tree for Lists {
+        type Node = u32;
+
+        fn root(&self) -> Option<u32> {
+            (!self.0.is_empty()).then_some(0)
+        }
+
+        fn bounds(&self, node: u32) -> Bounds {
+            self.0[node as usize].0.into()
+        }
+
+        fn children(&self, node: u32, out: &mut Vec<u32>) {
+            out.extend(&self.0[node as usize].1);
+        }
+
+        fn objects(&self, node: u32, out: &mut Vec<ObjectId>) {
+            out.extend(self.0[node as usize].2.iter().copied().map(ObjectId));
+        }
+    }
+
+    fn boxes(scene: &Scene) -> (Vec<Bounds>, Vec<u32>) {
+        let triangles = scene.objects.iter().map(|o| o.triangles.len() as u32).collect();
+        (scene.objects.iter().map(|o| o.bounds.into()).collect(), triangles)
+    }
+
+    /// Cubes of half a metre at 0, 1, 2, 3 along x.
+    fn four() -> Scene {
+        row(&[(0.0, 1), (1.0, 2), (2.0, 3), (3.0, 4)])
+    }
+
+    fn between(from: f64, to: f64) -> Aabb {
+        Aabb { min: DVec3::new(from, -0.25, -0.25), max: DVec3::new(to, 0.25, 0.25) }
+    }
+
+    /// The objects of leaves below a node, and that every box holds what is below.
+    fn check(tree: &Hierarchy, scene: &Scene) -> Vec<Vec<u32>> {
+        let mut found = Vec::new();
+        for (n, node) in tree.nodes().iter().enumerate() {
+            let objects = tree.objects(n as u32);
+            assert!(!objects.is_empty());
+            for object in objects {
+                let corners = Bounds::from(scene.objects[object.index()].bounds).corners();
+                assert!(corners.iter().all(|&p| node.bounds.distance(p) < 1e-9), "node {n}");
+            }
+            let below: Vec<ObjectId> = node.children().flat_map(|c| tree.objects(c)).copied().collect();
+            assert!(node.is_leaf() || below == objects, "node {n}");
+            for child in node.children() {
+                let child = &tree.nodes()[child as usize];
+                assert_eq!((child.parent, child.level), (Some(n as u32), node.level + 1));
+            }
+            let triangles = objects.iter().map(|o| scene.objects[o.index()].triangles.len() as u64);
+            assert_eq!(node.triangles, triangles.sum::<u64>());
+            if node.is_leaf() {
+                found.push(objects.iter().map(|o| o.0).collect());
+            }
+        }
+        let mut all: Vec<u32> = found.iter().flatten().copied().collect();
+        all.sort_unstable();
+        assert_eq!(all, (0..scene.objects.len() as u32).collect::<Vec<_>>(), "each object once");
+        found
+    }
+
+    #[test]
+    fn a_good_tree_is_taken_as_it_is() {
+        let scene = four();
+        let (boxes, triangles) = boxes(&scene);
+        // An inner node with an object of its own, an empty branch, and boxes larger than needed.
+        let lists = Lists(vec![
+            (between(-1.0, 4.0), vec![1, 2, 3], vec![3]),
+            (between(-0.5, 1.5), vec![], vec![0, 1]),
+            (between(0.0, 0.0), vec![], vec![]),
+            (between(1.75, 2.25), vec![], vec![2]),
+        ]);
+        let (tree, faults) = Hierarchy::of_tree(&lists, &boxes, &triangles);
+        assert_eq!(faults, []);
+        assert_eq!(check(&tree, &scene), [vec![0, 1], vec![2], vec![3]]);
+        assert_eq!(tree.nodes()[0].bounds, between(-1.0, 4.0).into());
+        assert_eq!(tree.nodes()[1].bounds, between(-0.5, 1.5).into());
+        assert_eq!(tree.nodes()[3].bounds, boxes[3], "its own objects' box");
+        let (none, faults) = Hierarchy::of_tree(&Lists(vec![]), &[], &[]);
+        assert!(none.nodes().is_empty() && faults.is_empty());
+    }
+
+    #[test]
+    fn whatever_is_wrong_is_named_and_made_good() {
+        let scene = four();
+        let (mut boxes, triangles) = boxes(&scene);
+        let all = between(-0.25, 3.25);
+        let not_a_number = Aabb { min: DVec3::NAN, max: DVec3::ONE };
+        let lists = Lists(vec![
+            (all, vec![1, 2], vec![9]),
+            // A cycle, and a child of two parents.
+            (not_a_number, vec![0, 2], vec![0]),
+            (between(0.75, 1.25), vec![], vec![1, 2, 0]),
+        ]);
+        let (tree, mut faults) = Hierarchy::of_tree(&lists, &boxes, &triangles);
+        faults.sort_by_key(|fault| format!("{fault:?}"));
+        let o = ObjectId;
+        use TreeFault::*;
+        let expected = [Again(0), Again(2), Missing(o(3)), NoBox(1), Short(2), Twice(2, o(0)), Unknown(0, o(9))];
+        assert_eq!(faults, expected);
+        let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        assert_eq!(told[2], "object 3 is in no node; it becomes a child of the root");
+        assert!(told.iter().all(|line| line.lines().count() == 1));
+        assert_eq!(check(&tree, &scene), [vec![0], vec![1, 2], vec![3]]);
+        // An object whose box isn't of numbers is always drawn, and spoils no box but the root's.
+        boxes[1].centre.x = f64::NAN;
+        let lists =
+            Lists(vec![(all, vec![1, 2], vec![]), (between(-0.25, 1.25), vec![], vec![0, 1]), (all, vec![], vec![2, 3])]);
+        let (tree, faults) = Hierarchy::of_tree(&lists, &boxes, &triangles);
+        assert_eq!(faults, [NoObjectBox(o(1)), Short(0)]);
+        assert_eq!(tree.nodes()[1].bounds, between(-0.25, 1.25).into());
+        let leaf = tree.nodes().iter().position(|n| n.is_leaf() && n.triangles == 24).unwrap();
+        assert_eq!((tree.objects(leaf as u32), tree.nodes()[leaf].bounds), (&[o(1)][..], EVERYWHERE));
+        assert_eq!(tree.nodes()[leaf].parent, Some(0));
+    }
+
+    /// A tree that goes on for ever, and a chain of a million nodes.
+    #[test]
+    fn depth_is_no_matter_and_trees_without_end_are_cut() {
+        struct Chain(u64, Aabb);
+        impl Tree for Chain {
+            type Node = u64;
+            fn root(&self) -> Option<u64> {
+                Some(0)
+            }
+            fn bounds(&self, _: u64) -> Bounds {
+                self.1.into()
+            }
+            fn children(&self, node: u64, out: &mut Vec<u64>) {
+                out.extend((node < self.0).then_some(node + 1));
+            }
+            fn objects(&self, node: u64, out: &mut Vec<ObjectId>) {
+                out.extend((node == self.0).then_some(ObjectId(0)));
+            }
+        }
+        let scene = row(&[(0.0, 1)]);
+        let (boxes, triangles) = boxes(&scene);
+        let (tree, faults) = Hierarchy::of_tree(&Chain(4000, between(-1.0, 1.0)), &boxes, &triangles);
+        assert_eq!((faults.len(), tree.depth(), tree.nodes().len()), (0, 4000, 4001));
+        let (tree, faults) = Hierarchy::of_tree(&Chain(u64::MAX, between(-1.0, 1.0)), &boxes, &triangles);
+        let end = (MOST_NODES[0] + MOST_NODES[1]) as u64 - 1;
+        assert_eq!(faults, [TreeFault::Endless(end), TreeFault::Missing(ObjectId(0))]);
+        assert_eq!(check(&tree, &scene), [[0]]);
+    }
+
+    /// Eight parts by the middle of the box; parts of nothing, and too many.
+    #[test]
+    fn objects_are_divided_as_the_client_says() {
+        struct Octants<'a>(&'a [Aabb]);
+        impl Divide for Octants<'_> {
+            fn divide(&mut self, node: &Node, objects: &mut [ObjectId]) -> Vec<usize> {
+                let octant = |o: &ObjectId| {
+                    let side = self.0[o.index()].centre().cmpgt(node.bounds.centre);
+                    side.bitmask()
+                };
+                objects.sort_by_key(octant);
+                (0..8).map(|k| objects.iter().filter(|o| octant(o) == k).count()).collect()
+            }
+        }
+        let scene = crowd(60, 3);
+        let boxes: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
+        let triangles: Vec<u32> = scene.objects.iter().map(|o| o.triangles.len() as u32).collect();
+        let tree = Hierarchy::divided(&boxes, &triangles, &mut Octants(&boxes));
+        assert!(check(&tree, &scene).iter().all(|leaf| leaf.len() == 1));
+        assert!(tree.nodes().iter().any(|n| n.children().len() > 4) && tree.depth() < 6);
+        // As the binary trees of the library.
+        let binary = Hierarchy::of_boxes(&boxes, &triangles, &HierarchyOptions::default());
+        assert_eq!(tree.nodes()[0].bounds, binary.nodes()[0].bounds);
+
+        struct Odd;
+        impl Divide for Odd {
+            fn divide(&mut self, node: &Node, _: &mut [ObjectId]) -> Vec<usize> {
+                if node.level == 0 { vec![0, 10, 0, 20] } else { vec![1000, 7] }
+            }
+        }
+        let tree = Hierarchy::divided(&boxes, &triangles, &mut Odd);
+        let parts: Vec<usize> = (1..tree.nodes().len() as u32).map(|n| tree.objects(n).len()).collect();
+        assert_eq!(parts, [10, 20, 30]);
+    }
+}
