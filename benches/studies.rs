@@ -312,13 +312,17 @@ fn teapots(count: usize, scale: usize, splits: &[Split]) {
         }
     }
     let tree = Hierarchy::build(study.scene, &HierarchyOptions::default());
-    let plus = study.chc_plus(&tree);
-    println!(
-        "\nchc++: {:.2} ms, {:.0} triangles, {:.3} of known's time",
-        plus.middle * each,
-        plus.triangles,
-        plus.middle / known.middle
-    );
+    let parts = tree.clone().with_parts(study.scene);
+    println!();
+    for (name, tree) in [("chc++", &tree), ("chc++ with parts", &parts)] {
+        let plus = study.chc_plus(tree);
+        println!(
+            "{name}: {:.2} ms, {:.0} triangles, {:.3} of known's time",
+            plus.middle * each,
+            plus.triangles,
+            plus.middle / known.middle
+        );
+    }
 }
 
 fn city(dense: bool, detail: u32) {
@@ -346,12 +350,15 @@ fn city(dense: bool, detail: u32) {
         row(&format!("C{}", i + 1), frames, &cost, &frustum);
     }
     row("frustum, binary tree", frames, &study.frustum(&tree), &frustum);
+    let parts = tree.clone().with_parts(study.scene);
     row("chc", frames, &study.chc(&tree), &frustum);
-    let plus = study.chc_plus(&tree);
-    row("chc++", frames, &plus, &frustum);
+    row("chc++", frames, &study.chc_plus(&tree), &frustum);
+    row("chc, with parts", frames, &study.chc(&parts), &frustum);
+    let plus = study.chc_plus(&parts);
+    row("chc++, with parts", frames, &plus, &frustum);
     row("auto", frames, &auto(&study, &tree), &frustum);
     println!(
-        "in the middle frames: known {:.2} ms, {:.0} triangles; chc++ takes {:.3} of its time",
+        "in the middle frames: known {:.2} ms, {:.0} triangles; chc++ with parts takes {:.3} of its time",
         known.middle * 1e3 / STRETCHES as f64,
         known.triangles,
         plus.middle / known.middle

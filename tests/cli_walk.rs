@@ -131,7 +131,7 @@ fn bad_input_is_one_line_and_exit_2() {
         (&["walk", f, "--model", m, "--path", text(&path)], "path.json: frame 0: eye and target are the same point"),
         (&["walk", f, "--model", m, "--mode", "CHC"], "no mode \"CHC\""),
         (&["walk", f, "--model", m, "--size", "0x10"], "--size"),
-        (&["walk", f, "--model", m, "--min-pixels", "-1"], "--min-pixels"),
+        (&["walk", f, "--model", m, "--min-pixels", "few"], "--min-pixels"),
         (&["walk", f, "--model", m, "--min-pixels", "0,4", "--frames", text(&pictures)], "give one --min-pixels"),
         (&["walk", m, "--model", m], "maze.glb: not a .pvs file"),
         (&["walk", f, "--model", f], "maze.pvs: no importer"),
@@ -185,14 +185,12 @@ fn random_views_miss_no_pixel_in_any_mode() {
             assert!(number(i, "most_missed_pixels") < f64::from(limit.max(1)), "{}", of_mode[i]);
             assert_eq!(of_mode[i]["min_pixels"].as_u64().unwrap_or(0), u64::from(limit));
         }
-        assert_eq!(
-            (of_mode[0]["objects_mean"].clone(), number(1, "missed_pixels")),
-            (summaries[m]["objects_mean"].clone(), 0.0)
-        );
+        assert_eq!(number(1, "missed_pixels"), 0.0);
         // `auto` takes other modes from run to run, and queries aren't asked about what is left out.
         match of_mode[0]["mode"].as_str().unwrap() {
             "none" => assert_eq!(number(4, "objects_mean"), number(0, "objects_mean")),
             "frustum" | "portals" | "pvs" | "both" => {
+                assert_eq!(of_mode[0]["objects_mean"], summaries[m]["objects_mean"]);
                 for i in 1..5 {
                     assert!(number(i, "objects_mean") < number(i - 1, "objects_mean"), "{}", of_mode[i]);
                     let all = number(i, "objects_mean") + number(i, "small_mean");

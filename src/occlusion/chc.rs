@@ -4,6 +4,8 @@
 //! three ways to ask less that Ivson (2006) compares. Deviations: of a leaf that showed, the box is asked about and not its triangles,
 //! since an oracle knows boxes only.
 //!
+//! An oracle that answers at once is asked about a leaf that showed before the leaf is drawn: so it isn't drawn once more in vain.
+//!
 //! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
 
 use super::hierarchy::Hierarchy;
@@ -105,7 +107,11 @@ impl Policy for Memory {
             if node.is_leaf() {
                 if self.is_asked(open.node) {
                     self.states[open.node as usize].unasked = 0;
-                    walk.ask(tree, open, true, oracle);
+                    let is_drawn_first = !oracle.answers_at_once();
+                    walk.ask(tree, open, is_drawn_first, oracle);
+                    if !is_drawn_first {
+                        return;
+                    }
                 } else {
                     self.pull_up(tree, open.node);
                 }

@@ -7,7 +7,8 @@
 //! of nodes below it where those are tighter.
 //!
 //! Deviations: a question about one node costs one query, whatever the answer (the paper's cost has it asked twice), so nodes of unknown
-//! behaviour are asked alone; while answers are due, the walk goes on where it can; the answers about leaves that showed are awaited at the
+//! behaviour are asked alone; an oracle that answers at once is asked about a leaf that showed before that is drawn, and where it has many
+//! triangles in every frame; while answers are due, the walk goes on where it can; the answers about leaves that showed are awaited at the
 //! end of the frame and not in the next.
 //!
 //! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
@@ -26,6 +27,10 @@ use std::collections::VecDeque;
 /// Boxes below a node that its question may be about: three levels of a binary tree, as in the paper. More: the boxes cost more than what
 /// they tell. Fewer: boxes of large nodes are mostly empty.
 const MOST_BOXES: usize = 8;
+
+/// Triangles of a leaf from which on an oracle that answers at once is asked about it in every frame, before it is drawn: of so many, one leaf
+/// that isn't drawn pays for some fifty questions. Higher: more is drawn in vain. Lower: questions cost more than they save.
+const WORTH_ASKING: u64 = 256;
 
 /// How to ask.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -182,6 +187,10 @@ impl ChcPlus {
             self.hidden.push(open);
         } else {
             if node.is_leaf() {
+                let at_once = oracle.answers_at_once();
+                if at_once && (state.next <= self.walk.frame || node.triangles >= WORTH_ASKING) {
+                    return self.ask(tree, &[open], false, oracle);
+                }
                 if state.next <= self.walk.frame {
                     self.shown.push_back(open);
                 } else {
@@ -310,7 +319,7 @@ fn tighter(tree: &Hierarchy, node: u32, most: f64, boxes: &mut Vec<Bounds>) {
         }
         (nodes, count) = (below, next);
     }
-    boxes.extend(nodes[..count].iter().map(|&n| of(n).bounds));
+    nodes[..count].iter().for_each(|&n| boxes.extend_from_slice(tree.asked(n)));
 }
 
 #[cfg(test)]

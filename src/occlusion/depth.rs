@@ -185,6 +185,10 @@ impl OcclusionOracle for DepthBuffer<'_> {
         Some(self.answers[query.0 as usize])
     }
 
+    fn answers_at_once(&self) -> bool {
+        true
+    }
+
     fn draw(&mut self, object: ObjectId) {
         let Object { opaque, triangles, bounds, .. } = &self.scene.objects[object.index()];
         if !opaque {

@@ -7,6 +7,7 @@
 //! Ivson fits every candidate's box anew (quadratic).
 
 mod given;
+mod parts;
 mod split;
 
 #[cfg(feature = "bake")]
@@ -17,6 +18,7 @@ use crate::geom::Aabb;
 use crate::parallel;
 use crate::types::scene::{Object, Scene};
 use glam::DVec3;
+use parts::Parts;
 use std::ops::Range;
 
 pub use given::{Divide, Tree, TreeFault};
@@ -75,6 +77,8 @@ impl Node {
 pub struct Hierarchy {
     nodes: Vec<Node>,
     objects: Vec<ObjectId>,
+    /// Of objects, where questions about leaves are to be about these.
+    parts: Option<Parts>,
 }
 
 impl Hierarchy {
@@ -147,7 +151,7 @@ impl Hierarchy {
             nodes[at].children = [first, nodes.len() as u32];
             at += 1;
         }
-        Self { nodes, objects }
+        Self { nodes, objects, parts: None }
     }
 
     /// Its nodes, the root first; none for a scene without objects.

@@ -27,6 +27,12 @@ pub trait OcclusionOracle {
 
     /// Draws an object: what is issued after this may be hidden by it.
     fn draw(&mut self, object: ObjectId);
+
+    /// Whether every answer is there as soon as its question is issued. Then what showed is asked about before it is drawn, and not drawn
+    /// meanwhile.
+    fn answers_at_once(&self) -> bool {
+        false
+    }
 }
 
 impl<O: OcclusionOracle + ?Sized> OcclusionOracle for &mut O {
@@ -44,5 +50,9 @@ impl<O: OcclusionOracle + ?Sized> OcclusionOracle for &mut O {
 
     fn draw(&mut self, object: ObjectId) {
         (**self).draw(object);
+    }
+
+    fn answers_at_once(&self) -> bool {
+        (**self).answers_at_once()
     }
 }

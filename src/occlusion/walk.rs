@@ -165,7 +165,7 @@ impl AskingWalk {
 
     /// Asks about a node.
     pub fn ask(&mut self, tree: &Hierarchy, open: Open, gone_on: bool, oracle: &mut impl OcclusionOracle) {
-        let query = self.walk.ask(oracle, &[tree.nodes()[open.node as usize].bounds]);
+        let query = self.walk.ask(oracle, tree.asked(open.node));
         self.queries.push_back((query, open, gone_on));
     }
 }

@@ -149,14 +149,16 @@ impl FrameCuller {
     }
 
     /// Makes room for occlusion queries, with a tree of the client's ([`Hierarchy::of_tree`], [`Hierarchy::divided`]) over the culler's
-    /// objects, relative to the file's origin; until [`Self::restart`]. Panics where the tree has more objects, or fewer.
+    /// objects, relative to the file's origin. Panics where the tree has more objects, or fewer.
     pub fn prepare_queries_with(&mut self, culler: &Culler, tree: Hierarchy) {
         self.online = Some(OnlineCuller::with_tree(culler, tree));
     }
 
     /// As if no frame had been culled yet.
     pub fn restart(&mut self, culler: &Culler) {
+        let tree = self.online.take().map(OnlineCuller::into_tree);
         *self = Self::new(culler, self.options.clone());
+        self.online = tree.map(|tree| OnlineCuller::with_tree(culler, tree));
     }
 
     /// Begins a frame: gives the mode to cull it by, which is never [`FrameMode::Auto`]. Frames are numbered by the caller, from 1, ascending.

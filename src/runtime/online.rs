@@ -51,6 +51,11 @@ impl OnlineCuller {
         }
     }
 
+    /// Its tree.
+    pub fn into_tree(self) -> Hierarchy {
+        self.tree
+    }
+
     /// Draws a frame by [`FrameMode::Chc`] or [`FrameMode::ChcPlus`], with an oracle that has just begun one with `view`, the camera's.
     /// Returns what was drawn: every object that has a pixel at the oracle's size and no nearer than the near plane, as far as
     /// [`Culler::cull`] has it. `culler` is that of [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each

@@ -3,6 +3,7 @@
 use super::raster::View;
 use crate::ObjectId;
 use crate::occlusion::depth::DepthBuffer;
+use crate::occlusion::hierarchy::Hierarchy;
 use crate::occlusion::oracle::OcclusionOracle;
 use crate::runtime::{AutoOptions, Culler, FrameCuller, FrameMode, VisibleSet};
 use std::time::Instant;
@@ -26,10 +27,11 @@ pub(super) struct TimedCuller {
 }
 
 impl TimedCuller {
-    pub fn new(mode: FrameMode, culler: &Culler) -> Self {
+    /// `tree`: of the culler's objects, for modes with queries.
+    pub fn new(mode: FrameMode, culler: &Culler, tree: impl FnOnce() -> Hierarchy) -> Self {
         let mut frames = FrameCuller::new(culler, AutoOptions::default());
         if mode.has_queries() {
-            frames.prepare_queries(culler);
+            frames.prepare_queries_with(culler, tree());
         }
         Self { mode, frames, frame: 0, last: None }
     }

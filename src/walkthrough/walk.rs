@@ -12,6 +12,7 @@ use crate::ObjectId;
 use crate::exact::ExactScene;
 use crate::file::PvsFile;
 use crate::occlusion::depth::DepthBuffer;
+use crate::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use crate::runtime::{Culler, FrameMode, FrameStats, MinPixels, Narrowing, VisibleSet};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
@@ -214,9 +215,13 @@ pub fn walk(
 
     let exact = OnceCell::new();
     let ready = || exact.get_or_init(|| ExactScene::new(scene));
+    let in_parts = OnceCell::new();
+    let tree = || Hierarchy::build(scene, &HierarchyOptions::default()).with_parts(scene);
     let ways = ways(&culler, options);
     let walker = |way: &Way| match way.how.mode {
-        WalkMode::Culled(mode) => Walker::Culled(Box::new(TimedCuller::new(mode, &way.culler))),
+        WalkMode::Culled(mode) => {
+            Walker::Culled(Box::new(TimedCuller::new(mode, &way.culler, || in_parts.get_or_init(tree).clone())))
+        }
         WalkMode::Exact => Walker::Exact(Box::new(ExactCuller::new(scene, ready()))),
     };
 

@@ -5,6 +5,7 @@ use crate::delayed_queries::Late;
 use crate::draw::queries;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
+use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::runtime::{AutoOptions, Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats, MinPixels};
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
@@ -138,7 +139,8 @@ impl<'b> Culling<'b> {
         let options = AutoOptions { modes: AUTO.to_vec(), warm_up: WARM_UP, fixed_cost: pixels_as_triangles(size) };
         let culler = Culler::new(&building.file);
         let mut frames = FrameCuller::new(&culler, options);
-        frames.prepare_queries(&culler);
+        let tree = Hierarchy::build(&building.scene, &HierarchyOptions::default()).with_parts(&building.scene);
+        frames.prepare_queries_with(&culler, tree);
         Self {
             culler,
             frames,

@@ -248,7 +248,7 @@ impl<N: Copy + Eq + Hash> Copied<N> {
 
     /// As cullers take it: the root first, children together.
     fn laid_out(&self) -> Hierarchy {
-        let mut tree = Hierarchy { nodes: Vec::new(), objects: Vec::new() };
+        let mut tree = Hierarchy { nodes: Vec::new(), objects: Vec::new(), parts: None };
         let Some(root) = self.nodes.first().filter(|root| root.count > 0) else { return tree };
         let node = |given: &Given<N>, parent: Option<u32>, level: u32, start: u32| {
             let objects = [start, start + given.count as u32];
