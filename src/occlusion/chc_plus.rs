@@ -38,18 +38,39 @@ pub struct ChcPlusOptions {
     /// Nodes that were hidden are asked about once there are so many; 1 or more. Higher: fewer changes of state on a graphics processor,
     /// and more nodes to share a question among; but answers, and what they open, come later.
     pub batch: usize,
-    /// A leaf that showed counts as in sight for so many frames; 1 asks in every frame. Higher: fewer questions, more is drawn for nothing.
-    pub assumed: u32,
+    /// A leaf that showed counts as in sight for so long. Longer: fewer questions, more is drawn for nothing.
+    pub assumed: Interval,
     /// Boxes below a node are asked about instead of its own while the sum of their areas is at most this times its own's; 0 never does.
     pub tighter: f64,
     /// Decides the random choices.
     pub seed: u64,
 }
 
+/// Between two questions about a leaf that shows.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Interval {
+    /// Frames; 0 and 1 ask in every one.
+    Frames(u32),
+    /// Seconds of the clock that [`ChcPlus::set_time`] tells: as many questions a second at any rate of frames. Ten frames of 60 a second are
+    /// 0.167 s.
+    Seconds(f64),
+}
+
+impl Interval {
+    /// How long to wait after an answer: all of it, or a random part.
+    fn wait(self, whole: bool, random: &mut Prng) -> f64 {
+        match self {
+            Self::Frames(frames) if whole => f64::from(frames.max(1)),
+            Self::Frames(frames) => 1.0 + random.below(frames.max(1) as usize) as f64,
+            Self::Seconds(seconds) => seconds * if whole { 1.0 } else { random.unit() },
+        }
+    }
+}
+
 impl Default for ChcPlusOptions {
     /// The paper's.
     fn default() -> Self {
-        Self { batch: 20, assumed: 8, tighter: 1.4, seed: 0 }
+        Self { batch: 20, assumed: Interval::Frames(8), tighter: 1.4, seed: 0 }
     }
 }
 
@@ -62,8 +83,8 @@ struct State {
     visited: u64,
     /// For how many visits it has been hidden.
     hidden: u32,
-    /// A leaf that shows isn't asked about before this frame.
-    next: u64,
+    /// A leaf that shows isn't asked about before the clock says this.
+    next: f64,
 }
 
 /// A question without an answer.
@@ -73,14 +94,26 @@ struct Query {
     /// Its part of `asked`.
     start: u32,
     end: u32,
-    /// Whether they are drawn already.
-    drawn: bool,
+    of: Of,
+}
+
+/// Whom a question is about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Of {
+    /// Nodes that were hidden.
+    Hidden,
+    /// A leaf that showed, which isn't drawn before the answer.
+    Shown,
+    /// A leaf that showed and is drawn already.
+    Drawn,
 }
 
 /// Culls a tree; keeps what one camera needs from frame to frame.
 #[derive(Clone, Debug)]
 pub struct ChcPlus {
     options: ChcPlusOptions,
+    /// In what intervals are in.
+    clock: f64,
     random: Prng,
     states: Vec<State>,
     walk: Walk,
@@ -100,6 +133,7 @@ impl ChcPlus {
     pub fn new(options: ChcPlusOptions) -> Self {
         Self {
             options,
+            clock: 0.0,
             random: Prng::new(options.seed, 0),
             states: Vec::new(),
             walk: Walk::default(),
@@ -108,6 +142,14 @@ impl ChcPlus {
             hidden: Vec::new(),
             shown: VecDeque::new(),
             boxes: Vec::new(),
+        }
+    }
+
+    /// Tells the time of the frames from now on, seconds from any beginning. Without it, or where it isn't a number, intervals in seconds
+    /// don't end; it means nothing to others.
+    pub fn set_time(&mut self, seconds: f64) {
+        if matches!(self.options.assumed, Interval::Seconds(_)) && seconds.is_finite() {
+            self.clock = seconds;
         }
     }
 
@@ -121,6 +163,9 @@ impl ChcPlus {
         let tree = scope.tree;
         self.begin(tree);
         self.walk.begin(scope);
+        if matches!(self.options.assumed, Interval::Frames(_)) {
+            self.clock = self.walk.frame as f64;
+        }
         loop {
             // 1. Answers; while the oldest isn't there, questions that can wait for theirs.
             while let Some(&query) = self.queries.front() {
@@ -131,7 +176,7 @@ impl ChcPlus {
                     }
                     None if !self.walk.is_done() => break,
                     None => match self.shown.pop_front() {
-                        Some(open) => self.ask(tree, &[open], true, oracle),
+                        Some(open) => self.ask(tree, &[open], Of::Drawn, oracle),
                         None => self.walk.stats.waits += 1,
                     },
                 }
@@ -150,7 +195,7 @@ impl ChcPlus {
                     return &self.walk.objects;
                 }
                 while let Some(open) = self.shown.pop_front() {
-                    self.ask(tree, &[open], true, oracle);
+                    self.ask(tree, &[open], Of::Drawn, oracle);
                 }
             }
         }
@@ -188,10 +233,10 @@ impl ChcPlus {
         } else {
             if node.is_leaf() {
                 let at_once = oracle.answers_at_once();
-                if at_once && (state.next <= self.walk.frame || node.triangles >= WORTH_ASKING) {
-                    return self.ask(tree, &[open], false, oracle);
+                if at_once && (state.next <= self.clock || node.triangles >= WORTH_ASKING) {
+                    return self.ask(tree, &[open], Of::Shown, oracle);
                 }
-                if state.next <= self.walk.frame {
+                if state.next <= self.clock {
                     self.shown.push_back(open);
                 } else {
                     self.pull_up(tree, open.node);
@@ -209,7 +254,7 @@ impl ChcPlus {
         while !rest.is_empty() {
             let together = share(rest.iter().map(|open| self.states[open.node as usize].hidden));
             let (first, others) = rest.split_at(together);
-            self.ask(tree, first, false, oracle);
+            self.ask(tree, first, Of::Hidden, oracle);
             rest = others;
         }
         hidden.clear();
@@ -217,7 +262,7 @@ impl ChcPlus {
     }
 
     /// Asks one question about some nodes.
-    fn ask(&mut self, tree: &Hierarchy, nodes: &[Open], drawn: bool, oracle: &mut impl OcclusionOracle) {
+    fn ask(&mut self, tree: &Hierarchy, nodes: &[Open], of: Of, oracle: &mut impl OcclusionOracle) {
         self.boxes.clear();
         for open in nodes {
             tighter(tree, open.node, self.options.tighter, &mut self.boxes);
@@ -225,7 +270,7 @@ impl ChcPlus {
         let start = self.asked.len() as u32;
         self.asked.extend_from_slice(nodes);
         let id = self.walk.ask(oracle, &self.boxes);
-        self.queries.push_back(Query { id, start, end: self.asked.len() as u32, drawn });
+        self.queries.push_back(Query { id, start, end: self.asked.len() as u32, of });
     }
 
     fn answered(&mut self, scope: &Scope<'_>, query: Query, shows: bool, oracle: &mut impl OcclusionOracle) {
@@ -237,13 +282,11 @@ impl ChcPlus {
             if !shows {
                 state.hidden = state.hidden.saturating_add(1);
             } else if several {
-                self.ask(tree, &[open], false, oracle);
+                self.ask(tree, &[open], Of::Hidden, oracle);
             } else {
-                let assumed = self.options.assumed.max(1);
-                let frames = if query.drawn { assumed as usize } else { 1 + self.random.below(assumed as usize) };
-                state.next = self.walk.frame + frames as u64;
+                state.next = self.clock + self.options.assumed.wait(query.of != Of::Hidden, &mut self.random);
                 self.pull_up(tree, open.node);
-                if !query.drawn {
+                if query.of != Of::Drawn {
                     self.walk.go_on(scope, open, oracle);
                 }
             }
@@ -325,9 +368,12 @@ fn tighter(tree: &Hierarchy, node: u32, most: f64, boxes: &mut Vec<Bounds>) {
 #[cfg(test)]
 mod tests {
     use super::super::bounds::Fit;
+    use super::super::depth::DepthBuffer;
     use super::super::hierarchy::{HierarchyOptions, Split};
     use super::super::scenes::row;
+    use super::super::view::View;
     use super::*;
+    use glam::DVec3;
 
     #[test]
     fn nodes_of_unknown_behaviour_are_asked_alone_and_old_ones_together() {
@@ -336,6 +382,33 @@ mod tests {
         // n / (1 + n (1 - 0.99^n)): 5.112 at 10, 5.113 at 11, 5.098 at 12.
         assert_eq!(share([100; 30].into_iter()), 11);
         assert_eq!(share([100, 100, 100, 0, 0].into_iter()), 3);
+    }
+
+    /// A cube in plain sight for a second, at several rates of frames, with an oracle that answers late.
+    #[test]
+    fn intervals_in_seconds_ask_as_often_at_any_rate() {
+        let scene = row(&[(0.0, 1)]);
+        let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
+        let view = View::look_at(DVec3::Z * 5.0, DVec3::ZERO, 1.0, 1.5, 0.1);
+        let mut buffer = DepthBuffer::new(&scene, 64, 48);
+        let mut asked = |assumed: Interval, rate: u32| {
+            let mut culler = ChcPlus::new(ChcPlusOptions { assumed, ..ChcPlusOptions::default() });
+            let mut queries = 0;
+            for frame in 0..rate {
+                culler.set_time(f64::from(frame) / f64::from(rate));
+                OcclusionOracle::begin(&mut buffer, &view);
+                assert_eq!(culler.cull(&tree, &Frustum::new(&view), &mut buffer).len(), 1);
+                queries += culler.stats().queries;
+            }
+            queries
+        };
+        // Once at first, once within the first interval, then one each 0.1 s: by frames of 60 and 240 a second.
+        for rate in [60, 240] {
+            let queries = asked(Interval::Seconds(0.1), rate);
+            assert!((10..=12).contains(&queries), "{rate} frames: {queries}");
+        }
+        let [slow, fast] = [60, 240].map(|rate| asked(Interval::Frames(8), rate));
+        assert!((8..=9).contains(&slow) && (30..=32).contains(&fast), "{slow}, {fast}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::bounds::{Bounds, Fit};
 use super::chc::{Chc, Reduction};
-use super::chc_plus::{ChcPlus, ChcPlusOptions};
+use super::chc_plus::{ChcPlus, ChcPlusOptions, Interval};
 use super::depth::DepthBuffer;
 use super::frustum::FrustumCuller;
 use super::hierarchy::{Hierarchy, HierarchyOptions, Split};
@@ -79,7 +79,8 @@ impl Any {
     fn every_kind() -> Vec<(String, Self)> {
         let reductions = [Reduction::None, Reduction::EveryNth(3), Reduction::AtRandom(0.5), Reduction::NotNearest(4)];
         let chc = reductions.map(|r| (format!("{r:?}"), Self::Chc(Chc::new(r, 1))));
-        let plus = [(20, 8, 1.4), (1, 1, 0.0), (5, 3, 1.4)].map(|(batch, assumed, tighter)| {
+        let plus = [(20, 8, 1.4), (1, 1, 0.0), (5, 3, 1.4)].map(|(batch, frames, tighter)| {
+            let assumed = Interval::Frames(frames);
             let options = ChcPlusOptions { batch, assumed, tighter, seed: 2 };
             (format!("{options:?}"), Self::Plus(ChcPlus::new(options)))
         });
