@@ -2,7 +2,8 @@
 //!
 //! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
 
-use super::{COUNT, DepthBuffer, Lanes, SIDE, max, min};
+use super::squares::Squares;
+use super::{BLOCK, COUNT, DepthBuffer, Lanes, SIDE, max, min};
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::{Place, Slabs};
@@ -35,31 +36,52 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
     // 2. First the tile in the middle: most boxes that show do so there.
     let mut slabs = None;
     let middle = pixels.map(|[first, last]| first.midpoint(last) / SIDE);
-    if buffer.farthest[middle[1] * buffer.across[0] + middle[0]] <= nearest {
+    if buffer.farthest(buffer.index(middle)) <= nearest {
         let slabs = slabs.insert(Slabs::new(&buffer.rays, bounds));
         if slabs.tile(buffer, middle, pixels) {
             return true;
         }
     }
     // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
-    let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
-    for block_y in rows[0] / SIDE..=rows[1] / SIDE {
-        for block_x in columns[0] / SIDE..=columns[1] / SIDE {
-            if buffer.block(block_x, block_y) > nearest {
+    let [columns, rows] = pixels.map(|[first, last]| [first / BLOCK, last / BLOCK]);
+    for y in rows[0]..=rows[1] {
+        for x in columns[0]..=columns[1] {
+            if buffer.block(y * buffer.across + x) > nearest {
                 continue;
             }
-            let within =
-                |[first, last]: [usize; 2], block: usize| first.max(block * SIDE)..=last.min(block * SIDE + SIDE - 1);
-            for y in within(rows, block_y) {
-                for x in within(columns, block_x) {
-                    if buffer.farthest[y * buffer.across[0] + x] > nearest {
-                        continue;
-                    }
-                    let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
-                    if slabs.tile(buffer, [x, y], pixels) {
-                        return true;
-                    }
-                }
+            let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
+            if block(buffer, slabs, [x, y], pixels, nearest) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// Whether a pixel of a box shows in a block, of those within `pixels`; `nearest` is the depth of its nearest corner.
+#[inline(always)]
+fn block(
+    buffer: &mut DepthBuffer<'_>,
+    slabs: &Slabs,
+    [block_x, block_y]: [usize; 2],
+    pixels: [[usize; 2]; 2],
+    nearest: f32,
+) -> bool {
+    let index = block_y * buffer.across + block_x;
+    let within = |[first, last]: [usize; 2], block: usize| {
+        let start = block * BLOCK;
+        [first.max(start) - start, last.min(start + BLOCK - 1) - start].map(|p| p / SIDE)
+    };
+    let (columns, rows) = (within(pixels[0], block_x), within(pixels[1], block_y));
+    let squares = Squares::new(slabs, [block_x * BLOCK, block_y * BLOCK], SIDE);
+    let of_columns = (2 << columns[1]) - (1 << columns[0]);
+    for row in rows[0]..=rows[1] {
+        let mut left = of_columns & squares.row(row, &buffer.farthest[index * SIDE + row].0, nearest);
+        while left != 0 {
+            let column = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if slabs.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], pixels) {
+                return true;
             }
         }
     }
@@ -70,8 +92,8 @@ impl Slabs {
     /// Whether a pixel of the box shows in a tile, of those within `pixels`.
     #[inline(always)]
     fn tile(&self, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {
-        let index = y * buffer.across[0] + x;
-        let drawn = buffer.farthest[index];
+        let index = buffer.index([x, y]);
+        let drawn = buffer.farthest(index);
         let (x, y) = (x * SIDE, y * SIDE);
         // The nearest and the farthest that the box may be anywhere in the tile; then by pixel, with its rounding outwards.
         let (mut outwards, mut extreme) = ([0.0; 8], [0.0; 8]);
@@ -95,7 +117,7 @@ impl Slabs {
         let steps: [Lanes; 6] = std::array::from_fn(|i| COUNT.map(|count| self.x[i] as f32 * count));
         for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
             let starts: [f32; 6] = std::array::from_fn(|i| outwards[i] as f32 + self.y[i] as f32 * row as f32);
-            let depths = &buffer.tiles[index].0[row * SIDE..][..SIDE];
+            let depths = &buffer.tiles[index.tile()].0[row * SIDE..][..SIDE];
             let (mut enter, mut leave) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
             for i in 0..self.nearer {
                 for k in 0..SIDE {
