@@ -13,6 +13,10 @@ const NEAR_EDGE: f32 = 2e-5;
 #[inline(always)]
 fn clear(tile: &mut Tile, corner: [usize; 2], size: [usize; 2]) {
     let [columns, rows] = [size[0] - corner[0], size[1] - corner[1]];
+    if columns.min(rows) >= SIDE {
+        tile.0.fill(0.0);
+        return;
+    }
     for (row, pixels) in tile.0.chunks_exact_mut(SIDE).enumerate() {
         for (column, pixel) in pixels.iter_mut().enumerate() {
             *pixel = if row < rows && column < columns { 0.0 } else { f32::INFINITY };
@@ -98,14 +102,20 @@ fn fill<const EDGES: bool>(
             steps[k] = x * COUNT[k];
         }
     }
-    let mut nearest_edge = [f32::INFINITY; SIDE];
-    for (pixels, y) in tile.0.chunks_exact_mut(SIDE).zip(COUNT).take(last + 1).skip(first) {
-        let starts = forms.map(|[at, _, by]| at + by * y);
+    let mut starts = [[0.0; SIDE]; 4];
+    for (starts, [at, _, y]) in starts.iter_mut().zip(forms) {
         for k in 0..SIDE {
-            let depth = starts[0] + steps[0][k];
+            starts[k] = at + y * COUNT[k];
+        }
+    }
+    let mut nearest_edge = [f32::INFINITY; SIDE];
+    for row in first..=last.min(SIDE - 1) {
+        let pixels = &mut tile.0[row * SIDE..][..SIDE];
+        for k in 0..SIDE {
+            let depth = starts[0][row] + steps[0][k];
             let mut wins = ones(near >= depth);
             if EDGES {
-                let [a, b, c] = [starts[1] + steps[1][k], starts[2] + steps[2][k], starts[3] + steps[3][k]];
+                let [a, b, c] = [1, 2, 3].map(|e| starts[e][row] + steps[e][k]);
                 let inside = min(min(a, b), c);
                 wins &= ones(inside > NEAR_EDGE);
                 nearest_edge[k] = min(nearest_edge[k], inside.abs());

@@ -18,6 +18,8 @@ struct Steps {
     /// What is added to an edge's value at the first pixel of a tile, for the greatest and the least in it.
     rises: [f32; 3],
     falls: [f32; 3],
+    /// Of each edge, the most and the least in the first block; widened.
+    blocks: [[f64; 2]; 3],
     depth: [f64; SIDE],
     /// The most that depths change within a tile.
     spread: f64,
@@ -33,6 +35,7 @@ impl Drawn {
             edges: [[0.0; SIDE]; 3],
             rises: [0.0; 3],
             falls: [0.0; 3],
+            blocks: self.edges.map(|e| [e.at + e.rise(BLOCK) + MARGIN, e.at + e.fall(BLOCK) - MARGIN]),
             depth: [0.0; SIDE],
             spread: (self.depth.x.abs() + self.depth.y.abs()) * SIDE as f64,
             slope: [self.depth.x as f32, self.depth.y as f32],
@@ -58,8 +61,13 @@ impl Drawn {
     #[inline(always)]
     fn block(&self, buffer: &mut DepthBuffer<'_>, steps: &Steps, [block_x, block_y]: [usize; 2]) {
         let [x, y] = [block_x * BLOCK, block_y * BLOCK];
-        if self.edges.iter().any(|edge| edge.value(x, y) + edge.rise(BLOCK) < -MARGIN) {
-            return;
+        let mut whole = true;
+        for (edge, [most, least]) in self.edges.iter().zip(&steps.blocks) {
+            let at = edge.x * x as f64 + edge.y * y as f64;
+            if at < -most {
+                return;
+            }
+            whole &= at > -least;
         }
         let index = block_y * buffer.across + block_x;
         let (at, error) = self.depth.within(x, y, BLOCK);
@@ -78,7 +86,11 @@ impl Drawn {
             let of = index * SIDE + row;
             let mut left = of_columns;
             if is_beyond && y + (row + 1) * SIDE <= buffer.rays.size[1] {
-                left &= self.row(buffer, steps, [x, y + row * SIDE], of);
+                let corner = [x, y + row * SIDE];
+                left &= match whole {
+                    true => self.row::<false>(buffer, steps, corner, of),
+                    false => self.row::<true>(buffer, steps, corner, of),
+                };
             }
             while left != 0 {
                 let column = left.trailing_zeros() as usize;
@@ -93,11 +105,17 @@ impl Drawn {
 
     /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns a bit for each whose pixels must be looked at.
     #[inline(always)]
-    fn row(&self, buffer: &mut DepthBuffer<'_>, steps: &Steps, [x, y]: [usize; 2], row: usize) -> u32 {
+    fn row<const EDGES: bool>(
+        &self,
+        buffer: &mut DepthBuffer<'_>,
+        steps: &Steps,
+        [x, y]: [usize; 2],
+        row: usize,
+    ) -> u32 {
         let ([nearest, floor], width) = (self.range, ((buffer.rays.size[0] - x) / SIDE) as f32);
         // 1. Edges: not below 0 where the tile may meet it, and above 0 where it has all of it.
         let (mut meets, mut whole) = ([f32::INFINITY; SIDE], [f32::INFINITY; SIDE]);
-        for e in 0..3 {
+        for e in 0..if EDGES { 3 } else { 0 } {
             let start = self.edges[e].value(x, y) as f32;
             for k in 0..SIDE {
                 let value = start + steps.edges[e][k];
@@ -113,16 +131,21 @@ impl Drawn {
             let value = start + steps.depth[k];
             at[k] = (value - FORM_ERROR * (value.abs() + steps.spread)) as f32;
         }
-        let (mut gain, mut loss) = ([f32::INFINITY; SIDE], [f32::INFINITY; SIDE]);
+        // What is new over what is old, at the least and at the most.
+        let (mut gain, mut most_gain) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
         let (mut most, mut least) = ([floor; SIDE], [f32::INFINITY; SIDE]);
-        for [right, down] in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
-            for k in 0..SIDE {
-                let new = max((at[k] + down * dy) + right * dx, floor);
-                let was = max((old.at[k] + down * (old.y[k] * LAST)) + right * (old.x[k] * LAST), old.floor[k]);
+        for k in 0..SIDE {
+            let [below, old_below] = [at[k] + dy, old.at[k] + old.y[k] * LAST];
+            let old_dx = old.x[k] * LAST;
+            let new = [at[k], at[k] + dx, below, below + dx];
+            let was = [old.at[k], old.at[k] + old_dx, old_below, old_below + old_dx];
+            for c in 0..4 {
+                let new = max(new[c], floor);
                 most[k] = max(new, most[k]);
                 least[k] = min(new, least[k]);
-                gain[k] = min(new - was, gain[k]);
-                loss[k] = min(was - new, loss[k]);
+                let difference = new - max(was[c], old.floor[k]);
+                gain[k] = min(difference, gain[k]);
+                most_gain[k] = max(difference, most_gain[k]);
             }
         }
         // 3. What is to be done.
@@ -133,7 +156,7 @@ impl Drawn {
             let nothing_there = ones(drawn[k] == UNTOUCHED);
             let has_plane = ones(old.at[k] == old.at[k]);
             takes[k] = open & inside & (nothing_there | (has_plane & ones(gain[k] >= 0.0)));
-            let keeps = inside & !nothing_there & has_plane & ones(loss[k] >= 0.0);
+            let keeps = inside & !nothing_there & has_plane & ones(most_gain[k] <= 0.0);
             left[k] = open & !takes[k] & !keeps & (1 << k);
         }
         for k in 0..SIDE {
