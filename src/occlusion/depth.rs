@@ -147,6 +147,8 @@ pub struct DepthBuffer<'s> {
     farthest: Vec<Eight>,
     /// The same before anything is drawn.
     empty: Vec<Eight>,
+    /// By column of blocks, above 0 where a tile is in the picture with all its columns.
+    complete: Vec<Eight>,
     /// By object: which side of its triangles is outside, if it is closed.
     outsides: Vec<Option<Outside>>,
     /// The farthest depth of each block, not a number where a tile of it was drawn into since; some more than there are, to fill registers.
@@ -170,12 +172,16 @@ impl<'s> DepthBuffer<'s> {
             planes: vec![Planes::NONE; rows],
             farthest: Vec::new(),
             empty: vec![Eight([f32::INFINITY; SIDE]); rows],
+            complete: vec![Eight([-1.0; SIDE]); blocks[0]],
             blocks: vec![UNTOUCHED; blocks[0] * blocks[1] + SIDE],
             answers: Vec::with_capacity(QUESTIONS * scene.objects.len()),
         };
         for (x, y) in (0..tiles[1]).flat_map(|y| (0..tiles[0]).map(move |x| (x, y))) {
             let index = buffer.index([x, y]);
             buffer.empty[index.row].0[index.column] = UNTOUCHED;
+        }
+        for x in 0..width / SIDE {
+            buffer.complete[x / SIDE].0[x % SIDE] = 1.0;
         }
         buffer.farthest.clone_from(&buffer.empty);
         buffer

@@ -57,9 +57,14 @@ impl Drawn {
         let [first, last] = self.pixels[1];
         let rows = [first.max(y) - y, last.min(y + SIDE - 1) - y];
         let edges = [0, 1, 2].map(|k| [at[k] as f32, self.edges[k].x as f32, self.edges[k].y as f32]);
-        if whole {
-            fill::<false>(tile, rows, &plane, &edges, near);
-        } else if fill::<true>(tile, rows, &plane, &edges, near) <= NEAR_EDGE {
+        // Hardly any tile is as near as the near plane.
+        let nearest_edge = match (whole, most < f64::from(near)) {
+            (true, true) => fill::<false, false>(tile, rows, &plane, &edges, near),
+            (true, false) => fill::<false, true>(tile, rows, &plane, &edges, near),
+            (false, true) => fill::<true, false>(tile, rows, &plane, &edges, near),
+            (false, false) => fill::<true, true>(tile, rows, &plane, &edges, near),
+        };
+        if nearest_edge <= NEAR_EDGE {
             self.settle(tile, [x, y], &plane, &edges, near);
         }
         let mut least = [f32::INFINITY; SIDE];
@@ -88,7 +93,7 @@ impl Drawn {
 
 /// Draws the pixels of some rows of a tile that are inside for certain. Returns how near the middle of one came to an edge.
 #[inline(always)]
-fn fill<const EDGES: bool>(
+fn fill<const EDGES: bool, const NEAR: bool>(
     tile: &mut Tile,
     [first, last]: [usize; 2],
     plane: &Plane,
@@ -113,7 +118,7 @@ fn fill<const EDGES: bool>(
         let pixels = &mut tile.0[row * SIDE..][..SIDE];
         for k in 0..SIDE {
             let depth = starts[0][row] + steps[0][k];
-            let mut wins = ones(near >= depth);
+            let mut wins = if NEAR { ones(near >= depth) } else { !0 };
             if EDGES {
                 let [a, b, c] = [1, 2, 3].map(|e| starts[e][row] + steps[e][k]);
                 let inside = min(min(a, b), c);

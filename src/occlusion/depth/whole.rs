@@ -2,7 +2,7 @@
 //! is there, takes its plane, and no pixel is looked at; tiles left over go to `tile.rs`.
 
 use super::draw::Drawn;
-use super::{BLOCK, COUNT, DepthBuffer, Index, Lanes, SIDE, UNTOUCHED, chosen, max, min, ones};
+use super::{BLOCK, DepthBuffer, Index, Lanes, Planes, SIDE, UNTOUCHED, chosen, max, min, ones};
 use crate::occlusion::pixels::FORM_ERROR;
 
 /// Of tiles with a corner this near to an edge, pixels; pixels decide: more than a distance of up to 1,000 pixels is off by in `f32`.
@@ -81,29 +81,29 @@ impl Drawn {
             [first.max(start) - start, last.min(start + BLOCK - 1) - start].map(|p| p / SIDE)
         };
         let (columns, rows) = (within(self.pixels[0], x), within(self.pixels[1], y));
-        let of_columns = (2 << columns[1]) - (1 << columns[0]);
         for row in rows[0]..=rows[1] {
             let of = index * SIDE + row;
-            let mut left = of_columns;
+            let mut left = [!0; SIDE];
             if is_beyond && y + (row + 1) * SIDE <= buffer.rays.size[1] {
                 let corner = [x, y + row * SIDE];
-                left &= match whole {
-                    true => self.row::<false>(buffer, steps, corner, of),
-                    false => self.row::<true>(buffer, steps, corner, of),
+                let any = match whole {
+                    true => self.row::<false>(buffer, steps, corner, of, &mut left),
+                    false => self.row::<true>(buffer, steps, corner, of, &mut left),
                 };
+                if !any {
+                    continue;
+                }
             }
-            while left != 0 {
-                let column = left.trailing_zeros() as usize;
-                left &= left - 1;
+            for column in columns[0]..=columns[1] {
                 let place = Index { block: index, row: of, column };
-                if self.range[0] > buffer.farthest(place) {
+                if left[column] != 0 && self.range[0] > buffer.farthest(place) {
                     self.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], place);
                 }
             }
         }
     }
 
-    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns a bit for each whose pixels must be looked at.
+    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns whether some are left whose pixels must be looked at, and which.
     #[inline(always)]
     fn row<const EDGES: bool>(
         &self,
@@ -111,10 +111,11 @@ impl Drawn {
         steps: &Steps,
         [x, y]: [usize; 2],
         row: usize,
-    ) -> u32 {
-        let ([nearest, floor], width) = (self.range, ((buffer.rays.size[0] - x) / SIDE) as f32);
+        left: &mut [u32; SIDE],
+    ) -> bool {
+        let [nearest, floor] = self.range;
         // 1. Edges: not below 0 where the tile may meet it, and above 0 where it has all of it.
-        let (mut meets, mut whole) = ([f32::INFINITY; SIDE], [f32::INFINITY; SIDE]);
+        let (mut meets, mut whole) = ([f32::INFINITY; SIDE], buffer.complete[x / BLOCK].0);
         for e in 0..if EDGES { 3 } else { 0 } {
             let start = self.edges[e].value(x, y) as f32;
             for k in 0..SIDE {
@@ -124,7 +125,7 @@ impl Drawn {
             }
         }
         // 2. Depths of the pixels in the corners, new and old: linear functions, of which these are the extremes.
-        let (start, old, drawn) = (self.depth.value(x, y), &mut buffer.planes[row], &mut buffer.farthest[row].0);
+        let (start, old, drawn) = (self.depth.value(x, y), buffer.planes[row], buffer.farthest[row].0);
         let [dx, dy] = steps.slope.map(|slope| slope * LAST);
         let mut at = [0.0; SIDE];
         for k in 0..SIDE {
@@ -149,25 +150,98 @@ impl Drawn {
             }
         }
         // 3. What is to be done.
-        let (mut takes, mut left) = ([0; SIDE], [0; SIDE]);
+        let mut takes = [0; SIDE];
         for k in 0..SIDE {
             let open = ones(meets[k] >= 0.0) & ones(min(most[k], nearest) > drawn[k]);
-            let inside = ones(whole[k] > 0.0) & ones(COUNT[k] < width);
+            let inside = ones(whole[k] > 0.0);
             let nothing_there = ones(drawn[k] == UNTOUCHED);
             let has_plane = ones(old.at[k] == old.at[k]);
             takes[k] = open & inside & (nothing_there | (has_plane & ones(gain[k] >= 0.0)));
             let keeps = inside & !nothing_there & has_plane & ones(most_gain[k] <= 0.0);
-            left[k] = open & !takes[k] & !keeps & (1 << k);
+            left[k] = open & !takes[k] & !keeps;
         }
-        for k in 0..SIDE {
-            old.at[k] = chosen(takes[k], at[k], old.at[k]);
-            old.x[k] = chosen(takes[k], steps.slope[0], old.x[k]);
-            old.y[k] = chosen(takes[k], steps.slope[1], old.y[k]);
-            old.floor[k] = chosen(takes[k], floor, old.floor[k]);
-            drawn[k] = chosen(takes[k], least[k], drawn[k]);
-        }
+        let slopes = steps.slope.map(|slope| [slope; SIDE]);
+        buffer.planes[row] = Planes {
+            at: blend(&takes, &at, &old.at),
+            x: blend(&takes, &slopes[0], &old.x),
+            y: blend(&takes, &slopes[1], &old.y),
+            floor: blend(&takes, &[floor; SIDE], &old.floor),
+        };
+        buffer.farthest[row].0 = blend(&takes, &least, &drawn);
         // Where nothing changed, it is found again for nothing.
         buffer.blocks[row / SIDE] = f32::NAN;
-        left.into_iter().fold(0, |all, bit| all | bit)
+        left.iter().fold(0, |any, left| any | left) != 0
+    }
+}
+
+/// New numbers where the mask has its bits, old ones elsewhere.
+#[inline(always)]
+fn blend(mask: &[u32; SIDE], new: &Lanes, old: &Lanes) -> Lanes {
+    let mut all = *old;
+    for k in 0..SIDE {
+        all[k] = chosen(mask[k], new[k], old[k]);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::oracle::OcclusionOracle;
+    use super::super::super::scenes::{Picture, add, row, turned};
+    use super::super::super::view::View;
+    use super::*;
+    use crate::ObjectId;
+    use crate::random::Prng;
+    use glam::{DQuat, DVec3};
+
+    fn depth(buffer: &DepthBuffer<'_>, x: usize, y: usize) -> f32 {
+        let index = buffer.index([x / SIDE, y / SIDE]);
+        let plane = buffer.planes[index.row].get(index.column);
+        match buffer.farthest(index) {
+            UNTOUCHED => 0.0,
+            _ if plane.at.is_nan() => buffer.tiles[index.tile()].0[y % SIDE * SIDE + x % SIDE],
+            _ => plane.depth(x % SIDE, y % SIDE),
+        }
+    }
+
+    /// Large boxes, some of them around the eye or touching it with a face, through openings of 1e-5 to 179.9 degrees, near the origin and 1e6 m
+    /// from it: nothing is drawn where nothing is, and nothing nearer than it is, whatever was drawn before it; and no pixel is left out.
+    #[test]
+    fn large_triangles_are_never_too_near() {
+        let mut rng = Prng::new(22, 0);
+        let (mut whole, mut drawn) = (0, 0);
+        for round in 0..48 {
+            let degrees = [1e-5, 0.01, 5.0, 70.0, 140.0, 179.9][round % 6];
+            let eye = DVec3::new(rng.unit(), rng.unit(), rng.unit()) * [1.0, 1e6][round / 6 % 2];
+            let mut point = || DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+            let view = View::look_at(eye, eye + point(), f64::to_radians(degrees), 1.5, 0.05);
+            let spread = (0.5 * f64::to_radians(degrees)).tan().min(2.0);
+            let mut scene = row(&[]);
+            for i in 0..4 {
+                let (aside, half) = (point(), point().abs() + 0.01);
+                let turn = if i % 2 == 0 { DQuat::IDENTITY } else { DQuat::from_rotation_y(aside.z * 3.0) };
+                let size = half * spread * 8.0;
+                let mut centre = eye + view.w * (4.0 + 2.0 * f64::from(i)) + aside * spread * 6.0;
+                if i == 3 {
+                    // A face through the eye.
+                    centre = eye + DVec3::Y * size.y;
+                }
+                add(&mut scene, &turned(centre, turn, size), 1);
+            }
+            let size = [[200, 136], [157, 141]][round % 2];
+            let objects: Vec<ObjectId> = (0..4).map(ObjectId).collect();
+            let mut buffer = DepthBuffer::new(&scene, size[0], size[1]);
+            buffer.begin(&view);
+            objects.iter().rev().for_each(|&o| buffer.draw(o));
+            let picture = Picture::new(&scene, &objects, &view, size);
+            for (p, pixel) in picture.pixels.iter().enumerate() {
+                let (want, got) = (pixel.map_or(0.0, |p| p.0), f64::from(depth(&buffer, p % size[0], p / size[0])));
+                assert!(got <= want, "round {round}, pixel {p}: {got} for {want}");
+                assert!((got > 0.0) == (want > 0.0), "round {round}, pixel {p}: {got} for {want}");
+                drawn += usize::from(got > 0.0);
+            }
+            whole += buffer.planes.iter().flat_map(|p| p.at).filter(|at| !at.is_nan()).count();
+        }
+        assert!(drawn > 100_000 && whole > 500, "{drawn} pixels, {whole} planes: a test of nothing");
     }
 }
