@@ -153,6 +153,8 @@ pub struct DepthBuffer<'s> {
     outsides: Vec<Option<Outside>>,
     /// The farthest depth of each block, not a number where a tile of it was drawn into since; some more than there are, to fill registers.
     blocks: Vec<f32>,
+    /// Whether there is such a block.
+    is_stale: bool,
     answers: Vec<bool>,
 }
 
@@ -174,6 +176,7 @@ impl<'s> DepthBuffer<'s> {
             empty: vec![Eight([f32::INFINITY; SIDE]); rows],
             complete: vec![Eight([-1.0; SIDE]); blocks[0]],
             blocks: vec![UNTOUCHED; blocks[0] * blocks[1] + SIDE],
+            is_stale: false,
             answers: Vec::with_capacity(QUESTIONS * scene.objects.len()),
         };
         for (x, y) in (0..tiles[1]).flat_map(|y| (0..tiles[0]).map(move |x| (x, y))) {
@@ -192,6 +195,7 @@ impl<'s> DepthBuffer<'s> {
         self.rays = Rays::new(view, self.rays.size);
         self.farthest.copy_from_slice(&self.empty);
         self.blocks.fill(UNTOUCHED);
+        self.is_stale = false;
         self.answers.clear();
     }
 
@@ -234,6 +238,18 @@ impl<'s> DepthBuffer<'s> {
         if *farthest != depth {
             *farthest = depth;
             self.blocks[index.block] = f32::NAN;
+            self.is_stale = true;
+        }
+    }
+
+    /// Finds the farthest depth of each block.
+    #[inline(always)]
+    fn freshen(&mut self) {
+        if self.is_stale {
+            for block in 0..self.blocks.len() - SIDE {
+                self.block(block);
+            }
+            self.is_stale = false;
         }
     }
 
@@ -243,8 +259,8 @@ impl<'s> DepthBuffer<'s> {
         if self.blocks[block].is_nan() {
             let mut least = [f32::INFINITY; SIDE];
             for row in &self.farthest[block * SIDE..][..SIDE] {
-                for k in 0..SIDE {
-                    least[k] = min(least[k], row.0[k]);
+                for (least, far) in least.iter_mut().zip(&row.0) {
+                    *least = min(*least, *far);
                 }
             }
             self.blocks[block] = least.into_iter().fold(f32::INFINITY, min);

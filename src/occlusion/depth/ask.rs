@@ -3,11 +3,14 @@
 //! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
 
 use super::squares::Squares;
-use super::{BLOCK, COUNT, DepthBuffer, Lanes, SIDE, max, min};
+use super::{BLOCK, COUNT, DepthBuffer, Lanes, SIDE, max, min, ones};
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::{Place, Slabs};
 use crate::simd::Vectorize;
+
+/// Blocks in a row up to which each is asked by itself.
+const FEW: u32 = 1;
 
 /// A box yet to be asked about.
 pub(super) struct Ask<'a, 's, 'b> {
@@ -43,12 +46,45 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
         }
     }
     // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
+    buffer.freshen();
     let [columns, rows] = pixels.map(|[first, last]| [first / BLOCK, last / BLOCK]);
-    for y in rows[0]..=rows[1] {
-        for x in columns[0]..=columns[1] {
-            if buffer.block(y * buffer.across + x) > nearest {
-                continue;
+    for y in (rows[0]..=rows[1]).step_by(SIDE) {
+        for x in (columns[0]..=columns[1]).step_by(SIDE) {
+            let last = [columns[1].min(x + SIDE - 1), rows[1].min(y + SIDE - 1)];
+            if blocks(buffer, bounds, &mut slabs, [[x, last[0]], [y, last[1]]], pixels, nearest) {
+                return true;
             }
+        }
+    }
+    false
+}
+
+/// The same for up to eight by eight blocks, first and last by axis.
+#[inline(always)]
+fn blocks(
+    buffer: &mut DepthBuffer<'_>,
+    bounds: &Bounds,
+    slabs: &mut Option<Slabs>,
+    [columns, rows]: [[usize; 2]; 2],
+    pixels: [[usize; 2]; 2],
+    nearest: f32,
+) -> bool {
+    let of_columns = (2 << (columns[1] - columns[0])) - 1;
+    let mut squares = None;
+    for y in rows[0]..=rows[1] {
+        let first = y * buffer.across + columns[0];
+        let farthest: Lanes = std::array::from_fn(|k| buffer.blocks[first..first + SIDE][k]);
+        let mut left = of_columns & not_nearer(&farthest, nearest);
+        // A box in a block or two is asked about tile by tile at once.
+        if left.count_ones() > FEW {
+            let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
+            let corner = [columns[0] * BLOCK, rows[0] * BLOCK];
+            let squares = squares.get_or_insert_with(|| Squares::new(slabs, corner, BLOCK));
+            left &= squares.row(y - rows[0], &farthest, nearest);
+        }
+        while left != 0 {
+            let x = columns[0] + left.trailing_zeros() as usize;
+            left &= left - 1;
             let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
             if block(buffer, slabs, [x, y], pixels, nearest) {
                 return true;
@@ -56,6 +92,19 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
         }
     }
     false
+}
+
+/// A bit for each of eight that isn't nearer than this.
+#[inline(always)]
+fn not_nearer(farthest: &Lanes, nearest: f32) -> u32 {
+    let mut hidden = !0;
+    for far in farthest {
+        hidden &= ones(*far > nearest);
+    }
+    if hidden != 0 {
+        return 0;
+    }
+    (0..SIDE).fold(0, |all, k| all | u32::from(farthest[k] <= nearest) << k)
 }
 
 /// Whether a pixel of a box shows in a block, of those within `pixels`; `nearest` is the depth of its nearest corner.

@@ -48,14 +48,14 @@ impl Squares {
             (front[i], back[i]) = (self.front[i] + down, self.back[i] + down);
         }
         // Three sides face the eye at most, and five don't.
-        for i in 0..3 {
+        for (x, front) in self.x.iter().zip(front).take(3) {
             for k in 0..SIDE {
-                enter[k] = min(enter[k], front[i] + self.x[i] * COUNT[k]);
+                enter[k] = min(enter[k], front + x * COUNT[k]);
             }
         }
-        for i in 1..6 {
+        for (x, back) in self.x.iter().zip(back).take(6).skip(1) {
             for k in 0..SIDE {
-                leave[k] = max(leave[k], back[i] + self.x[i] * COUNT[k]);
+                leave[k] = max(leave[k], back + x * COUNT[k]);
             }
         }
         // Mostly all are hidden.

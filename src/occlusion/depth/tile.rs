@@ -47,7 +47,8 @@ impl Drawn {
         }
         // The true depth is at most twice the error above; the rest is for this number's own rounding.
         let near = (self.near * (1.0 - 1e-6) - 3.0 * error) as f32;
-        let plane = Plane { at: (base - error) as f32, x: self.depth.x as f32, y: self.depth.y as f32, floor: self.range[1] };
+        let plane =
+            Plane { at: (base - error) as f32, x: self.depth.x as f32, y: self.depth.y as f32, floor: self.range[1] };
         if farthest == UNTOUCHED {
             buffer.planes[index.row].at[index.column] = f32::NAN;
             clear(&mut buffer.tiles[index.tile()], [x, y], buffer.rays.size);
@@ -93,6 +94,7 @@ impl Drawn {
 
 /// Draws the pixels of some rows of a tile that are inside for certain. Returns how near the middle of one came to an edge.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "by iterators, the compiler leaves the registers")]
 fn fill<const EDGES: bool, const NEAR: bool>(
     tile: &mut Tile,
     [first, last]: [usize; 2],

@@ -94,9 +94,9 @@ impl Drawn {
                     continue;
                 }
             }
-            for column in columns[0]..=columns[1] {
+            for (column, left) in left.iter().enumerate().take(columns[1] + 1).skip(columns[0]) {
                 let place = Index { block: index, row: of, column };
-                if left[column] != 0 && self.range[0] > buffer.farthest(place) {
+                if *left != 0 && self.range[0] > buffer.farthest(place) {
                     self.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], place);
                 }
             }
@@ -128,9 +128,9 @@ impl Drawn {
         let (start, old, drawn) = (self.depth.value(x, y), buffer.planes[row], buffer.farthest[row].0);
         let [dx, dy] = steps.slope.map(|slope| slope * LAST);
         let mut at = [0.0; SIDE];
-        for k in 0..SIDE {
-            let value = start + steps.depth[k];
-            at[k] = (value - FORM_ERROR * (value.abs() + steps.spread)) as f32;
+        for (at, step) in at.iter_mut().zip(&steps.depth) {
+            let value = start + step;
+            *at = (value - FORM_ERROR * (value.abs() + steps.spread)) as f32;
         }
         // What is new over what is old, at the least and at the most.
         let (mut gain, mut most_gain) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
@@ -155,7 +155,7 @@ impl Drawn {
             let open = ones(meets[k] >= 0.0) & ones(min(most[k], nearest) > drawn[k]);
             let inside = ones(whole[k] > 0.0);
             let nothing_there = ones(drawn[k] == UNTOUCHED);
-            let has_plane = ones(old.at[k] == old.at[k]);
+            let has_plane = ones(!old.at[k].is_nan());
             takes[k] = open & inside & (nothing_there | (has_plane & ones(gain[k] >= 0.0)));
             let keeps = inside & !nothing_there & has_plane & ones(most_gain[k] <= 0.0);
             left[k] = open & !takes[k] & !keeps;
@@ -170,6 +170,7 @@ impl Drawn {
         buffer.farthest[row].0 = blend(&takes, &least, &drawn);
         // Where nothing changed, it is found again for nothing.
         buffer.blocks[row / SIDE] = f32::NAN;
+        buffer.is_stale = true;
         left.iter().fold(0, |any, left| any | left) != 0
     }
 }
