@@ -15,6 +15,9 @@
 mod ask;
 mod closed;
 mod draw;
+mod squares;
+mod tile;
+mod whole;
 
 use super::bounds::Bounds;
 use super::oracle::{OcclusionOracle, QueryId};
@@ -28,7 +31,7 @@ use crate::types::scene::{Object, Scene};
 use closed::Outside;
 use glam::DVec3;
 
-/// Values side by side, one a pixel of a tile's row.
+/// Values side by side, one a pixel of a tile's row, or a tile of a block's row.
 type Lanes = [f32; SIDE];
 
 /// The lesser; one instruction a register, which [`f32::min`] is not. No argument is a NaN.
@@ -43,9 +46,23 @@ fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
+/// All bits where it is so: masks of a register's lanes.
+#[inline(always)]
+fn ones(is_so: bool) -> u32 {
+    0u32.wrapping_sub(u32::from(is_so))
+}
+
+/// One number where the mask has its bits, another where it has none.
+#[inline(always)]
+fn chosen(mask: u32, new: f32, old: f32) -> f32 {
+    f32::from_bits((new.to_bits() & mask) | (old.to_bits() & !mask))
+}
+
 /// Pixels along the side of a tile, and tiles along that of a block.
 const SIDE: usize = 8;
 const PIXELS: usize = SIDE * SIDE;
+/// Pixels along the side of a block.
+const BLOCK: usize = SIDE * SIDE;
 const COUNT: Lanes = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// Depth is 1/w, so nothing, infinitely far away, is at 0; a tile that nothing was drawn into has this farthest depth, and its pixels are
 /// of an earlier frame.
@@ -59,6 +76,11 @@ const QUESTIONS: usize = 4;
 #[repr(align(32))]
 struct Tile([f32; PIXELS]);
 
+/// A number for each of eight tiles in a row of a block.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+struct Eight(Lanes);
+
 /// The depths of a tile that one triangle covers, a linear function of the pixel that is not below `floor`; not a number where the
 /// tile's pixels have depths of their own.
 #[derive(Clone, Copy)]
@@ -70,19 +92,46 @@ struct Plane {
 }
 
 impl Plane {
-    /// See the tile's pixels.
-    const NONE: Self = Self { at: f32::NAN, x: 0.0, y: 0.0, floor: 0.0 };
-
     #[inline(always)]
     fn depth(&self, column: usize, row: usize) -> f32 {
-        ((self.at + self.y * COUNT[row]) + self.x * COUNT[column]).max(self.floor)
+        max((self.at + self.y * COUNT[row]) + self.x * COUNT[column], self.floor)
     }
+}
 
-    /// At the pixels in the tile's corners: between these are all others, rounded as they are.
+/// The planes of eight tiles in a row of a block, number by number.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+struct Planes {
+    at: Lanes,
+    x: Lanes,
+    y: Lanes,
+    floor: Lanes,
+}
+
+impl Planes {
+    const NONE: Self = Self { at: [f32::NAN; SIDE], x: [0.0; SIDE], y: [0.0; SIDE], floor: [0.0; SIDE] };
+
     #[inline(always)]
-    fn corners(&self) -> [f32; 4] {
-        let last = SIDE - 1;
-        [self.depth(0, 0), self.depth(last, 0), self.depth(0, last), self.depth(last, last)]
+    fn get(&self, k: usize) -> Plane {
+        Plane { at: self.at[k], x: self.x[k], y: self.y[k], floor: self.floor[k] }
+    }
+}
+
+/// Where a tile is in memory: block by block, and row by row in a block.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Index {
+    block: usize,
+    /// Counted through all blocks.
+    row: usize,
+    /// In its row.
+    column: usize,
+}
+
+impl Index {
+    /// Counted through all tiles.
+    #[inline(always)]
+    fn tile(self) -> usize {
+        self.row * SIDE + self.column
     }
 }
 
@@ -90,16 +139,22 @@ impl Plane {
 pub struct DepthBuffer<'s> {
     scene: &'s Scene,
     rays: Rays,
-    /// Tiles and blocks along a row.
-    across: [usize; 2],
+    /// Blocks along a row.
+    across: usize,
     tiles: Vec<Tile>,
-    planes: Vec<Plane>,
-    /// The farthest depth of each tile.
-    farthest: Vec<f32>,
+    planes: Vec<Planes>,
+    /// The farthest depth of each tile; infinitely near beyond the picture.
+    farthest: Vec<Eight>,
+    /// The same before anything is drawn.
+    empty: Vec<Eight>,
+    /// By column of blocks, above 0 where a tile is in the picture with all its columns.
+    complete: Vec<Eight>,
     /// By object: which side of its triangles is outside, if it is closed.
     outsides: Vec<Option<Outside>>,
-    /// That of each block; `None` where a tile of it was drawn into since.
-    blocks: Vec<Option<f32>>,
+    /// The farthest depth of each block, not a number where a tile of it was drawn into since; some more than there are, to fill registers.
+    blocks: Vec<f32>,
+    /// Whether there is such a block.
+    is_stale: bool,
     answers: Vec<bool>,
 }
 
@@ -109,24 +164,38 @@ impl<'s> DepthBuffer<'s> {
         let tiles = [width, height].map(|s| s.div_ceil(SIDE));
         let blocks = tiles.map(|s| s.div_ceil(SIDE));
         let view = View::look_at(DVec3::ZERO, DVec3::NEG_Z, 1.0, 1.0, 0.1);
-        Self {
+        let rows = blocks[0] * blocks[1] * SIDE;
+        let mut buffer = Self {
             scene,
             rays: Rays::new(&view, [width, height]),
-            across: [tiles[0], blocks[0]],
-            tiles: vec![Tile([0.0; PIXELS]); tiles[0] * tiles[1]],
+            across: blocks[0],
+            tiles: vec![Tile([0.0; PIXELS]); rows * SIDE],
             outsides: parallel::map(&scene.objects, |object| Outside::of(scene, object)),
-            planes: vec![Plane::NONE; tiles[0] * tiles[1]],
-            farthest: vec![UNTOUCHED; tiles[0] * tiles[1]],
-            blocks: vec![Some(UNTOUCHED); blocks[0] * blocks[1]],
+            planes: vec![Planes::NONE; rows],
+            farthest: Vec::new(),
+            empty: vec![Eight([f32::INFINITY; SIDE]); rows],
+            complete: vec![Eight([-1.0; SIDE]); blocks[0]],
+            blocks: vec![UNTOUCHED; blocks[0] * blocks[1] + SIDE],
+            is_stale: false,
             answers: Vec::with_capacity(QUESTIONS * scene.objects.len()),
+        };
+        for (x, y) in (0..tiles[1]).flat_map(|y| (0..tiles[0]).map(move |x| (x, y))) {
+            let index = buffer.index([x, y]);
+            buffer.empty[index.row].0[index.column] = UNTOUCHED;
         }
+        for x in 0..width / SIDE {
+            buffer.complete[x / SIDE].0[x % SIDE] = 1.0;
+        }
+        buffer.farthest.clone_from(&buffer.empty);
+        buffer
     }
 
     /// Starts a frame: nothing is drawn yet.
     pub fn begin(&mut self, view: &View) {
         self.rays = Rays::new(view, self.rays.size);
-        self.farthest.fill(UNTOUCHED);
-        self.blocks.fill(Some(UNTOUCHED));
+        self.farthest.copy_from_slice(&self.empty);
+        self.blocks.fill(UNTOUCHED);
+        self.is_stale = false;
         self.answers.clear();
     }
 
@@ -135,38 +204,68 @@ impl<'s> DepthBuffer<'s> {
         vectorized(ask::Ask { buffer: self, bounds })
     }
 
+    #[inline(always)]
+    fn index(&self, [x, y]: [usize; 2]) -> Index {
+        let block = y / SIDE * self.across + x / SIDE;
+        Index { block, row: block * SIDE + y % SIDE, column: x % SIDE }
+    }
+
+    /// The farthest depth of a tile.
+    #[inline(always)]
+    fn farthest(&self, index: Index) -> f32 {
+        self.farthest[index.row].0[index.column]
+    }
+
     /// Gives the pixels of a tile that was drawn into their depths.
     #[inline(always)]
-    fn unfold(&mut self, tile: usize) {
-        let plane = &mut self.planes[tile];
+    fn unfold(&mut self, index: Index) {
+        let planes = &mut self.planes[index.row];
+        let plane = planes.get(index.column);
         if !plane.at.is_nan() {
-            for (p, depth) in self.tiles[tile].0.iter_mut().enumerate() {
-                *depth = plane.depth(p % SIDE, p / SIDE);
+            for (row, pixels) in self.tiles[index.tile()].0.chunks_exact_mut(SIDE).enumerate() {
+                for (column, depth) in pixels.iter_mut().enumerate() {
+                    *depth = plane.depth(column, row);
+                }
             }
-            *plane = Plane::NONE;
+            planes.at[index.column] = f32::NAN;
         }
     }
 
     /// A tile was drawn into.
     #[inline(always)]
-    fn set_farthest(&mut self, [x, y]: [usize; 2], depth: f32) {
-        let [tiles, blocks] = self.across;
-        let farthest = &mut self.farthest[y * tiles + x];
+    fn set_farthest(&mut self, index: Index, depth: f32) {
+        let farthest = &mut self.farthest[index.row].0[index.column];
         if *farthest != depth {
             *farthest = depth;
-            self.blocks[y / SIDE * blocks + x / SIDE] = None;
+            self.blocks[index.block] = f32::NAN;
+            self.is_stale = true;
+        }
+    }
+
+    /// Finds the farthest depth of each block.
+    #[inline(always)]
+    fn freshen(&mut self) {
+        if self.is_stale {
+            for block in 0..self.blocks.len() - SIDE {
+                self.block(block);
+            }
+            self.is_stale = false;
         }
     }
 
     /// The farthest depth in a block.
-    fn block(&mut self, x: usize, y: usize) -> f32 {
-        let [tiles, blocks] = self.across;
-        let (farthest, block) = (&self.farthest, &mut self.blocks[y * blocks + x]);
-        *block.get_or_insert_with(|| {
-            let columns = x * SIDE..(x * SIDE + SIDE).min(tiles);
-            let rows = farthest.chunks_exact(tiles).skip(y * SIDE).take(SIDE);
-            rows.flat_map(|row| &row[columns.clone()]).copied().fold(f32::INFINITY, f32::min)
-        })
+    #[inline(always)]
+    fn block(&mut self, block: usize) -> f32 {
+        if self.blocks[block].is_nan() {
+            let mut least = [f32::INFINITY; SIDE];
+            for row in &self.farthest[block * SIDE..][..SIDE] {
+                for (least, far) in least.iter_mut().zip(&row.0) {
+                    *least = min(*least, *far);
+                }
+            }
+            self.blocks[block] = least.into_iter().fold(f32::INFINITY, min);
+        }
+        self.blocks[block]
     }
 }
 
@@ -215,10 +314,10 @@ mod tests {
 
     /// What was drawn, by pixel: 0 where nothing was.
     fn depth(buffer: &DepthBuffer<'_>, x: usize, y: usize) -> f32 {
-        let tile = y / SIDE * buffer.across[0] + x / SIDE;
-        match buffer.planes[tile] {
-            _ if buffer.farthest[tile] < 0.0 => 0.0,
-            plane if plane.at.is_nan() => buffer.tiles[tile].0[y % SIDE * SIDE + x % SIDE],
+        let index = buffer.index([x / SIDE, y / SIDE]);
+        match buffer.planes[index.row].get(index.column) {
+            _ if buffer.farthest(index) < 0.0 => 0.0,
+            plane if plane.at.is_nan() => buffer.tiles[index.tile()].0[y % SIDE * SIDE + x % SIDE],
             plane => plane.depth(x % SIDE, y % SIDE),
         }
     }
@@ -240,11 +339,12 @@ mod tests {
                 let (want, got) = (pixel.map_or(0.0, |p| p.0), f64::from(depth(&buffer, p % size[0], p / size[0])));
                 assert!(got <= want && got >= want * (1.0 - 1e-3), "round {round}, pixel {p}: {got} for {want}");
             }
-            for tile in 0..buffer.farthest.len() {
-                if buffer.farthest[tile] >= 0.0 {
-                    buffer.unfold(tile);
-                    let least = buffer.tiles[tile].0.iter().copied().fold(f32::INFINITY, f32::min);
-                    assert_eq!(buffer.farthest[tile], least);
+            for tile in (0..size[1].div_ceil(SIDE)).flat_map(|y| (0..size[0].div_ceil(SIDE)).map(move |x| [x, y])) {
+                let index = buffer.index(tile);
+                if buffer.farthest(index) >= 0.0 {
+                    buffer.unfold(index);
+                    let least = buffer.tiles[index.tile()].0.iter().copied().fold(f32::INFINITY, f32::min);
+                    assert_eq!(buffer.farthest(index), least);
                 }
             }
         }

@@ -40,12 +40,12 @@ impl Form {
         (self.x.min(0.0) + self.y.min(0.0)) * (side - 1) as f64
     }
 
-    /// As `f32`, from the corner of the square at pixel `x`, `y`, of so many pixels along the side, and how far values within it may be off.
+    /// Its value at the corner of the square at pixel `x`, `y`, of so many pixels along the side, and how far values within it may be off
+    /// in `f32`.
     #[inline(always)]
-    pub fn in_square(&self, x: usize, y: usize, side: usize) -> ([f32; 3], f64) {
+    pub fn within(&self, x: usize, y: usize, side: usize) -> (f64, f64) {
         let at = self.value(x, y);
-        let error = FORM_ERROR * (at.abs() + (self.x.abs() + self.y.abs()) * side as f64);
-        ([at as f32, self.x as f32, self.y as f32], error)
+        (at, FORM_ERROR * (at.abs() + (self.x.abs() + self.y.abs()) * side as f64))
     }
 }
 

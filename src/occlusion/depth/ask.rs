@@ -2,11 +2,15 @@
 //!
 //! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
 
-use super::{COUNT, DepthBuffer, Lanes, SIDE, max, min};
+use super::squares::Squares;
+use super::{BLOCK, COUNT, DepthBuffer, Lanes, SIDE, max, min, ones};
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::{Place, Slabs};
 use crate::simd::Vectorize;
+
+/// Blocks in a row up to which each is asked by itself.
+const FEW: u32 = 1;
 
 /// A box yet to be asked about.
 pub(super) struct Ask<'a, 's, 'b> {
@@ -35,31 +39,98 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
     // 2. First the tile in the middle: most boxes that show do so there.
     let mut slabs = None;
     let middle = pixels.map(|[first, last]| first.midpoint(last) / SIDE);
-    if buffer.farthest[middle[1] * buffer.across[0] + middle[0]] <= nearest {
+    if buffer.farthest(buffer.index(middle)) <= nearest {
         let slabs = slabs.insert(Slabs::new(&buffer.rays, bounds));
         if slabs.tile(buffer, middle, pixels) {
             return true;
         }
     }
     // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
-    let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
-    for block_y in rows[0] / SIDE..=rows[1] / SIDE {
-        for block_x in columns[0] / SIDE..=columns[1] / SIDE {
-            if buffer.block(block_x, block_y) > nearest {
-                continue;
+    buffer.freshen();
+    let [columns, rows] = pixels.map(|[first, last]| [first / BLOCK, last / BLOCK]);
+    for y in (rows[0]..=rows[1]).step_by(SIDE) {
+        for x in (columns[0]..=columns[1]).step_by(SIDE) {
+            let last = [columns[1].min(x + SIDE - 1), rows[1].min(y + SIDE - 1)];
+            if blocks(buffer, bounds, &mut slabs, [[x, last[0]], [y, last[1]]], pixels, nearest) {
+                return true;
             }
-            let within =
-                |[first, last]: [usize; 2], block: usize| first.max(block * SIDE)..=last.min(block * SIDE + SIDE - 1);
-            for y in within(rows, block_y) {
-                for x in within(columns, block_x) {
-                    if buffer.farthest[y * buffer.across[0] + x] > nearest {
-                        continue;
-                    }
-                    let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
-                    if slabs.tile(buffer, [x, y], pixels) {
-                        return true;
-                    }
-                }
+        }
+    }
+    false
+}
+
+/// The same for up to eight by eight blocks, first and last by axis.
+#[inline(always)]
+fn blocks(
+    buffer: &mut DepthBuffer<'_>,
+    bounds: &Bounds,
+    slabs: &mut Option<Slabs>,
+    [columns, rows]: [[usize; 2]; 2],
+    pixels: [[usize; 2]; 2],
+    nearest: f32,
+) -> bool {
+    let of_columns = (2 << (columns[1] - columns[0])) - 1;
+    let mut squares = None;
+    for y in rows[0]..=rows[1] {
+        let first = y * buffer.across + columns[0];
+        let farthest: Lanes = std::array::from_fn(|k| buffer.blocks[first..first + SIDE][k]);
+        let mut left = of_columns & not_nearer(&farthest, nearest);
+        // A box in a block or two is asked about tile by tile at once.
+        if left.count_ones() > FEW {
+            let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
+            let corner = [columns[0] * BLOCK, rows[0] * BLOCK];
+            let squares = squares.get_or_insert_with(|| Squares::new(slabs, corner, BLOCK));
+            left &= squares.row(y - rows[0], &farthest, nearest);
+        }
+        while left != 0 {
+            let x = columns[0] + left.trailing_zeros() as usize;
+            left &= left - 1;
+            let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
+            if block(buffer, slabs, [x, y], pixels, nearest) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// A bit for each of eight that isn't nearer than this.
+#[inline(always)]
+fn not_nearer(farthest: &Lanes, nearest: f32) -> u32 {
+    let mut hidden = !0;
+    for far in farthest {
+        hidden &= ones(*far > nearest);
+    }
+    if hidden != 0 {
+        return 0;
+    }
+    (0..SIDE).fold(0, |all, k| all | u32::from(farthest[k] <= nearest) << k)
+}
+
+/// Whether a pixel of a box shows in a block, of those within `pixels`; `nearest` is the depth of its nearest corner.
+#[inline(always)]
+fn block(
+    buffer: &mut DepthBuffer<'_>,
+    slabs: &Slabs,
+    [block_x, block_y]: [usize; 2],
+    pixels: [[usize; 2]; 2],
+    nearest: f32,
+) -> bool {
+    let index = block_y * buffer.across + block_x;
+    let within = |[first, last]: [usize; 2], block: usize| {
+        let start = block * BLOCK;
+        [first.max(start) - start, last.min(start + BLOCK - 1) - start].map(|p| p / SIDE)
+    };
+    let (columns, rows) = (within(pixels[0], block_x), within(pixels[1], block_y));
+    let squares = Squares::new(slabs, [block_x * BLOCK, block_y * BLOCK], SIDE);
+    let of_columns = (2 << columns[1]) - (1 << columns[0]);
+    for row in rows[0]..=rows[1] {
+        let mut left = of_columns & squares.row(row, &buffer.farthest[index * SIDE + row].0, nearest);
+        while left != 0 {
+            let column = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if slabs.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], pixels) {
+                return true;
             }
         }
     }
@@ -70,8 +141,8 @@ impl Slabs {
     /// Whether a pixel of the box shows in a tile, of those within `pixels`.
     #[inline(always)]
     fn tile(&self, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {
-        let index = y * buffer.across[0] + x;
-        let drawn = buffer.farthest[index];
+        let index = buffer.index([x, y]);
+        let drawn = buffer.farthest(index);
         let (x, y) = (x * SIDE, y * SIDE);
         // The nearest and the farthest that the box may be anywhere in the tile; then by pixel, with its rounding outwards.
         let (mut outwards, mut extreme) = ([0.0; 8], [0.0; 8]);
@@ -95,7 +166,7 @@ impl Slabs {
         let steps: [Lanes; 6] = std::array::from_fn(|i| COUNT.map(|count| self.x[i] as f32 * count));
         for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
             let starts: [f32; 6] = std::array::from_fn(|i| outwards[i] as f32 + self.y[i] as f32 * row as f32);
-            let depths = &buffer.tiles[index].0[row * SIDE..][..SIDE];
+            let depths = &buffer.tiles[index.tile()].0[row * SIDE..][..SIDE];
             let (mut enter, mut leave) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
             for i in 0..self.nearer {
                 for k in 0..SIDE {

@@ -1,0 +1,136 @@
+//! A box held against the farthest depths of squares of the picture, eight in a row at a time: what is left over is asked pixel by pixel.
+
+use super::{COUNT, Lanes, SIDE, max, min, ones};
+use crate::occlusion::pixels::FORM_ERROR;
+use crate::occlusion::slabs::Slabs;
+
+/// The planes of a box over eight by eight squares: for those of its front the most that they are in a square, for the others the least, with
+/// all rounding outwards.
+pub(super) struct Squares {
+    /// Of the front, infinitely near where there is none.
+    front: [f32; 8],
+    /// Of the back, infinitely far.
+    back: [f32; 8],
+    /// From a square to the next.
+    x: [f32; 8],
+    y: [f32; 8],
+}
+
+impl Squares {
+    /// From pixel `x`, `y` on, for squares of so many pixels along the side.
+    #[inline(always)]
+    pub fn new(slabs: &Slabs, [x, y]: [usize; 2], side: usize) -> Self {
+        let mut squares = Self { front: [f32::INFINITY; 8], back: [f32::NEG_INFINITY; 8], x: [0.0; 8], y: [0.0; 8] };
+        let all = (side * SIDE) as f64;
+        for i in 0..8 {
+            let sign = if i < slabs.nearer { 1.0 } else { -1.0 };
+            let at = (slabs.at[i] + slabs.x[i] * x as f64) + slabs.y[i] * y as f64;
+            let spread = slabs.x[i].abs() + slabs.y[i].abs();
+            // Of the corners' values the greatest or the least: half of the sum of both, and half of the difference.
+            let extreme = ((slabs.x[i] + slabs.y[i]) + sign * spread) * ((side - 1) as f64 * 0.5);
+            let outwards = (at + extreme + sign * FORM_ERROR * (at.abs() + spread * all)) as f32;
+            squares.front[i] = if i < slabs.nearer { outwards } else { f32::INFINITY };
+            squares.back[i] = if i < slabs.nearer { f32::NEG_INFINITY } else { outwards };
+            squares.x[i] = (slabs.x[i] * side as f64) as f32;
+            squares.y[i] = (slabs.y[i] * side as f64) as f32;
+        }
+        squares
+    }
+
+    /// A bit for each where a part of the box that is at most as near as `nearest` may show before what is drawn, in a row of squares; these are
+    /// the farthest depths in them.
+    #[inline(always)]
+    pub fn row(&self, row: usize, farthest: &Lanes, nearest: f32) -> u32 {
+        let (mut enter, mut leave) = ([nearest; SIDE], *farthest);
+        let (mut front, mut back) = ([0.0; 8], [0.0; 8]);
+        for i in 0..8 {
+            let down = self.y[i] * COUNT[row];
+            (front[i], back[i]) = (self.front[i] + down, self.back[i] + down);
+        }
+        // Three sides face the eye at most, and five don't.
+        for (x, front) in self.x.iter().zip(front).take(3) {
+            for k in 0..SIDE {
+                enter[k] = min(enter[k], front + x * COUNT[k]);
+            }
+        }
+        for (x, back) in self.x.iter().zip(back).take(6).skip(1) {
+            for k in 0..SIDE {
+                leave[k] = max(leave[k], back + x * COUNT[k]);
+            }
+        }
+        // Mostly all are hidden.
+        let mut hidden = !0;
+        for k in 0..SIDE {
+            hidden &= ones(enter[k] < leave[k]);
+        }
+        if hidden != 0 {
+            return 0;
+        }
+        (0..SIDE).fold(0, |all, k| all | u32::from(enter[k] >= leave[k]) << k)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::bounds::Bounds;
+    use super::super::super::pixels::Rays;
+    use super::super::super::scenes::turned;
+    use super::super::super::slabs::Place;
+    use super::super::super::view::View;
+    use super::*;
+    use crate::random::Prng;
+    use glam::{DQuat, DVec3};
+
+    /// A view and a box before it: openings of 1e-5 to 179.9 degrees, near or 1e7 m from the origin; of some boxes a face's plane holds the
+    /// eye.
+    fn case(rng: &mut Prng, round: usize) -> (View, Bounds) {
+        let degrees = [1e-5, 0.01, 1.0, 60.0, 150.0, 179.9][round % 6];
+        let eye = DVec3::new(rng.unit(), rng.unit(), rng.unit()) * [1.0, 1e7][round / 6 % 2];
+        let mut point = || DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+        let (target, aside, half) = (point(), point(), point().abs() * 3.0);
+        let view = View::look_at(eye, eye + target, f64::to_radians(degrees), 1.5, 1e-3);
+        let reach = (0.5 * f64::to_radians(degrees)).tan().min(5.0);
+        let mut centre = eye + view.w * 20.0 + aside * 20.0 * reach;
+        let turn = if round % 3 == 0 { DQuat::IDENTITY } else { DQuat::from_rotation_y(aside.x * 3.0) };
+        if round % 9 == 0 {
+            // The eye is in the plane of a side.
+            centre.y = eye.y + half.y;
+        }
+        (view, turned(centre, turn, half))
+    }
+
+    /// A square that is called hidden has no pixel, by all of them in `f64`, where the box's front is before its back and before what is drawn.
+    #[test]
+    fn no_square_that_shows_is_called_hidden() {
+        let mut rng = Prng::new(21, 0);
+        let (mut hidden, mut open) = (0, 0);
+        for round in 0..6000 {
+            let (view, bounds) = case(&mut rng, round);
+            let rays = Rays::new(&view, [512, 384]);
+            let Place::Within { most, .. } = Place::of(&rays, &bounds) else { continue };
+            let slabs = Slabs::new(&rays, &bounds);
+            let side = [SIDE, 1, 2][round % 3];
+            let corner = [rng.below(8) * 64, rng.below(6) * 64];
+            let squares = Squares::new(&slabs, corner, side);
+            let nearest = (most * (1.0 + 1e-6)) as f32;
+            let row = rng.below(SIDE);
+            let drawn: Lanes = std::array::from_fn(|_| (most * rng.range(-0.1, 1.2)) as f32);
+            let left = squares.row(row, &drawn, nearest);
+            for column in 0..SIDE {
+                let mut shows = false;
+                for p in 0..side * side {
+                    let [x, y] = [corner[0] + column * side + p % side, corner[1] + row * side + p / side];
+                    let value = |i: usize| (slabs.at[i] + slabs.x[i] * x as f64) + slabs.y[i] * y as f64;
+                    let front = (0..slabs.nearer).map(value).fold(f64::INFINITY, f64::min);
+                    let back = (slabs.nearer..6).map(value).fold(f64::NEG_INFINITY, f64::max);
+                    shows |= front >= back && front >= f64::from(drawn[column]);
+                }
+                let is_left = left >> column & 1 != 0;
+                assert!(is_left || !shows, "round {round}, square {column}");
+                hidden += usize::from(!is_left);
+                open += usize::from(shows);
+            }
+        }
+        assert!(hidden > 3000 && open > 3000, "{hidden} and {open}: a test of nothing");
+    }
+}

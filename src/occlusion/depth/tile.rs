@@ -1,0 +1,134 @@
+//! The part of a triangle in a tile that it doesn't cover, or not before all that is there, pixel by pixel.
+//!
+//! A pixel too near to an edge for `f32` is decided in `f64`.
+
+use super::draw::Drawn;
+use super::{COUNT, DepthBuffer, Index, PIXELS, Plane, SIDE, Tile, UNTOUCHED, chosen, max, min, ones};
+
+/// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most. Larger: more
+/// pixels are looked at twice.
+const NEAR_EDGE: f32 = 2e-5;
+
+/// Nothing is drawn; what is beyond the picture is as if it were covered.
+#[inline(always)]
+fn clear(tile: &mut Tile, corner: [usize; 2], size: [usize; 2]) {
+    let [columns, rows] = [size[0] - corner[0], size[1] - corner[1]];
+    if columns.min(rows) >= SIDE {
+        tile.0.fill(0.0);
+        return;
+    }
+    for (row, pixels) in tile.0.chunks_exact_mut(SIDE).enumerate() {
+        for (column, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = if row < rows && column < columns { 0.0 } else { f32::INFINITY };
+        }
+    }
+}
+
+impl Drawn {
+    /// Draws the part in a tile.
+    #[inline(always)]
+    pub fn tile(&self, buffer: &mut DepthBuffer<'_>, [tile_x, tile_y]: [usize; 2], index: Index) {
+        let [x, y] = [tile_x * SIDE, tile_y * SIDE];
+        let at = [self.edges[0].value(x, y), self.edges[1].value(x, y), self.edges[2].value(x, y)];
+        let (mut outside, mut whole) = (false, true);
+        for (at, edge) in at.iter().zip(&self.edges) {
+            // Where rounding might turn a sign, pixels decide.
+            outside |= at + edge.rise(SIDE) < -f64::from(NEAR_EDGE);
+            whole &= at + edge.fall(SIDE) > f64::from(NEAR_EDGE);
+        }
+        if outside {
+            return;
+        }
+        let farthest = buffer.farthest(index);
+        let (base, error) = self.depth.within(x, y, SIDE);
+        let most = base + self.depth.rise(SIDE) + error;
+        if most < f64::from(farthest) {
+            return;
+        }
+        // The true depth is at most twice the error above; the rest is for this number's own rounding.
+        let near = (self.near * (1.0 - 1e-6) - 3.0 * error) as f32;
+        let plane =
+            Plane { at: (base - error) as f32, x: self.depth.x as f32, y: self.depth.y as f32, floor: self.range[1] };
+        if farthest == UNTOUCHED {
+            buffer.planes[index.row].at[index.column] = f32::NAN;
+            clear(&mut buffer.tiles[index.tile()], [x, y], buffer.rays.size);
+        }
+        buffer.unfold(index);
+        let tile = &mut buffer.tiles[index.tile()];
+        let [first, last] = self.pixels[1];
+        let rows = [first.max(y) - y, last.min(y + SIDE - 1) - y];
+        let edges = [0, 1, 2].map(|k| [at[k] as f32, self.edges[k].x as f32, self.edges[k].y as f32]);
+        // Hardly any tile is as near as the near plane.
+        let nearest_edge = match (whole, most < f64::from(near)) {
+            (true, true) => fill::<false, false>(tile, rows, &plane, &edges, near),
+            (true, false) => fill::<false, true>(tile, rows, &plane, &edges, near),
+            (false, true) => fill::<true, false>(tile, rows, &plane, &edges, near),
+            (false, false) => fill::<true, true>(tile, rows, &plane, &edges, near),
+        };
+        if nearest_edge <= NEAR_EDGE {
+            self.settle(tile, [x, y], &plane, &edges, near);
+        }
+        let mut least = [f32::INFINITY; SIDE];
+        for row in tile.0.chunks_exact(SIDE) {
+            for k in 0..SIDE {
+                least[k] = min(row[k], least[k]);
+            }
+        }
+        buffer.set_farthest(index, least.into_iter().fold(f32::INFINITY, min));
+    }
+
+    /// Draws the pixels of a tile that `f32` couldn't decide.
+    #[cold]
+    fn settle(&self, tile: &mut Tile, [x, y]: [usize; 2], plane: &Plane, edges: &[[f32; 3]; 3], near: f32) {
+        for p in 0..PIXELS {
+            let (row, column) = (p / SIDE, p % SIDE);
+            let [a, b, c] = edges.map(|[at, x, y]| (at + y * COUNT[row]) + x * COUNT[column]);
+            let inside = || self.edges.iter().all(|e| e.value(x + column, y + row) >= 0.0);
+            let depth = (plane.at + plane.y * COUNT[row]) + plane.x * COUNT[column];
+            if a.min(b).min(c).abs() <= NEAR_EDGE && depth <= near && inside() {
+                tile.0[p] = tile.0[p].max(depth.max(plane.floor));
+            }
+        }
+    }
+}
+
+/// Draws the pixels of some rows of a tile that are inside for certain. Returns how near the middle of one came to an edge.
+#[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "by iterators, the compiler leaves the registers")]
+fn fill<const EDGES: bool, const NEAR: bool>(
+    tile: &mut Tile,
+    [first, last]: [usize; 2],
+    plane: &Plane,
+    edges: &[[f32; 3]; 3],
+    near: f32,
+) -> f32 {
+    let forms = [[plane.at, plane.x, plane.y], edges[0], edges[1], edges[2]];
+    let mut steps = [[0.0; SIDE]; 4];
+    for (steps, [_, x, _]) in steps.iter_mut().zip(forms) {
+        for k in 0..SIDE {
+            steps[k] = x * COUNT[k];
+        }
+    }
+    let mut starts = [[0.0; SIDE]; 4];
+    for (starts, [at, _, y]) in starts.iter_mut().zip(forms) {
+        for k in 0..SIDE {
+            starts[k] = at + y * COUNT[k];
+        }
+    }
+    let mut nearest_edge = [f32::INFINITY; SIDE];
+    for row in first..=last.min(SIDE - 1) {
+        let pixels = &mut tile.0[row * SIDE..][..SIDE];
+        for k in 0..SIDE {
+            let depth = starts[0][row] + steps[0][k];
+            let mut wins = if NEAR { ones(near >= depth) } else { !0 };
+            if EDGES {
+                let [a, b, c] = [1, 2, 3].map(|e| starts[e][row] + steps[e][k]);
+                let inside = min(min(a, b), c);
+                wins &= ones(inside > NEAR_EDGE);
+                nearest_edge[k] = min(nearest_edge[k], inside.abs());
+            }
+            pixels[k] = max(chosen(wins, max(depth, plane.floor), 0.0), pixels[k]);
+        }
+    }
+    if EDGES { nearest_edge.into_iter().fold(f32::INFINITY, min) } else { f32::INFINITY }
+}

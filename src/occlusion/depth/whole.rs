@@ -1,0 +1,248 @@
+//! Triangles of many tiles: block by block, and in a block eight tiles at a time. A tile that a triangle covers, nearer all over than what
+//! is there, takes its plane, and no pixel is looked at; tiles left over go to `tile.rs`.
+
+use super::draw::Drawn;
+use super::{BLOCK, DepthBuffer, Index, Lanes, Planes, SIDE, UNTOUCHED, chosen, max, min, ones};
+use crate::occlusion::pixels::FORM_ERROR;
+
+/// Of tiles with a corner this near to an edge, pixels; pixels decide: more than a distance of up to 1,000 pixels is off by in `f32`.
+/// Larger: more tiles are looked at pixel by pixel.
+const MARGIN: f64 = 1e-3;
+/// From a tile's first pixel to its last.
+const LAST: f32 = (SIDE - 1) as f32;
+
+/// What is needed in each block; arrays are along a row of tiles.
+struct Steps {
+    /// What each edge changes by.
+    edges: [Lanes; 3],
+    /// What is added to an edge's value at the first pixel of a tile, for the greatest and the least in it.
+    rises: [f32; 3],
+    falls: [f32; 3],
+    /// Of each edge, the most and the least in the first block; widened.
+    blocks: [[f64; 2]; 3],
+    depth: [f64; SIDE],
+    /// The most that depths change within a tile.
+    spread: f64,
+    /// Of the planes.
+    slope: [f32; 2],
+}
+
+impl Drawn {
+    /// Draws it into all blocks that it may be in.
+    #[inline(always)]
+    pub fn blocks(&self, buffer: &mut DepthBuffer<'_>) {
+        let mut steps = Steps {
+            edges: [[0.0; SIDE]; 3],
+            rises: [0.0; 3],
+            falls: [0.0; 3],
+            blocks: self.edges.map(|e| [e.at + e.rise(BLOCK) + MARGIN, e.at + e.fall(BLOCK) - MARGIN]),
+            depth: [0.0; SIDE],
+            spread: (self.depth.x.abs() + self.depth.y.abs()) * SIDE as f64,
+            slope: [self.depth.x as f32, self.depth.y as f32],
+        };
+        for k in 0..SIDE {
+            for (edge, form) in steps.edges.iter_mut().zip(&self.edges) {
+                edge[k] = (form.x * (k * SIDE) as f64) as f32;
+            }
+            steps.depth[k] = self.depth.x * (k * SIDE) as f64;
+        }
+        for (k, form) in self.edges.iter().enumerate() {
+            steps.rises[k] = (form.rise(SIDE) + MARGIN) as f32;
+            steps.falls[k] = (form.fall(SIDE) - MARGIN) as f32;
+        }
+        let [columns, rows] = self.pixels.map(|[first, last]| [first / BLOCK, last / BLOCK]);
+        for y in rows[0]..=rows[1] {
+            for x in columns[0]..=columns[1] {
+                self.block(buffer, &steps, [x, y]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn block(&self, buffer: &mut DepthBuffer<'_>, steps: &Steps, [block_x, block_y]: [usize; 2]) {
+        let [x, y] = [block_x * BLOCK, block_y * BLOCK];
+        let mut whole = true;
+        for (edge, [most, least]) in self.edges.iter().zip(&steps.blocks) {
+            let at = edge.x * x as f64 + edge.y * y as f64;
+            if at < -most {
+                return;
+            }
+            whole &= at > -least;
+        }
+        let index = block_y * buffer.across + block_x;
+        let (at, error) = self.depth.within(x, y, BLOCK);
+        let most = at + self.depth.rise(BLOCK) + error;
+        if most.min(f64::from(self.range[0])) <= f64::from(buffer.block(index)) {
+            return;
+        }
+        // Nothing of it in this block is as near as the near plane.
+        let is_beyond = most < self.near * (1.0 - 1e-6) - 3.0 * error;
+        let within = |[first, last]: [usize; 2], start: usize| {
+            [first.max(start) - start, last.min(start + BLOCK - 1) - start].map(|p| p / SIDE)
+        };
+        let (columns, rows) = (within(self.pixels[0], x), within(self.pixels[1], y));
+        for row in rows[0]..=rows[1] {
+            let of = index * SIDE + row;
+            let mut left = [!0; SIDE];
+            if is_beyond && y + (row + 1) * SIDE <= buffer.rays.size[1] {
+                let corner = [x, y + row * SIDE];
+                let any = match whole {
+                    true => self.row::<false>(buffer, steps, corner, of, &mut left),
+                    false => self.row::<true>(buffer, steps, corner, of, &mut left),
+                };
+                if !any {
+                    continue;
+                }
+            }
+            for (column, left) in left.iter().enumerate().take(columns[1] + 1).skip(columns[0]) {
+                let place = Index { block: index, row: of, column };
+                if *left != 0 && self.range[0] > buffer.farthest(place) {
+                    self.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], place);
+                }
+            }
+        }
+    }
+
+    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns whether some are left whose pixels must be looked at, and which.
+    #[inline(always)]
+    fn row<const EDGES: bool>(
+        &self,
+        buffer: &mut DepthBuffer<'_>,
+        steps: &Steps,
+        [x, y]: [usize; 2],
+        row: usize,
+        left: &mut [u32; SIDE],
+    ) -> bool {
+        let [nearest, floor] = self.range;
+        // 1. Edges: not below 0 where the tile may meet it, and above 0 where it has all of it.
+        let (mut meets, mut whole) = ([f32::INFINITY; SIDE], buffer.complete[x / BLOCK].0);
+        for e in 0..if EDGES { 3 } else { 0 } {
+            let start = self.edges[e].value(x, y) as f32;
+            for k in 0..SIDE {
+                let value = start + steps.edges[e][k];
+                meets[k] = min(meets[k], value + steps.rises[e]);
+                whole[k] = min(whole[k], value + steps.falls[e]);
+            }
+        }
+        // 2. Depths of the pixels in the corners, new and old: linear functions, of which these are the extremes.
+        let (start, old, drawn) = (self.depth.value(x, y), buffer.planes[row], buffer.farthest[row].0);
+        let [dx, dy] = steps.slope.map(|slope| slope * LAST);
+        let mut at = [0.0; SIDE];
+        for (at, step) in at.iter_mut().zip(&steps.depth) {
+            let value = start + step;
+            *at = (value - FORM_ERROR * (value.abs() + steps.spread)) as f32;
+        }
+        // What is new over what is old, at the least and at the most.
+        let (mut gain, mut most_gain) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
+        let (mut most, mut least) = ([floor; SIDE], [f32::INFINITY; SIDE]);
+        for k in 0..SIDE {
+            let [below, old_below] = [at[k] + dy, old.at[k] + old.y[k] * LAST];
+            let old_dx = old.x[k] * LAST;
+            let new = [at[k], at[k] + dx, below, below + dx];
+            let was = [old.at[k], old.at[k] + old_dx, old_below, old_below + old_dx];
+            for c in 0..4 {
+                let new = max(new[c], floor);
+                most[k] = max(new, most[k]);
+                least[k] = min(new, least[k]);
+                let difference = new - max(was[c], old.floor[k]);
+                gain[k] = min(difference, gain[k]);
+                most_gain[k] = max(difference, most_gain[k]);
+            }
+        }
+        // 3. What is to be done.
+        let mut takes = [0; SIDE];
+        for k in 0..SIDE {
+            let open = ones(meets[k] >= 0.0) & ones(min(most[k], nearest) > drawn[k]);
+            let inside = ones(whole[k] > 0.0);
+            let nothing_there = ones(drawn[k] == UNTOUCHED);
+            let has_plane = ones(!old.at[k].is_nan());
+            takes[k] = open & inside & (nothing_there | (has_plane & ones(gain[k] >= 0.0)));
+            let keeps = inside & !nothing_there & has_plane & ones(most_gain[k] <= 0.0);
+            left[k] = open & !takes[k] & !keeps;
+        }
+        let slopes = steps.slope.map(|slope| [slope; SIDE]);
+        buffer.planes[row] = Planes {
+            at: blend(&takes, &at, &old.at),
+            x: blend(&takes, &slopes[0], &old.x),
+            y: blend(&takes, &slopes[1], &old.y),
+            floor: blend(&takes, &[floor; SIDE], &old.floor),
+        };
+        buffer.farthest[row].0 = blend(&takes, &least, &drawn);
+        // Where nothing changed, it is found again for nothing.
+        buffer.blocks[row / SIDE] = f32::NAN;
+        buffer.is_stale = true;
+        left.iter().fold(0, |any, left| any | left) != 0
+    }
+}
+
+/// New numbers where the mask has its bits, old ones elsewhere.
+#[inline(always)]
+fn blend(mask: &[u32; SIDE], new: &Lanes, old: &Lanes) -> Lanes {
+    let mut all = *old;
+    for k in 0..SIDE {
+        all[k] = chosen(mask[k], new[k], old[k]);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::oracle::OcclusionOracle;
+    use super::super::super::scenes::{Picture, add, row, turned};
+    use super::super::super::view::View;
+    use super::*;
+    use crate::ObjectId;
+    use crate::random::Prng;
+    use glam::{DQuat, DVec3};
+
+    fn depth(buffer: &DepthBuffer<'_>, x: usize, y: usize) -> f32 {
+        let index = buffer.index([x / SIDE, y / SIDE]);
+        let plane = buffer.planes[index.row].get(index.column);
+        match buffer.farthest(index) {
+            UNTOUCHED => 0.0,
+            _ if plane.at.is_nan() => buffer.tiles[index.tile()].0[y % SIDE * SIDE + x % SIDE],
+            _ => plane.depth(x % SIDE, y % SIDE),
+        }
+    }
+
+    /// Large boxes, some of them around the eye or touching it with a face, through openings of 1e-5 to 179.9 degrees, near the origin and 1e6 m
+    /// from it: nothing is drawn where nothing is, and nothing nearer than it is, whatever was drawn before it; and no pixel is left out.
+    #[test]
+    fn large_triangles_are_never_too_near() {
+        let mut rng = Prng::new(22, 0);
+        let (mut whole, mut drawn) = (0, 0);
+        for round in 0..48 {
+            let degrees = [1e-5, 0.01, 5.0, 70.0, 140.0, 179.9][round % 6];
+            let eye = DVec3::new(rng.unit(), rng.unit(), rng.unit()) * [1.0, 1e6][round / 6 % 2];
+            let mut point = || DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+            let view = View::look_at(eye, eye + point(), f64::to_radians(degrees), 1.5, 0.05);
+            let spread = (0.5 * f64::to_radians(degrees)).tan().min(2.0);
+            let mut scene = row(&[]);
+            for i in 0..4 {
+                let (aside, half) = (point(), point().abs() + 0.01);
+                let turn = if i % 2 == 0 { DQuat::IDENTITY } else { DQuat::from_rotation_y(aside.z * 3.0) };
+                let size = half * spread * 8.0;
+                let mut centre = eye + view.w * (4.0 + 2.0 * f64::from(i)) + aside * spread * 6.0;
+                if i == 3 {
+                    // A face through the eye.
+                    centre = eye + DVec3::Y * size.y;
+                }
+                add(&mut scene, &turned(centre, turn, size), 1);
+            }
+            let size = [[200, 136], [157, 141]][round % 2];
+            let objects: Vec<ObjectId> = (0..4).map(ObjectId).collect();
+            let mut buffer = DepthBuffer::new(&scene, size[0], size[1]);
+            buffer.begin(&view);
+            objects.iter().rev().for_each(|&o| buffer.draw(o));
+            let picture = Picture::new(&scene, &objects, &view, size);
+            for (p, pixel) in picture.pixels.iter().enumerate() {
+                let (want, got) = (pixel.map_or(0.0, |p| p.0), f64::from(depth(&buffer, p % size[0], p / size[0])));
+                assert!(got <= want, "round {round}, pixel {p}: {got} for {want}");
+                assert!((got > 0.0) == (want > 0.0), "round {round}, pixel {p}: {got} for {want}");
+                drawn += usize::from(got > 0.0);
+            }
+            whole += buffer.planes.iter().flat_map(|p| p.at).filter(|at| !at.is_nan()).count();
+        }
+        assert!(drawn > 100_000 && whole > 500, "{drawn} pixels, {whole} planes: a test of nothing");
+    }
+}
