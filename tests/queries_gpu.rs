@@ -7,7 +7,7 @@ use enfilade::ObjectId;
 use enfilade::gpu::GpuError;
 use enfilade::occlusion::bounds::{Bounds, Fit};
 use enfilade::occlusion::chc::{Chc, Reduction};
-use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
+use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions, Interval};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
@@ -90,7 +90,7 @@ fn what_is_called_hidden_has_no_pixel_and_little_else_has_none() {
                 let shows = answer(&mut gpu, query);
                 if frustum.meets_near(bounds) {
                     assert!(shows, "what reaches the near plane can't be known");
-                } else if picture.shows(&view, bounds) {
+                } else if picture.count(&view, bounds) > 0 {
                     shown += 1;
                     assert!(shows, "{size:?}, round {round}, box {i}");
                 } else if !buffer.shows(bounds) {
@@ -143,7 +143,7 @@ fn a_hole_smaller_than_a_pixel_shows_what_is_behind() {
             gpu.begin(&view);
             all(&wall).into_iter().for_each(|o| gpu.draw(o));
             let behind = turned(at(x, y, 8.0), DQuat::IDENTITY, DVec3::splat(0.1));
-            assert!(Picture::new(&wall, &all(&wall), &view, size).shows(&view, &behind) == free);
+            assert!((Picture::new(&wall, &all(&wall), &view, size).count(&view, &behind) > 0) == free);
             assert_eq!(shows(&mut gpu, &[behind]), free, "round {round}: {sides:?}");
         }
     }
@@ -162,7 +162,7 @@ impl Culler {
             Self::Chc(Chc::new(Reduction::None, 1)),
             Self::Chc(Chc::new(Reduction::AtRandom(0.5), 1)),
             Self::Plus(ChcPlus::new(ChcPlusOptions::default())),
-            Self::Plus(ChcPlus::new(ChcPlusOptions { batch: 5, assumed: 3, ..ChcPlusOptions::default() })),
+            Self::Plus(ChcPlus::new(ChcPlusOptions { batch: 5, assumed: Interval::Frames(3), ..ChcPlusOptions::default() })),
             Self::Levels(LevelCuller::new(LevelOptions::new(C1_TO_C7[6] << 2))),
         ]
     }
@@ -277,7 +277,7 @@ fn far_from_the_origin_is_as_good_as_near() {
         for object in all(&near) {
             let [here, bounds] = [bounds(&near, object), bounds(&far, object)];
             let answers = [shows(&mut at_home, &[here]), shows(&mut away, &[bounds])];
-            if Frustum::new(&there).meets_near(&bounds) || picture.shows(&there, &bounds) {
+            if Frustum::new(&there).meets_near(&bounds) || picture.count(&there, &bounds) > 0 {
                 assert!(answers[1], "round {round}, {object}");
             } else {
                 hidden += 1;

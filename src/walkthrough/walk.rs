@@ -243,6 +243,7 @@ pub fn walk(
         witnesses.iter_mut().for_each(|witnesses| witnesses.look(view));
         exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
         for (m, way) in ways.iter().enumerate() {
+            oracle.iter_mut().for_each(|oracle| oracle.set_min_pixels(way.how.min_pixels));
             let Walked { visible, method, judged, .. } =
                 walkers[m].cull(&way.culler, view, oracle.as_mut().filter(|_| way.how.mode.has_queries()));
             capped[m] += u64::from(visible.stats.capped > 0);
@@ -284,6 +285,7 @@ fn timed<'s>(
         }
     }
     if let Some(oracle) = oracle {
+        oracle.set_min_pixels(way.how.min_pixels);
         let mut walker = walker();
         for (times, (_, view)) in times.iter_mut().zip(views) {
             let with = walker.cull(culler, view, Some(oracle)).times;

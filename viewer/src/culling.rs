@@ -177,7 +177,12 @@ impl<'b> Culling<'b> {
         // 2. What.
         let asks_device = method.has_queries() && self.oracle == Oracle::Device;
         let by_software = method.has_queries() && self.oracle == Oracle::Software;
-        let depth = by_software.then(|| self.depth.get_or_insert_with(|| depth(self.building, self.size)) as _);
+        let min_pixels = self.min_pixels;
+        let depth = by_software.then(|| {
+            let depth = self.depth.get_or_insert_with(|| depth(self.building, self.size));
+            depth.set_min_pixels(min_pixels);
+            depth as _
+        });
         let visible = self.frames.cull(&self.culler, camera, near, method, depth);
         let decision = self.last.get_or_insert_with(|| Decision::new(camera));
         refill(&mut decision.objects, visible.objects);

@@ -16,6 +16,8 @@ const FEW: u32 = 1;
 pub(super) struct Ask<'a, 's, 'b> {
     pub buffer: &'a mut DepthBuffer<'s>,
     pub bounds: &'b Bounds,
+    /// Pixels that have to show it; those that do are taken from it.
+    pub wanted: &'b mut u32,
 }
 
 impl Vectorize for Ask<'_, '_, '_> {
@@ -23,12 +25,19 @@ impl Vectorize for Ask<'_, '_, '_> {
 
     #[inline(always)]
     fn work(self) -> bool {
-        shows(self.buffer, self.bounds)
+        shows(self.buffer, self.bounds, self.wanted)
     }
 }
 
+/// Of a box: the pixels that it is within, first and last by axis, and the depth of its nearest corner.
+#[derive(Clone, Copy)]
+struct Asked {
+    pixels: [[usize; 2]; 2],
+    nearest: f32,
+}
+
 #[inline(always)]
-fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
+fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds, wanted: &mut u32) -> bool {
     // 1. Where it is in the picture.
     let (pixels, most) = match Place::of(&buffer.rays, bounds) {
         Place::Near => return true,
@@ -36,12 +45,12 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
         Place::Within { pixels, most } => (pixels, most),
     };
     let nearest = (most * (1.0 + 1e-6)) as f32;
-    // 2. First the tile in the middle: most boxes that show do so there.
+    // 2. First the tile in the middle: most boxes that show do so there. Where pixels are counted, none is to be counted twice.
     let mut slabs = None;
     let middle = pixels.map(|[first, last]| first.midpoint(last) / SIDE);
-    if buffer.farthest(buffer.index(middle)) <= nearest {
+    if *wanted == 1 && buffer.farthest(buffer.index(middle)) <= nearest {
         let slabs = slabs.insert(Slabs::new(&buffer.rays, bounds));
-        if slabs.tile(buffer, middle, pixels) {
+        if slabs.tile(buffer, middle, pixels, wanted) {
             return true;
         }
     }
@@ -51,7 +60,8 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds) -> bool {
     for y in (rows[0]..=rows[1]).step_by(SIDE) {
         for x in (columns[0]..=columns[1]).step_by(SIDE) {
             let last = [columns[1].min(x + SIDE - 1), rows[1].min(y + SIDE - 1)];
-            if blocks(buffer, bounds, &mut slabs, [[x, last[0]], [y, last[1]]], pixels, nearest) {
+            let asked = Asked { pixels, nearest };
+            if blocks(buffer, bounds, &mut slabs, [[x, last[0]], [y, last[1]]], asked, wanted) {
                 return true;
             }
         }
@@ -66,9 +76,10 @@ fn blocks(
     bounds: &Bounds,
     slabs: &mut Option<Slabs>,
     [columns, rows]: [[usize; 2]; 2],
-    pixels: [[usize; 2]; 2],
-    nearest: f32,
+    asked: Asked,
+    wanted: &mut u32,
 ) -> bool {
+    let nearest = asked.nearest;
     let of_columns = (2 << (columns[1] - columns[0])) - 1;
     let mut squares = None;
     for y in rows[0]..=rows[1] {
@@ -86,7 +97,7 @@ fn blocks(
             let x = columns[0] + left.trailing_zeros() as usize;
             left &= left - 1;
             let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
-            if block(buffer, slabs, [x, y], pixels, nearest) {
+            if block(buffer, slabs, [x, y], asked, wanted) {
                 return true;
             }
         }
@@ -107,14 +118,14 @@ fn not_nearer(farthest: &Lanes, nearest: f32) -> u32 {
     (0..SIDE).fold(0, |all, k| all | u32::from(farthest[k] <= nearest) << k)
 }
 
-/// Whether a pixel of a box shows in a block, of those within `pixels`; `nearest` is the depth of its nearest corner.
+/// Whether enough pixels of a box show in a block.
 #[inline(always)]
 fn block(
     buffer: &mut DepthBuffer<'_>,
     slabs: &Slabs,
     [block_x, block_y]: [usize; 2],
-    pixels: [[usize; 2]; 2],
-    nearest: f32,
+    Asked { pixels, nearest }: Asked,
+    wanted: &mut u32,
 ) -> bool {
     let index = block_y * buffer.across + block_x;
     let within = |[first, last]: [usize; 2], block: usize| {
@@ -129,7 +140,7 @@ fn block(
         while left != 0 {
             let column = left.trailing_zeros() as usize;
             left &= left - 1;
-            if slabs.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], pixels) {
+            if slabs.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], pixels, wanted) {
                 return true;
             }
         }
@@ -138,9 +149,9 @@ fn block(
 }
 
 impl Slabs {
-    /// Whether a pixel of the box shows in a tile, of those within `pixels`.
+    /// Whether enough pixels of the box show in a tile, of those within `pixels`.
     #[inline(always)]
-    fn tile(&self, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2]) -> bool {
+    fn tile(&self, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2], wanted: &mut u32) -> bool {
         let index = buffer.index([x, y]);
         let drawn = buffer.farthest(index);
         let (x, y) = (x * SIDE, y * SIDE);
@@ -161,8 +172,8 @@ impl Slabs {
             return false;
         }
         buffer.unfold(index);
-        // By how much the nearest of the box is nearer than its farthest and than what is drawn, at most in each column.
-        let mut best = [f32::NEG_INFINITY; SIDE];
+        // Pixels in each column where the nearest of the box is nearer than its farthest and than what is drawn.
+        let mut count = [0.0; SIDE];
         let steps: [Lanes; 6] = std::array::from_fn(|i| COUNT.map(|count| self.x[i] as f32 * count));
         for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
             let starts: [f32; 6] = std::array::from_fn(|i| outwards[i] as f32 + self.y[i] as f32 * row as f32);
@@ -185,9 +196,11 @@ impl Slabs {
                 }
             }
             for k in 0..SIDE {
-                best[k] = max(best[k], enter[k] - leave[k]);
+                count[k] += if enter[k] >= leave[k] { 1.0 } else { 0.0 };
             }
         }
-        best[pixels[0][0].max(x) - x..=pixels[0][1].min(x + SIDE - 1) - x].iter().any(|&b| b >= 0.0)
+        let columns = pixels[0][0].max(x) - x..=pixels[0][1].min(x + SIDE - 1) - x;
+        *wanted = wanted.saturating_sub(count[columns].iter().sum::<f32>() as u32);
+        *wanted == 0
     }
 }

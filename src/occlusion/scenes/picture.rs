@@ -81,18 +81,19 @@ impl Picture {
         objects
     }
 
-    /// Whether a pixel's middle shows a part of a box (one that doesn't reach the near plane) before what is drawn.
-    pub fn shows(&self, view: &View, bounds: &Bounds) -> bool {
+    /// Pixels whose middles show a part of a box (one that doesn't reach the near plane) before what is drawn.
+    pub fn count(&self, view: &View, bounds: &Bounds) -> usize {
         let at = bounds.local(view.eye);
-        self.rays.iter().zip(&self.pixels).any(|(ray, pixel)| {
+        let shows = |(ray, pixel): &(&DVec3, &Option<(f64, ObjectId)>)| {
             let (mut enter, mut leave) = (0.0, f64::INFINITY);
             for k in 0..3 {
-                let along = bounds.axes[k].dot(*ray);
+                let along = bounds.axes[k].dot(**ray);
                 let [a, b] = [-bounds.half[k] - at[k], bounds.half[k] - at[k]].map(|d| d / along);
                 enter = f64::max(enter, a.min(b));
                 leave = f64::min(leave, a.max(b));
             }
             enter <= leave && pixel.is_none_or(|shown| shown.0 * enter <= 1.0)
-        })
+        };
+        self.rays.iter().zip(&self.pixels).filter(shows).count()
     }
 }
