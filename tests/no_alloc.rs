@@ -70,6 +70,36 @@ fn culling_allocates_nothing() {
     assert_eq!(measure(|| drop(std::hint::black_box(vec![0u8; 100]))).bytes_max, 100);
 }
 
+/// Loads and evictions from the first frame on, with jumps, and an eye in no cell now and then.
+#[test]
+fn prefetching_allocates_nothing() {
+    use enfilade::runtime::prefetch::{Prefetcher, Step};
+    let (_, file) = boxes::flat().0.finish();
+    let culler = Culler::new(&file);
+    let (mut scratch, mut motion) = (Scratch::for_culler(&culler), Motion::default());
+    let bytes = vec![10; culler.object_count()];
+    let mut prefetcher = Prefetcher::new(&file, &culler, &bytes, 60);
+    let mut loads = 0;
+    let taken = measure(|| {
+        for turn in 0..400 {
+            let (sin, cos) = (f64::from(turn) * 0.1).sin_cos();
+            let eye = boxes::p(1.5 + f64::from(turn % 90) * 0.1, 1.6, 3.0 + sin * 4.0) - file.origin;
+            let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
+            motion.see(&camera, f64::from(turn));
+            let visible = culler.cull(&camera, Mode::Both, &mut scratch).objects;
+            prefetcher.frame(&culler, camera.eye, &motion, visible);
+            while let Some(step) = prefetcher.next_step() {
+                if let Step::Load { object, .. } = step {
+                    prefetcher.loaded(object);
+                    loads += 1;
+                }
+            }
+        }
+    });
+    assert_eq!(taken.count_total, 0);
+    assert!(loads > 50, "{loads}");
+}
+
 #[test]
 fn online_culling_allocates_nothing_after_its_first_frame() {
     let (scene, file) = boxes::flat().0.finish();

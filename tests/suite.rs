@@ -51,6 +51,7 @@ mod map_scene;
 mod mirrors_drawn;
 mod numbers;
 mod plan_scenes;
+mod prefetch;
 mod prt;
 mod public_api;
 mod pvs_lower;

@@ -40,7 +40,7 @@ mod motion;
 mod objects;
 mod online;
 mod portals;
-mod prefetch;
+pub mod prefetch;
 mod scratch;
 mod sets;
 
@@ -52,6 +52,5 @@ pub use frustum::{Camera, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
 pub use mode::{Mode, Narrowing};
 pub use motion::Motion;
-pub use prefetch::{Prefetcher, Step};
 pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
 pub use sets::MOST_PLANES;

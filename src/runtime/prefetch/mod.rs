@@ -8,7 +8,11 @@
 //! farther off than all that is.
 //!
 //! ```no_run
-//! # use enfilade::{ObjectId, runtime::*};
+//! # use enfilade::ObjectId;
+//! use enfilade::file::PvsFile;
+//! use enfilade::runtime::prefetch::{Prefetcher, Step};
+//! use enfilade::runtime::{Camera, Culler, Mode, Motion, Scratch};
+//!
 //! # struct Loader;
 //! # impl Loader {
 //! #     fn is_idle(&self) -> bool { true }
@@ -16,7 +20,7 @@
 //! #     fn forget(&mut self, _: ObjectId) {}
 //! #     fn next_that_came(&mut self) -> Option<ObjectId> { None }
 //! # }
-//! # fn demo(file: &enfilade::file::PvsFile, camera: Camera, seconds: f64, bytes: &[u64], loader: &mut Loader) {
+//! # fn demo(file: &PvsFile, camera: Camera, seconds: f64, bytes: &[u64], loader: &mut Loader) {
 //! let culler = Culler::new(file);
 //! let mut scratch = Scratch::for_culler(&culler);
 //! let mut motion = Motion::default();
@@ -42,11 +46,12 @@
 //! # What holds
 //!
 //! * The bytes of what is in memory and of what is under way are never more than the budget.
-//! * What a frame sees is not evicted before the next frame. What is planned (the rows of the eye's cells first) is evicted for nothing but an
-//!   object that the frame sees and that is not there.
-//! * Nothing is missing in a frame if three things hold. The rows are sound. The eye goes no faster than thought, through portals that are not
-//!   barred, and so far that the rows on the way fit into memory together. And the loader is fast enough that each object comes within the time
-//!   which the eye takes for [`Step::Load::metres`].
+//! * What a frame sees is not evicted before the next frame. The core of the plan, its first three quarters (the rows of the eye's cells before
+//!   all), is evicted for nothing but an object that the frame sees and that is not there. The rest of it takes what is free: so objects far off
+//!   don't come and go with every step.
+//! * Nothing is missing in a frame if three things hold. The rows are sound, and the eye goes through portals that are not barred. What the
+//!   plan has before an object fits into three quarters of the budget. And the object comes within the time in which the eye goes as far as
+//!   [`Step::Load::metres`] says, which is never farther than it has to go.
 //! * Steps depend on the calls before them, and on nothing else. After [`Prefetcher::new`], no call allocates.
 //!
 //! # What does not
@@ -228,15 +233,21 @@ impl Prefetcher {
     pub fn next_step(&mut self) -> Option<Step> {
         while let Some((Planned { object, metres }, is_shown)) = self.wanted() {
             let bytes = self.bytes[object.index()];
-            // By what is free, and by what could be.
-            let most = if is_shown { self.loaded - self.loaded_and_shown } else { self.loaded };
-            if self.used <= self.budget.saturating_sub(bytes) && bytes <= self.budget {
+            if bytes <= self.budget && self.used <= self.budget - bytes {
                 self.states[object.index()] = State::UnderWay;
                 self.used += bytes;
                 return Some(Step::Load { object, metres });
             }
-            let fits = bytes <= self.budget && self.used - most <= self.budget - bytes;
-            match fits.then(|| self.leaver(is_shown)).flatten() {
+            // What is planned fits, as far as nothing is under way that isn't. What the frame sees may not.
+            let stays = self.used - self.loaded + self.loaded_and_shown;
+            let fits = bytes <= self.budget && stays <= self.budget - bytes;
+            let core = self.plan.core();
+            let leaver = match is_shown {
+                true if fits => self.leaver(0),
+                false if self.at.plan < core => self.leaver(core),
+                _ => None,
+            };
+            match leaver {
                 Some(leaver) => {
                     let bytes = self.bytes[leaver.index()];
                     self.states[leaver.index()] = State::Absent;
@@ -270,8 +281,8 @@ impl Prefetcher {
         None
     }
 
-    /// What leaves next: what is not planned, the oldest first; for an object that the frame sees also what is planned, the farthest first.
-    fn leaver(&mut self, for_shown: bool) -> Option<ObjectId> {
+    /// What leaves next: what is not planned, the oldest first; then what is planned, the farthest first, but for the `kept` first ones.
+    fn leaver(&mut self, kept: usize) -> Option<ObjectId> {
         if !self.is_listed {
             self.list_spare();
         }
@@ -283,7 +294,7 @@ impl Prefetcher {
                 return Some(object);
             }
         }
-        while for_shown && self.at.tail > 0 {
+        while self.at.tail > kept {
             self.at.tail -= 1;
             let object = self.plan.order()[self.at.tail].object;
             if may_leave(object) {

@@ -13,6 +13,10 @@ pub(super) struct Planned {
     pub metres: f32,
 }
 
+/// One part in so many of the budget takes what is free and no more. Fewer: less of the plan comes surely. More: what is at the
+/// end of the plan comes and goes with every step.
+const LOOSE: u64 = 4;
+
 /// Objects by how far the eye has to go before it may see them: those of the rows of its own cells, then those that the row of the next cell
 /// adds, and so on, until the next one would not fit into memory. Of those that a row adds, what is in the cell comes first.
 #[derive(Clone, Debug)]
@@ -21,6 +25,8 @@ pub(super) struct Plan {
     /// Bytes of what may be planned.
     budget: u64,
     order: Vec<Planned>,
+    /// How many of these are the core.
+    core: usize,
     /// Bytes that are left.
     left: u64,
     /// Objects that are planned, or that never fit, as bits.
@@ -30,7 +36,7 @@ pub(super) struct Plan {
 impl Plan {
     pub fn new(culler: &Culler, reach: Reach, budget: u64) -> Self {
         let objects = culler.object_count();
-        Self { reach, budget, order: Vec::with_capacity(objects), left: 0, seen: vec![0; objects.div_ceil(64)] }
+        Self { reach, budget, order: Vec::with_capacity(objects), core: 0, left: 0, seen: vec![0; objects.div_ceil(64)] }
     }
 
     pub fn reach_mut(&mut self) -> &mut Reach {
@@ -42,9 +48,15 @@ impl Plan {
         &self.order
     }
 
+    /// How many of them are worth that others leave for them.
+    pub fn core(&self) -> usize {
+        self.core
+    }
+
     /// Plans anew.
     pub fn make(&mut self, culler: &Culler, bytes: &[u64], walker: Walker, homes: &[CellId]) {
         self.order.clear();
+        self.core = 0;
         self.seen.fill(0);
         self.left = self.budget;
         self.reach.start(culler, walker, homes);
@@ -86,6 +98,9 @@ impl Plan {
             }
             self.left -= size;
             self.order.push(planned);
+            if self.left >= self.budget / LOOSE {
+                self.core = self.order.len();
+            }
         }
         self.seen[object / 64] |= 1 << (object % 64);
         true

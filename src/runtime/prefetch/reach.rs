@@ -26,9 +26,10 @@ pub(super) struct Walker {
 }
 
 impl Walker {
-    /// Metres to a box: half of them as it stands, half as it goes. Of two doors at the same distance, the one ahead is nearer.
+    /// Metres to a box, at most: of two doors at the same distance, the one to which the eye goes counts as nearer.
     fn distance(&self, to: &[Vec3; 2]) -> f32 {
-        0.5 * (gap(&[self.eye; 2], to) + gap(&[self.ahead; 2], to))
+        let here = gap(&[self.eye; 2], to);
+        0.5 * (here + here.min(gap(&[self.ahead; 2], to)))
     }
 }
 

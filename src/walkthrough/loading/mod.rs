@@ -6,8 +6,8 @@ mod on_demand;
 use super::stroll::Stroll;
 use crate::ObjectId;
 use crate::file::PvsFile;
-use crate::runtime::{Camera, Culler, Mode, Motion, Prefetcher, Scratch, Step};
-use crate::scene::Scene;
+use crate::runtime::prefetch::{Prefetcher, Step};
+use crate::runtime::{Camera, Culler, Mode, Motion, Scratch};
 use loader::Loader;
 use on_demand::OnDemand;
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub const TRIANGLE_BYTES: u64 = 96;
 /// How objects are loaded.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Method {
-    /// By [`Prefetcher`].
+    /// By [`crate::runtime::prefetch`].
     Rows,
     /// When a frame sees them; what was seen longest ago leaves.
     OnDemand,
@@ -92,8 +92,8 @@ pub struct LoadingFrame<'f> {
 }
 
 /// Bytes of each object in memory, [`TRIANGLE_BYTES`] a triangle.
-pub fn object_bytes(scene: &Scene) -> Vec<u64> {
-    scene.objects.iter().map(|object| object.triangles.len() as u64 * TRIANGLE_BYTES).collect()
+pub fn object_bytes(file: &PvsFile) -> Vec<u64> {
+    file.objects.iter().map(|object| u64::from(object.triangles) * TRIANGLE_BYTES).collect()
 }
 
 /// Walks at [`RATE`]. `told` gets each frame as it is drawn: with what has come by then.
