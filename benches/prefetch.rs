@@ -10,7 +10,7 @@ use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::Culler;
+use enfilade::runtime::{Culler, Scratch};
 use enfilade::scene::{ImportOptions, import};
 use enfilade::walkthrough::loading::{
     LoadingFrame, LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading,
@@ -30,6 +30,8 @@ const LATENCY: f64 = 0.05;
 const SHARE: f64 = 0.2;
 /// Of so many frames, the memory of one is summed up.
 const CHECKED: u64 = 100;
+/// Frames with memory for all.
+const FIRST: usize = 20_000;
 
 fn main() {
     let named: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
@@ -52,21 +54,26 @@ fn main() {
         stroll.legs.len(),
         stroll.frames() as f64 * WALK / RATE / 1e3
     );
+    // With all in memory, each plan is of all: the first minutes will do.
+    let first = Stroll {
+        legs: stroll.legs.iter().take(1).map(|leg| leg.iter().copied().take(FIRST).collect()).collect(),
+        fov_y_degrees: stroll.fov_y_degrees,
+    };
     for method in [Method::Rows, Method::OnDemand] {
-        let instant = walk.with(method, all, f64::INFINITY, 0.0);
+        let (instant, _) = Walk { stroll: &first, ..walk }.with(method, all, f64::INFINITY, 0.0);
         assert_eq!((instant.frames_missing, instant.after_jumps, instant.frames_over_budget), (0, 0, 0), "{instant:?}");
     }
     println!(
-        "| memory | bytes a second | by | frames | something missing | % | objects | after jumps | over budget | loaded, MB | us |"
+        "| memory | bytes a second | by | frames | something missing | % | objects | in open cells | after jumps | over budget | loaded, MB | us |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     let over_budgets = SHARES.map(|share| (share, USUAL));
     let over_bandwidths = BANDWIDTHS.map(|bandwidth| (SHARE, bandwidth));
     for (share, bandwidth) in over_budgets.into_iter().chain(over_bandwidths) {
         for method in [Method::Rows, Method::OnDemand] {
-            let s = walk.with(method, (share * all as f64) as u64, bandwidth, LATENCY);
+            let (s, open) = walk.with(method, (share * all as f64) as u64, bandwidth, LATENCY);
             println!(
-                "| {:.0} % | {:.1} M | {} | {} | {} | {:.3} | {} | {} | {} | {:.1} | {:.1}, {:.1}, {:.0} |",
+                "| {:.0} % | {:.1} M | {} | {} | {} | {:.3} | {} | {} of {} | {} | {} | {:.1} | {:.1}, {:.1}, {:.0} |",
                 share * 1e2,
                 bandwidth / 1e6,
                 s.method,
@@ -74,6 +81,8 @@ fn main() {
                 s.frames_missing,
                 s.frames_missing as f64 * 1e2 / s.frames.max(1) as f64,
                 s.objects_missing,
+                open[1],
+                open[0],
                 s.after_jumps,
                 s.frames_over_budget,
                 s.bytes_loaded as f64 / 1e6,
@@ -85,6 +94,7 @@ fn main() {
     }
 }
 
+#[derive(Clone, Copy)]
 struct Walk<'w> {
     file: &'w PvsFile,
     culler: &'w Culler,
@@ -93,10 +103,10 @@ struct Walk<'w> {
 }
 
 impl Walk<'_> {
-    /// Walks, and checks each frame.
-    fn with(&self, method: Method, budget: u64, bandwidth: f64, latency: f64) -> LoadingSummary {
+    /// Walks, and checks each frame. Also counts frames in open cells, such as the outside, and of them those with something missing.
+    fn with(&self, method: Method, budget: u64, bandwidth: f64, latency: f64) -> (LoadingSummary, [u64; 2]) {
         let options = LoadingOptions { budget, bandwidth, latency, aspect: 16.0 / 9.0 };
-        let mut frames = 0;
+        let (mut frames, mut open, mut scratch) = (0, [0; 2], Scratch::for_culler(self.culler));
         let mut told = |frame: &LoadingFrame<'_>| {
             let drawn = frame.visible.iter().filter(|object| frame.in_memory[object.index()]).count();
             assert_eq!(drawn as u64 + frame.missing, frame.visible.len() as u64);
@@ -107,11 +117,16 @@ impl Walk<'_> {
                 assert!(held <= budget, "{held} bytes of {budget}");
             }
             frames += 1;
+            let home = self.culler.cell_of(frame.camera.eye, &mut scratch);
+            if frame.counts && home.is_none_or(|cell| self.file.cells[cell.index()].open) {
+                open[0] += 1;
+                open[1] += u64::from(frame.missing > 0);
+            }
         };
         let summary = walk_loading(self.file, self.culler, self.bytes, self.stroll, (method, &options), &mut told);
         assert!(summary.bytes_most <= budget, "{summary:?}");
         assert_eq!(summary.frames + summary.after_jumps, self.stroll.frames() as u64);
-        summary
+        (summary, open)
     }
 }
 

@@ -115,7 +115,7 @@ fn what_leaves_is_what_was_planned_longest_ago() {
     assert_eq!(at(3), (vec![-1, 5], vec![1, 2, 3, 4]));
     // A jump: what is seen first; all that was planned before leaves as it is needed.
     let (steps, held) = at(8);
-    assert_eq!((&steps[..2], held), (&[-2, 9][..], vec![3, 4, 7, 8]));
+    assert_eq!((&steps[..2], held), (&[-2, 9][..], vec![4, 6, 7, 8]));
 }
 
 #[test]
@@ -147,15 +147,15 @@ fn special_cases_have_answers() {
     astray.frame(&culler, Vec3::NAN, &still, &[]);
     assert_eq!(astray.next_step(), None);
     astray.frame(&culler, eye(&file, 0.5), &still, &[]);
-    for place in [Vec3::NAN, Vec3::INFINITY, eye(&file, -1.0)] {
+    for (place, told) in [(Vec3::NAN, 0.0), (Vec3::INFINITY, 0.0), (eye(&file, -1.0), 3.5)] {
         astray.frame(&culler, place, &still, &[]);
         let Some(Step::Load { object, metres }) = astray.next_step() else { panic!("the plan is there") };
-        assert_eq!(metres, 0.0, "{object}");
+        assert!((metres - told).abs() < 1e-3, "{object}: {metres}");
     }
-    // From 20 m on the other side: 24 m to the door at 16.
+    // From beyond the other end: 24 m to the door at 16, which leads to the last room.
     astray.frame(&culler, eye(&file, 40.0), &still, &[]);
     let Some(Step::Load { object, metres }) = astray.next_step() else { panic!("two are left") };
-    assert_eq!((object, metres.round()), (ObjectId(3), 24.0));
+    assert_eq!((object, metres.round()), (ObjectId(4), 24.0));
 }
 
 #[test]
@@ -317,10 +317,10 @@ fn a_walk_by_rows_misses_nothing_and_one_on_demand_does() {
         let instant = walk(method, all, f64::INFINITY, 0.0);
         assert_eq!((instant.frames_missing, instant.after_jumps, instant.jumps), (0, 0, 1), "{instant:?}");
     }
-    // A fifth of it in memory, and two seconds for each object.
-    let slow = bytes[0] as f64 / 2.0;
+    // A fifth of it in memory, and a second for each object.
+    let slow = bytes[0] as f64;
     let rows = walk(Method::Rows, all / 5, slow, 0.05);
     assert_eq!((rows.frames_missing, rows.frames_over_budget), (0, 0), "{rows:?}");
     let on_demand = walk(Method::OnDemand, all / 5, slow, 0.05);
-    assert!(on_demand.frames_missing > 1000 && on_demand.after_jumps >= 120, "{on_demand:?}");
+    assert!(on_demand.frames_missing > 1000 && on_demand.after_jumps >= 60, "{on_demand:?}");
 }

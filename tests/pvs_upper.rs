@@ -453,13 +453,15 @@ fn rows_of_single_cells_hold_those_of_all() {
         let grid = Grid::random(recipe, seed);
         let (g, placement, bounds) = (grid.graph(), grid.placement(), grid.object_bounds());
         let (all, most) = (grid_flow(&grid, 1_000_000), grid_flow(&grid, 0));
+        let (no_cells, no_objects) =
+            (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
         let by_cell = FlowByCell::new(FlowInput {
             graph: &g,
             placement: &placement,
             placed_boxes: None,
             object_bounds: &bounds,
-            cells_lower: &BitMatrix::new(grid.cells, grid.cells),
-            objects_lower: &BitMatrix::new(grid.cells, grid.objects.len()),
+            cells_lower: &no_cells,
+            objects_lower: &no_objects,
             max_steps: 1_000_000,
             coplanar: 1e-5,
             fronts: None,
