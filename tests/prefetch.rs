@@ -317,10 +317,10 @@ fn a_walk_by_rows_misses_nothing_and_one_on_demand_does() {
         let instant = walk(method, all, f64::INFINITY, 0.0);
         assert_eq!((instant.frames_missing, instant.after_jumps, instant.jumps), (0, 0, 1), "{instant:?}");
     }
-    // A fifth of it in memory, and a second for each object.
-    let slow = bytes[0] as f64;
+    // A fifth of it in memory, and a quarter of a second for each object: from door to door it is 2.9 s, and 1.4 s to the first.
+    let slow = 4.0 * bytes[0] as f64;
     let rows = walk(Method::Rows, all / 5, slow, 0.05);
     assert_eq!((rows.frames_missing, rows.frames_over_budget), (0, 0), "{rows:?}");
     let on_demand = walk(Method::OnDemand, all / 5, slow, 0.05);
-    assert!(on_demand.frames_missing > 1000 && on_demand.after_jumps >= 60, "{on_demand:?}");
+    assert!(on_demand.frames_missing > 500 && on_demand.after_jumps >= 15, "{on_demand:?}");
 }
