@@ -5,9 +5,9 @@
 //! memory; every frame must draw some ground.
 
 use enfilade::generate::ground;
-use enfilade::runtime::{Camera, Rect};
+use enfilade::runtime::{Camera, Motion, Rect};
 use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, Loading, MakeOptions, Motion, make};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, Loading, MakeOptions, make};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

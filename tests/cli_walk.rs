@@ -202,3 +202,52 @@ fn random_views_miss_no_pixel_in_any_mode() {
         }
     }
 }
+
+/// A walk with loads: a line a method; nothing is missing where all fits and comes soon; what it cannot be joined with is refused.
+#[test]
+fn a_walk_with_a_budget_tells_what_is_missing() {
+    let folder = folder("budget");
+    let (model, file) = maze(&folder);
+    let common = ["walk", text(&file), "--model", text(&model)];
+    let walk = |more: &[&str]| run_words(&[&common[..], more].concat());
+    let lines = |more: &[&str]| -> Vec<Value> {
+        let out = walk(&[more, &["--json"]].concat());
+        assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+        String::from_utf8(out.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let all = lines(&["--budget", "100%", "--bandwidth", "100G", "--latency", "0"]);
+    assert_eq!(all.len(), 2);
+    for (line, method) in all.iter().zip(["rows", "on-demand"]) {
+        let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
+        assert_eq!(keys(line), "loading budget bytes_all");
+        let loading = &line["loading"];
+        let expected =
+            "method frames frames_missing objects_missing after_jumps jumps frames_over_budget bytes_loaded bytes_most us";
+        assert_eq!((keys(loading).as_str(), loading["method"].as_str()), (expected, Some(method)));
+        // What is loaded on demand comes a frame late at best.
+        assert_eq!(loading["frames_missing"].as_u64() == Some(0), method == "rows");
+        assert_eq!(loading["frames_over_budget"].as_u64(), Some(0));
+        assert!(loading["frames"].as_u64() > Some(100) && line["budget"] == line["bytes_all"]);
+    }
+    // Nothing in memory: every frame that sees something misses it, and none settles.
+    let none = lines(&["--budget", "0%", "--doors", "as-found"]);
+    for line in &none {
+        assert_eq!((line["loading"]["bytes_loaded"].as_u64(), line["loading"]["bytes_most"].as_u64()), (Some(0), Some(0)));
+        assert!(line["loading"]["after_jumps"].as_u64() > Some(0));
+    }
+    let prose = walk(&["--budget", "50K"]);
+    assert!(prose.status.success() && prose.stdout.is_empty());
+    assert!(String::from_utf8(prose.stderr).unwrap().contains("with something missing"));
+    for bad in [
+        &["--budget", "x"][..],
+        &["--budget", "-5%"],
+        &["--latency", "1"],
+        &["--bandwidth", "1M"],
+        &["--budget", "1M", "--bandwidth", "0"],
+        &["--budget", "1M", "--verify-pixels"],
+        &["--budget", "1M", "--random", "5"],
+        &["--budget", "1M", "--mode", "pvs"],
+    ] {
+        assert_eq!(walk(bad).status.code(), Some(2), "{bad:?}");
+    }
+}

@@ -11,7 +11,7 @@ use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Place, Scratch};
+use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Motion, Place, Scratch};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
 use enfilade::tubes::{self, Counts, Runs, SIDES, Selection, Shape, Tubes};
 use glam::DVec3;
@@ -68,6 +68,36 @@ fn culling_allocates_nothing() {
     assert_eq!(measure(|| (0..100).for_each(|i| around(f64::from(i) * 0.1))).count_total, 0);
     // The alarm works.
     assert_eq!(measure(|| drop(std::hint::black_box(vec![0u8; 100]))).bytes_max, 100);
+}
+
+/// Loads and evictions from the first frame on, with jumps, and an eye in no cell now and then.
+#[test]
+fn prefetching_allocates_nothing() {
+    use enfilade::runtime::prefetch::{Prefetcher, Step};
+    let (_, file) = boxes::flat().0.finish();
+    let culler = Culler::new(&file);
+    let (mut scratch, mut motion) = (Scratch::for_culler(&culler), Motion::default());
+    let bytes = vec![10; culler.object_count()];
+    let mut prefetcher = Prefetcher::new(&file, &culler, &bytes, 60);
+    let mut loads = 0;
+    let taken = measure(|| {
+        for turn in 0..400 {
+            let (sin, cos) = (f64::from(turn) * 0.1).sin_cos();
+            let eye = boxes::p(1.5 + f64::from(turn % 90) * 0.1, 1.6, 3.0 + sin * 4.0) - file.origin;
+            let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
+            motion.see(&camera, f64::from(turn));
+            let visible = culler.cull(&camera, Mode::Both, &mut scratch).objects;
+            prefetcher.frame(&culler, camera.eye, &motion, visible);
+            while let Some(step) = prefetcher.next_step() {
+                if let Step::Load { object, .. } = step {
+                    prefetcher.loaded(object);
+                    loads += 1;
+                }
+            }
+        }
+    });
+    assert_eq!(taken.count_total, 0);
+    assert!(loads > 50, "{loads}");
 }
 
 #[test]
@@ -162,7 +192,7 @@ fn a_warm_engine_allocates_nothing() {
 /// Ground: choosing, and loading from a file by its thread, after the first frames.
 #[test]
 fn ground_allocates_nothing() {
-    use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Motion, flight, make};
+    use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-alloc.ground");
     let mut raster = testing::ground::Raster::of([700, 500], |c, r| f64::from(c * 31 % 57) + f64::from(r * 17 % 91));
     make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();

@@ -3,6 +3,7 @@
 use enfilade::cells::{Cell, CellGraph, Portal};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::job::Job;
+use enfilade::pvs::flow::by_cell::FlowByCell;
 use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
 use enfilade::{BitMatrix, CellId};
 use glam::{DAffine3, DQuat, DVec3};
@@ -442,6 +443,40 @@ fn one_thread_and_two_give_the_same_bits() {
         pool.install(|| grid_flow(&grid, 300))
     };
     assert_eq!(on(1), on(2));
+}
+
+/// Rows that are asked for one by one, in any order: they have what the whole flow has, little more, and no more than planes allow.
+#[test]
+fn rows_of_single_cells_hold_those_of_all() {
+    let (mut whole, mut single, mut allowed) = (0, 0, 0);
+    for (recipe, seed) in RECIPES.into_iter().zip(40..) {
+        let grid = Grid::random(recipe, seed);
+        let (g, placement, bounds) = (grid.graph(), grid.placement(), grid.object_bounds());
+        let (all, most) = (grid_flow(&grid, 1_000_000), grid_flow(&grid, 0));
+        let (no_cells, no_objects) =
+            (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
+        let by_cell = FlowByCell::new(FlowInput {
+            graph: &g,
+            placement: &placement,
+            placed_boxes: None,
+            object_bounds: &bounds,
+            cells_lower: &no_cells,
+            objects_lower: &no_objects,
+            max_steps: 1_000_000,
+            coplanar: 1e-5,
+            fronts: None,
+        });
+        for cell in (0..grid.cells).rev() {
+            let row = by_cell.row(CellId(cell as u32), &Job::quiet()).unwrap();
+            let within = |a: &[u64], b: &[u64]| a.iter().zip(b).all(|(a, b)| a & !b == 0);
+            assert!(within(all.cells_upper.row(cell), &row.cells) && within(&row.cells, most.cells_upper.row(cell)));
+            assert!(within(all.objects_upper.row(cell), &row.objects) && within(&row.objects, most.objects_upper.row(cell)));
+            single += row.objects.iter().map(|word| word.count_ones()).sum::<u32>();
+        }
+        whole += all.objects_upper.count_ones() as u32;
+        allowed += most.objects_upper.count_ones() as u32;
+    }
+    assert!(whole <= single && single - whole < (allowed - whole) / 4, "{whole}, {single}, {allowed}");
 }
 
 #[test]

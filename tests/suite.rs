@@ -52,6 +52,7 @@ mod mirrors_drawn;
 mod numbers;
 mod own_tree;
 mod plan_scenes;
+mod prefetch;
 mod prt;
 mod public_api;
 mod pvs_lower;

@@ -1,9 +1,9 @@
 //! Ground: every sample of a raster against where it is drawn, meshes edge by edge, tiles that are late, and grounds with known answers.
 
 use crate::cli::folder;
-use enfilade::runtime::{Camera, Rect};
+use enfilade::runtime::{Camera, Motion, Rect};
 use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Motion, Patch, flight, make};
+use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch, flight, make};
 use glam::{DVec2, DVec3};
 use std::io::Cursor;
 use std::path::PathBuf;

@@ -1,8 +1,8 @@
 //! The `.ground` file: as docs/format.md has it, and what is said and drawn where it is damaged.
 
 use crate::cli::folder;
-use enfilade::runtime::{Camera, Rect};
-use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Motion, Patch, make};
+use enfilade::runtime::{Camera, Motion, Rect};
+use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch, make};
 use glam::DVec3;
 use std::io::Cursor;
 use std::time::Duration;

@@ -1,11 +1,9 @@
 //! Tiles that nearer ground hides: pictures with and without them are the same, and where nothing is known nothing is hidden.
 
 use crate::cli::folder;
-use enfilade::runtime::{Camera, Rect};
+use enfilade::runtime::{Camera, Motion, Rect};
 use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{
-    Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Motion, Patch, Things, flight, make,
-};
+use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Patch, Things, flight, make};
 use glam::{DVec2, DVec3};
 use testing::data::data;
 use testing::ground::{Raster, Scripted};

@@ -223,7 +223,7 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
 }
 
 /// Bytes, as `512M`; powers of 1024.
-fn size(text: &str) -> Result<u64, String> {
+pub(super) fn size(text: &str) -> Result<u64, String> {
     let (digits, power) = match text.char_indices().next_back() {
         Some((at, 'K' | 'k')) => (&text[..at], 10),
         Some((at, 'M' | 'm')) => (&text[..at], 20),

@@ -1,5 +1,7 @@
 //! `enfilade walk`.
 
+mod loading;
+
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
@@ -62,7 +64,9 @@ pub struct Args {
     /// Seed of the path through every cell, or of the random views.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// JSON on stdout: a line a frame, then a summary a mode.
+    #[command(flatten)]
+    loading: loading::Flags,
+    /// JSON on stdout: a line a frame, then a summary a mode; with --budget, a line a method.
     #[arg(long)]
     json: bool,
 }
@@ -98,6 +102,9 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
             format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
         return Err(at(&args.model, what));
     }
+    if args.loading.is_asked() {
+        return loading::run(&args, &file);
+    }
     let scene = scene.meshed(usual_sides);
     let path = match (&args.path, args.random) {
         (Some(path), _) => CameraPath::load(path).map_err(|e| at(path, e))?,
@@ -117,10 +124,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     }
     let every = args.every as usize;
     let (verify_pixels, pictures) = (args.verify_pixels, args.frames);
-    let narrowing = match args.narrowing {
-        Shape::Rectangles => Narrowing::Rectangles,
-        Shape::Octagons => Narrowing::Octagons,
-    };
+    let narrowing = narrowing(args.narrowing);
     let doors_as_found = args.doors == Doors::AsFound;
     let options =
         WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, narrowing, min_pixels };
@@ -147,6 +151,13 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     };
     let failed = file.guarantee == Guarantee::Conservative && summaries.iter().any(fails);
     Ok(if failed { Outcome::Failed } else { Outcome::Done })
+}
+
+fn narrowing(shape: Shape) -> Narrowing {
+    match shape {
+        Shape::Rectangles => Narrowing::Rectangles,
+        Shape::Octagons => Narrowing::Octagons,
+    }
 }
 
 fn print_json(value: &serde_json::Value) -> Result<(), CliError> {

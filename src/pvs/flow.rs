@@ -42,6 +42,7 @@
 //! Searches run in a fixed number of rounds. Within a round they share nothing; after it, results are merged in a fixed order.
 
 pub(crate) mod bundle;
+pub mod by_cell;
 pub(crate) mod cells;
 pub(crate) mod exact;
 pub(crate) mod goals;

@@ -13,7 +13,6 @@ mod make;
 mod measure;
 mod mesh;
 mod metric;
-mod motion;
 mod parts;
 mod placement;
 #[cfg(feature = "bake")]
@@ -31,7 +30,6 @@ pub use make::{Heights, LEAST_TRIANGLES, Made, MakeOptions, make};
 #[cfg(feature = "bake")]
 pub use measure::{Measured, flight, measure};
 pub use mesh::{Sample, drawn, snapped};
-pub use motion::Motion;
 pub use parts::PARTS;
 pub use placement::Placement;
 pub use select::{GroundScratch, GroundView, Limit, Patch};

@@ -3,6 +3,7 @@
 pub mod compare;
 mod exact_culler;
 pub mod expected;
+pub mod loading;
 mod lost;
 pub mod missed;
 pub mod mode;
@@ -12,6 +13,7 @@ pub mod picture;
 pub mod plan;
 pub mod raster;
 pub mod shade;
+pub mod stroll;
 mod timed_culler;
 pub mod tour;
 pub mod walk;

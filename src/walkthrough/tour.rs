@@ -42,6 +42,23 @@ pub fn tour(file: &PvsFile, seed: u64) -> CameraPath {
     CameraPath { name: format!("tour {seed}"), fov_y_degrees: 65.0, near, frames: frames.collect() }
 }
 
+/// The same way gone along evenly, with nothing left out: a frame every `step` metres, above 0, in legs that don't join.
+pub fn even_tour(file: &PvsFile, seed: u64, step: f64) -> Vec<Vec<PathFrame>> {
+    let mut way = Rooms::new(file).way(file, seed);
+    way.end_in_last_cells();
+    let even = |leg: &Vec<DVec3>| {
+        let along = lengths(leg);
+        let steps = (along.last().copied().unwrap_or(0.0) / step) as usize;
+        let frames = (0..=steps).filter(|_| leg.len() > 1).map(|k| {
+            let s = k as f64 * step;
+            let eye = at(leg, &along, s) + file.origin;
+            PathFrame { eye, target: eye + direction(leg, &along, s) }
+        });
+        frames.collect::<Vec<_>>()
+    };
+    way.legs.iter().map(even).filter(|leg| !leg.is_empty()).collect()
+}
+
 /// A convex piece within the model's surroundings.
 struct Room {
     planes: Vec<Plane>,
@@ -375,13 +392,17 @@ impl Way {
         self.kept.push((leg, self.legs[leg].len() - 1));
     }
 
-    /// Eyes, and directions of length 1.
-    fn frames(mut self) -> Vec<(DVec3, DVec3)> {
-        // Not back from the last cell of a leg.
+    /// Not back from the last cell of a leg.
+    fn end_in_last_cells(&mut self) {
         for (leg, points) in self.legs.iter_mut().enumerate() {
             let last = self.kept.iter().filter(|k| k.0 == leg).map(|k| k.1).max().unwrap_or(0);
             points.truncate(last + 1);
         }
+    }
+
+    /// Eyes, and directions of length 1.
+    fn frames(mut self) -> Vec<(DVec3, DVec3)> {
+        self.end_in_last_cells();
         let along: Vec<Vec<f64>> = self.legs.iter().map(|leg| lengths(leg)).collect();
         let total: f64 = along.iter().filter_map(|a| a.last()).sum();
         let every = self.kept.len().div_ceil(MOST_FRAMES).max(1);

@@ -1,6 +1,6 @@
 //! Where a camera will be: as it moved and turned from one frame to the next, for some time on.
 
-use crate::runtime::Camera;
+use super::Camera;
 use glam::{DMat3, DQuat};
 
 /// Looks ahead of a camera.

@@ -1,0 +1,137 @@
+//! `enfilade walk --budget`.
+
+use super::super::bake::size;
+use super::{Args, Doors, at, narrowing, print_json};
+use crate::cli::{CliError, Outcome};
+use enfilade::file::PvsFile;
+use enfilade::runtime::Culler;
+use enfilade::walkthrough::loading::{LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading};
+use enfilade::walkthrough::path::CameraPath;
+use enfilade::walkthrough::stroll::Stroll;
+use serde_json::json;
+
+/// Width of a frame over its height.
+const ASPECT: f64 = 16.0 / 9.0;
+/// More than all: any budget beyond is the same.
+const MOST_PERCENT: f64 = 1e6;
+
+/// Flags.
+#[derive(clap::Args)]
+pub struct Flags {
+    /// Instead of culling modes: so much memory for objects, bytes (K, M or G) or a share of all. The path is walked at 1.4 m/s, 60 frames a
+    /// second; says what is missing when objects are loaded by rows, and when they are loaded on demand.
+    #[arg(
+        long,
+        value_name = "SIZE|PERCENT%",
+        value_parser = budget,
+        conflicts_with_all = ["random", "modes", "frames", "size", "verify_pixels", "every"]
+    )]
+    budget: Option<Budget>,
+    /// Bytes that are loaded a second.
+    #[arg(long, value_name = "SIZE", value_parser = size, default_value = "20M", requires = "budget")]
+    bandwidth: u64,
+    /// Seconds that each load takes on top.
+    #[arg(long, value_name = "SECONDS", value_parser = latency, default_value = "0.05", requires = "budget")]
+    latency: f64,
+}
+
+/// Memory for objects.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Budget {
+    Bytes(u64),
+    /// Of all objects'.
+    Percent(f64),
+}
+
+fn budget(text: &str) -> Result<Budget, String> {
+    let Some(number) = text.strip_suffix('%') else { return size(text).map(Budget::Bytes) };
+    let percent = number.parse().ok().filter(|p| (0.0..=MOST_PERCENT).contains(p));
+    percent.map(Budget::Percent).ok_or_else(|| "takes bytes, as in 512M, or percent, as in 20%".into())
+}
+
+fn latency(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|s: &f64| *s >= 0.0 && s.is_finite()).ok_or_else(|| "takes seconds, 0 or more".into())
+}
+
+impl Flags {
+    pub fn is_asked(&self) -> bool {
+        self.budget.is_some()
+    }
+}
+
+/// Walks, and prints a line a method.
+pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
+    let stroll = match &args.path {
+        Some(path) => Stroll::along(&CameraPath::load(path).map_err(|e| at(path, e))?, WALK / RATE),
+        None => Stroll::through(file, args.seed, WALK / RATE),
+    };
+    if stroll.frames() == 0 {
+        return Err(at(&args.file, "has no two cells to walk between; give a path with --path"));
+    }
+    let bytes = object_bytes(file);
+    let all: u64 = bytes.iter().sum();
+    let budget = match args.loading.budget {
+        Some(Budget::Bytes(bytes)) => bytes,
+        Some(Budget::Percent(percent)) => (all as f64 * percent / 1e2) as u64,
+        None => all,
+    };
+    let mut culler = Culler::new(file);
+    culler.set_narrowing(narrowing(args.narrowing));
+    if args.doors == Doors::AsFound {
+        culler.shut_as_found();
+    }
+    let Flags { bandwidth, latency, .. } = args.loading;
+    let options = LoadingOptions { budget, bandwidth: bandwidth as f64, latency, aspect: ASPECT };
+    for method in [Method::Rows, Method::OnDemand] {
+        let summary = walk_loading(file, &culler, &bytes, &stroll, (method, &options), &mut |_| ());
+        if args.json {
+            print_json(&json!({ "loading": summary, "budget": budget, "bytes_all": all }))?;
+        } else {
+            eprintln!("{}", prose(&summary, budget, all));
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+fn prose(s: &LoadingSummary, budget: u64, all: u64) -> String {
+    let percent = |part: u64, of: u64| part as f64 * 1e2 / of.max(1) as f64;
+    let megabytes = |bytes: u64| bytes as f64 / 1e6;
+    format!(
+        "{:9} {} frames, {} with something missing ({:.3} %), {} objects; {} more after {} jumps; {:.1} MB loaded; at most {:.1} MB in memory, \
+         budget {:.1} of {:.1} MB; {} frames see more than that; {:.1} us (p99 {:.1})",
+        s.method,
+        s.frames,
+        s.frames_missing,
+        percent(s.frames_missing, s.frames),
+        s.objects_missing,
+        s.after_jumps,
+        s.jumps,
+        megabytes(s.bytes_loaded),
+        megabytes(s.bytes_most),
+        megabytes(budget),
+        megabytes(all),
+        s.frames_over_budget,
+        s.us[0],
+        s.us[1]
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn budgets_are_bytes_or_percent() {
+        assert_eq!(
+            [budget("64K"), budget("20%"), budget("0%")],
+            [Ok(Budget::Bytes(65536)), Ok(Budget::Percent(20.0)), Ok(Budget::Percent(0.0))]
+        );
+        for bad in ["", "%", "-1%", "nan%", "inf%", "1e9%", "0", "20 %", "5T"] {
+            assert!(budget(bad).is_err(), "{bad}");
+        }
+        assert_eq!((latency("0"), latency("0.5")), (Ok(0.0), Ok(0.5)));
+        for bad in ["-0.1", "nan", "inf", "x"] {
+            assert!(latency(bad).is_err(), "{bad}");
+        }
+    }
+}

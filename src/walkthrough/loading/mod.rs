@@ -1,0 +1,238 @@
+//! Walks through a building that does not fit into memory: what each frame sees and has not, by the way in which objects are loaded.
+
+mod loader;
+mod on_demand;
+
+use super::stroll::Stroll;
+use crate::ObjectId;
+use crate::file::PvsFile;
+use crate::runtime::prefetch::{Prefetcher, Step};
+use crate::runtime::{Camera, Culler, Mode, Motion, Scratch};
+use loader::Loader;
+use on_demand::OnDemand;
+use serde::Serialize;
+use std::time::Instant;
+
+/// How fast people walk, metres a second.
+pub const WALK: f64 = 1.4;
+/// Frames a second.
+pub const RATE: f64 = 60.0;
+/// Bytes of a triangle in memory: three corners, each with a position, a normal and texture coordinates of four bytes a number.
+pub const TRIANGLE_BYTES: u64 = 96;
+
+/// How objects are loaded.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Method {
+    /// By [`crate::runtime::prefetch`].
+    Rows,
+    /// When a frame sees them; what was seen longest ago leaves.
+    OnDemand,
+}
+
+impl Method {
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rows => "rows",
+            Self::OnDemand => "on-demand",
+        }
+    }
+}
+
+/// Memory, and what loads into it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LoadingOptions {
+    /// Most bytes in memory and under way.
+    pub budget: u64,
+    /// Bytes a second, above 0; infinite: a load takes no time.
+    pub bandwidth: f64,
+    /// Seconds from the last byte that is sent until the object can be drawn, 0 or more.
+    pub latency: f64,
+    /// Width of the picture over its height.
+    pub aspect: f64,
+}
+
+/// A walk with one method.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct LoadingSummary {
+    /// The method's name.
+    pub method: &'static str,
+    /// Frames that count: all but those of `after_jumps`.
+    pub frames: u64,
+    /// Of them, those in which something is missing.
+    pub frames_missing: u64,
+    /// Missing objects, summed over these.
+    pub objects_missing: u64,
+    /// Frames with something missing from a jump (the start is one) to the first frame with nothing missing.
+    pub after_jumps: u64,
+    /// Jumps.
+    pub jumps: u64,
+    /// Frames that see more bytes than the budget, of all.
+    pub frames_over_budget: u64,
+    /// Bytes that came.
+    pub bytes_loaded: u64,
+    /// Most bytes in memory and under way.
+    pub bytes_most: u64,
+    /// Microseconds of the method, a frame: median, 99th percentile, slowest.
+    pub us: [f64; 3],
+}
+
+/// A frame, as it is drawn.
+pub struct LoadingFrame<'f> {
+    /// The culler's set.
+    pub visible: &'f [ObjectId],
+    /// By object: whether it is in memory.
+    pub in_memory: &'f [bool],
+    /// How many of `visible` are not.
+    pub missing: u64,
+    /// Whether it counts; it doesn't after a jump, until one has nothing missing.
+    pub counts: bool,
+    /// Where from.
+    pub camera: Camera,
+}
+
+/// Bytes of each object in memory, [`TRIANGLE_BYTES`] a triangle.
+pub fn object_bytes(file: &PvsFile) -> Vec<u64> {
+    file.objects.iter().map(|object| u64::from(object.triangles) * TRIANGLE_BYTES).collect()
+}
+
+/// Walks at [`RATE`]. `told` gets each frame as it is drawn: with what has come by then.
+pub fn walk_loading(
+    file: &PvsFile,
+    culler: &Culler,
+    bytes: &[u64],
+    stroll: &Stroll,
+    (method, options): (Method, &LoadingOptions),
+    told: &mut dyn FnMut(&LoadingFrame<'_>),
+) -> LoadingSummary {
+    let mut client = Client::new(method, file, culler, bytes, options);
+    let mut scratch = Scratch::for_culler(culler);
+    let mut times = Vec::with_capacity(stroll.frames());
+    let mut frame = 0u64;
+    for leg in &stroll.legs {
+        let mut motion = Motion::default();
+        let mut is_settled = false;
+        client.summary.jumps += 1;
+        for place in leg {
+            let now = frame as f64 / RATE;
+            let camera = stroll.camera(place, file.origin, options.aspect);
+            motion.see(&camera, now);
+            let visible = culler.cull(&camera, Mode::Both, &mut scratch).objects;
+            times.push(client.load(culler, &camera, &motion, visible, now));
+            let missing = visible.iter().filter(|object| !client.in_memory[object.index()]).count() as u64;
+            is_settled |= missing == 0;
+            client.count(visible, missing, is_settled);
+            told(&LoadingFrame { visible, in_memory: &client.in_memory, missing, counts: is_settled, camera });
+            frame += 1;
+        }
+    }
+    times.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| times.get(((times.len().max(1) - 1) as f64 * share) as usize).copied().unwrap_or(0.0);
+    LoadingSummary { us: [at(0.5), at(0.99), at(1.0)], ..client.summary }
+}
+
+/// Who decides.
+enum Decider<'b> {
+    Rows(Box<Prefetcher>),
+    OnDemand(Box<OnDemand<'b>>),
+}
+
+/// A client with a memory and a loader of its own.
+struct Client<'b> {
+    decider: Decider<'b>,
+    loader: Loader,
+    bytes: &'b [u64],
+    budget: u64,
+    in_memory: Vec<bool>,
+    /// In memory and under way.
+    used: u64,
+    summary: LoadingSummary,
+}
+
+impl<'b> Client<'b> {
+    fn new(method: Method, file: &PvsFile, culler: &Culler, bytes: &'b [u64], options: &LoadingOptions) -> Self {
+        let budget = options.budget;
+        let decider = match method {
+            Method::Rows => Decider::Rows(Box::new(Prefetcher::new(file, culler, bytes, budget))),
+            Method::OnDemand => Decider::OnDemand(Box::new(OnDemand::new(bytes, budget))),
+        };
+        let summary = LoadingSummary {
+            method: method.name(),
+            frames: 0,
+            frames_missing: 0,
+            objects_missing: 0,
+            after_jumps: 0,
+            jumps: 0,
+            frames_over_budget: 0,
+            bytes_loaded: 0,
+            bytes_most: 0,
+            us: [0.0; 3],
+        };
+        let loader = Loader::new(options.bandwidth, options.latency);
+        Self { decider, loader, bytes, budget, in_memory: vec![false; bytes.len()], used: 0, summary }
+    }
+
+    /// A frame's loading; returns the microseconds that deciding took.
+    fn load(&mut self, culler: &Culler, camera: &Camera, motion: &Motion, visible: &[ObjectId], now: f64) -> f64 {
+        self.take_in(now);
+        let mut us = self.timed(|decider| match decider {
+            Decider::Rows(rows) => drop(rows.frame(culler, camera.eye, motion, visible)),
+            Decider::OnDemand(plain) => plain.frame(visible),
+        });
+        // Asked for once a frame, so that the loader has something to do until the next.
+        while self.loader.is_idle_before(now + 1.0 / RATE) {
+            let mut step = None;
+            us += self.timed(|decider| {
+                step = match decider {
+                    Decider::Rows(rows) => rows.next_step(),
+                    Decider::OnDemand(plain) => plain.next_step(),
+                }
+            });
+            match step {
+                None => break,
+                Some(Step::Evict(object)) => {
+                    self.in_memory[object.index()] = false;
+                    self.used -= self.bytes[object.index()];
+                }
+                Some(Step::Load { object, .. }) => {
+                    self.used += self.bytes[object.index()];
+                    self.summary.bytes_most = self.summary.bytes_most.max(self.used);
+                    self.loader.ask(now, object, self.bytes[object.index()]);
+                }
+            }
+        }
+        // What takes no time is drawn in this frame.
+        self.take_in(now);
+        us
+    }
+
+    fn timed(&mut self, work: impl FnOnce(&mut Decider<'_>)) -> f64 {
+        let start = Instant::now();
+        work(&mut self.decider);
+        start.elapsed().as_secs_f64() * 1e6
+    }
+
+    fn take_in(&mut self, now: f64) {
+        while let Some(object) = self.loader.take(now) {
+            self.in_memory[object.index()] = true;
+            self.summary.bytes_loaded += self.bytes[object.index()];
+            match &mut self.decider {
+                Decider::Rows(rows) => rows.loaded(object),
+                Decider::OnDemand(plain) => plain.loaded(object),
+            }
+        }
+    }
+
+    fn count(&mut self, visible: &[ObjectId], missing: u64, is_settled: bool) {
+        let summary = &mut self.summary;
+        if is_settled {
+            summary.frames += 1;
+            summary.frames_missing += u64::from(missing > 0);
+            summary.objects_missing += missing;
+        } else {
+            summary.after_jumps += 1;
+        }
+        let seen: u64 = visible.iter().map(|object| self.bytes[object.index()]).sum();
+        summary.frames_over_budget += u64::from(seen > self.budget);
+    }
+}
