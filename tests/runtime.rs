@@ -504,6 +504,35 @@ fn a_faulty_row_shows_as_missed_pixels() {
     assert!(summaries(&scene, &file, &path, &[Mode::Both])[0].missed_pixels > Some(100));
 }
 
+/// A file without rows: every cell sees everything, until its row comes. Then its frames are those of a file that had it from the start.
+#[test]
+fn rows_may_come_while_somebody_walks() {
+    let (building, _) = flat();
+    let (_, file) = building.finish();
+    let (object_rows, cell_rows) = (file.object_rows.clone().unwrap(), file.cell_rows.clone().unwrap());
+    let (baked, mut learning) = (Culler::new(&file), {
+        let mut bare = file.clone();
+        (bare.object_rows, bare.cell_rows) = (None, None);
+        Culler::new(&bare)
+    });
+    let eyes = [(A, p(1.5, 1.2, 3.0)), (B, p(7.0, 1.2, 2.0)), (CORRIDOR, p(5.0, 1.2, 5.0))];
+    let sets = |culler: &Culler, eye: DVec3| {
+        let cameras = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z]
+            .map(|to| Camera::look_at(eye - file.origin, eye + to - file.origin, 90f64.to_radians(), 1.5));
+        cameras.map(|camera| [Mode::Frustum, Mode::Pvs, Mode::Both].map(|mode| see(culler, &camera, mode).objects))
+    };
+    let mut fewer = 0;
+    for (i, (cell, eye)) in eyes.into_iter().enumerate() {
+        assert!(sets(&learning, eye).iter().all(|[frustum, pvs, _]| pvs == frustum), "nothing is known of {cell} yet");
+        learning.learn_row(cell, object_rows.row(cell.index()), cell_rows.row(cell.index()));
+        for &(cell, eye) in &eyes[..=i] {
+            assert_eq!(sets(&learning, eye), sets(&baked, eye), "{cell}");
+        }
+        fewer += sets(&learning, eye).iter().filter(|[frustum, pvs, _]| pvs.len() < frustum.len()).count();
+    }
+    assert!(fewer > 0, "rows leave something out");
+}
+
 /// Within a view cell, rows draw what its row has of the cell's; on its boundary and beyond it, the cell's row holds alone.
 #[test]
 fn frames_in_a_view_cell_draw_its_row() {

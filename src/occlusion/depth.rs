@@ -151,7 +151,8 @@ pub struct DepthBuffer<'s> {
     complete: Vec<Eight>,
     /// By object: which side of its triangles is outside, if it is closed.
     outsides: Vec<Option<Outside>>,
-    /// The farthest depth of each block, not a number where a tile of it was drawn into since; some more than there are, to fill registers.
+    /// The farthest depth of each block, not a number where a tile of it was drawn into since; some more than there are, to
+    /// fill registers.
     blocks: Vec<f32>,
     /// Whether there is such a block.
     is_stale: bool,

@@ -40,8 +40,8 @@ impl Form {
         (self.x.min(0.0) + self.y.min(0.0)) * (side - 1) as f64
     }
 
-    /// Its value at the corner of the square at pixel `x`, `y`, of so many pixels along the side, and how far values within it may be off
-    /// in `f32`.
+    /// Its value at the corner of the square at pixel `x`, `y`, of so many pixels along the side, and how far values within
+    /// it may be off in `f32`.
     #[inline(always)]
     pub fn within(&self, x: usize, y: usize, side: usize) -> (f64, f64) {
         let at = self.value(x, y);

@@ -1,7 +1,7 @@
 //! A frame without queries: by nothing, the frustum, portals, rows, or portals and rows.
 
 use super::boxes::{Boxes, HalfSpaces, LANES};
-use super::culler::{Culler, ViewCells, bit};
+use super::culler::{Culler, ViewCells, all_ones, bit};
 use super::frustum::{Camera, Octagon};
 use super::locate::Homes;
 use super::mode::Mode;
@@ -131,14 +131,5 @@ impl Vectorize for InRow<'_> {
                 }
             }
         }
-    }
-}
-
-/// A word of a row of `columns` ones.
-fn all_ones(columns: usize, word: usize) -> u64 {
-    match columns.saturating_sub(word * 64) {
-        0 => 0,
-        rest @ 1..64 => (1 << rest) - 1,
-        _ => u64::MAX,
     }
 }

@@ -152,6 +152,25 @@ impl Culler {
         self.min_pixels = limit;
     }
 
+    /// Takes the row of a cell that was worked out while somebody walks: objects and cells that may be seen from it, as bits, the first in the
+    /// lowest. As long as no row of a file or from here says otherwise, a cell sees everything, so a row may come whenever it is ready.
+    ///
+    /// # Panics
+    ///
+    /// Where there is no such cell, or a row isn't as long as the objects or cells take.
+    pub fn learn_row(&mut self, cell: CellId, objects: &[u64], cells: &[u64]) {
+        let (of_objects, of_cells) = (self.object_count(), self.cell_count());
+        for (rows, columns, row) in [(&mut self.object_rows, of_objects, objects), (&mut self.cell_rows, of_cells, cells)] {
+            let rows = rows.get_or_insert_with(|| {
+                let mut all = BitMatrix::new(of_cells, columns);
+                (0..of_cells)
+                    .for_each(|r| all.row_mut(r).iter_mut().enumerate().for_each(|(w, out)| *out = all_ones(columns, w)));
+                all
+            });
+            rows.assign_row(cell.index(), row);
+        }
+    }
+
     /// Number of objects.
     pub fn object_count(&self) -> usize {
         self.triangles.len()
@@ -212,6 +231,15 @@ fn cell_bounds(cell: &FileCell, extent: f64, tolerance: f64) -> Option<[Vec3; 2]
 fn part([min, max]: [Vec3; 2], around: Option<[Vec3; 2]>) -> [Vec3; 2] {
     let [low, high] = around.map_or([min, max], |[low, high]| [min.max(low), max.min(high)]);
     if low.cmple(high).all() { [low, high] } else { [min, max] }
+}
+
+/// A word of a row of `columns` ones.
+pub(super) fn all_ones(columns: usize, word: usize) -> u64 {
+    match columns.saturating_sub(word * 64) {
+        0 => 0,
+        rest @ 1..64 => (1 << rest) - 1,
+        _ => u64::MAX,
+    }
 }
 
 /// A bit of a row.

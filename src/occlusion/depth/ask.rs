@@ -9,6 +9,8 @@ use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::{Place, Slabs};
 use crate::simd::Vectorize;
 
+/// Tiles of a box up to which each is asked by itself.
+const FEW_TILES: usize = 9;
 /// Blocks in a row up to which each is asked by itself.
 const FEW: u32 = 1;
 
@@ -54,7 +56,20 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds, wanted: &mut u32) -> boo
             return true;
         }
     }
-    // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked.
+    // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked. A small box is
+    // asked about tile by tile at once.
+    let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
+    if (columns[1] - columns[0] + 1) * (rows[1] - rows[0] + 1) <= FEW_TILES {
+        for (x, y) in (rows[0]..=rows[1]).flat_map(|y| (columns[0]..=columns[1]).map(move |x| (x, y))) {
+            if buffer.farthest(buffer.index([x, y])) <= nearest {
+                let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
+                if slabs.tile(buffer, [x, y], pixels, wanted) {
+                    return true;
+                }
+            }
+        }
+        return false;
+    }
     buffer.freshen();
     let [columns, rows] = pixels.map(|[first, last]| [first / BLOCK, last / BLOCK]);
     for y in (rows[0]..=rows[1]).step_by(SIDE) {

@@ -1,11 +1,12 @@
-//! A box held against the farthest depths of squares of the picture, eight in a row at a time: what is left over is asked pixel by pixel.
+//! A box held against the farthest depths of squares of the picture, eight in a row at a time: what is left over is asked
+//! pixel by pixel.
 
 use super::{COUNT, Lanes, SIDE, max, min, ones};
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::Slabs;
 
-/// The planes of a box over eight by eight squares: for those of its front the most that they are in a square, for the others the least, with
-/// all rounding outwards.
+/// The planes of a box over eight by eight squares: for those of its front the most that they are in a square, for the
+/// others the least, with all rounding outwards.
 pub(super) struct Squares {
     /// Of the front, infinitely near where there is none.
     front: [f32; 8],
@@ -37,8 +38,8 @@ impl Squares {
         squares
     }
 
-    /// A bit for each where a part of the box that is at most as near as `nearest` may show before what is drawn, in a row of squares; these are
-    /// the farthest depths in them.
+    /// A bit for each where a part of the box that is at most as near as `nearest` may show before what is drawn, in a row
+    /// of squares; these are the farthest depths in them.
     #[inline(always)]
     pub fn row(&self, row: usize, farthest: &Lanes, nearest: f32) -> u32 {
         let (mut enter, mut leave) = ([nearest; SIDE], *farthest);
@@ -81,8 +82,8 @@ mod tests {
     use crate::random::Prng;
     use glam::{DQuat, DVec3};
 
-    /// A view and a box before it: openings of 1e-5 to 179.9 degrees, near or 1e7 m from the origin; of some boxes a face's plane holds the
-    /// eye.
+    /// A view and a box before it: openings of 1e-5 to 179.9 degrees, near or 1e7 m from the origin; of some boxes a face's
+    /// plane holds the eye.
     fn case(rng: &mut Prng, round: usize) -> (View, Bounds) {
         let degrees = [1e-5, 0.01, 1.0, 60.0, 150.0, 179.9][round % 6];
         let eye = DVec3::new(rng.unit(), rng.unit(), rng.unit()) * [1.0, 1e7][round / 6 % 2];
@@ -99,7 +100,8 @@ mod tests {
         (view, turned(centre, turn, half))
     }
 
-    /// A square that is called hidden has no pixel, by all of them in `f64`, where the box's front is before its back and before what is drawn.
+    /// A square that is called hidden has no pixel, by all of them in `f64`, where the box's front is before its back and
+    /// before what is drawn.
     #[test]
     fn no_square_that_shows_is_called_hidden() {
         let mut rng = Prng::new(21, 0);

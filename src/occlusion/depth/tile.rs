@@ -5,8 +5,8 @@
 use super::draw::Drawn;
 use super::{COUNT, DepthBuffer, Index, PIXELS, Plane, SIDE, Tile, UNTOUCHED, chosen, max, min, ones};
 
-/// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most. Larger: more
-/// pixels are looked at twice.
+/// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most.
+/// Larger: more pixels are looked at twice.
 const NEAR_EDGE: f32 = 2e-5;
 
 /// Nothing is drawn; what is beyond the picture is as if it were covered.

@@ -1,12 +1,12 @@
-//! Triangles of many tiles: block by block, and in a block eight tiles at a time. A tile that a triangle covers, nearer all over than what
-//! is there, takes its plane, and no pixel is looked at; tiles left over go to `tile.rs`.
+//! Triangles of many tiles: block by block, and in a block eight tiles at a time. A tile that a triangle covers, nearer all
+//! over than what is there, takes its plane, and no pixel is looked at; tiles left over go to `tile.rs`.
 
 use super::draw::Drawn;
 use super::{BLOCK, DepthBuffer, Index, Lanes, Planes, SIDE, UNTOUCHED, chosen, max, min, ones};
 use crate::occlusion::pixels::FORM_ERROR;
 
-/// Of tiles with a corner this near to an edge, pixels; pixels decide: more than a distance of up to 1,000 pixels is off by in `f32`.
-/// Larger: more tiles are looked at pixel by pixel.
+/// Of tiles with a corner this near to an edge, pixels; pixels decide: more than a distance of up to 1,000 pixels is off by
+/// in `f32`. Larger: more tiles are looked at pixel by pixel.
 const MARGIN: f64 = 1e-3;
 /// From a tile's first pixel to its last.
 const LAST: f32 = (SIDE - 1) as f32;
@@ -103,7 +103,8 @@ impl Drawn {
         }
     }
 
-    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns whether some are left whose pixels must be looked at, and which.
+    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns whether some are left whose pixels must be looked at,
+    /// and which.
     #[inline(always)]
     fn row<const EDGES: bool>(
         &self,
@@ -205,8 +206,9 @@ mod tests {
         }
     }
 
-    /// Large boxes, some of them around the eye or touching it with a face, through openings of 1e-5 to 179.9 degrees, near the origin and 1e6 m
-    /// from it: nothing is drawn where nothing is, and nothing nearer than it is, whatever was drawn before it; and no pixel is left out.
+    /// Large boxes, some of them around the eye or touching it with a face, through openings of 1e-5 to 179.9 degrees, near
+    /// the origin and 1e6 m from it: nothing is drawn where nothing is, and nothing nearer than it is, whatever was drawn
+    /// before it; and no pixel is left out.
     #[test]
     fn large_triangles_are_never_too_near() {
         let mut rng = Prng::new(22, 0);

@@ -1,4 +1,5 @@
-//! Rows of single cells, worked out when somebody asks: for a walk in a building that nothing was baked of.
+//! Rows of single cells, worked out when somebody asks: by a thread of its own, for where a camera will be soon. A culler takes them while
+//! frames go on ([`crate::runtime::Culler::learn_row`]).
 //!
 //! The search is that of [`super::flow`], which decides a pair of cells from the cheaper side and tells other searches what it has refuted. Here
 //! each cell is asked alone: of the pairs that it is one of, those are decided, and nothing is known of others. So a row has all that the whole
