@@ -507,8 +507,12 @@ fn a_faulty_row_shows_as_missed_pixels() {
 /// A file without rows: every cell sees everything, until its row comes. Then its frames are those of a file that had it from the start.
 #[test]
 fn rows_may_come_while_somebody_walks() {
-    let (building, _) = flat();
-    let (_, file) = building.finish();
+    let (building, things) = flat();
+    let (_, file) = building.finish_with(|_, objects| {
+        for (cell, hidden) in [(A, things.in_b), (B, things.in_a), (CORRIDOR, things.tree)] {
+            objects.clear(cell.index(), hidden.index());
+        }
+    });
     let (object_rows, cell_rows) = (file.object_rows.clone().unwrap(), file.cell_rows.clone().unwrap());
     let (baked, mut learning) = (Culler::new(&file), {
         let mut bare = file.clone();

@@ -2,8 +2,9 @@
 //!
 //! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
 
+use super::lanes::{COUNT, Lanes, SIDE, max, min, ones};
 use super::squares::Squares;
-use super::{BLOCK, COUNT, DepthBuffer, Lanes, SIDE, max, min, ones};
+use super::{BLOCK, DepthBuffer};
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::{Place, Slabs};

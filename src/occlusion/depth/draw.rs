@@ -4,8 +4,9 @@
 //! no pixel falls through between them. A small triangle goes from tile to tile (`tile.rs`), a larger one from block to block
 //! (`whole.rs`).
 
+use super::DepthBuffer;
 use super::closed::Outside;
-use super::{DepthBuffer, SIDE};
+use super::lanes::SIDE;
 use crate::occlusion::pixels::{Form, Rays};
 use crate::simd::Vectorize;
 use glam::DVec3;

@@ -1,7 +1,7 @@
 //! A box held against the farthest depths of squares of the picture, eight in a row at a time: what is left over is asked
 //! pixel by pixel.
 
-use super::{COUNT, Lanes, SIDE, max, min, ones};
+use super::lanes::{COUNT, Lanes, SIDE, max, min, ones};
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::Slabs;
 

@@ -3,7 +3,8 @@
 //! A pixel too near to an edge for `f32` is decided in `f64`.
 
 use super::draw::Drawn;
-use super::{COUNT, DepthBuffer, Index, PIXELS, Plane, SIDE, Tile, UNTOUCHED, chosen, max, min, ones};
+use super::lanes::{COUNT, SIDE, chosen, max, min, ones};
+use super::{DepthBuffer, Index, PIXELS, Plane, Tile, UNTOUCHED};
 
 /// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most.
 /// Larger: more pixels are looked at twice.

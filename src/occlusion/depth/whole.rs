@@ -2,7 +2,8 @@
 //! over than what is there, takes its plane, and no pixel is looked at; tiles left over go to `tile.rs`.
 
 use super::draw::Drawn;
-use super::{BLOCK, DepthBuffer, Index, Lanes, Planes, SIDE, UNTOUCHED, chosen, max, min, ones};
+use super::lanes::{Lanes, SIDE, chosen, max, min, ones};
+use super::{BLOCK, DepthBuffer, Index, Planes, UNTOUCHED};
 use crate::occlusion::pixels::FORM_ERROR;
 
 /// Of tiles with a corner this near to an edge, pixels; pixels decide: more than a distance of up to 1,000 pixels is off by
