@@ -92,8 +92,8 @@ mod tests {
         let view = View::look_at(eye, eye + target, f64::to_radians(degrees), 1.5, 1e-3);
         let reach = (0.5 * f64::to_radians(degrees)).tan().min(5.0);
         let mut centre = eye + view.w * 20.0 + aside * 20.0 * reach;
-        let turn = if round % 3 == 0 { DQuat::IDENTITY } else { DQuat::from_rotation_y(aside.x * 3.0) };
-        if round % 9 == 0 {
+        let turn = if round.is_multiple_of(3) { DQuat::IDENTITY } else { DQuat::from_rotation_y(aside.x * 3.0) };
+        if round.is_multiple_of(9) {
             // The eye is in the plane of a side.
             centre.y = eye.y + half.y;
         }
@@ -118,14 +118,14 @@ mod tests {
             let row = rng.below(SIDE);
             let drawn: Lanes = std::array::from_fn(|_| (most * rng.range(-0.1, 1.2)) as f32);
             let left = squares.row(row, &drawn, nearest);
-            for column in 0..SIDE {
+            for (column, &drawn) in drawn.iter().enumerate() {
                 let mut shows = false;
                 for p in 0..side * side {
                     let [x, y] = [corner[0] + column * side + p % side, corner[1] + row * side + p / side];
                     let value = |i: usize| (slabs.at[i] + slabs.x[i] * x as f64) + slabs.y[i] * y as f64;
                     let front = (0..slabs.nearer).map(value).fold(f64::INFINITY, f64::min);
                     let back = (slabs.nearer..6).map(value).fold(f64::NEG_INFINITY, f64::max);
-                    shows |= front >= back && front >= f64::from(drawn[column]);
+                    shows |= front >= back && front >= f64::from(drawn);
                 }
                 let is_left = left >> column & 1 != 0;
                 assert!(is_left || !shows, "round {round}, square {column}");
