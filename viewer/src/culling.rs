@@ -139,8 +139,13 @@ impl<'b> Culling<'b> {
         let options = AutoOptions { modes: AUTO.to_vec(), warm_up: WARM_UP, fixed_cost: pixels_as_triangles(size) };
         let culler = Culler::new(&building.file);
         let mut frames = FrameCuller::new(&culler, options);
-        let tree = Hierarchy::build(&building.scene, &HierarchyOptions::default()).with_parts(&building.scene);
-        frames.prepare_queries_with(&culler, tree);
+        let scene = &*building.scene;
+        if scene.tubes.tubes.is_empty() {
+            frames.prepare_queries_with(&culler, Hierarchy::build(scene, &HierarchyOptions::default()).with_parts(scene));
+        } else {
+            // The scene's meshes are within tubes, and only the file's boxes hold what is drawn.
+            frames.prepare_queries(&culler);
+        }
         Self {
             culler,
             frames,
