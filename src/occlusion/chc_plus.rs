@@ -211,7 +211,7 @@ impl ChcPlus {
         self.hidden.reserve(nodes);
         self.shown.reserve(nodes);
         self.boxes.clear();
-        self.boxes.reserve(nodes.max(MOST_BOXES));
+        self.boxes.reserve(tree.boxes().max(MOST_BOXES));
     }
 
     fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {

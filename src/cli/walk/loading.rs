@@ -24,7 +24,7 @@ pub struct Flags {
         long,
         value_name = "SIZE|PERCENT%",
         value_parser = budget,
-        conflicts_with_all = ["random", "modes", "frames", "size", "verify_pixels", "every"]
+        conflicts_with_all = ["random", "modes", "frames", "size", "verify_pixels", "min_pixels", "every"]
     )]
     budget: Option<Budget>,
     /// Bytes that are loaded a second.

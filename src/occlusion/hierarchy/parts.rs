@@ -43,6 +43,11 @@ impl Hierarchy {
         self
     }
 
+    /// How many boxes a question may be about, at most.
+    pub(crate) fn boxes(&self) -> usize {
+        self.nodes.len() + self.parts.as_ref().map_or(0, |parts| parts.boxes.len())
+    }
+
     /// What a question about a node is about: boxes that hold all triangles below it.
     #[inline]
     pub(crate) fn asked(&self, node: u32) -> &[Bounds] {
