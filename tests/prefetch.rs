@@ -96,6 +96,33 @@ fn loads_come_in_the_order_in_which_an_eye_may_need_them() {
     }
 }
 
+/// A hall of 36 m along x, nine objects in a row: all are in its row, and half of them fit into memory.
+#[test]
+fn where_a_row_is_more_than_the_budget_what_is_seen_comes_first() {
+    let mut b = Building::default();
+    b.cell("hall", vec![block(p(0., 0., 0.), p(36., 3., 4.))]);
+    for k in 0..9 {
+        let x = 4.0 * f64::from(k);
+        b.thing(&format!("thing {k}"), p(x + 1.5, 0.01, 0.5), p(x + 2.5, 1., 1.));
+    }
+    let (file, culler) = finish((b, 1));
+    let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 9], 40);
+    let mut motion = Motion::default();
+    let mut look = |along: DVec3, time: f64| {
+        // Between objects 3 and 4; nothing is on the screen but what is ahead, some metres off.
+        let at = eye(&file, 16.0).as_dvec3();
+        let camera = Camera::look_at(at, at + along, 1.0, 1.0);
+        motion.see(&camera, time);
+        prefetcher.frame(&culler, camera.eye, &motion, &[]);
+        settle(&mut prefetcher);
+        (0..9).filter(|&o| prefetcher.is_loaded(ObjectId(o))).collect::<Vec<u32>>()
+    };
+    assert_eq!(look(DVec3::X, 0.0), [5, 6, 7, 8]);
+    // It stands still and looks back, a second later: the core of the plan, three of four, is what is seen there.
+    let held = look(DVec3::NEG_X, 1.0);
+    assert!(held.iter().filter(|o| **o < 4).count() >= 3, "{held:?}");
+}
+
 #[test]
 fn what_leaves_is_what_was_planned_longest_ago() {
     let (file, culler) = finish(row(9));

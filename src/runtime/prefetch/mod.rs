@@ -5,7 +5,8 @@
 //! times are late by as little as any order allows (J. R. Jackson, *Scheduling a production line to minimize maximum tardiness*, 1955).
 //!
 //! Where it deviates: no length of time is looked ahead, but as much as memory holds. So nothing has to be tuned, and whatever is not planned is
-//! farther off than all that is.
+//! farther off than all that is. And where the rows of the eye's own cells are more than the budget, as outside of a building with windows, the
+//! plan begins with what the eye sees now and will see within two seconds (`sight`).
 //!
 //! ```no_run
 //! # use enfilade::ObjectId;
@@ -57,8 +58,8 @@
 //! # What does not
 //!
 //! * Nothing is known of the first frame, or of the one after a jump: what it sees is asked for first, the rest of its rows after that.
-//! * Where the rows of the eye's cells are more than the budget, what the eye turns to may be missing. Where the frame itself is more, something
-//!   always is. An object that is larger than the budget is never asked for.
+//! * Where the rows of the eye's cells are more than the budget, what the eye turns to at once may be missing. Where the frame itself is more,
+//!   something always is. An object that is larger than the budget is never asked for.
 //! * What is under way is waited for, also where the eye has turned away from it.
 //!
 //! # Special cases
@@ -71,6 +72,7 @@
 
 mod plan;
 mod reach;
+mod sight;
 
 use super::culler::Culler;
 use super::motion::Motion;
@@ -80,6 +82,7 @@ use crate::{CellId, ObjectId, PortalId};
 use glam::Vec3;
 use plan::{Plan, Planned};
 use reach::{Reach, Walker};
+use sight::Sight;
 
 /// An eye that has moved by so much, metres, since its plan was made gets a new one. More: the order is older. Less: more work.
 const MOVED: f32 = 0.25;
@@ -87,6 +90,9 @@ const MOVED: f32 = 0.25;
 const ASTRAY: f32 = 2.0;
 /// How far the eye is followed in the direction in which it goes, seconds.
 const AHEAD: f64 = 1.0;
+/// A plan by what the eye sees is made anew once it has turned by an angle whose cosine is less, some 15 degrees. Less: the order is older. More:
+/// more work.
+const TURNED: f32 = 0.966;
 /// What would lead an eye farther than this in that time, metres, is a jump. It tells nothing of where the eye goes.
 const JUMP: f32 = 50.0;
 
@@ -134,8 +140,9 @@ pub struct Prefetcher {
     /// What the frame sees and has not.
     missing: Vec<ObjectId>,
     plan: Plan,
-    /// The frame and the eye of the plan; `None` before the first, and where it must be made anew.
-    made: Option<(u64, Vec3)>,
+    sight: Sight,
+    /// The frame, the eye and where it looked when the plan was made; `None` before the first, and where it must be made anew.
+    made: Option<(u64, [Vec3; 2])>,
     homes: Vec<CellId>,
     last_piece: u32,
     /// Loaded objects that are not planned, the oldest first; `false`: to be listed again.
@@ -177,6 +184,7 @@ impl Prefetcher {
             frame: 0,
             missing: Vec::with_capacity(objects),
             plan: Plan::new(culler, Reach::new(culler, windows), budget),
+            sight: Sight::new(culler),
             made: None,
             homes: Vec::with_capacity(super::locate::MOST_HOMES),
             last_piece: 0,
@@ -212,8 +220,10 @@ impl Prefetcher {
     fn look_ahead(&mut self, culler: &Culler, eye: Vec3, motion: &Motion) {
         let homes = culler.locator.locate(eye, culler.tolerance, &mut self.last_piece);
         let homes = if homes.overflow { &[] } else { homes.as_slice() };
-        let moved = self.made.map_or(f32::INFINITY, |(_, from)| from.distance(eye));
-        let is_new = if homes.is_empty() { moved >= ASTRAY } else { moved >= MOVED || homes != self.homes };
+        let looks = motion.ahead(0.0).map_or(Vec3::ZERO, |camera| camera.w.normalize_or_zero());
+        let moved = self.made.map_or(f32::INFINITY, |(_, [from, _])| from.distance(eye));
+        let has_turned = self.plan.is_by_sight() && self.made.is_some_and(|(_, [_, looked])| looked.dot(looks) < TURNED);
+        let is_new = if homes.is_empty() { moved >= ASTRAY } else { moved >= MOVED || has_turned || homes != self.homes };
         if !is_new {
             return;
         }
@@ -221,11 +231,11 @@ impl Prefetcher {
         self.homes.extend_from_slice(homes);
         let ahead = motion.ahead(AHEAD).map_or(eye, |camera| camera.eye);
         let ahead = if ahead.distance(eye) < JUMP { ahead } else { eye };
-        self.plan.make(culler, &self.bytes, Walker { eye, ahead }, &self.homes);
+        self.plan.make(culler, &self.bytes, Walker { eye, ahead }, &self.homes, &mut self.sight, motion);
         for planned in self.plan.order() {
             self.planned[planned.object.index()] = self.frame;
         }
-        self.made = Some((self.frame, eye));
+        self.made = Some((self.frame, [eye, looks]));
         self.is_listed = false;
     }
 

@@ -1,7 +1,9 @@
 //! What an eye may need next, in order, as much as fits into memory.
 
 use super::super::culler::{Culler, bit};
+use super::super::motion::Motion;
 use super::reach::{Reach, Walker};
+use super::sight::Sight;
 use crate::bits::ones;
 use crate::{CellId, ObjectId};
 
@@ -18,13 +20,16 @@ pub(super) struct Planned {
 const LOOSE: u64 = 4;
 
 /// Objects by how far the eye has to go before it may see them: those of the rows of its own cells, then those that the row of the next cell
-/// adds, and so on, until the next one would not fit into memory. Of those that a row adds, what is in the cell comes first.
+/// adds, and so on, until the next one would not fit into memory. Of those that a row adds, what is in the cell comes first. Where the rows of
+/// its own cells alone don't fit, what the eye sees now and will see soon comes before all.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     reach: Reach,
     /// Bytes of what may be planned.
     budget: u64,
     order: Vec<Planned>,
+    /// The eye's own rows did not fit.
+    is_by_sight: bool,
     /// How many of these are the core.
     core: usize,
     /// Bytes that are left.
@@ -36,7 +41,8 @@ pub(super) struct Plan {
 impl Plan {
     pub fn new(culler: &Culler, reach: Reach, budget: u64) -> Self {
         let objects = culler.object_count();
-        Self { reach, budget, order: Vec::with_capacity(objects), core: 0, left: 0, seen: vec![0; objects.div_ceil(64)] }
+        let order = Vec::with_capacity(objects);
+        Self { reach, budget, is_by_sight: false, order, core: 0, left: 0, seen: vec![0; objects.div_ceil(64)] }
     }
 
     pub fn reach_mut(&mut self) -> &mut Reach {
@@ -53,18 +59,43 @@ impl Plan {
         self.core
     }
 
+    /// Whether what the eye sees decides, so that a plan is old as soon as it turns.
+    pub fn is_by_sight(&self) -> bool {
+        self.is_by_sight
+    }
+
     /// Plans anew.
-    pub fn make(&mut self, culler: &Culler, bytes: &[u64], walker: Walker, homes: &[CellId]) {
-        self.order.clear();
-        self.core = 0;
-        self.seen.fill(0);
-        self.left = self.budget;
-        self.reach.start(culler, walker, homes);
+    pub fn make(
+        &mut self,
+        culler: &Culler,
+        bytes: &[u64],
+        walker: Walker,
+        homes: &[CellId],
+        sight: &mut Sight,
+        motion: &Motion,
+    ) {
+        self.clear();
         let mut fits = homes.iter().all(|&home| self.add_cell(culler, bytes, home, 0.0));
+        self.is_by_sight = !fits;
+        if self.is_by_sight {
+            self.clear();
+            sight.each(culler, motion, &mut |object| self.add(bytes, Planned { object, metres: 0.0 }));
+            for &home in homes {
+                self.add_cell(culler, bytes, home, 0.0);
+            }
+        }
+        self.reach.start(culler, walker, homes);
         while fits {
             let Some((cell, metres)) = self.reach.next(culler) else { break };
             fits = self.add_cell(culler, bytes, cell, metres);
         }
+    }
+
+    fn clear(&mut self) {
+        self.order.clear();
+        self.core = 0;
+        self.seen.fill(0);
+        self.left = self.budget;
     }
 
     /// Adds what a cell's row has; false where something of it did not fit.
