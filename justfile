@@ -3,17 +3,20 @@
 export ENFILADE_DATA := env("ENFILADE_DATA", justfile_directory() / "../shared/data")
 
 # Everything, in CI's order.
-ci: fmt clippy doc features readme test-full viewer bevy guides package
+ci: fmt clippy doc features readme test-full bevy guides package
 
 fmt:
     cargo fmt --all -- --check
 
+# Of all members at once: features that differ would check every crate that they reach anew.
 clippy:
-    cargo clippy --workspace --all-targets -- -D warnings
-    cargo clippy --all-targets --features full -- -D warnings
+    if pkg-config --exists libudev; then gamepad=,enfilade-viewer/gamepad; \
+        else gamepad=; echo "not checked: the feature gamepad: no libudev-dev"; fi; \
+    cargo clippy --workspace --all-targets --features enfilade/full$gamepad -- -D warnings
+    cargo clippy -- -D warnings
 
 doc:
-    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace
+    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace --features enfilade/full
 
 # The README's own test command: the short tests.
 test:
@@ -26,15 +29,10 @@ features:
     cargo clippy --no-default-features --features bake --lib -- -D warnings
     bash scripts/features.sh
 
-# Every test and every format, on the real buildings of $ENFILADE_DATA.
+# Every test and every format, on the real buildings of $ENFILADE_DATA; the viewer's frames on a software driver, and its window on a display
+# of its own. Both in one build; optimised, since the library is slow otherwise.
 test-full:
-    cargo test --release --features full
-
-# The viewer: frames on a software driver, and a window on a display of its own. Optimised, since the library is slow otherwise.
-viewer:
-    cargo test --release -p enfilade-viewer --features enfilade/full
-    if pkg-config --exists libudev; then cargo clippy -p enfilade-viewer --features gamepad -- -D warnings; \
-        else echo "not checked: the feature gamepad: no libudev-dev"; fi
+    cargo test --release -p enfilade -p enfilade-viewer --features enfilade/full
 
 # The plugin for Bevy, without a window.
 bevy:
