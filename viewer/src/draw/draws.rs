@@ -11,9 +11,11 @@ const BYTES: u64 = 16;
 pub struct Draws {
     /// Of each draw the number of its corners, 1, the first of its corners, and 0.
     pub buffer: wgpu::Buffer,
-    /// How many draws the first list has.
+    /// Where the first list begins.
+    start: u32,
+    /// Where it ends, and the second begins.
     pub first: u32,
-    /// How many both have.
+    /// Where that ends.
     pub count: u32,
     words: Vec<[u32; 4]>,
 }
@@ -22,7 +24,12 @@ impl Draws {
     /// With room for `most` draws; of a `usage` besides.
     pub fn new(gpu: &Gpu, most: usize, usage: BufferUsages) -> Self {
         let buffer = gpu.buffer(BYTES * most.max(1) as u64, usage | BufferUsages::INDIRECT);
-        Self { buffer, first: 0, count: 0, words: Vec::new() }
+        Self { buffer, start: 0, first: 0, count: 0, words: Vec::new() }
+    }
+
+    /// A first list of its own, of some draws of the buffer.
+    pub fn part(&self, list: Range<u32>) -> Self {
+        Self { buffer: self.buffer.clone(), start: list.start, first: list.end, count: list.end, words: Vec::new() }
     }
 
     /// Writes both lists into a buffer that is copied to, from runs of corners.
@@ -35,7 +42,7 @@ impl Draws {
 
     /// Draws the first list.
     pub fn first(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline) {
-        self.draw(pass, pipeline, 0..self.first);
+        self.draw(pass, pipeline, self.start..self.first);
     }
 
     /// Draws the second list.
