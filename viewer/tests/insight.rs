@@ -79,9 +79,10 @@ fn triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand() {
     session.walker = Walker::new(p(0.0, 0.0, 0.0) - hall.file.origin, DVec3::NEG_Z, true);
     session.act(Action::Waste);
     let of_library = [(FrameMode::Frustum, [2, 22, 12]), (FrameMode::None, [2, 34, 0]), (FrameMode::Chc, [2, 10, 24])];
-    for (mode, kinds) in of_library.map(|(mode, kinds)| (ViewMode::from(mode), kinds)) {
+    let of_device = [(ViewMode::Hiz, [2, 10, 24])];
+    for (mode, kinds) in of_library.map(|(mode, kinds)| (mode.into(), kinds)).into_iter().chain(of_device) {
         session.show.mode = mode;
-        // Queries need a frame to know what hides.
+        // Queries need a frame to know what hides, and a pyramid another one.
         (0..3).for_each(|_| drop(draw(&canvas, &mut session)));
         assert_eq!(session.stage.kinds(), Some(kinds), "{mode}");
         // The front is as large as 2 m at 3 m: at 65 degrees 94 pixels a side. Its two faces fill it once.

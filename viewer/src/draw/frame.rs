@@ -420,7 +420,7 @@ impl<'b> Stage<'b> {
         let Some(decision) = &self.culling.last else { return Ok(()) };
         let mut hiz = self.hiz.as_mut().filter(|_| decision.asks == Asks::Pyramid);
         let certain = match &mut hiz {
-            Some(hiz) => hiz.list(gpu, &self.mesh, decision, wish.camera.eye),
+            Some(hiz) => hiz.list(gpu, (&self.mesh, &self.is_ghost), decision, wish.camera.eye),
             None => &decision.objects,
         };
         let is_all = decision.objects.len() == self.all.len();

@@ -2,9 +2,8 @@
 //! boxes of the rest are held against that. What may show is drawn in the same frame, so nothing is missed, with or without a past.
 //!
 //! Based on: Aaltonen, Haar, *GPU-driven rendering pipelines*, SIGGRAPH 2015 (Advances in real-time rendering), and as engines have it now.
-//! Deviations: the processor lists what is in the frustum, near objects first, so that glass, tubes, leaves of doors and ground are drawn as
-//! the mode `frustum` draws them; each object is one draw, which has no corners where the device leaves it out; and only that is asked about
-//! which nothing is seen through.
+//! Deviations: the processor lists what is in the frustum, near objects first, so that tubes, leaves of doors, ground and, as it looks, glass
+//! are drawn as the mode `frustum` draws them. Each object is one draw, which has no corners where the device leaves it out.
 
 use super::draws::Draws;
 use super::mesh::Mesh;
@@ -55,14 +54,16 @@ pub struct Hiz {
     frame: u32,
     /// By object: whether the device is asked about it.
     is_asked: Vec<bool>,
+    /// How many are asked about.
+    count: u32,
     list: List,
 }
 
 /// What is in the frustum.
 #[derive(Default)]
 struct List {
-    /// How near, the first corner, and the object.
-    keys: Vec<(i32, u32, u32)>,
+    /// Whether one sees through it, how near it is, the first corner, and the object.
+    keys: Vec<(bool, i32, u32, u32)>,
     words: Vec<[u32; 3]>,
     certain: Vec<ObjectId>,
 }
@@ -105,12 +106,13 @@ impl Hiz {
             boxes: gpu.filled(&boxes(&building.file), BufferUsages::STORAGE),
             asked: gpu.buffer(12 * most, copied),
             states: gpu.buffer(4 * (HEAD + 2 * most), copied | BufferUsages::COPY_SRC),
-            passes: [both.part(0..0), both.part(0..0)],
+            passes: [both.with([0..0, 0..0]), both.with([0..0, 0..0])],
             both,
             read: Readback::new(gpu, 4 * HEAD),
             // States begin with 0: not those of the frame before.
             frame: 1,
-            is_asked: scene.objects.iter().map(|o| !o.glass && !o.is_tube()).collect(),
+            is_asked: scene.objects.iter().map(|o| !o.is_tube()).collect(),
+            count: 0,
             list: List::default(),
         })
     }
@@ -126,13 +128,14 @@ impl Hiz {
     }
 
     /// Lists what the device is asked about in a frame, near objects first. Returns the rest, which is certain.
-    pub fn list(&mut self, gpu: &Gpu, mesh: &Mesh, decision: &Decision, eye: Vec3) -> &[ObjectId] {
+    pub fn list(&mut self, gpu: &Gpu, (mesh, is_ghost): (&Mesh, &[bool]), decision: &Decision, eye: Vec3) -> &[ObjectId] {
         let Self { list: List { keys, words, certain }, is_asked, .. } = self;
         certain.clear();
         certain.extend(decision.objects.iter().filter(|o| !is_asked[o.index()]));
         keys.clear();
         let asked = decision.objects.iter().filter(|o| is_asked[o.index()]);
-        keys.extend(asked.map(|&o| (mesh.shell(o, eye), mesh.ranges[o.index()].start, o.0)));
+        let key = |o: ObjectId| (is_ghost[o.index()], mesh.shell(o, eye), mesh.ranges[o.index()].start, o.0);
+        keys.extend(asked.map(|&o| key(o)));
         keys.sort_unstable();
         words.clear();
         words.extend(keys.iter().map(|&(.., object)| {
@@ -140,9 +143,13 @@ impl Hiz {
             [object, range.start, range.end - range.start]
         }));
         gpu.queue.write_buffer(&self.asked, 0, bytemuck::cast_slice(words));
-        let count = words.len() as u32;
-        self.passes = [0..count, count..2 * count].map(|pass| self.both.part(pass));
-        (self.both.first, self.both.count) = (2 * count, 2 * count);
+        // Solid things of both passes, then glass of both.
+        let (solid, count) = (keys.partition_point(|key| !key.0) as u32, words.len() as u32);
+        let early = [0..solid, 2 * solid..solid + count];
+        let late = [solid..2 * solid, solid + count..2 * count];
+        self.passes = [early, late].map(|lists| self.both.with(lists));
+        self.both.split(2 * solid, 2 * count);
+        self.count = count;
         certain
     }
 
@@ -155,7 +162,8 @@ impl Hiz {
         let mut words = [0; VIEW / 4];
         words[..16].copy_from_slice(&clip(camera).to_cols_array().map(f32::to_bits));
         words[16..19].copy_from_slice(&eye);
-        words[19..25].copy_from_slice(&[NEAR.to_bits(), width, height, self.frame, self.passes[0].count, u32::from(again)]);
+        let solid = self.passes[0].lists[0].end;
+        words[19..26].copy_from_slice(&[NEAR.to_bits(), width, height, self.frame, self.count, solid, u32::from(again)]);
         gpu.queue.write_buffer(&self.view, 0, bytemuck::cast_slice(&words));
         if self.group.is_none() || !self.pyramid.fits(size) {
             self.group = Some(self.bind(gpu, size));
@@ -197,7 +205,7 @@ impl Hiz {
     }
 
     fn run(&self, pipeline: &ComputePipeline, pass: &mut wgpu::ComputePass<'_>) {
-        let groups = self.passes[0].count.div_ceil(GROUP);
+        let groups = self.count.div_ceil(GROUP);
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.group, &[]);
         pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);

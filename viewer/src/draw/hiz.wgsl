@@ -8,8 +8,9 @@ struct View {
     size: vec2f,
     // Of this frame; the one before has one less.
     frame: u32,
-    // How many objects are asked about.
+    // How many objects are asked about, and how many of them are solid: those are first.
     count: u32,
+    solid: u32,
     // 1 where the last frame is drawn once more, as it was decided.
     again: u32,
 }
@@ -41,7 +42,7 @@ struct Draw {
 @group(0) @binding(2) var<storage, read> list: array<Asked>;
 // Objects and triangles that are drawn; then by object the last frame in which it showed, and the last in which it was drawn.
 @group(0) @binding(3) var<storage, read_write> states: array<atomic<u32>>;
-// Those of the first pass in the order of the list, then those of the second.
+// Solid things in the order of the list, those of the first pass, then those of the second; then glass likewise.
 @group(0) @binding(4) var<storage, read_write> draws: array<Draw>;
 @group(0) @binding(5) var pyramid: texture_2d<f32>;
 
@@ -58,7 +59,7 @@ const RANKED = 1.0 + 0x1p-15f;
 // Pixels by which rectangles grow: more than rasterisers round corners by, 1/256. Less: edges of objects lose pixels.
 const EDGE = 0.0625;
 // Most texels of a rectangle, a side. Higher: fewer objects are drawn in vain. Lower: fewer texels are read.
-const TEXELS = 4u;
+const TEXELS = 8u;
 
 // Whether anything in a box may show before what the pyramid is of.
 fn may_show(box: Box) -> bool {
@@ -96,8 +97,11 @@ fn may_show(box: Box) -> bool {
     return view.near / nearest * RANKED >= farthest;
 }
 
-fn draw(at: u32, asked: Asked, is_drawn: bool) {
-    draws[at] = Draw(select(0u, asked.count, is_drawn), 1u, asked.first, 0u);
+fn draw(i: u32, is_late: bool, asked: Asked, is_drawn: bool) {
+    let is_glass = i >= view.solid;
+    let at = select(i, i + view.solid, is_glass);
+    let late = select(view.solid, view.count - view.solid, is_glass);
+    draws[at + select(0u, late, is_late)] = Draw(select(0u, asked.count, is_drawn), 1u, asked.first, 0u);
 }
 
 fn count(asked: Asked) {
@@ -116,8 +120,8 @@ fn early(@builtin(global_invocation_id) id: vec3u) {
     let drawn_in = atomicLoad(&states[HEAD + 2u * asked.object + 1u]);
     let is_again = view.again != 0u;
     let is_drawn = select(seen_in + 1u == view.frame, drawn_in == view.frame, is_again);
-    draw(i, asked, is_drawn);
-    draw(view.count + i, asked, false);
+    draw(i, false, asked, is_drawn);
+    draw(i, true, asked, false);
     if is_drawn && !is_again { count(asked); }
 }
 
@@ -130,6 +134,6 @@ fn late(@builtin(global_invocation_id) id: vec3u) {
     if !may_show(boxes[asked.object]) { return; }
     atomicStore(&states[HEAD + 2u * asked.object], view.frame);
     if atomicLoad(&states[HEAD + 2u * asked.object + 1u]) == view.frame { return; }
-    draw(view.count + i, asked, true);
+    draw(i, true, asked, true);
     count(asked);
 }

@@ -161,7 +161,7 @@ impl Marks {
         let (decided, asks) = picked.decided;
         // 1. What is certain to be drawn.
         self.words.fill(0);
-        self.words[HEAD - 1] = if asks { decided.count } else { 0 };
+        self.words[HEAD - 1] = if asks { decided.lists[1].end } else { 0 };
         for run in picked.runs.solid.iter().chain(&picked.runs.ghosts) {
             mark(&mut self.words[HEAD..], run.start / 3..run.end / 3);
         }
@@ -192,7 +192,7 @@ impl Marks {
         pass.set_bind_group(1, &group, &[]);
         if asks {
             pass.set_pipeline(&self.spread);
-            pass.dispatch_workgroups(decided.count.div_ceil(DRAWS), 1, 1);
+            pass.dispatch_workgroups(decided.lists[1].end.div_ceil(DRAWS), 1, 1);
         }
         pass.set_pipeline(&self.see);
         let [columns, rows] = targets.size.map(|side| side.div_ceil(PIXELS));

@@ -156,8 +156,8 @@ impl Queries {
         let mut questions = self.spare.pop().unwrap_or_default();
         self.slots_of_frame.set(late, mesh, is_ghost, &mut questions);
         let Slots { slots, words, corners } = &self.slots_of_frame;
-        self.draws.first = slots.partition_point(|slot| !slot.0) as u32;
-        self.draws.count = slots.len() as u32;
+        let count = slots.len() as u32;
+        self.draws.split(slots.partition_point(|slot| !slot.0) as u32, count);
         gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(words));
         gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(corners));
         // 2. Questions: boxes drawn into nothing.
@@ -185,7 +185,7 @@ impl Queries {
         let mut pass = commands.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.decide);
         pass.set_bind_group(0, &self.group, &[]);
-        pass.dispatch_workgroups(self.draws.count.div_ceil(64), 1, 1);
+        pass.dispatch_workgroups(count.div_ceil(64), 1, 1);
         drop(pass);
         // 4. And go to where they can be read.
         self.read.copy(&self.answers, 8 * u64::from(asked), questions, commands)
