@@ -3,9 +3,9 @@
 use crate::culling::Oracle;
 use crate::draw::tubes::Thin;
 use crate::looks::Detail;
+use crate::mode::ViewMode;
 use crate::settings::TUBE_PIXELS;
 use clap::{Parser, ValueEnum};
-use enfilade::runtime::FrameMode;
 use enfilade::terrain::Placement;
 use std::path::PathBuf;
 
@@ -37,9 +37,9 @@ pub struct Args {
     /// Width and height of the picture or the window, pixels
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<[u32; 2]>,
-    /// How to cull: none, frustum, portals, pvs, both, chc, chc++ or auto
-    #[arg(long, value_name = "M", value_parser = |m: &str| m.parse::<FrameMode>())]
-    pub mode: Option<FrameMode>,
+    /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto or hiz
+    #[arg(long, value_name = "M", value_parser = |m: &str| m.parse::<ViewMode>())]
+    pub mode: Option<ViewMode>,
     /// How to draw: plain, in flat colours; full, as it looks; or smooth, with four samples a pixel [default: full; plain for --bench]
     #[arg(long, value_enum, value_name = "DETAIL")]
     pub detail: Option<Detail>,

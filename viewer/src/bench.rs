@@ -1,12 +1,13 @@
 //! Frames a second by mode: each frame is drawn to its end, without a window, before the next begins.
 
 use crate::args::Args;
-use crate::culling::MODES;
+use crate::culling::{ByDevice, Oracle};
 use crate::draw::frame::{Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::headless::Headless;
+use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{FrameMode, Scratch};
+use enfilade::runtime::Scratch;
 use glam::Vec3;
 use serde::Serialize;
 use std::time::Instant;
@@ -35,6 +36,8 @@ pub struct Line {
     pub cpu_ms: Option<f64>,
     /// Mean of the processor's milliseconds for deciding.
     pub cull_ms: f64,
+    /// Mean of the objects drawn.
+    pub objects_mean: f64,
     /// Mean of the triangles drawn.
     pub triangles_mean: f64,
     /// Mean of the ground's triangles, of all frames; absent without a ground.
@@ -61,7 +64,7 @@ pub struct Line {
     /// Bytes of tubes on the device, and those of a mesh of them, of 48 bytes a triangle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tube_bytes: Option<[u64; 2]>,
-    /// Mean of the occlusion queries.
+    /// Mean of the occlusion queries; in `hiz`, of the boxes held against the pyramid.
     pub queries_mean: f64,
     /// Pixels that were missed; absent without the alarm, which isn't part of the times.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -75,7 +78,7 @@ pub struct Line {
 /// One line.
 pub fn bench(args: &Args) -> Result<bool, String> {
     let mut held = Headless::open(args)?;
-    let modes: Vec<FrameMode> = args.mode.map_or(MODES.to_vec(), |mode| vec![mode]);
+    let modes: Vec<ViewMode> = args.mode.map_or(ViewMode::ALL.to_vec(), |mode| vec![mode]);
     let mut is_whole = true;
     let lines = held.with_stage(args, args.size.unwrap_or(SIZE), |walk| {
         modes.iter().map(|&mode| line(walk, mode, args.alarm)).collect::<Result<Vec<Line>, String>>()
@@ -87,10 +90,10 @@ pub fn bench(args: &Args) -> Result<bool, String> {
     Ok(is_whole)
 }
 
-fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) -> Result<Line, String> {
+fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: ViewMode, alarm: bool) -> Result<Line, String> {
     let overlay = Overlay::default();
     let frames = walk.path.frames.len();
-    let (mut times, mut cull, mut triangles, mut queries, mut missed) = (Vec::new(), 0.0, 0, 0, 0);
+    let (mut times, mut cull, mut sum, mut queries, mut missed) = (Vec::new(), 0.0, ByDevice::default(), 0, 0);
     let mut ground = OfGround::new(&walk.stage);
     let mut tubes = [0u64; 4];
     walk.stage.restart();
@@ -113,14 +116,14 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
             walk.draw(wish(false))?;
             walk.stage.settle().map_err(|e| e.to_string())?;
             let ms = start.elapsed().as_secs_f64() * 1e3;
-            let (drawn, number) = (walk.stage.triangles(), walk.stage.frame);
-            walk.stage.culling.frames.learn(number, ms, drawn);
+            let (drawn, number) = (walk.stage.drawn(), walk.stage.frame);
+            walk.stage.culling.frames.learn(number, ms, drawn.triangles);
             if !timed {
                 continue;
             }
             times.push(ms);
             ground.add(&walk.stage, walk.file(), camera.eye);
-            triangles += drawn;
+            sum = sum.with(drawn);
             let decision = walk.stage.culling.last.as_ref();
             of_tubes(walk, &mut tubes);
             cull += decision.map_or(0.0, |d| d.ms);
@@ -136,6 +139,11 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         }
     }
     let all = times.len().max(1) as f64;
+    let oracle = match mode {
+        ViewMode::Hiz => Oracle::Device.name(),
+        ViewMode::Culled(mode) if mode.has_queries() => walk.stage.culling.oracle.name(),
+        ViewMode::Culled(_) => "none",
+    };
     let tubes = tubes.map(|sum| walk.stage.pipes.as_ref().map(|_| sum as f64 / all));
     let fps = times.len() as f64 * 1e3 / times.iter().sum::<f64>();
     times.sort_by(f64::total_cmp);
@@ -143,14 +151,15 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: FrameMode, alarm: bool) 
         |share: f64| times.get(((times.len() as f64 * share) as usize).min(times.len().max(1) - 1)).copied().unwrap_or(0.0);
     Ok(Line {
         mode: mode.name(),
-        oracle: if !mode.has_queries() { "none" } else { walk.stage.culling.oracle.name() },
+        oracle,
         frames,
         fps,
         ms_median: at(0.5),
         ms_p99: at(0.99),
         cpu_ms: cpu,
         cull_ms: cull / all,
-        triangles_mean: triangles as f64 / all,
+        objects_mean: sum.objects as f64 / all,
+        triangles_mean: sum.triangles as f64 / all,
         ground_triangles_mean: ground.mean(0),
         ground_triangles_inside: ground.mean(1),
         ground_hides_mean: ground.hides(),

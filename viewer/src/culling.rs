@@ -3,6 +3,7 @@
 use crate::building::Building;
 use crate::delayed_queries::Late;
 use crate::draw::queries;
+use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
@@ -56,6 +57,33 @@ pub const MODES: [FrameMode; 7] = [
 const AUTO: [FrameMode; 6] =
     [FrameMode::None, FrameMode::Frustum, FrameMode::Portals, FrameMode::Pvs, FrameMode::Both, FrameMode::ChcPlus];
 
+/// What the device decides of a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Asks {
+    /// Nothing.
+    Nothing,
+    /// What occlusion queries say: the plan of [`Culling::late`].
+    Queries,
+    /// What may show before a pyramid of depth: see [`crate::draw::hiz`].
+    Pyramid,
+}
+
+/// What the device drew of what it decides.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ByDevice {
+    /// Objects.
+    pub objects: u64,
+    /// Their triangles.
+    pub triangles: u64,
+}
+
+impl ByDevice {
+    /// Both.
+    pub fn with(self, more: Self) -> Self {
+        Self { objects: self.objects + more.objects, triangles: self.triangles + more.triangles }
+    }
+}
+
 /// What was decided for a frame.
 #[derive(Clone, Debug)]
 pub struct Decision {
@@ -63,10 +91,10 @@ pub struct Decision {
     pub frame: u64,
     /// How.
     pub method: FrameMode,
-    /// To draw, whatever the device says; of a method that asks it, what is certain.
+    /// To draw, whatever the device says; of a method that asks it queries, what is certain; where it has a pyramid, what is in the frustum.
     pub objects: Vec<ObjectId>,
-    /// The device decides about more: the plan of [`Culling::late`].
-    pub asks_device: bool,
+    /// What the device decides.
+    pub asks: Asks,
     /// The camera that it is for.
     pub camera: Camera,
     /// Cells reached, the eye's own first.
@@ -88,13 +116,28 @@ impl Decision {
             frame: 0,
             method: FrameMode::None,
             objects: Vec::new(),
-            asks_device: false,
+            asks: Asks::Nothing,
             camera: *camera,
             cells: Vec::new(),
             portals: Vec::new(),
             home: None,
             stats: FrameStats::default(),
             ms: 0.0,
+        }
+    }
+
+    /// What was drawn, with what was heard of the device.
+    pub fn drawn(&self, by_device: ByDevice) -> ByDevice {
+        let certain = ByDevice { objects: self.stats.objects, triangles: self.stats.triangles };
+        if self.asks == Asks::Nothing { certain } else { certain.with(by_device) }
+    }
+
+    /// Leaves to the device what `is_asked` of what is in the frustum: it is counted no longer.
+    pub fn leave_to_device(&mut self, file: &PvsFile, is_asked: impl Fn(ObjectId) -> bool) {
+        for &object in self.objects.iter().filter(|o| is_asked(**o)) {
+            self.stats.objects -= 1;
+            self.stats.triangles -= u64::from(file.objects[object.index()].triangles);
+            self.stats.queries += 1;
         }
     }
 
@@ -175,12 +218,17 @@ impl<'b> Culling<'b> {
     }
 
     /// Decides a frame, with a near plane at `near` metres. Lists keep their memory from frame to frame.
-    pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: FrameMode) -> &Decision {
+    pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: impl Into<ViewMode>) -> &Decision {
         let start = Instant::now();
+        let mode = mode.into();
         // 1. How.
-        let method = self.frames.choose(&self.culler, frame, camera, mode);
+        let method = self.frames.choose(&self.culler, frame, camera, mode.of_library());
         // 2. What.
-        let asks_device = method.has_queries() && self.oracle == Oracle::Device;
+        let asks = match mode {
+            ViewMode::Hiz => Asks::Pyramid,
+            ViewMode::Culled(_) if method.has_queries() && self.oracle == Oracle::Device => Asks::Queries,
+            ViewMode::Culled(_) => Asks::Nothing,
+        };
         let by_software = method.has_queries() && self.oracle == Oracle::Software;
         let min_pixels = self.min_pixels;
         let depth = by_software.then(|| {
@@ -193,10 +241,10 @@ impl<'b> Culling<'b> {
         refill(&mut decision.objects, visible.objects);
         refill(&mut decision.cells, visible.cells);
         refill(&mut decision.portals, visible.portals);
-        (decision.frame, decision.method, decision.asks_device) = (frame, method, asks_device);
+        (decision.frame, decision.method, decision.asks) = (frame, method, asks);
         (decision.camera, decision.home, decision.stats) = (*camera, visible.home, visible.stats);
         // 3. What to ask the device.
-        if asks_device {
+        if asks == Asks::Queries {
             self.late.plan(camera, &decision.objects, queries::MOST);
             refill(&mut decision.objects, &self.late.sure);
             let triangles = decision.objects.iter().map(|&o| u64::from(self.culler.triangles(o))).sum();

@@ -9,10 +9,11 @@ use crate::draw::lines::Overlay;
 use crate::draw::targets::{Canvas, PICTURE};
 use crate::ground::{self, Land};
 use crate::looks::Detail;
+use crate::mode::ViewMode;
 use crate::session::Session;
 use enfilade::file::PvsFile;
 use enfilade::gpu::Gpu;
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::Camera;
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::picture::Picture;
 use enfilade::walkthrough::tour::tour;
@@ -136,9 +137,9 @@ impl<'w, 'b> Walk<'w, 'b> {
     }
 
     /// What a frame misses.
-    pub fn missed(&mut self, camera: Camera, mode: FrameMode) -> Result<Option<Missed>, String> {
+    pub fn missed(&mut self, camera: Camera, mode: impl Into<ViewMode>) -> Result<Option<Missed>, String> {
         let overlay = Overlay::default();
-        let (culled_by, mirrors) = (Some(camera), None);
+        let (culled_by, mode, mirrors) = (Some(camera), mode.into(), None);
         self.draw(Wish { camera, culled_by, mode, alarm: true, timed: false, overlay: &overlay, mirrors })?;
         self.stage.settle().map_err(|e| e.to_string())?;
         let number = self.stage.frame;

@@ -27,6 +27,7 @@ pub mod kept;
 pub mod keymap;
 pub mod looks;
 pub mod measure;
+pub mod mode;
 pub mod opening;
 pub mod overlays;
 pub mod pick;

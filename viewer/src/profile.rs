@@ -4,8 +4,8 @@ use crate::draw::frame::{Side, Stage, Wish};
 use crate::draw::lines::Overlay;
 use crate::draw::marks::Marking;
 use crate::draw::targets::texture;
+use crate::mode::ViewMode;
 use enfilade::ObjectId;
-use enfilade::runtime::FrameMode;
 use enfilade::walkthrough::path::CameraPath;
 use glam::DVec3;
 use std::time::Instant;
@@ -34,7 +34,7 @@ pub struct Profile<'b> {
     /// It.
     pub path: CameraPath,
     /// How it is culled.
-    pub mode: FrameMode,
+    pub mode: ViewMode,
     /// Its frames so far.
     pub costs: Vec<Cost>,
     /// By object: frames in which it has a pixel.
@@ -49,7 +49,7 @@ pub struct Profile<'b> {
 
 impl<'b> Profile<'b> {
     /// Of a path, with pictures of `format`.
-    pub fn new(stage: &Stage<'b>, path: CameraPath, mode: FrameMode, format: TextureFormat) -> Self {
+    pub fn new(stage: &Stage<'b>, path: CameraPath, mode: ViewMode, format: TextureFormat) -> Self {
         let objects = stage.mesh.ranges.len();
         Self {
             costs: Vec::with_capacity(path.frames.len()),

@@ -27,6 +27,7 @@ use crate::kept::Kept;
 use crate::keymap::KeyMap;
 use crate::looks::Detail;
 use crate::measure::Measure;
+use crate::mode::ViewMode;
 use crate::opening::Share;
 use crate::settings::{FIELD_OF_VIEW, LastPlace, Layers, Preferences, Settings};
 use crate::start::rooms::Room;
@@ -69,7 +70,7 @@ const WAY: (f64, usize) = (0.25, 4000);
 #[derive(Clone, Debug)]
 pub struct Show {
     /// How frames are culled.
-    pub mode: FrameMode,
+    pub mode: ViewMode,
     /// How the scene is drawn; cells' colours are always plain.
     pub detail: Detail,
     /// How it was drawn before it was plain.
@@ -178,7 +179,7 @@ impl<'b> Session<'b> {
     /// Nobody has gone anywhere yet: see [`Session::begin`] and [`Session::stand`]. Pictures are of `size` pixels and `format`.
     pub fn new(building: &'b Building, stage: Stage<'b>, format: TextureFormat, size: [u32; 2]) -> Result<Self, String> {
         let show = Show {
-            mode: FrameMode::Auto,
+            mode: FrameMode::Auto.into(),
             detail: Detail::Plain,
             looks: Detail::Full,
             tints: Tints::default(),
@@ -329,10 +330,10 @@ impl<'b> Session<'b> {
         let show = &mut self.show;
         match action {
             Action::Mode(mode) => {
-                show.mode = MODES[mode];
+                show.mode = MODES[mode].into();
                 self.insight.culls_again = true;
             }
-            Action::OtherMode(mode) => self.set_other_mode(MODES[mode]),
+            Action::OtherMode(mode) => self.set_other_mode(MODES[mode].into()),
             Action::Split => self.split_or_join(),
             Action::Culled => show.culled ^= true,
             Action::Waste => self.tint(Tints::Waste),

@@ -127,7 +127,7 @@ fn a_bench_is_a_line_a_mode() {
     let text = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let names: Vec<&str> = lines.iter().map(|line| line["mode"].as_str().unwrap()).collect();
-    assert_eq!(names, ["none", "frustum", "portals", "pvs", "both", "chc", "auto"]);
+    assert_eq!(names, ["none", "frustum", "portals", "pvs", "both", "chc", "chc++", "auto", "hiz"]);
     for line in &lines {
         assert!(line["fps"].as_f64().unwrap() > 0.0 && line["missed_pixels"] == 0, "{line}");
     }

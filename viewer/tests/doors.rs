@@ -19,6 +19,7 @@ use enfilade_viewer::draw::frame::{Stage, Wish};
 use enfilade_viewer::draw::lines::Overlay;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
+use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::{Walker, Wants};
@@ -93,12 +94,13 @@ impl<'b> Visit<'b> {
     }
 
     /// What a frame misses.
-    fn missed(&mut self, mode: FrameMode) -> Missed {
+    fn missed(&mut self, mode: impl Into<ViewMode>) -> Missed {
         self.missed_by(mode, Some(self.session.camera()))
     }
 
     /// What a frame misses that is culled by another camera, or as the last one was.
-    fn missed_by(&mut self, mode: FrameMode, culled_by: Option<Camera>) -> Missed {
+    fn missed_by(&mut self, mode: impl Into<ViewMode>, culled_by: Option<Camera>) -> Missed {
+        let mode = mode.into();
         let (camera, overlay, mirrors) = (self.session.camera(), Overlay::default(), None);
         let wish = Wish { camera, culled_by, mode, alarm: true, timed: false, overlay: &overlay, mirrors };
         let stage = &mut self.session.stage;
@@ -143,8 +145,9 @@ impl<'b> Visit<'b> {
 }
 
 /// All modes, with software queries, and those with queries by the device.
-fn ways(oracle: Oracle) -> Vec<FrameMode> {
-    FrameMode::ALL.into_iter().filter(|mode| oracle == Oracle::Software || mode.has_queries()).collect()
+fn ways(oracle: Oracle) -> Vec<ViewMode> {
+    let of_device = |mode: &ViewMode| *mode == ViewMode::Hiz || mode.of_library().has_queries();
+    ViewMode::ALL.into_iter().filter(|mode| oracle == Oracle::Software || of_device(mode)).collect()
 }
 
 #[test]
@@ -161,7 +164,7 @@ fn random_walks_past_doors_that_open_and_shut_miss_no_pixel() {
                 visit.step(step);
                 for mode in ways(oracle) {
                     let missed = visit.missed(mode);
-                    let at_edges = if mode.has_queries() && oracle == Oracle::Software { AT_EDGES } else { 0 };
+                    let at_edges = if mode.of_library().has_queries() && oracle == Oracle::Software { AT_EDGES } else { 0 };
                     assert!(missed.pixels <= at_edges, "{name}, {mode} by {oracle:?}, step {step}: {missed:?}");
                     rounded += missed.pixels;
                 }
@@ -283,7 +286,7 @@ fn a_door_shows_where_it_is() {
     }
     let mut visit = Visit::new(villa(), Oracle::Software, [640, 360], 1);
     visit.session.show.hud = false;
-    visit.session.show.mode = FrameMode::Both;
+    visit.session.show.mode = FrameMode::Both.into();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let drawn = |visit: &mut Visit<'_>, name: &str| {
         visit.session.draw(&visit.canvas.view, Default::default(), 0.0).unwrap();
@@ -350,7 +353,7 @@ fn a_frozen_view_shows_a_leaf_where_it_is() {
         return;
     }
     let mut visit = Visit::new(villa(), Oracle::Software, [320, 180], 1);
-    visit.session.show.mode = FrameMode::Both;
+    visit.session.show.mode = FrameMode::Both.into();
     visit.stand(2, 2.0, 0.0);
     picture(&mut visit);
     visit.session.act(Action::Freeze);
@@ -387,7 +390,7 @@ fn ten_thousand_steps_miss_no_pixel() {
                 let missed = visit.missed(mode);
                 shut += visit.doors().iter().filter(|d| d.is_shut()).count();
                 (pixels, frames) = (pixels + missed.pixels, frames + u32::from(missed.pixels > 0));
-                plain += if mode.has_queries() && oracle == Oracle::Software { 0 } else { missed.pixels };
+                plain += if mode.of_library().has_queries() && oracle == Oracle::Software { 0 } else { missed.pixels };
                 if missed.pixels > worst.0 {
                     worst = (missed.pixels, format!("step {step}, {mode}: {missed:?}"));
                 }

@@ -167,7 +167,7 @@ fn hide_and_show(villa: &Building, oracle: Oracle) {
         assert!(session.stage.is_hidden(object) && session.selected().is_empty());
         hidden.insert(object);
         for mode in [FrameMode::None, FrameMode::Pvs, FrameMode::Both, FrameMode::Chc] {
-            session.show.mode = mode;
+            session.show.mode = mode.into();
             for &object in &hidden {
                 assert_eq!(pixels(&mut session, object), (0, 0), "{mode}: {object}: pixels and missed ones");
             }

@@ -13,6 +13,7 @@ use enfilade_viewer::draw::frame::{Stage, Wish};
 use enfilade_viewer::draw::lines::Overlay;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::Wants;
@@ -33,14 +34,14 @@ fn visit(building: &Building) -> (Canvas, Session<'_>) {
     let canvas = Canvas::new(&gpu, SIZE);
     let stage = Stage::new(gpu, building, Oracle::Software, SIZE, PICTURE).unwrap();
     let mut session = Session::new(building, stage, PICTURE, SIZE).unwrap();
-    session.show.mode = FrameMode::Both;
+    session.show.mode = FrameMode::Both.into();
     (canvas, session)
 }
 
 /// Modes and oracles, every sensible pair.
-fn ways() -> Vec<(FrameMode, Oracle)> {
-    let software = FrameMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
-    software.chain([(FrameMode::Chc, Oracle::Device), (FrameMode::Auto, Oracle::Device)]).collect()
+fn ways() -> Vec<(ViewMode, Oracle)> {
+    let software = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
+    software.chain([FrameMode::Chc, FrameMode::Auto].map(|mode| (mode.into(), Oracle::Device))).collect()
 }
 
 #[test]
@@ -200,7 +201,7 @@ fn a_lost_device_is_one_line() {
     let wish = || Wish {
         camera,
         culled_by: Some(camera),
-        mode: FrameMode::Auto,
+        mode: FrameMode::Auto.into(),
         alarm: false,
         timed: false,
         overlay: &overlay,

@@ -42,7 +42,7 @@ fn visit(test: &str) -> Option<(Canvas, Session<'static>, PathBuf)> {
     let canvas = Canvas::new(&gpu, SIZE);
     let stage = Stage::new(gpu, villa(), Oracle::Software, SIZE, PICTURE).unwrap();
     let mut session = Session::new(villa(), stage, PICTURE, SIZE).unwrap();
-    session.show.mode = FrameMode::Both;
+    session.show.mode = FrameMode::Both.into();
     session.kept = Kept::beside(&folder.join("villa.glb"));
     session.begin(None);
     Some((canvas, session, folder))

@@ -18,6 +18,7 @@ use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::{Walk, device};
 use enfilade_viewer::kept::Kept;
 use enfilade_viewer::looks::Looks;
+use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::{Walker, Wants};
@@ -40,7 +41,7 @@ fn visit(building: &Building, oracle: Oracle) -> (Canvas, Session<'_>) {
     let stage = Stage::new(gpu, building, oracle, SIZE, PICTURE).unwrap();
     let mut session = Session::new(building, stage, PICTURE, SIZE).unwrap();
     session.show.hud = false;
-    session.show.mode = FrameMode::Both;
+    session.show.mode = FrameMode::Both.into();
     (canvas, session)
 }
 
@@ -77,9 +78,11 @@ fn triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand() {
     let (canvas, mut session) = visit(&hall, Oracle::Software);
     session.walker = Walker::new(p(0.0, 0.0, 0.0) - hall.file.origin, DVec3::NEG_Z, true);
     session.act(Action::Waste);
-    for (mode, kinds) in [(FrameMode::Frustum, [2, 22, 12]), (FrameMode::None, [2, 34, 0]), (FrameMode::Chc, [2, 10, 24])] {
+    let of_library = [(FrameMode::Frustum, [2, 22, 12]), (FrameMode::None, [2, 34, 0]), (FrameMode::Chc, [2, 10, 24])];
+    let of_device = [(ViewMode::Hiz, [2, 10, 24])];
+    for (mode, kinds) in of_library.map(|(mode, kinds)| (mode.into(), kinds)).into_iter().chain(of_device) {
         session.show.mode = mode;
-        // Queries need a frame to know what hides.
+        // Queries need a frame to know what hides, and a pyramid another one.
         (0..3).for_each(|_| drop(draw(&canvas, &mut session)));
         assert_eq!(session.stage.kinds(), Some(kinds), "{mode}");
         // The front is as large as 2 m at 3 m: at 65 degrees 94 pixels a side. Its two faces fill it once.
@@ -101,9 +104,10 @@ fn every_mode_draws_all_that_is_seen() {
     let overlay = Overlay::default();
     for frame in (0..path.frames.len()).step_by(12) {
         let mut seen = Vec::new();
-        let ways =
-            [FrameMode::None, FrameMode::Portals, FrameMode::Both, FrameMode::Chc].map(|mode| (mode, Oracle::Software));
-        for (mode, oracle) in ways.into_iter().chain([(FrameMode::Chc, Oracle::Device)]) {
+        let ways = [FrameMode::None, FrameMode::Portals, FrameMode::Both, FrameMode::Chc]
+            .map(|mode| (mode.into(), Oracle::Software));
+        let of_device = [(FrameMode::Chc.into(), Oracle::Device), (ViewMode::Hiz, Oracle::Device)];
+        for (mode, oracle) in ways.into_iter().chain(of_device) {
             let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
             walk.stage.set_marking(Marking::Counted).unwrap();
             let camera = walk.camera(frame);

@@ -17,6 +17,7 @@ use enfilade_viewer::draw::surfaces::Surfaces;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::{Walk, device};
 use enfilade_viewer::looks::{Detail, Looks, NO_PICTURE};
+use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::Walker;
@@ -38,10 +39,11 @@ fn villa() -> &'static Building {
 }
 
 /// The picture of a frame.
-fn drawn(walk: &mut Walk<'_, '_>, camera: Camera, mode: FrameMode) -> Vec<[u8; 3]> {
+fn drawn(walk: &mut Walk<'_, '_>, camera: Camera, mode: impl Into<ViewMode>) -> Vec<[u8; 3]> {
     let overlay = Overlay::default();
     let (culled_by, mirrors) = (Some(camera), None);
-    walk.draw(Wish { camera, culled_by, mode, alarm: false, timed: false, overlay: &overlay, mirrors }).unwrap();
+    walk.draw(Wish { camera, culled_by, mode: mode.into(), alarm: false, timed: false, overlay: &overlay, mirrors })
+        .unwrap();
     walk.picture().unwrap().pixels().to_vec()
 }
 
@@ -51,8 +53,9 @@ fn pictures_are_the_same_in_every_mode() {
         return;
     }
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let ways = FrameMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
-    let ways: Vec<_> = ways.chain([(FrameMode::Chc, Oracle::Device), (FrameMode::Auto, Oracle::Device)]).collect();
+    let ways = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
+    let of_device = [FrameMode::Chc, FrameMode::Auto].map(|mode| (mode.into(), Oracle::Device));
+    let ways: Vec<_> = ways.chain(of_device).collect();
     for detail in [Detail::Plain, Detail::Full, Detail::Smooth] {
         let mut whole = Walk::new(villa, &path, None, SIZE).unwrap();
         whole.stage.set_detail(detail).unwrap();
@@ -69,7 +72,10 @@ fn pictures_are_the_same_in_every_mode() {
             }
             // That something was culled at all is what makes it a test.
             let all = villa.scene.triangles.len() as u64;
-            assert!(*mode == FrameMode::None || least < all / 2, "{mode} by {oracle:?} drew {least} of {all} at least");
+            assert!(
+                *mode == FrameMode::None.into() || least < all / 2,
+                "{mode} by {oracle:?} drew {least} of {all} at least"
+            );
         }
     }
 }
@@ -394,7 +400,7 @@ fn a_mirror_shows_what_is_behind_the_eye_as_it_looks() {
     let canvas = Canvas::new(&gpu, size);
     let stage = Stage::new(gpu, &hall, Oracle::Software, size, PICTURE).unwrap();
     let mut session = Session::new(&hall, stage, PICTURE, size).unwrap();
-    (session.show.hud, session.show.mode) = (false, FrameMode::None);
+    (session.show.hud, session.show.mode) = (false, FrameMode::None.into());
     session.walker = Walker::new(DVec3::new(0.0, 0.0, 3.0) - hall.file.origin, DVec3::NEG_Z, true);
     // Half a metre to either side on a wall that seems to be 9 m away.
     let off = (54.0 / (9.0 * (session.show.fov_y / 2.0).tan()) * 0.5) as usize;

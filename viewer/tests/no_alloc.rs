@@ -12,6 +12,7 @@ use enfilade_viewer::culling::{Culling, Oracle};
 use enfilade_viewer::doors::Doors;
 use enfilade_viewer::draw::mesh::{Mesh, Runs};
 use enfilade_viewer::ground::{Land, Shown};
+use enfilade_viewer::mode::ViewMode;
 use glam::DVec3;
 use testing::ground::{Raster, Scripted};
 
@@ -19,7 +20,7 @@ use testing::ground::{Raster, Scripted};
 fn a_frame_that_is_decided_and_listed_allocates_nothing_once_warm() {
     let (building, path) = (building("villa_rotonda"), path("villa_rotonda"));
     let is_ghost: Vec<bool> = building.scene.objects.iter().map(|o| o.glass).collect();
-    for (oracle, mode) in [Oracle::Software, Oracle::Device].into_iter().flat_map(|o| FrameMode::ALL.map(|mode| (o, mode))) {
+    for (oracle, mode) in [Oracle::Software, Oracle::Device].into_iter().flat_map(|o| ViewMode::ALL.map(|mode| (o, mode))) {
         let mut culling = Culling::new(&building, oracle, [160, 90]);
         let mut doors = Doors::new(&building, &culling.culler);
         doors.set_all(true);

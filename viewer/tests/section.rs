@@ -14,6 +14,7 @@ use enfilade_viewer::draw::slice::Section;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::{Detail, Looks};
+use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::Walker;
@@ -97,7 +98,7 @@ fn caps_are_as_large_as_what_is_cut() {
     let wanted = [(1.2, pixels(1.2, 1.75)), (2.0, pixels(2.0, 1.0)), (2.8, 0.0)];
     for detail in [Detail::Plain, Detail::Full] {
         for mode in MODES {
-            (visit.session.show.detail, visit.session.show.mode) = (detail, mode);
+            (visit.session.show.detail, visit.session.show.mode) = (detail, mode.into());
             for (height, wanted) in wanted {
                 set(&mut visit, height);
                 let (picture, missed) = visit.draw();
@@ -114,7 +115,7 @@ fn caps_are_as_large_as_what_is_cut() {
     }
     // From below no cap is seen, and the ceiling is gone.
     set(&mut visit, 1.2);
-    (visit.session.show.detail, visit.session.show.mode) = (Detail::Plain, FrameMode::Auto);
+    (visit.session.show.detail, visit.session.show.mode) = (Detail::Plain, FrameMode::Auto.into());
     visit.session.walker = Walker::new(p(1.0, 1.0, 3.0) - room.file.origin, DVec3::new(1.0, 0.2, -1.0), true);
     let (picture, missed) = visit.draw();
     assert_eq!((caps(&picture), missed), (0, 0));
@@ -145,7 +146,7 @@ fn what_is_cut_away_is_neither_picked_nor_missed() {
                 visit.session.walker.eye.y += 15.0;
                 visit.session.walker.pitch = -1.2;
             }
-            for mode in [FrameMode::Pvs, FrameMode::Chc] {
+            for mode in [FrameMode::Pvs.into(), FrameMode::Chc.into(), ViewMode::Hiz] {
                 for detail in [Detail::Plain, Detail::Full] {
                     (visit.session.show.mode, visit.session.show.detail) = (mode, detail);
                     let (picture, missed) = visit.draw();
@@ -261,7 +262,7 @@ fn names_are_those_of_rooms_that_are_reached() {
     [study, hall].iter().for_each(|cell| file.cells[cell.index()].source = Some("room".into()));
     let house = Building::new(scene, file, Looks::default());
     let mut visit = Visit::new(&house, Oracle::Software);
-    visit.session.show.mode = FrameMode::Portals;
+    visit.session.show.mode = FrameMode::Portals.into();
     visit.session.walker = Walker::new(p(0.5, 1.6, 1.8) - house.file.origin, DVec3::X, true);
     let names = |visit: &mut Visit<'_>| -> Vec<String> {
         visit.draw();

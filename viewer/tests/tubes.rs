@@ -19,6 +19,7 @@ use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::draw::tubes::Thin;
 use enfilade_viewer::headless::{Walk, device};
 use enfilade_viewer::looks::{Detail, Looks};
+use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::ui::keys::Action;
 use glam::{DVec2, DVec3, dvec3};
@@ -84,8 +85,8 @@ fn alone(tubes: &Tubes, below: f64) -> Building {
     building(builder.finish("pipes").unwrap())
 }
 
-fn wish<'w>(camera: Camera, mode: FrameMode, overlay: &'w Overlay) -> Wish<'w> {
-    Wish { camera, culled_by: Some(camera), mode, alarm: false, timed: false, overlay, mirrors: None }
+fn wish<'w>(camera: Camera, mode: impl Into<ViewMode>, overlay: &'w Overlay) -> Wish<'w> {
+    Wish { camera, culled_by: Some(camera), mode: mode.into(), alarm: false, timed: false, overlay, mirrors: None }
 }
 
 fn picture(walk: &mut Walk<'_, '_>, camera: Camera, mode: FrameMode) -> Picture {
@@ -100,13 +101,13 @@ fn no_mode_misses_a_pixel_of_tubes_in_rooms() {
         return;
     }
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let software = FrameMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
+    let software = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
     let mut drawn = HashMap::new();
-    for (mode, oracle) in software.chain([(FrameMode::Chc, Oracle::Device)]) {
+    for (mode, oracle) in software.chain([(FrameMode::Chc.into(), Oracle::Device)]) {
         for thin in [Thin::Off, Thin::Weighed] {
             let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
             walk.stage.pipes.as_mut().unwrap().look.thin = thin;
-            if mode == FrameMode::Both {
+            if mode == FrameMode::Both.into() {
                 walk.stage.set_detail(Detail::Full).unwrap();
             }
             for frame in (0..path.frames.len()).step_by(9) {

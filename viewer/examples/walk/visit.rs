@@ -141,7 +141,7 @@ impl<'b> Visit<'b> {
         stage.doors.set_all(false);
         stage.doors_changed();
         let mut session = Session::new(building, stage, PICTURE, size)?;
-        session.show.mode = FrameMode::Portals;
+        session.show.mode = FrameMode::Portals.into();
         session.show.detail = Detail::Smooth;
         session.show.layers.plan = true;
         session.preferences.text = TEXT;

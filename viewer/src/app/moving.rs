@@ -3,6 +3,7 @@
 use super::App;
 use crate::culling::MODES;
 use crate::gamepad::{action, turn, wants};
+use crate::mode::ViewMode;
 use crate::ui::keys::Hold;
 use crate::walker::Wants;
 use glam::DVec3;
@@ -26,7 +27,7 @@ impl App<'_> {
         let (pad, pressed) = self.pads.read();
         let Some(session) = &mut self.session else { return };
         for button in pressed {
-            let mode = MODES.iter().position(|mode| *mode == session.show.mode).unwrap_or(0);
+            let mode = MODES.iter().position(|mode| ViewMode::from(*mode) == session.show.mode).unwrap_or(0);
             action(button, mode).into_iter().for_each(|action| session.act(action));
         }
         let is = |hold| f64::from(session.keys.is_held(hold, |code| self.held.contains(&code)));

@@ -7,6 +7,7 @@ use super::draws::Draws;
 use super::full::Full;
 use super::ground::{Look, Terrain};
 use super::hidden::Hidden;
+use super::hiz::Hiz;
 use super::leaves::{Drawn, Leaves};
 use super::lines::{Lines, Overlay};
 use super::marks::{Marked, Marking, Marks, Picked};
@@ -19,12 +20,13 @@ use super::targets::Targets;
 use super::timer::Timer;
 use super::tubes::Pipes;
 use crate::building::Building;
-use crate::culling::{Culling, Oracle};
+use crate::culling::{Asks, ByDevice, Culling, Oracle};
 use crate::doors::Doors;
 use crate::ground::{Land, Shown};
 use crate::looks::Detail;
+use crate::mode::ViewMode;
 use enfilade::gpu::{Gpu, GpuError};
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::Camera;
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
 use std::time::Instant;
@@ -40,7 +42,7 @@ pub struct Wish<'w> {
     /// Culls; `None` leaves what was decided last as it is.
     pub culled_by: Option<Camera>,
     /// How to cull.
-    pub mode: FrameMode,
+    pub mode: ViewMode,
     /// Compare with a picture of everything.
     pub alarm: bool,
     /// Time the device; the times come later.
@@ -64,8 +66,8 @@ pub trait Painter {
 pub struct Heard {
     /// The device's milliseconds.
     pub device_ms: Option<f64>,
-    /// Triangles that the device drew by answers to questions.
-    pub conditional: u64,
+    /// What the device drew of what it decides.
+    pub conditional: ByDevice,
     /// What was missed, while the alarm is on.
     pub missed: Option<Missed>,
     /// Which triangles are seen and which are drawn, while they are told apart.
@@ -79,6 +81,7 @@ pub struct Side<'b> {
     /// News of its frames.
     pub heard: Heard,
     queries: Queries,
+    hiz: Option<Hiz>,
     marks: Option<Marks>,
     shown: Shown,
 }
@@ -124,6 +127,8 @@ pub struct Stage<'b> {
     alarm: Alarm,
     lines: Lines,
     queries: Queries,
+    /// Made when it is first asked for.
+    hiz: Option<Hiz>,
     timer: Option<Timer>,
     leaves: Leaves,
     /// Doors that are drawn in this frame, and their leaves.
@@ -183,6 +188,7 @@ impl<'b> Stage<'b> {
             alarm: Alarm::new(&gpu, scene.objects.len(), format),
             lines: Lines::new(&gpu, &pipelines, format),
             queries: Queries::new(&gpu, &pipelines, scene.objects.len()),
+            hiz: None,
             timer: Timer::new(&gpu),
             leaves,
             seen: Default::default(),
@@ -224,6 +230,7 @@ impl<'b> Stage<'b> {
     /// As if no frame had been drawn yet.
     pub fn restart(&mut self) {
         self.culling.restart();
+        self.hiz.iter_mut().for_each(Hiz::restart);
         self.heard = Heard::default();
         self.timing = None;
     }
@@ -290,7 +297,7 @@ impl<'b> Stage<'b> {
         let mut culling = Culling::new(self.building, self.culling.oracle, self.targets.size);
         self.doors.tell(&mut culling.culler);
         let queries = Queries::new(&self.gpu, &self.pipelines, self.building.scene.objects.len());
-        Side { culling, heard: Heard::default(), queries, marks: None, shown: Shown::default() }
+        Side { culling, heard: Heard::default(), queries, hiz: None, marks: None, shown: Shown::default() }
     }
 
     /// Changes the way to cull for another one, which keeps this one meanwhile.
@@ -298,6 +305,7 @@ impl<'b> Stage<'b> {
         std::mem::swap(&mut self.culling, &mut side.culling);
         std::mem::swap(&mut self.heard, &mut side.heard);
         std::mem::swap(&mut self.queries, &mut side.queries);
+        std::mem::swap(&mut self.hiz, &mut side.hiz);
         std::mem::swap(&mut self.marks, &mut side.marks);
         if let Some(terrain) = &mut self.terrain {
             std::mem::swap(&mut terrain.shown, &mut side.shown);
@@ -402,18 +410,31 @@ impl<'b> Stage<'b> {
         if let (true, Some(terrain), Some(decision)) = (is_new, &mut self.terrain, &mut self.culling.last) {
             terrain.select(decision, &self.building.file, self.targets.size);
         }
+        if let (true, Some(decision)) = (is_new, self.culling.last.as_mut().filter(|d| d.asks == Asks::Pyramid)) {
+            let hiz = match &mut self.hiz {
+                Some(hiz) => hiz,
+                None => self.hiz.insert(Hiz::new(gpu, self.building)?),
+            };
+            decision.leave_to_device(&self.building.file, |object| hiz.asks_about(object));
+        }
         let Some(decision) = &self.culling.last else { return Ok(()) };
+        let mut hiz = self.hiz.as_mut().filter(|_| decision.asks == Asks::Pyramid);
+        let certain = match &mut hiz {
+            Some(hiz) => hiz.list(gpu, (&self.mesh, &self.is_ghost), decision, wish.camera.eye),
+            None => &decision.objects,
+        };
         let is_all = decision.objects.len() == self.all.len();
-        if !is_all {
-            self.runs.set(&self.mesh, &decision.objects, &self.is_ghost, Some(wish.camera.eye));
+        let is_ordered = certain.len() == self.all.len();
+        if !is_ordered {
+            self.runs.set(&self.mesh, certain, &self.is_ghost, Some(wish.camera.eye));
         }
         // What is all is in order already.
         let everything = if self.hidden.is_any { &self.hidden.shown } else { &self.everything };
-        let runs = if is_all { everything } else { &self.runs };
+        let runs = if is_ordered { everything } else { &self.runs };
         self.draws.set(&self.gpu, &runs.solid, &runs.ghosts);
         self.doors.seen(decision, &mut self.reached, &mut self.seen.0);
         self.leaves.list(&self.seen.0, &mut self.seen.1);
-        let asks = is_new && decision.asks_device && !self.culling.late.questions.is_empty();
+        let asks = is_new && decision.asks == Asks::Queries && !self.culling.late.questions.is_empty();
         if let Some(pipes) = &mut self.pipes {
             // What the device is asked about is drawn: its answers can't choose bands.
             let asked = if asks { &self.culling.late.conditional[..] } else { &[] };
@@ -473,7 +494,8 @@ impl<'b> Stage<'b> {
             None
         };
         let has_overlay = !wish.overlay.is_empty() || wish.mirrors.as_ref().is_some_and(|m| !m.is_empty());
-        let last = if has_overlay { 2 } else { usize::from(asks) };
+        let decides = asks || hiz.is_some() && is_new;
+        let last = if has_overlay { 2 } else { usize::from(decides) };
         let stamps = |pass: usize| {
             let (timer, slot) = (self.timer.as_ref()?, timing?);
             match (pass == 0, pass == last) {
@@ -484,7 +506,10 @@ impl<'b> Stage<'b> {
             }
         };
 
-        // 4. What is certain.
+        // 4. What is certain, and what showed in the frame before.
+        if let Some(hiz) = &mut hiz {
+            hiz.choose(gpu, &wish.camera, self.targets.size, !is_new, &mut commands);
+        }
         let target = || (picture, &self.targets);
         let mut pass = begin_on(full.as_deref(), &mut commands, target(), Some(SKY), stamps(0));
         match &full {
@@ -495,32 +520,33 @@ impl<'b> Stage<'b> {
                 self.leaves.draw(&mut pass, &self.eye, &self.pipelines.colours, &self.seen.1);
             }
         }
+        if let Some(hiz) = &hiz {
+            draw_decided(&mut pass, full.as_deref(), (&self.pipelines, &self.eye), &hiz.passes[0]);
+        }
         if let Some(terrain) = &self.terrain {
             terrain.draw(&mut pass, full.as_ref().and_then(|full| full.smooth()).is_some());
         }
         // Thin ones are blended: after all that is behind them.
-        match (&self.pipes, &full) {
-            (Some(pipes), Some(full)) => full.draw_tubes(&mut pass, &self.eye, &pipes.drawn, full.smooth().is_some()),
-            (Some(pipes), None) => pipes.draw(&mut pass, &self.eye, &pipes.drawn),
-            (None, _) => {}
+        if hiz.is_none() || !is_new {
+            draw_tubes(&mut pass, full.as_deref(), self.pipes.as_ref(), &self.eye);
         }
         drop(pass);
 
-        // 5. What the device decides: questions about the rest, and what the answers say.
-        let mut answers = None;
-        if asks {
+        // 5. What the device decides: questions about the rest, or a pyramid; and what the answers say.
+        let (mut answers, mut drawn) = (None, None);
+        if decides {
             let (late, mesh) = (&self.culling.late, &self.mesh);
             let smooth = full.as_ref().and_then(|full| full.smooth());
             let depth = smooth.map_or((&self.targets.depth, false), |smooth| (&smooth.depth, true));
-            answers = self.queries.record(gpu, late, mesh, &self.is_ghost, &self.eye, depth, &mut commands);
+            match &mut hiz {
+                Some(hiz) => drawn = hiz.choose_rest(gpu, depth, &mut commands),
+                None => answers = self.queries.record(gpu, late, mesh, &self.is_ghost, &self.eye, depth, &mut commands),
+            }
+            let draws = hiz.as_ref().map_or(&self.queries.draws, |hiz| &hiz.passes[1]);
             let mut pass = begin_on(full.as_deref(), &mut commands, target(), None, stamps(1));
-            let draws = &self.queries.draws;
-            match &full {
-                Some(full) => full.draw_decided(&mut pass, &self.eye, draws),
-                None => {
-                    self.pipelines.bind(&mut pass, &self.eye);
-                    self.pipelines.colours.draw_listed(&mut pass, draws);
-                }
+            draw_decided(&mut pass, full.as_deref(), (&self.pipelines, &self.eye), draws);
+            if hiz.is_some() {
+                draw_tubes(&mut pass, full.as_deref(), self.pipes.as_ref(), &self.eye);
             }
         }
 
@@ -539,9 +565,10 @@ impl<'b> Stage<'b> {
         // 8. Which of its triangles are seen, and what was culled.
         let mut marked = None;
         if let Some(marks) = self.marks.as_mut().filter(|_| self.marking != Marking::Off) {
-            let (leaves, queries) = ((&self.leaves, &self.seen.1), (&self.queries, asks));
+            let decided = hiz.as_ref().map_or((&self.queries.draws, asks), |hiz| (&hiz.both, true));
+            let leaves = (&self.leaves, &self.seen.1);
             let tubes = self.pipes.as_ref();
-            let picked = Picked { runs, draws: &self.draws, everything, leaves, tubes, queries };
+            let picked = Picked { runs, draws: &self.draws, everything, leaves, tubes, decided };
             let (pipelines, targets, camera) = (&self.pipelines, &self.targets, &decision.camera);
             marked = marks.record(gpu, pipelines, decision.frame, camera, &picked, targets, picture, &mut commands);
             if self.marking == Marking::Coloured {
@@ -592,6 +619,7 @@ impl<'b> Stage<'b> {
         }
         gpu.queue.submit([commands.finish()]);
         answers.into_iter().for_each(|slot| self.queries.ask(slot));
+        hiz.iter().zip(drawn).for_each(|(hiz, slot)| hiz.ask(slot));
         counts.into_iter().for_each(|slot| self.alarm.ask(slot));
         if let (Some(marks), Some(slot)) = (&self.marks, marked) {
             marks.ask(slot);
@@ -630,14 +658,18 @@ impl<'b> Stage<'b> {
 
     /// Triangles of the last frame, as far as is known.
     pub fn triangles(&self) -> u64 {
-        let asked = |asks: bool| if asks { self.heard.conditional } else { 0 };
-        self.culling.last.as_ref().map_or(0, |d| d.stats.triangles + asked(d.asks_device))
+        self.drawn().triangles
+    }
+
+    /// What the last frame drew, as far as is known.
+    pub fn drawn(&self) -> ByDevice {
+        self.culling.last.as_ref().map_or(ByDevice::default(), |d| d.drawn(self.heard.conditional))
     }
 
     fn hear(&mut self) {
-        if let Some(triangles) = self.queries.heard(&mut self.culling.late) {
-            self.heard.conditional = triangles;
-        }
+        let by_queries = self.queries.heard(&mut self.culling.late);
+        let by_pyramid = self.hiz.as_mut().and_then(Hiz::heard);
+        self.heard.conditional = by_queries.or(by_pyramid).unwrap_or(self.heard.conditional);
         while let Some(missed) = self.alarm.heard() {
             self.heard.missed = Some(missed);
         }
@@ -651,6 +683,25 @@ impl<'b> Stage<'b> {
                 self.culling.frames.learn(frame, cpu + ms, triangles);
             }
         });
+    }
+}
+
+/// Draws what the device decided to draw.
+fn draw_decided(pass: &mut wgpu::RenderPass<'_>, full: Option<&Full>, (pipelines, eye): (&Pipelines, &Eye), draws: &Draws) {
+    match full {
+        Some(full) => full.draw_decided(pass, eye, draws),
+        None => {
+            pipelines.bind(pass, eye);
+            pipelines.colours.draw_listed(pass, draws);
+        }
+    }
+}
+
+fn draw_tubes(pass: &mut wgpu::RenderPass<'_>, full: Option<&Full>, pipes: Option<&Pipes>, eye: &Eye) {
+    match (pipes, full) {
+        (Some(pipes), Some(full)) => full.draw_tubes(pass, eye, &pipes.drawn, full.smooth().is_some()),
+        (Some(pipes), None) => pipes.draw(pass, eye, &pipes.drawn),
+        (None, _) => {}
     }
 }
 

@@ -6,8 +6,7 @@ use super::draws::Draws;
 use super::frame::{begin, colour};
 use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
-use super::pipelines::{Eye, ITEMS, Pipelines, Recipe, depth_state, layout, shader};
-use super::queries::Queries;
+use super::pipelines::{Eye, ITEMS, Pipelines, Recipe, compute, depth_state, shader};
 use super::readback::Readback;
 use super::targets::Targets;
 use super::tubes::Pipes;
@@ -98,7 +97,7 @@ pub struct Picked<'p> {
     /// Tubes that are drawn: they hide what is behind them, and are not counted.
     pub tubes: Option<&'p Pipes>,
     /// What the device decides, and whether it decides anything in this frame.
-    pub queries: (&'p Queries, bool),
+    pub decided: (&'p Draws, bool),
 }
 
 impl Marks {
@@ -119,16 +118,7 @@ impl Marks {
             let pixel = Some((fragment, target));
             Recipe { groups, depth, pixel, ..Recipe::new(&module, "numbered") }.pipeline(gpu)
         };
-        let compute = |entry| {
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: None,
-                layout: Some(&layout(gpu, &[None, Some(&bind)])),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
+        let compute = |entry| compute(gpu, &module, entry, &[None, Some(&bind)]);
         let nearest = Some(depth_state(true, CompareFunction::Greater));
         let number = |fragment| render(fragment, ITEMS.into(), &[groups[0], None, geometry], nearest.clone());
         let same = Some(depth_state(false, CompareFunction::Equal));
@@ -168,10 +158,10 @@ impl Marks {
             return None;
         }
         self.of = Some(of);
-        let (queries, asks) = picked.queries;
+        let (decided, asks) = picked.decided;
         // 1. What is certain to be drawn.
         self.words.fill(0);
-        self.words[HEAD - 1] = if asks { queries.draws.count } else { 0 };
+        self.words[HEAD - 1] = if asks { decided.lists[1].end } else { 0 };
         for run in picked.runs.solid.iter().chain(&picked.runs.ghosts) {
             mark(&mut self.words[HEAD..], run.start / 3..run.end / 3);
         }
@@ -197,12 +187,12 @@ impl Marks {
         picked.tubes.into_iter().for_each(|pipes| pipes.draw_no_items(&mut pass, &self.eye, &pipes.drawn));
         drop(pass);
         // 3. They are marked.
-        let group = self.group(gpu, targets, queries);
+        let group = self.group(gpu, targets, decided);
         let mut pass = commands.begin_compute_pass(&Default::default());
         pass.set_bind_group(1, &group, &[]);
         if asks {
             pass.set_pipeline(&self.spread);
-            pass.dispatch_workgroups(queries.draws.count.div_ceil(DRAWS), 1, 1);
+            pass.dispatch_workgroups(decided.lists[1].end.div_ceil(DRAWS), 1, 1);
         }
         pass.set_pipeline(&self.see);
         let [columns, rows] = targets.size.map(|side| side.div_ceil(PIXELS));
@@ -244,7 +234,7 @@ impl Marks {
         picture: &TextureView,
         commands: &mut wgpu::CommandEncoder,
     ) {
-        let group = self.group(gpu, targets, picked.queries.0);
+        let group = self.group(gpu, targets, picked.decided.0);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
         pass.set_bind_group(1, &group, &[]);
         self.draw(&mut pass, pipelines, eye, &self.tinted, picked);
@@ -277,14 +267,14 @@ impl Marks {
         picked: &Picked<'_>,
     ) {
         pipelines.bind(pass, eye);
-        let (queries, asks) = picked.queries;
-        for draws in [Some(picked.draws), asks.then_some(&queries.draws)].into_iter().flatten() {
+        let (decided, asks) = picked.decided;
+        for draws in [Some(picked.draws), asks.then_some(decided)].into_iter().flatten() {
             draws.first(pass, solid);
             draws.second(pass, screen);
         }
     }
 
-    fn group(&self, gpu: &Gpu, targets: &Targets, queries: &Queries) -> wgpu::BindGroup {
+    fn group(&self, gpu: &Gpu, targets: &Targets, decided: &Draws) -> wgpu::BindGroup {
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
@@ -292,7 +282,7 @@ impl Marks {
             entries: &[
                 entry(0, self.marks.as_entire_binding()),
                 entry(1, wgpu::BindingResource::TextureView(&targets.items)),
-                entry(2, queries.draws.buffer.as_entire_binding()),
+                entry(2, decided.buffer.as_entire_binding()),
             ],
         })
     }

@@ -84,7 +84,7 @@ impl Mesh {
     }
 
     /// Which shell around an eye an object begins in.
-    fn shell(&self, object: ObjectId, eye: Vec3) -> i32 {
+    pub fn shell(&self, object: ObjectId, eye: Vec3) -> i32 {
         let [least, most] = self.bounds[object.index()];
         let away = (eye.clamp(least, most) - eye).length_squared();
         // Squared, so half of the logarithm's shells.

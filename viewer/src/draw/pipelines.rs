@@ -268,6 +268,23 @@ impl<'r> Recipe<'r> {
     }
 }
 
+/// A pipeline of a compute shader.
+pub fn compute(
+    gpu: &Gpu,
+    module: &wgpu::ShaderModule,
+    name: &str,
+    groups: &[Option<&wgpu::BindGroupLayout>],
+) -> wgpu::ComputePipeline {
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&layout(gpu, groups)),
+        module,
+        entry_point: Some(name),
+        compilation_options: Default::default(),
+        cache: None,
+    })
+}
+
 /// What a pipeline binds.
 pub fn layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
     let wanted = wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: groups, ..Default::default() };

@@ -6,6 +6,7 @@ use super::mesh::Mesh;
 use super::pipelines::{self, Eye, Pipelines, Recipe, depth_state, shader};
 use super::readback::Readback;
 use super::smooth::SAMPLES;
+use crate::culling::ByDevice;
 use crate::delayed_queries::Late;
 use enfilade::gpu::Gpu;
 use wgpu::{BufferBindingType, BufferUsages, QueryType, ShaderStages, TextureView};
@@ -46,11 +47,13 @@ impl Slots {
         let slots = &mut self.slots;
         slots.clear();
         asked.nodes.extend(late.questions.iter().map(|q| q.node));
-        asked.triangles.resize(late.questions.len(), 0);
+        asked.hanging.resize(late.questions.len(), ByDevice::default());
         for &(question, object) in &late.conditional {
             let range = mesh.drawn(object);
             slots.push((is_ghost[object.index()], [question, range.start, range.end - range.start]));
-            asked.triangles[question as usize] += (range.end - range.start) / 3;
+            let hanging = &mut asked.hanging[question as usize];
+            hanging.objects += 1;
+            hanging.triangles += u64::from(range.end - range.start) / 3;
         }
         slots.sort_unstable();
         slots.dedup_by(|next, last| {
@@ -70,8 +73,8 @@ impl Slots {
 struct Questions {
     /// Nodes that were asked about.
     nodes: Vec<u32>,
-    /// Triangles that hang on each question.
-    triangles: Vec<u32>,
+    /// What hangs on each question.
+    hanging: Vec<ByDevice>,
 }
 
 impl Queries {
@@ -107,14 +110,7 @@ impl Queries {
             label: None,
             entries: &[storage(0, true), storage(1, true), storage(2, false)],
         });
-        let decide = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: None,
-            layout: Some(&pipelines::layout(gpu, &[Some(&layout)])),
-            module: &shader(gpu, include_str!("decide.wgsl")),
-            entry_point: Some("decide"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let decide = pipelines::compute(gpu, &shader(gpu, include_str!("decide.wgsl")), "decide", &[Some(&layout)]);
         let most = objects.max(1) as u64;
         let resolve = BufferUsages::QUERY_RESOLVE | BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let answers = gpu.buffer(8 * MOST as u64, resolve);
@@ -160,8 +156,8 @@ impl Queries {
         let mut questions = self.spare.pop().unwrap_or_default();
         self.slots_of_frame.set(late, mesh, is_ghost, &mut questions);
         let Slots { slots, words, corners } = &self.slots_of_frame;
-        self.draws.first = slots.partition_point(|slot| !slot.0) as u32;
-        self.draws.count = slots.len() as u32;
+        let count = slots.len() as u32;
+        self.draws.split(slots.partition_point(|slot| !slot.0) as u32, count);
         gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(words));
         gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(corners));
         // 2. Questions: boxes drawn into nothing.
@@ -189,7 +185,7 @@ impl Queries {
         let mut pass = commands.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.decide);
         pass.set_bind_group(0, &self.group, &[]);
-        pass.dispatch_workgroups(self.draws.count.div_ceil(64), 1, 1);
+        pass.dispatch_workgroups(count.div_ceil(64), 1, 1);
         drop(pass);
         // 4. And go to where they can be read.
         self.read.copy(&self.answers, 8 * u64::from(asked), questions, commands)
@@ -200,21 +196,22 @@ impl Queries {
         self.read.ask(slot);
     }
 
-    /// Teaches what has come. Returns the triangles that the device drew by the answers, of the last frame that is heard of.
-    pub fn heard(&mut self, late: &mut Late) -> Option<u64> {
+    /// Teaches what has come. Returns what the device drew by the answers, of the last frame that is heard of.
+    pub fn heard(&mut self, late: &mut Late) -> Option<ByDevice> {
         let mut drawn = None;
         let spare = &mut self.spare;
-        while let Some(triangles) = self.read.heard(|mut asked, view| {
-            let Questions { nodes, triangles } = &asked;
+        while let Some(last) = self.read.heard(|mut asked, view| {
+            let Questions { nodes, hanging } = &asked;
             let shows = |i: usize| view[8 * i..8 * i + 8].iter().any(|b| *b != 0);
             late.learn(nodes.iter().enumerate().map(|(i, &node)| (node, shows(i))));
-            let drawn = triangles.iter().enumerate().filter(|(i, _)| shows(*i)).map(|(_, n)| u64::from(*n)).sum();
+            let shown = hanging.iter().enumerate().filter(|(i, _)| shows(*i));
+            let drawn = shown.fold(ByDevice::default(), |sum, (_, more)| sum.with(*more));
             asked.nodes.clear();
-            asked.triangles.clear();
+            asked.hanging.clear();
             spare.push(asked);
             drawn
         }) {
-            drawn = triangles.or(drawn);
+            drawn = last.or(drawn);
         }
         drawn
     }

@@ -5,14 +5,14 @@ use super::marks::Marking;
 use super::pipelines::{Recipe, shader};
 use super::targets::texture;
 use crate::doors::Doors;
+use crate::mode::ViewMode;
 use enfilade::gpu::Gpu;
-use enfilade::runtime::FrameMode;
 use wgpu::{BindGroup, RenderPass, TextureFormat, TextureUsages, TextureView};
 
 /// The other way to cull, and its picture.
 pub struct Split<'b> {
     /// How the right half is culled.
-    pub mode: FrameMode,
+    pub mode: ViewMode,
     /// With what it keeps from frame to frame.
     pub side: Side<'b>,
     pipeline: wgpu::RenderPipeline,
@@ -31,7 +31,7 @@ pub struct Half<'p> {
 
 impl<'b> Split<'b> {
     /// Of a stage whose pictures are of `format`; culled by `mode`.
-    pub fn new(stage: &Stage<'b>, mode: FrameMode, format: TextureFormat) -> Self {
+    pub fn new(stage: &Stage<'b>, mode: ViewMode, format: TextureFormat) -> Self {
         let gpu = &stage.gpu;
         let sampled = wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Float { filterable: false },

@@ -429,14 +429,8 @@ fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -
 
 /// What works out rings.
 fn rings(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::ComputePipeline {
-    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: Some(&pipelines::layout(gpu, &[Some(layout)])),
-        module: &shader(gpu, concat!(include_str!("bands.wgsl"), include_str!("rings.wgsl"))),
-        entry_point: Some("ring"),
-        compilation_options: Default::default(),
-        cache: None,
-    })
+    let module = shader(gpu, concat!(include_str!("bands.wgsl"), include_str!("rings.wgsl")));
+    pipelines::compute(gpu, &module, "ring", &[Some(layout)])
 }
 
 /// A buffer for so many bands, with what binds it and its rings.

@@ -2,8 +2,9 @@
 
 use super::Session;
 use crate::args::Shown;
-use crate::culling::Decision;
+use crate::culling::{ByDevice, Decision};
 use crate::draw::marks::KINDS;
+use crate::mode::ViewMode;
 use crate::ui::graphs::number;
 use crate::ui::keys::Action;
 use enfilade::runtime::FrameMode;
@@ -24,7 +25,7 @@ impl Session<'_> {
         let how = if self.cut.is_on { format!("section: {}", last.method) } else { method(self.show.mode, last) };
         let speed = self.preferences.units.speed(self.walker.metres_a_second());
         let mut lines = vec![format!("{how}{frozen}"), home];
-        lines.extend(self.drawn(last, self.stage.triangles()));
+        lines.extend(self.drawn(last, last.drawn(self.stage.heard.conditional)));
         lines.extend([
             format!("culling {:.2} ms, rest of CPU {:.2} ms{device}", last.ms, self.rest_ms),
             format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
@@ -44,9 +45,8 @@ impl Session<'_> {
     pub(super) fn lines_beside(&self) -> Option<Vec<String>> {
         let split = self.insight.split.as_ref()?;
         let Some(last) = &split.side.culling.last else { return Some(vec![split.mode.to_string()]) };
-        let asked = if last.asks_device { split.side.heard.conditional } else { 0 };
         let mut lines = vec![method(split.mode, last)];
-        lines.extend(self.drawn(last, last.stats.triangles + asked));
+        lines.extend(self.drawn(last, last.drawn(split.side.heard.conditional)));
         lines.push(format!("culling {:.2} ms", last.ms));
         if let Some(kinds) = split.side.heard.marked.as_ref().map(|marked| self.stage.kinds_of(marked)) {
             let [seen, in_vain, _] = kinds.map(|n| number(n as f64));
@@ -56,20 +56,20 @@ impl Session<'_> {
     }
 
     /// What was drawn, by what it went through.
-    fn drawn(&self, last: &Decision, triangles: u64) -> [String; 3] {
+    fn drawn(&self, last: &Decision, drawn: ByDevice) -> [String; 3] {
         let (objects, all) = (self.building.scene.objects.len(), self.building.scene.triangles.len());
         [
-            format!("{} of {} triangles", number(triangles as f64), number(all as f64)),
-            format!("{} of {} objects", last.stats.objects, objects),
+            format!("{} of {} triangles", number(drawn.triangles as f64), number(all as f64)),
+            format!("{} of {} objects", drawn.objects, objects),
             format!("{} cells, {} portals, {} queries", last.stats.cells, last.stats.portals, last.stats.queries),
         ]
     }
 }
 
 /// How a frame was culled.
-fn method(mode: FrameMode, last: &Decision) -> String {
+fn method(mode: ViewMode, last: &Decision) -> String {
     match mode {
-        FrameMode::Auto => format!("auto: {}", last.method),
+        ViewMode::Culled(FrameMode::Auto) => format!("auto: {}", last.method),
         mode => mode.to_string(),
     }
 }

@@ -7,6 +7,7 @@ use crate::draw::lines::Overlay;
 use crate::draw::marks::Marking;
 use crate::draw::split::Split;
 use crate::heat;
+use crate::mode::ViewMode;
 use crate::profile::Profile;
 use crate::ui::profile;
 use crate::walker::Walker;
@@ -78,14 +79,15 @@ impl<'b> Session<'b> {
         self.insight.split = match self.insight.split.take() {
             Some(_) => None,
             None => {
-                let other = if self.show.mode == FrameMode::Frustum { FrameMode::None } else { FrameMode::Frustum };
+                let frustum = FrameMode::Frustum.into();
+                let other = if self.show.mode == frustum { FrameMode::None.into() } else { frustum };
                 Some(Split::new(&self.stage, other, self.format))
             }
         };
     }
 
     /// How the right half is culled; without one, it is there from now on.
-    pub(super) fn set_other_mode(&mut self, mode: FrameMode) {
+    pub(super) fn set_other_mode(&mut self, mode: ViewMode) {
         if self.insight.split.is_none() {
             self.split_or_join();
         }

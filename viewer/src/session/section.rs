@@ -2,6 +2,7 @@
 
 use super::Session;
 use crate::draw::slice::Section;
+use crate::mode::ViewMode;
 use enfilade::runtime::FrameMode;
 use glam::DVec3;
 
@@ -138,10 +139,10 @@ impl Session<'_> {
     }
 
     /// How frames are culled: cells know nothing of a section, through which one looks into any of them.
-    pub(super) fn mode(&self) -> FrameMode {
+    pub(super) fn mode(&self) -> ViewMode {
         match (self.cut.is_on, self.show.mode) {
-            (true, FrameMode::None) | (false, _) => self.show.mode,
-            (true, _) => FrameMode::Frustum,
+            (true, ViewMode::Culled(FrameMode::None)) | (false, _) => self.show.mode,
+            (true, _) => FrameMode::Frustum.into(),
         }
     }
 }

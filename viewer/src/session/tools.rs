@@ -110,14 +110,14 @@ impl Session<'_> {
     pub fn is_on(&self, action: Action) -> bool {
         let show = &self.show;
         match action {
-            Action::Mode(mode) => show.mode == crate::culling::MODES[mode],
+            Action::Mode(mode) => show.mode == crate::culling::MODES[mode].into(),
             Action::Freeze => self.is_frozen(),
             Action::Cells => show.tints == Tints::Cells,
             Action::Waste => show.tints == Tints::Waste,
             Action::Culled => show.culled,
             Action::Split => self.insight.split.is_some(),
             Action::OtherMode(mode) => {
-                self.insight.split.as_ref().is_some_and(|split| split.mode == crate::culling::MODES[mode])
+                self.insight.split.as_ref().is_some_and(|split| split.mode == crate::culling::MODES[mode].into())
             }
             Action::Profile => self.insight.shows_profile,
             Action::Heat => matches!(show.tints, Tints::Seen | Tints::InVain),
