@@ -1,0 +1,69 @@
+//! Ways to ask less in CHC, on the platform with the study's best tree: as in Ivson's tables 6.6. His share of the leaves
+//! that showed and aren't asked about is a number here, that share of the mean.
+
+use crate::platform;
+use crate::study::Study;
+use crate::trees::LEAST_TRIANGLES;
+use enfilade::generate::Kind;
+use enfilade::occlusion::bounds::Fit;
+use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::depth::DepthBuffer;
+use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade::occlusion::view::Frustum;
+use std::cell::Cell;
+
+/// Frames of a stretch, and runs.
+const FRAMES: [usize; 2] = [20, 3];
+
+pub fn table(is_test: bool) {
+    let study = Study::new(Kind::Deck { objects: platform(is_test) }, "deck", FRAMES, |scene| scene);
+    let options = HierarchyOptions { fit: Fit::Aligned, split: Split::EqualComplexity, least_triangles: LEAST_TRIANGLES };
+    let tree = Hierarchy::build(study.scene, &options);
+    let leaves = leaves_shown(&study, &tree);
+    println!("{leaves:.0} leaves show in the mean\n");
+    let all = study.chc(&tree, Reduction::None);
+    println!("| not asked about again | ms a frame | triangles | queries | of CHC's time |");
+    println!("|{}", " --- |".repeat(5));
+    let nearest =
+        |share: f64| (format!("the nearest {:.0} %", share * 100.0), Reduction::NotNearest((share * leaves) as u32));
+    let mut ways = vec![("nothing (CHC)".to_owned(), Reduction::None)];
+    ways.extend([2, 5, 10, 15].map(|n| (format!("for {n} frames"), Reduction::EveryNth(n))));
+    ways.extend(
+        [0.1, 0.2, 0.3, 0.5, 0.6, 0.7, 0.8, 0.9]
+            .map(|p| (format!("{:.0} % at random", p * 100.0), Reduction::AtRandom(1.0 - p))),
+    );
+    ways.extend([0.1, 0.2, 0.3, 0.5].map(nearest));
+    for (name, reduction) in ways {
+        let cost = study.chc(&tree, reduction);
+        println!(
+            "| {name} | {:.2} | {:.0} | {:.0} | {:.3} |",
+            cost.mean * 1e3,
+            cost.triangles,
+            cost.queries,
+            cost.mean / all.mean
+        );
+    }
+}
+
+/// Leaves of which something is drawn, in the mean.
+fn leaves_shown(study: &Study, tree: &Hierarchy) -> f64 {
+    let mut leaf_of = vec![0; study.scene.objects.len()];
+    for node in (0..tree.nodes().len() as u32).filter(|&node| tree.nodes()[node as usize].is_leaf()) {
+        tree.objects(node).iter().for_each(|o| leaf_of[o.index()] = node);
+    }
+    let (sum, frames) = (Cell::new(0), Cell::new(0));
+    study.run(|| {
+        let mut culler = Chc::new(Reduction::None, 0);
+        let (leaf_of, sum, frames) = (&leaf_of, &sum, &frames);
+        move |frustum: &Frustum, buffer: &mut DepthBuffer<'_>| {
+            let drawn = culler.cull(tree, frustum, buffer).to_vec();
+            let mut leaves: Vec<u32> = drawn.iter().map(|o| leaf_of[o.index()]).collect();
+            leaves.sort_unstable();
+            leaves.dedup();
+            sum.set(sum.get() + leaves.len());
+            frames.set(frames.get() + 1);
+            (drawn, 0)
+        }
+    });
+    sum.get() as f64 / f64::from(frames.get())
+}
