@@ -2,26 +2,24 @@
 //! and on the platform, beside a binary tree that needs no choice. Buildings have as many triangles as theirs.
 
 use crate::platform;
-use crate::study::{Cost, Study};
+use crate::study::{Cost, Start, Study, chc, chc_plus, frames};
 use crate::trees::LEAST_TRIANGLES;
 use enfilade::CellId;
 use enfilade::generate::Kind;
 use enfilade::occlusion::bounds::Fit;
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
-use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::levels::{C1_TO_C7, LevelCuller, LevelOptions};
 use enfilade::occlusion::oracle::OcclusionOracle;
-use enfilade::occlusion::view::Frustum;
 use enfilade::runtime::{Auto, FrameMode, Mode};
 use enfilade::scene::{Object, Scene};
 use glam::DVec3;
 use std::time::Instant;
 
 /// Frames of a stretch, and runs.
-const IN_CITIES: [usize; 2] = [30, 3];
+const IN_CITIES: [usize; 2] = [30, 5];
 const ON_THE_DECK: [usize; 2] = [10, 3];
 /// How often a building's triangles are divided in four, so that they are as many as in the study: 45 million in the dense
 /// city.
@@ -32,7 +30,7 @@ pub fn table(is_test: bool) {
         scene(&Study::new(Kind::City { dense: true }, "city, dense", IN_CITIES, detailed));
         scene(&Study::new(Kind::City { dense: false }, "city, sparse", IN_CITIES, detailed));
     }
-    scene(&Study::new(Kind::Deck { objects: platform(is_test) }, "deck", ON_THE_DECK, |scene| scene));
+    scene(&Study::new(Kind::Deck { objects: platform(is_test) }, "deck", frames(is_test, ON_THE_DECK), |scene| scene));
 }
 
 fn scene(study: &Study) {
@@ -45,40 +43,33 @@ fn scene(study: &Study) {
     let graph = Hierarchy::from_levels(study.scene, Fit::Aligned, &levels);
     let known = study.known();
     println!("known, in the middle frames: {:.2} ms, {:.0} triangles\n", known.middle * 1e3, known.triangles);
-    println!("| culler | ms a frame | slowest | deviation | triangles | queries | gain |");
-    println!("|{}", " --- |".repeat(7));
-    let mut chosen: Vec<Cost> = Vec::new();
-    for (i, &levels) in C1_TO_C7.iter().enumerate() {
-        let cost = study.run(|| {
-            let mut culler = LevelCuller::new(LevelOptions::new(levels));
-            let graph = &graph;
-            move |frustum: &Frustum, buffer: &mut DepthBuffer<'_>| {
-                (culler.cull(graph, frustum, buffer).to_vec(), culler.stats().queries)
-            }
-        });
-        chosen.push(cost);
-        row(&format!("C{}", i + 1), &cost, &chosen[0]);
-    }
     let tree = Hierarchy::build(study.scene, &HierarchyOptions::default());
-    let coarse =
-        Hierarchy::build(study.scene, &HierarchyOptions { least_triangles: LEAST_TRIANGLES, ..HierarchyOptions::default() });
+    let options = HierarchyOptions { least_triangles: LEAST_TRIANGLES, ..HierarchyOptions::default() };
+    let coarse = Hierarchy::build(study.scene, &options);
     let parts = tree.clone().with_parts(study.scene);
-    let automatic = [
-        ("CHC", study.chc(&tree, Reduction::None)),
-        ("CHC, with parts", study.chc(&parts, Reduction::None)),
-        ("CHC, leaves of 2,000 triangles", study.chc(&coarse, Reduction::None)),
-        ("CHC++", study.chc_plus(&tree)),
-        ("CHC++, with parts", study.chc_plus(&parts)),
+    let automatic: [(&str, Start<'_>); 6] = [
+        ("CHC", chc(&tree, Reduction::None)),
+        ("CHC, with parts", chc(&parts, Reduction::None)),
+        ("CHC, leaves of 2,000 triangles", chc(&coarse, Reduction::None)),
+        ("CHC++", chc_plus(&tree)),
+        ("CHC++, with parts", chc_plus(&parts)),
         ("auto", auto(study, &tree)),
     ];
-    automatic.iter().for_each(|(name, cost)| row(name, cost, &chosen[0]));
+    let (names, starts): (Vec<&str>, Vec<Start<'_>>) = automatic.into_iter().unzip();
+    let methods: Vec<Start<'_>> = C1_TO_C7.iter().map(|&levels| chosen(&graph, levels)).chain(starts).collect();
+    let costs = study.compare(&methods);
+    let (by_choice, automatic) = costs.split_at(C1_TO_C7.len());
+    println!("| culler | ms a frame | slowest | deviation | triangles | queries | gain |");
+    println!("|{}", " --- |".repeat(7));
+    by_choice.iter().enumerate().for_each(|(i, cost)| row(&format!("C{}", i + 1), cost, &costs[0]));
+    names.iter().zip(automatic).for_each(|(name, cost)| row(name, cost, &costs[0]));
     let best = |of: fn(&Cost) -> f64| {
-        let (i, least) = chosen.iter().map(of).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).expect("seven");
+        let (i, least) = by_choice.iter().map(of).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).expect("seven");
         (format!("C{}", i + 1), least)
     };
     let ((fastest, time), (fewest, triangles)) = (best(|cost| cost.mean), best(|cost| cost.triangles));
     println!("\nagainst the best chosen levels (time: {fastest}; triangles: {fewest}):");
-    for (name, cost) in &automatic {
+    for (name, cost) in names.iter().zip(automatic) {
         println!("{name}: {:.3} of the time, {:.3} of the triangles", cost.mean / time, cost.triangles / triangles);
     }
 }
@@ -89,13 +80,21 @@ fn row(name: &str, cost: &Cost, frustum: &Cost) {
     println!("| {name} | {mean:.2} | {slowest:.2} | {deviation:.2} | {triangles:.0} | {queries:.0} | {gain:.2} |");
 }
 
+/// The seven choices.
+fn chosen(graph: &Hierarchy, levels: u32) -> Start<'_> {
+    Box::new(move || {
+        let mut culler = LevelCuller::new(LevelOptions::new(levels));
+        Box::new(move |frustum, buffer| (culler.cull(graph, frustum, buffer).to_vec(), culler.stats().queries))
+    })
+}
+
 /// By what frames cost: the frustum, CHC or CHC++.
-fn auto(study: &Study, tree: &Hierarchy) -> Cost {
-    study.run(|| {
+fn auto<'c>(study: &'c Study, tree: &'c Hierarchy) -> Start<'c> {
+    Box::new(move || {
         let mut auto = Auto::new(1, &[FrameMode::Frustum, FrameMode::Chc, FrameMode::ChcPlus]);
         let mut frustum_culler = FrustumCuller::default();
         let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
-        move |frustum: &Frustum, buffer: &mut DepthBuffer<'_>| {
+        Box::new(move |frustum, buffer| {
             let start = Instant::now();
             let count = |_: Mode| study.triangles(frustum_culler.cull(tree, frustum)) as u64;
             let done = match auto.choose(Some(CellId(0)), count) {
@@ -109,7 +108,7 @@ fn auto(study: &Study, tree: &Hierarchy) -> Cost {
             };
             auto.learn(start.elapsed().as_secs_f64(), study.triangles(&done.0) as u64);
             done
-        }
+        })
     })
 }
 

@@ -17,97 +17,123 @@ use std::time::Instant;
 
 /// The study's, and more.
 const COUNTS: [usize; 13] = [1, 5, 10, 50, 100, 500, 600, 700, 800, 900, 1000, 2000, 5000];
-/// Most for a device, which may be software.
-#[cfg(feature = "gpu")]
-const MOST_ON_DEVICE: usize = 1000;
+/// How often each is measured; the least counts.
 const REPEATS: usize = 5;
+/// On a device, which may be software: the study's counts, less often.
+#[cfg(feature = "gpu")]
+const ON_DEVICE: (usize, usize) = (11, 2);
 
 pub fn table(is_test: bool) {
     let counts = if is_test { &COUNTS[..3] } else { &COUNTS[..] };
-    let (scene, path) = imported(Kind::Teapots { count: counts[counts.len() - 1], scale: 10 }, "queries");
-    // From outside: all are in view.
-    let camera = path.camera(0, scene.origin, SIZE[0] as f64 / SIZE[1] as f64);
-    let seen = raster::View { camera, near: path.near, width: SIZE[0], height: SIZE[1] };
-    let view = camera.view(path.near);
+    let table = Table::new(counts, REPEATS);
     println!("\nsoftware oracle");
-    let mut buffer = DepthBuffer::new(&scene, SIZE[0], SIZE[1]);
-    Table { scene: &scene, seen, view }.print(&mut buffer, counts, true);
+    table.print(&mut DepthBuffer::new(&table.scene, SIZE[0], SIZE[1]), true);
     #[cfg(feature = "gpu")]
     {
         use enfilade::occlusion::queries::GpuQueries;
-        let mut gpu = match GpuQueries::new(&scene, SIZE[0], SIZE[1]) {
+        let table = Table::new(&counts[..counts.len().min(ON_DEVICE.0)], ON_DEVICE.1);
+        let mut gpu = match GpuQueries::new(&table.scene, SIZE[0], SIZE[1]) {
             Ok(gpu) => gpu,
             Err(e) => return println!("not run: occlusion queries: {e}"),
         };
         println!("\noracle on the device: {}", gpu.adapter());
-        let few = counts.iter().position(|&n| n > MOST_ON_DEVICE).unwrap_or(counts.len());
-        Table { scene: &scene, seen, view }.print(&mut gpu, &counts[..few], false);
+        table.print(&mut gpu, false);
         assert_eq!(gpu.failure(), None);
     }
 }
 
-struct Table<'s> {
-    scene: &'s Scene,
+struct Table<'c> {
+    scene: Scene,
     seen: raster::View,
     view: View,
+    counts: &'c [usize],
+    repeats: usize,
 }
 
-impl Table<'_> {
-    fn print(&self, oracle: &mut impl OcclusionOracle, counts: &[usize], draws_alone: bool) {
-        print!("| teapots | triangles | drawn, ms | one query, ms | polls in vain | a query each, ms ");
-        println!("| us an object | us each more |");
-        println!("|{}", " --- |".repeat(8));
-        let mut before = (0, 0.0);
-        for &n in counts {
+/// Seconds; how often a poll had no answer.
+#[derive(Clone, Copy)]
+struct Measured {
+    drawn: f64,
+    one: f64,
+    polls: u64,
+    each: f64,
+    /// Of `each`, what questions and polls took.
+    asking: f64,
+}
+
+impl<'c> Table<'c> {
+    fn new(counts: &'c [usize], repeats: usize) -> Self {
+        let count = counts.iter().copied().max().expect("a count");
+        let (scene, path) = imported(Kind::Teapots { count, scale: 10 }, "queries");
+        // From outside: all are in view.
+        let camera = path.camera(0, scene.origin, SIZE[0] as f64 / SIZE[1] as f64);
+        let seen = raster::View { camera, near: path.near, width: SIZE[0], height: SIZE[1] };
+        Self { scene, seen, view: camera.view(path.near), counts, repeats }
+    }
+
+    /// `draws_alone`: objects are drawn as soon as that is asked for.
+    fn print(&self, oracle: &mut impl OcclusionOracle, draws_alone: bool) {
+        println!(
+            "| teapots | triangles | drawn, ms | one query, ms | polls in vain | a query each, ms | us of asking a query |"
+        );
+        println!("|{}", " --- |".repeat(7));
+        for &n in self.counts {
             let boxes: Vec<Bounds> = self.scene.objects[..n].iter().map(|o| Bounds::from(o.bounds)).collect();
-            let all = Aabb::of(self.scene.objects[..n].iter().flat_map(|o| [o.bounds.min, o.bounds.max]));
             self.check(oracle, &boxes);
-            let drawn = least(|| {
-                oracle.begin(&self.view);
-                (0..n as u32).for_each(|o| oracle.draw(ObjectId(o)));
-            });
-            let mut polls = 0;
-            let one = least(|| {
-                oracle.begin(&self.view);
-                (0..n as u32).for_each(|o| oracle.draw(ObjectId(o)));
-                let query = oracle.issue(&[Bounds::from(all)]);
-                polls = wait(oracle, query).1;
-            });
-            let each = least(|| {
-                self.ask_each(oracle, &boxes);
-            });
-            // Beside those of the row above.
-            let more = (each - before.1) / (n - before.0) as f64 * 1e6;
-            let drawn = if draws_alone { format!("{:.3}", drawn * 1e3) } else { String::new() };
+            // By turns, so that what else the machine does falls on all of them.
+            let runs: Vec<Measured> = (0..self.repeats).map(|_| self.measure(oracle, &boxes)).collect();
+            let least = |of: fn(&Measured) -> f64| runs.iter().map(of).fold(f64::INFINITY, f64::min);
+            let drawn = if draws_alone { format!("{:.3}", least(|m| m.drawn) * 1e3) } else { String::new() };
             println!(
-                "| {n} | {} | {drawn} | {:.3} | {polls} | {:.3} | {:.2} | {more:.2} |",
+                "| {n} | {} | {drawn} | {:.3} | {} | {:.3} | {:.2} |",
                 self.scene.objects[..n].iter().map(|o| o.triangles.len()).sum::<usize>(),
-                one * 1e3,
-                each * 1e3,
-                each / n as f64 * 1e6
+                least(|m| m.one) * 1e3,
+                runs[0].polls,
+                least(|m| m.each) * 1e3,
+                least(|m| m.asking) / n as f64 * 1e6
             );
-            before = (n, each);
         }
     }
 
-    /// Asks about each, draws it, and waits for all answers.
-    fn ask_each(&self, oracle: &mut impl OcclusionOracle, boxes: &[Bounds]) -> Vec<bool> {
+    fn measure(&self, oracle: &mut impl OcclusionOracle, boxes: &[Bounds]) -> Measured {
+        let start = Instant::now();
         oracle.begin(&self.view);
-        let asked: Vec<QueryId> = (boxes.iter().enumerate())
-            .map(|(o, around)| {
-                let query = oracle.issue(std::slice::from_ref(around));
-                oracle.draw(ObjectId(o as u32));
-                query
-            })
-            .collect();
-        asked.into_iter().map(|query| wait(oracle, query).0).collect()
+        (0..boxes.len() as u32).for_each(|o| oracle.draw(ObjectId(o)));
+        let drawn = start.elapsed().as_secs_f64();
+
+        let all = Aabb::of(self.scene.objects[..boxes.len()].iter().flat_map(|o| [o.bounds.min, o.bounds.max]));
+        let start = Instant::now();
+        oracle.begin(&self.view);
+        (0..boxes.len() as u32).for_each(|o| oracle.draw(ObjectId(o)));
+        let query = oracle.issue(&[Bounds::from(all)]);
+        let (_, polls) = wait(oracle, query);
+        let one = start.elapsed().as_secs_f64();
+
+        let start = Instant::now();
+        let (_, asking) = self.ask_each(oracle, boxes);
+        Measured { drawn, one, polls, each: start.elapsed().as_secs_f64(), asking }
+    }
+
+    /// Asks about each, draws it, and waits for all answers; seconds of asking and of waiting.
+    fn ask_each(&self, oracle: &mut impl OcclusionOracle, boxes: &[Bounds]) -> (Vec<bool>, f64) {
+        oracle.begin(&self.view);
+        let (mut asked, mut seconds) = (Vec::new(), 0.0);
+        for (o, around) in boxes.iter().enumerate() {
+            let start = Instant::now();
+            asked.push(oracle.issue(std::slice::from_ref(around)));
+            seconds += start.elapsed().as_secs_f64();
+            oracle.draw(ObjectId(o as u32));
+        }
+        let start = Instant::now();
+        let answers = asked.into_iter().map(|query| wait(oracle, query).0).collect();
+        (answers, seconds + start.elapsed().as_secs_f64())
     }
 
     /// What a picture of them shows isn't called hidden.
     fn check(&self, oracle: &mut impl OcclusionOracle, boxes: &[Bounds]) {
-        let answers = self.ask_each(oracle, boxes);
-        let picture = raster::draw(self.scene, &self.seen, &|o: ObjectId| o.index() < boxes.len());
-        for object in objects_shown(self.scene, &picture) {
+        let (answers, _) = self.ask_each(oracle, boxes);
+        let picture = raster::draw(&self.scene, &self.seen, &|o: ObjectId| o.index() < boxes.len());
+        for object in objects_shown(&self.scene, &picture) {
             assert!(answers[object.index()], "an object that shows is called hidden");
         }
     }
@@ -122,13 +148,4 @@ fn wait(oracle: &mut impl OcclusionOracle, query: QueryId) -> (bool, u64) {
         }
         polls += 1;
     }
-}
-
-fn least(mut work: impl FnMut()) -> f64 {
-    let time = |_| {
-        let start = Instant::now();
-        work();
-        start.elapsed().as_secs_f64()
-    };
-    (0..REPEATS).map(time).fold(f64::INFINITY, f64::min)
 }

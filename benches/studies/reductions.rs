@@ -2,26 +2,23 @@
 //! that showed and aren't asked about is a number here, that share of the mean.
 
 use crate::platform;
-use crate::study::Study;
+use crate::study::{Study, chc, frames};
 use crate::trees::LEAST_TRIANGLES;
 use enfilade::generate::Kind;
 use enfilade::occlusion::bounds::Fit;
 use enfilade::occlusion::chc::{Chc, Reduction};
-use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
-use enfilade::occlusion::view::Frustum;
 use std::cell::Cell;
 
 /// Frames of a stretch, and runs.
-const FRAMES: [usize; 2] = [20, 3];
+const FRAMES: [usize; 2] = [10, 2];
 
 pub fn table(is_test: bool) {
-    let study = Study::new(Kind::Deck { objects: platform(is_test) }, "deck", FRAMES, |scene| scene);
+    let study = Study::new(Kind::Deck { objects: platform(is_test) }, "deck", frames(is_test, FRAMES), |scene| scene);
     let options = HierarchyOptions { fit: Fit::Aligned, split: Split::EqualComplexity, least_triangles: LEAST_TRIANGLES };
     let tree = Hierarchy::build(study.scene, &options);
     let leaves = leaves_shown(&study, &tree);
     println!("{leaves:.0} leaves show in the mean\n");
-    let all = study.chc(&tree, Reduction::None);
     println!("| not asked about again | ms a frame | triangles | queries | of CHC's time |");
     println!("|{}", " --- |".repeat(5));
     let nearest =
@@ -33,14 +30,15 @@ pub fn table(is_test: bool) {
             .map(|p| (format!("{:.0} % at random", p * 100.0), Reduction::AtRandom(1.0 - p))),
     );
     ways.extend([0.1, 0.2, 0.3, 0.5].map(nearest));
-    for (name, reduction) in ways {
-        let cost = study.chc(&tree, reduction);
+    let methods: Vec<_> = ways.iter().map(|(_, reduction)| chc(&tree, *reduction)).collect();
+    let costs = study.compare(&methods);
+    for ((name, _), cost) in ways.iter().zip(&costs) {
         println!(
             "| {name} | {:.2} | {:.0} | {:.0} | {:.3} |",
             cost.mean * 1e3,
             cost.triangles,
             cost.queries,
-            cost.mean / all.mean
+            cost.mean / costs[0].mean
         );
     }
 }
@@ -51,11 +49,11 @@ fn leaves_shown(study: &Study, tree: &Hierarchy) -> f64 {
     for node in (0..tree.nodes().len() as u32).filter(|&node| tree.nodes()[node as usize].is_leaf()) {
         tree.objects(node).iter().for_each(|o| leaf_of[o.index()] = node);
     }
-    let (sum, frames) = (Cell::new(0), Cell::new(0));
-    study.run(|| {
+    let (leaf_of, sum, frames) = (&leaf_of, Cell::new(0), Cell::new(0));
+    let (sum, frames) = (&sum, &frames);
+    study.compare(&[Box::new(move || {
         let mut culler = Chc::new(Reduction::None, 0);
-        let (leaf_of, sum, frames) = (&leaf_of, &sum, &frames);
-        move |frustum: &Frustum, buffer: &mut DepthBuffer<'_>| {
+        Box::new(move |frustum, buffer| {
             let drawn = culler.cull(tree, frustum, buffer).to_vec();
             let mut leaves: Vec<u32> = drawn.iter().map(|o| leaf_of[o.index()]).collect();
             leaves.sort_unstable();
@@ -63,7 +61,7 @@ fn leaves_shown(study: &Study, tree: &Hierarchy) -> f64 {
             sum.set(sum.get() + leaves.len());
             frames.set(frames.get() + 1);
             (drawn, 0)
-        }
-    });
+        })
+    })]);
     sum.get() as f64 / f64::from(frames.get())
 }

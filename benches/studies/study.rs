@@ -20,6 +20,11 @@ use std::time::Instant;
 pub const SIZE: [usize; 2] = [1024, 768];
 pub const STRETCHES: usize = 6;
 
+/// Frames of a stretch, and runs.
+pub fn frames(is_test: bool, frames: [usize; 2]) -> [usize; 2] {
+    if is_test { [2, 1] } else { frames }
+}
+
 /// What was generated, an object a node.
 pub fn imported(kind: Kind, name: &str) -> (Scene, CameraPath) {
     let made = generate(kind, 0).expect("a scene");
@@ -53,10 +58,11 @@ pub struct Cost {
     pub queries: f64,
 }
 
-/// What draws a frame, and says what it drew and how many queries it took.
-pub trait Draw: FnMut(&Frustum, &mut DepthBuffer<'_>) -> (Vec<ObjectId>, u64) {}
+/// Draws a frame; says what it drew and how many queries it took.
+pub type Culler<'c> = Box<dyn FnMut(&Frustum, &mut DepthBuffer<'_>) -> (Vec<ObjectId>, u64) + 'c>;
 
-impl<F: FnMut(&Frustum, &mut DepthBuffer<'_>) -> (Vec<ObjectId>, u64)> Draw for F {}
+/// Makes a culler that remembers nothing yet.
+pub type Start<'c> = Box<dyn Fn() -> Culler<'c> + 'c>;
 
 impl Study {
     /// `change` is done to the scene first.
@@ -90,23 +96,27 @@ impl Study {
         stretch * self.stretch + self.stretch / 2
     }
 
-    /// Runs all frames; `culler` makes what draws them.
-    pub fn run<C: Draw>(&self, culler: impl Fn() -> C) -> Cost {
+    /// Runs all frames by each method. They take turns, run by run, so that what else the machine does falls on all of them.
+    pub fn compare(&self, methods: &[Start<'_>]) -> Vec<Cost> {
         let mut buffer = self.buffer.borrow_mut();
-        let mut times = vec![f64::INFINITY; self.frames.len()];
-        let mut cost = Cost::default();
+        let mut times = vec![vec![f64::INFINITY; self.frames.len()]; methods.len()];
+        let mut costs = vec![Cost::default(); methods.len()];
         for _ in 0..self.runs {
-            cost = self.run_once(&mut culler(), &mut buffer, &mut times);
+            for ((start, times), cost) in methods.iter().zip(&mut times).zip(&mut costs) {
+                *cost = self.run_once(&mut start(), &mut buffer, times);
+            }
         }
-        let count = times.len() as f64;
-        cost.mean = times.iter().sum::<f64>() / count;
-        cost.slowest = times.iter().copied().fold(0.0, f64::max);
-        cost.deviation = (times.iter().map(|t| (t - cost.mean).powi(2)).sum::<f64>() / count).sqrt();
-        cost.middle = (0..STRETCHES).map(|s| times[self.middle(s)]).sum::<f64>() / STRETCHES as f64;
-        cost
+        let count = self.frames.len() as f64;
+        for (cost, times) in costs.iter_mut().zip(&times) {
+            cost.mean = times.iter().sum::<f64>() / count;
+            cost.slowest = times.iter().copied().fold(0.0, f64::max);
+            cost.deviation = (times.iter().map(|t| (t - cost.mean).powi(2)).sum::<f64>() / count).sqrt();
+            cost.middle = (0..STRETCHES).map(|s| times[self.middle(s)]).sum::<f64>() / STRETCHES as f64;
+        }
+        costs
     }
 
-    fn run_once(&self, cull: &mut impl Draw, buffer: &mut DepthBuffer<'_>, times: &mut [f64]) -> Cost {
+    fn run_once(&self, cull: &mut Culler<'_>, buffer: &mut DepthBuffer<'_>, times: &mut [f64]) -> Cost {
         let mut cost = Cost::default();
         for (i, view) in self.frames.iter().enumerate() {
             let view = view.camera.view(view.near);
@@ -163,22 +173,18 @@ impl Study {
         let known: Vec<_> = (0..STRETCHES).map(nearest_first).collect();
         self.middles(|stretch, _| known[stretch].clone())
     }
+}
 
-    pub fn chc(&self, tree: &Hierarchy, reduction: Reduction) -> Cost {
-        self.run(|| {
-            let mut culler = Chc::new(reduction, 0);
-            move |frustum: &Frustum, buffer: &mut DepthBuffer<'_>| {
-                (culler.cull(tree, frustum, buffer).to_vec(), culler.stats().queries)
-            }
-        })
-    }
+pub fn chc(tree: &Hierarchy, reduction: Reduction) -> Start<'_> {
+    Box::new(move || {
+        let mut culler = Chc::new(reduction, 0);
+        Box::new(move |frustum, buffer| (culler.cull(tree, frustum, buffer).to_vec(), culler.stats().queries))
+    })
+}
 
-    pub fn chc_plus(&self, tree: &Hierarchy) -> Cost {
-        self.run(|| {
-            let mut culler = ChcPlus::new(ChcPlusOptions::default());
-            move |frustum: &Frustum, buffer: &mut DepthBuffer<'_>| {
-                (culler.cull(tree, frustum, buffer).to_vec(), culler.stats().queries)
-            }
-        })
-    }
+pub fn chc_plus(tree: &Hierarchy) -> Start<'_> {
+    Box::new(move || {
+        let mut culler = ChcPlus::new(ChcPlusOptions::default());
+        Box::new(move |frustum, buffer| (culler.cull(tree, frustum, buffer).to_vec(), culler.stats().queries))
+    })
 }
