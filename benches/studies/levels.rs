@@ -27,8 +27,8 @@ const DETAIL: u32 = 3;
 
 pub fn table(is_test: bool) {
     if !is_test {
-        scene(&Study::new(Kind::City { dense: true }, "city, dense", IN_CITIES, detailed));
         scene(&Study::new(Kind::City { dense: false }, "city, sparse", IN_CITIES, detailed));
+        scene(&Study::new(Kind::City { dense: true }, "city, dense", IN_CITIES, detailed));
     }
     scene(&Study::new(Kind::Deck { objects: platform(is_test) }, "deck", frames(is_test, ON_THE_DECK), |scene| scene));
 }

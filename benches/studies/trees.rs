@@ -17,11 +17,11 @@ pub const LEAST_TRIANGLES: u64 = 2_000;
 const LARGE: usize = 5_000_000;
 
 pub fn table(is_test: bool) {
+    scene(Kind::Deck { objects: platform(is_test) }, "deck", frames(is_test, FRAMES));
     let teapots = if is_test { &[(20, 20)][..] } else { &[(500, 30), (5000, 3), (5000, 20)] };
     for &(count, scale) in teapots {
         scene(Kind::Teapots { count, scale }, &format!("Teapots({count}, {scale})"), frames(is_test, FRAMES));
     }
-    scene(Kind::Deck { objects: platform(is_test) }, "deck", frames(is_test, FRAMES));
 }
 
 fn scene(kind: Kind, name: &str, frames: [usize; 2]) {
