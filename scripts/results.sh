@@ -133,7 +133,7 @@ done
 run frames cargo bench --features full --bench frames
 run frames "$enfilade" bake "$furnished.glb" --rays 5M -o "$furnished.pvs" --json
 run frames cargo bench --features full --bench frames -- "$PWD/$furnished.pvs" "$PWD/$furnished.glb" "$PWD/$furnished.path.json"
-run outdoors cargo bench --features full --bench studies -- --cities
+run outdoors cargo bench --features full --bench studies
 run cones cargo bench --features full --bench cones
 run shadows cargo bench --features full --bench shadow
 run cubes cargo bench --features full --bench cubes -- --quick

@@ -1,8 +1,8 @@
 //! Generated scenes against their own plans: closed solids, sealed rooms, walks that go through doors, the committed files;
-//! teapots and cities against the studies that they are made after.
+//! teapots, cities and decks against the studies that they are made after.
 
 use crate::cli::{building, folder, run_words, text};
-use enfilade::generate::{Generated, Kind, MAX_ROOMS, MAX_TEAPOTS, generate, pretty};
+use enfilade::generate::{DECK_OBJECTS, Generated, Kind, MAX_ROOMS, MAX_TEAPOTS, generate, pretty};
 use enfilade::scene::{ImportOptions, Role, Scene, gltf::from_slice};
 use glam::{DMat4, DVec2, DVec3};
 use serde_json::Value;
@@ -322,6 +322,7 @@ fn the_seed_decides_and_nothing_else() {
         Kind::Hall,
         Kind::Teapots { count: 20, scale: 3 },
         Kind::City { dense: false },
+        Kind::Deck { objects: 1_000 },
     ] {
         assert!(make(kind, 3) == make(kind, 3));
         assert!(make(kind, 3).glb != make(kind, 4).glb, "{kind:?}");
@@ -347,6 +348,14 @@ fn what_cannot_be_made_is_refused() {
     for scale in [0, 101] {
         let error = generate(Kind::Teapots { count: 1, scale }, 0).unwrap_err();
         assert_eq!(error.to_string(), format!("teapots at a scale of {scale} asked for; give 1 to 100"));
+    }
+}
+
+#[test]
+fn a_deck_of_too_few_or_too_many_objects_is_refused() {
+    for objects in [0, DECK_OBJECTS.start() - 1, DECK_OBJECTS.end() + 1] {
+        let error = generate(Kind::Deck { objects }, 0).unwrap_err();
+        assert_eq!(error.to_string(), format!("a deck of {objects} objects asked for; give 1000 to 400000"));
     }
 }
 
@@ -452,6 +461,70 @@ fn teapots_are_closed_and_their_camera_comes_from_outside() {
     // The box's corners are 34.6 m from its middle.
     assert!(eyes.len() == 600 && eyes[0].length() > 35.0);
     assert!(eyes.windows(2).all(|e| e[1].length() < e[0].length()) && eyes[599].length() < 20.0);
+}
+
+/// P. Ivson's figures (2006, section 6.1): 90,867 objects with 4,717,749 vertices in all.
+#[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
+fn a_whole_deck_has_the_objects_and_vertices_of_the_study() {
+    let made = make(Kind::Deck { objects: 90_867 }, 0);
+    let shown = Shown::of(&made);
+    let vertices: usize = shown.nodes.iter().map(|node| shown.meshes[node.mesh].0.len()).sum();
+    assert_eq!((shown.nodes.len(), &made.expected["vertices"]), (90_867, &vertices.into()));
+    assert!((vertices as f64 / 4_717_749.0 - 1.0).abs() < 0.02, "{vertices} vertices");
+}
+
+#[test]
+fn a_deck_is_uneven_and_its_names_lead_from_decks_to_modules_to_objects() {
+    let made = make(Kind::Deck { objects: 8_000 }, 3);
+    let shown = Shown::of(&made);
+    assert_eq!((shown.nodes.len(), made.expected["triangles"].as_u64()), (8_000, Some(shown.triangles() as u64)));
+    let mut modules: BTreeMap<&str, usize> = BTreeMap::new();
+    let (mut triangles, mut sizes) = (Vec::new(), Vec::new());
+    for node in &shown.nodes {
+        let [root, deck, module] = &node.above[..] else { panic!("{} hangs from {:?}", node.name, node.above) };
+        assert!(root == "deck" && module.starts_with(&format!("{deck}/m")), "{}", node.name);
+        assert!(node.name.starts_with(&format!("{module}/")), "{} in {module}", node.name);
+        *modules.entry(module).or_default() += 1;
+        triangles.push(shown.meshes[node.mesh].1);
+        let (low, high) = shown.corners(node).fold((DVec3::MAX, DVec3::MIN), |(a, b), p| (a.min(p), b.max(p)));
+        sizes.push((high - low).length());
+    }
+    // Few large ones, very many small ones, by triangles and by size; and modules with several times what others have.
+    triangles.sort_unstable();
+    sizes.sort_by(f64::total_cmp);
+    assert!(triangles[7_999] > 50 * triangles[4_000], "{} and {}", triangles[4_000], triangles[7_999]);
+    assert!(sizes[4_000] < 2.0 && sizes[7_999] > 15.0, "{} and {} m", sizes[4_000], sizes[7_999]);
+    let counts: Vec<usize> = modules.values().copied().filter(|&n| n > 10).collect();
+    assert_eq!(counts.len() as u64, made.expected["modules"].as_u64().unwrap());
+    assert!(counts.iter().max() > counts.iter().min().map(|n| 2 * n).as_ref(), "{counts:?}");
+}
+
+#[test]
+fn a_deck_is_imported_whole_and_its_camera_walks_on_its_floors() {
+    let made = make(Kind::Deck { objects: 2_000 }, 1);
+    let scene = scene(&made);
+    assert_eq!((scene.objects.len(), &scene.source.notes), (2_000, &Vec::new()));
+    assert_eq!(made.expected["triangles"], scene.triangles.len());
+    // Closed, whatever the placement: no sum of areas points anywhere, and normals lead outwards.
+    for object in &scene.objects {
+        let (middle, mut area, mut volume) = (object.bounds.centre(), DVec3::ZERO, 0.0);
+        for [a, b, c] in object.triangles.clone().map(|t| scene.corners(t as usize).map(|p| p - middle)) {
+            area += (b - a).cross(c - a);
+            volume += a.dot(b.cross(c));
+        }
+        assert!(area.length() < 1e-4 && volume > 0.0, "{}: {area}, {volume}", object.node);
+    }
+    let eyes: Vec<DVec3> = list(&made.path["frames"]).iter().map(|f| point(&f["eye"])).collect();
+    let bounds = scene
+        .objects
+        .iter()
+        .fold((DVec3::MAX, DVec3::MIN), |(low, high), o| (low.min(o.bounds.min), high.max(o.bounds.max)));
+    let is_inside = |eye: &DVec3| {
+        let p = *eye - scene.origin;
+        p.cmpge(bounds.0).all() && p.cmple(bounds.1).all()
+    };
+    assert!(eyes[300..].iter().all(|eye| is_inside(eye) && (eye.y - 9.6).abs() < 1e-9), "1.6 m over the second deck");
 }
 
 /// An object's outline from above, in order: its outermost corners in (x, z), of a building those of its foot.
@@ -590,6 +663,7 @@ fn the_command_line_makes_a_dense_city_unless_told_and_says_what_is_out_of_range
     for (arguments, words) in [
         (&["teapots", "--count", "0"][..], "0 teapots asked for"),
         (&["teapots", "--count", "5", "--scale", "101"], "a scale of 101 asked for"),
+        (&["deck", "--objects", "999"], "a deck of 999 objects asked for"),
         (&["city", "--dense", "--sparse"], "cannot be used with"),
     ] {
         let (code, said) = run(arguments, &output);

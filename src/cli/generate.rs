@@ -92,6 +92,14 @@ enum Scene {
         #[command(flatten)]
         output: Output,
     },
+    /// An offshore platform: four decks of pipes, fittings, gratings and vessels, 90,867 objects of very different sizes.
+    Deck {
+        /// Objects, 1000 to 400000.
+        #[arg(long, value_name = "N", default_value_t = 90_867)]
+        objects: usize,
+        #[command(flatten)]
+        output: Output,
+    },
     /// A ground: mountains with valleys, and plains between them, as a GeoTIFF.
     Ground {
         /// Samples on a side, 65 to 32769.
@@ -140,6 +148,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Pipes { sections, output } => (Kind::Pipes { sections }, output),
         Scene::Teapots { count, scale, output } => (Kind::Teapots { count, scale }, output),
         Scene::City { dense: _, sparse, output } => (Kind::City { dense: !sparse }, output),
+        Scene::Deck { objects, output } => (Kind::Deck { objects }, output),
         Scene::Ground { size, spacing, output, seed, json } => {
             let made = ground(size, spacing, seed, &output).map_err(|e| at(&output, e))?;
             tell(&output, &made, json);

@@ -1,12 +1,13 @@
 //! Seeded test scenes of any size, with what is in them written down.
 //!
 //! Every building is made of closed solids, one node for each wall between two rooms and each floor, and comes with facts
-//! from the plan that it was built by: rooms, doors, windows, and a way through it. Two scenes are no buildings: teapots and
-//! cities, made after two studies of occlusion culling, to compare with their tables. A ground is a raster of heights. The same
-//! options and seed give the same bytes on every machine.
+//! from the plan that it was built by: rooms, doors, windows, and a way through it. Three scenes are no buildings: teapots,
+//! cities and an offshore platform, made after two studies of occlusion culling, to compare with their tables. A ground is a
+//! raster of heights. The same options and seed give the same bytes on every machine.
 
 mod building;
 mod city;
+mod deck;
 mod facts;
 mod furniture;
 mod glb;
@@ -34,6 +35,8 @@ pub const MAX_ROOMS: usize = 100_000;
 pub const PLANT_SIZES: std::ops::RangeInclusive<usize> = 60..=2000;
 /// Most teapots that a scene may be asked for: 49 million triangles. An import refuses more than 50 million unless told.
 pub const MAX_TEAPOTS: usize = 18_000;
+/// Objects that an offshore platform may be asked for. An import refuses more than 50 million triangles unless told.
+pub const DECK_OBJECTS: std::ops::RangeInclusive<usize> = 1_000..=400_000;
 /// Most sections of pipes that a scene may be asked for.
 pub const MAX_SECTIONS: usize = 20_000_000;
 /// Scales that a teapot may have: life size to 28 m, which is more than half of the box that they are in.
@@ -87,6 +90,11 @@ pub enum Kind {
         /// 25,426 buildings on 22 % of the plane; otherwise 2,028 on 2 %.
         dense: bool,
     },
+    /// An offshore platform: four decks of pipes, fittings, gratings, vessels; few large objects, very many small ones.
+    Deck {
+        /// Its objects, [`DECK_OBJECTS`]; about 52 vertices each in the mean.
+        objects: usize,
+    },
 }
 
 /// Why a scene can't be made.
@@ -122,6 +130,12 @@ pub enum GenerateError {
     Scale {
         /// As asked.
         scale: usize,
+    },
+    /// Too small or too large a platform.
+    #[error("a deck of {objects} objects asked for; give {} to {}", DECK_OBJECTS.start(), DECK_OBJECTS.end())]
+    Objects {
+        /// As asked.
+        objects: usize,
     },
     /// Too few or too many storeys.
     #[error("{storeys} storeys asked for {rooms} offices; give 1 to {rooms}")]
@@ -190,6 +204,8 @@ pub fn generate(kind: Kind, seed: u64) -> Result<Generated, GenerateError> {
         Kind::Teapots { scale, .. } if !TEAPOT_SCALES.contains(&scale) => return Err(GenerateError::Scale { scale }),
         Kind::Teapots { count, scale } => teapots::teapots(count, scale, seed),
         Kind::City { dense } => city::city(dense, seed),
+        Kind::Deck { objects } if !DECK_OBJECTS.contains(&objects) => return Err(GenerateError::Objects { objects }),
+        Kind::Deck { objects } => deck::deck(objects, seed),
     };
     Ok(building.finish())
 }

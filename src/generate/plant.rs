@@ -8,7 +8,7 @@ use super::building::Building;
 use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Pipe, Placement};
 use super::path::CameraPath;
-use super::solid::{Solid, cuboid, extrude, lathe, loft, perforated, turn};
+use super::solid::{Solid, cuboid, extrude, lathe, perforated, pipe, turn};
 use crate::geom::Aabb;
 use crate::random::Prng;
 use crate::scene::Role;
@@ -239,30 +239,10 @@ impl Block<'_> {
     }
 }
 
-/// A closed pipe along +x from the origin.
-fn pipe(length: f64, radius: f64, sides: u32) -> Solid {
-    let ring = |x: f64| -> Vec<DVec3> {
-        let corner = |k: u32| {
-            let (cos, sin) = turn(f64::from(k) / f64::from(sides));
-            v(x, radius * sin, radius * cos)
-        };
-        (0..sides).map(corner).collect()
-    };
-    loft(&[vec![DVec3::ZERO], ring(0.0), ring(length), vec![v(length, 0.0, 0.0)]])
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::solid::tests::assert_closed;
     use super::*;
-
-    #[test]
-    fn pipes_are_closed_and_of_the_right_volume() {
-        let solid = pipe(3.0, 0.5, 24);
-        assert_closed(&solid, "pipe");
-        let area = 12.0 * 0.25 * (std::f64::consts::TAU / 24.0).sin();
-        assert!((solid.volume() - 3.0 * area).abs() < 1e-12);
-    }
 
     #[test]
     fn everything_of_a_plant_is_closed() {

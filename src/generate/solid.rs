@@ -246,6 +246,18 @@ pub(super) fn lathe(profile: &[(f64, f64)], segments: u32) -> Solid {
     loft(&rings)
 }
 
+/// A closed pipe along +x from the origin.
+pub(super) fn pipe(length: f64, radius: f64, sides: u32) -> Solid {
+    let ring = |x: f64| -> Vec<DVec3> {
+        let corner = |k: u32| {
+            let (cos, sin) = turn(f64::from(k) / f64::from(sides));
+            DVec3::new(x, radius * sin, radius * cos)
+        };
+        (0..sides).map(corner).collect()
+    };
+    loft(&[vec![DVec3::ZERO], ring(0.0), ring(length), vec![DVec3::new(length, 0.0, 0.0)]])
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -307,5 +319,13 @@ pub(super) mod tests {
         let ring = lathe(&[(1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.5, 0.0)], n);
         assert_closed(&ring, "ring");
         assert!((ring.volume() - 3.0 * area).abs() < 1e-12);
+    }
+
+    #[test]
+    fn pipes_are_closed_and_of_the_right_volume() {
+        let solid = pipe(3.0, 0.5, 24);
+        assert_closed(&solid, "pipe");
+        let area = 12.0 * 0.25 * (std::f64::consts::TAU / 24.0).sin();
+        assert!((solid.volume() - 3.0 * area).abs() < 1e-12);
     }
 }
