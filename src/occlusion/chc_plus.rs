@@ -7,8 +7,9 @@
 //! of nodes below it where those are tighter.
 //!
 //! Deviations: a question about one node costs one query, whatever the answer (the paper's cost has it asked twice), so nodes of unknown
-//! behaviour are asked alone; an oracle that answers at once is asked about a leaf that showed before that is drawn, and where it has many
-//! triangles in every frame; while answers are due, the walk goes on where it can; the answers about leaves that showed are awaited at the
+//! behaviour are asked alone; an oracle that answers at once is asked at once, since what waits for a batch is drawn later, behind what it would
+//! hide: about a node that was hidden when its turn comes, and about a leaf that showed before that is drawn, where it has many triangles in every
+//! frame; while answers are due, the walk goes on where it can; the answers about leaves that showed are awaited at the
 //! end of the frame and not in the next.
 //!
 //! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
@@ -216,7 +217,7 @@ impl ChcPlus {
 
     fn visit(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
         let Scope { tree, frustum, .. } = *scope;
-        let node = &tree.nodes()[open.node as usize];
+        let (node, at_once) = (&tree.nodes()[open.node as usize], oracle.answers_at_once());
         let state = &mut self.states[open.node as usize];
         let was_visited = state.visited + 1 == self.walk.frame;
         let was_visible = state.visible && was_visited;
@@ -229,10 +230,12 @@ impl ChcPlus {
             self.pull_up(tree, open.node);
             self.walk.go_on(scope, open, oracle);
         } else if !was_visible {
+            if at_once {
+                return self.ask(tree, &[open], Of::Hidden, oracle);
+            }
             self.hidden.push(open);
         } else {
             if node.is_leaf() {
-                let at_once = oracle.answers_at_once();
                 if at_once && (state.next <= self.clock || node.triangles >= WORTH_ASKING) {
                     return self.ask(tree, &[open], Of::Shown, oracle);
                 }
