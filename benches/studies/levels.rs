@@ -19,7 +19,7 @@ use glam::DVec3;
 use std::time::Instant;
 
 /// Frames of a stretch, and runs.
-const IN_CITIES: [usize; 2] = [30, 5];
+pub const IN_CITIES: [usize; 2] = [30, 5];
 const ON_THE_DECK: [usize; 2] = [10, 3];
 /// How often a building's triangles are divided in four, so that they are as many as in the study: 45 million in the dense
 /// city.
@@ -113,7 +113,7 @@ fn auto<'c>(study: &'c Study, tree: &'c Hierarchy) -> Start<'c> {
 }
 
 /// The same scene with the triangles of its buildings divided in four, [`DETAIL`] times.
-fn detailed(scene: Scene) -> Scene {
+pub fn detailed(scene: Scene) -> Scene {
     let mut new = Scene { positions: Vec::new(), triangles: Vec::new(), objects: Vec::new(), ..scene.clone() };
     for object in &scene.objects {
         let start = new.triangles.len() as u32;
