@@ -19,7 +19,7 @@ mod near_optimal;
 mod occupancy;
 
 use enfilade::ObjectId;
-use enfilade::generate::{Kind, generate};
+use enfilade::generate::Kind;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
@@ -29,10 +29,9 @@ use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::oracle::{OcclusionOracle, QueryId};
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::runtime::Camera;
+use enfilade::scene::Scene;
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::walkthrough::missed::{missed_pixels, objects_shown};
-use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::raster;
 use grid::Grid;
 use late::LateRule;
@@ -40,31 +39,17 @@ use near_optimal::{Costs, NearOptimal};
 use occupancy::Occupancy;
 use std::path::PathBuf;
 use std::time::Instant;
+use testing::stretches::{Stretches, scenes};
 
 const SIZE: [usize; 2] = [1024, 768];
-const STRETCHES: usize = 6;
-const STRETCH: usize = 30;
-const STRETCH_OF_TEAPOTS: usize = 3;
 const RUNS: usize = 3;
-/// A teapot is one object.
-const TEAPOT: u32 = 2712;
 /// Cells of the grid that are asked about at a time.
 const AT_A_TIME: [usize; 3] = [1, 16, 256];
 
 fn main() {
-    let office = |rooms| (format!("office of {rooms}"), Kind::Office { rooms, storeys: None, furnished: true });
-    let scenes = match std::env::args().any(|a| a == "--test") {
-        true => vec![office(20)],
-        false => vec![
-            office(165),
-            ("city, dense".to_owned(), Kind::City { dense: true }),
-            ("city, sparse".to_owned(), Kind::City { dense: false }),
-            ("Teapots(500, 30)".to_owned(), Kind::Teapots { count: 500, scale: 30 }),
-        ],
-    };
     println!("| scene | answers | method | queries | triangles | ms a frame | missed pixels |");
     println!("| --- | --- | --- | --- | --- | --- | --- |");
-    scenes.into_iter().for_each(|(name, kind)| measure(&name, kind));
+    scenes(std::env::args().any(|a| a == "--test")).into_iter().for_each(|(name, kind)| measure(&name, kind));
 }
 
 /// An oracle that doesn't say that its answers are there at once.
@@ -103,20 +88,10 @@ struct Study<'s> {
 }
 
 fn measure(name: &str, kind: Kind) {
-    let made = generate(kind, 0).expect("a scene");
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("queries.glb");
-    std::fs::write(&file, &made.glb).expect("a folder to write to");
-    let scene =
-        import(&file, &ImportOptions { object_triangles: TEAPOT, ..Default::default() }).expect("what was generated");
-    let path = CameraPath::from_json(&made.path.to_string()).expect("a path");
-    let stretch = if matches!(kind, Kind::Teapots { .. }) { STRETCH_OF_TEAPOTS } else { STRETCH };
-    let camera = |i: usize| {
-        let start = (path.frames.len() - stretch) * (i / stretch) / (STRETCHES - 1);
-        path.camera(start + i % stretch, scene.origin, SIZE[0] as f64 / SIZE[1] as f64)
-    };
-    let cameras = (0..STRETCHES * stretch).map(camera).collect();
+    let Stretches { scene, cameras, stretch, near } = Stretches::new(kind, &file, SIZE);
     let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
-    let study = Study { name, scene: &scene, tree, cameras, stretch, near: path.near };
+    let study = Study { name, scene: &scene, tree, cameras, stretch, near };
     study.frustum();
     study.at_once();
     study.late();

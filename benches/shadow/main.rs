@@ -12,7 +12,7 @@ mod frusta;
 use enfilade::ObjectId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::exact::{ExactScene, Judge, MOST_SPLITS};
-use enfilade::generate::{Kind, generate};
+use enfilade::generate::Kind;
 use enfilade::job::Job;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
@@ -22,39 +22,23 @@ use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::Scene;
 use enfilade::walkthrough::missed::objects_shown;
-use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::raster;
 use frusta::{Occluders, ShadowCuller};
 use std::path::PathBuf;
 use std::time::Instant;
+use testing::stretches::{Stretches, scenes};
 
 const SIZE: [usize; 2] = [1024, 768];
-const STRETCHES: usize = 6;
-/// Frames of a stretch; the software draws a million triangles of teapots in each.
-const STRETCH: usize = 30;
-const STRETCH_OF_TEAPOTS: usize = 3;
 const RUNS: usize = 3;
 /// Occluders a frame.
 const COUNTS: [usize; 5] = [4, 8, 16, 32, 64];
-/// A teapot is one object.
-const TEAPOT: u32 = 2712;
 
 fn main() {
-    let office = |rooms| (format!("office of {rooms}"), Kind::Office { rooms, storeys: None, furnished: true });
-    let scenes = match std::env::args().any(|a| a == "--test") {
-        true => vec![office(20)],
-        false => vec![
-            office(165),
-            ("city, dense".to_owned(), Kind::City { dense: true }),
-            ("city, sparse".to_owned(), Kind::City { dense: false }),
-            ("Teapots(500, 30)".to_owned(), Kind::Teapots { count: 500, scale: 30 }),
-        ],
-    };
     println!("| scene | method | occluders | triangles | of the frustum's, % | culling, us | frame, us |");
     println!("| --- | --- | --- | --- | --- | --- | --- |");
-    scenes.into_iter().for_each(|(name, kind)| measure(&name, kind));
+    scenes(std::env::args().any(|a| a == "--test")).into_iter().for_each(|(name, kind)| measure(&name, kind));
 }
 
 /// A scene and its camera's frames.
@@ -77,19 +61,9 @@ struct Row {
 }
 
 fn measure(name: &str, kind: Kind) {
-    let made = generate(kind, 0).expect("a scene");
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("shadow.glb");
-    std::fs::write(&file, &made.glb).expect("a folder to write to");
-    let options = ImportOptions { object_triangles: TEAPOT, ..ImportOptions::default() };
-    let scene = import(&file, &options).expect("what was generated");
-    let path = CameraPath::from_json(&made.path.to_string()).expect("a path");
-    let stretch = if matches!(kind, Kind::Teapots { .. }) { STRETCH_OF_TEAPOTS } else { STRETCH };
-    let camera = |i: usize| {
-        let start = (path.frames.len() - stretch) * (i / stretch) / (STRETCHES - 1);
-        path.camera(start + i % stretch, scene.origin, SIZE[0] as f64 / SIZE[1] as f64)
-    };
-    let cameras = (0..STRETCHES * stretch).map(camera).collect();
-    let study = Study { name, scene: &scene, cameras, stretch, near: path.near };
+    let Stretches { scene, cameras, stretch, near } = Stretches::new(kind, &file, SIZE);
+    let study = Study { name, scene: &scene, cameras, stretch, near };
     let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
     let start = Instant::now();
     let occluders = Occluders::find(&scene);

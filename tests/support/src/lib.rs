@@ -23,6 +23,7 @@ pub mod random;
 pub mod rooms;
 pub mod sights;
 pub mod solids;
+pub mod stretches;
 pub mod tiffs;
 pub mod truth;
 pub mod world;
