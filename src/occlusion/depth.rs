@@ -31,9 +31,8 @@ use crate::simd::vectorized;
 use crate::types::scene::{Object, Scene};
 use closed::Outside;
 use glam::DVec3;
-use lanes::{COUNT, Lanes, SIDE, max, min};
+use lanes::{COUNT, F32x8, Lanes, SIDE};
 
-const PIXELS: usize = SIDE * SIDE;
 /// Pixels along the side of a block.
 const BLOCK: usize = SIDE * SIDE;
 /// Depth is 1/w, so nothing, infinitely far away, is at 0; a tile that nothing was drawn into has this farthest depth, and its pixels are
@@ -46,7 +45,7 @@ const QUESTIONS: usize = 4;
 /// Pixels of a tile, row by row.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
-struct Tile([f32; PIXELS]);
+struct Tile([Lanes; SIDE]);
 
 /// A number for each of eight tiles in a row of a block.
 #[derive(Clone, Copy)]
@@ -63,10 +62,10 @@ struct Plane {
     floor: f32,
 }
 
+#[cfg(test)]
 impl Plane {
-    #[inline(always)]
     fn depth(&self, column: usize, row: usize) -> f32 {
-        max((self.at + self.y * COUNT[row]) + self.x * COUNT[column], self.floor)
+        ((self.at + self.y * COUNT[row]) + self.x * COUNT[column]).max(self.floor)
     }
 }
 
@@ -144,7 +143,7 @@ impl<'s> DepthBuffer<'s> {
             scene,
             rays: Rays::new(&view, [width, height]),
             across: blocks[0],
-            tiles: vec![Tile([0.0; PIXELS]); rows * SIDE],
+            tiles: vec![Tile([[0.0; SIDE]; SIDE]); rows * SIDE],
             outsides: parallel::map(&scene.objects, |object| Outside::of(scene, object)),
             planes: vec![Planes::NONE; rows],
             farthest: Vec::new(),
@@ -209,10 +208,10 @@ impl<'s> DepthBuffer<'s> {
         let planes = &mut self.planes[index.row];
         let plane = planes.get(index.column);
         if !plane.at.is_nan() {
-            for (row, pixels) in self.tiles[index.tile()].0.chunks_exact_mut(SIDE).enumerate() {
-                for (column, depth) in pixels.iter_mut().enumerate() {
-                    *depth = plane.depth(column, row);
-                }
+            let (steps, floor) = (F32x8::COUNT * plane.x, F32x8::splat(plane.floor));
+            let tile = &mut self.tiles[index.tile()];
+            for row in 0..SIDE {
+                (F32x8::splat(plane.at + plane.y * COUNT[row]) + steps).max(floor).store(&mut tile.0[row]);
             }
             planes.at[index.column] = f32::NAN;
         }
@@ -244,13 +243,12 @@ impl<'s> DepthBuffer<'s> {
     #[inline(always)]
     fn block(&mut self, block: usize) -> f32 {
         if self.blocks[block].is_nan() {
-            let mut least = [f32::INFINITY; SIDE];
-            for row in &self.farthest[block * SIDE..][..SIDE] {
-                for (least, far) in least.iter_mut().zip(&row.0) {
-                    *least = min(*least, *far);
-                }
+            let rows = &self.farthest[block * SIDE..][..SIDE];
+            let mut least = F32x8::INFINITY;
+            for row in rows {
+                least = least.min(F32x8::load(&row.0));
             }
-            self.blocks[block] = least.into_iter().fold(f32::INFINITY, min);
+            self.blocks[block] = least.least();
         }
         self.blocks[block]
     }
@@ -304,7 +302,7 @@ mod tests {
         let index = buffer.index([x / SIDE, y / SIDE]);
         match buffer.planes[index.row].get(index.column) {
             _ if buffer.farthest(index) < 0.0 => 0.0,
-            plane if plane.at.is_nan() => buffer.tiles[index.tile()].0[y % SIDE * SIDE + x % SIDE],
+            plane if plane.at.is_nan() => buffer.tiles[index.tile()].0[y % SIDE][x % SIDE],
             plane => plane.depth(x % SIDE, y % SIDE),
         }
     }
@@ -330,7 +328,7 @@ mod tests {
                 let index = buffer.index(tile);
                 if buffer.farthest(index) >= 0.0 {
                     buffer.unfold(index);
-                    let least = buffer.tiles[index.tile()].0.iter().copied().fold(f32::INFINITY, f32::min);
+                    let least = buffer.tiles[index.tile()].0.as_flattened().iter().copied().fold(f32::INFINITY, f32::min);
                     assert_eq!(buffer.farthest(index), least);
                 }
             }

@@ -2,7 +2,7 @@
 //!
 //! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
 
-use super::lanes::{COUNT, Lanes, SIDE, max, min, ones};
+use super::lanes::{COUNT, F32x8, Lanes, SIDE};
 use super::squares::Squares;
 use super::{BLOCK, DepthBuffer};
 use crate::occlusion::bounds::Bounds;
@@ -124,14 +124,7 @@ fn blocks(
 /// A bit for each of eight that isn't nearer than this.
 #[inline(always)]
 fn not_nearer(farthest: &Lanes, nearest: f32) -> u32 {
-    let mut hidden = !0;
-    for far in farthest {
-        hidden &= ones(*far > nearest);
-    }
-    if hidden != 0 {
-        return 0;
-    }
-    (0..SIDE).fold(0, |all, k| all | u32::from(farthest[k] <= nearest) << k)
+    F32x8::splat(nearest).at_least(F32x8::load(farthest)).bits()
 }
 
 /// Whether enough pixels of a box show in a block.
@@ -188,35 +181,36 @@ impl Slabs {
             return false;
         }
         buffer.unfold(index);
-        // Pixels in each column where the nearest of the box is nearer than its farthest and than what is drawn.
-        let mut count = [0.0; SIDE];
-        let steps: [Lanes; 6] = std::array::from_fn(|i| COUNT.map(|count| self.x[i] as f32 * count));
-        for row in pixels[1][0].max(y) - y..=pixels[1][1].min(y + SIDE - 1) - y {
-            let starts: [f32; 6] = std::array::from_fn(|i| outwards[i] as f32 + self.y[i] as f32 * row as f32);
-            let depths = &buffer.tiles[index.tile()].0[row * SIDE..][..SIDE];
-            let (mut enter, mut leave) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
-            for i in 0..self.nearer {
-                for k in 0..SIDE {
-                    enter[k] = min(enter[k], starts[i] + steps[i][k]);
-                }
-            }
-            for i in self.nearer..6 {
-                for k in 0..SIDE {
-                    leave[k] = max(leave[k], starts[i] + steps[i][k]);
-                }
+        // Pixels of each row where the nearest of the box is nearer than its farthest and than what is drawn.
+        let of_columns = of_lanes(pixels[0], x);
+        let nearer = self.nearer.min(3);
+        for row in pixels[1][0].max(y) - y..(pixels[1][1] + 1 - y).min(SIDE) {
+            let mut enter = F32x8::INFINITY;
+            for i in 0..nearer {
+                let start = outwards[i] as f32 + self.y[i] as f32 * COUNT[row];
+                enter = enter.min(F32x8::splat(start) + F32x8::COUNT * self.x[i] as f32);
             }
             // Of an untouched tile, depths are of an earlier frame.
+            let mut leave = F32x8::splat(f32::NEG_INFINITY);
             if drawn >= 0.0 {
-                for k in 0..SIDE {
-                    leave[k] = max(leave[k], depths[k]);
-                }
+                leave = F32x8::load(&buffer.tiles[index.tile()].0[row]);
             }
-            for k in 0..SIDE {
-                count[k] += if enter[k] >= leave[k] { 1.0 } else { 0.0 };
+            for i in nearer..6 {
+                let start = outwards[i] as f32 + self.y[i] as f32 * COUNT[row];
+                leave = leave.max(F32x8::splat(start) + F32x8::COUNT * self.x[i] as f32);
+            }
+            *wanted = wanted.saturating_sub((enter.at_least(leave).bits() & of_columns).count_ones());
+            if *wanted == 0 {
+                return true;
             }
         }
-        let columns = pixels[0][0].max(x) - x..=pixels[0][1].min(x + SIDE - 1) - x;
-        *wanted = wanted.saturating_sub(count[columns].iter().sum::<f32>() as u32);
-        *wanted == 0
+        false
     }
+}
+
+/// Of the eight columns from `start` on, a bit for each that is within a range, first and last.
+#[inline(always)]
+fn of_lanes([first, last]: [usize; 2], start: usize) -> u32 {
+    let [first, last] = [first.max(start) - start, last.min(start + SIDE - 1) - start];
+    (2 << last) - (1 << first)
 }

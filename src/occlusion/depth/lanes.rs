@@ -1,33 +1,154 @@
-//! Eight numbers side by side: what fits a register, or two.
+//! Eight numbers side by side, in two registers of four.
+//!
+//! The registers are named, not left to the compiler: it took loops over eight numbers apart, one instruction a number, as soon as they
+//! did more than add.
+
+use glam::{BVec4A, Vec4};
+use std::ops::{Add, BitAnd, BitOr, Mul, Not, Sub};
 
 /// Pixels along the side of a tile, and tiles along that of a block.
 pub(super) const SIDE: usize = 8;
 /// Pixels of a row, or tiles.
 pub(super) const COUNT: Lanes = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// Values side by side, one a pixel of a tile's row, or a tile of a block's row.
+/// Values in memory, one a pixel of a tile's row, or a tile of a block's row.
 pub(super) type Lanes = [f32; SIDE];
 
-/// The lesser; one instruction a register, which [`f32::min`] is not. No argument is a NaN.
-#[inline(always)]
-pub(super) fn min(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
+/// The same in registers.
+#[derive(Clone, Copy)]
+pub(super) struct F32x8(Vec4, Vec4);
+
+/// Of each of eight, whether it is so.
+#[derive(Clone, Copy)]
+pub(super) struct Mask(BVec4A, BVec4A);
+
+impl F32x8 {
+    pub const COUNT: Self = Self(Vec4::new(0.0, 1.0, 2.0, 3.0), Vec4::new(4.0, 5.0, 6.0, 7.0));
+    pub const ZERO: Self = Self(Vec4::ZERO, Vec4::ZERO);
+    pub const INFINITY: Self = Self(Vec4::INFINITY, Vec4::INFINITY);
+
+    #[inline(always)]
+    pub fn splat(value: f32) -> Self {
+        Self(Vec4::splat(value), Vec4::splat(value))
+    }
+
+    #[inline(always)]
+    pub fn load(from: &Lanes) -> Self {
+        let [a, b, c, d, e, f, g, h] = *from;
+        Self(Vec4::new(a, b, c, d), Vec4::new(e, f, g, h))
+    }
+
+    #[inline(always)]
+    pub fn store(self, to: &mut Lanes) {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0.to_array(), self.1.to_array());
+        *to = [a, b, c, d, e, f, g, h];
+    }
+
+    /// The lesser; of an argument that is no number, either.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0), self.1.min(other.1))
+    }
+
+    /// The greater, likewise.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0), self.1.max(other.1))
+    }
+
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+
+    /// The least of the eight.
+    #[inline(always)]
+    pub fn least(self) -> f32 {
+        self.0.min(self.1).min_element()
+    }
+
+    #[inline(always)]
+    pub fn less(self, other: Self) -> Mask {
+        Mask(self.0.cmplt(other.0), self.1.cmplt(other.1))
+    }
+
+    #[inline(always)]
+    pub fn at_least(self, other: Self) -> Mask {
+        Mask(self.0.cmpge(other.0), self.1.cmpge(other.1))
+    }
+
+    #[inline(always)]
+    pub fn is_nan(self) -> Mask {
+        Mask(self.0.is_nan_mask(), self.1.is_nan_mask())
+    }
 }
 
-/// The greater, likewise.
-#[inline(always)]
-pub(super) fn max(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+impl Add for F32x8 {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0, self.1 + other.1)
+    }
 }
 
-/// All bits where it is so: masks of a register's lanes.
-#[inline(always)]
-pub(super) fn ones(is_so: bool) -> u32 {
-    0u32.wrapping_sub(u32::from(is_so))
+impl Sub for F32x8 {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0, self.1 - other.1)
+    }
 }
 
-/// One number where the mask has its bits, another where it has none.
-#[inline(always)]
-pub(super) fn chosen(mask: u32, new: f32, old: f32) -> f32 {
-    f32::from_bits((new.to_bits() & mask) | (old.to_bits() & !mask))
+impl Mul<f32> for F32x8 {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, by: f32) -> Self {
+        Self(self.0 * by, self.1 * by)
+    }
+}
+
+impl Mask {
+    pub const ALL: Self = Self(BVec4A::TRUE, BVec4A::TRUE);
+
+    /// New values where it is so, old ones elsewhere.
+    #[inline(always)]
+    pub fn choose(self, new: F32x8, old: F32x8) -> F32x8 {
+        F32x8(Vec4::select(self.0, new.0, old.0), Vec4::select(self.1, new.1, old.1))
+    }
+
+    /// A bit for each.
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0.bitmask() | self.1.bitmask() << 4
+    }
+}
+
+impl BitAnd for Mask {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0, self.1 & other.1)
+    }
+}
+
+impl BitOr for Mask {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0, self.1 | other.1)
+    }
+}
+
+impl Not for Mask {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0, !self.1)
+    }
 }

@@ -1,7 +1,7 @@
 //! A box held against the farthest depths of squares of the picture, eight in a row at a time: what is left over is asked
 //! pixel by pixel.
 
-use super::lanes::{COUNT, Lanes, SIDE, max, min, ones};
+use super::lanes::{COUNT, F32x8, Lanes, SIDE};
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::Slabs;
 
@@ -42,32 +42,19 @@ impl Squares {
     /// of squares; these are the farthest depths in them.
     #[inline(always)]
     pub fn row(&self, row: usize, farthest: &Lanes, nearest: f32) -> u32 {
-        let (mut enter, mut leave) = ([nearest; SIDE], *farthest);
+        let (mut enter, mut leave) = (F32x8::splat(nearest), F32x8::load(farthest));
         let (mut front, mut back) = ([0.0; 8], [0.0; 8]);
-        for i in 0..8 {
-            let down = self.y[i] * COUNT[row];
-            (front[i], back[i]) = (self.front[i] + down, self.back[i] + down);
-        }
+        let down = F32x8::load(&self.y) * COUNT[row];
+        (F32x8::load(&self.front) + down).store(&mut front);
+        (F32x8::load(&self.back) + down).store(&mut back);
         // Three sides face the eye at most, and five don't.
-        for (x, front) in self.x.iter().zip(front).take(3) {
-            for k in 0..SIDE {
-                enter[k] = min(enter[k], front + x * COUNT[k]);
-            }
+        for i in 0..3 {
+            enter = enter.min(F32x8::splat(front[i]) + F32x8::COUNT * self.x[i]);
         }
-        for (x, back) in self.x.iter().zip(back).take(6).skip(1) {
-            for k in 0..SIDE {
-                leave[k] = max(leave[k], back + x * COUNT[k]);
-            }
+        for i in 1..6 {
+            leave = leave.max(F32x8::splat(back[i]) + F32x8::COUNT * self.x[i]);
         }
-        // Mostly all are hidden.
-        let mut hidden = !0;
-        for k in 0..SIDE {
-            hidden &= ones(enter[k] < leave[k]);
-        }
-        if hidden != 0 {
-            return 0;
-        }
-        (0..SIDE).fold(0, |all, k| all | u32::from(enter[k] >= leave[k]) << k)
+        enter.at_least(leave).bits()
     }
 }
 

@@ -3,8 +3,8 @@
 //! A pixel too near to an edge for `f32` is decided in `f64`.
 
 use super::draw::Drawn;
-use super::lanes::{COUNT, SIDE, chosen, max, min, ones};
-use super::{DepthBuffer, Index, PIXELS, Plane, Tile, UNTOUCHED};
+use super::lanes::{COUNT, F32x8, Lanes, Mask, SIDE};
+use super::{DepthBuffer, Index, Plane, Tile, UNTOUCHED};
 
 /// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most.
 /// Larger: more pixels are looked at twice.
@@ -15,10 +15,10 @@ const NEAR_EDGE: f32 = 2e-5;
 fn clear(tile: &mut Tile, corner: [usize; 2], size: [usize; 2]) {
     let [columns, rows] = [size[0] - corner[0], size[1] - corner[1]];
     if columns.min(rows) >= SIDE {
-        tile.0.fill(0.0);
+        *tile = Tile([[0.0; SIDE]; SIDE]);
         return;
     }
-    for (row, pixels) in tile.0.chunks_exact_mut(SIDE).enumerate() {
+    for (row, pixels) in tile.0.iter_mut().enumerate() {
         for (column, pixel) in pixels.iter_mut().enumerate() {
             *pixel = if row < rows && column < columns { 0.0 } else { f32::INFINITY };
         }
@@ -58,7 +58,8 @@ impl Drawn {
         let tile = &mut buffer.tiles[index.tile()];
         let [first, last] = self.pixels[1];
         let rows = [first.max(y) - y, last.min(y + SIDE - 1) - y];
-        let edges = [0, 1, 2].map(|k| [at[k] as f32, self.edges[k].x as f32, self.edges[k].y as f32]);
+        let edge = |k: usize| [at[k] as f32, self.edges[k].x as f32, self.edges[k].y as f32];
+        let edges = [edge(0), edge(1), edge(2)];
         // Hardly any tile is as near as the near plane.
         let nearest_edge = match (whole, most < f64::from(near)) {
             (true, true) => fill::<false, false>(tile, rows, &plane, &edges, near),
@@ -69,33 +70,52 @@ impl Drawn {
         if nearest_edge <= NEAR_EDGE {
             self.settle(tile, [x, y], &plane, &edges, near);
         }
-        let mut least = [f32::INFINITY; SIDE];
-        for row in tile.0.chunks_exact(SIDE) {
-            for k in 0..SIDE {
-                least[k] = min(row[k], least[k]);
-            }
+        let mut farthest = F32x8::INFINITY;
+        for row in &tile.0 {
+            farthest = farthest.min(F32x8::load(row));
         }
-        buffer.set_farthest(index, least.into_iter().fold(f32::INFINITY, min));
+        buffer.set_farthest(index, farthest.least());
     }
 
     /// Draws the pixels of a tile that `f32` couldn't decide.
     #[cold]
     fn settle(&self, tile: &mut Tile, [x, y]: [usize; 2], plane: &Plane, edges: &[[f32; 3]; 3], near: f32) {
-        for p in 0..PIXELS {
+        for p in 0..SIDE * SIDE {
             let (row, column) = (p / SIDE, p % SIDE);
             let [a, b, c] = edges.map(|[at, x, y]| (at + y * COUNT[row]) + x * COUNT[column]);
             let inside = || self.edges.iter().all(|e| e.value(x + column, y + row) >= 0.0);
             let depth = (plane.at + plane.y * COUNT[row]) + plane.x * COUNT[column];
             if a.min(b).min(c).abs() <= NEAR_EDGE && depth <= near && inside() {
-                tile.0[p] = tile.0[p].max(depth.max(plane.floor));
+                let pixel = &mut tile.0[row][column];
+                *pixel = pixel.max(depth.max(plane.floor));
             }
         }
     }
 }
 
+/// A linear function over a tile: its values along the first column, and what is added to get to a column.
+struct Rows {
+    starts: Lanes,
+    steps: F32x8,
+}
+
+impl Rows {
+    #[inline(always)]
+    fn new([at, x, y]: [f32; 3]) -> Self {
+        let mut starts = [0.0; SIDE];
+        (F32x8::splat(at) + F32x8::COUNT * y).store(&mut starts);
+        Self { starts, steps: F32x8::COUNT * x }
+    }
+
+    #[inline(always)]
+    fn row(&self, row: usize) -> F32x8 {
+        F32x8::splat(self.starts[row]) + self.steps
+    }
+}
+
 /// Draws the pixels of some rows of a tile that are inside for certain. Returns how near the middle of one came to an edge.
 #[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "by iterators, the compiler leaves the registers")]
+#[expect(clippy::needless_range_loop, reason = "iterators are not inlined, which takes longer than a row")]
 fn fill<const EDGES: bool, const NEAR: bool>(
     tile: &mut Tile,
     [first, last]: [usize; 2],
@@ -103,33 +123,20 @@ fn fill<const EDGES: bool, const NEAR: bool>(
     edges: &[[f32; 3]; 3],
     near: f32,
 ) -> f32 {
-    let forms = [[plane.at, plane.x, plane.y], edges[0], edges[1], edges[2]];
-    let mut steps = [[0.0; SIDE]; 4];
-    for (steps, [_, x, _]) in steps.iter_mut().zip(forms) {
-        for k in 0..SIDE {
-            steps[k] = x * COUNT[k];
+    let depths = Rows::new([plane.at, plane.x, plane.y]);
+    let (a, b, c) = (Rows::new(edges[0]), Rows::new(edges[1]), Rows::new(edges[2]));
+    let (floor, near, near_edge) = (F32x8::splat(plane.floor), F32x8::splat(near), F32x8::splat(NEAR_EDGE));
+    let mut nearest_edge = F32x8::INFINITY;
+    for row in first..(last + 1).min(SIDE) {
+        let depth = depths.row(row);
+        let mut wins = if NEAR { near.at_least(depth) } else { Mask::ALL };
+        if EDGES {
+            let inside = a.row(row).min(b.row(row)).min(c.row(row));
+            wins = wins & near_edge.less(inside);
+            nearest_edge = nearest_edge.min(inside.abs());
         }
+        let old = F32x8::load(&tile.0[row]);
+        wins.choose(depth.max(floor).max(old), old).store(&mut tile.0[row]);
     }
-    let mut starts = [[0.0; SIDE]; 4];
-    for (starts, [at, _, y]) in starts.iter_mut().zip(forms) {
-        for k in 0..SIDE {
-            starts[k] = at + y * COUNT[k];
-        }
-    }
-    let mut nearest_edge = [f32::INFINITY; SIDE];
-    for row in first..=last.min(SIDE - 1) {
-        let pixels = &mut tile.0[row * SIDE..][..SIDE];
-        for k in 0..SIDE {
-            let depth = starts[0][row] + steps[0][k];
-            let mut wins = if NEAR { ones(near >= depth) } else { !0 };
-            if EDGES {
-                let [a, b, c] = [1, 2, 3].map(|e| starts[e][row] + steps[e][k]);
-                let inside = min(min(a, b), c);
-                wins &= ones(inside > NEAR_EDGE);
-                nearest_edge[k] = min(nearest_edge[k], inside.abs());
-            }
-            pixels[k] = max(chosen(wins, max(depth, plane.floor), 0.0), pixels[k]);
-        }
-    }
-    if EDGES { nearest_edge.into_iter().fold(f32::INFINITY, min) } else { f32::INFINITY }
+    nearest_edge.least()
 }

@@ -2,8 +2,8 @@
 //! over than what is there, takes its plane, and no pixel is looked at; tiles left over go to `tile.rs`.
 
 use super::draw::Drawn;
-use super::lanes::{Lanes, SIDE, chosen, max, min, ones};
-use super::{BLOCK, DepthBuffer, Index, Planes, UNTOUCHED};
+use super::lanes::{F32x8, Lanes, SIDE};
+use super::{BLOCK, DepthBuffer, Index};
 use crate::occlusion::pixels::FORM_ERROR;
 
 /// Of tiles with a corner this near to an edge, pixels; pixels decide: more than a distance of up to 1,000 pixels is off by
@@ -82,30 +82,30 @@ impl Drawn {
             [first.max(start) - start, last.min(start + BLOCK - 1) - start].map(|p| p / SIDE)
         };
         let (columns, rows) = (within(self.pixels[0], x), within(self.pixels[1], y));
+        let of_columns = (2 << columns[1]) - (1 << columns[0]);
         for row in rows[0]..=rows[1] {
             let of = index * SIDE + row;
-            let mut left = [!0; SIDE];
+            let mut left = !0;
             if is_beyond && y + (row + 1) * SIDE <= buffer.rays.size[1] {
                 let corner = [x, y + row * SIDE];
-                let any = match whole {
-                    true => self.row::<false>(buffer, steps, corner, of, &mut left),
-                    false => self.row::<true>(buffer, steps, corner, of, &mut left),
+                left = match whole {
+                    true => self.row::<false>(buffer, steps, corner, of),
+                    false => self.row::<true>(buffer, steps, corner, of),
                 };
-                if !any {
-                    continue;
-                }
             }
-            for (column, left) in left.iter().enumerate().take(columns[1] + 1).skip(columns[0]) {
+            left &= of_columns;
+            while left != 0 {
+                let column = left.trailing_zeros() as usize;
+                left &= left - 1;
                 let place = Index { block: index, row: of, column };
-                if *left != 0 && self.range[0] > buffer.farthest(place) {
+                if self.range[0] > buffer.farthest(place) {
                     self.tile(buffer, [block_x * SIDE + column, block_y * SIDE + row], place);
                 }
             }
         }
     }
 
-    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns whether some are left whose pixels must be looked at,
-    /// and which.
+    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns those whose pixels must be looked at, a bit each.
     #[inline(always)]
     fn row<const EDGES: bool>(
         &self,
@@ -113,83 +113,65 @@ impl Drawn {
         steps: &Steps,
         [x, y]: [usize; 2],
         row: usize,
-        left: &mut [u32; SIDE],
-    ) -> bool {
-        let [nearest, floor] = self.range;
+    ) -> u32 {
         // 1. Edges: not below 0 where the tile may meet it, and above 0 where it has all of it.
-        let (mut meets, mut whole) = ([f32::INFINITY; SIDE], buffer.complete[x / BLOCK].0);
+        let (mut meets, mut whole) = (F32x8::INFINITY, F32x8::load(&buffer.complete[x / BLOCK].0));
         for e in 0..if EDGES { 3 } else { 0 } {
-            let start = self.edges[e].value(x, y) as f32;
-            for k in 0..SIDE {
-                let value = start + steps.edges[e][k];
-                meets[k] = min(meets[k], value + steps.rises[e]);
-                whole[k] = min(whole[k], value + steps.falls[e]);
-            }
+            let value = F32x8::splat(self.edges[e].value(x, y) as f32) + F32x8::load(&steps.edges[e]);
+            meets = meets.min(value + F32x8::splat(steps.rises[e]));
+            whole = whole.min(value + F32x8::splat(steps.falls[e]));
         }
         // 2. Depths of the pixels in the corners, new and old: linear functions, of which these are the extremes.
-        let (start, old, drawn) = (self.depth.value(x, y), buffer.planes[row], buffer.farthest[row].0);
-        let [dx, dy] = steps.slope.map(|slope| slope * LAST);
+        let start = self.depth.value(x, y);
         let mut at = [0.0; SIDE];
-        for (at, step) in at.iter_mut().zip(&steps.depth) {
-            let value = start + step;
-            *at = (value - FORM_ERROR * (value.abs() + steps.spread)) as f32;
+        for k in 0..SIDE {
+            let value = start + steps.depth[k];
+            at[k] = (value - FORM_ERROR * (value.abs() + steps.spread)) as f32;
         }
+        let (at, nearest, floor) = (F32x8::load(&at), F32x8::splat(self.range[0]), F32x8::splat(self.range[1]));
+        let (old, drawn) = (&buffer.planes[row], F32x8::load(&buffer.farthest[row].0));
+        let (old_at, old_floor) = (F32x8::load(&old.at), F32x8::load(&old.floor));
+        let (dx, dy) = (F32x8::splat(steps.slope[0] * LAST), F32x8::splat(steps.slope[1] * LAST));
+        let [a, b, c, d] = corners(at, dx, dy, floor);
+        let [was_a, was_b, was_c, was_d] = corners(old_at, F32x8::load(&old.x) * LAST, F32x8::load(&old.y) * LAST, old_floor);
+        let (least, most) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
         // What is new over what is old, at the least and at the most.
-        let (mut gain, mut most_gain) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
-        let (mut most, mut least) = ([floor; SIDE], [f32::INFINITY; SIDE]);
-        for k in 0..SIDE {
-            let [below, old_below] = [at[k] + dy, old.at[k] + old.y[k] * LAST];
-            let old_dx = old.x[k] * LAST;
-            let new = [at[k], at[k] + dx, below, below + dx];
-            let was = [old.at[k], old.at[k] + old_dx, old_below, old_below + old_dx];
-            for c in 0..4 {
-                let new = max(new[c], floor);
-                most[k] = max(new, most[k]);
-                least[k] = min(new, least[k]);
-                let difference = new - max(was[c], old.floor[k]);
-                gain[k] = min(difference, gain[k]);
-                most_gain[k] = max(difference, most_gain[k]);
-            }
-        }
+        let (a, b, c, d) = (a - was_a, b - was_b, c - was_c, d - was_d);
+        let (gain, most_gain) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
         // 3. What is to be done.
-        let mut takes = [0; SIDE];
-        for k in 0..SIDE {
-            let open = ones(meets[k] >= 0.0) & ones(min(most[k], nearest) > drawn[k]);
-            let inside = ones(whole[k] > 0.0);
-            let nothing_there = ones(drawn[k] == UNTOUCHED);
-            let has_plane = ones(!old.at[k].is_nan());
-            takes[k] = open & inside & (nothing_there | (has_plane & ones(gain[k] >= 0.0)));
-            let keeps = inside & !nothing_there & has_plane & ones(most_gain[k] <= 0.0);
-            left[k] = open & !takes[k] & !keeps;
+        let zero = F32x8::ZERO;
+        let open = meets.at_least(zero) & drawn.less(most.min(nearest));
+        let inside = zero.less(whole);
+        let nothing_there = drawn.less(zero);
+        let has_plane = !old_at.is_nan();
+        let takes = open & inside & (nothing_there | (has_plane & gain.at_least(zero)));
+        let keeps = inside & !nothing_there & has_plane & zero.at_least(most_gain);
+        if takes.bits() != 0 {
+            let (x, y) = (F32x8::splat(steps.slope[0]), F32x8::splat(steps.slope[1]));
+            let old = &mut buffer.planes[row];
+            takes.choose(at, old_at).store(&mut old.at);
+            takes.choose(x, F32x8::load(&old.x)).store(&mut old.x);
+            takes.choose(y, F32x8::load(&old.y)).store(&mut old.y);
+            takes.choose(floor, old_floor).store(&mut old.floor);
+            takes.choose(least, drawn).store(&mut buffer.farthest[row].0);
+            buffer.blocks[row / SIDE] = f32::NAN;
+            buffer.is_stale = true;
         }
-        let slopes = steps.slope.map(|slope| [slope; SIDE]);
-        buffer.planes[row] = Planes {
-            at: blend(&takes, &at, &old.at),
-            x: blend(&takes, &slopes[0], &old.x),
-            y: blend(&takes, &slopes[1], &old.y),
-            floor: blend(&takes, &[floor; SIDE], &old.floor),
-        };
-        buffer.farthest[row].0 = blend(&takes, &least, &drawn);
-        // Where nothing changed, it is found again for nothing.
-        buffer.blocks[row / SIDE] = f32::NAN;
-        buffer.is_stale = true;
-        left.iter().fold(0, |any, left| any | left) != 0
+        (open & !takes & !keeps).bits()
     }
 }
 
-/// New numbers where the mask has its bits, old ones elsewhere.
+/// The depths of planes at the pixels in a tile's corners, of the linear function's value at the first and its differences to the last.
 #[inline(always)]
-fn blend(mask: &[u32; SIDE], new: &Lanes, old: &Lanes) -> Lanes {
-    let mut all = *old;
-    for k in 0..SIDE {
-        all[k] = chosen(mask[k], new[k], old[k]);
-    }
-    all
+fn corners(at: F32x8, dx: F32x8, dy: F32x8, floor: F32x8) -> [F32x8; 4] {
+    let below = at + dy;
+    [at.max(floor), (at + dx).max(floor), below.max(floor), (below + dx).max(floor)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::super::oracle::OcclusionOracle;
+    use super::super::UNTOUCHED;
     use super::super::super::scenes::{Picture, add, row, turned};
     use super::super::super::view::View;
     use super::*;
@@ -202,7 +184,7 @@ mod tests {
         let plane = buffer.planes[index.row].get(index.column);
         match buffer.farthest(index) {
             UNTOUCHED => 0.0,
-            _ if plane.at.is_nan() => buffer.tiles[index.tile()].0[y % SIDE * SIDE + x % SIDE],
+            _ if plane.at.is_nan() => buffer.tiles[index.tile()].0[y % SIDE][x % SIDE],
             _ => plane.depth(x % SIDE, y % SIDE),
         }
     }
