@@ -99,7 +99,7 @@ impl FromStr for FrameMode {
 /// What `auto` does for a renderer.
 #[derive(Clone, PartialEq, Debug)]
 pub struct AutoOptions {
-    /// Modes that it chooses from, at least one, without [`FrameMode::Auto`]; the first is where it starts.
+    /// Modes that it chooses from, at least one, without [`FrameMode::Auto`]. It starts with one that asks, if there is one.
     pub modes: Vec<FrameMode>,
     /// First frames that are culled by [`FrameMode::Both`] and teach nothing: drivers compile in them. More: gains come later. Fewer: a slow
     /// first frame is blamed on its mode.

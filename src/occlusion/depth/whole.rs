@@ -107,13 +107,7 @@ impl Drawn {
 
     /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns those whose pixels must be looked at, a bit each.
     #[inline(always)]
-    fn row<const EDGES: bool>(
-        &self,
-        buffer: &mut DepthBuffer<'_>,
-        steps: &Steps,
-        [x, y]: [usize; 2],
-        row: usize,
-    ) -> u32 {
+    fn row<const EDGES: bool>(&self, buffer: &mut DepthBuffer<'_>, steps: &Steps, [x, y]: [usize; 2], row: usize) -> u32 {
         // 1. Edges: not below 0 where the tile may meet it, and above 0 where it has all of it.
         let (mut meets, mut whole) = (F32x8::INFINITY, F32x8::load(&buffer.complete[x / BLOCK].0));
         for e in 0..if EDGES { 3 } else { 0 } {
@@ -133,7 +127,8 @@ impl Drawn {
         let (old_at, old_floor) = (F32x8::load(&old.at), F32x8::load(&old.floor));
         let (dx, dy) = (F32x8::splat(steps.slope[0] * LAST), F32x8::splat(steps.slope[1] * LAST));
         let [a, b, c, d] = corners(at, dx, dy, floor);
-        let [was_a, was_b, was_c, was_d] = corners(old_at, F32x8::load(&old.x) * LAST, F32x8::load(&old.y) * LAST, old_floor);
+        let [was_a, was_b, was_c, was_d] =
+            corners(old_at, F32x8::load(&old.x) * LAST, F32x8::load(&old.y) * LAST, old_floor);
         let (least, most) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
         // What is new over what is old, at the least and at the most.
         let (a, b, c, d) = (a - was_a, b - was_b, c - was_c, d - was_d);
@@ -171,9 +166,9 @@ fn corners(at: F32x8, dx: F32x8, dy: F32x8, floor: F32x8) -> [F32x8; 4] {
 #[cfg(test)]
 mod tests {
     use super::super::super::oracle::OcclusionOracle;
-    use super::super::UNTOUCHED;
     use super::super::super::scenes::{Picture, add, row, turned};
     use super::super::super::view::View;
+    use super::super::UNTOUCHED;
     use super::*;
     use crate::ObjectId;
     use crate::random::Prng;
