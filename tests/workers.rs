@@ -1,5 +1,5 @@
-//! Bakes that several processes share by way of a folder give one bake's bytes: with any number of workers, in any order, late ones, killed
-//! ones, and files in the folder that are damaged or another's.
+//! Bakes that several processes share by way of a folder give one bake's bytes: with any number of workers, in any order,
+//! late ones, killed ones, and files in the folder that are damaged or another's.
 
 use crate::cli::{LEVEL, command, done, folder, refused, run};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest};
@@ -30,7 +30,8 @@ fn gallery() -> &'static Gallery {
         let model = folder("model").join("gallery.glb");
         std::fs::write(&model, &glb).unwrap();
         let scene = gltf::from_slice(&glb, "gallery", None, &ImportOptions::default()).unwrap();
-        let options = BakeOptions { pvs: PvsOptions { ray_budget: 200_000, ..PvsOptions::default() }, ..BakeOptions::default() };
+        let options =
+            BakeOptions { pvs: PvsOptions { ray_budget: 200_000, ..PvsOptions::default() }, ..BakeOptions::default() };
         let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file.write();
         Gallery { model, scene, options, whole }
     })
@@ -218,7 +219,10 @@ fn who_has_other_results_is_named_and_nothing_is_written() {
     let misshapen: Results = sound.iter().map(|(key, _)| (*key, vec![0xff; 11])).collect();
     std::fs::write(&file, with_results(&state, &misshapen)).unwrap();
     let (end, said) = work(&dir, [1, 4], std::slice::from_ref(&out));
-    assert!(end == End::Baked && said.len() == 1 && said[0].contains("worker-3: has results of the wrong shape"), "{said:?}");
+    assert!(
+        end == End::Baked && said.len() == 1 && said[0].contains("worker-3: has results of the wrong shape"),
+        "{said:?}"
+    );
     assert!(std::fs::read(&out).unwrap() == gallery().whole);
 }
 
@@ -286,7 +290,8 @@ fn nobody_takes_the_place_of_one_who_works() {
     let said = error.to_string();
     let process = format!(", process {}", std::process::id());
     assert!(said.contains("worker-1: worker 1 is at work already, on host ") && said.ends_with(&process), "{said}");
-    // Where a file can't be locked a late worker may go on beside its successor; as here, where its file is another one by now.
+    // Where a file can't be locked a late worker may go on beside its successor; as here, where its file is another one by
+    // now.
     std::fs::remove_file(dir.join("worker-1")).unwrap();
     let (third, _) = open(&dir, [1, 2], digest(scene, options), &[]);
     let workers = [first, third.unwrap()];
@@ -321,7 +326,11 @@ fn a_full_disk_ends_the_keeping_and_not_the_work() {
     let ended = bash(&bake);
     done(&ended);
     let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(said.matches("worker-0: File too large (os error 27); goes on without keeping anything").count(), 1, "{said}");
+    assert_eq!(
+        said.matches("worker-0: File too large (os error 27); goes on without keeping anything").count(),
+        1,
+        "{said}"
+    );
     assert!(std::fs::read(&out).unwrap() == gallery().whole);
 }
 
@@ -415,6 +424,8 @@ fn killed_workers_cost_time_and_nothing_else() {
         std::fs::remove_dir_all(&dir).unwrap();
         bakes += 1;
     }
-    let table = format!("| kills | for good | bakes | other bytes |\n| --- | --- | --- | --- |\n| {kills} | {for_good} | {bakes} | 0 |\n");
+    let table = format!(
+        "| kills | for good | bakes | other bytes |\n| --- | --- | --- | --- |\n| {kills} | {for_good} | {bakes} | 0 |\n"
+    );
     std::io::Write::write_all(&mut std::io::stderr(), table.as_bytes()).unwrap();
 }

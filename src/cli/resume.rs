@@ -22,7 +22,8 @@ pub fn catch_interrupts() -> Result<(), CliError> {
 /// Flags.
 #[derive(clap::Args)]
 pub struct WorkerFlags {
-    /// Share the work with other processes, on this machine or on others, by way of this folder; all of them run the same command
+    /// Share the work with other processes, on this machine or on others, by way of this folder; all of them run the same
+    /// command
     #[arg(long, value_name = "DIR", requires = "worker", conflicts_with = "state")]
     pub with: Option<PathBuf>,
     /// Which worker this is, from 0 on, and of about how many
@@ -62,8 +63,8 @@ enum Place {
 }
 
 impl Kept {
-    /// Goes on from the state in `state`, or in a folder that is shared, or begins one; says so. An output that is no plain file (a pipe,
-    /// `/dev/null`) has no state beside it.
+    /// Goes on from the state in `state`, or in a folder that is shared, or begins one; says so. An output that is no plain
+    /// file (a pipe, `/dev/null`) has no state beside it.
     pub fn open(state: Option<&Path>, flags: &WorkerFlags, of: &Of<'_>) -> Result<Self, CliError> {
         let worker = flags.worker.map_or(0, |[k, _]| k);
         let create = |path: &PathBuf| Ok((path.clone(), Trace::create(path, worker).map_err(|e| at(path, e))?));
@@ -131,7 +132,9 @@ impl Kept {
             Place::File(path, journal) => journal.remove().map_err(|e| at(&path, e))?,
             Place::Folder(path, folder) => {
                 // The output is there; others will find out for themselves.
-                folder.finish().unwrap_or_else(|e| eprintln!("{}: {e}; others aren't told that all is done", path.display()));
+                folder
+                    .finish()
+                    .unwrap_or_else(|e| eprintln!("{}: {e}; others aren't told that all is done", path.display()));
             }
         }
         Ok(())

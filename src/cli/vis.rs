@@ -83,8 +83,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     // 2. Both sides of what is visible.
     let options = args.search.options();
     let outputs: Vec<&Path> = args.rows.as_deref().into_iter().chain(output.as_deref()).collect();
-    let digest = digest(&input.level, &options);
-    let of = Of { digest, beside: (&args.input, "vis-state"), outputs: &outputs };
+    let of = Of { digest: digest(&input.level, &options), beside: (&args.input, "vis-state"), outputs: &outputs };
     let kept = Kept::open(args.state.as_deref(), &args.workers, &of)?;
     if kept.is_done() {
         return kept.stopped();

@@ -1,8 +1,9 @@
 //! Results on the disk.
 //!
-//! A file has a head: magic, and the digests of all that the work depends on. Then blocks, appended as results come in: length (`u32`),
-//! checksum (XXH3), and so many bytes of results with their numbers, in postcard's encoding, compressed with zstd. All numbers are
-//! little-endian. A block that isn't whole, as a killed run may leave one, ends the file; what came after it is worked out again.
+//! A file has a head: magic, and the digests of all that the work depends on. Then blocks, appended as results come in:
+//! length (`u32`), checksum (XXH3), and so many bytes of results with their numbers, in postcard's encoding, compressed with
+//! zstd. All numbers are little-endian. A block that isn't whole, as a killed run may leave one, ends the file; what came
+//! after it is worked out again.
 
 use super::digest::Digest;
 use serde::{Deserialize, Serialize};

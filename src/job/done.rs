@@ -36,8 +36,7 @@ impl Done {
     /// Puts it there, whole or not at all; `worker` keeps names apart.
     pub fn write(&self, folder: &Path, worker: u32) -> io::Result<()> {
         let Self { digest: Digest { input, options, build }, sum, by } = self;
-        let text =
-            format!("{TITLE}\ninput {input:x}\noptions {options:x}\nbuild {build:x}\noutput {sum:x}\nby {by}\n");
+        let text = format!("{TITLE}\ninput {input:x}\noptions {options:x}\nbuild {build:x}\noutput {sum:x}\nby {by}\n");
         let temporary = folder.join(format!("{NAME}-{worker}.tmp"));
         std::fs::write(&temporary, text)?;
         std::fs::rename(&temporary, folder.join(NAME))

@@ -1,9 +1,9 @@
 //! Work that several processes share by way of a folder, on one machine or on many.
 //!
-//! Each worker runs the whole program. Worker K appends its results to `worker-K`, a journal that nobody else writes, and reads everybody
-//! else's; nothing else is exchanged. Results are pure functions of what was known before, so that it doesn't matter whose is taken: a
-//! worker that is lost, late or cut off costs time and nothing else. One result in a thousand is worked out again and compared, so that
-//! a machine that works out something else is found.
+//! Each worker runs the whole program. Worker K appends its results to `worker-K`, a journal that nobody else writes, and
+//! reads everybody else's; nothing else is exchanged. Results are pure functions of what was known before, so that it
+//! doesn't matter whose is taken: a worker that is lost, late or cut off costs time and nothing else. One result in a
+//! thousand is worked out again and compared, so that a machine that works out something else is found.
 
 use super::block::{Head, read_head};
 use super::digest::{Difference, Digest};
@@ -22,8 +22,8 @@ use xxhash_rust::xxh3::xxh3_64;
 
 /// Results wait at most so long to be written. More: others wait longer for them. Less: blocks are small and compress badly.
 const PROMPT: Duration = Duration::from_millis(50);
-/// The folder is looked into at most so often; and, with much to read, as often as takes this fraction of the time, or half of it where
-/// there is nothing better to do.
+/// The folder is looked into at most so often; and, with much to read, as often as takes this fraction of the time, or half
+/// of it where there is nothing better to do.
 const LOOK: Duration = Duration::from_millis(5);
 const LOOKING: u32 = 20;
 /// Of so many results of others, one is worked out again.
@@ -100,8 +100,8 @@ struct Inbox {
 }
 
 impl Folder {
-    /// Takes the place of `worker`, below `workers`, in a folder, which is made if it isn't there. `outputs` are the files that will be written
-    /// in the end; `say` gets what users should know, a line each.
+    /// Takes the place of `worker`, below `workers`, in a folder, which is made if it isn't there. `outputs` are the files
+    /// that will be written in the end; `say` gets what users should know, a line each.
     ///
     /// # Errors
     ///
@@ -216,8 +216,8 @@ impl Folder {
         }
     }
 
-    /// Results of a map that have come since the last time, of all workers. Looks into the folder only now and then; more often where the
-    /// caller is idle. Results of earlier maps are dropped.
+    /// Results of a map that have come since the last time, of all workers. Looks into the folder only now and then; more
+    /// often where the caller is idle. Results of earlier maps are dropped.
     pub(super) fn receive(&self, map: u32, is_idle: bool) -> Vec<Arrival> {
         let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
         let pause = if is_idle { inbox.took } else { LOOK.max(inbox.took * LOOKING) };
@@ -282,7 +282,8 @@ impl Folder {
         let host = inbox.readers.get(&arrival.worker).and_then(|reader| reader.host.as_ref());
         let host = host.map(|host| format!(" ({host})")).unwrap_or_default();
         let _ = self.disagreement.set(format!(
-            "map {map}, item {}: worker {}{host} has another result than worker {} ({}), which worked it out again; nothing is written",
+            "map {map}, item {}: worker {}{host} has another result than worker {} ({}), which worked it out again; \
+             nothing is written",
             arrival.item, arrival.worker, self.worker, self.host
         ));
         self.is_over.store(true, Relaxed);

@@ -1,10 +1,10 @@
 //! How long work is done: what it tells meanwhile, how it is stopped, and what it keeps to go on from.
 //!
-//! Whatever takes long in here is a *map*: items worked out side by side, each from nothing but itself and what was known before
-//! the map; what comes between maps is quick. So the results of items are all that a stopped run need keep: the next one asks
-//! for the same maps in the same order, takes the results that there are from the [`Journal`], works out the others, and comes by
-//! the same bytes, however often and wherever it was cut off. For the same reason several workers can share the items of a map
-//! by way of a [`Folder`].
+//! Whatever takes long in here is a *map*: items worked out side by side, each from nothing but itself and what was known
+//! before the map; what comes between maps is quick. So the results of items are all that a stopped run need keep: the next
+//! one asks for the same maps in the same order, takes the results that there are from the [`Journal`], works out the
+//! others, and comes by the same bytes, however often and wherever it was cut off. For the same reason several workers can
+//! share the items of a map by way of a [`Folder`].
 
 mod block;
 mod digest;
@@ -73,13 +73,14 @@ impl<'w> Job<'w> {
         Self { stop: Some(stop), ..self }
     }
 
-    /// Takes over what a journal holds, and adds to it. One journal goes with one piece of work: the same input, options and program.
+    /// Takes over what a journal holds, and adds to it. One journal goes with one piece of work: the same input, options and
+    /// program.
     pub fn kept_in(self, journal: &'w Journal) -> Self {
         Self { kept: Kept::Journal(journal), ..self }
     }
 
-    /// Shares the work with all who work in a folder: on the same input, with the same options and program. Whatever ends the work by a
-    /// clock must not be asked for.
+    /// Shares the work with all who work in a folder: on the same input, with the same options and program. Whatever ends
+    /// the work by a clock must not be asked for.
     pub fn shared_in(self, folder: &'w Folder) -> Self {
         Self { kept: Kept::Folder(folder), ..self }
     }
@@ -110,7 +111,8 @@ impl<'w> Job<'w> {
 
     /// Works out all items side by side, the first ones first; results are in their order.
     ///
-    /// Maps must be asked for one after the other, in an order that depends on nothing but the input, and never within one another.
+    /// Maps must be asked for one after the other, in an order that depends on nothing but the input, and never within one
+    /// another.
     pub(crate) fn map<T, R>(&self, items: &[T], work: impl Fn(&T) -> R + Sync) -> Result<Vec<R>, Stopped>
     where
         T: Sync,
@@ -119,8 +121,8 @@ impl<'w> Job<'w> {
         self.map_with(items, || (), |(), item| work(item), |_| ())
     }
 
-    /// As [`Job::map`], with scratch memory, of which no two threads have the same, and on which no result may depend; and tells the
-    /// number of items that are done.
+    /// As [`Job::map`], with scratch memory, of which no two threads have the same, and on which no result may depend; and
+    /// tells the number of items that are done.
     pub(crate) fn map_with<S, T, R>(
         &self,
         items: &[T],
@@ -143,7 +145,8 @@ impl<'w> Job<'w> {
         self.map_numbers(items.len(), &one, &done)
     }
 
-    /// What `work` makes of each number below `n`, or somebody has made of it: compiled once for each type of results, not of work.
+    /// What `work` makes of each number below `n`, or somebody has made of it: compiled once for each type of results, not
+    /// of work.
     fn map_numbers<R>(
         &self,
         n: usize,

@@ -2,9 +2,9 @@
 
 /// The order in which one of some workers works through a map.
 ///
-/// Item `i` is on the list of worker `i` modulo the number of workers. A worker goes down its own list; then it takes what nobody has
-/// yet, from the far end of the list on which most is left: there the one whose list it is comes last. So the end of a map comes early
-/// even where a worker is slow, late or lost, and what two work out is little.
+/// Item `i` is on the list of worker `i` modulo the number of workers. A worker goes down its own list; then it takes what
+/// nobody has yet, from the far end of the list on which most is left: there the one whose list it is comes last. So the end
+/// of a map comes early even where a worker is slow, late or lost, and what two work out is little.
 pub struct Order {
     items: usize,
     /// Whose order this is, and of how many.
@@ -24,15 +24,7 @@ impl Order {
         let lists = workers.clamp(1, items.max(1));
         let open: Vec<usize> = (0..lists).map(|list| items.saturating_sub(list).div_ceil(workers.max(1))).collect();
         let far = (0..lists).map(|list| list + open[list].saturating_sub(1) * workers.max(1)).collect();
-        Self {
-            items,
-            worker,
-            workers: workers.max(1),
-            closed: vec![false; items],
-            open,
-            far,
-            next: worker,
-        }
+        Self { items, worker, workers: workers.max(1), closed: vec![false; items], open, far, next: worker }
     }
 
     /// Somebody has the result of an item.

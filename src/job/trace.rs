@@ -6,8 +6,9 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// A table on the disk: `map,item,worker,seconds,stage`, a line for each item that this worker worked out. A line without an item has the
-/// seconds between this map and the one before, when nothing was shared; the last such line, those after the last map.
+/// A table on the disk: `map,item,worker,seconds,stage`, a line for each item that this worker worked out. A line without an
+/// item has the seconds between this map and the one before, when nothing was shared; the last such line, those after the
+/// last map.
 pub struct Trace {
     worker: u32,
     lines: Mutex<Lines>,

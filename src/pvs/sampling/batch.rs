@@ -1,5 +1,6 @@
-//! How much is worked on between two looks at what is known. It follows the budget, so that a bake has some hundred maps with any number of
-//! rays: each is a wait where several machines work on one bake. It depends on the input alone, and not on threads.
+//! How much is worked on between two looks at what is known. It follows the budget, so that a bake has some hundred maps
+//! with any number of rays: each is a wait where several machines work on one bake. It depends on the input alone, and not
+//! on threads.
 
 /// The rays are given away in this many parts, or in fewer of this many rays.
 const PARTS: u64 = 64;
@@ -17,8 +18,8 @@ pub(super) fn batch(part: u64) -> u64 {
     part / BATCHES
 }
 
-/// Items of the next batch, where `left` rays of a part of `part` are left and an item costs `cost`: equal batches of at least `least` items,
-/// but for a part that hasn't so many.
+/// Items of the next batch, where `left` rays of a part of `part` are left and an item costs `cost`: equal batches of at
+/// least `least` items, but for a part that hasn't so many.
 pub(super) fn next(left: u64, part: u64, cost: u64, least: usize) -> usize {
     let (items, size) = (left / cost, (batch(part) / cost).max(least as u64));
     items.div_ceil((items / size).max(1)) as usize

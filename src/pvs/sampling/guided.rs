@@ -1,11 +1,12 @@
 //! Rays at the borders of what was found.
 //!
-//! Based on: Wonka, Wimmer, Zhou, Maierhofer, Hesina, Reshetov, *Guided visibility sampling*, 2006: where a ray found something, the
-//! next thing is likely beside it, so rays go to the corners of the triangle that it met, moved out a little (border samples); and where such
-//! a ray is stopped short, a line past the edge of what stopped it shows what can be seen from somewhere else in the cell (reverse
-//! samples). Deviations: only proofs are followed up, not every triangle, since the sets are of objects; how far corners are
-//! moved out is drawn anew each time, over three orders of magnitude, since the distance to the next thing has no scale; and a reverse
-//! sample is the whole line, which serves whatever cells it comes through.
+//! Based on: Wonka, Wimmer, Zhou, Maierhofer, Hesina, Reshetov, *Guided visibility sampling*, 2006: where a ray found
+//! something, the next thing is likely beside it, so rays go to the corners of the triangle that it met, moved out a little
+//! (border samples); and where such a ray is stopped short, a line past the edge of what stopped it shows what can be seen
+//! from somewhere else in the cell (reverse samples). Deviations: only proofs are followed up, not every triangle, since the
+//! sets are of objects; how far corners are moved out is drawn anew each time, over three orders of magnitude, since the
+//! distance to the next thing has no scale; and a reverse sample is the whole line, which serves whatever cells it comes
+//! through.
 
 use super::batch;
 use super::sampler::{Random, Sampler, Site, mix};
@@ -71,8 +72,8 @@ impl<'a> Guided<'a> {
         found.close()
     }
 
-    /// The next proofs to follow up, each with its pass, at most so many: those that nobody has, and then the others in turn. None where each
-    /// had all its passes.
+    /// The next proofs to follow up, each with its pass, at most so many: those that nobody has, and then the others in
+    /// turn. None where each had all its passes.
     fn next_proofs(&mut self, count: usize, known: &Lower) -> Vec<(usize, u64)> {
         let fresh = self.fresh..known.witnesses.len().min(self.fresh + count);
         self.fresh = fresh.end;
