@@ -1,5 +1,4 @@
-//! Bakes that are cut off go on to the bytes of an undisturbed one: stopped, killed, with a state that is damaged or
-//! another's.
+//! Bakes that are cut off go on to the bytes of an undisturbed one: stopped, killed, with a state that is damaged or another's.
 
 use crate::cli::{building, command, folder, refused, run};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest};
@@ -17,8 +16,7 @@ fn villa() -> (Scene, BakeOptions) {
     (scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() })
 }
 
-/// A bake on some threads that is stopped when it has told `most` times how far it is; the file's bytes where it came to an
-/// end.
+/// A bake on some threads that is stopped when it has told `most` times how far it is; the file's bytes where it came to an end.
 fn baked(scene: &Scene, options: &BakeOptions, journal: &Journal, threads: usize, most: u32) -> Option<Vec<u8>> {
     let (stop, told) = (AtomicBool::new(false), AtomicU32::new(0));
     let progress = |_: &str, _: f64| stop.store(told.fetch_add(1, Relaxed) >= most, Relaxed);

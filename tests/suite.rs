@@ -1,5 +1,4 @@
-//! The integration tests: a module a subject, one program, since each links the whole library. Those that count memory are
-//! in `counted.rs`.
+//! The integration tests: a module a subject, one program, since each links the whole library. Those that count memory are in `counted.rs`.
 
 mod cli;
 mod sources;

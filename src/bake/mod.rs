@@ -36,16 +36,16 @@ pub struct BakeOptions {
     pub given: Option<CellGraph>,
     /// Portals narrower than this, metres, are closed: what shows only through them is culled. `None` closes none.
     pub smallest_hole: Option<f64>,
-    /// Neighbouring cells share a row as long as the expected number of triangles in one grows by no more than this share;
-    /// see [`pvs::clusters`]. `None`: 0.05 where the cells are a level's leaves, 0 elsewhere, which joins none.
+    /// Neighbouring cells share a row as long as the expected number of triangles in one grows by no more than this share; see
+    /// [`pvs::clusters`]. `None`: 0.05 where the cells are a level's leaves, 0 elsewhere, which joins none.
     pub clusters: Option<f64>,
     /// Regions to work out rows for on top of the cells.
     pub view_cells: Vec<ViewCell>,
     /// Where set, space is cut into view cells by cost, of about this many bytes in the file; see [`pvs::partition`].
     pub view_cell_bytes: Option<u64>,
-    /// What rows and proofs may take while they are worked out, bytes: where matrices over all cells would take more than
-    /// half of it, neighbouring cells become one; proofs beyond a quarter of it are left out, and their pairs are undecided.
-    /// What the scene and its hierarchies take isn't in it.
+    /// What rows and proofs may take while they are worked out, bytes: where matrices over all cells would take more than half of it,
+    /// neighbouring cells become one; proofs beyond a quarter of it are left out, and their pairs are undecided. What the scene and its
+    /// hierarchies take isn't in it.
     pub memory: u64,
 }
 
@@ -125,16 +125,14 @@ const FOR_ONE_CELL: f64 = 0.02;
 /// Rows of a level's leaves may grow by this, so that neighbours share one, where nobody says otherwise.
 const LEAVES_GROW: f64 = 0.05;
 
-/// View cells whose rows are proven to save less than this share of the triangles cost more, in bytes and in the bake, than
-/// they save.
+/// View cells whose rows are proven to save less than this share of the triangles cost more, in bytes and in the bake, than they save.
 const VIEW_CELLS_PAY: f64 = 0.05;
 
 /// Portals that draw more of the frustum than this are not worth a graph: all is one open cell.
 const WORTH: f64 = 0.95;
 
-/// The cells that [`bake`] finds where none are given. Splits a scene; where nobody asked for a strategy and no wall would
-/// keep anything from being drawn, into one open cell. A tree of walls is quick to build, and tells before a plan is
-/// searched for rooms.
+/// The cells that [`bake`] finds where none are given. Splits a scene; where nobody asked for a strategy and no wall would keep anything
+/// from being drawn, into one open cell. A tree of walls is quick to build, and tells before a plan is searched for rooms.
 ///
 /// # Errors
 ///

@@ -19,27 +19,24 @@ use std::time::Instant;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), .map (its source), .geojson (lines with a radius), or .gml
-    /// (IndoorGML), whose cell spaces are the cells
+    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), .map (its source), .geojson (lines with a radius), or .gml (IndoorGML), whose cell spaces are the cells
     input: PathBuf,
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]
     output: Option<PathBuf>,
     #[command(flatten)]
     scene: SceneFlags,
-    /// Regions to work out rows for on top of the cells: camera volumes in a file, or those that save most triangles in so
-    /// many bytes
+    /// Regions to work out rows for on top of the cells: camera volumes in a file, or those that save most triangles in so many bytes
     #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of)]
     view_cells: Option<ViewCells>,
-    /// Neighbouring cells share a row as long as the triangles in one grow by no more than this, in the mean over space; 0
-    /// joins none [default: 5 for the leaves of a level, 0 elsewhere]
+    /// Neighbouring cells share a row as long as the triangles in one grow by no more than this, in the mean over space; 0 joins none
+    /// [default: 5 for the leaves of a level, 0 elsewhere]
     #[arg(long, value_name = "PERCENT", value_parser = growth)]
     clusters: Option<f64>,
     /// Which side of the truth the rows take
     #[arg(long, value_enum, default_value = "conservative")]
     ship: Ship,
-    /// Go on until at most this much of what there is to see from a cell, in the mean, is unseen with 95 % confidence, as
-    /// 0.01%
+    /// Go on until at most this much of what there is to see from a cell, in the mean, is unseen with 95 % confidence, as 0.01%
     #[arg(long, value_name = "PERCENT%", value_parser = percent)]
     unseen: Option<f64>,
     /// Seconds after which sampling ends; where this ends it, the bytes depend on the machine
@@ -51,8 +48,7 @@ pub struct Args {
     /// What draws visibility cubes; with gpu the bytes may depend on the driver
     #[arg(long, value_enum, default_value = "raster")]
     cubes: Cubes,
-    /// What rows and proofs may take while they are worked out: bytes, or with K, M or G; with less, cells are joined and
-    /// rows coarser
+    /// What rows and proofs may take while they are worked out: bytes, or with K, M or G; with less, cells are joined and rows coarser
     #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G")]
     memory: u64,
     /// Threads [default: one a core]

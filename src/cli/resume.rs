@@ -59,7 +59,7 @@ pub struct Kept {
 enum Place {
     Nowhere,
     File(PathBuf, Journal),
-    Folder(PathBuf, Folder),
+    Folder(PathBuf, Box<Folder>),
 }
 
 impl Kept {
@@ -179,5 +179,5 @@ fn shared(path: &Path, place: [u32; 2], of: &Of<'_>) -> Result<Place, CliError> 
     if folder.is_resumed() {
         eprintln!("goes on from {}", path.display());
     }
-    Ok(Place::Folder(path.to_owned(), folder))
+    Ok(Place::Folder(path.to_owned(), Box::new(folder)))
 }

@@ -73,8 +73,7 @@ impl<'w> Job<'w> {
         Self { stop: Some(stop), ..self }
     }
 
-    /// Takes over what a journal holds, and adds to it. One journal goes with one piece of work: the same input, options and
-    /// program.
+    /// Takes over what a journal holds, and adds to it. One journal goes with one piece of work: the same input, options and program.
     pub fn kept_in(self, journal: &'w Journal) -> Self {
         Self { kept: Kept::Journal(journal), ..self }
     }
@@ -111,8 +110,7 @@ impl<'w> Job<'w> {
 
     /// Works out all items side by side, the first ones first; results are in their order.
     ///
-    /// Maps must be asked for one after the other, in an order that depends on nothing but the input, and never within one
-    /// another.
+    /// Maps must be asked for one after the other, in an order that depends on nothing but the input, and never within one another.
     pub(crate) fn map<T, R>(&self, items: &[T], work: impl Fn(&T) -> R + Sync) -> Result<Vec<R>, Stopped>
     where
         T: Sync,
@@ -121,8 +119,8 @@ impl<'w> Job<'w> {
         self.map_with(items, || (), |(), item| work(item), |_| ())
     }
 
-    /// As [`Job::map`], with scratch memory, of which no two threads have the same, and on which no result may depend; and
-    /// tells the number of items that are done.
+    /// As [`Job::map`], with scratch memory, of which no two threads have the same, and on which no result may depend; and tells the
+    /// number of items that are done.
     pub(crate) fn map_with<S, T, R>(
         &self,
         items: &[T],

@@ -1,5 +1,8 @@
 //! Which item of a map a worker works out next, where several work on one map and none waits for another.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 /// The order in which one of some workers works through a map.
 ///
 /// Item `i` is on the list of worker `i` modulo the number of workers. A worker goes down its own list; then it takes what
@@ -16,6 +19,9 @@ pub struct Order {
     open: Vec<usize>,
     far: Vec<usize>,
     next: usize,
+    /// Lists by what was open on them when they were looked at last, which is no less than what is; ties by how far they are from the
+    /// worker's own. Empty while that isn't done.
+    longest: BinaryHeap<(usize, Reverse<usize>)>,
 }
 
 impl Order {
@@ -24,7 +30,16 @@ impl Order {
         let lists = workers.clamp(1, items.max(1));
         let open: Vec<usize> = (0..lists).map(|list| items.saturating_sub(list).div_ceil(workers.max(1))).collect();
         let far = (0..lists).map(|list| list + open[list].saturating_sub(1) * workers.max(1)).collect();
-        Self { items, worker, workers: workers.max(1), closed: vec![false; items], open, far, next: worker }
+        Self {
+            items,
+            worker,
+            workers: workers.max(1),
+            closed: vec![false; items],
+            open,
+            far,
+            next: worker,
+            longest: BinaryHeap::new(),
+        }
     }
 
     /// Somebody has the result of an item.
@@ -35,7 +50,7 @@ impl Order {
     }
 
     /// The next item, and whether it is on the worker's own list; `None` where each is had or taken.
-    pub fn next(&mut self) -> Option<(usize, bool)> {
+    pub fn next_item(&mut self) -> Option<(usize, bool)> {
         while self.next < self.items {
             let item = self.next;
             self.next += self.workers;
@@ -46,9 +61,19 @@ impl Order {
         }
         // Workers look from different places on, so that not all of them take the same item.
         let lists = self.open.len();
-        let from = self.worker % lists;
-        let after = |list: usize| (list + lists - from) % lists;
-        let slowest = (0..lists).max_by_key(|&list| (self.open[list], lists - after(list)))?;
+        let list = |after: usize| (self.worker + after) % lists;
+        if self.longest.is_empty() {
+            self.longest = (0..lists).map(|after| (self.open[list(after)], Reverse(after))).collect();
+        }
+        let slowest = loop {
+            let mut top = self.longest.peek_mut()?;
+            let (open, Reverse(after)) = *top;
+            let now = self.open[list(after)];
+            if now == open {
+                break list(after);
+            }
+            top.0 = now;
+        };
         if self.open[slowest] == 0 {
             return None;
         }
@@ -70,13 +95,13 @@ mod tests {
     fn own_items_come_first_and_then_the_far_end_of_the_longest_list() {
         // Ten items for three workers: 0 3 6 9, 1 4 7 and 2 5 8.
         let mut order = Order::new(10, 1, 3);
-        assert_eq!([order.next(), order.next()], [Some((1, true)), Some((4, true))]);
+        assert_eq!([order.next_item(), order.next_item()], [Some((1, true)), Some((4, true))]);
         // Somebody has taken what was to come, and worker 2 is through with two of its own.
         [7, 2, 5].into_iter().for_each(|item| order.close(item));
-        assert_eq!([order.next(), order.next(), order.next()], [9, 6, 3].map(|item| Some((item, false))));
+        assert_eq!([order.next_item(), order.next_item(), order.next_item()], [9, 6, 3].map(|item| Some((item, false))));
         // One is left on each list: the one after this worker's first.
-        assert_eq!([order.next(), order.next()], [8, 0].map(|item| Some((item, false))));
-        assert_eq!(order.next(), None);
+        assert_eq!([order.next_item(), order.next_item()], [8, 0].map(|item| Some((item, false))));
+        assert_eq!(order.next_item(), None);
     }
 
     #[test]
@@ -85,7 +110,7 @@ mod tests {
             for workers in 1..12 {
                 for worker in 0..workers + 2 {
                     let mut order = Order::new(items, worker, workers);
-                    let mut taken: Vec<usize> = std::iter::from_fn(|| order.next()).map(|(item, _)| item).collect();
+                    let mut taken: Vec<usize> = std::iter::from_fn(|| order.next_item()).map(|(item, _)| item).collect();
                     taken.sort_unstable();
                     assert!(taken.into_iter().eq(0..items), "{worker} of {workers}");
                 }

@@ -55,7 +55,7 @@ impl<R: Serialize + DeserializeOwned + Send> SharedMap<'_, R> {
             if (self.is_stopped)() {
                 return;
             }
-            let Some((item, is_own)) = lock().order.next() else { return };
+            let Some((item, is_own)) = lock().order.next_item() else { return };
             if !is_own && !std::mem::replace(&mut lock().is_idle, true) {
                 // Others may wait for what was done last; and what they have may save this.
                 self.folder.flush();

@@ -6,8 +6,8 @@
 //! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`crate::pvs`] decides the rest, and
 //! each chain that it believes in becomes a line, too. [`why()`] tells the proof of a pair.
 //!
-//! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise.
-//! It holds where cells are convex, as leaves and clusters of a level's tree are.
+//! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
+//! holds where cells are convex, as leaves and clusters of a level's tree are.
 
 #[cfg(feature = "quake")]
 pub mod bsp;
@@ -59,8 +59,7 @@ pub struct Line {
     pub from: DVec3,
     /// A point in the last portal's window; or likewise beyond that.
     pub to: DVec3,
-    /// The portals that it crosses, in order, as `2 * portal + side`: side 0 leads from `cells[0]` to `cells[1]`, side 1
-    /// back.
+    /// The portals that it crosses, in order, as `2 * portal + side`: side 0 leads from `cells[0]` to `cells[1]`, side 1 back.
     pub portals: Vec<u32>,
 }
 
@@ -94,9 +93,9 @@ pub struct Vis {
     pub stats: VisStats,
 }
 
-/// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower`
-/// never falls and `upper` never rises. In the end the result has pairs, too, that a line proves only through gaps that
-/// rounding made. The counts are the same on every run; what time it is, the caller knows.
+/// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower` never
+/// falls and `upper` never rises. In the end the result has pairs, too, that a line proves only through gaps that rounding made. The
+/// counts are the same on every run; what time it is, the caller knows.
 pub type Follow<'a> = &'a dyn Fn(&Bounds);
 
 /// Both sides at some moment of a run.
@@ -147,8 +146,8 @@ pub fn digest(level: &Level, options: &VisOptions) -> Digest {
     Digest { input: hash.digest128(), options, build: 0 }
 }
 
-/// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way, and parts of the
-/// level that no portal joins are worked out one after the other.
+/// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way, and parts of the level that no
+/// portal joins are worked out one after the other.
 ///
 /// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
 ///
@@ -188,8 +187,7 @@ pub struct VisRows {
     pub stats: VisStats,
 }
 
-/// As [`vis`], whose journal it can go on from, for who only needs rows: takes memory for the largest of the parts that no
-/// portal joins, and for what is visible.
+/// As [`vis`], whose journal it can go on from, for who only needs rows: takes memory for the largest of the parts that no portal joins, and for what is visible.
 ///
 /// # Errors
 ///
@@ -303,9 +301,9 @@ fn check(level: &Level) -> Result<(), VisError> {
 
 /// Corners within this fraction of the level's size of their winding's plane were meant to lie in it.
 const COPLANAR: f64 = 1e-8;
-/// Of rounded coordinates, so are those within so many times the farthest that a corner is off its own winding, but no more
-/// than so many times the rounding. Larger: slits are lost. Smaller: portals of one wall see each other through gaps that
-/// rounding made, and such pairs stay undecided.
+/// Of rounded coordinates, so are those within so many times the farthest that a corner is off its own winding, but no more than so many
+/// times the rounding. Larger: slits are lost. Smaller: portals of one wall see each other through gaps that rounding made, and such
+/// pairs stay undecided.
 const ROUNDED: [f64; 2] = [2.0, 4.0];
 
 /// How far corners are from a plane that they were meant to lie in, at most, as far as rounding tells.

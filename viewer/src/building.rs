@@ -15,8 +15,7 @@ use std::sync::atomic::AtomicBool;
 /// Extensions of models, in the order in which they are looked for beside a `.pvs` file.
 const MODELS: [&str; 8] = ["glb", "gltf", "obj", "ifc", "gml", "geojson", "bsp", "map"];
 
-/// Sides of the meshes that stand for tubes where these aren't drawn: within the tube, so they hide no more than it does.
-/// More: memory.
+/// Sides of the meshes that stand for tubes where these aren't drawn: within the tube, so they hide no more than it does. More: memory.
 const SIDES_WITHIN: u32 = 6;
 
 /// A model and what was baked of it.
@@ -35,8 +34,8 @@ pub struct Building {
 /// How far opening is: a stage and its fraction.
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 
-/// Hears of a building before it is baked: first with all of it in one open cell, then with its cells and portals, whose
-/// rows hold whatever isn't proven hidden.
+/// Hears of a building before it is baked: first with all of it in one open cell, then with its cells and portals, whose rows hold whatever
+/// isn't proven hidden.
 pub type Early<'e> = &'e dyn Fn(usize, Building);
 
 /// How many times that is.
@@ -53,8 +52,8 @@ impl Building {
         Self { author: Author::of(model), ..self }
     }
 
-    /// Opens a `.pvs` file with its model, or a model with the `.pvs` file beside it; without one that fits, bakes, and
-    /// leaves the result beside the model where that can be written. The error is one line.
+    /// Opens a `.pvs` file with its model, or a model with the `.pvs` file beside it; without one that fits, bakes, and leaves the result
+    /// beside the model where that can be written. The error is one line.
     pub fn open(
         file: &Path,
         model: Option<&Path>,

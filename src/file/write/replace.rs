@@ -15,8 +15,8 @@ impl PvsFile {
     }
 }
 
-/// Writes a file whole or not at all: to a temporary name beside it, which takes its place once everything is on the disk.
-/// On an error, what stood there before is untouched and nothing else is left behind. What is not a regular file (a pipe, a
+/// Writes a file whole or not at all: to a temporary name beside it, which takes its place once everything is on the disk. On
+/// an error, what stood there before is untouched and nothing else is left behind. What is not a regular file (a pipe, a
 /// device) is written to directly.
 pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     replace_file_by(path, |file| {
@@ -50,8 +50,7 @@ pub fn replace_file_by(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<(
         let _ = fs::remove_file(&temporary);
         return written;
     }
-    // The name, too, is on the disk only once its directory is; where that can't be asked for, the file is whole all the
-    // same.
+    // The name, too, is on the disk only once its directory is; where that can't be asked for, the file is whole all the same.
     if let Some(directory) = target.parent().and_then(|d| File::open(d).ok()) {
         let _ = directory.sync_all();
     }

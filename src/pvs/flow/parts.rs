@@ -1,9 +1,9 @@
 //! Parts: where nobody sees far, flow over a graph piece by piece.
 //!
-//! A part has some cells of its own, and with them whatever lines from these can come to (`reach`): a line from such a cell
-//! crosses no portal that the part lacks, so that what flow proves hidden there is hidden in the graph. Every cell is one
-//! part's own. A pair of two parts' cells is asked in both, and hidden where either says so. Matrices are then over a part's
-//! portals and no longer over all, and both time and memory follow the number of cells instead of its square.
+//! A part has some cells of its own, and with them whatever lines from these can come to (`reach`): a line from such a cell crosses no
+//! portal that the part lacks, so that what flow proves hidden there is hidden in the graph. Every cell is one part's own. A pair of two
+//! parts' cells is asked in both, and hidden where either says so. Matrices are then over a part's portals and no longer over all, and
+//! both time and memory follow the number of cells instead of its square.
 
 use super::might_see::{MANY, MightSee, from_rows, set};
 use super::net::Net;
@@ -24,8 +24,7 @@ pub(super) struct Sizes {
     many: usize,
     /// A source may look at one of so many portals: with more, it sees far.
     looks: usize,
-    /// Directed portals out of a part's own cells. Fewer: more of what is around parts is in several; more: matrices are
-    /// larger.
+    /// Directed portals out of a part's own cells. Fewer: more of what is around parts is in several; more: matrices are larger.
     own: usize,
     /// Parts of a graph, at least, if it has portals for them: as many machines can work on it at once.
     least: usize,
@@ -33,8 +32,7 @@ pub(super) struct Sizes {
     worth: usize,
 }
 
-/// Parts that are counted as worked on at once, whatever threads there are: what is joined for lack of memory must not
-/// depend on that.
+/// Parts that are counted as worked on at once, whatever threads there are: what is joined for lack of memory must not depend on that.
 const AT_ONCE: u64 = 16;
 
 impl Default for Sizes {
@@ -103,8 +101,7 @@ impl Parts {
         (sizes.worth * pairs <= n * n).then_some(Self { parts, reach })
     }
 
-    /// What flow takes at most, bytes: what lines come to, and the matrices of so many of the largest parts as are worked on
-    /// at once.
+    /// What flow takes at most, bytes: what lines come to, and the matrices of so many of the largest parts as are worked on at once.
     pub fn bytes(&self) -> u64 {
         let largest = self.parts.iter().map(|part| flow_bytes(part.cells.len(), part.portals.len())).max();
         let reach: usize = self.reach.iter().map(|row| size_of_val(row) + size_of_val(row.as_slice())).sum();
@@ -261,8 +258,7 @@ fn own_cells(net: &Net, most: usize) -> Vec<Vec<u32>> {
     parts
 }
 
-/// A part, with all that lines from its `own` cells come to. `sources`: by `2 * portal + side`, the cell that it leads out
-/// of.
+/// A part, with all that lines from its `own` cells come to. `sources`: by `2 * portal + side`, the cell that it leads out of.
 fn part(net: &Net, reach: &[Vec<u32>], sources: &[u32], mut own: Vec<u32>) -> Part {
     own.sort_unstable();
     let out = || own.iter().flat_map(|&cell| net.out(cell as usize));

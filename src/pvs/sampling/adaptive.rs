@@ -1,15 +1,15 @@
 //! Visibility cubes where they show most that isn't known.
 //!
-//! Based on: Nirenstein, Blake, *Hardware accelerated visibility preprocessing using adaptive sampling*, 2004: whatever is
-//! seen from inside a closed cell beyond itself is seen through its portals, so cubes stand on portals, in quadtrees that
-//! split where cubes disagree. Deviations:
+//! Based on: Nirenstein, Blake, *Hardware accelerated visibility preprocessing using adaptive sampling*, 2004: whatever is seen
+//! from inside a closed cell beyond itself is seen through its portals, so cubes stand on portals, in quadtrees that split where cubes
+//! disagree. Deviations:
 //!
 //! * a patch has one cube, not four at corners that it shares: the portal's middle first, its corners next, then the
 //!   middles of smaller and smaller patches, so that a portal that shows nothing new costs one cube;
-//! * what counts is solid angle, since the paper's counts of ids weigh a distant screw like a wall; first of all that of
-//! what a cube shows and the cells beside it weren't known to see, then that on which a patch and its parent disagree;
-//! * no threshold, which says nothing about time: one queue holds the patches of all portals, and a place inside every cell
-//! (objects in a cell need proofs too), in the order of what cubes there are expected to show.
+//! * what counts is solid angle, since the paper's counts of ids weigh a distant screw like a wall; first of all that of what
+//!   a cube shows and the cells beside it weren't known to see, then that on which a patch and its parent disagree;
+//! * no threshold, which says nothing about time: one queue holds the patches of all portals, and a place inside every cell (objects in
+//!   a cell need proofs too), in the order of what cubes there are expected to show.
 
 use super::batch;
 use super::cast::{BATCH, COST, Caster, Seen};
@@ -32,17 +32,16 @@ const DEPTH: u32 = 6;
 const DISAGREED: f64 = 0.1;
 /// A patch is expected to show this fraction of what the one that it is a quarter of showed.
 const QUARTER: f64 = 0.5;
-/// A cube in a cell is expected to show half of what the last one did and half of what the one before was expected to; and
-/// this fraction of the sphere over the number of cubes there were: what is behind a corner of a cell shows in no cube
-/// before it. Less, and cells whose first cubes stood badly are given up; more, and all cells get equally many.
+/// A cube in a cell is expected to show half of what the last one did and half of what the one before was expected to; and this
+/// fraction of the sphere over the number of cubes there were: what is behind a corner of a cell shows in no cube before it. Less,
+/// and cells whose first cubes stood badly are given up; more, and all cells get equally many.
 const HOPE: f64 = 1e-2;
-/// Of so many random points of a cell its next cube stands at the one farthest from the cubes before it (Mitchell,
-/// *Spectrally optimal sampling for distribution ray tracing*, 1991), of which it looks at the last so many.
+/// Of so many random points of a cell its next cube stands at the one farthest from the cubes before it (Mitchell, *Spectrally
+/// optimal sampling for distribution ray tracing*, 1991), of which it looks at the last so many.
 const CANDIDATES: u32 = 8;
 const REMEMBERED: usize = 64;
-/// What first cubes are expected to show. In cells more than any cube shows, so that each has one before any has two; on
-/// portals less than in a cell with fewer than ten cubes: where portals are many, most of them show nothing that those
-/// don't.
+/// What first cubes are expected to show. In cells more than any cube shows, so that each has one before any has two; on portals
+/// less than in a cell with fewer than ten cubes: where portals are many, most of them show nothing that those don't.
 const FIRST: f64 = 2.0;
 const FIRST_ON_PORTAL: f64 = 1e-3;
 

@@ -1,9 +1,9 @@
 //! Aimed witnesses: segments tried at the pairs that flow left undecided.
 //!
 //! Cubes look everywhere; what flow leaves between the two bounds is a short list, so the rays that are left go there: from
-//! random points on the cell's portals and in its pieces to random points on the object, and for an object in the cell
-//! itself also from random points straight before it. Pairs are tried in rounds of more and more attempts, so that easy ones
-//! don't wait for hopeless ones.
+//! random points on the cell's portals and in its pieces to random points on the object, and for an object in the cell itself
+//! also from random points straight before it. Pairs are tried in rounds of more and
+//! more attempts, so that easy ones don't wait for hopeless ones.
 
 use super::batch;
 use super::sampler::{Random, mix};
@@ -137,8 +137,7 @@ fn before(rays: &RayScene<'_>, to: DVec3, hit: Hit, random: &mut Random) -> DVec
     to + (b - a).cross(c - a).normalize_or(DVec3::Y) * side
 }
 
-/// Convex sets of a cell that segments start in: its portals' windings, just inside the cell, and its largest pieces'
-/// corners.
+/// Convex sets of a cell that segments start in: its portals' windings, just inside the cell, and its largest pieces' corners.
 struct Origins {
     portals: Vec<Vec<DVec3>>,
     pieces: Vec<Vec<DVec3>>,

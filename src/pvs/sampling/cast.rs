@@ -1,7 +1,7 @@
 //! One visibility cube made into proofs: a few pixels of each object that it shows are followed as lines.
 //!
-//! A cube tells of hundreds of thousands of directions for the price of some thousand rays, but only along the way to the
-//! first triangle and without a witness's clearance. So it chooses where lines go, and the lines do the proving, both ways.
+//! A cube tells of hundreds of thousands of directions for the price of some thousand rays, but only along the way to the first
+//! triangle and without a witness's clearance. So it chooses where lines go, and the lines do the proving, both ways.
 
 use super::sampler::{Random, Sampler, Site};
 use super::witness::{Found, Line, Lower};
@@ -18,8 +18,8 @@ pub(super) const BATCH: usize = 64;
 const SIZE: u32 = 128;
 /// What a cube counts as, with the lines that are followed from it: rays that take about as long.
 pub(super) const COST: u64 = 1_500;
-/// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for
-/// the cells farther along.
+/// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
+/// cells farther along.
 const LINES: [usize; 2] = [4, 1];
 
 /// Most lines followed from a cube.
@@ -107,8 +107,8 @@ impl<'a> Eyes<'a> {
         shown.solid += solid;
         let before = shown.pixels as usize;
         shown.pixels += count as u32;
-        // Each pixel about as likely as the others to be one of the few, by whole runs (Vitter, *Random sampling with a
-        // reservoir*, 1985).
+        // Each pixel about as likely as the others to be one of the few, by whole runs (Vitter, *Random sampling with a reservoir*,
+        // 1985).
         let few = shown.some.len();
         if before < few {
             (before..few.min(before + count)).for_each(|place| shown.some[place] = (first + place - before) as u32);

@@ -1,12 +1,11 @@
 //! Rays at the borders of what was found.
 //!
-//! Based on: Wonka, Wimmer, Zhou, Maierhofer, Hesina, Reshetov, *Guided visibility sampling*, 2006: where a ray found
-//! something, the next thing is likely beside it, so rays go to the corners of the triangle that it met, moved out a little
-//! (border samples); and where such a ray is stopped short, a line past the edge of what stopped it shows what can be seen
-//! from somewhere else in the cell (reverse samples). Deviations: only proofs are followed up, not every triangle, since the
-//! sets are of objects; how far corners are moved out is drawn anew each time, over three orders of magnitude, since the
-//! distance to the next thing has no scale; and a reverse sample is the whole line, which serves whatever cells it comes
-//! through.
+//! Based on: Wonka, Wimmer, Zhou, Maierhofer, Hesina, Reshetov, *Guided visibility sampling*, 2006: where a ray found something, the
+//! next thing is likely beside it, so rays go to the corners of the triangle that it met, moved out a little (border samples); and where such
+//! a ray is stopped short, a line past the edge of what stopped it shows what can be seen from somewhere else in the cell (reverse
+//! samples). Deviations: only proofs are followed up, not every triangle, since the sets are of objects; how far corners are
+//! moved out is drawn anew each time, over three orders of magnitude, since the distance to the next thing has no scale; and a reverse
+//! sample is the whole line, which serves whatever cells it comes through.
 
 use super::batch;
 use super::sampler::{Random, Sampler, Site, mix};
@@ -124,7 +123,7 @@ impl Source for Guided<'_> {
         let (begin, mut is_first) = (lower.rays, true);
         loop {
             // What a proof took so far, in the mean; one may take more.
-            let cost = if self.followed == 0 { COST } else { (self.spent / self.followed).clamp(1, COST) };
+            let cost = self.spent.checked_div(self.followed).map_or(COST, |cost| cost.clamp(1, COST));
             let (left, known) = (rays.saturating_sub(lower.rays - begin), &*lower);
             let proofs = batch::next(left, rays, cost, BATCH).min(((begin + most - lower.rays) / COST) as usize);
             // A rest of a batch isn't worth a map.

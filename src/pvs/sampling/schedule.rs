@@ -1,5 +1,5 @@
-//! Who gets the rays: cubes two parts of three, and the strategy that proved most for its last ones the third. Where an
-//! error is asked for, rounds of sampling and of tests follow each other until a test bounds what is unseen.
+//! Who gets the rays: cubes two parts of three, and the strategy that proved most for its last ones the third. Where an error is asked
+//! for, rounds of sampling and of tests follow each other until a test bounds what is unseen.
 
 use super::adaptive::Adaptive;
 use super::batch;
@@ -29,8 +29,7 @@ pub enum Strategy {
     Rays,
     /// Cubes at random points of cells.
     UniformCubes,
-    /// Cubes on portals, in quadtrees that split where cubes show what isn't known, and inside cells (after Nirenstein,
-    /// Blake, 2004).
+    /// Cubes on portals, in quadtrees that split where cubes show what isn't known, and inside cells (after Nirenstein, Blake, 2004).
     AdaptiveCubes,
     /// Random rays, and rays at the borders of what was found (Wonka et al., *Guided visibility sampling*, 2006).
     Guided,
@@ -68,8 +67,7 @@ pub(in crate::pvs) struct Plan {
     pub goal: Option<f64>,
 }
 
-/// Samples until the plan's rays are spent, its goal is reached, time is over, or nothing finds anything; bounds what it
-/// missed.
+/// Samples until the plan's rays are spent, its goal is reached, time is over, or nothing finds anything; bounds what it missed.
 pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
@@ -160,8 +158,8 @@ struct Turn<'a> {
     barren: u32,
 }
 
-/// Strategies that take turns. Two parts of three go to the first one, cubes where there are any, since proofs are not all
-/// that counts: what borders prove is many and small, what cubes prove is few and large.
+/// Strategies that take turns. Two parts of three go to the first one, cubes where there are any, since proofs are not all that counts:
+/// what borders prove is many and small, what cubes prove is few and large.
 struct Turns<'a> {
     turns: Vec<Turn<'a>>,
     /// More than one from the start.

@@ -1,5 +1,4 @@
-//! What the other strategies are held against: random rays, and cubes at random points. Cells take turns; points are uniform
-//! in a cell.
+//! What the other strategies are held against: random rays, and cubes at random points. Cells take turns; points are uniform in a cell.
 
 use super::cast::{BATCH, COST, Caster};
 use super::region::Region;
@@ -10,8 +9,7 @@ use crate::CellId;
 use crate::job::{Job, Stopped};
 use crate::parallel;
 
-/// Rays worked on between two looks at what is known, and by one thread at a time; fixed, so that results don't depend on
-/// threads.
+/// Rays worked on between two looks at what is known, and by one thread at a time; fixed, so that results don't depend on threads.
 const RAYS: u64 = 16_384;
 const SHARE: u64 = 256;
 
