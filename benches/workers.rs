@@ -55,12 +55,14 @@ fn maps(path: &Path) -> Vec<Map> {
 /// The same work with `times` as many rays: so many times the items of the maps that follow the rays, and the seconds
 /// between them.
 fn with_rays(maps: &[Map], times: usize) -> Vec<Map> {
-    let more = |map: &Map| {
+    let more = |(i, map): (usize, &Map)| {
         let by_rays = BY_RAYS.contains(&map.stage.as_str());
         let times = if by_rays { times } else { 1 };
-        Map { items: map.items.repeat(times), before: map.before * times as f64, ..map.clone() }
+        // Before the first comes the split.
+        let before = map.before * if i == 0 { 1.0 } else { times as f64 };
+        Map { items: map.items.repeat(times), before, ..map.clone() }
     };
-    maps.iter().map(more).collect()
+    maps.iter().enumerate().map(more).collect()
 }
 
 /// A moment, ordered.
