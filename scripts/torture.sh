@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The long figures of docs/results.md, on the real buildings and levels of $ENFILADE_DATA: bake, ten million rays, every pixel of
 # a walk through every cell and of ten thousand random views in each mode. Prints one line of JSON a model and leaves everything in out/torture.
-# Then what is hostile: a million mutants of `.pvs` files and many of every other format, fifty kills, extreme scenes of up to 100,000 cells. With
+# Then what is hostile: a million mutants of `.pvs` files and many of every other format, fifty kills of a bake and fifty of workers who share one, extreme scenes of up to 100,000 cells. With
 # ONLY=extremes nothing but that.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -34,5 +34,6 @@ done
 [ "${ONLY:-}" = extremes ] || cargo test --release --features full --test suite -- --ignored unseen:: || failed=1
 ENFILADE_MUTANTS=${MUTANTS:-1000000} cargo test --release --features full --test counted -- hostile:: 2>&1 | tee out/torture/hostile.txt || failed=1
 ENFILADE_KILLS=${KILLS:-50} cargo test --release --features full --test suite -- resume::a_killed_bake 2>&1 | tee out/torture/kills.txt || failed=1
+ENFILADE_KILLS=${KILLS:-50} cargo test --release --features full --test suite -- workers::killed_workers 2>&1 | tee out/torture/killed-workers.txt || failed=1
 cargo test --release --features full --test suite -- extremes:: --include-ignored --test-threads 1 2>&1 | tee out/torture/extremes.txt || failed=1
 exit $failed

@@ -303,7 +303,7 @@ fn an_interrupted_run_leaves_a_state() {
     let arguments = [Path::new("vis"), &level, Path::new("--state"), &state, Path::new("--threads"), Path::new("1")];
     let mut child = command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // As soon as there is more than a head.
-    while std::fs::metadata(&state).map_or(0, |m| m.len()) <= 24 && child.try_wait().unwrap().is_none() {
+    while std::fs::metadata(&state).map_or(0, |m| m.len()) <= 56 && child.try_wait().unwrap().is_none() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
@@ -313,9 +313,9 @@ fn an_interrupted_run_leaves_a_state() {
     // Of other options, or of another level: refused, and kept.
     let other = folder.join("other.prt");
     std::fs::write(&other, LEVEL).unwrap();
-    let belongs = ["state: belongs to another input, to other options", "delete it, or name another with --state"];
-    refused(&enfilade!("vis", &level, "--state", &state, "--seed", "1"), &belongs);
-    refused(&enfilade!("vis", &other, "--state", &state), &belongs);
+    let belongs = |what| [what, "; delete it, or name another with --state"];
+    refused(&enfilade!("vis", &level, "--state", &state, "--seed", "1"), &belongs("state: belongs to other options"));
+    refused(&enfilade!("vis", &other, "--state", &state), &belongs("state: belongs to another input"));
     // The same rows as in one go; the state is gone then.
     let (whole, resumed) = (folder.join("whole.txt"), folder.join("resumed.txt"));
     let out = enfilade!("vis", &level, "--rows", &resumed, "--state", &state, "--threads", "2");

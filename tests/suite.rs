@@ -80,3 +80,4 @@ mod view_cells;
 mod vis_flow;
 mod volume;
 mod wgpu_loop;
+mod workers;

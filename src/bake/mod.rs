@@ -11,7 +11,7 @@ use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
 use crate::cells::{small_holes, split, split_beside, undivided};
 use crate::file::PvsFile;
-use crate::job::{Job, Stopped};
+use crate::job::{Digest, Job, Stopped};
 use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
@@ -112,10 +112,11 @@ pub enum BakeError {
 const SEGMENTS: u64 = 4096;
 
 /// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
-pub fn digest(scene: &Scene, options: &BakeOptions) -> u128 {
+pub fn digest(scene: &Scene, options: &BakeOptions) -> Digest {
     // Numbers and text, which can be written.
-    let bytes = postcard::to_stdvec(&(scene.hash(), &scene.name, &scene.hints, options)).expect("options can be written");
-    xxh3_128(&bytes)
+    let input = postcard::to_stdvec(&(scene.hash(), &scene.name, &scene.hints)).expect("a scene's hints can be written");
+    let options = postcard::to_stdvec(options).expect("options can be written");
+    Digest { input: xxh3_128(&input), options: xxh3_128(&options), build: 0 }
 }
 
 /// Of the rays, this fraction is cast for one open cell, whose row is everything whatever they show.

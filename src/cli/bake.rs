@@ -1,6 +1,6 @@
 //! `enfilade bake`.
 
-use super::resume::{Kept, catch_interrupts};
+use super::resume::{Kept, Of, WorkerFlags, catch_interrupts};
 use super::scene::{RAYS, SceneFlags};
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
@@ -60,6 +60,8 @@ pub struct Args {
     /// What an interrupted bake leaves, and the next goes on from [default: the output's name with .bake-state]
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
+    #[command(flatten)]
+    workers: WorkerFlags,
     /// Where a .map leaks, write the way out as points, a line each, as editors of maps load them (.pts)
     #[arg(long, value_name = "FILE")]
     leak: Option<PathBuf>,
@@ -115,6 +117,16 @@ enum Cubes {
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     args.scene.check()?;
+    if args.workers.with.is_some() {
+        // Results must be the same everywhere.
+        let cause = [
+            (args.cubes == Cubes::Gpu, "--cubes gpu: what it draws may depend on the machine"),
+            (args.time.is_some(), "--time: workers' clocks differ"),
+        ];
+        if let Some((_, cause)) = cause.into_iter().find(|(is, _)| *is) {
+            return Err(CliError(format!("{cause}, and --with shares results among machines")));
+        }
+    }
     catch_interrupts()?;
     super::pool(args.threads)?.install(|| bake_file(&args))
 }
@@ -171,14 +183,19 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         bar.set_position((done * 1000.0) as u64);
     };
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("pvs"));
-    let kept = Kept::open(args.state.as_deref(), &output, digest(&scene, &options), "bake-state")?;
+    let digest = digest(&scene, &options);
+    let of = Of { digest, beside: (&output, "bake-state"), outputs: &[&output] };
+    let kept = Kept::open(args.state.as_deref(), &args.workers, &of)?;
+    if kept.is_done() {
+        return kept.stopped();
+    }
     let baked = bake(&scene, options, &kept.work(&progress));
     bar.finish_and_clear();
     let baked = match baked {
         Ok(baked) => baked,
         Err(BakeError::Stopped(_)) => return kept.stopped(),
         Err(e) => {
-            kept.done()?;
+            kept.vain()?;
             return Err(at(&args.input, e));
         }
     };

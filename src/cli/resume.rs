@@ -1,7 +1,7 @@
-//! Long runs: Ctrl-C stops them, and the same command goes on with them.
+//! Long runs: Ctrl-C stops them, and the same command goes on with them; several share one by way of a folder.
 
 use super::{CliError, Outcome, at};
-use enfilade::job::{Job, Journal, JournalError, Progress, of_this_build};
+use enfilade::job::{Digest, Folder, FolderError, Job, Journal, JournalError, Progress, Trace};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,52 +19,165 @@ pub fn catch_interrupts() -> Result<(), CliError> {
     handler.map_err(|e| CliError(format!("Ctrl-C can't be caught: {e}")))
 }
 
+/// Flags.
+#[derive(clap::Args)]
+pub struct WorkerFlags {
+    /// Share the work with other processes, on this machine or on others, by way of this folder; all of them run the same
+    /// command
+    #[arg(long, value_name = "DIR", requires = "worker", conflicts_with = "state")]
+    pub with: Option<PathBuf>,
+    /// Which worker this is, from 0 on, and of about how many
+    #[arg(long, value_name = "K/N", requires = "with", value_parser = place)]
+    worker: Option<[u32; 2]>,
+    /// Write down how long each item of work takes: map,item,worker,seconds,stage
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+}
+
+/// `K/N`, with K below N.
+fn place(text: &str) -> Result<[u32; 2], String> {
+    let numbers = text.split_once('/').and_then(|(k, n)| Some([k.parse().ok()?, n.parse().ok()?]));
+    numbers.filter(|[k, n]| k < n).ok_or_else(|| "takes a number and how many there are, as in 0/4; 3/4 is the last".into())
+}
+
+/// What a run is about.
+pub struct Of<'a> {
+    /// What the result depends on, but for this program.
+    pub digest: Digest,
+    /// The file beside which its state lies, and with which extension.
+    pub beside: (&'a Path, &'a str),
+    /// The files that it writes in the end.
+    pub outputs: &'a [&'a Path],
+}
+
 /// The state of a run, on the disk.
-pub struct Kept(Option<(PathBuf, Journal)>);
+pub struct Kept {
+    place: Place,
+    trace: Option<(PathBuf, Trace)>,
+}
+
+enum Place {
+    Nowhere,
+    File(PathBuf, Journal),
+    Folder(PathBuf, Box<Folder>),
+}
 
 impl Kept {
-    /// Goes on from the state in `path`, or begins one; says so. `digest` is of all that the result depends on, but for this program. An
-    /// output that is no plain file (a pipe, `/dev/null`) has no state beside it.
-    pub fn open(path: Option<&Path>, output: &Path, digest: u128, default: &str) -> Result<Self, CliError> {
-        if path.is_none() && output.exists() && !output.is_file() {
-            return Ok(Self(None));
-        }
-        let path = path.map_or_else(|| output.with_extension(default), Path::to_owned);
-        let journal = Journal::open(&path, of_this_build(digest)).map_err(|e| match e {
-            JournalError::NotAJournal | JournalError::Other => {
-                at(&path, format!("{e}; delete it, or name another with --state"))
-            }
-            e => at(&path, e),
-        })?;
-        if journal.is_resumed() {
-            eprintln!("goes on from {}", path.display());
-        }
-        Ok(Self(Some((path, journal))))
+    /// Goes on from the state in `state`, or in a folder that is shared, or begins one; says so. An output that is no plain
+    /// file (a pipe, `/dev/null`) has no state beside it.
+    pub fn open(state: Option<&Path>, flags: &WorkerFlags, of: &Of<'_>) -> Result<Self, CliError> {
+        let worker = flags.worker.map_or(0, |[k, _]| k);
+        let create = |path: &PathBuf| Ok((path.clone(), Trace::create(path, worker).map_err(|e| at(path, e))?));
+        let trace = flags.trace.as_ref().map(create).transpose()?;
+        let place = match flags.with.as_ref().zip(flags.worker) {
+            Some((folder, place)) => shared(folder, place, of)?,
+            None => alone(state, of)?,
+        };
+        Ok(Self { place, trace })
     }
 
     /// Work that keeps its state here, and that Ctrl-C stops.
     pub fn work<'w>(&'w self, progress: Progress<'w>) -> Job<'w> {
         let work = Job::new(progress).until(&STOP);
-        match &self.0 {
-            Some((_, journal)) => work.kept_in(journal),
+        let work = match &self.trace {
+            Some((_, trace)) => work.traced_by(trace),
             None => work,
+        };
+        match &self.place {
+            Place::File(_, journal) => work.kept_in(journal),
+            Place::Folder(_, folder) => work.shared_in(folder),
+            Place::Nowhere => work,
         }
     }
 
-    /// The work was stopped: says where it goes on from.
+    /// True where others have done all of it.
+    pub fn is_done(&self) -> bool {
+        matches!(&self.place, Place::Folder(_, folder) if folder.done_by().is_some())
+    }
+
+    /// The work came to no end here: says why, and where it goes on from.
     pub fn stopped(self) -> Result<Outcome, CliError> {
-        match self.0 {
-            Some((path, journal)) => {
-                journal.flush().map_err(|e| at(&path, format!("{e}; what was done after that is lost")))?;
-                eprintln!("stopped; the same command goes on from {}", path.display());
+        let path = match self.place {
+            Place::Folder(path, folder) => {
+                if let Some(disagreement) = folder.disagreement() {
+                    eprintln!("{}: {disagreement}", path.display());
+                    return Ok(Outcome::Failed);
+                }
+                if let Some(by) = folder.done_by() {
+                    eprintln!("{}: done by {by}", path.display());
+                    return Ok(Outcome::Done);
+                }
+                path
             }
-            None => eprintln!("stopped"),
-        }
+            Place::File(path, journal) => {
+                journal.flush().map_err(|e| at(&path, format!("{e}; what was done after that is lost")))?;
+                path
+            }
+            Place::Nowhere => {
+                eprintln!("stopped");
+                return Ok(Outcome::Failed);
+            }
+        };
+        eprintln!("stopped; the same command goes on from {}", path.display());
         Ok(Outcome::Failed)
     }
 
-    /// The work is done and its result is safe, or there is nothing to go on with: the state goes.
+    /// The work is done and its result is safe: a state of one goes, and others who share it end.
     pub fn done(self) -> Result<(), CliError> {
-        self.0.map_or(Ok(()), |(path, journal)| journal.remove().map_err(|e| at(&path, e)))
+        if let Some((path, trace)) = self.trace {
+            trace.close().map_err(|e| at(&path, e))?;
+        }
+        match self.place {
+            Place::Nowhere => (),
+            Place::File(path, journal) => journal.remove().map_err(|e| at(&path, e))?,
+            Place::Folder(path, folder) => {
+                // The output is there; others will find out for themselves.
+                folder
+                    .finish()
+                    .unwrap_or_else(|e| eprintln!("{}: {e}; others aren't told that all is done", path.display()));
+            }
+        }
+        Ok(())
     }
+
+    /// There is no result, and nothing to go on with.
+    pub fn vain(self) -> Result<(), CliError> {
+        match self.place {
+            Place::File(path, journal) => journal.remove().map_err(|e| at(&path, e)),
+            Place::Nowhere | Place::Folder(..) => Ok(()),
+        }
+    }
+}
+
+fn alone(state: Option<&Path>, of: &Of<'_>) -> Result<Place, CliError> {
+    let (output, extension) = of.beside;
+    if state.is_none() && output.exists() && !output.is_file() {
+        return Ok(Place::Nowhere);
+    }
+    let path = state.map_or_else(|| output.with_extension(extension), Path::to_owned);
+    let journal = Journal::open(&path, of.digest.of_this_build()).map_err(|e| match e {
+        JournalError::NotAJournal | JournalError::Other(_) => {
+            at(&path, format!("{e}; delete it, or name another with --state"))
+        }
+        e => at(&path, e),
+    })?;
+    if journal.is_resumed() {
+        eprintln!("goes on from {}", path.display());
+    }
+    Ok(Place::File(path, journal))
+}
+
+fn shared(path: &Path, place: [u32; 2], of: &Of<'_>) -> Result<Place, CliError> {
+    // What is no plain file can't be read again.
+    let outputs = of.outputs.iter().filter(|output| !output.exists() || output.is_file());
+    let outputs: Vec<PathBuf> = outputs.map(|&output| output.to_owned()).collect();
+    let say = Box::new(|line: &str| eprintln!("{line}"));
+    let folder = Folder::open(path, place, of.digest.of_this_build(), &outputs, say).map_err(|e| match e {
+        FolderError::Other { .. } => CliError(format!("{e}; name another folder with --with")),
+        e => CliError(e.to_string()),
+    })?;
+    if folder.is_resumed() {
+        eprintln!("goes on from {}", path.display());
+    }
+    Ok(Place::Folder(path.to_owned(), Box::new(folder)))
 }

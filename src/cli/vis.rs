@@ -3,7 +3,7 @@
 use super::bake::{peak_rss_mb, progress_bar};
 use super::compare::other_rows;
 use super::level::{Input, SearchFlags};
-use super::resume::{Kept, catch_interrupts};
+use super::resume::{Kept, Of, WorkerFlags, catch_interrupts};
 use super::stage_times::Stages;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
@@ -39,6 +39,8 @@ pub struct Args {
     /// What an interrupted run leaves, and the next goes on from [default: the level's name with .vis-state]
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
+    #[command(flatten)]
+    workers: WorkerFlags,
     /// Compare with rows of another tool: text as --rows writes it, or a .bsp that holds some
     #[arg(long, value_name = "ROWS")]
     against: Option<PathBuf>,
@@ -80,7 +82,12 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
 
     // 2. Both sides of what is visible.
     let options = args.search.options();
-    let kept = Kept::open(args.state.as_deref(), &args.input, digest(&input.level, &options), "vis-state")?;
+    let outputs: Vec<&Path> = args.rows.as_deref().into_iter().chain(output.as_deref()).collect();
+    let of = Of { digest: digest(&input.level, &options), beside: (&args.input, "vis-state"), outputs: &outputs };
+    let kept = Kept::open(args.state.as_deref(), &args.workers, &of)?;
+    if kept.is_done() {
+        return kept.stopped();
+    }
     let mut stages = Stages::default();
     let is_whole = output.is_some() || pair.is_some() || theirs.is_some();
     let result = followed(&kept, &mut stages, |work| match is_whole {

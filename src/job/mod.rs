@@ -1,19 +1,35 @@
 //! How long work is done: what it tells meanwhile, how it is stopped, and what it keeps to go on from.
 //!
-//! Whatever takes long in here is a *map*: items worked out side by side, each from nothing but itself and what was known before
-//! the map; what comes between maps is quick. So the results of items are all that a stopped run need keep: the next one asks
-//! for the same maps in the same order, takes the results that there are from the [`Journal`], works out the others, and comes by
-//! the same bytes, however often and wherever it was cut off.
+//! Whatever takes long in here is a *map*: items worked out side by side, each from nothing but itself and what was known
+//! before the map; what comes between maps is quick. So the results of items are all that a stopped run need keep: the next
+//! one asks for the same maps in the same order, takes the results that there are from the [`Journal`], works out the
+//! others, and comes by the same bytes, however often and wherever it was cut off. For the same reason several workers can
+//! share the items of a map by way of a [`Folder`].
 
+mod block;
+mod digest;
+mod done;
+mod folder;
+mod host;
 mod journal;
+mod order;
+mod reader;
+mod shared;
+mod trace;
 
-pub use journal::{Journal, JournalError, of_this_build};
+pub use digest::{Difference, Digest};
+pub use folder::{Folder, FolderError};
+pub use journal::{Journal, JournalError};
+pub use order::Order;
+pub use trace::Trace;
 
 use crate::parallel::{self, Scratch};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use shared::SharedMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 /// Progress as a fraction of the stage that is named; called from any thread.
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
@@ -23,11 +39,20 @@ pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 #[error("stopped")]
 pub struct Stopped;
 
+/// Where results are kept.
+#[derive(Clone, Copy)]
+enum Kept<'w> {
+    Nowhere,
+    Journal(&'w Journal),
+    Folder(&'w Folder),
+}
+
 /// Who does the work.
 pub struct Job<'w> {
     progress: Progress<'w>,
     stop: Option<&'w AtomicBool>,
-    journal: Option<&'w Journal>,
+    kept: Kept<'w>,
+    trace: Option<&'w Trace>,
     /// Maps so far.
     maps: AtomicU32,
 }
@@ -35,7 +60,7 @@ pub struct Job<'w> {
 impl<'w> Job<'w> {
     /// Tells of its progress; can't be stopped, keeps nothing.
     pub fn new(progress: Progress<'w>) -> Self {
-        Self { progress, stop: None, journal: None, maps: AtomicU32::new(0) }
+        Self { progress, stop: None, kept: Kept::Nowhere, trace: None, maps: AtomicU32::new(0) }
     }
 
     /// Tells nobody.
@@ -50,7 +75,18 @@ impl<'w> Job<'w> {
 
     /// Takes over what a journal holds, and adds to it. One journal goes with one piece of work: the same input, options and program.
     pub fn kept_in(self, journal: &'w Journal) -> Self {
-        Self { journal: Some(journal), ..self }
+        Self { kept: Kept::Journal(journal), ..self }
+    }
+
+    /// Shares the work with all who work in a folder: on the same input, with the same options and program. Whatever ends
+    /// the work by a clock must not be asked for.
+    pub fn shared_in(self, folder: &'w Folder) -> Self {
+        Self { kept: Kept::Folder(folder), ..self }
+    }
+
+    /// Writes down how long each item takes.
+    pub fn traced_by(self, trace: &'w Trace) -> Self {
+        Self { trace: Some(trace), ..self }
     }
 
     /// For maps within an item of a map of this: stopped with this, tells nobody, keeps nothing.
@@ -60,12 +96,16 @@ impl<'w> Job<'w> {
 
     /// Says how far a stage is.
     pub fn tell(&self, stage: &str, done: f64) {
+        if let Some(trace) = self.trace {
+            trace.stage(stage);
+        }
         (self.progress)(stage, done);
     }
 
     /// True where the rest is in vain.
     pub fn is_stopped(&self) -> bool {
-        self.stop.is_some_and(|stop| stop.load(Relaxed))
+        let is_over = matches!(self.kept, Kept::Folder(folder) if folder.is_over());
+        is_over || self.stop.is_some_and(|stop| stop.load(Relaxed))
     }
 
     /// Works out all items side by side, the first ones first; results are in their order.
@@ -103,7 +143,8 @@ impl<'w> Job<'w> {
         self.map_numbers(items.len(), &one, &done)
     }
 
-    /// What `work` makes of each number below `n`, or the journal kept of it: compiled once for each type of results, not of work.
+    /// What `work` makes of each number below `n`, or somebody has made of it: compiled once for each type of results, not
+    /// of work.
     fn map_numbers<R>(
         &self,
         n: usize,
@@ -114,6 +155,35 @@ impl<'w> Job<'w> {
         R: Serialize + DeserializeOwned + Send,
     {
         let map = self.maps.fetch_add(1, Relaxed);
+        if let Some(trace) = self.trace {
+            trace.begin(map);
+        }
+        let results = match self.kept {
+            Kept::Nowhere => self.map_alone(map, n, None, work, done),
+            Kept::Journal(journal) => self.map_alone(map, n, Some(journal), work, done),
+            Kept::Folder(folder) => {
+                let (is_stopped, trace) = (&|| self.is_stopped(), self.trace);
+                SharedMap { folder, map, items: n, work, done, is_stopped, trace }.run()
+            }
+        };
+        if let Some(trace) = self.trace {
+            trace.end();
+        }
+        results.ok_or(Stopped)
+    }
+
+    /// A map that nobody else works on; `None` where it was stopped.
+    fn map_alone<R>(
+        &self,
+        map: u32,
+        n: usize,
+        journal: Option<&Journal>,
+        work: &(dyn Fn(usize) -> R + Sync),
+        done: &(dyn Fn(usize) + Sync),
+    ) -> Option<Vec<R>>
+    where
+        R: Serialize + DeserializeOwned + Send,
+    {
         let count = AtomicUsize::new(0);
         let mut results: Vec<Option<R>> = Vec::new();
         results.resize_with(n, || None);
@@ -123,11 +193,15 @@ impl<'w> Job<'w> {
                 return;
             }
             let key = (map, i as u32);
-            let kept = self.journal.and_then(|journal| journal.take(key));
+            let kept = journal.and_then(|journal| journal.take(key));
             let result = kept.unwrap_or_else(|| {
+                let begin = Instant::now();
                 let result = work(i);
+                if let Some(trace) = self.trace {
+                    trace.item(map, i, begin);
+                }
                 // What was worked out while it was stopped may be cut short.
-                if let Some(journal) = self.journal.filter(|_| !self.is_stopped()) {
+                if let Some(journal) = journal.filter(|_| !self.is_stopped()) {
                     journal.keep(key, &result);
                 }
                 result
@@ -136,21 +210,34 @@ impl<'w> Job<'w> {
             results.lock().unwrap_or_else(PoisonError::into_inner)[i] = Some(result);
         });
         let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-        if self.is_stopped() { Err(Stopped) } else { results.into_iter().collect::<Option<_>>().ok_or(Stopped) }
+        if self.is_stopped() { None } else { results.into_iter().collect() }
     }
 
-    /// Works out one thing; what fails isn't kept.
+    /// Works out one thing, where nobody has; what fails isn't kept.
     pub(crate) fn once<R, E>(&self, work: impl FnOnce() -> Result<R, E>) -> Result<R, E>
     where
         R: Serialize + DeserializeOwned,
     {
-        let key = (self.maps.fetch_add(1, Relaxed), 0);
-        if let Some(kept) = self.journal.and_then(|journal| journal.take(key)) {
+        let map = self.maps.fetch_add(1, Relaxed);
+        let kept = match self.kept {
+            Kept::Nowhere => None,
+            Kept::Journal(journal) => journal.take((map, 0)),
+            Kept::Folder(folder) => {
+                let arrivals = folder.receive(map, true);
+                arrivals.iter().find_map(|arrival| postcard::from_bytes(&arrival.bytes).ok())
+            }
+        };
+        if let Some(kept) = kept {
             return Ok(kept);
         }
         let result = work()?;
-        if let Some(journal) = self.journal {
-            journal.keep(key, &result);
+        match self.kept {
+            Kept::Nowhere => (),
+            Kept::Journal(journal) => journal.keep((map, 0), &result),
+            Kept::Folder(folder) => {
+                folder.keep(map, 0, &result);
+                folder.flush();
+            }
         }
         Ok(result)
     }

@@ -24,7 +24,7 @@ pub use proof::{ChainProof, PairProof, why};
 
 use crate::BitMatrix;
 use crate::geom::{Plane, newell};
-use crate::job::{Job, Stopped};
+use crate::job::{Digest, Job, Stopped};
 use crate::pvs::flow::cells::{Cells, reached};
 use crate::pvs::flow::might_see::MightSee;
 use crate::pvs::flow::net::{Net, NetPortal};
@@ -130,18 +130,20 @@ pub enum VisError {
 }
 
 /// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
-pub fn digest(level: &Level, options: &VisOptions) -> u128 {
-    let mut hash = Xxh3::new();
-    let rounding = level.rounding.to_bits();
-    for n in [options.seed, options.steps, options.lines, level.cells as u64, level.portals.len() as u64, rounding] {
-        hash.update(&n.to_le_bytes());
-    }
+pub fn digest(level: &Level, options: &VisOptions) -> Digest {
+    let of_numbers = |numbers: &[u64]| {
+        let mut hash = Xxh3::new();
+        numbers.iter().for_each(|n| hash.update(&n.to_le_bytes()));
+        hash
+    };
+    let mut hash = of_numbers(&[level.cells as u64, level.portals.len() as u64, level.rounding.to_bits()]);
     for portal in &level.portals {
         hash.update(&(portal.winding.len() as u64).to_le_bytes());
         portal.cells.iter().for_each(|c| hash.update(&c.to_le_bytes()));
         portal.winding.iter().flat_map(|p| p.to_array()).for_each(|x| hash.update(&x.to_bits().to_le_bytes()));
     }
-    hash.digest128()
+    let options = of_numbers(&[options.seed, options.steps, options.lines]).digest128();
+    Digest { input: hash.digest128(), options, build: 0 }
 }
 
 /// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way, and parts of the level that no

@@ -5,7 +5,7 @@ use crate::looks::Looks;
 use enfilade::bake::{BakeError, BakeOptions, bake, digest, find_cells, unbaked};
 use enfilade::cells::CellGraph;
 use enfilade::file::PvsFile;
-use enfilade::job::{Job, Journal, JournalError, of_this_build};
+use enfilade::job::{Digest, Job, Journal, JournalError};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene, import};
 use std::path::{Path, PathBuf};
@@ -131,7 +131,7 @@ impl Building {
         }
         // 3. The whole; what is stopped goes on the next time.
         let options = BakeOptions { keep_bounds: true, ..BakeOptions::default() };
-        let journal = journal(&to.with_extension("viewer-state"), of_this_build(digest(&scene, &options)));
+        let journal = journal(&to.with_extension("viewer-state"), digest(&scene, &options).of_this_build());
         let job = Job::new(progress).until(stop);
         let baked = match &journal {
             Some(journal) => bake(&scene, options, &job.kept_in(journal)),
@@ -168,10 +168,10 @@ fn looks(scene: &Scene, model: &Path, options: &ImportOptions, progress: Progres
 }
 
 /// What is kept of a bake that is stopped. `None`: nothing is; somebody else is at it, or nothing can be written there.
-fn journal(path: &Path, digest: u128) -> Option<Journal> {
+fn journal(path: &Path, digest: Digest) -> Option<Journal> {
     match Journal::open(path, digest) {
         // Of an older model or program: it is the viewer's own, and worth nothing any more.
-        Err(JournalError::Other | JournalError::NotAJournal) => {
+        Err(JournalError::Other(_) | JournalError::NotAJournal) => {
             std::fs::remove_file(path).ok()?;
             Journal::open(path, digest).ok()
         }

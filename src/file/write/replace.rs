@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 impl PvsFile {
     /// Writes the file whole or not at all (see [`replace_file`]).
@@ -38,7 +38,7 @@ pub fn replace_file_by(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<(
     }
     let name = target.file_name().ok_or_else(|| io::Error::other("not the name of a file"))?;
     let mut temporary = name.to_owned();
-    temporary.push(format!(".{}.pvs.tmp", std::process::id()));
+    temporary.push(format!(".{}.pvs.tmp", number()));
     let temporary = target.with_file_name(temporary);
     let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
     // Locked, so that nobody takes it for what a killed run has left. Where files can't be locked, its age must do.
@@ -57,6 +57,12 @@ pub fn replace_file_by(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<(
     Ok(())
 }
 
+/// A number that no other writer has: processes on two machines, or in two containers, may have the same.
+fn number() -> u32 {
+    let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
+    std::process::id().rotate_left(16) ^ nanoseconds
+}
+
 /// Temporary files of killed runs are older than this.
 const STALE: Duration = Duration::from_secs(60);
 
@@ -64,12 +70,14 @@ const STALE: Duration = Duration::from_secs(60);
 fn sweep(target: &Path, name: &OsStr) {
     let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = name.to_string_lossy();
-    let process =
+    let of =
         |file: &str| -> Option<u32> { file.strip_prefix(&*name)?.strip_prefix('.')?.strip_suffix(".pvs.tmp")?.parse().ok() };
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let Some(of) = entry.file_name().to_str().and_then(process) else { continue };
+        if entry.file_name().to_str().and_then(of).is_none() {
+            continue;
+        }
         let is_old = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
-        if of == std::process::id() || is_old().is_none_or(|age| age < STALE) {
+        if is_old().is_none_or(|age| age < STALE) {
             continue;
         }
         // Its writer is gone where nobody holds its lock.

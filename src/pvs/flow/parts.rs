@@ -26,6 +26,8 @@ pub(super) struct Sizes {
     looks: usize,
     /// Directed portals out of a part's own cells. Fewer: more of what is around parts is in several; more: matrices are larger.
     own: usize,
+    /// Parts of a graph, at least, if it has portals for them: as many machines can work on it at once.
+    least: usize,
     /// Matrices of all parts together are at most one of so many of those of the whole graph, or it isn't worth it.
     worth: usize,
 }
@@ -35,7 +37,7 @@ const AT_ONCE: u64 = 16;
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { many: MANY, looks: 256, own: 2048, worth: 4 }
+        Self { many: MANY, looks: 256, own: 2048, least: 64, worth: 4 }
     }
 }
 
@@ -94,7 +96,7 @@ impl Parts {
             sources[net.ids[p] as usize] = net.source[p];
         }
         let part = |own| part(net, &reach, &sources, own);
-        let parts: Vec<Part> = own_cells(net, sizes.own).into_iter().map(part).collect();
+        let parts: Vec<Part> = own_cells(net, sizes.own.min(n.div_ceil(sizes.least))).into_iter().map(part).collect();
         let pairs: usize = parts.iter().map(|part| (2 * part.portals.len()).pow(2)).sum();
         (sizes.worth * pairs <= n * n).then_some(Self { parts, reach })
     }
@@ -321,7 +323,7 @@ mod tests {
                 fronts: None,
             };
             let net = Net::of_graph(&graph, 1e-6);
-            let sizes = Sizes { many: 0, looks: 1, own: 60, worth: 0 };
+            let sizes = Sizes { many: 0, looks: 1, own: 60, least: 1, worth: 0 };
             let parts = Parts::new(&net, sizes).expect("few enough");
             assert!(parts.parts.len() > 4);
             let owners = parts.parts.iter().flat_map(|part| part.cells.iter().zip(&part.own).filter(|(_, own)| **own));

@@ -11,6 +11,7 @@
 //! * no threshold, which says nothing about time: one queue holds the patches of all portals, and a place inside every cell (objects in
 //!   a cell need proofs too), in the order of what cubes there are expected to show.
 
+use super::batch;
 use super::cast::{BATCH, COST, Caster, Seen};
 use super::lines;
 use super::region::Region;
@@ -183,11 +184,11 @@ impl<'a, 'c> Adaptive<'a, 'c> {
 }
 
 impl Source for Adaptive<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Lower, rays: u64, _: u64, work: &Job<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         while lower.rays < end {
             let (mut places, mut sites) = (Vec::new(), Vec::new());
-            let room = BATCH.min(((end - lower.rays) / COST) as usize);
+            let room = batch::next(end - lower.rays, rays, COST, BATCH);
             while sites.len() < room {
                 let Some(place) = self.queue.pop() else { break };
                 if let Some(site) = self.site(&place) {

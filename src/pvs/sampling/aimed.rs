@@ -5,6 +5,7 @@
 //! also from random points straight before it. Pairs are tried in rounds of more and
 //! more attempts, so that easy ones don't wait for hopeless ones.
 
+use super::batch;
 use super::sampler::{Random, mix};
 use super::witness::{Found, Lower, Prover};
 use crate::cells::{CellGraph, Locator};
@@ -22,7 +23,7 @@ use glam::DVec3;
 const FIRST: u64 = 4;
 /// Rounds, at most.
 const ROUNDS: u32 = 6;
-/// Cells worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
+/// Cells worked on at a time, at least.
 const BATCH: usize = 32;
 /// Pieces of a cell that segments start in.
 const PIECES: usize = 16;
@@ -62,8 +63,10 @@ pub(in crate::pvs) fn sample(
         if count == 0 || attempts == 0 {
             break;
         }
-        for batch in undecided.iter().enumerate().collect::<Vec<_>>().chunks(BATCH) {
-            let results: Vec<Found> = work.map(batch, |&(c, (objects, cells))| {
+        let tried = |(objects, cells): &(Vec<usize>, Vec<usize>)| (objects.len() + cells.len()) as u64 * attempts;
+        for batch in batches(&undecided, tried, batch::part(budget)) {
+            let results: Vec<Found> = work.map(&batch, |&c| {
+                let (objects, cells) = &undecided[c];
                 let (cell, mut found) = (CellId(c as u32), Found::default());
                 let mut random = Random::new(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
                 for &object in objects {
@@ -96,6 +99,21 @@ pub(in crate::pvs) fn sample(
         }
     }
     Ok(())
+}
+
+/// Numbers of cells that are worked on together: of at least [`BATCH`] cells and `least` attempts.
+fn batches<T>(undecided: &[T], tried: impl Fn(&T) -> u64, least: u64) -> Vec<Vec<usize>> {
+    let (mut all, mut batch, mut attempts) = (Vec::new(), Vec::new(), 0);
+    for (c, pairs) in undecided.iter().enumerate() {
+        batch.push(c);
+        attempts += tried(pairs);
+        if batch.len() >= BATCH && attempts >= least {
+            all.push(std::mem::take(&mut batch));
+            attempts = 0;
+        }
+    }
+    all.extend((!batch.is_empty()).then_some(batch));
+    all
 }
 
 /// A random point on a random triangle of an object.

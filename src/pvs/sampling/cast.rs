@@ -11,7 +11,7 @@ use crate::pvs::cubes::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, N
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::TAU;
 
-/// Cubes worked on between two looks at what is known; fixed, so that results don't depend on the number of threads.
+/// Cubes worked on between two looks at what is known, at least.
 pub(super) const BATCH: usize = 64;
 /// Pixels along a face's edge. More: more of what is small is seen, fewer cubes in the same time; but a cube of a quarter of
 /// the pixels takes two thirds of the time.
@@ -58,7 +58,7 @@ impl<'a> Caster<'a> {
         self.engine.note(cubes)
     }
 
-    /// Makes cubes at the sites in order, at most [`BATCH`] of them, each with its seed. What they see, and the solid angle (fraction
+    /// Makes cubes at the sites in order, each with its seed. What they see, and the solid angle (fraction
     /// of the sphere) of that part of it that the cells beside them weren't known to see, their mean where they are two.
     pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower, work: &Job<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
         let known = &*lower;

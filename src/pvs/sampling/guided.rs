@@ -7,6 +7,7 @@
 //! moved out is drawn anew each time, over three orders of magnitude, since the distance to the next thing has no scale; and a reverse
 //! sample is the whole line, which serves whatever cells it comes through.
 
+use super::batch;
 use super::sampler::{Random, Sampler, Site, mix};
 use super::source::Source;
 use super::witness::{Found, Line, Lower};
@@ -16,7 +17,7 @@ use crate::scene::rays::Hit;
 use crate::types::proof::Witness;
 use glam::DVec3;
 
-/// Proofs followed up between two looks at what is known; fixed, so that results don't depend on the number of threads.
+/// Proofs followed up between two looks at what is known, at least.
 const BATCH: usize = 256;
 /// Rays that following up a proof takes at most: the triangle, three borders, and three edges of whatever is before each.
 const COST: u64 = 1 + 3 * (2 + 3 * 2);
@@ -29,14 +30,19 @@ const SHORT: f64 = 0.98;
 
 pub(super) struct Guided<'a> {
     sampler: &'a Sampler<'a>,
-    /// The next proof to follow up, and how often all before it were.
+    /// The first proof that nobody has followed up yet.
+    fresh: usize,
+    /// The next proof to follow up again, and how often all before it were.
     next: usize,
     pass: u64,
+    /// Proofs followed up, and the rays that this took.
+    followed: u64,
+    spent: u64,
 }
 
 impl<'a> Guided<'a> {
     pub fn new(sampler: &'a Sampler<'a>) -> Self {
-        Self { sampler, next: 0, pass: 0 }
+        Self { sampler, fresh: 0, next: 0, pass: 1, followed: 0, spent: 0 }
     }
 
     /// Border and reverse samples of one proof.
@@ -63,6 +69,25 @@ impl<'a> Guided<'a> {
             }
         }
         found.close()
+    }
+
+    /// The next proofs to follow up, each with its pass, at most so many: those that nobody has, and then the others in
+    /// turn. None where each had all its passes.
+    fn next_proofs(&mut self, count: usize, known: &Lower) -> Vec<(usize, u64)> {
+        let fresh = self.fresh..known.witnesses.len().min(self.fresh + count);
+        self.fresh = fresh.end;
+        let mut proofs: Vec<(usize, u64)> = fresh.map(|i| (i, 0)).collect();
+        while proofs.len() < count && self.fresh > 0 {
+            if self.next >= self.fresh {
+                (self.next, self.pass) = (0, self.pass + 1);
+            }
+            if self.pass > PASSES {
+                break;
+            }
+            proofs.push((self.next, self.pass));
+            self.next += 1;
+        }
+        proofs
     }
 
     /// The corners of a triangle, moved out.
@@ -94,25 +119,31 @@ impl<'a> Guided<'a> {
 }
 
 impl Source for Guided<'_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
-        let end = lower.rays + rays;
-        while end - lower.rays >= COST {
-            if self.next == lower.witnesses.len() {
-                if self.pass == PASSES || lower.witnesses.is_empty() {
-                    return Ok(false);
-                }
-                (self.next, self.pass) = (0, self.pass + 1);
+    fn step(&mut self, lower: &mut Lower, rays: u64, most: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+        let (begin, mut is_first) = (lower.rays, true);
+        loop {
+            // What a proof took so far, in the mean; one may take more.
+            let cost = self.spent.checked_div(self.followed).map_or(COST, |cost| cost.clamp(1, COST));
+            let (left, known) = (rays.saturating_sub(lower.rays - begin), &*lower);
+            let proofs = batch::next(left, rays, cost, BATCH).min(((begin + most - lower.rays) / COST) as usize);
+            // A rest of a batch isn't worth a map.
+            if proofs == 0 || (!is_first && left < (BATCH as u64 * cost).max(batch::batch(rays) / 2)) {
+                return Ok(true);
             }
-            let known = &*lower;
-            let batch = self.next..known.witnesses.len().min(self.next + BATCH.min(((end - lower.rays) / COST) as usize));
-            let seed = |i: usize| mix(mix(mix(self.sampler.seed, 0xc3), i as u64), self.pass);
-            let follow = |&i: &usize| self.follow(&known.witnesses[i], seed(i), known);
-            let found = work.map(&batch.clone().collect::<Vec<_>>(), follow)?;
-            self.next = batch.end;
+            let todo = self.next_proofs(proofs, known);
+            if todo.is_empty() {
+                return Ok(false);
+            }
+            let seed = |i: usize, pass: u64| mix(mix(mix(self.sampler.seed, 0xc3), i as u64), pass);
+            let follow = |&(i, pass): &(usize, u64)| self.follow(&known.witnesses[i], seed(i, pass), known);
+            let found = work.map(&todo, follow)?;
+            let before = lower.rays;
             found.into_iter().for_each(|found| {
                 lower.merge(found);
             });
+            self.followed += todo.len() as u64;
+            self.spent += lower.rays - before;
+            is_first = false;
         }
-        Ok(true)
     }
 }

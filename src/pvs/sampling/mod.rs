@@ -1,13 +1,14 @@
-//! The lower bound: everything here finds free lines and has `witness` make proofs of them; one line serves every cell that it
-//! crosses (`lines`).
+//! The lower bound: everything here finds free lines and has `witness` make proofs of them; one line serves every cell that
+//! it crosses (`lines`).
 //!
 //! Four ways of finding them, behind [`Strategy`]: `adaptive` visibility cubes on portals and in cells; `guided` rays at the
-//! borders of what was found; and, to hold them against, `uniform` cubes and random rays. `schedule` gives the rays away. Then
-//! `aimed` segments go to what the upper bound left. How much of what there is to see all of them have missed, [`confidence`]
-//! bounds; `clock` ends them. `regions` does all of this for view cells.
+//! borders of what was found; and, to hold them against, `uniform` cubes and random rays. `schedule` gives the rays away,
+//! and `batch` says how many at a time. Then `aimed` segments go to what the upper bound left. How much of what there is to
+//! see all of them have missed, [`confidence`] bounds; `clock` ends them. `regions` does all of this for view cells.
 
 mod adaptive;
 pub(in crate::pvs) mod aimed;
+mod batch;
 mod cast;
 pub(in crate::pvs) mod clock;
 pub mod confidence;

@@ -2,6 +2,7 @@
 //! for, rounds of sampling and of tests follow each other until a test bounds what is unseen.
 
 use super::adaptive::Adaptive;
+use super::batch;
 use super::cast::Caster;
 use super::clock::Clock;
 use super::confidence::{Test, doubt_of};
@@ -18,9 +19,6 @@ use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::types::bounds::{SamplingEnd, Unseen, percent};
 
-/// The rays are given away in this many parts, or in fewer of this many rays.
-const PARTS: u64 = 64;
-const LEAST: u64 = 32_000;
 /// A strategy that found nothing in so many of them in a row gets no more.
 const PATIENCE: u32 = 3;
 
@@ -197,7 +195,8 @@ impl<'a> Turns<'a> {
             }
             let turn = &mut turns[next];
             let (before, rays) = (proofs(lower), lower.rays);
-            let more = turn.source.step(lower, (whole / PARTS).max(LEAST).min(budget - lower.rays), work)?;
+            let left = budget - lower.rays;
+            let more = turn.source.step(lower, batch::part(whole).min(left), left, work)?;
             let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
             turn.rate = found as f64 / spent as f64;
             turn.barren = if found == 0 { turn.barren + 1 } else { 0 };

@@ -32,7 +32,7 @@ impl<'a> Rays<'a> {
 }
 
 impl Source for Rays<'_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Lower, rays: u64, _: u64, work: &Job<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         while end - lower.rays >= 2 && !self.regions.is_empty() {
             let batch = RAYS.min((end - lower.rays) / 2);
@@ -76,7 +76,7 @@ impl<'a, 'c> Uniform<'a, 'c> {
 }
 
 impl Source for Uniform<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Lower, rays: u64, _: u64, work: &Job<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         let seats = self.regions.iter().filter(|r| r.volume() > 0.0).count();
         while end - lower.rays >= COST && seats > 0 {
