@@ -12,6 +12,11 @@
 //! side, and boxes are rounded outwards. So nothing is hidden that a depth buffer of this size and of unlimited precision would show. A
 //! larger picture may show more: ask at the size that is drawn.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "inner loops: where iterators are not inlined, they take longer than the work"
+)]
+
 mod ask;
 mod closed;
 mod draw;

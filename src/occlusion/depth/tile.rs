@@ -115,7 +115,6 @@ impl Rows {
 
 /// Draws the pixels of some rows of a tile that are inside for certain. Returns how near the middle of one came to an edge.
 #[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "iterators are not inlined, which takes longer than a row")]
 fn fill<const EDGES: bool, const NEAR: bool>(
     tile: &mut Tile,
     [first, last]: [usize; 2],
