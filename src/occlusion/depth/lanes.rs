@@ -20,7 +20,7 @@ pub(super) struct F32x8(Vec4, Vec4);
 
 /// Of each of eight, whether it is so.
 #[derive(Clone, Copy)]
-pub(super) struct Mask(BVec4A, BVec4A);
+pub(super) struct Mask8(BVec4A, BVec4A);
 
 impl F32x8 {
     pub const COUNT: Self = Self(Vec4::new(0.0, 1.0, 2.0, 3.0), Vec4::new(4.0, 5.0, 6.0, 7.0));
@@ -68,18 +68,18 @@ impl F32x8 {
     }
 
     #[inline(always)]
-    pub fn less(self, other: Self) -> Mask {
-        Mask(self.0.cmplt(other.0), self.1.cmplt(other.1))
+    pub fn less(self, other: Self) -> Mask8 {
+        Mask8(self.0.cmplt(other.0), self.1.cmplt(other.1))
     }
 
     #[inline(always)]
-    pub fn at_least(self, other: Self) -> Mask {
-        Mask(self.0.cmpge(other.0), self.1.cmpge(other.1))
+    pub fn at_least(self, other: Self) -> Mask8 {
+        Mask8(self.0.cmpge(other.0), self.1.cmpge(other.1))
     }
 
     #[inline(always)]
-    pub fn is_nan(self) -> Mask {
-        Mask(self.0.is_nan_mask(), self.1.is_nan_mask())
+    pub fn is_nan(self) -> Mask8 {
+        Mask8(self.0.is_nan_mask(), self.1.is_nan_mask())
     }
 }
 
@@ -110,7 +110,7 @@ impl Mul<f32> for F32x8 {
     }
 }
 
-impl Mask {
+impl Mask8 {
     pub const ALL: Self = Self(BVec4A::TRUE, BVec4A::TRUE);
 
     /// New values where it is so, old ones elsewhere.
@@ -126,7 +126,7 @@ impl Mask {
     }
 }
 
-impl BitAnd for Mask {
+impl BitAnd for Mask8 {
     type Output = Self;
 
     #[inline(always)]
@@ -135,7 +135,7 @@ impl BitAnd for Mask {
     }
 }
 
-impl BitOr for Mask {
+impl BitOr for Mask8 {
     type Output = Self;
 
     #[inline(always)]
@@ -144,7 +144,7 @@ impl BitOr for Mask {
     }
 }
 
-impl Not for Mask {
+impl Not for Mask8 {
     type Output = Self;
 
     #[inline(always)]

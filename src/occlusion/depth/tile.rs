@@ -3,7 +3,7 @@
 //! A pixel too near to an edge for `f32` is decided in `f64`.
 
 use super::draw::Drawn;
-use super::lanes::{COUNT, F32x8, Lanes, Mask, SIDE};
+use super::lanes::{COUNT, F32x8, Lanes, Mask8, SIDE};
 use super::{DepthBuffer, Index, Plane, Tile, UNTOUCHED};
 
 /// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most.
@@ -128,7 +128,7 @@ fn fill<const EDGES: bool, const NEAR: bool>(
     let mut nearest_edge = F32x8::INFINITY;
     for row in first..(last + 1).min(SIDE) {
         let depth = depths.row(row);
-        let mut wins = if NEAR { near.at_least(depth) } else { Mask::ALL };
+        let mut wins = if NEAR { near.at_least(depth) } else { Mask8::ALL };
         if EDGES {
             let inside = a.row(row).min(b.row(row)).min(c.row(row));
             wins = wins & near_edge.less(inside);
