@@ -1,7 +1,7 @@
 //! Eight numbers side by side, in two registers of four.
 //!
-//! The registers are named, not left to the compiler: it took loops over eight numbers apart, one instruction a number, as soon as they
-//! did more than add.
+//! The registers are named, not left to the compiler: in some builds it took loops over eight numbers apart, one instruction a number,
+//! and in others not.
 
 use glam::{BVec4A, Vec4};
 use std::ops::{Add, BitAnd, BitOr, Mul, Not, Sub};
