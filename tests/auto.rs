@@ -146,7 +146,7 @@ fn a_unit_that_is_given_is_taken() {
         let sheets =
             [-0.3, 0.0, 2.7, 3.0].map(|y| cuboid(v(0., units * y, 0.), v(units * 6., units * (y + 0.01), units * 4.)));
         let graph = split(&scene(&sheets, Vec::new()), &SplitOptions { in_metres, ..SplitOptions::default() }).unwrap();
-        graph.notes.iter().any(|note| note.contains("plainly not in metres"))
+        graph.notes.iter().any(|note| note.contains("not in metres, it seems"))
     };
     assert_eq!([scale(100.0, false), scale(100.0, true), scale(1.0, false)], [true, false, false]);
 }

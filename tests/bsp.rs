@@ -382,7 +382,8 @@ fn real_levels_portals_lie_between_their_leaves() {
         // Some leaves are thinner than that hundredth of a unit.
         assert!(astray * 500 <= derived.level.portals.len() as u32, "{name}: {astray}");
         let prt = Prt { dialect: Dialect::Prt1, leaves: (0..level.leaves() as u32).collect(), level: derived.level };
-        assert!(level.fits(&prt), "{name}");
+        let fit = level.fit(&prt);
+        assert!(fit.is_taken() && fit.elsewhere.is_empty(), "{name}: {fit}");
     }
 }
 

@@ -82,6 +82,7 @@ fn file(scene: &Scene) -> PvsFile {
         import: Import {
             object_triangles: ImportOptions::default().object_triangles,
             metres_per_unit: None,
+            z_up: false,
             tube_radius: None,
             tubes: true,
         },

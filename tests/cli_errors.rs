@@ -256,7 +256,7 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
     let whole = document(core, square, "#S1", "S1");
     let deep = [b"<a>".repeat(1_000_000), b"</a>".repeat(1_000_000)].concat();
     let cases: [(&str, Vec<u8>, &str); 14] = [
-        ("empty", Vec::new(), "not well-formed XML"),
+        ("empty", Vec::new(), "the file is empty"),
         ("random", random_bytes(), "not UTF-8"),
         ("cut", half(whole.as_bytes()), "not well-formed XML"),
         ("deep", deep, "the root is <a>"),
@@ -285,5 +285,36 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
         let error = String::from_utf8(run_words(&["bake", text(&bad), "-o", text(&out)]).stderr).unwrap();
         assert!(error.contains(what), "{case}: {error}");
         assert!(!out.exists(), "{case} left a file");
+    }
+}
+
+/// What an absent or an empty file is told as, before any work.
+#[test]
+fn what_is_missing_is_named() {
+    let folder = folder("missing");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
+    write("empty.glb", b"");
+    write("empty.obj", b"");
+    write("beside.gltf", document(r#""uri":"gone.bin","#).as_bytes());
+    write("whole.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let bake = |input: &str, out: &str| {
+        let out = run_words(&["bake", &path(input), "-o", &path(out), "--rays", "10k"]);
+        assert_eq!(out.status.code(), Some(2), "{input}");
+        String::from_utf8(out.stderr).unwrap()
+    };
+    for (input, out, why) in [
+        ("empty.glb", "x.pvs", "empty.glb: the file is empty\n"),
+        ("empty.obj", "x.pvs", "empty.obj: the file is empty\n"),
+        ("gone.glb", "x.pvs", "gone.glb: there is no such file\n"),
+        (
+            "beside.gltf",
+            "x.pvs",
+            "beside.gltf: buffer 0: `gone.bin` is missing: the model names it, so it must come with it\n",
+        ),
+        ("whole.obj", "none/x.pvs", "missing/none: there is no such folder\n"),
+    ] {
+        let said = bake(input, out);
+        assert!(said.ends_with(why), "{said}");
     }
 }

@@ -231,12 +231,34 @@ mod levels {
         assert_eq!(from(), ("PRT2".into(), Some(2), "[]".into()));
         // Another level's, with other leaves; one with portals elsewhere; one that can't be read.
         let short = fitting.replace("\n5\n", "\n4\n").replace("2 3 4 -1", "2 3 -1");
-        for other in [short, fitting.replace("(9 ", "(7 "), fitting.replace("PRT2", "PRT9")] {
+        let elsewhere = "1 of 1 portals lie where the tree has leaves of other clusters, or solid matter; the first, portal 0, around (7.0 0.0 0.0)";
+        let others = [
+            (short, "level.prt has 4 leaves, the level 5: it isn't of this level, and portals are taken from the tree"),
+            (fitting.replace("(9 ", "(7 "), elsewhere),
+            (fitting.replace("PRT2", "PRT9"), "level.prt: line 1"),
+        ];
+        for (other, why) in others {
             std::fs::write(&prt, other).unwrap();
             let (from, clusters, notes) = from();
             assert_eq!((from.as_str(), clusters), ("tree", Some(5)));
-            assert!(notes.contains("level.prt"), "{notes}");
+            assert!(notes.contains(why), "{notes}");
         }
+        // Four portals, one of which is elsewhere; one whose middle is in solid matter, as where it is led through a pillar.
+        let portal = "4 1 0 (9 -1 -1) (9 1 -1) (9 1 1) (9 -1 1)\n";
+        let four = fitting.replace("\n1\n4", "\n4\n4").replace(portal, &portal.repeat(3));
+        let four = four.replace("0 1 -1\n", &format!("{}0 1 -1\n", portal.replace("(9 ", "(7 ")));
+        std::fs::write(&prt, four).unwrap();
+        let (portals_from, clusters, notes) = from();
+        assert_eq!((portals_from.as_str(), clusters), ("PRT2", Some(2)));
+        assert!(
+            notes.contains("level.prt 1 of 4 portals lie where")
+                && notes.contains("portal 3")
+                && notes.contains("taken as it is"),
+            "{notes}"
+        );
+        // Wider than the opening: its middle is in the wall, and half-way to two of its corners are both rooms.
+        std::fs::write(&prt, fitting.replace("(9 1 -1) (9 1 1)", "(9 5 -1) (9 5 1)")).unwrap();
+        assert_eq!(from(), ("PRT2".into(), Some(2), "[]".into()));
     }
 }
 

@@ -35,6 +35,7 @@ fn file_of(scene: &Scene, options: &ImportOptions) -> PvsFile {
     file.import = Import {
         object_triangles: options.object_triangles,
         metres_per_unit: options.metres_per_unit,
+        z_up: options.z_up,
         tube_radius: None,
         tubes: true,
     };
@@ -159,8 +160,10 @@ fn written(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
 fn what_is_read_again_is_what_was_cut() {
     let folder = folder("again");
     let model = written(&folder, "rich.glb", &rich().bytes());
-    for (triangles, unit) in [(256, None), (16, None), (1, None), (16, Some(0.0254))] {
-        let options = ImportOptions { metres_per_unit: unit, ..options(triangles) };
+    for (triangles, unit, z_up) in
+        [(256, None, false), (16, None, false), (1, None, true), (16, Some(0.0254), false), (16, Some(0.0254), true)]
+    {
+        let options = ImportOptions { metres_per_unit: unit, z_up, ..options(triangles) };
         let (scene, glb) = exported(&model, &options);
         assert!(triangles == 256 || scene.objects.len() > 20);
         assert_same(&scene, &glb);

@@ -143,6 +143,8 @@ pub struct BakeReport {
 
 /// Most findings that prose lists.
 const FINDINGS: usize = 12;
+/// Most notes that prose lists.
+const NOTES: usize = 12;
 
 impl BakeReport {
     /// Of a bake and the bytes of its file. `import` and `total` are seconds, `peak_rss_mb` MiB; `expected_draw` is that of the file.
@@ -275,6 +277,12 @@ impl fmt::Display for BakeReport {
         }
         if !self.repairs.is_empty() {
             writeln!(f, "{} holes in the cell graph were found and mended", self.repairs.len())?;
+        }
+        for note in self.notes.iter().take(NOTES) {
+            writeln!(f, "note: {note}")?;
+        }
+        if self.notes.len() > NOTES {
+            writeln!(f, "and {} more notes (--json, `info`)", self.notes.len() - NOTES)?;
         }
         Ok(())
     }

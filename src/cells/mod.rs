@@ -31,7 +31,7 @@ pub use authored::audit::{Audit, Finding, FindingKind, audit, audit_rooms};
 pub use coarsen::{coarsen, flow_bytes, matrix_bytes};
 pub use given::cells_file::{GivenError, read_cells};
 pub use given::indoorgml::read_indoorgml;
-pub use given::view_cells::{ViewCell, read_view_cells};
+pub use given::view_cells::{ViewCell, ViewCellName, read_view_cells};
 pub use locate::{Locator, Stretch};
 pub use placement::{Placement, place_objects};
 pub(crate) use split::split_beside;

@@ -19,7 +19,21 @@ const LEVEL: f64 = 0.99;
 pub(super) struct HumanScale {
     /// What a metre is in this model.
     pub metre: f64,
+    /// How high the model's rooms are, in its units, the median of their volume; where its format leaves the unit to whoever writes it.
+    ceiling: Option<f64>,
 }
+
+/// Units that models come in: how many make a metre, what they are called, and in metres.
+const UNITS: [(f64, &str, &str); 4] = [
+    (1e3, "millimetres", "0.001"),
+    (100.0, "centimetres", "0.01"),
+    (1.0 / 0.0254, "inches", "0.0254"),
+    (1e-3, "kilometres", "1000"),
+];
+/// A guess at a metre is called by the unit that it is off from by this factor at most. Units of games, 32 to a metre, pass for inches.
+const NEAR: f64 = 1.35;
+/// Rooms of 2.3 to 3.5 m, in feet. Few buildings in metres are like that: halls and churches.
+const IN_FEET: std::ops::RangeInclusive<f64> = 7.5..=11.5;
 
 /// A person can't pass where it is narrower, metres of a person.
 pub(super) const LEAST_WIDTH: f64 = 0.6;
@@ -41,7 +55,7 @@ const LINES: usize = 4096;
 
 impl HumanScale {
     /// That of a model in metres.
-    pub const METRES: Self = Self { metre: 1.0 };
+    pub const METRES: Self = Self { metre: 1.0, ceiling: None };
 
     /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits and leaves the
     /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor is taken
@@ -49,13 +63,17 @@ impl HumanScale {
     pub fn of(scene: &Scene) -> Self {
         let Some(height) = ceiling(scene) else {
             let diagonal = scene.bounds().diagonal();
-            return Self { metre: if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 } };
+            let metre = if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 };
+            return Self { metre, ceiling: None };
         };
         let ratio = height / CEILING_HEIGHT;
         let across = scene.bounds().diagonal();
         let is_room = |unit: f64| unit <= 1.0 || across >= LEAST_ACROSS * unit;
         let fits = |&unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit)) && is_room(unit);
-        Self { metre: [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL_HEIGHT) }
+        let metre = [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL_HEIGHT);
+        // Formats that don't make everybody say the unit.
+        let is_silent = ["glTF", "OBJ"].contains(&scene.source.format.as_str());
+        Self { metre, ceiling: is_silent.then_some(height) }
     }
 
     /// What a person's metres are in the model.
@@ -78,15 +96,27 @@ impl HumanScale {
         model.inflated((MARGIN_SHARE * model.diagonal()).min(self.metres(MOST_MARGIN)))
     }
 
-    /// A line for the report where the model is not in metres.
+    /// A line for the report where the model is not in metres, or may be in feet.
     pub fn note(&self) -> Option<String> {
-        let text = || {
-            let metre = self.metre;
-            format!(
-                "the model is plainly not in metres: a person's metre is taken as {metre:.4} units; --unit says otherwise"
-            )
-        };
-        (self.metre != 1.0).then(text)
+        let (metre, height) = (self.metre, self.ceiling.unwrap_or_default());
+        if metre != 1.0 {
+            let near = |(units, _, _): &&(f64, &str, &str)| (1.0 / NEAR..=NEAR).contains(&(metre / units));
+            let guess = UNITS.iter().find(near).map(|(_, name, unit)| format!(", as in {name} (--unit {unit})"));
+            let guess = guess.unwrap_or_else(|| " (--unit tells which)".into());
+            return Some(format!(
+                "the model is not in metres, it seems: its rooms are as high as if {metre:.4} units were a metre{guess}"
+            ));
+        }
+        let feet = || format!("its rooms are {height:.1} m high: if the model is in feet, give --unit 0.3048");
+        IN_FEET.contains(&height).then(feet)
+    }
+
+    /// A length for people: in units of the model where those aren't metres.
+    pub fn told(&self, length: f64) -> String {
+        match self.metre == 1.0 {
+            true => format!("{length:.3} m"),
+            false => format!("{length:.3} units ({:.2} m of a person)", length / self.metre),
+        }
     }
 
     /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
@@ -214,7 +244,7 @@ mod tests {
 
     #[test]
     fn thresholds_are_multiples_of_it() {
-        let (small, large) = (HumanScale { metre: 1.0 }, HumanScale { metre: 1000.0 });
+        let (small, large) = (HumanScale::METRES, HumanScale { metre: 1000.0, ceiling: None });
         assert_eq!(large.least_wall(), 1e6 * small.least_wall());
         assert_eq!(large.least_sheet(), 1e6 * small.least_sheet());
     }

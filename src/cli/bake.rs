@@ -116,7 +116,7 @@ enum Cubes {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    args.scene.check()?;
+    args.scene.check(&args.input)?;
     if args.workers.with.is_some() {
         // Results must be the same everywhere.
         let cause = [
@@ -144,6 +144,8 @@ fn leaks(args: &Args, error: &ImportError) -> Result<Outcome, CliError> {
 
 fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let begin = Instant::now();
+    let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("pvs"));
+    super::folder_of(&output)?;
     let bar = progress_bar();
     bar.set_message("import");
     let import_options = args.scene.import();
@@ -182,7 +184,6 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         bar.set_message(stage.to_owned());
         bar.set_position((done * 1000.0) as u64);
     };
-    let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("pvs"));
     let digest = digest(&scene, &options);
     let of = Of { digest, beside: (&output, "bake-state"), outputs: &[&output] };
     let kept = Kept::open(args.state.as_deref(), &args.workers, &of)?;

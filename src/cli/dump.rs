@@ -110,7 +110,7 @@ fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<
             writeln!(out, "object {i} {:?}: {} triangles", o.node, o.triangles)?;
         }
         for (i, v) in file.views.cells.iter().enumerate() {
-            writeln!(out, "view cell {i} {:?}: {} pieces", v.id, v.pieces.len())?;
+            writeln!(out, "view cell {i} {}: {} pieces", v.id, v.pieces.len())?;
         }
     }
     for (which, what) in [(Rows::Cells, "cells"), (Rows::Objects, "objects"), (Rows::ViewCells, "view cells")] {

@@ -2,7 +2,7 @@
 
 use super::{CliError, FilesFlag, Outcome, at, pool};
 use enfilade::file::replace_file_by;
-use enfilade::scene::{ImportOptions, import};
+use enfilade::scene::import;
 use enfilade::terrain::raster::{Raster, RasterOptions};
 use enfilade::terrain::{GroundError, LEAST_TRIANGLES, Made, MakeOptions, Placement, make};
 use glam::{DVec2, DVec3};
@@ -64,7 +64,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
 
 /// A model's triangles, seen from above, in the ground's coordinates.
 fn footprint(model: &Path, files: &FilesFlag, place: Placement) -> Result<Vec<[DVec2; 3]>, CliError> {
-    let options = ImportOptions { files_under: files.under(), ..ImportOptions::default() };
+    let options = files.options();
     let scene = import(model, &options).map_err(|e| at(model, e))?;
     let above = |p: DVec3| {
         let p = place.to_ground(p + scene.origin);

@@ -76,7 +76,7 @@ impl Input {
             Some(e) if e == "prt" => Ok(Self::of_prt(prt_file(path)?, None)),
             Some(e) if e == "bsp" => Self::of_bsp(path),
             Some(e) if e == "map" => {
-                Err(at(path, "is a level's source: compile it (qbsp) and give the .bsp or the .prt, or `bake` it as it is"))
+                Err(at(path, "a level's source: compile it (qbsp) and give the .bsp or the .prt, or `bake` it as it is"))
             }
             _ => Err(at(path, "is named neither .prt nor .bsp")),
         }
@@ -114,13 +114,19 @@ impl Input {
         let mut notes = Vec::new();
         if beside.exists() {
             match prt_file(&beside) {
-                Ok(prt) if bsp.fits(&prt) => return Ok(Self::of_prt(prt, Some(bsp))),
-                Ok(prt) => notes.push(format!(
-                    "{} ({} leaves) isn't of this level ({}): portals are taken from the tree",
-                    beside.display(),
-                    prt.leaves.len(),
-                    bsp.leaves()
-                )),
+                Ok(prt) => {
+                    let fit = bsp.fit(&prt);
+                    let says = format!("{} {fit}", beside.display());
+                    if fit.is_taken() {
+                        let notes = if fit.elsewhere.is_empty() {
+                            Vec::new()
+                        } else {
+                            vec![format!("{says}; it is taken as it is")]
+                        };
+                        return Ok(Self { notes, ..Self::of_prt(prt, Some(bsp)) });
+                    }
+                    notes.push(format!("{says}: it isn't of this level, and portals are taken from the tree"));
+                }
                 Err(e) => notes.push(format!("{e}: portals are taken from the tree")),
             }
         }

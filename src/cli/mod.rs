@@ -49,23 +49,35 @@ pub struct FilesFlag {
     /// Files that the model names (buffers, materials) may lie in this folder, and below it [default: in the model's own]
     #[arg(long, value_name = "DIR")]
     files_under: Option<PathBuf>,
+    /// What is a door, a window or glass, by names of nodes and materials (glTF, OBJ) [default: MODEL.roles.json, if it is there]
+    #[arg(long, value_name = "ROLES.json")]
+    roles: Option<PathBuf>,
 }
 
 impl FilesFlag {
-    /// The folder.
-    pub fn under(&self) -> Option<PathBuf> {
-        self.files_under.clone()
+    /// As an import takes them.
+    pub fn options(&self) -> ImportOptions {
+        ImportOptions { files_under: self.files_under.clone(), roles: self.roles.clone(), ..ImportOptions::default() }
     }
 
     /// What imports a file's model as it was imported for the bake.
     pub fn again(&self, import: &Import) -> ImportOptions {
-        ImportOptions { files_under: self.files_under.clone(), ..import.options() }
+        ImportOptions { files_under: self.files_under.clone(), roles: self.roles.clone(), ..import.options() }
     }
 }
 
 /// Puts the path before a message.
 pub fn at(path: &Path, error: impl fmt::Display) -> CliError {
     CliError(format!("{}: {error}", path.display()))
+}
+
+/// Whether a file's folder is there; asked before the work of which the file is the result.
+pub fn folder_of(path: &Path) -> Result<(), CliError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match folder.filter(|folder| !folder.is_dir()) {
+        Some(folder) => Err(at(folder, "there is no such folder")),
+        None => Ok(()),
+    }
 }
 
 /// A report as JSON.

@@ -55,7 +55,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    args.scene.check()?;
+    args.scene.check(&args.input)?;
     super::pool(args.search.threads)?.install(|| report(&args))
 }
 

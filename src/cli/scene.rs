@@ -33,6 +33,9 @@ pub struct SceneFlags {
     /// Metres per unit of the input [default: the format's own]
     #[arg(long, value_name = "METRES")]
     pub unit: Option<f64>,
+    /// The axis that is up in the input, for OBJ and glTF [default: y]; other formats say it themselves
+    #[arg(long, value_enum)]
+    pub up: Option<UpFlag>,
     /// Radius of tubes along lines that have none of their own (OBJ, glTF, GeoJSON) [default: OBJ and glTF: left out; GeoJSON: refused]
     #[arg(long, value_name = "METRES")]
     pub tube_radius: Option<f64>,
@@ -42,6 +45,16 @@ pub struct SceneFlags {
     #[command(flatten)]
     pub files: super::FilesFlag,
 }
+
+/// The axis that is up.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum UpFlag {
+    Y,
+    Z,
+}
+
+/// Formats that don't say what is up.
+const SILENT: [&str; 3] = ["glb", "gltf", "obj"];
 
 /// What pipes are.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -68,8 +81,12 @@ pub const RAYS: u64 = 20_000_000;
 const FEW: u64 = 1_000;
 
 impl SceneFlags {
-    /// Refuses numbers out of range.
-    pub fn check(&self) -> Result<(), CliError> {
+    /// Refuses numbers out of range, and another axis than a format's own.
+    pub fn check(&self, input: &Path) -> Result<(), CliError> {
+        let extension = input.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        if self.up.is_some() && !extension.as_deref().is_some_and(|e| SILENT.contains(&e)) {
+            return Err(at(input, "--up is for OBJ and glTF; this format says itself what is up"));
+        }
         if let Some(rays) = self.rays.filter(|rays| (1..FEW).contains(rays)) {
             eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");
         }
@@ -92,8 +109,8 @@ impl SceneFlags {
     /// How to import.
     pub fn import(&self) -> ImportOptions {
         let Self { object_triangles, unit: metres_per_unit, tube_radius, .. } = *self;
-        let (files_under, tubes) = (self.files.files_under.clone(), self.tubes == TubesFlag::Auto);
-        ImportOptions { object_triangles, metres_per_unit, tube_radius, tubes, files_under, ..ImportOptions::default() }
+        let (tubes, z_up) = (self.tubes == TubesFlag::Auto, self.up == Some(UpFlag::Z));
+        ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, ..self.files.options() }
     }
 
     /// How to split.
@@ -130,9 +147,12 @@ impl SceneFlags {
         let usual = ImportOptions::default().object_triangles;
         flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));
         flags.extend(self.unit.map(|v| ("--unit", v.to_string())));
+        let up = self.up.and_then(|up| up.to_possible_value());
+        flags.extend(up.map(|v| ("--up", v.get_name().to_owned())));
         flags.extend(self.tube_radius.map(|v| ("--tube-radius", v.to_string())));
         flags.extend((self.tubes == TubesFlag::Never).then(|| ("--tubes", "never".to_owned())));
         flags.extend(self.files.files_under.as_deref().map(|path| ("--files-under", name(path))));
+        flags.extend(self.files.roles.as_deref().map(|path| ("--roles", name(path))));
         flags
     }
 }

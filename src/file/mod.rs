@@ -40,6 +40,7 @@ use crate::types::portal::{PortalKind, PortalState};
 use crate::types::proof::{Repair, Witness};
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
+use crate::types::view_cell_name::ViewCellName;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -122,7 +123,7 @@ pub struct Views {
 #[derive(Clone, PartialEq, Debug)]
 pub struct FileViewCell {
     /// The author's id.
-    pub id: String,
+    pub id: ViewCellName,
     /// Convex pieces, each a list of planes `(n, d)`, inside `n . p <= d`.
     pub pieces: Vec<Vec<Vec4>>,
 }
@@ -146,6 +147,8 @@ pub struct Import {
     pub object_triangles: u32,
     /// Metres per unit of the source, above 0; `None`: the format's own.
     pub metres_per_unit: Option<f64>,
+    /// Whether the source's +Z is up, in formats whose +Y is otherwise.
+    pub z_up: bool,
     /// Radius of tubes along lines that have none of their own, metres, above 0.
     pub tube_radius: Option<f64>,
     /// Whether pipes are tubes, where there are many.
@@ -155,8 +158,8 @@ pub struct Import {
 impl Import {
     /// What imports the model in the same way.
     pub fn options(&self) -> ImportOptions {
-        let Self { object_triangles, metres_per_unit, tube_radius, tubes } = *self;
-        ImportOptions { object_triangles, metres_per_unit, tube_radius, tubes, ..ImportOptions::default() }
+        let Self { object_triangles, metres_per_unit, z_up, tube_radius, tubes } = *self;
+        ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, ..ImportOptions::default() }
     }
 }
 
@@ -247,8 +250,8 @@ impl PvsFile {
     }
 
     /// The position of a view cell in [`Views::cells`], and so its row, by its id.
-    pub fn view_cell(&self, id: &str) -> Option<usize> {
-        self.views.cells.iter().position(|cell| cell.id == id)
+    pub fn view_cell(&self, id: &ViewCellName) -> Option<usize> {
+        self.views.cells.iter().position(|cell| cell.id == *id)
     }
 
     /// The words of a view cell's object row, a bit an object; `None`: it sees every object.

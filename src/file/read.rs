@@ -1,7 +1,7 @@
 //! Sections to fields. Every number is checked against the rule that the field's documentation states.
 
 use super::bytes::{Budget, Cursor};
-use super::codes::{NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, state_of_code};
+use super::codes::{NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, Z_UP, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
 use super::rows::{Guide, RowReader};
@@ -13,6 +13,7 @@ use crate::types::portal::PortalState;
 use crate::types::proof::{Repair, Witness};
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
+use crate::types::view_cell_name::ViewCellName;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
@@ -181,7 +182,7 @@ impl<'a> SectionReader<'_, 'a> {
             if object_triangles == 0 {
                 return Err(c.error("objects of 0 triangles"));
             }
-            let flags = c.code(usize::from(UNIT | TUBE_RADIUS | NO_TUBES) + 1, "flags")? as u8;
+            let flags = c.code(usize::from(UNIT | TUBE_RADIUS | NO_TUBES | Z_UP) + 1, "flags")? as u8;
             let mut metres = |flag: u8, what: &str| match flags & flag {
                 0 => Ok(None),
                 _ => match c.f64s()? {
@@ -200,7 +201,8 @@ impl<'a> SectionReader<'_, 'a> {
                     return Err(c.error(format!("{lower} pairs in the lower set, {upper} in the upper, {most} in all")));
                 }
             }
-            let import = Import { object_triangles, metres_per_unit, tube_radius, tubes: flags & NO_TUBES == 0 };
+            let (tubes, z_up) = (flags & NO_TUBES == 0, flags & Z_UP != 0);
+            let import = Import { object_triangles, metres_per_unit, z_up, tube_radius, tubes };
             Ok(Meta { origin, smallest_hole, strategy, import, cells, portals, objects, pairs, reason: c.string()? })
         })?;
         meta.ok_or(FileError::Missing { section: SectionId::Meta })
@@ -412,10 +414,10 @@ impl<'a> SectionReader<'_, 'a> {
         let cells = self.section(SectionId::ViewCells, budget, |c, b| {
             let mut ids = HashSet::new();
             let cells = c.list(b, 8, |c, b| {
-                let cell = FileViewCell { id: c.string()?, pieces: pieces(c, b)? };
+                let cell = FileViewCell { id: ViewCellName::of_text(c.string()?), pieces: pieces(c, b)? };
                 match ids.insert(cell.id.clone()) {
                     true => Ok(cell),
-                    false => Err(c.error(format!("view cell {:?} comes twice", cell.id))),
+                    false => Err(c.error(format!("view cell {} comes twice", cell.id))),
                 }
             })?;
             // The same content gives the same bytes.

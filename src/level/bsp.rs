@@ -6,7 +6,7 @@ mod lump;
 use super::Level;
 use crate::BitMatrix;
 use crate::scene::quake::layout::VISIBILITY;
-pub use crate::scene::quake::{Bsp, BspError};
+pub use crate::scene::quake::{Bsp, BspError, Fit};
 pub use ambient::SOUNDS;
 
 /// Portals of a level, and where they come from.

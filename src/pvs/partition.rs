@@ -10,7 +10,7 @@ use super::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use super::triangles::Triangles;
 use super::{Guarantee, Pvs};
 use crate::bits;
-use crate::cells::{Locator, Piece, ViewCell};
+use crate::cells::{Locator, Piece, ViewCell, ViewCellName};
 use crate::geom::{Aabb, Plane};
 use crate::job::{Job, Stopped};
 use crate::random::SplitMix;
@@ -184,7 +184,10 @@ impl Cost<'_> {
             found.curve.push((size(&parts), mean(&parts)));
         }
         if parts.len() > 1 {
-            let view = |(i, part): (usize, &Part)| ViewCell { id: format!("auto {i}"), pieces: vec![piece(self.low(part))] };
+            let view = |(i, part): (usize, &Part)| ViewCell {
+                id: ViewCellName::Name(format!("auto {i}")),
+                pieces: vec![piece(self.low(part))],
+            };
             found.views = parts.iter().enumerate().map(view).collect();
             found.eyes = parts.iter().map(|part| part.eyes.iter().map(|&eye| self.eyes[eye].cell).collect()).collect();
         }

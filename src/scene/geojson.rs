@@ -20,7 +20,7 @@ const DEGREES: [f64; 2] = [180.0, 90.0];
 /// Where it can't be read, is no GeoJSON, has no lines, one without a radius, or degrees for coordinates.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    from_slice(&whole_file::read(path)?, &name, options)
+    from_slice(&whole_file::model(path)?, &name, options)
 }
 
 /// The same of a file in memory.

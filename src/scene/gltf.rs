@@ -52,6 +52,7 @@ mod tubes;
 
 use super::builder::short_name;
 use super::lines::{Line, Lines};
+use super::naming::{ByName, Kind, Naming};
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
 pub(super) use authored::flat_hull;
@@ -59,7 +60,7 @@ use authored::{Authored, Extras, Named, RoomName};
 pub(crate) use cut::cut_file;
 use data::{Buffers, broken, entry};
 use document::{Document, Instancing, Node};
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use looks::Looks;
 use primitive::{LeftOut, Part};
 use std::collections::HashSet;
@@ -69,7 +70,7 @@ use tubes::Tube;
 
 /// Reads a `.glb` or `.gltf` file; see [`self`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let bytes = whole_file::read(path)?;
+    let bytes = whole_file::model(path)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     from_slice(&bytes, &name, path.parent(), options)
 }
@@ -124,10 +125,12 @@ fn read<'a>(
     options: &'a ImportOptions,
 ) -> Result<Reading<'a>, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
-    let source = Source { format: "glTF".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
+    let source = Source { format: "glTF".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
     let buffers = Buffers::new(document, bin, Sidecars { folder, under: options.files_under.as_deref() });
     let mut importer = Importer {
         document,
+        naming: Naming::read(folder, name, options.roles.as_ref())?,
+        by_name: ByName::default(),
         looks: json.map(|json| Looks::read(json, &buffers)),
         buffers,
         builder: SceneBuilder::new(options, source),
@@ -141,21 +144,40 @@ fn read<'a>(
         drawn: Vec::new(),
         undrawn: Vec::new(),
     };
-    importer.walk(metres_per_unit)?;
+    let axes = DVec3::AXES.map(|axis| options.upright(axis) * metres_per_unit);
+    importer.walk(DAffine3::from_mat3(DMat3::from_cols(axes[0], axes[1], axes[2])))?;
     importer.finish(name)
 }
 
 /// A node still to be visited, with what it inherits.
+#[derive(Clone, Copy)]
 struct Visit {
     node: usize,
     parent: DAffine3,
     role: Role,
+    /// Whether a name says so.
+    glass: bool,
+    /// Whether the author told the role, so that names count for nothing.
+    told: bool,
     room: Option<usize>,
     outside: bool,
 }
 
+impl Visit {
+    /// What a name says, unless the author told more.
+    fn is_named(&mut self, kind: Option<Kind>) {
+        match kind.filter(|_| !self.told) {
+            Some(Kind::Glass) => self.glass = true,
+            Some(kind) => (self.role, self.glass) = kind.role(),
+            None => {}
+        }
+    }
+}
+
 struct Importer<'a> {
     document: &'a Document,
+    naming: Naming,
+    by_name: ByName,
     buffers: Buffers<'a>,
     looks: Option<Looks>,
     builder: SceneBuilder,
@@ -175,12 +197,19 @@ struct Importer<'a> {
 }
 
 impl<'a> Importer<'a> {
-    fn walk(&mut self, metres_per_unit: f64) -> Result<(), ImportError> {
-        let world = DAffine3::from_scale(DVec3::splat(metres_per_unit));
+    fn walk(&mut self, world: DAffine3) -> Result<(), ImportError> {
         let mut seen = vec![false; self.document.node_count()];
         let mut stack = Vec::new();
         for root in roots(self.document)? {
-            stack.push(Visit { node: root, parent: world, role: Role::Unknown, room: None, outside: false });
+            stack.push(Visit {
+                node: root,
+                parent: world,
+                role: Role::Unknown,
+                glass: false,
+                told: false,
+                room: None,
+                outside: false,
+            });
             while let Some(mut visit) = stack.pop() {
                 if std::mem::replace(&mut seen[visit.node], true) {
                     return Err(broken(format!("node {} is in the scene twice", visit.node)));
@@ -206,7 +235,10 @@ impl<'a> Importer<'a> {
         };
         let extras = Extras::parse(node.extras.as_deref(), &name)?;
         let named = Named::parse(&name);
-        visit.role = extras.role.map_or(visit.role, Role::from);
+        match extras.role {
+            Some(role) => (visit.role, visit.told) = (Role::from(role), true),
+            None => visit.is_named(self.naming.of(&name, "")),
+        }
         match (&named, extras.room) {
             (_, Some(RoomName::Name(room))) => visit.room = Some(self.authored.room_named(&name, &room, visit.outside)),
             (_, Some(RoomName::IsRoom(false))) => {}
@@ -272,11 +304,14 @@ impl<'a> Importer<'a> {
         for (i, (part, primitive)) in parts.iter().zip(&self.document.meshes[mesh].primitives).enumerate() {
             let Some(part) = part else { continue };
             let material = primitive.material.map(|m| entry(&self.document.materials, m, "material")).transpose()?;
+            let mut visit = *visit;
+            visit.is_named(self.naming.of(name, material.map_or("", |m| m.name())));
+            self.by_name.count(visit.role, !visit.told);
             let opens = matches!(visit.role, Role::Door | Role::Window);
             let turned = |&triangle: &[u32; 3]| turned(triangle, mirrored);
             let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
-            let glass = material.is_some_and(|m| !m.is_opaque());
+            let glass = visit.glass || material.is_some_and(|m| !m.is_opaque());
             self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, is_tube: false, instance });
             if let Some((look, coordinates)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, i], part)) {
                 let coordinates = coordinates.into_iter().map(|triangle| self::turned(triangle, mirrored));
@@ -391,6 +426,7 @@ impl<'a> Importer<'a> {
                 builder.source.notes.push(format!("{count} {what}"));
             }
         }
+        builder.source.notes.extend(self.by_name.note());
         self.lines.finish(&mut builder)?;
         let morphed = self.document.meshes.iter().flat_map(|m| &m.primitives).filter(|p| !p.targets.is_empty()).count();
         if morphed > 0 {

@@ -132,7 +132,7 @@ pub fn read(text: &str, metres_per_unit: f64) -> Result<IndoorGml, ImportError> 
 /// Reads a `.gml` file into a scene; see [`self`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let bytes = whole_file::read(path)?;
+    let bytes = whole_file::model(path)?;
     let text = std::str::from_utf8(&bytes).map_err(|e| ImportError::malformed(Place::Byte(e.valid_up_to()), "not UTF-8"))?;
     from_str(text, &name, options)
 }

@@ -13,12 +13,14 @@ pub mod ifc;
 pub mod indoorgml;
 mod lines;
 mod meshed;
+mod naming;
 pub mod obj;
 mod pipes;
 pub mod quake;
 pub mod rays;
 mod sidecar;
 mod tube_count;
+mod up;
 mod whole_file;
 
 pub use crate::types::hints::{Hints, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
@@ -37,8 +39,8 @@ use std::path::Path;
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
-        "glb" | "gltf" => gltf::import(path, options),
-        "obj" => obj::import(path, options),
+        "glb" | "gltf" => gltf::import(path, options).map(with_note),
+        "obj" => obj::import(path, options).map(with_note),
         "ifc" => ifc::import(path, options),
         "gml" => indoorgml::import(path, options),
         "geojson" => geojson::import(path, options),
@@ -46,6 +48,14 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
         "map" => quake::import_map(path, options),
         _ => Err(ImportError::UnknownFormat { extension }),
     }
+}
+
+/// Of a format that doesn't say what is up.
+fn with_note(mut scene: Scene) -> Scene {
+    if scene.source.up == "+Y" {
+        scene.source.notes.extend(up::note(&scene));
+    }
+    scene
 }
 
 /// The extensions that [`import`] reads in this build, in small letters.

@@ -15,6 +15,7 @@ mod polygon;
 
 use super::builder::short_name;
 use super::lines::{Line, Lines};
+use super::naming::{ByName, Kind, Naming};
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use crate::tubes::Shape;
@@ -25,7 +26,7 @@ use std::path::Path;
 
 /// Reads an `.obj` file; see [`self`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let bytes = whole_file::read(path)?;
+    let bytes = whole_file::model(path)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     from_slice(&bytes, &name, path.parent(), options)
 }
@@ -34,14 +35,15 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
 /// only a note.
 pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
-    let source = Source { format: "OBJ".into(), metres_per_unit, up: "+Y".into(), notes: Vec::new() };
+    let source = Source { format: "OBJ".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
-    let mut reader =
-        Reader { metres_per_unit, is_traced: builder.is_traced(), tube_radius: options.tube_radius, ..Reader::default() };
+    let (is_traced, options) = (builder.is_traced(), options.clone());
+    let mut reader = Reader { metres_per_unit, is_traced, tube_radius: options.tube_radius, options, ..Reader::default() };
     for (number, line) in lines(bytes) {
         reader.line(number, &line).map_err(|what| ImportError::malformed(Place::Line(number), what))?;
     }
-    reader.finish(Sidecars { folder, under: options.files_under.as_deref() }, &mut builder)?;
+    let naming = Naming::read(folder, name, reader.options.roles.as_ref())?;
+    reader.finish(folder, &naming, &mut builder)?;
     builder.finish(name)
 }
 
@@ -97,6 +99,7 @@ struct Face {
 
 #[derive(Default)]
 struct Reader {
+    options: ImportOptions,
     metres_per_unit: f64,
     /// Whether texture coordinates are wanted.
     is_traced: bool,
@@ -167,7 +170,7 @@ impl Reader {
                 return Err("a vertex is not a finite number".into());
             }
         }
-        self.positions.push(DVec3::from(p) * self.metres_per_unit);
+        self.positions.push(self.options.upright(DVec3::from(p)) * self.metres_per_unit);
         Ok(())
     }
 
@@ -227,7 +230,8 @@ impl Reader {
     }
 
     /// Hands all meshes to the builder.
-    fn finish(self, beside: Sidecars<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
+    fn finish(self, folder: Option<&Path>, naming: &Naming, builder: &mut SceneBuilder) -> Result<(), ImportError> {
+        let beside = Sidecars { folder, under: self.options.files_under.as_deref() };
         let materials = self.materials(beside, &mut builder.source.notes);
         let mut meshes: Vec<Vec<[u32; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
         let mut looks: Vec<Vec<[[f32; 2]; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
@@ -278,7 +282,7 @@ impl Reader {
             let role = Role::Furnishing;
             lines.add(builder, &Line { name, place: &place, role, points: &points, closed: false, smooth: false, shape })?;
         }
-        let names = self.mesh_names();
+        let (names, mut by_name) = (self.mesh_names(), ByName::default());
         // Vertices are numbered over the whole file; a mesh takes those that it uses.
         for (((key, node), triangles), coordinates) in self.keys.iter().zip(names).zip(meshes).zip(looks) {
             let mut numbers = HashMap::new();
@@ -292,13 +296,18 @@ impl Reader {
             let triangles = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
             let name = key.material.map_or("", |m| &self.names[m]);
             let material = materials.get(name);
-            let opaque = material.is_none_or(|m| !m.is_see_through());
+            let (role, is_glass) = naming.of(&node, name).map_or((Role::Unknown, false), Kind::role);
+            by_name.count(role, true);
+            let glass = is_glass || material.is_some_and(|m| m.is_see_through());
+            let opaque = !glass && !matches!(role, Role::Door | Role::Window);
             if self.is_traced {
                 let has_any = coordinates.iter().flatten().any(|c| *c != [0.0; 2]);
                 builder.look(look(name, material), if has_any { coordinates } else { Vec::new() });
             }
-            builder.add(Mesh { node, role: Role::Unknown, opaque, positions, triangles })?;
+            let mesh = Mesh { node, role, opaque, positions, triangles };
+            if glass { builder.add_glass(mesh)? } else { builder.add(mesh)? }
         }
+        builder.source.notes.extend(by_name.note());
         lines.finish(builder)
     }
 

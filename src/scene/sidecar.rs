@@ -24,7 +24,10 @@ impl Sidecars<'_> {
         };
         // A model in the working folder has no folder in its name.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let refuse = |e: io::Error| format!("`{name}`: {e}");
+        let refuse = |e: io::Error| match e.kind() {
+            io::ErrorKind::NotFound => format!("`{name}` is missing: the model names it, so it must come with it"),
+            _ => format!("`{name}`: {e}"),
+        };
         let spelt = match self.under {
             None => relative(name)?,
             Some(_) if name.contains("://") => return Err(url(name)),

@@ -1,5 +1,7 @@
 //! How a model is read.
 
+#[cfg(feature = "bake")]
+use glam::DVec3;
 use std::path::PathBuf;
 
 /// How to import.
@@ -10,6 +12,8 @@ pub struct ImportOptions {
     pub object_triangles: u32,
     /// Metres per unit of the source; `None` takes the format's own (glTF and OBJ: 1; IFC: its unit).
     pub metres_per_unit: Option<f64>,
+    /// Whether the source's +Z is up, in glTF and OBJ, whose +Y is otherwise. Other formats say themselves what is up.
+    pub z_up: bool,
     /// Radius of tubes along lines that have none of their own, metres, above 0; `None`: such lines are left out (OBJ,
     /// glTF), or their file is refused (GeoJSON).
     pub tube_radius: Option<f64>,
@@ -20,6 +24,10 @@ pub struct ImportOptions {
     /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
     #[cfg_attr(feature = "bake", serde(skip))] // a path need not be text; what was read is in the scene
     pub files_under: Option<PathBuf>,
+    /// Rules that say what is a door, a window or glass by its name or its material's, in glTF and OBJ; `None`: those of the file
+    /// `NAME.roles.json` beside the model, if there is one. See docs/cli.md.
+    #[cfg_attr(feature = "bake", serde(skip))] // what they make of objects is in the scene
+    pub roles: Option<PathBuf>,
     /// Whether the scene says where its triangles come from ([`Scene::trace`](super::scene::Scene::trace)).
     #[cfg_attr(feature = "bake", serde(skip))] // visibility doesn't depend on it
     pub trace: bool,
@@ -30,11 +38,31 @@ impl Default for ImportOptions {
         Self {
             object_triangles: 256,
             metres_per_unit: None,
+            z_up: false,
             tube_radius: None,
             tubes: true,
             max_triangles: 50_000_000,
             files_under: None,
+            roles: None,
             trace: false,
         }
+    }
+}
+
+#[cfg(feature = "bake")]
+impl ImportOptions {
+    /// A point of a source whose +Y is up unless [`Self::z_up`] is set, +Y up.
+    pub(crate) fn upright(&self, p: DVec3) -> DVec3 {
+        if self.z_up { DVec3::new(p.x, p.z, -p.y) } else { p }
+    }
+
+    /// What [`Self::upright`] takes to `p`.
+    pub(crate) fn as_in_source(&self, p: DVec3) -> DVec3 {
+        if self.z_up { DVec3::new(p.x, -p.z, p.y) } else { p }
+    }
+
+    /// The axis that is up in such a source.
+    pub(crate) fn up(&self) -> String {
+        if self.z_up { "+Z".into() } else { "+Y".into() }
     }
 }

@@ -20,3 +20,4 @@ pub mod proof;
 pub mod scene;
 pub mod stats;
 pub mod strategy;
+pub mod view_cell_name;

@@ -194,7 +194,7 @@ fn meta_clauses() {
     refused_with(META, 24, &(-1.0f64).to_le_bytes(), "section meta, byte 24: a negative length");
     refused_with(META, 32, &[6], "section meta, byte 32: strategy 6, of which there are 6");
     refused_with(META, 33, &[0; 4], "section meta, byte 33: objects of 0 triangles");
-    refused_with(META, 37, &[8], "section meta, byte 37: flags 8");
+    refused_with(META, 37, &[16], "section meta, byte 37: flags 16");
     // The rest is behind the unit, which may be there or not.
     let mut f = forged();
     let content = f.decoded(META);
@@ -379,7 +379,7 @@ fn view_cell_clauses() {
     let mut f = forged();
     f.put(VIEW_CELLS, list(["a", "b"]));
     let file = PvsFile::read(&f.bytes()).unwrap();
-    assert_eq!((file.view_cell("b"), file.view_cell("c")), (Some(1), None));
+    assert_eq!((file.view_cell(&"b".into()), file.view_cell(&"c".into())), (Some(1), None));
     refused_as(VIEW_CELLS, &[&list(["a", "a"])], "view cell \"a\" comes twice");
     refused_as(VIEW_CELLS, &[&u32s(&[0])], "no view cells: leave the section out");
     refused_as(VIEW_CELLS, &[&u32s(&[1]), &view("a")], "a matrix of 2 rows, 1 expected");

@@ -301,12 +301,13 @@ fn dump_writes_the_model_that_was_baked_and_no_other() {
     let [pvs, model, other, out] = ["a.pvs", "a.obj", "b.obj", "scene.obj"].map(at);
     std::fs::write(&model, obj(0.0)).unwrap();
     std::fs::write(&other, obj(0.125)).unwrap();
-    // Each triangle an object, and the source in feet: a default import would be another scene.
-    let options = ImportOptions { object_triangles: 1, metres_per_unit: Some(0.3048), ..ImportOptions::default() };
+    // Each triangle an object, the source in feet and its +Z up: a default import would be another scene.
+    let (feet, z_up) = (Some(0.3048), true);
+    let options = ImportOptions { object_triangles: 1, metres_per_unit: feet, z_up, ..ImportOptions::default() };
     let scene = import(Path::new(&model), &options).unwrap();
     let mut file = sample();
     file.model_hash = scene.hash();
-    file.import = Import { object_triangles: 1, metres_per_unit: Some(0.3048), tube_radius: None, tubes: true };
+    file.import = Import { object_triangles: 1, metres_per_unit: feet, z_up, tube_radius: None, tubes: true };
     file.save(Path::new(&pvs)).unwrap();
 
     let output = run_words(&["dump", &pvs, "--obj", &out, "--model", &model]);

@@ -453,7 +453,7 @@ fn buffers_come_from_the_chunk_from_the_uri_or_from_a_file_beside_it() {
         ("C:\\x.bin", "leads out of the model's folder"),
         ("https://example.org/x.bin", "is a URL"),
         ("file:///etc/hostname", "is a URL"),
-        ("none.bin", "No such file"),
+        ("none.bin", "`none.bin` is missing"),
         ("sub", "not a regular file"),
         ("data:application/octet-stream;base64,AAA*", "broken base64"),
         ("data:text/plain,AAAA", "not in base64"),

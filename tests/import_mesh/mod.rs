@@ -10,6 +10,7 @@ mod hostile;
 mod looks;
 #[cfg(feature = "meshopt")]
 pub mod meshopt;
+mod naming;
 mod obj;
 mod real;
 

@@ -92,9 +92,9 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal);
     let small = all.triangles.len() - shell.triangles.len();
     let mut notes = vec![
-        format!("surfaces smaller than {occluder:.3} m (--smallest-occluder) part nothing: {small} triangles"),
+        format!("surfaces smaller than {} (--smallest-occluder) part nothing: {small} triangles", human.told(occluder)),
         format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
-        format!("{} leaves in tiles of at most {:.3} m", bsp.leaves.len(), tiles.edge),
+        format!("{} leaves in tiles of at most {}", bsp.leaves.len(), human.told(tiles.edge)),
     ];
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);

@@ -5,6 +5,7 @@
 use crate::cells::Piece;
 use crate::cells::given::cells_file::{GivenError, GivenPiece, Reader};
 use crate::scene::Scene;
+pub use crate::types::view_cell_name::ViewCellName;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
@@ -12,7 +13,7 @@ use std::collections::HashSet;
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ViewCell {
     /// The author's id; each differs from the others'.
-    pub id: String,
+    pub id: ViewCellName,
     /// Bounded convex pieces, relative to the scene's origin; they may overlap.
     pub pieces: Vec<Piece>,
 }
@@ -24,18 +25,10 @@ struct GivenFile {
 
 #[derive(Deserialize)]
 struct GivenView {
-    id: GivenId,
+    id: ViewCellName,
     pieces: Option<Vec<GivenPiece>>,
     min: Option<[f64; 3]>,
     max: Option<[f64; 3]>,
-}
-
-/// A name or a number, which is then the name.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum GivenId {
-    Number(u64),
-    Name(String),
 }
 
 /// Reads view cells in the model's own coordinates (metres, +Y up).
@@ -47,12 +40,9 @@ pub fn read_view_cells(json: &str, scene: &Scene) -> Result<Vec<ViewCell>, Given
     let (reader, mut ids) = (Reader::new(scene), HashSet::new());
     let mut read = |(i, cell): (usize, GivenView)| {
         let field = format!("cells[{i}]");
-        let id = match cell.id {
-            GivenId::Number(number) => number.to_string(),
-            GivenId::Name(name) => name,
-        };
+        let id = cell.id;
         if !ids.insert(id.clone()) {
-            return Err(GivenError::at(format!("{field}.id"), format!("{id:?} came before; give each an id of its own")));
+            return Err(GivenError::at(format!("{field}.id"), format!("{id} came before; give each an id of its own")));
         }
         let pieces = reader.pieces(field.clone(), cell.pieces, cell.min, cell.max)?;
         if let Some(k) = pieces.iter().position(|p| !(p.bounds.min.is_finite() && p.bounds.max.is_finite())) {
@@ -86,7 +76,10 @@ mod tests {
                        {"min": [1000, 0, 0], "max": [1002, 1, 1]}]}]}"#;
         let scene = scene();
         let views = read_view_cells(json, &scene).unwrap();
-        assert_eq!(views.iter().map(|v| (v.id.as_str(), v.pieces.len())).collect::<Vec<_>>(), [("7", 1), ("cam", 2)]);
+        assert_eq!(
+            views.iter().map(|v| (v.id.clone(), v.pieces.len())).collect::<Vec<_>>(),
+            [(7.into(), 1), ("cam".into(), 2)]
+        );
         for piece in [&views[0].pieces[0], &views[1].pieces[0]] {
             assert_eq!(piece.bounds.min, DVec3::new(1000., 0., 0.) - scene.origin);
             assert_eq!(piece.bounds.size(), DVec3::ONE);

@@ -33,6 +33,7 @@ impl PvsFile {
             import: Import {
                 object_triangles: import.object_triangles,
                 metres_per_unit: import.metres_per_unit,
+                z_up: import.z_up,
                 tube_radius: import.tube_radius,
                 tubes: import.tubes,
             },
@@ -92,7 +93,7 @@ impl PvsFile {
         }
         let in_no_cell = rows.in_no_cell.iter().map(|&v| &views[v].id);
         self.notes
-            .extend(in_no_cell.map(|id| format!("view cell {id:?} lies in no cell: nothing beyond it is seen from there")));
+            .extend(in_no_cell.map(|id| format!("view cell {id} lies in no cell: nothing beyond it is seen from there")));
     }
 }
 

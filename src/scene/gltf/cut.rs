@@ -11,9 +11,10 @@ use super::pictures::Pictures;
 use super::{Drawn, Placement, Reading, container, draco, read, roots};
 use crate::scene::{ImportError, ImportOptions, Scene, Trace, whole_file};
 use crate::tubes::{part, usual_sides};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 const DRACO: &str = "KHR_draco_mesh_compression";
@@ -42,12 +43,12 @@ pub(crate) fn cut_file<E: From<ImportError>>(
     check: impl FnOnce(&Scene) -> Result<(), E>,
     extras: &dyn Fn(usize) -> Value,
 ) -> Result<Cut, E> {
-    let source = &whole_file::read(path).map_err(ImportError::from)?;
+    let source = &whole_file::model(path).map_err(ImportError::from)?;
     let folder = path.parent();
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let (document, bin) = document::read(source)?;
-    let options = ImportOptions { trace: true, ..options.clone() };
-    let reading = read(&document, bin, None, &name, folder, &options)?;
+    let options = &ImportOptions { trace: true, ..options.clone() };
+    let reading = read(&document, bin, None, &name, folder, options)?;
     check(&reading.scene)?;
     let root = serde_json::from_slice(document::text(source)?.0);
     let root: Value = root.map_err(|e| broken(format!("not a glTF document: {e}")))?;
@@ -58,9 +59,9 @@ pub(crate) fn cut_file<E: From<ImportError>>(
     let output = Output { accessors: Vec::new(), views: Vec::new(), kept: Vec::new(), streams: Vec::new(), most };
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let (notes, tubes) = (Vec::new(), Vec::new());
-    let mut cutter = Cutter { reading: &reading, document: &document, metres_per_unit, root, output, tubes, notes };
+    let mut cutter = Cutter { reading: &reading, document: &document, metres_per_unit, options, root, output, tubes, notes };
     let source_meshes = cutter.keep_the_rest()?;
-    cutter.pictures(Pictures::beside(folder, &options))?;
+    cutter.pictures(Pictures::beside(folder, options))?;
     let meshes = cutter.objects(&source_meshes, extras)?;
     cutter.scenes()?;
     Ok(Cut { glb: cutter.finish()?, meshes, notes: cutter.notes })
@@ -73,6 +74,7 @@ struct Cutter<'a> {
     root: Value,
     output: Output,
     metres_per_unit: f64,
+    options: &'a ImportOptions,
     /// Nodes of parts of tubes.
     tubes: Vec<usize>,
     notes: Vec<String>,
@@ -346,7 +348,7 @@ impl<'a> Cutter<'a> {
         let object = &scene.objects[id];
         let middle = object.bounds.centre();
         let (mut corners, mut indices): (Vec<[f32; 3]>, Vec<u32>) = (Vec::new(), Vec::new());
-        let at = |p: DVec3| ((p - middle) / self.metres_per_unit).as_vec3().to_array();
+        let at = |p: DVec3| (self.options.as_in_source(p - middle) / self.metres_per_unit).as_vec3().to_array();
         for (tube, segments) in scene.tubes.parts(object.segments.clone()) {
             let radius = scene.tubes.sections[segments.start as usize].radius();
             let mesh = part(&scene.tubes, tube, segments, usual_sides(f64::from(radius)));
@@ -371,7 +373,7 @@ impl<'a> Cutter<'a> {
             primitive["material"] = material.clone();
         }
         let mesh = push(&mut self.root, "meshes", json!({ "primitives": [primitive] }));
-        let at = (middle + scene.origin) / self.metres_per_unit;
+        let at = self.options.as_in_source(middle + scene.origin) / self.metres_per_unit;
         let node = json!({
             "name": format!("{} #{id}", object.node), "mesh": mesh, "translation": at.to_array(), "extras": { "enfilade": extras },
         });
@@ -453,13 +455,16 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
-    /// One scene, in metres.
+    /// One scene, in metres, +Y up.
     fn scenes(&mut self) -> Result<(), ImportError> {
         let mut nodes = roots(self.document)?;
         nodes.extend(&self.tubes);
-        if self.metres_per_unit != 1.0 {
+        if self.metres_per_unit != 1.0 || self.options.z_up {
             let scale = [self.metres_per_unit; 3];
-            let metres = json!({ "name": "metres", "scale": scale, "children": nodes });
+            let mut metres = json!({ "name": "metres", "scale": scale, "children": nodes });
+            if self.options.z_up {
+                metres["rotation"] = json!(DQuat::from_rotation_x(-FRAC_PI_2).to_array());
+            }
             nodes = vec![push(&mut self.root, "nodes", metres)];
         }
         let shown = self.root["scene"].as_u64().unwrap_or(0) as usize;

@@ -309,6 +309,8 @@ pub(super) struct Buffer {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Material {
+    /// A text, where the document is as it should be.
+    name: Option<serde_json::Value>,
     pub alpha_mode: Option<String>,
     #[serde(default)]
     pub extensions: MaterialExtensions,
@@ -328,6 +330,11 @@ pub(super) struct Transmission {
 }
 
 impl Material {
+    /// Its name; empty where it has none.
+    pub fn name(&self) -> &str {
+        self.name.as_ref().and_then(|name| name.as_str()).unwrap_or_default()
+    }
+
     /// Whether it hides what is behind it: not where the picture may show through anywhere.
     pub fn is_opaque(&self) -> bool {
         let transmits = self.extensions.transmission.as_ref().is_some_and(|t| t.transmission_factor > 0.0);

@@ -62,7 +62,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     #[cfg(feature = "ifc")]
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        reader::import_bytes(super::whole_file::read(path)?, &name, options)
+        reader::import_bytes(super::whole_file::model(path)?, &name, options)
     }
     #[cfg(not(feature = "ifc"))]
     {

@@ -3,11 +3,8 @@
 use super::fences;
 use super::layout::*;
 use super::portals::{self, Between};
-use super::prt::Prt;
 use super::tree::Tree;
-use crate::geom::{middle, newell};
 use crate::types::level::LevelPortal;
-use glam::DVec3;
 use qbsp::BspFormat;
 use qbsp::reader::BspParseContext;
 
@@ -68,25 +65,6 @@ impl Bsp {
     /// What lies between leaves.
     pub(super) fn between(&self, with_walls: bool) -> Between {
         portals::derive(&self.tree, with_walls)
-    }
-
-    /// Whether portals of a `.prt` can be this level's: it has a leaf for each of the level's, and nine in ten of its portals
-    /// lie where the tree has the leaves of their clusters on both sides.
-    pub fn fits(&self, prt: &Prt) -> bool {
-        if prt.leaves.len() != self.leaves() {
-            return false;
-        }
-        let cluster = |p: DVec3| {
-            let leaf = self.tree.leaf_at(p);
-            self.tree.leaves[leaf].open.then(|| leaf.checked_sub(1).and_then(|cell| prt.leaves.get(cell))).flatten().copied()
-        };
-        let between = |portal: &&LevelPortal| {
-            let (middle, normal) = (middle(&portal.winding), newell(&portal.winding).normalize());
-            let sides = [-1.0, 1.0].map(|side| cluster(middle + normal * side * 16.0 * self.rounding()));
-            sides == portal.cells.map(Some)
-        };
-        let fitting = prt.level.portals.iter().filter(between).count();
-        fitting * 10 >= prt.level.portals.len() * 9
     }
 
     pub(crate) fn source(&self) -> Source<'_> {

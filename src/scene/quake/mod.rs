@@ -17,6 +17,8 @@ mod faces;
 #[cfg(feature = "quake")]
 mod fences;
 #[cfg(feature = "quake")]
+mod fit;
+#[cfg(feature = "quake")]
 pub(crate) mod layout;
 #[cfg(feature = "quake")]
 mod map;
@@ -38,6 +40,8 @@ use super::{ImportError, ImportOptions, Scene};
 #[cfg(feature = "quake")]
 pub use bsp::Bsp;
 #[cfg(feature = "quake")]
+pub use fit::Fit;
+#[cfg(feature = "quake")]
 pub use layout::BspError;
 use std::path::Path;
 
@@ -49,7 +53,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     #[cfg(feature = "quake")]
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let bsp = Bsp::read(whole_file::read(path)?).map_err(malformed)?;
+        let bsp = Bsp::read(whole_file::model(path)?).map_err(malformed)?;
         let walls = bsp.fences_on_walls().map_err(malformed)?;
         if !walls.is_empty() && !are_compiled(path, &bsp) {
             return Err(malformed(BspError::Fences(walls.len())));
@@ -70,7 +74,7 @@ pub fn import_map(path: &Path, options: &ImportOptions) -> Result<Scene, ImportE
     #[cfg(feature = "quake")]
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        map::scene(&whole_file::read(path)?, &name, Some(path), options)
+        map::scene(&whole_file::model(path)?, &name, Some(path), options)
     }
     #[cfg(not(feature = "quake"))]
     {
@@ -102,5 +106,5 @@ fn malformed(error: BspError) -> ImportError {
 #[cfg(feature = "quake")]
 fn are_compiled(path: &Path, bsp: &Bsp) -> bool {
     let portals = whole_file::read(&path.with_extension("prt")).ok().and_then(|bytes| prt::read_prt(&bytes).ok());
-    portals.is_some_and(|prt| bsp.fits(&prt))
+    portals.is_some_and(|prt| bsp.fit(&prt).is_taken())
 }

@@ -323,7 +323,7 @@ fn views(r: &mut Random, objects: usize, guarantee: Guarantee, keep_bounds: bool
     let shipped = if guarantee == Guarantee::Conservative { &upper } else { &lower };
     let rows = (shipped.count_ones() < (n * objects) as u64).then(|| shipped.clone());
     let pieces = |r: &mut Random| (0..r.below(3)).map(|_| (0..r.below(8)).map(|_| r.plane()).collect()).collect();
-    let cells = (0..n).map(|i| FileViewCell { id: format!("{i}{}", r.text()), pieces: pieces(r) }).collect();
+    let cells = (0..n).map(|i| FileViewCell { id: format!("{i}{}", r.text()).as_str().into(), pieces: pieces(r) }).collect();
     let witnesses = (0..lower.count_ones()).map(|_| [r.point(), r.point()]).collect();
     Views { cells, rows, bounds: keep_bounds.then_some(ViewBounds { lower, upper, witnesses }) }
 }
@@ -348,5 +348,5 @@ pub fn sample() -> PvsFile {
 /// How a model was imported: with options or without.
 fn import(object_triangles: u32, has_options: bool) -> Import {
     let [metres_per_unit, tube_radius] = [0.3048, 0.05].map(|metres| has_options.then_some(metres));
-    Import { object_triangles, metres_per_unit, tube_radius, tubes: !has_options }
+    Import { object_triangles, metres_per_unit, z_up: has_options, tube_radius, tubes: !has_options }
 }

@@ -1,0 +1,220 @@
+//! What a mesh is by its name, or by its material's: for formats that don't say what is a door.
+//!
+//! A rules file comes first, then the words of a name: `door`, `window`, `glass` and the like make a door, a window or glass of it, unless
+//! a word says that the mesh is a larger part (`wall with door`). Words end where letters do, and where a capital follows a small
+//! letter: `SM_FrontDoor.001` has the words sm, front and door.
+
+use super::{ImportError, Place, whole_file};
+use crate::types::scene::Role;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// What a name makes of a mesh.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Kind {
+    /// Nothing, whatever its words say.
+    Unknown,
+    Structure,
+    Furnishing,
+    Stair,
+    Door,
+    Window,
+    /// Of any role, and lets light through.
+    Glass,
+}
+
+impl Kind {
+    /// The role, and whether it is glass.
+    pub fn role(self) -> (Role, bool) {
+        match self {
+            Self::Unknown => (Role::Unknown, false),
+            Self::Structure => (Role::Structure, false),
+            Self::Furnishing => (Role::Furnishing, false),
+            Self::Stair => (Role::Stair, false),
+            Self::Door => (Role::Door, false),
+            Self::Window => (Role::Window, false),
+            Self::Glass => (Role::Unknown, true),
+        }
+    }
+}
+
+/// A line of a rules file: what both patterns fit.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Rule {
+    name: Option<String>,
+    material: Option<String>,
+    role: Kind,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RulesFile {
+    roles: Vec<Rule>,
+}
+
+/// Meshes that names made doors and windows of.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ByName {
+    doors: usize,
+    windows: usize,
+}
+
+impl ByName {
+    /// A mesh of this role, `by_name` or not.
+    pub fn count(&mut self, role: Role, by_name: bool) {
+        self.doors += usize::from(by_name && role == Role::Door);
+        self.windows += usize::from(by_name && role == Role::Window);
+    }
+
+    /// For the report, where there are some.
+    pub fn note(self) -> Option<String> {
+        let Self { doors, windows } = self;
+        (doors + windows > 0).then(|| format!("{doors} meshes are doors and {windows} windows by their names"))
+    }
+}
+
+/// What names say in one model.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Naming {
+    rules: Vec<Rule>,
+}
+
+/// Words of English, German, French, Spanish, Italian, Dutch and Portuguese.
+const DOORS: [&str; 15] = [
+    "door", "doors", "tür", "tuer", "türen", "tor", "porte", "portes", "puerta", "puertas", "porta", "deur", "deuren",
+    "gate", "gates",
+];
+const WINDOWS: [&str; 14] = [
+    "window",
+    "windows",
+    "fenster",
+    "fenêtre",
+    "fenetre",
+    "fenêtres",
+    "ventana",
+    "ventanas",
+    "finestra",
+    "finestre",
+    "raam",
+    "ramen",
+    "janela",
+    "janelas",
+];
+const GLASS: [&str; 8] = ["glass", "glazing", "glas", "verre", "vidrio", "vetro", "vidro", "pane"];
+/// A mesh of one of these is more than a leaf or a pane: it stays what hides.
+const LARGER: [&str; 18] = [
+    "wall", "walls", "wand", "mur", "muro", "floor", "roof", "ceiling", "slab", "building", "house", "room", "facade",
+    "storey", "level", "map", "frame", "frames",
+];
+
+impl Naming {
+    /// The rules of `given`, else those in `NAME.roles.json` in the model's folder, where there are some.
+    pub fn read(folder: Option<&Path>, name: &str, given: Option<&PathBuf>) -> Result<Self, ImportError> {
+        let beside = folder.map(|folder| folder.join(format!("{name}.roles.json"))).filter(|path| path.is_file());
+        let Some(path) = given.cloned().or(beside) else { return Ok(Self::default()) };
+        let told = |what: String| ImportError::malformed(Place::File, format!("{}: {what}", path.display()));
+        let bytes = whole_file::read(&path).map_err(|e| told(e.to_string()))?;
+        let file: RulesFile = serde_json::from_slice(&bytes).map_err(|e| told(e.to_string()))?;
+        if let Some(i) = file.roles.iter().position(|rule| rule.name.is_none() && rule.material.is_none()) {
+            return Err(told(format!("roles[{i}]: give a name or a material")));
+        }
+        Ok(Self { rules: file.roles })
+    }
+
+    /// Of a mesh with this name and this material; `None` where they say nothing.
+    pub fn of(&self, name: &str, material: &str) -> Option<Kind> {
+        let fits = |pattern: &Option<String>, text: &str| pattern.as_ref().is_none_or(|pattern| fits(pattern, text));
+        let rule = self.rules.iter().find(|rule| fits(&rule.name, name) && fits(&rule.material, material));
+        rule.map(|rule| rule.role).or_else(|| by_words(name)).or_else(|| by_words(material))
+    }
+}
+
+/// True where `text` is the pattern with something for each `*`; capitals count for nothing.
+fn fits(pattern: &str, text: &str) -> bool {
+    let (pattern, text) = (pattern.to_lowercase(), text.to_lowercase());
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut rest) = text.strip_prefix(first) else { return false };
+    let mut last = None;
+    for part in parts {
+        if let Some(part) = last.replace(part) {
+            match rest.split_once(part) {
+                Some((_, after)) => rest = after,
+                None => return false,
+            }
+        }
+    }
+    last.map_or(rest.is_empty(), |last| rest.ends_with(last))
+}
+
+fn by_words(name: &str) -> Option<Kind> {
+    let words = words(name);
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+    if has(&LARGER) {
+        None
+    } else if has(&DOORS) {
+        Some(Kind::Door)
+    } else if has(&WINDOWS) {
+        Some(Kind::Window)
+    } else if has(&GLASS) {
+        Some(Kind::Glass)
+    } else {
+        None
+    }
+}
+
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut was_small = false;
+    for c in name.chars() {
+        if !c.is_alphabetic() || (was_small && c.is_uppercase()) {
+            words.push(String::new());
+        }
+        if c.is_alphabetic() {
+            words.last_mut().expect("one at least").extend(c.to_lowercase());
+        }
+        was_small = c.is_lowercase();
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_tell_doors_windows_and_glass() {
+        let of = |name: &str, material: &str| Naming::default().of(name, material);
+        for name in ["door", "SM_FrontDoor.001", "IfcDoor/M_Single-Flush:1a2", "Doors_12", "Tür 3", "Haus-Tür", "gate"] {
+            assert_eq!(of(name, ""), Some(Kind::Door), "{name}");
+        }
+        for name in
+            ["outdoor_chair", "doorknob shelf", "Wall with door", "indoor", "door_frame", "Windows of the building", "storm"]
+        {
+            assert_eq!(of(name, ""), None, "{name}");
+        }
+        assert_eq!(
+            (of("Fenster.2", ""), of("pane_3", "wood"), of("a", "M_Glass")),
+            (Some(Kind::Window), Some(Kind::Glass), Some(Kind::Glass))
+        );
+        assert_eq!((of("window", "glass"), of("wall 3", "door paint")), (Some(Kind::Window), Some(Kind::Door)));
+    }
+
+    #[test]
+    fn stars_stand_for_anything() {
+        for (pattern, text, is) in [
+            ("leaf*", "Leaf 12", true),
+            ("leaf", "Leaf 12", false),
+            ("*leaf", "oak leaf", true),
+            ("a*b*c", "a1b2b3c", true),
+            ("a*b*c", "acb", false),
+            ("*", "", true),
+            ("ab*ba", "aba", false),
+            ("", "x", false),
+        ] {
+            assert_eq!(fits(pattern, text), is, "{pattern}, {text}");
+        }
+    }
+}

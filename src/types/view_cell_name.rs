@@ -1,0 +1,79 @@
+//! What an author calls a view cell.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A view cell's id: a number or a name. In JSON it is what the author wrote: `7` and `"7"` are two ids.
+#[derive(Clone, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum ViewCellName {
+    /// A whole number.
+    Number(u64),
+    /// Any text.
+    Name(String),
+}
+
+/// Before a name that would read as a number, or that begins with this itself; as in a spreadsheet.
+const APOSTROPHE: char = '\'';
+
+impl ViewCellName {
+    /// As a `.pvs` holds it: digits for a number; a name as it is, but with an apostrophe before one of digits alone.
+    pub(crate) fn to_text(&self) -> String {
+        match self {
+            Self::Number(number) => number.to_string(),
+            Self::Name(name) if name.starts_with(APOSTROPHE) || number(name).is_some() => format!("{APOSTROPHE}{name}"),
+            Self::Name(name) => name.clone(),
+        }
+    }
+
+    /// Of a `.pvs`.
+    pub(crate) fn of_text(text: String) -> Self {
+        match (text.strip_prefix(APOSTROPHE), number(&text)) {
+            (Some(name), _) => Self::Name(name.to_owned()),
+            (None, Some(number)) => Self::Number(number),
+            (None, None) => Self::Name(text),
+        }
+    }
+}
+
+/// The number that is spelt so and no other way.
+fn number(text: &str) -> Option<u64> {
+    text.parse().ok().filter(|number: &u64| number.to_string() == text)
+}
+
+/// As in JSON.
+impl fmt::Display for ViewCellName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Name(name) => write!(f, "{name:?}"),
+        }
+    }
+}
+
+impl From<u64> for ViewCellName {
+    fn from(number: u64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<&str> for ViewCellName {
+    fn from(name: &str) -> Self {
+        Self::Name(name.to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_keeps_numbers_and_names_apart() {
+        let ids =
+            [7.into(), "7".into(), u64::MAX.into(), "18446744073709551616".into(), "07".into(), "'7".into(), "".into()];
+        let texts = ids.each_ref().map(ViewCellName::to_text);
+        assert_eq!(texts, ["7", "'7", "18446744073709551615", "18446744073709551616", "07", "''7", ""]);
+        assert_eq!(texts.map(ViewCellName::of_text), ids);
+        assert_eq!(serde_json::to_string(&ids[..2]).unwrap(), r#"[7,"7"]"#);
+    }
+}
