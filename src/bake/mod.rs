@@ -1,5 +1,6 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
+mod opened;
 mod report;
 mod unbaked;
 mod worth;

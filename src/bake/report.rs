@@ -1,6 +1,7 @@
 //! What a bake found, in numbers: one typed answer, from which the command line writes prose and JSON, and pages take their figures.
 
 use super::Baked;
+use super::opened::why_open;
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
 use crate::scene::{Scene, TubeCount};
@@ -118,6 +119,9 @@ pub struct BakeReport {
     pub smallest_hole: f64,
     /// Holes that count as opaque: too small for the user, or walls of a level that are not drawn.
     pub closed_holes: usize,
+    /// What opens the model, where no cell is closed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_open: Option<String>,
     /// What culling is expected to save; `None` where there is nothing to draw.
     pub expected_draw: Option<ExpectedDraw>,
     /// Holes in the cell graph that were found and mended.
@@ -178,6 +182,7 @@ impl BakeReport {
             clearance: file.clearance(),
             smallest_hole: file.smallest_hole,
             closed_holes: file.closed_holes.len(),
+            why_open: file.cells.iter().all(|c| c.open).then(|| why_open(scene)),
             expected_draw,
             repairs: file.repairs.clone(),
             cells_found: baked.cells_found.unwrap_or(file.cells.len()),
@@ -193,7 +198,7 @@ impl BakeReport {
     /// What to do where portals and rows save nothing.
     fn advice(&self) -> String {
         let why = if self.cells == self.open_cells {
-            "no cell is closed: a roof, floor or wall is missing, or the model is outdoors".to_owned()
+            format!("no cell is closed: {}", self.why_open.as_deref().unwrap_or_default())
         } else {
             format!("{} of {} cells are closed", self.cells - self.open_cells, self.cells)
         };

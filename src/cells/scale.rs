@@ -72,7 +72,7 @@ impl HumanScale {
         let fits = |&unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit)) && is_room(unit);
         let metre = [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL_HEIGHT);
         // Formats that don't make everybody say the unit.
-        let is_silent = ["glTF", "OBJ"].contains(&scene.source.format.as_str());
+        let is_silent = ["glTF", "OBJ", "PLY", "STL"].contains(&scene.source.format.as_str());
         Self { metre, ceiling: is_silent.then_some(height) }
     }
 

@@ -33,7 +33,7 @@ pub struct SceneFlags {
     /// Metres per unit of the input [default: the format's own]
     #[arg(long, value_name = "METRES")]
     pub unit: Option<f64>,
-    /// The axis that is up in the input, for OBJ and glTF [default: y]; other formats say it themselves
+    /// The axis that is up in the input, for OBJ, glTF, PLY and STL [default: y]; other formats say it themselves
     #[arg(long, value_enum)]
     pub up: Option<UpFlag>,
     /// Radius of tubes along lines that have none of their own (OBJ, glTF, GeoJSON) [default: OBJ and glTF: left out; GeoJSON: refused]
@@ -54,7 +54,7 @@ pub enum UpFlag {
 }
 
 /// Formats that don't say what is up.
-const SILENT: [&str; 3] = ["glb", "gltf", "obj"];
+const SILENT: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
 
 /// What pipes are.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -85,7 +85,7 @@ impl SceneFlags {
     pub fn check(&self, input: &Path) -> Result<(), CliError> {
         let extension = input.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         if self.up.is_some() && !extension.as_deref().is_some_and(|e| SILENT.contains(&e)) {
-            return Err(at(input, "--up is for OBJ and glTF; this format says itself what is up"));
+            return Err(at(input, "--up is for OBJ, glTF, PLY and STL; this format says itself what is up"));
         }
         if let Some(rays) = self.rays.filter(|rays| (1..FEW).contains(rays)) {
             eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");

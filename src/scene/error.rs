@@ -32,7 +32,9 @@ pub enum ImportError {
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// No importer for this extension.
-    #[error("no importer for \".{extension}\"; give .glb, .gltf, .obj, .ifc, .gml, .geojson, .bsp or .map")]
+    #[error(
+        "no importer for \".{extension}\"; give .glb, .gltf, .obj, .ply, .stl, .ifc, .ifczip, .gml, .geojson, .bsp or .map"
+    )]
     UnknownFormat {
         /// As found, in lower case.
         extension: String,

@@ -16,9 +16,11 @@ mod meshed;
 mod naming;
 pub mod obj;
 mod pipes;
+pub mod ply;
 pub mod quake;
 pub mod rays;
 mod sidecar;
+pub mod stl;
 mod tube_count;
 mod up;
 mod whole_file;
@@ -35,13 +37,15 @@ use glam::DVec3;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ifc`, `.gml`, `.geojson`, `.bsp`, `.map`).
+/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ply`, `.stl`, `.ifc`, `.ifczip`, `.gml`, `.geojson`, `.bsp`, `.map`).
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "glb" | "gltf" => gltf::import(path, options).map(with_note),
         "obj" => obj::import(path, options).map(with_note),
-        "ifc" => ifc::import(path, options),
+        "ply" => ply::import(path, options).map(with_note),
+        "stl" => stl::import(path, options).map(with_note),
+        "ifc" | "ifczip" => ifc::import(path, options),
         "gml" => indoorgml::import(path, options),
         "geojson" => geojson::import(path, options),
         "bsp" => quake::import(path, options),
@@ -65,7 +69,10 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
         ("glb", true),
         ("gltf", true),
         ("obj", true),
+        ("ply", true),
+        ("stl", true),
         ("ifc", ifc),
+        ("ifczip", ifc),
         ("gml", true),
         ("geojson", true),
         ("bsp", quake),

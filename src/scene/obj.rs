@@ -11,7 +11,7 @@
 //! Normals are skipped unread, and so are texture coordinates unless [`ImportOptions::trace`] asks for them.
 
 mod materials;
-mod polygon;
+pub(super) mod polygon;
 
 use super::builder::short_name;
 use super::lines::{Line, Lines};

@@ -13,6 +13,7 @@ pub mod meshopt;
 mod naming;
 mod obj;
 mod real;
+mod scans;
 
 use enfilade::scene::{ImportError, ImportOptions, Scene};
 use glam::DVec3;

@@ -140,7 +140,7 @@ impl Element {
 pub fn elements(path: &Path) -> Result<Elements, ImportError> {
     #[cfg(feature = "ifc")]
     {
-        super::told::elements_of_bytes(crate::scene::whole_file::model(path)?)
+        super::told::elements_of_bytes(super::bytes_of(path)?)
     }
     #[cfg(not(feature = "ifc"))]
     {

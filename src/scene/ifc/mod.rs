@@ -47,6 +47,8 @@ mod told;
 mod tubes;
 #[cfg(feature = "ifc")]
 mod workers;
+#[cfg(feature = "ifc")]
+mod zipped;
 
 pub use elements::{Element, ElementType, Elements, Property, PropertySet, Value, elements};
 #[cfg(feature = "ifc")]
@@ -62,13 +64,21 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     #[cfg(feature = "ifc")]
     {
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        reader::import_bytes(super::whole_file::model(path)?, &name, options)
+        reader::import_bytes(bytes_of(path)?, &name, options)
     }
     #[cfg(not(feature = "ifc"))]
     {
         let _ = (path, options);
         Err(ImportError::MissingFeature { format: "IFC", feature: "ifc" })
     }
+}
+
+/// The bytes of an `.ifc`, or of the one in an `.ifczip`.
+#[cfg(feature = "ifc")]
+fn bytes_of(path: &Path) -> Result<Vec<u8>, ImportError> {
+    let bytes = super::whole_file::model(path)?;
+    let is_zipped = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ifczip"));
+    if is_zipped { zipped::unzipped(&bytes) } else { Ok(bytes) }
 }
 
 #[cfg(all(test, not(feature = "ifc")))]

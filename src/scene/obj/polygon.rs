@@ -12,7 +12,7 @@ const MOST_CORNERS: usize = 2048;
 
 /// How a polygon was cut.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Shape {
+pub(in crate::scene) enum Shape {
     /// Into a fan, as it may be.
     Convex,
     /// Into ears.
@@ -23,7 +23,7 @@ pub(super) enum Shape {
 
 /// Appends the triangles of the polygon `corners` (three or more indices into `positions`, all in range) to `out`, as numbers of
 /// corners of the polygon.
-pub(super) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[usize; 3]>) -> Shape {
+pub(in crate::scene) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[usize; 3]>) -> Shape {
     let n = corners.len();
     if n == 3 {
         out.push([0, 1, 2]);

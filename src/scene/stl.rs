@@ -1,0 +1,27 @@
+//! STL, binary and text: one mesh, whose equal corners are one. It says neither its unit (metres are assumed) nor what is up (+Y is,
+//! unless [`ImportOptions::z_up`] says otherwise), nor how anything looks.
+
+use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use glam::DVec3;
+use std::io::Cursor;
+use std::path::Path;
+
+/// Reads an `.stl` file; see [`self`].
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let bytes = whole_file::model(path)?;
+    from_slice(&bytes, &path.file_stem().unwrap_or_default().to_string_lossy(), options)
+}
+
+/// Reads a model that is in memory.
+pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
+    let source = Source { format: "STL".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
+    let mut builder = SceneBuilder::new(options, source);
+    let broken = |e: std::io::Error| ImportError::malformed(Place::File, format!("not an STL file: {e}"));
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(broken)?;
+    let place = |p: &stl_io::Vertex| options.upright(DVec3::from(p.0.map(f64::from))) * metres_per_unit;
+    let positions = mesh.vertices.iter().map(place).collect();
+    let triangles = mesh.faces.iter().map(|face| face.vertices.map(|i| i as u32)).collect();
+    builder.add(Mesh { node: name.to_owned(), role: Role::Unknown, opaque: true, positions, triangles })?;
+    builder.finish(name)
+}
