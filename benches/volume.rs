@@ -12,8 +12,13 @@ use glam::DVec3;
 use serde_json::Value;
 use std::hint::black_box;
 
-const OPTIONS: SplitOptions =
-    SplitOptions { strategy: Some(Strategy::Volume), voxel: Some(0.2), smallest_occluder: None, in_metres: false };
+const OPTIONS: SplitOptions = SplitOptions {
+    strategy: Some(Strategy::Volume),
+    voxel: Some(0.2),
+    smallest_occluder: None,
+    in_metres: false,
+    memory: 1 << 30,
+};
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_default()

@@ -30,7 +30,7 @@ const SPEED: f64 = 1.4;
 fn main() -> Result<(), Box<dyn Error>> {
     let model = std::env::args().nth(1).unwrap_or_else(|| "data/buildings/office.glb".into());
     let scene = import(model.as_ref(), &ImportOptions::default())?;
-    let cells = find_cells(&scene, &SplitOptions::default())?;
+    let cells = find_cells(&scene, &SplitOptions::default(), &Job::quiet())?;
     // Cells and portals, and rows that hold whatever isn't behind a portal's plane: no search, no rays.
     let pvs = PvsOptions { ray_budget: 0, flow_steps: 0, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { given: Some(cells.clone()), pvs, ..BakeOptions::default() }, &Job::quiet())?.file;

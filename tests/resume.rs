@@ -9,6 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::time::{Duration, Instant};
+use testing::random::Random;
 
 fn villa() -> (Scene, BakeOptions) {
     let scene = import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap();
@@ -211,6 +212,32 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     refused(&run(&other), &["o.bake-state: belongs to other options; delete it", "--state"]);
     let (said, code) = signalled(spawn(&model, &out), "-INT", Duration::MAX);
     assert!(code == Some(0) && said.contains("goes on from") && !state.exists() && out.exists(), "{said}");
+}
+
+/// A split is no map: nothing of it is kept, and nothing of it is waited for.
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_a_split_and_leaves_nothing() {
+    let folder = folder("split");
+    let (model, out, state) = (folder.join("m.obj"), folder.join("m.pvs"), folder.join("m.bake-state"));
+    // Triangles all through one another, which are split for longer than a signal takes.
+    let mut random = Random::new(3);
+    let mut text = String::new();
+    for i in 0..6000 {
+        (0..3).for_each(|_| text += &format!("v {} {} {}\n", random.real(0., 9.), random.real(0., 9.), random.real(0., 9.)));
+        text += &format!("f {} {} {}\n", 3 * i + 1, 3 * i + 2, 3 * i + 3);
+    }
+    std::fs::write(&model, text).unwrap();
+    for signal in ["-INT", "-TERM"] {
+        let mut child = spawn(&model, &out);
+        // The head of the state is written when the model is there, before it is split.
+        while std::fs::metadata(&state).map_or(0, |m| m.len()) < 56 && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let (said, code) = signalled(child, signal, Duration::ZERO);
+        assert!(code == Some(1) && said.contains("nothing was worked out yet"), "{signal}: {said}");
+        assert!(!state.exists() && !out.exists(), "{signal}");
+    }
 }
 
 #[test]

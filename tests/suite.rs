@@ -67,6 +67,7 @@ mod runtime_worlds;
 mod shadow;
 mod shields;
 mod small_holes;
+mod split_bounds;
 mod terrain;
 mod terrain_file;
 mod terrain_horizon;

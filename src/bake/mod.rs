@@ -10,7 +10,7 @@ pub use unbaked::unbaked;
 
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::cells::{small_holes, split, split_beside, undivided};
+use crate::cells::{small_holes, split_beside, undivided};
 use crate::file::PvsFile;
 use crate::job::{Digest, Job, Stopped};
 use crate::pvs::clusters;
@@ -45,8 +45,8 @@ pub struct BakeOptions {
     /// Where set, space is cut into view cells by cost, of about this many bytes in the file; see [`pvs::partition`].
     pub view_cell_bytes: Option<u64>,
     /// What rows and proofs may take while they are worked out, bytes: where matrices over all cells would take more than half of it,
-    /// neighbouring cells become one; proofs beyond a quarter of it are left out, and their pairs are undecided. What the scene and its
-    /// hierarchies take isn't in it.
+    /// neighbouring cells become one; proofs beyond a quarter of it are left out, and their pairs are undecided. What a split may take is
+    /// in [`SplitOptions::memory`]; what the scene and its hierarchies take is in neither.
     pub memory: u64,
 }
 
@@ -103,10 +103,19 @@ pub struct Baked {
 pub enum BakeError {
     /// The scene can't be split into cells.
     #[error(transparent)]
-    Split(#[from] SplitError),
+    Split(SplitError),
     /// The caller stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+impl From<SplitError> for BakeError {
+    fn from(error: SplitError) -> Self {
+        match error {
+            SplitError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Split(error),
+        }
+    }
 }
 
 /// Segments that a debug build follows through a graph that it found.
@@ -137,23 +146,23 @@ const WORTH: f64 = 0.95;
 ///
 /// # Errors
 ///
-/// Where the scene can't be split.
-pub fn find_cells(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
+/// Where the scene can't be split, or the work was stopped.
+pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
     if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
-        return split(scene, options);
+        return split_beside(scene, options, None, work);
     }
     let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
     if !scene.objects.iter().any(may_part) {
         let reason = "nothing in it bounds rooms (pipes, furniture): one open cell".to_owned();
         return Ok(CellGraph { reason, ..undivided(scene) });
     }
-    let walls = split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options })?;
-    let share = worth::drawn_share(scene, &walls);
+    let walls = split_beside(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
+    let share = worth::drawn_share(scene, &walls, work)?;
     if share > WORTH {
         let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
         return Ok(CellGraph { reason, ..undivided(scene) });
     }
-    split_beside(scene, options, Some(walls))
+    split_beside(scene, options, Some(walls), work)
 }
 
 /// Splits, works out visibility, and packs.
@@ -170,7 +179,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let found = options.given.is_none();
     let mut graph = match options.given {
         Some(graph) => graph,
-        None => work.once(|| find_cells(scene, &options.split))?,
+        None => work.once(|| find_cells(scene, &options.split, work))?,
     };
     if let Some(metres) = options.smallest_hole {
         small_holes::close(scene, &mut graph, metres);

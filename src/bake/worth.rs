@@ -3,6 +3,7 @@
 use crate::BitMatrix;
 use crate::cells::{CellGraph, place_objects};
 use crate::file::PvsFile;
+use crate::job::{Job, Stopped};
 use crate::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use crate::random::SplitMix;
 use crate::runtime::{Camera, Culler, Mode, Scratch};
@@ -20,13 +21,14 @@ const FOV_Y: f64 = 1.1;
 const ASPECT: f64 = 16.0 / 9.0;
 
 /// Triangles that portals draw over those in the frustum, in the mean of some cameras over floors; 1 where there are none.
-pub(super) fn drawn_share(scene: &Scene, graph: &CellGraph) -> f64 {
+pub(super) fn drawn_share(scene: &Scene, graph: &CellGraph, work: &Job<'_>) -> Result<f64, Stopped> {
     let file = without_rows(scene, graph);
     let culler = Culler::new(&file);
     let mut scratch = Scratch::for_culler(&culler);
     let mut drawn = [0u64; 2];
     let mut random = SplitMix::new(0);
     for eye in Floors::of(scene).eyes(&RayScene::new(scene), EYES, &mut random) {
+        work.go_on()?;
         let turn = random.unit() * FRAC_PI_2;
         for k in 0..DIRECTIONS {
             let angle = turn + TAU * k as f64 / DIRECTIONS as f64;
@@ -37,7 +39,7 @@ pub(super) fn drawn_share(scene: &Scene, graph: &CellGraph) -> f64 {
         }
     }
     let [frustum, portals] = drawn.map(|sum| sum as f64);
-    if frustum > 0.0 { portals / frustum } else { 1.0 }
+    Ok(if frustum > 0.0 { portals / frustum } else { 1.0 })
 }
 
 /// The graph as a file in which every cell sees everything.

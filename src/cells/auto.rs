@@ -103,8 +103,7 @@ pub(super) fn is_poor(plan: &CellGraph) -> bool {
 
 /// A poor plan, or a tree of walls: whichever closes cells where the other doesn't, else has fewer portals to a cell; the tree only
 /// where it validates, to `tolerance` metres.
-pub(super) fn better(mut plan: CellGraph, tolerance: f64, bsp: impl FnOnce(String) -> CellGraph) -> CellGraph {
-    let mut walls = bsp(plan.reason.clone());
+pub(super) fn better(mut plan: CellGraph, tolerance: f64, mut walls: CellGraph) -> CellGraph {
     walls.link();
     let (is_better, says) = if closed_cells(&plan) == 0 {
         let closed = closed_cells(&walls);
@@ -149,7 +148,7 @@ mod tests {
     #[test]
     fn walls_are_kept_where_they_alone_close_a_cell_and_are_sound() {
         let plan = || graph(Strategy::Plan, &[(0.0, true)]);
-        let kept = |walls: &[(f64, bool)]| better(plan(), 1e-6, |_| graph(Strategy::Bsp, walls));
+        let kept = |walls: &[(f64, bool)]| better(plan(), 1e-6, graph(Strategy::Bsp, walls));
         let better = kept(&[(0.0, true), (2.0, false), (4.0, false)]);
         assert_eq!(better.strategy, Strategy::Bsp);
         assert_eq!(better.reason, "told; bsp kept: the plan closes no cell, bsp 2");

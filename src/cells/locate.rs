@@ -226,6 +226,36 @@ impl BoxTree {
         self.visit(&meets, visit);
     }
 
+    /// The least that `of_item` gives, or `limit` where all give more; `of_box` gives no more for a box than `of_item` for what is in it.
+    pub(crate) fn least(&self, limit: f64, of_box: &impl Fn(&Aabb) -> f64, of_item: &impl Fn(u32) -> f64) -> f64 {
+        let mut best = limit;
+        // As in `visit`; the nearer half is looked into first.
+        let mut stack = [(0.0, 0u32); 40];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let (least, index) = stack[depth];
+            let node = &self.nodes[index as usize];
+            if least >= best {
+                continue;
+            }
+            if node.count == 0 {
+                let [left, right] = [index + 1, node.first].map(|i| (of_box(&self.nodes[i as usize].bounds), i));
+                let is_left = left.0 <= right.0;
+                (stack[depth], stack[depth + 1]) = if is_left { (right, left) } else { (left, right) };
+                depth += 2;
+                continue;
+            }
+            let range = node.first as usize..(node.first + node.count) as usize;
+            for (item, bounds) in self.items[range.clone()].iter().zip(&self.boxes[range]) {
+                if of_box(bounds) < best {
+                    best = best.min(of_item(*item));
+                }
+            }
+        }
+        best
+    }
+
     fn visit(&self, meets: &impl Fn(&Aabb) -> bool, visit: &mut impl FnMut(u32)) {
         // Halving keeps the tree shallower than the bits of an index, and a visit holds one node a level.
         let mut stack = [0u32; 40];

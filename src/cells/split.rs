@@ -5,13 +5,14 @@ use crate::cells::authored::audit::unsound;
 use crate::cells::auto::{better, choose, is_poor};
 use crate::cells::bsp::bsp;
 use crate::cells::bsp::graph::cells as cells_of_parts;
-use crate::cells::complex::arrange::arrange;
+use crate::cells::complex::arrange::{Plan, arrange};
 use crate::cells::complex::assemble::{Complex, around, pieces, portals};
 use crate::cells::complex::bands::{Band, bands};
-use crate::cells::complex::columns::columns;
+use crate::cells::complex::columns::{Columns, Levels, columns};
 use crate::cells::complex::faces::faces;
 use crate::cells::complex::facets::{Facets, Matter, facets};
 use crate::cells::complex::lift;
+use crate::cells::complex::limits::Limits;
 use crate::cells::doors::kinds::name_openings;
 use crate::cells::doors::state::find_states;
 use crate::cells::leaves::leaves;
@@ -22,11 +23,12 @@ use crate::cells::plan::space::{Input, Labels};
 use crate::cells::scale::HumanScale;
 use crate::cells::volume::volume;
 use crate::geom::Aabb;
+use crate::job::{Job, Stopped};
 use crate::scene::{Role, Scene};
 use glam::DVec3;
 
 /// How to split.
-#[derive(Clone, Copy, PartialEq, Debug, Default, serde::Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]
 pub struct SplitOptions {
     /// `None` lets the scene decide.
     pub strategy: Option<Strategy>,
@@ -36,6 +38,18 @@ pub struct SplitOptions {
     pub smallest_occluder: Option<f64>,
     /// Whether the scene is in metres for certain: thresholds for rooms and doors then don't follow how high its rooms are.
     pub in_metres: bool,
+    /// What the split may take, bytes: it makes no more of the scene than fits. Beyond that the smallest surfaces part nothing, cells are
+    /// coarser, and [`CellGraph::notes`] says so. What the scene takes isn't in it.
+    pub memory: u64,
+}
+
+/// [`SplitOptions::memory`] where nobody says: 1 GiB.
+const MEMORY: u64 = 1 << 30;
+
+impl Default for SplitOptions {
+    fn default() -> Self {
+        Self { strategy: None, voxel: None, smallest_occluder: None, in_metres: false, memory: MEMORY }
+    }
 }
 
 /// Why a scene can't be split as asked.
@@ -50,11 +64,14 @@ pub enum SplitError {
     /// Cells that the user gives aren't found by splitting.
     #[error("given cells come from a cells file")]
     Given,
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// Splits a scene into cells and portals.
 pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    split_beside(scene, options, None)
+    split_beside(scene, options, None, &Job::quiet())
 }
 
 /// As [`split`]; `walls` is what [`Strategy::Bsp`] makes of the scene, where that is there already.
@@ -62,6 +79,7 @@ pub(crate) fn split_beside(
     scene: &Scene,
     options: &SplitOptions,
     walls: Option<CellGraph>,
+    work: &Job<'_>,
 ) -> Result<CellGraph, SplitError> {
     let human = if options.in_metres { HumanScale::METRES } else { HumanScale::of(scene) };
     let has_rooms = !scene.hints.rooms.is_empty();
@@ -80,16 +98,17 @@ pub(crate) fn split_beside(
         return Ok(finished(scene, HumanScale::METRES, leaves(scene, found, reason)));
     }
     let walls = |reason: String| match walls {
-        Some(walls) => CellGraph { reason, ..walls },
-        None => bsp(scene, human, options.smallest_occluder, reason),
+        Some(walls) => Ok(CellGraph { reason, ..walls }),
+        None => bsp(scene, human, options, reason, work),
     };
     let mut graph = match strategy {
-        Strategy::Volume => volume(scene, human, options.voxel, reason),
-        Strategy::Bsp => return Ok(finished(scene, human, walls(reason))),
-        _ => from_columns(scene, human, strategy, reason),
+        Strategy::Volume => volume(scene, human, options, reason, work)?,
+        Strategy::Bsp => return Ok(finished(scene, human, walls(reason)?)),
+        _ => from_columns(scene, human, (strategy, reason), options, work)?,
     };
     let may_try = strategy == Strategy::Plan && options.strategy.is_none();
     if may_try && is_poor(&graph) {
+        let walls = walls(graph.reason.clone())?;
         graph = better(graph, scene.tolerance().coplanar, walls);
     }
     Ok(finished(scene, human, graph))
@@ -127,17 +146,22 @@ fn one_cell(scene: &Scene, human: HumanScale) -> CellGraph {
 }
 
 /// By labels on the column complex.
-fn from_columns(scene: &Scene, human: HumanScale, strategy: Strategy, reason: String) -> CellGraph {
+fn from_columns(
+    scene: &Scene,
+    human: HumanScale,
+    (strategy, reason): (Strategy, String),
+    options: &SplitOptions,
+    work: &Job<'_>,
+) -> Result<CellGraph, Stopped> {
     let tolerance = scene.tolerance();
     let with_rooms = strategy == Strategy::Authored;
 
     // 1. Planes, plan, pieces.
     let domain = human.domain(scene.bounds());
-    let (found, levels, bands) = storeys(scene, human, with_rooms, domain);
-    let plan = arrange(&bands, domain, tolerance.coplanar, human.metres(MEETING));
-    let columns = columns(&plan, &bands, &found, tolerance.coplanar, &levels, human.metres(LEVEL_AWAY));
+    let limits = Limits::new(scene.triangles.len(), options.memory, work);
+    let Cuts { found, levels, bands, plan, columns, scale } = cuts(scene, human, with_rooms, domain, &limits)?;
     // 2. What is open between them.
-    let faces = faces(&plan, &bands, &columns, &found, tolerance.coplanar, tolerance.seal);
+    let faces = faces(&plan, &bands, &columns, &found, &tolerance, work)?;
     // 3. Labels.
     let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
     let unsound = if with_rooms { unsound(&scene.hints, human.metre) } else { Vec::new() };
@@ -152,16 +176,62 @@ fn from_columns(scene: &Scene, human: HumanScale, strategy: Strategy, reason: St
     let input = Input { complex: &complex, claims: &claims, storeys_part, options: &options, human, seal: tolerance.seal };
     let mut labels = label(&input);
     part_courtyards(&input, &mut labels);
+    work.go_on()?;
     // 4. The graph.
-    CellGraph {
+    let mut notes = notes(scene, &labels, &found, &unsound, human);
+    notes.extend(coarser(human, scale));
+    Ok(CellGraph {
         strategy,
         reason,
         cells: cells(scene, &labels, &complex),
-        portals: portals(&complex, &labels.of_piece, tolerance.seal),
+        portals: portals(&complex, &labels.of_piece, tolerance.seal, work)?,
         smallest_hole: tolerance.smallest_hole(),
         closed_holes: Vec::new(),
-        notes: notes(scene, &labels, &found, &unsound, human),
+        notes,
+    })
+}
+
+/// What the scene is cut into.
+struct Cuts {
+    found: Facets,
+    levels: Vec<f64>,
+    bands: Vec<Band>,
+    plan: Plan,
+    columns: Columns,
+    /// What makes a cut is so many times as large as people build at least.
+    scale: f64,
+}
+
+/// The plan and the pieces over it: where there would be more than there may be, of larger walls and sheets.
+fn cuts(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb, limits: &Limits<'_>) -> Result<Cuts, Stopped> {
+    let coplanar = scene.tolerance().coplanar;
+    let mut scale = 1.0;
+    loop {
+        let (found, levels, bands, fitting) = storeys(scene, human, with_rooms, domain, scale);
+        limits.work.go_on()?;
+        let is_bare = found.walls.is_empty() && found.sheets.is_empty();
+        // What is left without a wall or a sheet is the storeys that the author names.
+        let limits = Limits { most: if is_bare { usize::MAX } else { limits.most }, ..*limits };
+        if let Some(plan) = arrange(&bands, domain, coplanar, human.metres(MEETING), &limits) {
+            let heights = Levels { heights: &levels, near: human.metres(LEVEL_AWAY), coplanar };
+            if let Some(columns) = columns(&plan, &bands, &found, &heights, &limits) {
+                return Ok(Cuts { found, levels, bands, plan, columns, scale: fitting });
+            }
+        }
+        scale = 2.0 * fitting;
     }
+}
+
+/// What users should know where walls and sheets that people build make no cuts.
+fn coarser(human: HumanScale, scale: f64) -> Option<String> {
+    let [wall, sheet] = [human.least_wall(), human.least_sheet()].map(|area| area * scale);
+    let says = || {
+        format!(
+            "bound: walls and sheets would cut space into more pieces than there may be; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
+             make no cuts; cells are coarser for it"
+        )
+    };
+    (scale > 1.0).then(says)
 }
 
 /// The middle of each piece.
@@ -199,19 +269,25 @@ const LEAST_LEVEL: f64 = 8.0;
 /// The model's own rim is a level where none is this near, metres of a person.
 const RIM_AWAY: f64 = 0.5;
 
-/// The planes worth a cut, the levels, and the bands between them.
-fn storeys(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb) -> (Facets, Vec<f64>, Vec<Band>) {
+/// The planes worth a cut, the levels, and the bands between them; of walls and sheets that are `scale` times as large as people build at
+/// least, or more: by how much, is last.
+fn storeys(
+    scene: &Scene,
+    human: HumanScale,
+    with_rooms: bool,
+    domain: Aabb,
+    mut scale: f64,
+) -> (Facets, Vec<f64>, Vec<Band>, f64) {
     let tolerance = scene.tolerance();
     let (size, square_metre) = (domain.size(), human.metre * human.metre);
     let by_area = (MOST_LINES_A_SQUARE_METRE * size.x * size.z / square_metre) as usize;
     let most = by_area.clamp(MOST_LINES, MOST_LINES_EVER);
-    let mut scale = 1.0;
     loop {
         let found = facets(scene, tolerance.coplanar, tolerance.seal, human, with_rooms, scale);
         let levels = levels(scene, &found, human);
         let bands = bands(&found, &levels, [domain.min.y, domain.max.y], tolerance, human, scale);
         if bands.iter().all(|b| b.segments.len() <= most) {
-            return (found, levels, bands);
+            return (found, levels, bands, scale);
         }
         scale *= 2.0;
     }

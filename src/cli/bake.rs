@@ -5,7 +5,7 @@ use super::scene::{RAYS, SceneFlags};
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
-use enfilade::cells::{ViewCell, read_view_cells};
+use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
 use enfilade::file::{load_bytes, replace_file};
 use enfilade::pvs::cubes::Choice;
 use enfilade::pvs::{Guarantee, PvsOptions};
@@ -158,7 +158,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let given = args.scene.given(&args.input, &scene)?;
     let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), &scene)?;
     let options = BakeOptions {
-        split: args.scene.split(),
+        split: SplitOptions { memory: args.memory / FOR_THE_SPLIT, ..args.scene.split() },
         pvs: PvsOptions {
             ship: match args.ship {
                 Ship::Conservative => Guarantee::Conservative,
@@ -200,6 +200,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
             return Err(at(&args.input, e));
         }
     };
+    kept.ends();
     baked.file.save(&output).map_err(|e| at(&output, e))?;
     kept.done()?;
     let bytes = load_bytes(&output).map_err(|e| at(&output, e))?;
@@ -213,6 +214,9 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     }
     Ok(Outcome::Done)
 }
+
+/// Of the bytes of `--memory` a split may take one in so many: it holds them before there are rows.
+const FOR_THE_SPLIT: u64 = 8;
 
 /// Rays where an error is asked for and nobody says how many.
 pub(super) const RAYS_TO_A_GOAL: u64 = 1_000_000_000;

@@ -2,21 +2,64 @@
 
 use super::{CliError, Outcome, at};
 use enfilade::job::{Digest, Folder, FolderError, Job, Journal, JournalError, Progress, Trace};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
+/// Work has so long to end by itself once it is stopped. Longer: users take it for hanging. Shorter: results that are nearly there are lost.
+const GRACE: Duration = Duration::from_millis(1000);
+/// What is kept if the program ends now.
+static NOW: Mutex<Now> = Mutex::new(Now::Early);
 
-/// From here on the first Ctrl-C stops work, and the second ends the program at once.
+/// How far the program is.
+enum Now {
+    /// There is nothing to keep.
+    Early,
+    /// At work; results are kept here.
+    AtWork(Arc<Place>),
+    /// It writes its files, or says why it doesn't, and ends.
+    Ending,
+}
+
+/// From here on the first Ctrl-C stops work, and the second ends the program at once. Some work has no place at which it could be stopped:
+/// the import of a model, what other crates do. Where it goes on, its results are given up, and those before it kept.
 pub fn catch_interrupts() -> Result<(), CliError> {
     let handler = ctrlc::set_handler(|| {
         // 128 and the signal's number, as shells have it.
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
+        std::thread::spawn(give_up);
     });
     handler.map_err(|e| CliError(format!("Ctrl-C can't be caught: {e}")))
+}
+
+/// Ends the program where it hasn't come to an end by itself.
+fn give_up() {
+    std::thread::sleep(GRACE);
+    // Held until the process is gone, so that nobody begins to write a file.
+    let mut now = NOW.lock().unwrap_or_else(PoisonError::into_inner);
+    let place = match std::mem::replace(&mut *now, Now::Ending) {
+        Now::Early => Arc::new(Place::Nowhere),
+        Now::AtWork(place) => place,
+        Now::Ending => return,
+    };
+    if std::io::stderr().is_terminal() {
+        // Off the line of the bar.
+        eprintln!();
+    }
+    let code = place.stopped().map_or_else(
+        |error| {
+            eprintln!("enfilade: {error}");
+            2
+        },
+        |outcome| i32::from(outcome != Outcome::Done),
+    );
+    std::process::exit(code);
 }
 
 /// Flags.
@@ -52,7 +95,7 @@ pub struct Of<'a> {
 
 /// The state of a run, on the disk.
 pub struct Kept {
-    place: Place,
+    place: Arc<Place>,
     trace: Option<(PathBuf, Trace)>,
 }
 
@@ -73,6 +116,8 @@ impl Kept {
             Some((folder, place)) => shared(folder, place, of)?,
             None => alone(state, of)?,
         };
+        let place = Arc::new(place);
+        *NOW.lock().unwrap_or_else(PoisonError::into_inner) = Now::AtWork(place.clone());
         Ok(Self { place, trace })
     }
 
@@ -83,7 +128,7 @@ impl Kept {
             Some((_, trace)) => work.traced_by(trace),
             None => work,
         };
-        match &self.place {
+        match &*self.place {
             Place::File(_, journal) => work.kept_in(journal),
             Place::Folder(_, folder) => work.shared_in(folder),
             Place::Nowhere => work,
@@ -92,34 +137,18 @@ impl Kept {
 
     /// True where others have done all of it.
     pub fn is_done(&self) -> bool {
-        matches!(&self.place, Place::Folder(_, folder) if folder.done_by().is_some())
+        matches!(&*self.place, Place::Folder(_, folder) if folder.done_by().is_some())
+    }
+
+    /// From here on the program ends by itself: it writes files, which nothing may cut short.
+    pub fn ends(&self) {
+        *NOW.lock().unwrap_or_else(PoisonError::into_inner) = Now::Ending;
     }
 
     /// The work came to no end here: says why, and where it goes on from.
     pub fn stopped(self) -> Result<Outcome, CliError> {
-        let path = match self.place {
-            Place::Folder(path, folder) => {
-                if let Some(disagreement) = folder.disagreement() {
-                    eprintln!("{}: {disagreement}", path.display());
-                    return Ok(Outcome::Failed);
-                }
-                if let Some(by) = folder.done_by() {
-                    eprintln!("{}: done by {by}", path.display());
-                    return Ok(Outcome::Done);
-                }
-                path
-            }
-            Place::File(path, journal) => {
-                journal.flush().map_err(|e| at(&path, format!("{e}; what was done after that is lost")))?;
-                path
-            }
-            Place::Nowhere => {
-                eprintln!("stopped");
-                return Ok(Outcome::Failed);
-            }
-        };
-        eprintln!("stopped; the same command goes on from {}", path.display());
-        Ok(Outcome::Failed)
+        self.ends();
+        self.place.stopped()
     }
 
     /// The work is done and its result is safe: a state of one goes, and others who share it end.
@@ -127,9 +156,9 @@ impl Kept {
         if let Some((path, trace)) = self.trace {
             trace.close().map_err(|e| at(&path, e))?;
         }
-        match self.place {
+        match &*self.place {
             Place::Nowhere => (),
-            Place::File(path, journal) => journal.remove().map_err(|e| at(&path, e))?,
+            Place::File(path, journal) => journal.remove().map_err(|e| at(path, e))?,
             Place::Folder(path, folder) => {
                 // The output is there; others will find out for themselves.
                 folder
@@ -142,10 +171,45 @@ impl Kept {
 
     /// There is no result, and nothing to go on with.
     pub fn vain(self) -> Result<(), CliError> {
-        match self.place {
-            Place::File(path, journal) => journal.remove().map_err(|e| at(&path, e)),
+        self.ends();
+        match &*self.place {
+            Place::File(path, journal) => journal.remove().map_err(|e| at(path, e)),
             Place::Nowhere | Place::Folder(..) => Ok(()),
         }
+    }
+}
+
+impl Place {
+    /// Keeps what there is, and says where it goes on from.
+    fn stopped(&self) -> Result<Outcome, CliError> {
+        let path = match self {
+            Self::Folder(path, folder) => {
+                if let Some(disagreement) = folder.disagreement() {
+                    eprintln!("{}: {disagreement}", path.display());
+                    return Ok(Outcome::Failed);
+                }
+                if let Some(by) = folder.done_by() {
+                    eprintln!("{}: done by {by}", path.display());
+                    return Ok(Outcome::Done);
+                }
+                folder.flush();
+                path
+            }
+            Self::File(path, journal) if journal.is_empty() => {
+                eprintln!("stopped; nothing was worked out yet that could be kept");
+                return journal.remove().map_err(|e| at(path, e)).map(|()| Outcome::Failed);
+            }
+            Self::File(path, journal) => {
+                journal.flush().map_err(|e| at(path, format!("{e}; what was done after that is lost")))?;
+                path
+            }
+            Self::Nowhere => {
+                eprintln!("stopped; nothing is kept");
+                return Ok(Outcome::Failed);
+            }
+        };
+        eprintln!("stopped; the same command goes on from {}", path.display());
+        Ok(Outcome::Failed)
     }
 }
 

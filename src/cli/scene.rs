@@ -124,7 +124,7 @@ impl SceneFlags {
             CellsFlag::Leaves => Some(Strategy::Leaves),
         };
         let Self { voxel, smallest_occluder, .. } = *self;
-        SplitOptions { strategy, voxel, smallest_occluder, in_metres: self.unit.is_some() }
+        SplitOptions { strategy, voxel, smallest_occluder, in_metres: self.unit.is_some(), ..SplitOptions::default() }
     }
 
     /// Cells and portals of the user's own; IndoorGML is a ready graph, unless another way to find cells is asked for.

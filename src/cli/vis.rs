@@ -100,6 +100,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     };
 
     // 3. What comes of it. The state is done with only once everything is written.
+    kept.ends();
     let writing = Instant::now();
     let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
     let ambient = write(args, &input, output.as_deref(), &result)?;

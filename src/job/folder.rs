@@ -205,7 +205,7 @@ impl Folder {
     }
 
     /// Writes what others don't know yet.
-    pub(super) fn flush(&self) {
+    pub fn flush(&self) {
         if self.is_full.load(Relaxed) {
             return;
         }

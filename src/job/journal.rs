@@ -110,6 +110,11 @@ impl Journal {
         self.resumed
     }
 
+    /// True where it holds no result, of this run or of one before.
+    pub fn is_empty(&self) -> bool {
+        self.out.lock().is_ok_and(|out| out.end == HEAD as u64 && out.block.0.is_empty())
+    }
+
     /// Bytes at its end that were no whole block when it was opened, and are no more.
     pub(super) fn cut(&self) -> u64 {
         self.cut
@@ -153,14 +158,13 @@ impl Journal {
         out.fault.take().map_or(Ok(()), Err)
     }
 
-    /// Removes the file: the work is done.
+    /// Removes the file: the work is done, or none of it is worth keeping.
     ///
     /// # Errors
     ///
     /// The system's.
-    pub fn remove(self) -> io::Result<()> {
-        drop(self.out);
-        std::fs::remove_file(self.path)
+    pub fn remove(&self) -> io::Result<()> {
+        std::fs::remove_file(&self.path)
     }
 }
 

@@ -108,6 +108,11 @@ impl<'w> Job<'w> {
         is_over || self.stop.is_some_and(|stop| stop.load(Relaxed))
     }
 
+    /// Ends a step between maps where the rest is in vain. What loops cut short once this was stopped must not go beyond the next call.
+    pub(crate) fn go_on(&self) -> Result<(), Stopped> {
+        if self.is_stopped() { Err(Stopped) } else { Ok(()) }
+    }
+
     /// Works out all items side by side, the first ones first; results are in their order.
     ///
     /// Maps must be asked for one after the other, in an order that depends on nothing but the input, and never within one another.

@@ -126,7 +126,8 @@ impl Building {
             };
             tell(0, unbaked(&scene, &import_options));
             progress("cells", 0.0);
-            let cells = find_cells(&scene, &BakeOptions::default().split).map_err(|e| failed(e.into()))?;
+            let cells = find_cells(&scene, &BakeOptions::default().split, &Job::new(progress).until(stop))
+                .map_err(|e| failed(e.into()))?;
             tell(1, quickly(cells).map_err(failed)?);
         }
         // 3. The whole; what is stopped goes on the next time.

@@ -8,6 +8,7 @@ use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{area, convex_hull, points as corners, shape_area, width};
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, clip};
+use crate::job::{Job, Stopped};
 use crate::parallel;
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
@@ -143,13 +144,13 @@ impl<'b> Covers<'b> {
 }
 
 /// All faces between leaves, by the leaf behind, ascending. `along` as for [`Flat::new`].
-pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance) -> Vec<Contact> {
+pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance, work: &Job<'_>) -> Result<Vec<Contact>, Stopped> {
     let (coplanar, seal, least) = (tolerance.coplanar, tolerance.seal, tolerance.smallest_hole());
     let covers = Covers::new(bsp);
     let of_leaf = |leaf: u32| {
         let mut out = Vec::new();
         for face in &bsp.leaves[leaf as usize].poly.faces {
-            if face.front || face.node == RIM {
+            if face.front || face.node == RIM || work.is_stopped() {
                 continue;
             }
             let node = &bsp.nodes[face.node as usize];
@@ -185,7 +186,8 @@ pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance) -> Vec<Contact> 
         }
         out
     };
-    parallel::flat_map_range(0..bsp.leaves.len(), |leaf| of_leaf(leaf as u32))
+    let found = parallel::flat_map_range(0..bsp.leaves.len(), |leaf| of_leaf(leaf as u32));
+    work.go_on().map(|()| found)
 }
 
 /// The parts of a polygon that border on each leaf below a child, on the side that `ahead` points to.

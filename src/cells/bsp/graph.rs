@@ -8,6 +8,7 @@ use crate::cells::complex::coverage::Open;
 use crate::cells::complex::polygon::{Shape, area, convex_hull, width};
 use crate::cells::{Cell, Piece, Portal, PortalKind, PortalState};
 use crate::geom::{Aabb, Plane, newell};
+use crate::job::{Job, Stopped};
 use crate::parallel;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
@@ -41,7 +42,14 @@ pub fn cells(pieces: Vec<Vec<Piece>>, beyond: Option<u32>, domain: Aabb) -> (Vec
 }
 
 /// Portals between different cells, in a fixed order; see [`crate::cells::complex::assemble::portals`].
-pub fn portals(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], along: DVec3, seal: f64) -> Vec<Portal> {
+pub fn portals(
+    bsp: &Bsp,
+    contacts: &[Contact],
+    labels: &[Option<u32>],
+    along: DVec3,
+    seal: f64,
+    work: &Job<'_>,
+) -> Result<Vec<Portal>, Stopped> {
     /// Cells in order, the plane's bits, whether the lower cell is behind it.
     type Key = (u32, u32, [u64; 4], bool);
     let mut groups: BTreeMap<Key, (Plane, Vec<Shape>)> = BTreeMap::new();
@@ -60,6 +68,9 @@ pub fn portals(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], along: D
     }
     let groups: Vec<(Key, (Plane, Vec<Shape>))> = groups.into_iter().collect();
     let of_group = |&((low, high, _, forward), (plane, ref parts)): &(Key, (Plane, Vec<Shape>))| {
+        if work.is_stopped() {
+            return Vec::new();
+        }
         let flat = Flat::new(&plane, along);
         let facing = if forward { plane } else { plane.flipped() };
         let winding = move |hull: Vec<DVec2>| {
@@ -76,7 +87,8 @@ pub fn portals(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], along: D
         };
         joined(hulls(parts.clone(), seal)).into_iter().filter_map(winding).collect::<Vec<_>>()
     };
-    parallel::flat_map(&groups, of_group)
+    let found = parallel::flat_map(&groups, of_group);
+    work.go_on().map(|()| found)
 }
 
 /// Hulls whose common hull holds little else are one: what a narrow ledge parts from an opening.

@@ -6,11 +6,13 @@
 //! occluder makes no cut, and may stand in a cell; a cell is what is connected within such a part, not the part itself. All other walls
 //! cut below that, so that faces are open exactly where nothing covers them, and the graph is sound like those of all strategies.
 //!
-//! The steps, one file each: [`planes`] (which triangles part space), [`tree`] (the leaves), [`adjacency`] (what is open between them),
+//! The steps, one file each: [`planes`] (which triangles part space), [`tree`] (the leaves), [`bounded`] (as many as there may be),
+//! [`adjacency`] (what is open between them),
 //! [`tiles`] (where to cut first; which leaves are a cell), [`solid`] and [`void`] (what nobody can be in), [`pieces`] and [`graph`] (cells and
 //! portals).
 
 pub mod adjacency;
+pub mod bounded;
 pub mod facing;
 pub mod graph;
 pub mod pieces;
@@ -21,8 +23,9 @@ pub mod tree;
 mod void;
 
 use super::scale::HumanScale;
-use super::{Cell, CellGraph, Strategy};
+use super::{Cell, CellGraph, SplitOptions, Strategy};
 use crate::geom::Aabb;
+use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use adjacency::Contact;
 use facing::Facing;
@@ -37,6 +40,9 @@ const TILE: f64 = 4.0;
 /// in less than an object. Fewer: cells that see most of what there is.
 const TILES_AN_OBJECT: f64 = 1.5;
 const TILES: [f64; 2] = [256.0, 2048.0];
+/// One in so many of the leaves that there may be is a tile at most, where somebody says how large those are. More: what they ask for is not
+/// met. Less: no leaves are left for walls.
+const TILES_OF_LEAVES: usize = 4;
 /// The largest occluder that is tried first, as a share of the model's diagonal; each further one is smaller by a factor.
 const LARGEST: f64 = 0.1;
 const SMALLER: f64 = 0.84;
@@ -49,7 +55,13 @@ const SLIVER: f64 = 2.0;
 const OPEN_SHARE: f64 = 0.5;
 
 /// Splits a scene; `smallest_occluder` in metres, `None` takes what gives three tiles for two objects.
-pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f64>, reason: String) -> CellGraph {
+pub(super) fn bsp(
+    scene: &Scene,
+    human: HumanScale,
+    options: &SplitOptions,
+    reason: String,
+    work: &Job<'_>,
+) -> Result<CellGraph, Stopped> {
     let tolerance = scene.tolerance();
     let (bounds, domain) = (scene.bounds(), human.domain(scene.bounds()));
     // 1. What parts space.
@@ -57,27 +69,32 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     let main = planes::main_axis(&triangles);
     let axes = [DVec3::new(main.x, 0.0, main.y), DVec3::Y, DVec3::new(-main.y, 0.0, main.x)];
     let all = planes::planes(triangles, planes::TOUCH * tolerance.coplanar);
+    let limits = bounded::limits(all.triangles.len(), options.memory, work);
     let corners: Vec<[DVec3; 3]> = all.triangles.iter().map(|t| t.0).collect();
     let extents = planes::extents(&corners, tolerance.coplanar);
     let shell = |occluder: f64| {
         let large = all.triangles.iter().zip(&extents).filter(|(_, extent)| **extent >= occluder);
-        Shell { triangles: large.map(|(t, _)| *t).collect(), planes: all.planes.clone(), free_standing: 0 }
+        Shell { triangles: large.map(|(t, _)| *t).collect(), planes: all.planes.clone(), free_standing: 0, left_out: 0 }
     };
     let facing = Facing::new(scene);
     let tiles = |occluder: f64| Tiles { planes: &all.planes, axes, around: bounds, edge: TILE * occluder, occluder };
     let enough = (TILES_AN_OBJECT * scene.objects.len() as f64).clamp(TILES[0], TILES[1]) as usize;
     let size = |k: u32| LARGEST * bounds.diagonal() * SMALLER.powi(k as i32);
-    let has_enough = |k: u32| {
-        let tiles = tiles(size(k));
-        let cut: tree::Tiling<'_> = &|poly, inside| tiles.cut(poly, inside);
+    let has_tiles = |occluder: f64, enough: usize| {
+        let tiles = tiles(occluder);
+        let cut: tree::Tiling<'_> = &|poly, inside| tiles.cut(poly, inside).filter(|_| !work.is_stopped());
         let counts = |tile: &tree::Poly| void::counts(&facing, tile);
-        tree::has_tiles(&shell(size(k)), domain, axes, tolerance.coplanar, cut, &counts, enough)
+        tree::has_tiles(&shell(occluder), domain, axes, tolerance.coplanar, cut, &counts, enough)
     };
-    let occluder = smallest_occluder.unwrap_or_else(|| size(first(TRIALS, has_enough)));
-    let (shell, tiles) = (shell(occluder), tiles(occluder));
+    let mut occluder = options.smallest_occluder.unwrap_or_else(|| size(first(TRIALS, |k| has_tiles(size(k), enough))));
+    while options.smallest_occluder.is_some() && has_tiles(occluder, limits.leaves / TILES_OF_LEAVES) {
+        occluder *= 2.0;
+    }
+    let (mut shell, tiles) = (shell(occluder), tiles(occluder));
     // 2. The leaves, and what is open between them.
-    let bsp = tree::bsp(&shell, domain, axes, tolerance.coplanar, Some(&|poly, inside| tiles.cut(poly, inside)));
-    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance);
+    let cut: tree::Tiling<'_> = &|poly, inside| tiles.cut(poly, inside);
+    let bsp = bounded::tree(&mut shell, domain, axes, tolerance.coplanar, Some(cut), &limits)?;
+    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance, work)?;
     // 3. Which leaves are a cell.
     let slivers = tiles::slivers(&bsp, &contacts, SLIVER * adjacency::smallest_hole(&tolerance));
     let mut parts = tiles.parts(&bsp, &contacts, &slivers);
@@ -85,20 +102,22 @@ pub(super) fn bsp(scene: &Scene, human: HumanScale, smallest_occluder: Option<f6
     parts.labels.iter_mut().zip(&solid).filter(|(_, solid)| **solid).for_each(|(label, _)| *label = None);
     void::join_outside(&facing, &bsp, &mut parts.labels);
     // 4. The graph.
-    let pieces = pieces::pieces(&bsp, &contacts, &parts.labels, parts.count, 0.1 * tolerance.coplanar);
+    work.go_on()?;
+    let pieces = pieces::pieces(&bsp, &contacts, &parts.labels, parts.count, 0.1 * tolerance.coplanar, work)?;
     let (mut cells, number) = graph::cells(pieces, Some(tiles::OUTSIDE), domain);
     let labels: Vec<Option<u32>> = parts.labels.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
     open_to_the_sky(&mut cells, &contacts, &labels);
-    let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal);
-    let small = all.triangles.len() - shell.triangles.len();
+    let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal, work)?;
+    let small = all.triangles.len() - shell.triangles.len() - shell.left_out;
     let mut notes = vec![
         format!("surfaces smaller than {} (--smallest-occluder) part nothing: {small} triangles", human.told(occluder)),
         format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
         format!("{} leaves in tiles of at most {}", bsp.leaves.len(), human.told(tiles.edge)),
     ];
+    notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);
-    CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes }
+    Ok(CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes })
 }
 
 /// Marks the cells that are wide open to the outside; `labels` are the cells of leaves.

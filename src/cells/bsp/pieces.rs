@@ -9,6 +9,7 @@ use super::tree::{Bsp, Poly, RIM};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::{Piece, polyhedron};
 use crate::geom::{Aabb, Plane};
+use crate::job::{Job, Stopped};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -120,7 +121,14 @@ pub fn fill(contacts: &[Contact], bsp: &Bsp, labels: &mut [Option<u32>]) {
 }
 
 /// Convex pieces of each region; `eps`, metres, is how far pieces may overlap.
-pub fn pieces(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], regions: usize, eps: f64) -> Vec<Vec<Piece>> {
+pub fn pieces(
+    bsp: &Bsp,
+    contacts: &[Contact],
+    labels: &[Option<u32>],
+    regions: usize,
+    eps: f64,
+    work: &Job<'_>,
+) -> Result<Vec<Vec<Piece>>, Stopped> {
     let mut growing: Vec<Option<Growing>> =
         bsp.leaves.iter().zip(labels).map(|(leaf, l)| l.map(|_| Growing::new(&leaf.poly, eps))).collect();
     let mut set = DisjointSets::new(growing.len());
@@ -134,6 +142,7 @@ pub fn pieces(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], regions: 
         let before = order.len();
         let mut left = Vec::new();
         for c in order {
+            work.go_on()?;
             let (a, b) = (set.find(c.leaves[0]), set.find(c.leaves[1]));
             if a == b {
                 continue;
@@ -167,5 +176,5 @@ pub fn pieces(bsp: &Bsp, contacts: &[Contact], labels: &[Option<u32>], regions: 
             out[label as usize].push(Piece { planes: g.planes, bounds });
         }
     }
-    out
+    Ok(out)
 }

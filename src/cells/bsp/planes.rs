@@ -1,7 +1,7 @@
 //! Triangles that part space, and the planes that they lie in.
 
 use crate::cells::disjoint_sets::DisjointSets;
-use crate::geom::{Aabb, Plane, newell};
+use crate::geom::{Aabb, Plane, area, newell};
 use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, HashMap};
@@ -19,8 +19,25 @@ pub struct Shell {
     pub planes: Vec<Plane>,
     /// Triangles, each with the index of a plane that it lies in to within [`TOUCH`] of the coplanar tolerance.
     pub triangles: Vec<([DVec3; 3], u32)>,
-    /// Triangles left out.
+    /// Triangles left out, as they stand free.
     pub free_standing: usize,
+    /// Triangles left out for the tree's size.
+    pub left_out: usize,
+}
+
+impl Shell {
+    /// Takes the triangles in the smaller half of the planes out: those that hold the least area of them.
+    pub fn keep_larger_half(&mut self) {
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+        self.triangles.iter().for_each(|(t, plane)| *areas.entry(*plane).or_default() += area(t));
+        let mut order: Vec<(f64, u32)> = areas.into_iter().map(|(plane, area)| (area, plane)).collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut kept: Vec<u32> = order[..order.len() / 2].iter().map(|&(_, plane)| plane).collect();
+        kept.sort_unstable();
+        let before = self.triangles.len();
+        self.triangles.retain(|(_, plane)| kept.binary_search(plane).is_ok());
+        self.left_out += before - self.triangles.len();
+    }
 }
 
 /// A corner, to a fraction of the tolerance.
@@ -65,7 +82,8 @@ pub fn planes(mut triangles: Vec<[DVec3; 3]>, coplanar: f64) -> Shell {
     let (centre, step) = (bounds.centre(), (bounds.diagonal() / 512.0).max(8.0 * coplanar));
     /// Buckets of normals are about 2 degrees wide.
     const NORMALS: f64 = 32.0;
-    let mut out = Shell { planes: Vec::new(), triangles: Vec::with_capacity(triangles.len()), free_standing: 0 };
+    let mut out =
+        Shell { planes: Vec::new(), triangles: Vec::with_capacity(triangles.len()), free_standing: 0, left_out: 0 };
     let mut buckets: HashMap<[i64; 4], Vec<u32>> = HashMap::new();
     for t in triangles {
         let n = newell(&t.map(|p| p - t[0])).normalize();

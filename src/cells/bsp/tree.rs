@@ -8,6 +8,7 @@
 
 use super::planes::{Shell, TOUCH};
 use crate::geom::{Aabb, Plane, clip};
+use crate::job::Job;
 use crate::parallel;
 use glam::DVec3;
 use std::sync::atomic::AtomicUsize;
@@ -103,6 +104,14 @@ pub type Cut = (Plane, Option<u32>);
 /// Chooses the first cuts, those between tiles: of a part of space and what is in it; `None`: this is a tile.
 pub type Tiling<'t> = &'t (dyn Fn(&Poly, &[Fragment]) -> Option<Cut> + Sync);
 
+/// How large a tree may be, and what stops it.
+pub struct Limits<'w> {
+    /// Leaves at most.
+    pub leaves: usize,
+    /// Asked at every cut.
+    pub work: &'w Job<'w>,
+}
+
 enum Tree {
     Leaf(Poly, Vec<Vec<DVec3>>),
     Tile(Box<Tree>),
@@ -116,13 +125,22 @@ const TRIED: usize = 200;
 /// What a cut triangle costs, in triangles.
 const CUT: f64 = 1.5;
 
-/// Builds the tree in `domain`; `axes` are those of most walls, `coplanar` in metres. Without a tiling, all is one tile.
-pub fn bsp(shell: &Shell, domain: Aabb, axes: [DVec3; 3], coplanar: f64, tiling: Option<Tiling<'_>>) -> Bsp {
-    let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar };
-    let tree = builder.build(Poly::cuboid(domain), fragments(shell), Vec::new(), 0, tiling);
+/// Builds the tree in `domain`; `axes` are those of most walls, `coplanar` in metres. Without a tiling, all is one tile. `None` where it
+/// would have more leaves than it may, or was stopped.
+pub fn bsp(
+    shell: &Shell,
+    domain: Aabb,
+    axes: [DVec3; 3],
+    coplanar: f64,
+    tiling: Option<Tiling<'_>>,
+    limits: &Limits<'_>,
+) -> Option<Bsp> {
+    let may = AtomicUsize::new(limits.leaves);
+    let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar, may, work: limits.work };
+    let tree = builder.build(Poly::cuboid(domain), fragments(shell), Vec::new(), 0, tiling)?;
     let mut out = Bsp { root: Child::Leaf(0), nodes: Vec::new(), leaves: Vec::new(), thin: builder.touch };
     out.root = out.flatten(tree, None, &mut Vec::new(), &mut 0);
-    out
+    Some(out)
 }
 
 /// Whether there are `enough` tiles that count; other arguments as for [`bsp`].
@@ -135,7 +153,8 @@ pub fn has_tiles(
     counts: &(dyn Fn(&Poly) -> bool + Sync),
     enough: usize,
 ) -> bool {
-    let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar };
+    let may = AtomicUsize::new(usize::MAX);
+    let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar, may, work: &Job::quiet() };
     let missing = AtomicUsize::new(enough);
     builder.take_tiles(Poly::cuboid(domain), fragments(shell), tiling, counts, &missing);
     missing.into_inner() == 0
@@ -150,6 +169,9 @@ struct Builder<'s> {
     axes: [DVec3; 3],
     /// What is nearer than this to a plane touches it, metres.
     touch: f64,
+    /// Leaves that there may still be.
+    may: AtomicUsize,
+    work: &'s Job<'s>,
 }
 
 impl Builder<'_> {
@@ -160,15 +182,20 @@ impl Builder<'_> {
         mut stray: Vec<Vec<DVec3>>,
         depth: u32,
         tiling: Option<Tiling<'_>>,
-    ) -> Tree {
+    ) -> Option<Tree> {
+        if self.may.load(Relaxed) == 0 || self.work.is_stopped() {
+            return None;
+        }
         let first = tiling.and_then(|tiling| tiling(&poly, &fragments));
         let halves = first.and_then(|(plane, id)| Some((plane, id, poly.split(&plane, depth, self.touch)?)));
         if tiling.is_some() && halves.is_none() {
-            return Tree::Tile(Box::new(self.build(poly, fragments, stray, depth, None)));
+            return Some(Tree::Tile(Box::new(self.build(poly, fragments, stray, depth, None)?)));
         }
         let Some((plane, id, [back, front])) = halves.or_else(|| self.best_halves(&poly, &mut fragments, &mut stray, depth))
         else {
-            return Tree::Leaf(poly, stray);
+            // However many threads build it, the last one is missing where one is.
+            self.may.fetch_update(Relaxed, Relaxed, |n| n.checked_sub(1)).ok()?;
+            return Some(Tree::Leaf(poly, stray));
         };
         let (covers, sides) = self.divide(fragments, &plane, id);
         // What grazed the whole may lie on a face of either half.
@@ -187,7 +214,7 @@ impl Builder<'_> {
         let a = || self.build(back, behind, stray_behind, depth + 1, tiling);
         let b = || self.build(front, before, stray_before, depth + 1, tiling);
         let (a, b) = if many { parallel::join(a, b) } else { (a(), b()) };
-        Tree::Node(plane, covers, Box::new([a, b]))
+        Some(Tree::Node(plane, covers, Box::new([a?, b?])))
     }
 
     /// What lies on a plane, behind it, and in front of it; `id` is the plane's index where it is a triangle's.

@@ -4,6 +4,7 @@
 //! just short of another is lengthened to meet it: a line too long costs a triangle, a line too short leaves a slit open.
 
 use super::bands::Band;
+use super::limits::{Count, Limits};
 use crate::geom::Aabb;
 use crate::parallel;
 use glam::DVec2;
@@ -39,9 +40,11 @@ impl Plan {
     }
 }
 
-/// Triangulates the rectangle of `domain` along the lines of each band.
-pub fn arrange(bands: &[Band], domain: Aabb, coplanar: f64, reach: f64) -> Plan {
-    let plans: Vec<Plan> = parallel::map(bands, |band| arrange_band(band, domain, coplanar, reach));
+/// Triangulates the rectangle of `domain` along the lines of each band; `None` where they cross more often than `limits` let them.
+pub fn arrange(bands: &[Band], domain: Aabb, coplanar: f64, reach: f64, limits: &Limits<'_>) -> Option<Plan> {
+    let count = limits.count();
+    let plans: Vec<Option<Plan>> = parallel::map(bands, |band| arrange_band(band, domain, coplanar, reach, &count));
+    let plans: Vec<Plan> = plans.into_iter().collect::<Option<_>>()?;
     let mut all = Plan::default();
     for plan in plans {
         let (points, triangles) = (all.points.len() as u32, all.triangles.len() as u32);
@@ -51,10 +54,10 @@ pub fn arrange(bands: &[Band], domain: Aabb, coplanar: f64, reach: f64) -> Plan 
         all.constrained.extend(plan.constrained);
         all.bands.push(triangles as usize..all.triangles.len());
     }
-    all
+    Some(all)
 }
 
-fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64) -> Plan {
+fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64, count: &Count<'_>) -> Option<Plan> {
     // A power of two keeps grid coordinates exact.
     let grid = (coplanar * 0.5).log2().floor().exp2();
     let snap = |q: DVec2| ((q.x / grid).round() as i64, (q.y / grid).round() as i64);
@@ -81,7 +84,10 @@ fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64) -> Plan {
     for i in 0..4 {
         edge(rim[i], rim[(i + 1) % 4]);
     }
-    let crossings = crossings(&segments, reach);
+    let crossings = crossings(&segments, reach, count);
+    if count.is_over() {
+        return None;
+    }
     for (&(a, b), mut at) in segments.iter().zip(crossings) {
         at.extend([0.0, 1.0]);
         at.sort_by(f64::total_cmp);
@@ -90,11 +96,12 @@ fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64) -> Plan {
             edge(pair[0], pair[1]);
         }
     }
-    triangulate(vertices, edges.into_iter().collect())
+    Some(triangulate(vertices, edges.into_iter().collect()))
 }
 
-/// For each segment, where others cross it, as fractions of its length; beyond 0 or 1 where it stops short by up to `reach`.
-fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
+/// For each segment, where others cross it, as fractions of its length; beyond 0 or 1 where it stops short by up to `reach`. Of no use
+/// where the count is over.
+fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<Vec<f64>> {
     let cell = segments.iter().map(|(a, b)| a.distance(*b)).sum::<f64>() / (segments.len().max(1)) as f64 + 4.0 * reach;
     let cells_of = |&(a, b): &(DVec2, DVec2)| {
         let (lo, hi) = ((a.min(b) - reach) / cell, (a.max(b) + reach) / cell);
@@ -114,6 +121,9 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
     }
     parallel::map_range(0..segments.len(), |i| {
         let s = &segments[i];
+        if count.is_over() {
+            return Vec::new();
+        }
         let mut others: Vec<u32> = cells_of(s).filter_map(|c| buckets.get(&c)).flatten().copied().collect();
         others.sort_unstable();
         others.dedup();
@@ -154,6 +164,7 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64) -> Vec<Vec<f64>> {
             }
         }
         at.extend([before, after].into_iter().filter(|t| t.is_finite()));
+        count.add(at.len());
         at
     })
 }

@@ -14,6 +14,7 @@ use super::polygon::{Shape, area, convex_hull, points, shape_area};
 use crate::CellId;
 use crate::cells::{Piece, Portal, PortalKind, PortalState};
 use crate::geom::{Aabb, Plane};
+use crate::job::{Job, Stopped};
 use crate::parallel;
 use glam::{DVec2, DVec3};
 use i_overlay::core::fill_rule::FillRule;
@@ -84,7 +85,7 @@ impl Complex<'_> {
 }
 
 /// Portals between different labels, in a fixed order; pieces without a label have none.
-pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<Portal> {
+pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64, work: &Job<'_>) -> Result<Vec<Portal>, Stopped> {
     // Faces of one plane between the same two cells, the lower label on the same side.
     let mut groups: BTreeMap<(u32, u32, [u32; 3], bool), Vec<usize>> = BTreeMap::new();
     for (i, f) in complex.faces.iter().enumerate() {
@@ -101,6 +102,9 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
     }
     let groups: Vec<_> = groups.into_iter().collect();
     let of_group = |((low, high, ..), members): &((u32, u32, [u32; 3], bool), Vec<usize>)| {
+        if work.is_stopped() {
+            return Vec::new();
+        }
         let first = &complex.faces[members[0]];
         let (plane, to_world) = complex.frame(first);
         let plane = if labels[first.a as usize] == Some(*low) { plane } else { plane.flipped() };
@@ -132,7 +136,8 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64) -> Vec<
             })
             .collect::<Vec<_>>()
     };
-    parallel::flat_map(&groups, of_group)
+    let found = parallel::flat_map(&groups, of_group);
+    work.go_on().map(|()| found)
 }
 
 /// False where what is open of a face is too thin for a portal of its own.

@@ -3,11 +3,13 @@
 use super::arrange::Plan;
 use super::bands::{Band, Cut};
 use super::facets::{Facets, Matter};
+use super::limits::{Count, Limits};
 use super::polygon::{counter_clockwise, shared_area};
 use super::to_plan;
 use crate::parallel;
 use glam::DVec2;
 use std::collections::{BTreeMap, HashMap};
+use std::ops::RangeInclusive;
 
 /// A cut of one column.
 #[derive(Clone, Debug)]
@@ -50,6 +52,16 @@ impl Columns {
     }
 }
 
+/// Heights of storeys.
+pub struct Levels<'l> {
+    /// Metres, ascending.
+    pub heights: &'l [f64],
+    /// Each is used where no sheet is nearer than this, metres.
+    pub near: f64,
+    /// Heights nearer than this are one, metres.
+    pub coplanar: f64,
+}
+
 /// A sheet cuts a column if it lies over this share of it: less is dropped, which only leaves more open.
 const LEAST_SHARE: f64 = 0.15;
 /// Where sheets that don't cut lie over this share of a column, it is torn: under a dome of fine facets all of it, beside the edge
@@ -58,19 +70,23 @@ const TORN_SHARE: f64 = 0.3;
 /// Less than this share is a neighbour's sheet that rounding let in.
 const ROUNDING_SHARE: f64 = 1e-3;
 
-/// Cuts the columns of each band. `levels` are heights of storeys, metres, each used where no sheet is within `near` of it.
-pub fn columns(plan: &Plan, bands: &[Band], facets: &Facets, coplanar: f64, levels: &[f64], near: f64) -> Columns {
+/// Cuts the columns of each band; `None` where there would be more pieces than `limits` let there be.
+pub fn columns(plan: &Plan, bands: &[Band], facets: &Facets, levels: &Levels<'_>, limits: &Limits<'_>) -> Option<Columns> {
+    let count = limits.count();
     let cut: Vec<(Vec<Slice>, bool)> = parallel::flat_map_range(0..bands.len(), |k| {
         let triangles = &plan.triangles[plan.bands[k].clone()];
         let corners: Vec<[DVec2; 3]> = triangles.iter().map(|t| t.map(|i| plan.points[i as usize])).collect();
-        columns_of(&bands[k], &corners, facets, coplanar, levels, near)
+        columns_of(&bands[k], &corners, facets, levels, &count)
     });
+    if count.is_over() {
+        return None;
+    }
     let (slices, torn): (Vec<Vec<Slice>>, Vec<bool>) = cut.into_iter().unzip();
     let mut first_piece = vec![0u32];
     for s in &slices {
         first_piece.push(first_piece[first_piece.len() - 1] + s.len() as u32 - 1);
     }
-    Columns { slices, torn, first_piece }
+    Some(Columns { slices, torn, first_piece })
 }
 
 /// The cuts of a band's columns, and which of those are torn.
@@ -78,16 +94,18 @@ fn columns_of(
     band: &Band,
     corners: &[[DVec2; 3]],
     facets: &Facets,
-    coplanar: f64,
-    levels: &[f64],
-    near: f64,
+    &Levels { heights: levels, near, coplanar }: &Levels<'_>,
+    count: &Count<'_>,
 ) -> Vec<(Vec<Slice>, bool)> {
-    let over = facets_over(corners, facets, &band.sheet_facets);
+    let sheets = SheetGrid::new(facets, &band.sheet_facets);
     let [bottom, top] = band.heights;
-    parallel::map_range(0..corners.len(), |k| {
-        let (q, over) = (&corners[k], &over[k]);
+    parallel::map(corners, |q| {
+        if count.is_over() {
+            return (Vec::new(), false);
+        }
+        let over = sheets.over(q);
         let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
-        for &f in over {
+        for f in over {
             let facet = &facets.sheet_facets[f as usize];
             let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
             if share > 0.0 {
@@ -130,6 +148,7 @@ fn columns_of(
                 insert(&mut stack, Slice { cut: Cut::Level(i as u32), heights: [y; 3], facets: Vec::new() }, coplanar);
             }
         }
+        count.add(stack.len() - 1);
         (stack, uncut >= TORN_SHARE)
     })
 }
@@ -155,50 +174,64 @@ fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
     fits || there
 }
 
-/// For each column, those of some sheet triangles whose boxes touch it.
-fn facets_over(corners: &[[DVec2; 3]], facets: &Facets, some: &[u32]) -> Vec<Vec<u32>> {
-    let boxes: Vec<(DVec2, DVec2)> = some
-        .iter()
-        .map(|&f| {
-            let q = facets.sheet_facets[f as usize].corners.map(to_plan);
-            (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
-        })
-        .collect();
-    let n = boxes.len().max(1) as f64;
-    let (lo, hi) = boxes.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
-    let cell = ((hi - lo).max_element() / n.sqrt().max(1.0)).max(1e-9);
-    // Large triangles would fill the grid: those wider than 16 cells are kept apart.
-    let mut grid: HashMap<(i64, i64), Vec<u32>> = HashMap::new();
-    let mut large: Vec<u32> = Vec::new();
-    let range = |lo: DVec2, hi: DVec2| {
-        let (a, b) = ((lo / cell).floor(), (hi / cell).floor());
-        (a.x as i64, a.y as i64, b.x as i64, b.y as i64)
-    };
-    for (i, &(a, b)) in boxes.iter().enumerate() {
-        let (x0, y0, x1, y1) = range(a, b);
-        if x1 - x0 > 16 || y1 - y0 > 16 {
-            large.push(i as u32);
-            continue;
-        }
-        for x in x0..=x1 {
-            for y in y0..=y1 {
-                grid.entry((x, y)).or_default().push(i as u32);
+/// Which triangles of sheets are over a place in plan.
+struct SheetGrid<'s> {
+    /// The triangles, and the boxes around them.
+    some: &'s [u32],
+    boxes: Vec<(DVec2, DVec2)>,
+    /// Around all.
+    bounds: (DVec2, DVec2),
+    cell: f64,
+    cells: HashMap<(i64, i64), Vec<u32>>,
+    /// Large ones would fill the grid: those wider than 16 cells are kept apart.
+    large: Vec<u32>,
+}
+
+impl<'s> SheetGrid<'s> {
+    fn new(facets: &Facets, some: &'s [u32]) -> Self {
+        let around = |&f: &u32| reach(&facets.sheet_facets[f as usize].corners.map(to_plan));
+        let boxes: Vec<(DVec2, DVec2)> = some.iter().map(around).collect();
+        let n = boxes.len().max(1) as f64;
+        let bounds = boxes.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let cell = ((bounds.1 - bounds.0).max_element() / n.sqrt().max(1.0)).max(1e-9);
+        let mut grid = Self { some, boxes: Vec::new(), bounds, cell, cells: HashMap::new(), large: Vec::new() };
+        for (i, b) in (0..).zip(&boxes) {
+            let [x, y] = grid.range(b);
+            if x.end() - x.start() > 16 || y.end() - y.start() > 16 {
+                grid.large.push(i);
+                continue;
+            }
+            for place in x.flat_map(|x| y.clone().map(move |y| (x, y))) {
+                grid.cells.entry(place).or_default().push(i);
             }
         }
+        Self { boxes, ..grid }
     }
-    parallel::map(corners, |q| {
-        let (a, b) = (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]));
+
+    fn range(&self, (low, high): &(DVec2, DVec2)) -> [RangeInclusive<i64>; 2] {
+        let (a, b) = ((low / self.cell).floor(), (high / self.cell).floor());
+        [a.x as i64..=b.x as i64, a.y as i64..=b.y as i64]
+    }
+
+    /// Those whose boxes touch that of a triangle, ascending.
+    fn over(&self, q: &[DVec2; 3]) -> Vec<u32> {
+        let (a, b) = reach(q);
         let touches = |&i: &u32| {
-            let (c, d) = boxes[i as usize];
+            let (c, d) = self.boxes[i as usize];
             a.cmple(d).all() && c.cmple(b).all()
         };
-        let (x0, y0, x1, y1) = range(a.max(lo), b.min(hi));
-        let cells = (x0..=x1).flat_map(|x| (y0..=y1).map(move |y| (x, y)));
-        let mut out: Vec<u32> =
-            cells.filter_map(|c| grid.get(&c)).flatten().chain(&large).copied().filter(touches).collect();
+        let [x, y] = self.range(&(a.max(self.bounds.0), b.min(self.bounds.1)));
+        let places = x.flat_map(|x| y.clone().map(move |y| (x, y)));
+        let near = places.filter_map(|place| self.cells.get(&place)).flatten().chain(&self.large);
+        let mut out: Vec<u32> = near.copied().filter(touches).collect();
         out.sort_unstable();
         out.dedup();
-        out.iter_mut().for_each(|i| *i = some[*i as usize]);
+        out.iter_mut().for_each(|i| *i = self.some[*i as usize]);
         out
-    })
+    }
+}
+
+/// The box around a triangle.
+fn reach(q: &[DVec2; 3]) -> (DVec2, DVec2) {
+    (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
 }

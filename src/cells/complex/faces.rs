@@ -9,7 +9,9 @@ use super::polygon::{area, counter_clockwise, shape_area, shared, shared_area, w
 use super::to_plan;
 use crate::cells::locate::BoxTree;
 use crate::geom::Aabb;
+use crate::job::{Job, Stopped};
 use crate::parallel;
+use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -77,17 +79,26 @@ const CRUMB: f64 = 1e-3;
 
 /// All faces between pieces, in a fixed order: bands ascending; in each its columns, each with its cuts, then its edges; then the
 /// faces to the next band.
-pub fn faces(plan: &Plan, bands: &[Band], columns: &Columns, facets: &Facets, coplanar: f64, seal: f64) -> Vec<Face> {
+pub fn faces(
+    plan: &Plan,
+    bands: &[Band],
+    columns: &Columns,
+    facets: &Facets,
+    tolerance: &Tolerance,
+    work: &Job<'_>,
+) -> Result<Vec<Face>, Stopped> {
+    let (coplanar, seal) = (tolerance.coplanar, tolerance.seal);
     let of_band = |k: usize| {
         let grid = WallGrid::new(facets, &bands[k].wall_facets);
-        let around = Around { plan, columns, facets, grid, coplanar, seal };
+        let around = Around { plan, columns, facets, grid, coplanar, seal, work };
         let mut out = around.faces(plan.bands[k].clone());
         if k + 1 < bands.len() {
             out.extend(around.between_bands([k, k + 1]));
         }
         out
     };
-    parallel::flat_map_range(0..bands.len(), of_band)
+    let found = parallel::flat_map_range(0..bands.len(), of_band);
+    work.go_on().map(|()| found)
 }
 
 /// What lies around the faces of a band.
@@ -100,6 +111,7 @@ struct Around<'a> {
     /// Metres, as in [`crate::tolerance::Tolerance`].
     coplanar: f64,
     seal: f64,
+    work: &'a Job<'a>,
 }
 
 /// What of an upright face lies where: its columns, its polygon, and how its coordinate runs.
@@ -116,6 +128,9 @@ impl Around<'_> {
     fn faces(&self, triangles: Range<usize>) -> Vec<Face> {
         let of_column = |t: usize| {
             let mut out = Vec::new();
+            if self.work.is_stopped() {
+                return out;
+            }
             self.cuts(t, &mut out);
             for e in 0..3 {
                 if let Some(n) = self.plan.neighbours[t][e]
@@ -147,7 +162,7 @@ impl Around<'_> {
             tree.in_box(&Aabb { min: flat(a), max: flat(b) }, &mut |i| above.push(plan.bands[high].start + i as usize));
             above.sort_unstable();
             let mut out = Vec::new();
-            for n in above {
+            for n in above.into_iter().filter(|_| !self.work.is_stopped()) {
                 let polygon = shared(corners(n), &corners(t));
                 let whole = area(&polygon);
                 // Thinner than what coverage takes away.

@@ -108,7 +108,7 @@ fn open_extent(f: &Face) -> (DVec2, DVec2) {
 /// The bottleneck of each face. What is open between two runs is one opening, over all the cuts between; openings of one wall that
 /// touch along it are one opening; where nothing frames it, it is as wide as the space around its middle, however short the
 /// edge of the triangulation that it lies on; but not in torn columns, where a vault may be open that isn't.
-pub(in crate::cells) fn bottlenecks(input: &Input<'_>, clearance: &Clearance<'_>, runs: &Runs) -> Vec<Bottleneck> {
+pub(in crate::cells) fn bottlenecks(input: &Input<'_>, clearance: &Clearance, runs: &Runs) -> Vec<Bottleneck> {
     let faces = input.complex.faces;
     let extents: Vec<(DVec2, DVec2)> = faces.iter().map(open_extent).collect();
     let mut found: Vec<Bottleneck> =
@@ -198,7 +198,7 @@ fn join_along_walls(input: &Input<'_>, extents: &[(DVec2, DVec2)], found: &mut [
 }
 
 /// As wide as the space around them, where nothing frames them.
-fn widen(input: &Input<'_>, clearance: &Clearance<'_>, found: &mut [Bottleneck]) {
+fn widen(input: &Input<'_>, clearance: &Clearance, found: &mut [Bottleneck]) {
     let Complex { plan, columns, facets, faces, .. } = input.complex;
     let whole = |piece: u32| !columns.torn[columns.of_piece(piece).0];
     parallel::for_each_mut(found, |i, bottleneck| {

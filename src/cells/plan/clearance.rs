@@ -1,24 +1,21 @@
 //! Clearance: how wide the space is around a point, as twice the way to the nearest wall that stands at its height.
 
 use crate::cells::complex::assemble::Complex;
-use crate::cells::complex::faces::Surface;
+use crate::cells::complex::faces::{Face, Surface};
+use crate::cells::locate::BoxTree;
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::space::Input;
 use crate::geom::Aabb;
 use crate::parallel;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 /// How far it is to the nearest wall.
-pub(in crate::cells) struct Clearance<'c> {
-    options: &'c PlanOptions,
+pub(in crate::cells) struct Clearance {
     walls: Vec<Standing>,
-    /// Walls by place in plan and by height, so that a tower's other storeys aren't looked at: those of cell `i` of the grid are
-    /// `of_cell[first[i]..first[i + 1]]`.
-    of_cell: Vec<u32>,
-    first: Vec<u32>,
-    low: [i64; 3],
-    size: [i64; 3],
-    cell: f64,
+    /// Boxes around them, with heights as the third coordinate.
+    tree: BoxTree,
+    /// Walls farther than this don't count, metres.
+    reach: f64,
 }
 
 /// A closed face on a wall.
@@ -27,109 +24,42 @@ struct Standing {
     heights: (f64, f64),
 }
 
-impl<'c> Clearance<'c> {
+impl Clearance {
     /// Enters the closed faces on walls.
-    pub(in crate::cells) fn new(input: &Input<'c>) -> Self {
+    pub(in crate::cells) fn new(input: &Input<'_>) -> Self {
         let (Complex { faces, facets, .. }, options) = (input.complex, input.options);
-        let (none, size) = (Vec::new(), [0; 3]);
-        let across = Aabb::of(facets.wall_facets.iter().flat_map(|f| f.corners)).size().max(DVec3::ZERO);
-        let cell = input.human.metre.max((across.x * across.z / options.most_grid_cells).sqrt());
-        let mut all = Self { options, walls: Vec::new(), of_cell: none.clone(), first: none, low: size, size, cell };
-        let mut places: Vec<([i64; 3], u32)> = Vec::new();
-        for f in *faces {
-            let Surface::Wall(w) = f.surface else {
-                continue;
-            };
-            if f.open_area > options.open_face * f.area {
-                continue;
-            }
-            let wall = &facets.walls[w as usize];
-            let (lo, hi) = extent(&f.polygon);
-            let ends = (wall.at(lo.x), wall.at(hi.x));
-            let steps = (ends.0.distance(ends.1) / (options.wall_step * all.cell)).ceil().max(1.0) as usize;
-            let mut cells: Vec<(i64, i64)> =
-                (0..=steps).map(|s| all.cell_of(ends.0.lerp(ends.1, s as f64 / steps as f64))).collect();
-            cells.dedup();
-            for (x, y) in cells {
-                places.extend(all.bins(lo.y, hi.y).map(|h| ([h, x, y], all.walls.len() as u32)));
-            }
-            all.walls.push(Standing { ends, heights: (lo.y, hi.y) });
-        }
-        all.sort(places);
-        all
-    }
-
-    /// Lays out the grid: which walls are in which of its cells.
-    fn sort(&mut self, mut places: Vec<([i64; 3], u32)>) {
-        if places.is_empty() {
-            return;
-        }
-        self.low = std::array::from_fn(|k| places.iter().map(|p| p.0[k]).min().unwrap_or_default());
-        self.size = std::array::from_fn(|k| places.iter().map(|p| p.0[k] - self.low[k] + 1).max().unwrap_or_default());
-        places.sort_unstable();
-        self.first = vec![0; (self.size[0] * self.size[1] * self.size[2]) as usize + 1];
-        for (place, wall) in places {
-            if let Some(i) = self.index(place) {
-                self.first[i + 1] += 1;
-                self.of_cell.push(wall);
-            }
-        }
-        for i in 1..self.first.len() {
-            self.first[i] += self.first[i - 1];
-        }
-    }
-
-    /// The number of a cell of the grid, in the order of its place.
-    fn index(&self, place: [i64; 3]) -> Option<usize> {
-        let at: [i64; 3] = std::array::from_fn(|k| place[k] - self.low[k]);
-        let inside = (0..3).all(|k| (0..self.size[k]).contains(&at[k]));
-        inside.then(|| ((at[0] * self.size[1] + at[1]) * self.size[2] + at[2]) as usize)
-    }
-
-    /// The walls of a cell of the grid.
-    fn walls_at(&self, place: [i64; 3]) -> &[u32] {
-        self.index(place).map_or(&[], |i| &self.of_cell[self.first[i] as usize..self.first[i + 1] as usize])
-    }
-
-    fn cell_of(&self, q: DVec2) -> (i64, i64) {
-        let c = (q / self.cell).floor();
-        (c.x as i64, c.y as i64)
-    }
-
-    /// The parts of the grid between two heights.
-    fn bins(&self, low: f64, high: f64) -> std::ops::RangeInclusive<i64> {
-        let bin = |y: f64| (y / (self.options.bin_height * self.cell)).floor() as i64;
-        bin(low)..=bin(high)
+        let standing = |f: &Face| {
+            let Surface::Wall(w) = f.surface else { return None };
+            let (wall, (lo, hi)) = (&facets.walls[w as usize], extent(&f.polygon));
+            let is_closed = f.open_area <= options.open_face * f.area;
+            is_closed.then(|| Standing { ends: (wall.at(lo.x), wall.at(hi.x)), heights: (lo.y, hi.y) })
+        };
+        let walls: Vec<Standing> = faces.iter().filter_map(standing).collect();
+        let around = |&Standing { ends: (a, b), heights }: &Standing| Aabb {
+            min: a.min(b).extend(heights.0),
+            max: a.max(b).extend(heights.1),
+        };
+        let boxes: Vec<Aabb> = walls.iter().map(around).collect();
+        let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+        Self { walls, tree, reach: input.human.metres(options.clearance_reach) }
     }
 
     /// Metres from a point of the plan to the nearest wall that stands between two heights.
     pub(in crate::cells) fn at(&self, q: DVec2, low: f64, high: f64) -> f64 {
-        let (cx, cy) = self.cell_of(q);
-        let far = self.options.clearance_reach as i64;
-        // A wall entered `ring` cells away is nearer by a cell at most, and by a step along it.
-        let nearer = 1.0 + self.options.wall_step;
-        let mut best = far as f64 * self.cell;
-        for ring in 0..=far {
-            if (ring as f64 - nearer) * self.cell > best {
-                break;
+        let to_box = |b: &Aabb| {
+            let is_beside = b.min.z < high && low < b.max.z;
+            if is_beside { q.distance(q.clamp(b.min.truncate(), b.max.truncate())) } else { f64::INFINITY }
+        };
+        let to_wall = |w: u32| {
+            let w = &self.walls[w as usize];
+            if w.heights.0 >= high || low >= w.heights.1 {
+                return f64::INFINITY;
             }
-            for x in cx - ring..=cx + ring {
-                let step = if (x - cx).abs() == ring { 1 } else { (2 * ring).max(1) };
-                let mut y = cy - ring;
-                while y <= cy + ring {
-                    for &w in self.bins(low, high).flat_map(|h| self.walls_at([h, x, y])) {
-                        let w = &self.walls[w as usize];
-                        if w.heights.0 < high && low < w.heights.1 {
-                            let (a, d) = (w.ends.0, w.ends.1 - w.ends.0);
-                            let t = ((q - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-                            best = best.min(q.distance(a + d * t));
-                        }
-                    }
-                    y += step;
-                }
-            }
-        }
-        best
+            let (a, d) = (w.ends.0, w.ends.1 - w.ends.0);
+            let t = ((q - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            q.distance(a + d * t)
+        };
+        self.tree.least(self.reach, &to_box, &to_wall)
     }
 }
 
@@ -146,7 +76,7 @@ pub(in crate::cells) fn extent(polygon: &[DVec2]) -> (DVec2, DVec2) {
 
 /// For each piece, how wide the space around its middle is, metres: twice the way to the nearest wall that stands at its height,
 /// at most some times its own height.
-pub(in crate::cells) fn widths(input: &Input<'_>, clearance: &Clearance<'_>) -> Vec<f64> {
+pub(in crate::cells) fn widths(input: &Input<'_>, clearance: &Clearance) -> Vec<f64> {
     let (Complex { plan, columns, .. }, options) = (input.complex, input.options);
     parallel::map_range(0..columns.pieces(), |p| {
         let (column, _) = columns.of_piece(p as u32);

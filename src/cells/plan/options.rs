@@ -113,17 +113,9 @@ thresholds! {
 
     // Clearance.
 
-    /// Count of cells of the grid. Walls farther than this don't count. Larger: time, and halls differ in width where all are wide.
-    /// Smaller: halls count as narrow as the reach, and wide passages part nothing.
-    clearance_reach: usize = 8, in 2 to 64;
-    /// Count. About as many cells of the grid at most, in plan. Fewer: in a campus a cell holds walls by the hundred. More: memory.
-    most_grid_cells: f64 = 262_144.0, in 1e3 to 1e8;
-    /// Share of a grid's cell. Walls are entered at points this far apart. Larger than 1: walls skip cells, and the clearance is too
-    /// large. Smaller: time.
-    wall_step: f64 = 0.5, in 0.05 to 1.0;
-    /// Count of cells of the grid. The grid's parts in height are as high as so many cells are wide. Larger: a tower's other storeys
-    /// are looked at. Smaller: a wall is entered many times.
-    bin_height: f64 = 4.0, in 0.5 to 32.0;
+    /// Metres. Walls farther than this don't count. Larger: time, and halls differ in width where all are wide. Smaller: halls count as narrow
+    /// as the reach, and wide passages part nothing.
+    clearance_reach: f64 = 8.0, in 2.0 to 64.0;
     /// Share of a height. Walls that stand only this near to the floor or the ceiling don't narrow what is there. Larger: only walls at
     /// half the height count. Smaller: a kerb narrows a room.
     grazed: f64 = 0.25, in 0.0 to 0.45;

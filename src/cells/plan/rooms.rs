@@ -43,7 +43,7 @@ pub(in crate::cells) fn label(input: &Input<'_>) -> Labels {
 }
 
 /// What each piece is by itself. Pieces that touch the rim of the domain are the outside.
-fn measure(input: &Input<'_>, clearance: &Clearance<'_>) -> Pieces {
+fn measure(input: &Input<'_>, clearance: &Clearance) -> Pieces {
     let Complex { plan, columns, .. } = input.complex;
     let mut rim = Vec::with_capacity(columns.pieces());
     for (t, slices) in columns.slices.iter().enumerate() {

@@ -23,10 +23,11 @@ mod watershed;
 
 use super::bsp::graph::{cells, portals};
 use super::bsp::planes::{main_axis, opaque_structure};
-use super::bsp::{adjacency, pieces, tree};
+use super::bsp::{adjacency, bounded, pieces};
 use super::scale::HumanScale;
-use super::{CellGraph, Strategy};
+use super::{CellGraph, SplitOptions, Strategy};
 use crate::geom::newell;
+use crate::job::{Job, Stopped};
 use crate::scene::Scene;
 use glam::DVec3;
 use grid::Grid;
@@ -45,47 +46,58 @@ const FINEST: f64 = 0.1;
 const VOXELS_ALONG: f64 = 300.0;
 
 /// Splits a scene; `voxel` in metres, `None` takes what fits.
-pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reason: String) -> CellGraph {
+pub(super) fn volume(
+    scene: &Scene,
+    human: HumanScale,
+    options: &SplitOptions,
+    reason: String,
+    work: &Job<'_>,
+) -> Result<CellGraph, Stopped> {
     let tolerance = scene.tolerance();
     let bounds = scene.bounds();
     let triangles: Vec<[DVec3; 3]> = opaque_structure(scene).collect();
     let fitting = (bounds.diagonal() / VOXELS_ALONG).clamp(FINEST * human.metre, VOXEL * human.metre);
     let size = bounds.size() / grid::SIDE as f64;
     let affordable = (size.x.max(1e-9) * size.y.max(1e-9) * size.z.max(1e-9) / MOST_BRICKS).cbrt();
-    let voxel = voxel.unwrap_or(fitting).max(affordable).max(bounds.diagonal() * 1e-5);
+    let voxel = options.voxel.unwrap_or(fitting).max(affordable).max(bounds.diagonal() * 1e-5);
 
     // 1. Voxels, their distances, their regions.
     let grid = Grid::new(&triangles, main_axis(&triangles), voxel);
+    work.go_on()?;
     let (labels, regions) = watershed::watershed(&grid, human, &|visit| fronts(&triangles, &grid, visit));
     // 2. What parts space, and where regions meet.
-    let shell = shell::shell(&triangles, &grid, &labels, tolerance.coplanar);
-    let fitter = Fitter::new(&shell, &grid);
-    let ridges = fitter.ridges(&grid, &labels);
-    // 3. The leaves and their labels.
+    work.go_on()?;
+    let mut shell = shell::shell(&triangles, &grid, &labels, tolerance.coplanar);
     let domain = human.domain(bounds);
     let axes = DVec3::AXES.map(|a| grid.frame.direction(a));
-    let mut bsp = tree::bsp(&shell, domain, axes, tolerance.coplanar, None);
+    let limits = bounded::limits(triangles.len(), options.memory, work);
+    let mut bsp = bounded::tree(&mut shell, domain, axes, tolerance.coplanar, None, &limits)?;
+    let fitter = Fitter::new(&shell, &grid);
+    let ridges = fitter.ridges(&grid, &labels);
+    work.go_on()?;
+    // 3. The leaves and their labels.
     leaf_labels::cut_along(&mut bsp, &ridges, |_, _| ());
     leaf_labels::refine(&mut bsp, &grid, &labels, &ridges);
     let counts = leaf_labels::counts(&bsp, &grid, &labels);
-    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance);
+    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance, work)?;
     let outside = regions.iter().position(|r| r.outside).map(|r| r as u32);
     let Owners { leaves: mut of_leaf, beyond } = leaf_labels::assign(&bsp, &counts, &contacts, outside, tolerance.coplanar);
     ridges::straighten(&bsp, &contacts, &ridges, &mut of_leaf);
     leaf_labels::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
+    work.go_on()?;
     // Once more, along planes through what is ragged still.
     let ragged = fitter.between_leaves(&bsp, &contacts, &of_leaf);
     leaf_labels::cut_along(&mut bsp, &ragged, |leaf, _| of_leaf.push(of_leaf[leaf as usize]));
     let counts = leaf_labels::counts(&bsp, &grid, &labels);
-    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance);
+    let contacts = adjacency::contacts(&bsp, axes[0], &tolerance, work)?;
     ridges::straighten(&bsp, &contacts, &ragged, &mut of_leaf);
     leaf_labels::smooth(&bsp, &counts, &contacts, voxel * voxel, &mut of_leaf);
     pieces::fill(&contacts, &bsp, &mut of_leaf);
     // 4. The graph.
-    let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar);
+    let pieces = pieces::pieces(&bsp, &contacts, &of_leaf, regions.len(), 0.1 * tolerance.coplanar, work)?;
     let (cells, number) = cells(pieces, beyond, domain);
     let of_leaf: Vec<Option<u32>> = of_leaf.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
-    let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal);
+    let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal, work)?;
     let count = cells.iter().map(|c| c.pieces.len()).sum::<usize>();
     let mut notes = vec![
         format!("voxels of {voxel:.3} m: {} bricks, {} of them touched by surfaces", grid.len(), grid.occupied.len()),
@@ -102,8 +114,9 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
             ragged.len()
         ),
     ];
+    notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
-    CellGraph {
+    Ok(CellGraph {
         strategy: Strategy::Volume,
         reason,
         cells,
@@ -111,7 +124,7 @@ pub(super) fn volume(scene: &Scene, human: HumanScale, voxel: Option<f64>, reaso
         smallest_hole: adjacency::smallest_hole(&tolerance),
         closed_holes: Vec::new(),
         notes,
-    }
+    })
 }
 
 /// Visits points a little off both sides of triangles, in voxels, with the area that shows them its front, and its back.

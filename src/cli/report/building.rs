@@ -58,7 +58,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let since = Instant::now();
     let graph = match args.scene.given(&args.input, &scene)? {
         Some(graph) => graph,
-        None => find_cells(&scene, &args.scene.split()).map_err(|e| at(&args.input, e))?,
+        None => find_cells(&scene, &args.scene.split(), &Job::new(&progress)).map_err(|e| at(&args.input, e))?,
     };
     let cells_seconds = since.elapsed().as_secs_f64();
 

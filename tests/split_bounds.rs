@@ -1,0 +1,155 @@
+//! A split takes time and memory by the size of its input: beyond that its cells are coarser, and it says so. It can be stopped anywhere.
+
+use enfilade::bake::{BakeError, BakeOptions, bake, find_cells};
+use enfilade::cells::validate::structure;
+use enfilade::cells::{CellGraph, SplitError, SplitOptions, Strategy, split};
+use enfilade::job::{Job, Stopped};
+use enfilade::scene::{Role, Scene};
+use glam::DVec3;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::Duration;
+use testing::meshes::{cuboid, scene, soup};
+use testing::random::Random;
+
+/// Long triangles through one another in a box of 12 m, each in a plane of its own: `count` of them cut space into many more leaves.
+fn splinters(count: usize) -> Scene {
+    let mut random = Random::new(1);
+    let mut point = |low: f64, high: f64| DVec3::from_array(std::array::from_fn(|_| random.real(low, high)));
+    let triangles: Vec<[DVec3; 3]> = (0..count)
+        .map(|_| {
+            let (from, along) = (point(0.0, 12.0), point(-8.0, 8.0));
+            [from, from + along, from + 0.5 * along + point(-0.3, 0.3)]
+        })
+        .collect();
+    scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
+}
+
+/// Level triangles of 4 to 12 m one above the other in 60 m: over each place in plan are half of them, so that pieces grow with the square
+/// of their number, and more: every edge is a line of the plan.
+fn leaves_of_paper(count: usize) -> Scene {
+    let mut random = Random::new(2);
+    let triangles: Vec<[DVec3; 3]> = (0..count)
+        .map(|i| {
+            let at = |random: &mut Random| {
+                DVec3::new(random.real(0.0, 12.0), 60.0 * i as f64 / count as f64, random.real(0.0, 12.0))
+            };
+            [at(&mut random), at(&mut random), at(&mut random)]
+        })
+        .collect();
+    scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
+}
+
+/// Two rooms with a doorway.
+fn house() -> Scene {
+    let walls = [
+        ([-0.2, -0.2, -0.2], [8.4, 0., 5.2]),
+        ([-0.2, 2.8, -0.2], [8.4, 3., 5.2]),
+        ([-0.2, 0., -0.2], [0., 2.8, 5.2]),
+        ([8.2, 0., -0.2], [8.4, 2.8, 5.2]),
+        ([0., 0., -0.2], [8.2, 2.8, 0.]),
+        ([0., 0., 5.], [8.2, 2.8, 5.2]),
+        ([4., 0., 0.], [4.2, 2.8, 2.]),
+        ([4., 0., 2.9], [4.2, 2.8, 5.]),
+        ([4., 2.1, 2.], [4.2, 2.8, 2.9]),
+    ];
+    let part = |(i, (min, max)): (usize, &([f64; 3], [f64; 3]))| {
+        soup(&format!("part {i}"), Role::Structure, true, &cuboid((*min).into(), (*max).into()))
+    };
+    scene(walls.iter().enumerate().map(part))
+}
+
+fn by(strategy: Strategy, memory: u64) -> SplitOptions {
+    SplitOptions { strategy: Some(strategy), memory, ..SplitOptions::default() }
+}
+
+fn pieces(graph: &CellGraph) -> usize {
+    graph.cells.iter().map(|cell| cell.pieces.len()).sum()
+}
+
+fn says_bound(graph: &CellGraph) -> bool {
+    graph.notes.iter().any(|note| note.starts_with("bound: "))
+}
+
+/// On one thread and on two.
+fn on_threads(scene: &Scene, options: &SplitOptions) -> CellGraph {
+    let [one, two] = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| split(scene, options).unwrap())
+    });
+    assert_eq!(one, two);
+    one
+}
+
+#[test]
+fn a_soup_is_split_as_far_as_its_size_allows_and_says_so() {
+    // Without memory it gets the least that any scene gets: 20,000 leaves in a tree, 50,000 pieces over a plan.
+    for (soup, strategy, most) in [(splinters(1500), Strategy::Bsp, 20_000), (leaves_of_paper(200), Strategy::Plan, 50_000)]
+    {
+        let bounded = on_threads(&soup, &by(strategy, 0));
+        assert!(says_bound(&bounded), "{strategy:?}: {:?}", bounded.notes);
+        // Six pieces are around the model.
+        let (cells, portals, pieces) = (bounded.cells.len(), bounded.portals.len(), pieces(&bounded));
+        assert!(pieces <= most + 6, "{strategy:?}: {pieces} pieces");
+        assert!(portals <= most, "{strategy:?}: {portals} portals between {cells} cells");
+        assert_eq!(structure(&bounded, soup.tolerance().coplanar), []);
+    }
+}
+
+#[test]
+fn what_fits_is_split_as_before_and_says_nothing() {
+    let house = house();
+    for strategy in [Strategy::Bsp, Strategy::Plan, Strategy::Volume] {
+        let [none, much] = [0, 1 << 40].map(|memory| split(&house, &by(strategy, memory)).unwrap());
+        assert!(none == much && !says_bound(&none), "{strategy:?}: {:?}", none.notes);
+        assert!(none.cells.len() > 1, "{strategy:?}: {} cells", none.cells.len());
+    }
+}
+
+#[test]
+fn tiles_of_any_size_may_be_asked_for() {
+    // A thousandth of a millimetre: 10^21 tiles.
+    let options = SplitOptions { smallest_occluder: Some(1e-6), ..by(Strategy::Bsp, 0) };
+    let graph = split(&house(), &options).unwrap();
+    assert!(pieces(&graph) <= 20_006, "{} pieces", pieces(&graph));
+}
+
+#[test]
+fn a_split_that_is_stopped_makes_nothing() {
+    let (soup, stop) = (splinters(300), AtomicBool::new(true));
+    let work = Job::new(&|_, _| ()).until(&stop);
+    for strategy in [None, Some(Strategy::Bsp), Some(Strategy::Plan), Some(Strategy::Volume)] {
+        let found = find_cells(&soup, &SplitOptions { strategy, ..SplitOptions::default() }, &work);
+        assert_eq!(found, Err(SplitError::Stopped(Stopped)), "{strategy:?}");
+    }
+    assert!(matches!(bake(&soup, BakeOptions::default(), &work), Err(BakeError::Stopped(_))));
+}
+
+/// What loops have cut short is never taken for a result, wherever they were.
+#[test]
+fn a_split_is_whole_or_not_at_all() {
+    let soup = splinters(400);
+    for strategy in [Strategy::Bsp, Strategy::Plan] {
+        let options = by(strategy, 1 << 30);
+        let whole = split(&soup, &options).unwrap();
+        let (mut stops, mut after) = (0, Duration::from_micros(500));
+        loop {
+            let stop = AtomicBool::new(false);
+            let found = std::thread::scope(|threads| {
+                threads.spawn(|| {
+                    std::thread::sleep(after);
+                    stop.store(true, Relaxed);
+                });
+                find_cells(&soup, &options, &Job::new(&|_, _| ()).until(&stop))
+            });
+            match found {
+                Err(error) => assert_eq!(error, SplitError::Stopped(Stopped)),
+                Ok(graph) => {
+                    assert!(graph == whole, "{strategy:?}: another graph after {after:?}");
+                    break;
+                }
+            }
+            (stops, after) = (stops + 1, after * 3 / 2);
+        }
+        assert!(stops > 2, "{strategy:?}: stopped {stops} times");
+    }
+}
