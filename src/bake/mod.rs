@@ -9,7 +9,7 @@ pub use unbaked::unbaked;
 
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::cells::{small_holes, split, split_beside, undivided};
+use crate::cells::{single, small_holes, split, split_beside, undivided};
 use crate::file::PvsFile;
 use crate::job::{Digest, Job, Stopped};
 use crate::pvs::clusters;
@@ -180,6 +180,9 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     }
     let in_parts = |graph: &CellGraph| pvs::flow::parts_bytes(graph, scene.tolerance().coplanar);
     let mut cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2, in_parts);
+    single::round(&mut graph, scene.bounds().diagonal(), scene.tolerance().coplanar);
+    let nb = crate::cells::validate::structure(&graph, scene.tolerance().coplanar.max(1e-9));
+    eprintln!("FAULTS {:?}", nb.iter().take(5).collect::<Vec<_>>());
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();

@@ -1,6 +1,6 @@
 //! Is a cell graph what it says it is: ids, windings, pieces, and sealed.
 
-use super::{CellGraph, Locator, Piece, Stretch, polyhedron};
+use super::{CellGraph, Locator, Piece, Portal, Stretch, polyhedron};
 use crate::cells::complex::polygon::convex_hull;
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, area, clip, middle, newell};
@@ -90,7 +90,7 @@ pub fn structure(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
     }
     let pieces = Pieces::new(graph);
     let judged =
-        |i: usize| (sound[i] && !between(graph, &pieces, i, tolerance)).then_some(Fault::NotBetween(PortalId(i as u32)));
+        |i: usize| (sound[i] && !between(&graph.portals[i], &pieces, tolerance)).then_some(Fault::NotBetween(PortalId(i as u32)));
     faults.extend(parallel::flat_map_range(0..graph.portals.len(), judged));
     linked.link();
     let pairs = graph.cells.iter().zip(&linked.cells).enumerate();
@@ -178,8 +178,7 @@ fn overlaps(all: &Pieces<'_>, tolerance: f64) -> Vec<Fault> {
 ///
 /// Each piece is cut to what lies over the winding, no farther from its plane than the tolerance. A piece is on the side that
 /// more of that lies on, however thin it is, and what it covers of the winding is the shadow of that.
-fn between(graph: &CellGraph, pieces: &Pieces<'_>, portal: usize, tolerance: f64) -> bool {
-    let portal = &graph.portals[portal];
+fn between(portal: &Portal, pieces: &Pieces<'_>, tolerance: f64) -> bool {
     let (w, plane) = (&portal.winding, portal.plane);
     let (u, v) = plane.n.any_orthonormal_pair();
     let edges = (0..w.len()).map(|i| (w[i], w[(i + 1) % w.len()] - w[i]));
@@ -207,6 +206,16 @@ fn between(graph: &CellGraph, pieces: &Pieces<'_>, portal: usize, tolerance: f64
     let [a, b] = &shadows;
     let shared: f64 = a.iter().flat_map(|a| b.iter().map(|b| shared_area(a, b))).sum();
     shared >= TOUCHING * area(w).min(tolerance * perimeter)
+}
+
+/// Whether each portal lies between its two cells as it is turned, and whether it would the other way round; `tolerance` in metres,
+/// for each.
+pub(super) fn lie_between(graph: &CellGraph, tolerance: impl Fn(&Portal) -> f64 + Sync) -> Vec<[bool; 2]> {
+    let pieces = Pieces::new(graph);
+    parallel::map(&graph.portals, |portal| {
+        let turned = portal.clone().turned();
+        [portal, &turned].map(|portal| between(portal, &pieces, tolerance(portal)))
+    })
 }
 
 /// The area that two convex polygons share, both counter-clockwise.
@@ -376,7 +385,7 @@ fn direction(random: &mut SplitMix) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{Cell, Portal, PortalKind, PortalState};
+    use crate::cells::{Cell, PortalKind, PortalState};
 
     fn block(min: DVec3, max: DVec3) -> Piece {
         let planes = DVec3::AXES.map(|n| [Plane { n, d: n.dot(max) }, Plane { n: -n, d: -n.dot(min) }]);
