@@ -385,6 +385,8 @@ fn faults_of_structure_are_named() {
         damage(&mut file);
         let report = check(&file, &scene, &CheckOptions { rays: 100, views: 0, ..RAYS }).unwrap();
         assert_eq!(report.structure.count, report.structure.faults.len());
+        // A fault fails the check, whatever the rays find.
+        assert!(report.structure.count == 0 || !report.passed);
         report.structure.faults
     };
     assert!(faults(&|_| ()).is_empty());
@@ -400,6 +402,17 @@ fn faults_of_structure_are_named() {
         f.portals[0].plane.w += 1.0;
     };
     assert_eq!(kinds(&aside), [FaultKind::NotBetween]);
+    // A portal may be larger than its opening, and moved until all but a strip of it lies beside the rooms: still no fault. Beside them
+    // altogether, it is one.
+    let beside = |by: f32| move |f: &mut PvsFile| f.portals[0].winding.iter_mut().for_each(|p| p.y += by);
+    let [low, high] = {
+        let ys = || file(&scene).portals[0].winding.iter().map(|p| p.y).collect::<Vec<_>>();
+        [ys().into_iter().fold(f32::MAX, f32::min), ys().into_iter().fold(f32::MIN, f32::max)]
+    };
+    let top = file(&scene).cells[0].pieces.iter().flatten().filter(|p| p.y > 0.5).map(|p| p.w).fold(f32::MIN, f32::max);
+    assert!(high - low > 0.5 && top >= high - 0.001, "{low} {high} {top}");
+    assert_eq!(kinds(&beside(top - low - 2e-6)), []);
+    assert_eq!(kinds(&beside(top - low + 0.01)), [FaultKind::NotBetween]);
     // The second room's first piece reaches half a metre into the first room.
     let found = faults(&|f| f.cells[1].pieces[0] = piece(&scene, v(3.5, 0.0, 0.0), v(6.0, 3.0, 4.0)));
     let overlap = found.iter().find(|f| f.fault == FaultKind::Overlap).expect("named");

@@ -180,9 +180,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     }
     let in_parts = |graph: &CellGraph| pvs::flow::parts_bytes(graph, scene.tolerance().coplanar);
     let mut cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2, in_parts);
+    // So that rows are of what the file will hold.
     single::round(&mut graph, scene.bounds().diagonal(), scene.tolerance().coplanar);
-    let nb = crate::cells::validate::structure(&graph, scene.tolerance().coplanar.max(1e-9));
-    eprintln!("FAULTS {:?}", nb.iter().take(5).collect::<Vec<_>>());
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();

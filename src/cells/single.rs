@@ -54,10 +54,6 @@ pub fn round(graph: &mut CellGraph, extent: f64, eps: f64) {
         }
         held
     });
-    let before: usize = graph.cells.iter().map(|c| c.pieces.len()).sum();
-    let flat = graph.cells.iter().filter(|c| c.pieces.iter().all(|p| Piece::new(p.planes.iter().map(|p| grid.plane(p)).collect(), eps).is_none())).count();
-    let after: usize = pieces.iter().map(|p: &Vec<Piece>| p.len()).sum();
-    eprintln!("ROUND pieces {before} -> {after}, flat cells {flat}");
     graph.cells.iter_mut().zip(pieces).for_each(|(cell, pieces)| cell.pieces = pieces);
     for portal in &mut graph.portals {
         portal.plane = grid.plane(&portal.plane);

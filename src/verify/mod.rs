@@ -28,7 +28,7 @@
 //! `smallest_hole` of a piece's boundary count as inside, and portals are grown by as much. Pixels of views are counted as they are,
 //! cracks included.
 //!
-//! [`CheckReport::passed`] is false where a segment or a row of a [`Guarantee::Conservative`] file is violated. The rows of a
+//! [`CheckReport::passed`] is false where the structure has a fault, or where a segment or a row of a [`Guarantee::Conservative`] file is violated. The rows of a
 //! [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is missed. A pass
 //! is not a proof: it says that so many random rays found nothing.
 
@@ -249,6 +249,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     let segments: Vec<Example> = tally.examples.iter().filter(|e| e.violation == Violation::Segment).cloned().collect();
     let leaks = options.leaks.then(|| leaks::find(file, scene, &cells, &tracer, &segments));
     // 6. What it comes to.
+    let is_whole = structure.count == 0;
     let rows_kept = tally.pairs.is_empty() && tally.cell_pairs.is_empty();
     Ok(CheckReport {
         guarantee: file.guarantee,
@@ -270,6 +271,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         seconds: start.elapsed().as_secs_f64(),
         passed: tally.missed_segments == 0
             && tally.placements.is_empty()
+            && is_whole
             && (rows_kept || file.guarantee == Guarantee::Sampled),
     })
 }

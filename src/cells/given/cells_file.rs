@@ -108,7 +108,8 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
     let portals =
         file.portals.into_iter().enumerate().map(|(i, p)| reader.portal(i, p, cells.len())).collect::<Result<_, _>>()?;
     let holes = file.closed_holes.iter().enumerate();
-    let closed_holes = holes.map(|(i, hole)| reader.winding(&format!("closed_holes[{i}]"), hole)).collect::<Result<_, _>>()?;
+    let closed_holes =
+        holes.map(|(i, hole)| reader.winding(&format!("closed_holes[{i}]"), hole)).collect::<Result<_, _>>()?;
     let smallest_hole = reader.smallest_hole(file.smallest_hole)?;
     let (strategy, reason, notes) = (Strategy::Given, "cells and portals were given".into(), Vec::new());
     let mut graph = CellGraph { strategy, reason, cells, portals, smallest_hole, closed_holes, notes };
@@ -218,7 +219,8 @@ impl Reader {
             Some(metres) if !(0.0..=MAX_COORDINATE).contains(&metres) => {
                 Err(GivenError::at("smallest_hole".into(), format!("{metres}; give metres, 0 or more")))
             }
-            given => Ok(given.unwrap_or(least).max(least)),
+            // As the tolerance of a model that has gone through a file is, to within its rounding.
+            given => Ok(given.filter(|metres| *metres >= least * (1.0 - 1e-6)).unwrap_or(least)),
         }
     }
 
@@ -285,34 +287,51 @@ impl Reader {
             return error(format!("{} corners; give 3 at least", winding.len()));
         }
         match winding.iter().position(|&p| plane.distance(p).abs() > self.tolerance.coplanar) {
-            Some(k) => error(format!("corner {k} is {:.6} m off {whose}; split the portal", plane.distance(winding[k]).abs())),
+            Some(k) => {
+                error(format!("corner {k} is {:.6} m off {whose}; split the portal", plane.distance(winding[k]).abs()))
+            }
             None => Ok(()),
         }
     }
 
+    /// Every corner must turn left, as far as the longer of its edges tells: the direction of a short one is lost to rounding. All of
+    /// them together turn once round.
     fn convex(&self, field: &str, winding: &[DVec3], plane: &Plane) -> Result<(), GivenError> {
-        for (k, &a) in winding.iter().enumerate() {
-            let edge = winding[(k + 1) % winding.len()] - a;
-            let inwards = plane.n.cross(edge).normalize_or_zero();
-            if winding.iter().any(|&p| inwards.dot(p - a) < -self.tolerance.coplanar) {
+        let corner = |k: usize| winding[k % winding.len()];
+        let mut turn = 0.0;
+        for k in 0..winding.len() {
+            let (before, after) = (corner(k + 1) - corner(k), corner(k + 2) - corner(k + 1));
+            let left = before.cross(after).dot(plane.n);
+            if left < -self.tolerance.coplanar * before.length().max(after.length()) {
                 return Err(GivenError::at(field.to_owned(), format!("not convex at edge {k}; split the portal")));
             }
+            turn += left.atan2(before.dot(after));
+        }
+        if turn > 1.5 * std::f64::consts::TAU {
+            return Err(GivenError::at(
+                field.to_owned(),
+                "goes round more than once; give the corners in order around the portal",
+            ));
         }
         Ok(())
     }
 
     /// Turns portals that don't state their plane to lead from the first cell to the second; refuses what lies elsewhere.
     fn turn(&self, graph: &mut CellGraph, stated: &[bool]) -> Result<(), GivenError> {
-        // As far off as cells may be that someone wrote down to the millimetre.
-        let tolerance = |portal: &Portal| self.tolerance.clearance.max(1e-3 * area(&portal.winding).sqrt());
-        for (i, [as_is, turned]) in lie_between(graph, tolerance).into_iter().enumerate() {
+        // As near as planes are told apart, which is what slivers are told by; or as far off as cells may be that someone wrote down to the
+        // millimetre.
+        let coarse = |portal: &Portal| self.tolerance.clearance.max(1e-3 * area(&portal.winding).sqrt());
+        let fine = lie_between(graph, |_| self.tolerance.coplanar);
+        let found = fine.into_iter().zip(lie_between(graph, coarse));
+        for (i, [as_is, turned]) in found.map(|(a, b)| if a == [false; 2] { b } else { a }).enumerate() {
             let portal = &mut graph.portals[i];
             if as_is {
             } else if turned && !stated[i] {
                 *portal = portal.clone().turned();
             } else {
                 let [a, b] = portal.cells;
-                let what = if turned { "the plane's normal must lead from" } else { "the winding is not where it could lead from" };
+                let what =
+                    if turned { "the plane's normal must lead from" } else { "the winding is not where it could lead from" };
                 return Err(GivenError::at(format!("portals[{i}]"), format!("{what} cell {a} into cell {b}")));
             }
         }
@@ -414,11 +433,27 @@ mod tests {
             (rooms("[[1000, 0, 0], [1000, 1, 0], [1000, 2, 0]]"), "portals[0].winding: no area"),
             (rooms(&DOOR.replace("[1000, 2, 0.5]", "[1000.1, 2, 0.5]")), "off the plane"),
             (rooms("[[1000,0,0], [1000,2,0], [1000,0.5,0.5], [1000,0,2]]"), "not convex"),
+            // A star of five points, which turns left everywhere.
+            (
+                rooms("[[1000,2,0], [1000,1,0.5], [1000,1.6,-0.5], [1000,1.6,0.5], [1000,1,-0.5]]"),
+                "goes round more than once",
+            ),
+            (
+                rooms(&format!(r#"{DOOR}, "plane": [-1, 0, 0, -1000]"#)),
+                "portals[0]: the plane's normal must lead from cell 0",
+            ),
+            (
+                rooms(&format!(r#"{DOOR}, "plane": [1, 0, 0, 1001]"#)),
+                "portals[0].winding: corner 0 is 1.000000 m off the portal's",
+            ),
             (
                 rooms(DOOR).replace(r#""kind": "door""#, r#""state": {"shut": true}"#),
                 "portals[0].state: shut, but not closable",
             ),
-            (rooms(&DOOR.replace("1000", "1002")), "portals[0]: the winding's middle is not where cells 0 and 1 meet"),
+            (
+                rooms(&DOOR.replace("1000", "1002")),
+                "portals[0]: the winding is not where it could lead from cell 0 into cell 1",
+            ),
             (
                 r#"{"cells": [{"id": 0, "pieces": [{"planes": [[0, 0, 0, 1]]}]}]}"#.to_owned(),
                 "cells[0].pieces[0].planes[0]: no plane",
