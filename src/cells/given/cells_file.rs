@@ -15,7 +15,11 @@ use serde::Deserialize;
 /// A shorter normal has no direction that can be relied on.
 const LEAST_NORMAL: f64 = 1e-6;
 
-/// A unit vector that was rounded to `f32` is this near to length 1.
+/// Corners that go round once turn by one circle in all, and those that go round twice by two, to within rounding: this is between them.
+const BETWEEN_ROUNDS: f64 = 1.5 * std::f64::consts::TAU;
+
+/// A unit vector that was rounded to `f32` is this near to length 1. Larger: normals that aren't unit vectors are taken for it, and lengths
+/// are off. Smaller: what comes from a file is scaled, and rounds to other bits.
 const SINGLE_UNIT: f64 = 2.0 * f32::EPSILON as f64;
 
 /// Why a cells file can't be used. One line; the command line puts the path before it.
@@ -307,7 +311,7 @@ impl Reader {
             }
             turn += left.atan2(before.dot(after));
         }
-        if turn > 1.5 * std::f64::consts::TAU {
+        if turn > BETWEEN_ROUNDS {
             return Err(GivenError::at(
                 field.to_owned(),
                 "goes round more than once; give the corners in order around the portal",
