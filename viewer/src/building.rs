@@ -155,7 +155,7 @@ impl Building {
             );
         }
         match file.save(to) {
-            Ok(()) => drop(journal.map(Journal::remove)),
+            Ok(()) => drop(journal.map(|journal| journal.remove())),
             Err(e) => eprintln!("{}: not kept: {e}", to.display()),
         }
         Ok(Self { scene: drawn, file, looks, author })
