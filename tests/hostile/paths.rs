@@ -29,13 +29,13 @@ impl World {
 
     fn obj(&self, library: &str) -> Scene {
         let path = self.root.join("model/x.obj");
-        let text = format!("mtllib {library}\nusemtl glass\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        let text = format!("mtllib {library}\nusemtl pale\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
         std::fs::write(&path, text).unwrap();
         import(&path, &ImportOptions::default()).unwrap()
     }
 }
 
-const GLASS: &str = "newmtl glass\nd 0.2\n";
+const GLASS: &str = "newmtl pale\nd 0.2\n";
 
 fn triangle() -> Vec<u8> {
     [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|x| x.to_le_bytes()).collect()
@@ -92,7 +92,7 @@ fn buffers_outside_of_the_models_folder_are_refused() {
 #[test]
 fn materials_outside_of_the_models_folder_are_not_read() {
     let world = World::new("obj");
-    // Read, a library shows: its glass is see-through.
+    // Read, a library shows: what is pale is see-through.
     assert!(!world.obj("sub/a.mtl").objects[0].opaque);
     for name in elsewhere(&world, "secret.mtl").iter().filter(|n| !n.is_empty() && !n.contains('%')) {
         let scene = world.obj(name);
