@@ -244,7 +244,6 @@ impl Serialize for Document<'_> {
         let mut map = s.serialize_map(None)?;
         map.serialize_entry("cells", &Each(&file.cells, cell))?;
         map.serialize_entry("portals", &Each(&file.portals, portal))?;
-        map.serialize_entry("strategy", &file.strategy)?;
         map.serialize_entry("smallest_hole", &file.smallest_hole)?;
         if !file.closed_holes.is_empty() {
             let hole = |_: usize, hole: &Vec<Vec3>| json!(corners(origin, hole));

@@ -15,9 +15,6 @@ use serde::Deserialize;
 /// A shorter normal has no direction that can be relied on.
 const LEAST_NORMAL: f64 = 1e-6;
 
-/// Numbers that differ by less than this share of them were one before they were written as decimals.
-const SAME: f64 = 1e-9;
-
 /// Corners that go round once turn by one circle in all, and those that go round twice by two, to within rounding: this is between them.
 const BETWEEN_ROUNDS: f64 = 1.5 * std::f64::consts::TAU;
 
@@ -58,7 +55,6 @@ struct GivenFile {
     cells: Vec<GivenCell>,
     #[serde(default)]
     portals: Vec<GivenPortal>,
-    strategy: Option<Strategy>,
     smallest_hole: Option<f64>,
     #[serde(default)]
     closed_holes: Vec<Vec<[f64; 3]>>,
@@ -119,8 +115,7 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
     let closed_holes =
         holes.map(|(i, hole)| reader.winding(&format!("closed_holes[{i}]"), hole)).collect::<Result<_, _>>()?;
     let smallest_hole = reader.smallest_hole(file.smallest_hole)?;
-    let (strategy, notes) = (file.strategy.unwrap_or(Strategy::Given), Vec::new());
-    let reason = "cells and portals were given".into();
+    let (strategy, reason, notes) = (Strategy::Given, "cells and portals were given".into(), Vec::new());
     let mut graph = CellGraph { strategy, reason, cells, portals, smallest_hole, closed_holes, notes };
     reader.turn(&mut graph, &stated)?;
     graph.link();
@@ -228,9 +223,8 @@ impl Reader {
             Some(metres) if !(0.0..=MAX_COORDINATE).contains(&metres) => {
                 Err(GivenError::at("smallest_hole".into(), format!("{metres}; give metres, 0 or more")))
             }
-            // What a dump says of it is the same to within how decimals are read.
-            Some(metres) if metres > least * (1.0 + SAME) => Ok(metres),
-            _ => Ok(least),
+            // As the tolerance of a model that has gone through a file is, to within its rounding.
+            given => Ok(given.filter(|metres| *metres >= least * (1.0 - 1e-6)).unwrap_or(least)),
         }
     }
 
