@@ -10,7 +10,7 @@ pub use unbaked::unbaked;
 
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::cells::{single, small_holes, split_beside, undivided};
+use crate::cells::{small_holes, split_beside, undivided};
 use crate::file::PvsFile;
 use crate::job::{Digest, Job, Stopped};
 use crate::pvs::clusters;
@@ -190,8 +190,6 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     }
     let in_parts = |graph: &CellGraph| pvs::flow::parts_bytes(graph, scene.tolerance().coplanar);
     let mut cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2, in_parts);
-    // So that rows are of what the file will hold.
-    single::round(&mut graph, scene.bounds().diagonal(), scene.tolerance().coplanar);
     let cells = start.elapsed().as_secs_f64();
     // 2. Both sides of what can be seen.
     let start = Instant::now();

@@ -20,7 +20,6 @@ mod placement;
 mod plan;
 mod polyhedron;
 mod scale;
-pub(crate) mod single;
 pub(crate) mod small_holes;
 mod split;
 pub mod validate;
@@ -99,15 +98,6 @@ pub struct Portal {
     pub state: PortalState,
     /// The author's id of the door or window, where there is one.
     pub source: Option<String>,
-}
-
-impl Portal {
-    /// With its plane and its winding turned round, between the same cells.
-    pub(crate) fn turned(mut self) -> Self {
-        self.plane = self.plane.flipped();
-        self.winding.reverse();
-        self
-    }
 }
 
 /// Cells and portals.

@@ -4,7 +4,7 @@
 //! where three planes meet inside all others, rays are where two planes meet in a direction that leaves none. Cubic times the
 //! number of planes, which for the pieces of cells is small ([`MAX_PLANES`]).
 
-use crate::geom::{Aabb, Plane, clip, middle};
+use crate::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 
 /// Most planes of a piece that anyone may give.
@@ -50,9 +50,6 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     if count == 0.0 {
         return None;
     }
-    if rays.is_empty() {
-        return bounded(planes, &corners.inflated(eps));
-    }
     let inside = sum / count + rays.iter().sum::<DVec3>();
     if planes.iter().any(|p| p.distance(inside) >= 0.0) {
         return None;
@@ -67,14 +64,6 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
         }
     }
     Some(corners)
-}
-
-/// As [`bounds`] for planes that leave nothing outside of `around`. Corners of slivers that only count as such, being within `eps` of
-/// every plane, may lie far from any that is one, and their mean in none of them: so the faces tell.
-fn bounded(planes: &[Plane], around: &Aabb) -> Option<Aabb> {
-    let corners: Vec<DVec3> = faces(planes, around).into_iter().flatten().collect();
-    let inside = middle(&corners);
-    (!corners.is_empty() && planes.iter().all(|p| p.distance(inside) < 0.0)).then(|| Aabb::of(corners))
 }
 
 /// The faces that the planes bound within a box: a polygon for each plane, then for each side of the box; empty where there is

@@ -4,7 +4,6 @@
 //! lie between their two cells. Whether the cells fit the model is for the validator that every strategy's graph goes through.
 
 use crate::CellId;
-use crate::cells::validate::lie_between;
 use crate::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, polyhedron};
 use crate::geom::{Aabb, Plane, area, middle, newell};
 use crate::scene::Scene;
@@ -14,13 +13,6 @@ use serde::Deserialize;
 
 /// A shorter normal has no direction that can be relied on.
 const LEAST_NORMAL: f64 = 1e-6;
-
-/// Corners that go round once turn by one circle in all, and those that go round twice by two, to within rounding: this is between them.
-const BETWEEN_ROUNDS: f64 = 1.5 * std::f64::consts::TAU;
-
-/// A unit vector that was rounded to `f32` is this near to length 1. Larger: normals that aren't unit vectors are taken for it, and lengths
-/// are off. Smaller: what comes from a file is scaled, and rounds to other bits.
-const SINGLE_UNIT: f64 = 2.0 * f32::EPSILON as f64;
 
 /// Why a cells file can't be used. One line; the command line puts the path before it.
 #[derive(Debug, thiserror::Error)]
@@ -55,9 +47,6 @@ struct GivenFile {
     cells: Vec<GivenCell>,
     #[serde(default)]
     portals: Vec<GivenPortal>,
-    smallest_hole: Option<f64>,
-    #[serde(default)]
-    closed_holes: Vec<Vec<[f64; 3]>>,
 }
 
 #[derive(Deserialize)]
@@ -83,7 +72,6 @@ pub(in crate::cells) struct GivenPiece {
 struct GivenPortal {
     id: Option<u32>,
     cells: [u32; 2],
-    plane: Option<[f64; 4]>,
     winding: Vec<[f64; 3]>,
     kind: Option<PortalKind>,
     state: Option<GivenState>,
@@ -108,16 +96,17 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
         return Err(GivenError::at("cells".into(), "none; give one cell at least"));
     }
     let cells = file.cells.into_iter().enumerate().map(|(i, c)| reader.cell(i, c)).collect::<Result<Vec<_>, _>>()?;
-    let stated: Vec<bool> = file.portals.iter().map(|p| p.plane.is_some()).collect();
     let portals =
-        file.portals.into_iter().enumerate().map(|(i, p)| reader.portal(i, p, cells.len())).collect::<Result<_, _>>()?;
-    let holes = file.closed_holes.iter().enumerate();
-    let closed_holes =
-        holes.map(|(i, hole)| reader.winding(&format!("closed_holes[{i}]"), hole)).collect::<Result<_, _>>()?;
-    let smallest_hole = reader.smallest_hole(file.smallest_hole)?;
-    let (strategy, reason, notes) = (Strategy::Given, "cells and portals were given".into(), Vec::new());
-    let mut graph = CellGraph { strategy, reason, cells, portals, smallest_hole, closed_holes, notes };
-    reader.turn(&mut graph, &stated)?;
+        file.portals.into_iter().enumerate().map(|(i, p)| reader.portal(i, p, &cells)).collect::<Result<_, _>>()?;
+    let mut graph = CellGraph {
+        strategy: Strategy::Given,
+        reason: "cells and portals were given".into(),
+        cells,
+        portals,
+        smallest_hole: reader.tolerance.smallest_hole(),
+        closed_holes: Vec::new(),
+        notes: Vec::new(),
+    };
     graph.link();
     Ok(graph)
 }
@@ -198,9 +187,8 @@ impl Reader {
         if !(length.is_finite() && length > LEAST_NORMAL && (d / length).abs() <= MAX_COORDINATE) {
             return Err(GivenError::at(field, "no plane; give [nx, ny, nz, d] with a normal of length 1"));
         }
-        // What `f32` makes of a unit vector stays as it is, so that what comes from a file comes back with the same bits.
-        let (n, d) = if (length - 1.0).abs() <= SINGLE_UNIT { (n, d) } else { (n / length, d / length) };
-        Ok(Plane { n, d: d - n.dot(self.origin) })
+        let n = n / length;
+        Ok(Plane { n, d: d / length - n.dot(self.origin) })
     }
 
     fn point(&self, field: &str, p: [f64; 3]) -> Result<DVec3, GivenError> {
@@ -211,41 +199,33 @@ impl Reader {
         Ok(p - self.origin)
     }
 
-    /// Corners of a polygon.
-    fn winding(&self, field: &str, corners: &[[f64; 3]]) -> Result<Vec<DVec3>, GivenError> {
-        corners.iter().enumerate().map(|(k, &p)| self.point(&format!("{field}[{k}]"), p)).collect()
-    }
-
-    /// Nothing below what the model's size allows.
-    fn smallest_hole(&self, given: Option<f64>) -> Result<f64, GivenError> {
-        let least = self.tolerance.smallest_hole();
-        match given {
-            Some(metres) if !(0.0..=MAX_COORDINATE).contains(&metres) => {
-                Err(GivenError::at("smallest_hole".into(), format!("{metres}; give metres, 0 or more")))
-            }
-            // As the tolerance of a model that has gone through a file is, to within its rounding.
-            given => Ok(given.filter(|metres| *metres >= least * (1.0 - 1e-6)).unwrap_or(least)),
-        }
-    }
-
-    fn portal(&self, i: usize, portal: GivenPortal, cells: usize) -> Result<Portal, GivenError> {
+    fn portal(&self, i: usize, portal: GivenPortal, cells: &[Cell]) -> Result<Portal, GivenError> {
         let field = format!("portals[{i}]");
         if let Some(id) = portal.id.filter(|&id| id as usize != i) {
             return Err(GivenError::at(format!("{field}.id"), format!("{id}; ids count up from 0, so give {i}")));
         }
-        if let Some(id) = portal.cells.iter().find(|&&id| id as usize >= cells) {
-            let what = format!("no cell {id}; ids end at {}", cells - 1);
+        if let Some(id) = portal.cells.iter().find(|&&id| id as usize >= cells.len()) {
+            let what = format!("no cell {id}; ids end at {}", cells.len() - 1);
             return Err(GivenError::at(format!("{field}.cells"), what));
         }
         if portal.cells[0] == portal.cells[1] {
             return Err(GivenError::at(format!("{field}.cells"), "a portal joins two different cells"));
         }
-        let mut winding = self.winding(&format!("{field}.winding"), &portal.winding)?;
-        let plane = match portal.plane {
-            Some(plane) => self.stated_plane(&field, plane, &mut winding)?,
-            None => self.winding_plane(&format!("{field}.winding"), &winding)?,
-        };
-        self.convex(&format!("{field}.winding"), &winding, &plane)?;
+        let mut winding = Vec::with_capacity(portal.winding.len());
+        for (k, &p) in portal.winding.iter().enumerate() {
+            winding.push(self.point(&format!("{field}.winding[{k}]"), p)?);
+        }
+        let mut plane = self.winding_plane(&format!("{field}.winding"), &winding)?;
+        let sides = portal.cells.map(|id| &cells[id as usize]);
+        if !self.leads(&winding, &plane, sides) {
+            if !self.leads(&winding, &plane.flipped(), sides) {
+                let [a, b] = portal.cells;
+                let what = format!("the winding's middle is not where cells {a} and {b} meet; move it there");
+                return Err(GivenError::at(field, what));
+            }
+            winding.reverse();
+            plane = plane.flipped();
+        }
         let kind = portal.kind.unwrap_or(PortalKind::Opening);
         let (given, usual) = (portal.state.unwrap_or_default(), PortalState::of_kind(kind));
         let state = PortalState {
@@ -263,90 +243,43 @@ impl Reader {
         Ok(Portal { cells: portal.cells.map(CellId), plane, winding, kind, state, source: portal.source })
     }
 
-    /// The plane that a portal states, its normal from the first cell into the second; turns the winding to run about it.
-    fn stated_plane(&self, field: &str, plane: [f64; 4], winding: &mut [DVec3]) -> Result<Plane, GivenError> {
-        let plane = self.plane(format!("{field}.plane"), plane)?;
-        self.planar(&format!("{field}.winding"), winding, &plane, "the portal's")?;
-        if winding.len() >= 3 && newell(&around(winding)).dot(plane.n) < 0.0 {
-            winding.reverse();
-        }
-        Ok(plane)
-    }
-
-    /// The plane of a winding.
+    /// The plane of a winding, which must be planar and convex.
     fn winding_plane(&self, field: &str, winding: &[DVec3]) -> Result<Plane, GivenError> {
-        let local = around(winding);
-        if winding.len() >= 3 && area(&local) <= self.tolerance.coplanar * Aabb::of(local.iter().copied()).diagonal() {
-            let what = "no area; give the corners in order around the portal";
-            return Err(GivenError::at(field.to_owned(), what));
-        }
-        let plane = Plane::through(middle(winding), newell(&local).normalize_or(DVec3::Y));
-        self.planar(field, winding, &plane, "the plane of the others")?;
-        Ok(plane)
-    }
-
-    fn planar(&self, field: &str, winding: &[DVec3], plane: &Plane, whose: &str) -> Result<(), GivenError> {
         let error = |what: String| Err(GivenError::at(field.to_owned(), what));
         if winding.len() < 3 {
             return error(format!("{} corners; give 3 at least", winding.len()));
         }
-        match winding.iter().position(|&p| plane.distance(p).abs() > self.tolerance.coplanar) {
-            Some(k) => {
-                error(format!("corner {k} is {:.6} m off {whose}; split the portal", plane.distance(winding[k]).abs()))
-            }
-            None => Ok(()),
+        let eps = self.tolerance.coplanar;
+        let centre = middle(winding);
+        let local: Vec<DVec3> = winding.iter().map(|&p| p - centre).collect();
+        if area(&local) <= eps * Aabb::of(local.iter().copied()).diagonal() {
+            return error("no area; give the corners in order around the portal".into());
         }
-    }
-
-    /// Every corner must turn left, as far as the longer of its edges tells: the direction of a short one is lost to rounding. All of
-    /// them together turn once round.
-    fn convex(&self, field: &str, winding: &[DVec3], plane: &Plane) -> Result<(), GivenError> {
-        let corner = |k: usize| winding[k % winding.len()];
-        let mut turn = 0.0;
-        for k in 0..winding.len() {
-            let (before, after) = (corner(k + 1) - corner(k), corner(k + 2) - corner(k + 1));
-            let left = before.cross(after).dot(plane.n);
-            if left < -self.tolerance.coplanar * before.length().max(after.length()) {
-                return Err(GivenError::at(field.to_owned(), format!("not convex at edge {k}; split the portal")));
-            }
-            turn += left.atan2(before.dot(after));
+        let plane = Plane::through(centre, newell(&local).normalize());
+        if let Some(k) = winding.iter().position(|&p| plane.distance(p).abs() > eps) {
+            let off = plane.distance(winding[k]).abs();
+            return error(format!("corner {k} is {off:.6} m off the plane of the others; split the portal"));
         }
-        if turn > BETWEEN_ROUNDS {
-            return Err(GivenError::at(
-                field.to_owned(),
-                "goes round more than once; give the corners in order around the portal",
-            ));
-        }
-        Ok(())
-    }
-
-    /// Turns portals that don't state their plane to lead from the first cell to the second; refuses what lies elsewhere.
-    fn turn(&self, graph: &mut CellGraph, stated: &[bool]) -> Result<(), GivenError> {
-        // As near as planes are told apart, which is what slivers are told by; or as far off as cells may be that someone wrote down to the
-        // millimetre.
-        let coarse = |portal: &Portal| self.tolerance.clearance.max(1e-3 * area(&portal.winding).sqrt());
-        let fine = lie_between(graph, |_| self.tolerance.coplanar);
-        let found = fine.into_iter().zip(lie_between(graph, coarse));
-        for (i, [as_is, turned]) in found.map(|(a, b)| if a == [false; 2] { b } else { a }).enumerate() {
-            let portal = &mut graph.portals[i];
-            if as_is {
-            } else if turned && !stated[i] {
-                *portal = portal.clone().turned();
-            } else {
-                let [a, b] = portal.cells;
-                let what =
-                    if turned { "the plane's normal must lead from" } else { "the winding is not where it could lead from" };
-                return Err(GivenError::at(format!("portals[{i}]"), format!("{what} cell {a} into cell {b}")));
+        for (k, &a) in local.iter().enumerate() {
+            let edge = local[(k + 1) % local.len()] - a;
+            let inwards = plane.n.cross(edge).normalize_or_zero();
+            if local.iter().any(|&p| inwards.dot(p - a) < -eps) {
+                return error(format!("not convex at edge {k}; split the portal"));
             }
         }
-        Ok(())
+        Ok(plane)
     }
-}
 
-/// A winding about its middle.
-fn around(winding: &[DVec3]) -> Vec<DVec3> {
-    let centre = middle(winding);
-    winding.iter().map(|&p| p - centre).collect()
+    /// Whether a step along the normal from the winding's middle is in the second cell, and a step back in the first.
+    fn leads(&self, winding: &[DVec3], plane: &Plane, [from, to]: [&Cell; 2]) -> bool {
+        let holds = |cell: &Cell, p| cell.pieces.iter().any(|piece| piece.contains(p, self.tolerance.clearance));
+        let centre = middle(winding);
+        // A step that is long beside `clearance` and short beside the cell; in a large room a longer one is safer.
+        let short = 4.0 * self.tolerance.clearance;
+        [short, short.max(1e-3 * area(winding).sqrt())]
+            .iter()
+            .any(|&step| holds(to, centre + plane.n * step) && holds(from, centre - plane.n * step))
+    }
 }
 
 #[cfg(test)]
@@ -438,27 +371,11 @@ mod tests {
             (rooms("[[1000, 0, 0], [1000, 1, 0], [1000, 2, 0]]"), "portals[0].winding: no area"),
             (rooms(&DOOR.replace("[1000, 2, 0.5]", "[1000.1, 2, 0.5]")), "off the plane"),
             (rooms("[[1000,0,0], [1000,2,0], [1000,0.5,0.5], [1000,0,2]]"), "not convex"),
-            // A star of five points, which turns left everywhere.
-            (
-                rooms("[[1000,2,0], [1000,1,0.5], [1000,1.6,-0.5], [1000,1.6,0.5], [1000,1,-0.5]]"),
-                "goes round more than once",
-            ),
-            (
-                rooms(&format!(r#"{DOOR}, "plane": [-1, 0, 0, -1000]"#)),
-                "portals[0]: the plane's normal must lead from cell 0",
-            ),
-            (
-                rooms(&format!(r#"{DOOR}, "plane": [1, 0, 0, 1001]"#)),
-                "portals[0].winding: corner 0 is 1.000000 m off the portal's",
-            ),
             (
                 rooms(DOOR).replace(r#""kind": "door""#, r#""state": {"shut": true}"#),
                 "portals[0].state: shut, but not closable",
             ),
-            (
-                rooms(&DOOR.replace("1000", "1002")),
-                "portals[0]: the winding is not where it could lead from cell 0 into cell 1",
-            ),
+            (rooms(&DOOR.replace("1000", "1002")), "portals[0]: the winding's middle is not where cells 0 and 1 meet"),
             (
                 r#"{"cells": [{"id": 0, "pieces": [{"planes": [[0, 0, 0, 1]]}]}]}"#.to_owned(),
                 "cells[0].pieces[0].planes[0]: no plane",
