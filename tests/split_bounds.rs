@@ -83,7 +83,7 @@ fn on_threads(scene: &Scene, options: &SplitOptions) -> CellGraph {
 #[test]
 fn a_soup_is_split_as_far_as_its_size_allows_and_says_so() {
     // Without memory it gets the least that any scene gets: 20,000 leaves in a tree, 50,000 pieces over a plan.
-    for (soup, strategy, most) in [(splinters(1500), Strategy::Bsp, 20_000), (leaves_of_paper(200), Strategy::Plan, 50_000)]
+    for (soup, strategy, most) in [(splinters(2500), Strategy::Bsp, 20_000), (leaves_of_paper(200), Strategy::Plan, 50_000)]
     {
         let bounded = on_threads(&soup, &by(strategy, 0));
         assert!(says_bound(&bounded), "{strategy:?}: {:?}", bounded.notes);

@@ -72,10 +72,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     };
     let pair = args.why.as_deref().map(|w| [w[0], w[1]]);
     if let Some(&cluster) = pair.iter().flatten().find(|&&c| c as usize >= input.level.cells) {
-        return Err(CliError(format!(
-            "--why {cluster}: the level has clusters 0 to {}",
-            input.level.cells.saturating_sub(1)
-        )));
+        let last = input.level.cells.saturating_sub(1);
+        return Err(CliError(format!("--why {cluster}: the level has clusters 0 to {last}")));
     }
     let theirs = args.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();

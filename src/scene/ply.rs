@@ -4,7 +4,7 @@
 use super::obj::polygon;
 use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use glam::DVec3;
-use ply_rs_bw::parser::Parser;
+use ply_rs_bw::parser::{ParseError, Parser};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
@@ -50,7 +50,9 @@ pub fn from_slice(mut bytes: &[u8], name: &str, options: &ImportOptions) -> Resu
     let source = Source { format: "PLY".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
     let broken = |what: String| ImportError::malformed(Place::File, what);
-    let ply = Parser::<Element>::new().read_ply(&mut bytes).map_err(|e| broken(format!("not a PLY file: {e}")))?;
+    // The crate's messages quote the file, on lines of their own.
+    let told = |e: ParseError| broken(format!("not a PLY file: {}", e.to_string().lines().next().unwrap_or_default()));
+    let ply = Parser::<Element>::new().read_ply(&mut bytes).map_err(told)?;
     let elements = |name: &str| ply.payload.get(name).map(Vec::as_slice).unwrap_or_default();
     let place = |vertex: &Element| options.upright(DVec3::from(vertex.position)) * metres_per_unit;
     let positions: Vec<DVec3> = elements("vertex").iter().map(place).collect();

@@ -344,9 +344,8 @@ mod tests {
     #[test]
     fn coordinates_become_relative_to_the_origin() {
         let graph = read_cells(&rooms(DOOR), &scene()).unwrap();
-        // The model is a kilometre from zero, so what is left of a coordinate is off by some 1e-13 m.
-        assert!(graph.cells[0].pieces[0].bounds.min.distance(DVec3::new(-4., 0., -2.)) < 1e-12);
-        assert!(graph.cells[1].pieces[0].bounds.max.distance(DVec3::new(4., 3., 2.)) < 1e-12);
+        assert_eq!(graph.cells[0].pieces[0].bounds.min, DVec3::new(-4., 0., -2.));
+        assert_eq!(graph.cells[1].pieces[0].bounds.max, DVec3::new(4., 3., 2.));
         assert_eq!((graph.cells[1].name.as_str(), graph.cells[1].open, graph.cells[0].open), ("hall", true, false));
         // A half-space 2 * x <= 2004, that is x <= 1002, which nothing bounds elsewhere.
         let half = r#"{"cells": [{"id": 0, "pieces": [{"planes": [[2, 0, 0, 2004]]}]}]}"#;
