@@ -18,21 +18,19 @@ fn splinters(count: usize) -> Scene {
     let triangles: Vec<[DVec3; 3]> = (0..count)
         .map(|_| {
             let (from, along) = (point(0.0, 12.0), point(-8.0, 8.0));
-            [from, from + along, from + 0.5 * along + point(-0.3, 0.3)]
+            [from, from + along, from + 0.5 * along + point(-0.03, 0.03)]
         })
         .collect();
     scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
 }
 
-/// Level triangles of 4 to 12 m one above the other in 60 m: over each place in plan are half of them, so that pieces grow with the square
-/// of their number, and more: every edge is a line of the plan.
+/// Level triangles one above the other, 2 cm apart: every edge is a line of the plan and crosses many others, and over each place of it is one
+/// triangle in thirteen, so that pieces grow with the cube of their number.
 fn leaves_of_paper(count: usize) -> Scene {
     let mut random = Random::new(2);
     let triangles: Vec<[DVec3; 3]> = (0..count)
         .map(|i| {
-            let at = |random: &mut Random| {
-                DVec3::new(random.real(0.0, 12.0), 60.0 * i as f64 / count as f64, random.real(0.0, 12.0))
-            };
+            let at = |random: &mut Random| DVec3::new(random.real(0.0, 12.0), 0.02 * i as f64, random.real(0.0, 12.0));
             [at(&mut random), at(&mut random), at(&mut random)]
         })
         .collect();

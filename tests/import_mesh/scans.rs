@@ -101,7 +101,7 @@ fn damaged_ply_is_refused() {
         ("4 0 1 2 3", "4 0 1 2 4", "face 0: vertex 4 of 4 does not exist"),
         ("4 0 1 2 3", "4 0 1 2 -1", "face 0 has no list of vertices"),
         ("face 1", "face 0", "no triangles in it"),
-        ("1 1 2 9", "1 nan 2 9", "not a finite number"),
+        ("1 1 2 9", "1 nan 2 9", "not a PLY file"),
     ] {
         let text = whole.replace(from, to);
         let text = if to == "face 0" { text.replace("4 0 1 2 3\n", "") } else { text };
