@@ -24,21 +24,6 @@ fn splinters(count: usize) -> Scene {
     scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
 }
 
-/// Level triangles of 4 to 12 m one above the other in 60 m: over each place in plan are half of them, so that pieces grow with the square
-/// of their number, and more: every edge is a line of the plan.
-fn leaves_of_paper(count: usize) -> Scene {
-    let mut random = Random::new(2);
-    let triangles: Vec<[DVec3; 3]> = (0..count)
-        .map(|i| {
-            let at = |random: &mut Random| {
-                DVec3::new(random.real(0.0, 12.0), 60.0 * i as f64 / count as f64, random.real(0.0, 12.0))
-            };
-            [at(&mut random), at(&mut random), at(&mut random)]
-        })
-        .collect();
-    scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
-}
-
 /// Two rooms with a doorway.
 fn house() -> Scene {
     let walls = [
