@@ -24,6 +24,15 @@ fn splinters(count: usize) -> Scene {
     scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
 }
 
+/// Level triangles one above the other, 2 cm apart: every edge is a line of the plan and crosses many others, and over each place of it is one
+/// triangle in thirteen, so that pieces grow with the cube of their number.
+fn papers(count: usize) -> Scene {
+    let mut random = Random::new(2);
+    let mut at = |y: f64| DVec3::new(random.real(0.0, 12.0), y, random.real(0.0, 12.0));
+    let triangles: Vec<[DVec3; 3]> = (0..count).map(|i| [0.02 * i as f64; 3].map(&mut at)).collect();
+    scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
+}
+
 /// Two rooms with a doorway.
 fn house() -> Scene {
     let walls = [
@@ -76,6 +85,13 @@ fn a_soup_is_split_as_far_as_its_size_allows_and_says_so() {
     assert!(pieces <= most + 6, "{pieces} pieces");
     assert!(portals <= most, "{portals} portals between {cells} cells");
     assert_eq!(structure(&bounded, soup.tolerance().coplanar), []);
+}
+
+#[test]
+fn a_plan_has_as_many_pieces_as_its_size_allows_and_says_so() {
+    let bounded = on_threads(&papers(160), &SplitOptions { in_metres: true, ..by(Strategy::Plan, 0) });
+    assert!(says_bound(&bounded), "{:?}", bounded.notes);
+    assert!(pieces(&bounded) <= 50_006, "{} pieces", pieces(&bounded));
 }
 
 #[test]

@@ -10,7 +10,7 @@ pub use unbaked::unbaked;
 
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::cells::{small_holes, split_beside, undivided};
+use crate::cells::{BOUND, small_holes, split_beside, undivided};
 use crate::file::PvsFile;
 use crate::job::{Digest, Job, Stopped};
 use crate::pvs::clusters;
@@ -160,7 +160,9 @@ pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Resu
     let share = worth::drawn_share(scene, &walls, work)?;
     if share > WORTH {
         let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
-        return Ok(CellGraph { reason, ..undivided(scene) });
+        let mut graph = CellGraph { reason, ..undivided(scene) };
+        graph.notes.extend(walls.notes.into_iter().filter(|note| note.starts_with(BOUND)));
+        return Ok(graph);
     }
     split_beside(scene, options, Some(walls), work)
 }

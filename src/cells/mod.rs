@@ -43,6 +43,9 @@ use crate::{CellId, DirectedPortal, PortalId};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+/// With this a note begins that says where a split met a bound.
+pub(crate) const BOUND: &str = "bound: ";
+
 /// A convex piece of a cell: the points inside every plane.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Piece {

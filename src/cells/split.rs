@@ -1,6 +1,6 @@
 //! A scene into cells: the column complex, a labelling, and the graph.
 
-use super::{Cell, CellGraph, Strategy, authored};
+use super::{BOUND, Cell, CellGraph, Strategy, authored};
 use crate::cells::authored::audit::unsound;
 use crate::cells::auto::{better, choose, is_poor};
 use crate::cells::bsp::bsp;
@@ -227,7 +227,7 @@ fn coarser(human: HumanScale, scale: f64) -> Option<String> {
     let [wall, sheet] = [human.least_wall(), human.least_sheet()].map(|area| area * scale);
     let says = || {
         format!(
-            "bound: walls and sheets would cut space into more pieces than there may be; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
+            "{BOUND}walls and sheets would cut space into more pieces than there may be; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
              make no cuts; cells are coarser for it"
         )
     };

@@ -7,6 +7,7 @@
 
 use super::planes::Shell;
 use super::tree::{self, Bsp, Limits, Tiling};
+use crate::cells::BOUND;
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
 use glam::DVec3;
@@ -51,7 +52,7 @@ pub fn note(shell: &Shell, limits: &Limits<'_>) -> Option<String> {
     let (left_out, kept, most) = (shell.left_out, shell.triangles.len(), limits.leaves);
     let says = || {
         format!(
-            "bound: walls would cut space into more than {most} leaves; the {left_out} triangles of the smallest planes part nothing, \
+            "{BOUND}walls would cut space into more than {most} leaves; the {left_out} triangles of the smallest planes part nothing, \
              {kept} do; cells are coarser for it"
         )
     };

@@ -164,7 +164,9 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<
             }
         }
         at.extend([before, after].into_iter().filter(|t| t.is_finite()));
-        count.add(at.len());
+        // Where many lines end in one corner they make no corner more.
+        let is_within = |t: &&f64| **t * length > reach && (1.0 - **t) * length > reach;
+        count.add(at.iter().filter(is_within).count());
         at
     })
 }
