@@ -110,7 +110,7 @@ fn floor(side: usize) -> PvsFile {
         model_hash: 0,
         origin: DVec3::ZERO,
         guarantee: Guarantee::Conservative,
-        import: Import { object_triangles: 1, metres_per_unit: None, tube_radius: None, tubes: true },
+        import: Import { object_triangles: 1, metres_per_unit: None, tube_radius: None, tubes: true, z_up: false },
         strategy: Strategy::Given,
         reason: String::new(),
         smallest_hole: 0.0,
