@@ -42,11 +42,6 @@ pub fn single_precision(extent: f64) -> f64 {
 /// get lost.
 pub const DOORWAY: f64 = 0.35;
 
-/// Of the area of a portal, or of a strip one tolerance wide along its rim where that is less: what its two cells must share of it
-/// to lie on its two sides. Larger: openings of slivers are blamed, of which a portal, grown by the width that coverage takes, is a
-/// multiple. Smaller: pieces that meet a portal along an edge, to rounding, count as lying on it.
-pub const TOUCHING: f64 = 0.1;
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -378,6 +378,22 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     assert!(stderr.contains("other.glb: is not the model") && stderr.trim_end().lines().count() == 1, "{stderr}");
 }
 
+/// A cell that ends short of a wall leaves a gap, and a slanting segment is in it for long. As far as nothing is promised there, so near
+/// the wall, none counts, although it ends on the very object that it is near; in a wider gap those count that keep clear.
+#[test]
+fn segments_count_while_they_keep_clear_of_what_they_end_on() {
+    let scene = scene(0.0, false);
+    let missed = |holes: f64| {
+        let mut file = file(&scene);
+        file.cells[0].pieces = vec![piece(&scene, v(holes * file.smallest_hole, 0.0, 0.0), v(4.0, 3.0, 4.0))];
+        let report = check(&file, &scene, &RAYS).unwrap();
+        (report.missed_segments, report.crack_rays)
+    };
+    let (count, cracks) = missed(1.25);
+    assert!(count == 0 && cracks > 0, "{count} {cracks}");
+    assert!(missed(4.0).0 > 0);
+}
+
 #[test]
 fn faults_of_structure_are_named() {
     let scene = scene(0.0, false);
@@ -386,6 +402,8 @@ fn faults_of_structure_are_named() {
         damage(&mut file);
         let report = check(&file, &scene, &CheckOptions { rays: 100, views: 0, ..RAYS }).unwrap();
         assert_eq!(report.structure.count, report.structure.faults.len());
+        // A fault fails the check, whatever the rays find.
+        assert!(report.structure.count == 0 || !report.passed);
         report.structure.faults
     };
     assert!(faults(&|_| ()).is_empty());
@@ -401,6 +419,17 @@ fn faults_of_structure_are_named() {
         f.portals[0].plane.w += 1.0;
     };
     assert_eq!(kinds(&aside), [FaultKind::NotBetween]);
+    // A portal may be larger than its opening, and moved until all but a strip of it lies beside the rooms: still no fault. Beside them
+    // altogether, it is one.
+    let beside = |by: f32| move |f: &mut PvsFile| f.portals[0].winding.iter_mut().for_each(|p| p.y += by);
+    let [low, high] = {
+        let ys = || file(&scene).portals[0].winding.iter().map(|p| p.y).collect::<Vec<_>>();
+        [ys().into_iter().fold(f32::MAX, f32::min), ys().into_iter().fold(f32::MIN, f32::max)]
+    };
+    let top = file(&scene).cells[0].pieces.iter().flatten().filter(|p| p.y > 0.5).map(|p| p.w).fold(f32::MIN, f32::max);
+    assert!(high - low > 0.5 && top >= high - 0.001, "{low} {high} {top}");
+    assert_eq!(kinds(&beside(top - low - 2e-6)), []);
+    assert_eq!(kinds(&beside(top - low + 0.01)), [FaultKind::NotBetween]);
     // The second room's first piece reaches half a metre into the first room.
     let found = faults(&|f| f.cells[1].pieces[0] = piece(&scene, v(3.5, 0.0, 0.0), v(6.0, 3.0, 4.0)));
     let overlap = found.iter().find(|f| f.fault == FaultKind::Overlap).expect("named");

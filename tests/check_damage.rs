@@ -200,7 +200,7 @@ fn every_kind_of_damage_is_seen_and_named() {
         let seen = match (check(&file, &scene, &OPTIONS), by) {
             (Err(e), Seen::Refused(why)) => e.to_string().contains(why),
             (Ok(report), Seen::By(kind)) => !report.passed && report.examples.iter().any(|e| e.violation == kind),
-            (Ok(report), Seen::Fault(kind)) => report.structure.faults.iter().any(|f| f.fault == kind),
+            (Ok(report), Seen::Fault(kind)) => !report.passed && report.structure.faults.iter().any(|f| f.fault == kind),
             _ => false,
         };
         if !seen {

@@ -38,7 +38,7 @@ pub struct BakeOptions {
     /// Portals narrower than this, metres, are closed: what shows only through them is culled. `None` closes none.
     pub smallest_hole: Option<f64>,
     /// Neighbouring cells share a row as long as the expected number of triangles in one grows by no more than this share; see
-    /// [`pvs::clusters`]. `None`: 0.05 where the cells are a level's leaves, 0 elsewhere, which joins none.
+    /// [`pvs::clusters`]. `None`: 0.05 where the cells are found to be a level's leaves, 0 elsewhere, which joins none.
     pub clusters: Option<f64>,
     /// Regions to work out rows for on top of the cells.
     pub view_cells: Vec<ViewCell>,
@@ -207,7 +207,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     if found {
         stage("mending", &pvs.graph, scene, SEGMENTS);
     }
-    let growth = options.clusters.unwrap_or(if pvs.graph.strategy == Strategy::Leaves { LEAVES_GROW } else { 0.0 });
+    let growth = options.clusters.unwrap_or(if found && pvs.graph.strategy == Strategy::Leaves { LEAVES_GROW } else { 0.0 });
     if growth > 0.0 {
         let joined = clusters::join(scene, &mut pvs, growth);
         pvs.graph.notes.push(joined.to_string());

@@ -103,6 +103,15 @@ pub struct Portal {
     pub source: Option<String>,
 }
 
+impl Portal {
+    /// With its plane and its winding turned round, between the same cells.
+    pub(crate) fn turned(mut self) -> Self {
+        self.plane = self.plane.flipped();
+        self.winding.reverse();
+        self
+    }
+}
+
 /// Cells and portals.
 ///
 /// Sound means: any segment that keeps [`crate::tolerance::Tolerance::clearance`] from opaque triangles and starts inside a

@@ -4,11 +4,14 @@
 //! where three planes meet inside all others, rays are where two planes meet in a direction that leaves none. Cubic times the
 //! number of planes, which for the pieces of cells is small ([`MAX_PLANES`]).
 
-use crate::geom::{Aabb, Plane, clip};
+use crate::geom::{Aabb, Plane, clip, middle};
 use glam::DVec3;
 
 /// Most planes of a piece that anyone may give.
 pub(super) const MAX_PLANES: usize = 128;
+
+/// How far off clipping may put a corner, a metre of what is clipped.
+const ROUNDING: f64 = 1e-12;
 
 /// Directions whose angle has a smaller sine than this are parallel.
 const LEAST_SINE: f64 = 1e-9;
@@ -50,6 +53,9 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     if count == 0.0 {
         return None;
     }
+    if rays.is_empty() {
+        return bounded(planes, &corners, eps);
+    }
     let inside = sum / count + rays.iter().sum::<DVec3>();
     if planes.iter().any(|p| p.distance(inside) >= 0.0) {
         return None;
@@ -66,6 +72,19 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     Some(corners)
 }
 
+/// As [`bounds`] for planes that leave nothing outside of `most`, the box of all corners to within `eps`. Corners of slivers that only
+/// count as such, being within `eps` of every plane, may lie far from any that is one, and their mean in none of them: so the faces tell.
+fn bounded(planes: &[Plane], most: &Aabb, eps: f64) -> Option<Aabb> {
+    let around = most.inflated(eps);
+    let corners: Vec<DVec3> = faces(planes, &around).into_iter().flatten().collect();
+    let inside = middle(&corners);
+    if corners.is_empty() || planes.iter().any(|p| p.distance(inside) >= 0.0) {
+        return None;
+    }
+    let tight = Aabb::of(corners).inflated(ROUNDING * around.diagonal());
+    Some(Aabb { min: tight.min.max(most.min), max: tight.max.min(most.max) })
+}
+
 /// The faces that the planes bound within a box: a polygon for each plane, then for each side of the box; empty where there is
 /// none. Half-spaces that share no point have none at all.
 pub(super) fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
@@ -77,7 +96,7 @@ pub(super) fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
         let centre = within.centre() - plane.n * plane.distance(within.centre());
         let square = [u + v, v - u, -u - v, u - v].map(|corner| centre + corner * size).to_vec();
         let others = all.iter().enumerate().filter(|&(j, _)| j != i);
-        others.fold(square, |face, (_, other)| if face.is_empty() { face } else { clip(&face, other, 1e-12 * size) })
+        others.fold(square, |face, (_, other)| if face.is_empty() { face } else { clip(&face, other, ROUNDING * size) })
     };
     all.iter().enumerate().map(face).collect()
 }
@@ -118,6 +137,20 @@ mod tests {
         let simplex = [plane(-1., 0., 0., 0.), plane(0., -1., 0., 0.), plane(0., 0., -1., 0.), plane(1., 1., 1., 2.)];
         let b = bounds(&simplex, 1e-9).unwrap();
         assert!(close(b.min, [0.; 3]) && close(b.max, [2.; 3]));
+    }
+
+    #[test]
+    fn slivers_have_a_volume_and_a_box_of_their_own() {
+        // A wedge of 1e-4 degrees, 2 m long, its edge along y: within 1e-4 m of its planes it goes on for 60 m.
+        let (s, c) = (1e-4f64).to_radians().sin_cos();
+        let wedge = |tip: f64| {
+            let flat = [plane(0., 0., -1., 0.), plane(s, 0., c, tip), plane(-1., 0., 0., 0.)];
+            [&flat[..], &[plane(0., 1., 0., 1.), plane(0., -1., 0., 0.)]].concat()
+        };
+        let b = bounds(&wedge(2.0 * s), 1e-4).unwrap();
+        assert!(close(b.min, [0.; 3]) && close(b.max, [2., 1., 2.0 * s / c]), "{b:?}");
+        // As far beyond its edge as within 1e-4 m of all planes, and yet without a point.
+        assert_eq!(bounds(&wedge(-1e-7), 1e-4), None);
     }
 
     #[test]

@@ -246,7 +246,7 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         eprintln!("  {} of them around {:.3}, on the way from {from}", place.points, place.at);
     }
     if r.structure.count > 0 {
-        eprintln!("{} faults of cells and portals", r.structure.count);
+        eprintln!("{} faults of cells and portals, which fail the check", r.structure.count);
     }
     for fault in &r.structure.faults {
         let [a, b] = fault.cells;

@@ -5,7 +5,7 @@ use enfilade::BitMatrix;
 use enfilade::file::{FileCell, FileObject, FilePortal, FileViewCell, PvsFile, replace_file};
 use enfilade::scene::{Scene, import};
 use enfilade::tubes::usual_sides;
-use glam::{DVec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::json;
 use std::io::{self, BufWriter, Write};
@@ -95,6 +95,11 @@ fn obj_lines(scene: &Scene, out: &mut dyn Write) -> io::Result<()> {
 fn plane(origin: DVec3, plane: &Vec4) -> [f64; 4] {
     let n = plane.truncate().as_dvec3();
     [n.x, n.y, n.z, f64::from(plane.w) + n.dot(origin)]
+}
+
+/// Corners in the model's own coordinates.
+fn corners(origin: DVec3, winding: &[Vec3]) -> Vec<[f64; 3]> {
+    winding.iter().map(|p| (p.as_dvec3() + origin).to_array()).collect()
 }
 
 fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<()> {
@@ -227,8 +232,8 @@ impl Serialize for Document<'_> {
         let cell = |i: usize, c: &FileCell| json!({ "id": i, "open": c.open, "name": c.name, "source": c.source, "pieces": pieces(&c.pieces) });
         let view_cell = |_: usize, v: &FileViewCell| json!({ "id": v.id, "pieces": pieces(&v.pieces) });
         let portal = |i: usize, p: &FilePortal| {
-            let winding: Vec<_> = p.winding.iter().map(|p| (p.as_dvec3() + origin).to_array()).collect();
-            json!({ "id": i, "cells": p.cells, "winding": winding, "kind": p.kind, "state": p.state, "source": p.source })
+            let winding = corners(origin, &p.winding);
+            json!({ "id": i, "cells": p.cells, "plane": plane(origin, &p.plane), "winding": winding, "kind": p.kind, "state": p.state, "source": p.source })
         };
         let object = |i: usize, o: &FileObject| json!({ "id": i, "node": o.node, "triangles": o.triangles });
         let has_views = !file.views.cells.is_empty();
@@ -239,6 +244,12 @@ impl Serialize for Document<'_> {
         let mut map = s.serialize_map(None)?;
         map.serialize_entry("cells", &Each(&file.cells, cell))?;
         map.serialize_entry("portals", &Each(&file.portals, portal))?;
+        map.serialize_entry("strategy", &file.strategy)?;
+        map.serialize_entry("smallest_hole", &file.smallest_hole)?;
+        if !file.closed_holes.is_empty() {
+            let hole = |_: usize, hole: &Vec<Vec3>| json!(corners(origin, hole));
+            map.serialize_entry("closed_holes", &Each(&file.closed_holes, hole))?;
+        }
         map.serialize_entry("objects", &Each(&file.objects, object))?;
         if has_views {
             map.serialize_entry("view_cells", &Each(&file.views.cells, view_cell))?;

@@ -101,6 +101,11 @@ impl Cells {
         self.tolerance
     }
 
+    /// How far off single precision may put a corner, metres.
+    pub(super) fn rounding(&self) -> f64 {
+        self.rounding
+    }
+
     pub(super) fn count(&self) -> usize {
         self.by_cell.len()
     }

@@ -22,15 +22,15 @@
 //!
 //! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So each
 //! violation is looked at again: it counts only if the segment, up to the violation, keeps half of `smallest_hole` from every
-//! opaque triangle (other than those of the object that it ends on, and other than within that length of its end): an eye on a
-//! wall, to within rounding, may be on either side of it. This is measured exactly, segment against triangle. What doesn't pass
+//! opaque triangle (for objects: other than those of the object that it ends on, and other than within that length of its end): an eye
+//! on a wall, to within rounding, may be on either side of it. This is measured exactly, segment against triangle. What doesn't pass
 //! is counted in [`CheckReport::crack_rays`] and fails nothing. Holes that the file lists as closed count as opaque. Points within
 //! `smallest_hole` of a piece's boundary count as inside, and portals are grown by as much. Pixels of views are counted as they are,
 //! cracks included.
 //!
-//! [`CheckReport::passed`] is false where a segment or a row of a [`Guarantee::Conservative`] file is violated. The rows of a
-//! [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is missed. A pass
-//! is not a proof: it says that so many random rays found nothing.
+//! [`CheckReport::passed`] is false where the structure has a fault, or where a segment or a row of a [`Guarantee::Conservative`] file is
+//! violated. The rows of a [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is
+//! missed. A pass is not a proof: it says that so many random rays found nothing.
 
 mod cells;
 mod exact;
@@ -249,6 +249,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     let segments: Vec<Example> = tally.examples.iter().filter(|e| e.violation == Violation::Segment).cloned().collect();
     let leaks = options.leaks.then(|| leaks::find(file, scene, &cells, &tracer, &segments));
     // 6. What it comes to.
+    let is_whole = structure.count == 0;
     let rows_kept = tally.pairs.is_empty() && tally.cell_pairs.is_empty();
     Ok(CheckReport {
         guarantee: file.guarantee,
@@ -270,6 +271,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
         seconds: start.elapsed().as_secs_f64(),
         passed: tally.missed_segments == 0
             && tally.placements.is_empty()
+            && is_whole
             && (rows_kept || file.guarantee == Guarantee::Sampled),
     })
 }
@@ -472,7 +474,11 @@ impl Test<'_> {
             // A little beyond, so that what is left there is part of what is measured.
             let beyond = (t + 4.0 * self.cells.tolerance()).min(length);
             let target = if beyond == length { object } else { None };
-            if self.tracer.is_clear(eye, eye + direction * beyond, target) {
+            // Nothing is promised within the clearance of a wall, be it the one that the segment ends on: a grazing one is near that long
+            // before its end. So up to where it is stuck no object is left out, and the end that goes uncounted lies beyond.
+            let there = (t + self.file.smallest_hole / 2.0).min(length);
+            let is_clear = |end: f64, target| self.tracer.is_clear(eye, eye + direction * end, target);
+            if is_clear(there, None) && is_clear(beyond, target) {
                 tally.missed_segments += 1;
                 tally.example(self.example(Violation::Segment, eye, eye + direction * t, [Some(from), to], object));
             } else {

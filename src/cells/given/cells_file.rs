@@ -4,15 +4,33 @@
 //! lie between their two cells. Whether the cells fit the model is for the validator that every strategy's graph goes through.
 
 use crate::CellId;
+use crate::cells::validate::lie_between;
 use crate::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, polyhedron};
 use crate::geom::{Aabb, Plane, area, middle, newell};
 use crate::scene::Scene;
-use crate::tolerance::Tolerance;
+use crate::tolerance::{Tolerance, single_precision};
 use glam::DVec3;
 use serde::Deserialize;
 
 /// A shorter normal has no direction that can be relied on.
 const LEAST_NORMAL: f64 = 1e-6;
+
+/// Numbers that differ by less than this share of them were one before they were written as decimals.
+const SAME: f64 = 1e-9;
+
+/// Corners that go round once turn by one circle in all, and those that go round twice by two, to within rounding: this is between them.
+const BETWEEN_ROUNDS: f64 = 1.5 * std::f64::consts::TAU;
+
+/// A unit vector that was rounded to `f32` is this near to length 1. Larger: normals that aren't unit vectors are taken for it, and lengths
+/// are off. Smaller: what comes from a file is scaled, and is off by its `d` times that.
+const SINGLE_UNIT: f64 = f32::EPSILON as f64;
+
+/// A number of `f32` is rounded from one that is nearer to it than this share of the way to the next. Larger: what lies half way rounds to
+/// the next. Smaller: no vector of length 1 may be that near.
+const HALF_WAY: f64 = 0.4999;
+
+/// A number is one of `f32` if it is this share of itself near to one, at most: what reading a decimal may lose.
+const DECIMAL: f64 = 4.0 * f64::EPSILON;
 
 /// Why a cells file can't be used. One line; the command line puts the path before it.
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +65,10 @@ struct GivenFile {
     cells: Vec<GivenCell>,
     #[serde(default)]
     portals: Vec<GivenPortal>,
+    strategy: Option<Strategy>,
+    smallest_hole: Option<f64>,
+    #[serde(default)]
+    closed_holes: Vec<Vec<[f64; 3]>>,
 }
 
 #[derive(Deserialize)]
@@ -72,6 +94,7 @@ pub(in crate::cells) struct GivenPiece {
 struct GivenPortal {
     id: Option<u32>,
     cells: [u32; 2],
+    plane: Option<[f64; 4]>,
     winding: Vec<[f64; 3]>,
     kind: Option<PortalKind>,
     state: Option<GivenState>,
@@ -96,17 +119,17 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
         return Err(GivenError::at("cells".into(), "none; give one cell at least"));
     }
     let cells = file.cells.into_iter().enumerate().map(|(i, c)| reader.cell(i, c)).collect::<Result<Vec<_>, _>>()?;
+    let stated: Vec<bool> = file.portals.iter().map(|p| p.plane.is_some()).collect();
     let portals =
-        file.portals.into_iter().enumerate().map(|(i, p)| reader.portal(i, p, &cells)).collect::<Result<_, _>>()?;
-    let mut graph = CellGraph {
-        strategy: Strategy::Given,
-        reason: "cells and portals were given".into(),
-        cells,
-        portals,
-        smallest_hole: reader.tolerance.smallest_hole(),
-        closed_holes: Vec::new(),
-        notes: Vec::new(),
-    };
+        file.portals.into_iter().enumerate().map(|(i, p)| reader.portal(i, p, cells.len())).collect::<Result<_, _>>()?;
+    let holes = file.closed_holes.iter().enumerate();
+    let closed_holes =
+        holes.map(|(i, hole)| reader.winding(&format!("closed_holes[{i}]"), hole)).collect::<Result<_, _>>()?;
+    let smallest_hole = reader.smallest_hole(file.smallest_hole)?;
+    let (strategy, notes) = (file.strategy.unwrap_or(Strategy::Given), Vec::new());
+    let reason = "cells and portals were given".into();
+    let mut graph = CellGraph { strategy, reason, cells, portals, smallest_hole, closed_holes, notes };
+    reader.turn(&mut graph, &stated)?;
     graph.link();
     Ok(graph)
 }
@@ -115,11 +138,15 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
 pub(in crate::cells) struct Reader {
     origin: DVec3,
     tolerance: Tolerance,
+    /// How far off a file may have put planes and corners, metres.
+    rounding: f64,
 }
 
 impl Reader {
     pub fn new(scene: &Scene) -> Self {
-        Self { origin: scene.origin, tolerance: scene.tolerance() }
+        let bounds = scene.bounds();
+        let extent = bounds.min.abs().max(bounds.max.abs()).max_element();
+        Self { origin: scene.origin, tolerance: scene.tolerance(), rounding: single_precision(extent) }
     }
 
     fn cell(&self, i: usize, cell: GivenCell) -> Result<Cell, GivenError> {
@@ -174,7 +201,10 @@ impl Reader {
             let what = format!("{} planes, at most {}; split the piece", planes.len(), polyhedron::MAX_PLANES);
             return Err(GivenError::at(field, what));
         }
-        match polyhedron::bounds(&planes, self.tolerance.coplanar) {
+        // Slivers that `f32` holds no point of are pieces still: portals lead through them.
+        let grown = || -> Vec<Plane> { planes.iter().map(|p| Plane { d: p.d + self.rounding, ..*p }).collect() };
+        let bounds = |planes: &[Plane]| polyhedron::bounds(planes, self.tolerance.coplanar);
+        match bounds(&planes).or_else(|| bounds(&grown())) {
             Some(bounds) => Ok(Piece { planes, bounds }),
             None => Err(GivenError::at(field, "no volume; planes are [nx, ny, nz, d] with the piece where n.p <= d")),
         }
@@ -187,8 +217,12 @@ impl Reader {
         if !(length.is_finite() && length > LEAST_NORMAL && (d / length).abs() <= MAX_COORDINATE) {
             return Err(GivenError::at(field, "no plane; give [nx, ny, nz, d] with a normal of length 1"));
         }
-        let n = n / length;
-        Ok(Plane { n, d: d / length - n.dot(self.origin) })
+        // What `dump` writes has the single precision of a file. Its length was 1, and its `d` is right.
+        if let Some(held) = single(n).filter(|_| (length - 1.0).abs() <= SINGLE_UNIT) {
+            return Ok(Plane { n: unit(held), d: d - held.dot(self.origin) });
+        }
+        let (n, d) = (n / length, d / length);
+        Ok(Plane { n, d: d - n.dot(self.origin) })
     }
 
     fn point(&self, field: &str, p: [f64; 3]) -> Result<DVec3, GivenError> {
@@ -199,33 +233,42 @@ impl Reader {
         Ok(p - self.origin)
     }
 
-    fn portal(&self, i: usize, portal: GivenPortal, cells: &[Cell]) -> Result<Portal, GivenError> {
+    /// Corners of a polygon.
+    fn winding(&self, field: &str, corners: &[[f64; 3]]) -> Result<Vec<DVec3>, GivenError> {
+        corners.iter().enumerate().map(|(k, &p)| self.point(&format!("{field}[{k}]"), p)).collect()
+    }
+
+    /// Nothing below what the model's size allows.
+    fn smallest_hole(&self, given: Option<f64>) -> Result<f64, GivenError> {
+        let least = self.tolerance.smallest_hole();
+        match given {
+            Some(metres) if !(0.0..=MAX_COORDINATE).contains(&metres) => {
+                Err(GivenError::at("smallest_hole".into(), format!("{metres}; give metres, 0 or more")))
+            }
+            // What a dump says of it is the same to within how decimals are read.
+            Some(metres) if metres > least * (1.0 + SAME) => Ok(metres),
+            _ => Ok(least),
+        }
+    }
+
+    fn portal(&self, i: usize, portal: GivenPortal, cells: usize) -> Result<Portal, GivenError> {
         let field = format!("portals[{i}]");
         if let Some(id) = portal.id.filter(|&id| id as usize != i) {
             return Err(GivenError::at(format!("{field}.id"), format!("{id}; ids count up from 0, so give {i}")));
         }
-        if let Some(id) = portal.cells.iter().find(|&&id| id as usize >= cells.len()) {
-            let what = format!("no cell {id}; ids end at {}", cells.len() - 1);
+        if let Some(id) = portal.cells.iter().find(|&&id| id as usize >= cells) {
+            let what = format!("no cell {id}; ids end at {}", cells - 1);
             return Err(GivenError::at(format!("{field}.cells"), what));
         }
         if portal.cells[0] == portal.cells[1] {
             return Err(GivenError::at(format!("{field}.cells"), "a portal joins two different cells"));
         }
-        let mut winding = Vec::with_capacity(portal.winding.len());
-        for (k, &p) in portal.winding.iter().enumerate() {
-            winding.push(self.point(&format!("{field}.winding[{k}]"), p)?);
-        }
-        let mut plane = self.winding_plane(&format!("{field}.winding"), &winding)?;
-        let sides = portal.cells.map(|id| &cells[id as usize]);
-        if !self.leads(&winding, &plane, sides) {
-            if !self.leads(&winding, &plane.flipped(), sides) {
-                let [a, b] = portal.cells;
-                let what = format!("the winding's middle is not where cells {a} and {b} meet; move it there");
-                return Err(GivenError::at(field, what));
-            }
-            winding.reverse();
-            plane = plane.flipped();
-        }
+        let mut winding = self.winding(&format!("{field}.winding"), &portal.winding)?;
+        let plane = match portal.plane {
+            Some(plane) => self.stated_plane(&field, plane, &mut winding)?,
+            None => self.winding_plane(&format!("{field}.winding"), &winding)?,
+        };
+        self.convex(&format!("{field}.winding"), &winding, &plane)?;
         let kind = portal.kind.unwrap_or(PortalKind::Opening);
         let (given, usual) = (portal.state.unwrap_or_default(), PortalState::of_kind(kind));
         let state = PortalState {
@@ -243,48 +286,116 @@ impl Reader {
         Ok(Portal { cells: portal.cells.map(CellId), plane, winding, kind, state, source: portal.source })
     }
 
-    /// The plane of a winding, which must be planar and convex.
-    fn winding_plane(&self, field: &str, winding: &[DVec3]) -> Result<Plane, GivenError> {
-        let error = |what: String| Err(GivenError::at(field.to_owned(), what));
-        if winding.len() < 3 {
-            return error(format!("{} corners; give 3 at least", winding.len()));
-        }
-        let eps = self.tolerance.coplanar;
-        let centre = middle(winding);
-        let local: Vec<DVec3> = winding.iter().map(|&p| p - centre).collect();
-        if area(&local) <= eps * Aabb::of(local.iter().copied()).diagonal() {
-            return error("no area; give the corners in order around the portal".into());
-        }
-        let plane = Plane::through(centre, newell(&local).normalize());
-        if let Some(k) = winding.iter().position(|&p| plane.distance(p).abs() > eps) {
-            let off = plane.distance(winding[k]).abs();
-            return error(format!("corner {k} is {off:.6} m off the plane of the others; split the portal"));
-        }
-        for (k, &a) in local.iter().enumerate() {
-            let edge = local[(k + 1) % local.len()] - a;
-            let inwards = plane.n.cross(edge).normalize_or_zero();
-            if local.iter().any(|&p| inwards.dot(p - a) < -eps) {
-                return error(format!("not convex at edge {k}; split the portal"));
-            }
+    /// The plane that a portal states, its normal from the first cell into the second; turns the winding to run about it.
+    fn stated_plane(&self, field: &str, plane: [f64; 4], winding: &mut [DVec3]) -> Result<Plane, GivenError> {
+        let plane = self.plane(format!("{field}.plane"), plane)?;
+        self.planar(&format!("{field}.winding"), winding, &plane, "the portal's")?;
+        if winding.len() >= 3 && newell(&around(winding)).dot(plane.n) < 0.0 {
+            winding.reverse();
         }
         Ok(plane)
     }
 
-    /// Whether a step along the normal from the winding's middle is in the second cell, and a step back in the first.
-    fn leads(&self, winding: &[DVec3], plane: &Plane, [from, to]: [&Cell; 2]) -> bool {
-        let holds = |cell: &Cell, p| cell.pieces.iter().any(|piece| piece.contains(p, self.tolerance.clearance));
-        let centre = middle(winding);
-        // A step that is long beside `clearance` and short beside the cell; in a large room a longer one is safer.
-        let short = 4.0 * self.tolerance.clearance;
-        [short, short.max(1e-3 * area(winding).sqrt())]
-            .iter()
-            .any(|&step| holds(to, centre + plane.n * step) && holds(from, centre - plane.n * step))
+    /// The plane of a winding.
+    fn winding_plane(&self, field: &str, winding: &[DVec3]) -> Result<Plane, GivenError> {
+        let local = around(winding);
+        if winding.len() >= 3 && area(&local) <= self.tolerance.coplanar * Aabb::of(local.iter().copied()).diagonal() {
+            let what = "no area; give the corners in order around the portal";
+            return Err(GivenError::at(field.to_owned(), what));
+        }
+        let plane = Plane::through(middle(winding), newell(&local).normalize_or(DVec3::Y));
+        self.planar(field, winding, &plane, "the plane of the others")?;
+        Ok(plane)
     }
+
+    fn planar(&self, field: &str, winding: &[DVec3], plane: &Plane, whose: &str) -> Result<(), GivenError> {
+        let error = |what: String| Err(GivenError::at(field.to_owned(), what));
+        if winding.len() < 3 {
+            return error(format!("{} corners; give 3 at least", winding.len()));
+        }
+        match winding.iter().position(|&p| plane.distance(p).abs() > self.tolerance.coplanar) {
+            Some(k) => {
+                error(format!("corner {k} is {:.6} m off {whose}; split the portal", plane.distance(winding[k]).abs()))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Every corner must turn left, as far as the longer of its edges tells: the direction of a short one is lost to rounding. All of
+    /// them together turn once round.
+    fn convex(&self, field: &str, winding: &[DVec3], plane: &Plane) -> Result<(), GivenError> {
+        let corner = |k: usize| winding[k % winding.len()];
+        let mut turn = 0.0;
+        for k in 0..winding.len() {
+            let (before, after) = (corner(k + 1) - corner(k), corner(k + 2) - corner(k + 1));
+            let left = before.cross(after).dot(plane.n);
+            if left < -self.tolerance.coplanar * before.length().max(after.length()) {
+                return Err(GivenError::at(field.to_owned(), format!("not convex at edge {k}; split the portal")));
+            }
+            turn += left.atan2(before.dot(after));
+        }
+        if turn > BETWEEN_ROUNDS {
+            return Err(GivenError::at(
+                field.to_owned(),
+                "goes round more than once; give the corners in order around the portal",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Turns portals that don't state their plane to lead from the first cell to the second; refuses what lies elsewhere.
+    fn turn(&self, graph: &mut CellGraph, stated: &[bool]) -> Result<(), GivenError> {
+        // As near as planes are told apart, which is what slivers are told by; or as far off as cells may be that someone wrote down to the
+        // millimetre.
+        let coarse = |portal: &Portal| self.tolerance.clearance.max(1e-3 * area(&portal.winding).sqrt());
+        let fine = lie_between(graph, |_| self.tolerance.coplanar);
+        let found = fine.into_iter().zip(lie_between(graph, coarse));
+        for (i, [as_is, turned]) in found.map(|(a, b)| if a == [false; 2] { b } else { a }).enumerate() {
+            let portal = &mut graph.portals[i];
+            if as_is {
+            } else if turned && !stated[i] {
+                *portal = portal.clone().turned();
+            } else {
+                let [a, b] = portal.cells;
+                let what =
+                    if turned { "the plane's normal must lead from" } else { "the winding is not where it could lead from" };
+                return Err(GivenError::at(format!("portals[{i}]"), format!("{what} cell {a} into cell {b}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The vector of `f32` that one read from decimals was; `None` where it was none.
+fn single(n: DVec3) -> Option<DVec3> {
+    let held = n.as_vec3().as_dvec3();
+    ((n - held).abs().cmple(held.abs() * DECIMAL)).all().then_some(held)
+}
+
+/// A vector of length 1 that `f32` rounds to `held`, which is rounded from one: flow takes a plane whose normal is longer or shorter for
+/// bent, and what is baked must come back with the same bits. Scaled, but no component by more than `f32` rounds it.
+fn unit(held: DVec3) -> DVec3 {
+    let towards = |next: fn(f32) -> f32| held + HALF_WAY * (held.map(|x| f64::from(next(x as f32))) - held);
+    let (low, high) = (towards(f32::next_down), towards(f32::next_up));
+    let scaled = |by: f64| (held * by).clamp(low, high);
+    let (mut short, mut long) = (1.0 - 2.0 * SINGLE_UNIT, 1.0 + 2.0 * SINGLE_UNIT);
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = 0.5 * (short + long);
+        if scaled(middle).length() < 1.0 { short = middle } else { long = middle }
+    }
+    scaled(long)
+}
+
+/// A winding about its middle.
+fn around(winding: &[DVec3]) -> Vec<DVec3> {
+    let centre = middle(winding);
+    winding.iter().map(|&p| p - centre).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::SplitMix;
     use crate::scene::{Object, Role, Source};
 
     /// One triangle 10 m across around (1000, 0, 0).
@@ -319,6 +430,21 @@ mod tests {
 
     fn message(json: &str) -> String {
         read_cells(json, &scene()).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn normals_of_a_file_are_of_length_1_and_round_to_the_same_bits() {
+        let mut random = SplitMix::new(1);
+        let mut x = || 2.0 * random.unit() - 1.0;
+        for _ in 0..100_000 {
+            let n = DVec3::new(x(), x().powi(3), x().powi(9)).normalize().as_vec3();
+            // As read from decimals.
+            let held = single(n.as_dvec3() * (1.0 - f64::EPSILON)).expect("one of f32");
+            let again = unit(held);
+            assert!(held == n.as_dvec3() && again.as_vec3() == n && (again.length() - 1.0).abs() < 1e-10, "{n} {again}");
+        }
+        assert!([DVec3::Y, -DVec3::X].into_iter().all(|n| unit(n).distance(n) < 1e-15));
+        assert_eq!(single(DVec3::new(0.6, 0.8, 0.0)), None);
     }
 
     #[test]
@@ -370,11 +496,27 @@ mod tests {
             (rooms("[[1000, 0, 0], [1000, 1, 0], [1000, 2, 0]]"), "portals[0].winding: no area"),
             (rooms(&DOOR.replace("[1000, 2, 0.5]", "[1000.1, 2, 0.5]")), "off the plane"),
             (rooms("[[1000,0,0], [1000,2,0], [1000,0.5,0.5], [1000,0,2]]"), "not convex"),
+            // A star of five points, which turns left everywhere.
+            (
+                rooms("[[1000,2,0], [1000,1,0.5], [1000,1.6,-0.5], [1000,1.6,0.5], [1000,1,-0.5]]"),
+                "goes round more than once",
+            ),
+            (
+                rooms(&format!(r#"{DOOR}, "plane": [-1, 0, 0, -1000]"#)),
+                "portals[0]: the plane's normal must lead from cell 0",
+            ),
+            (
+                rooms(&format!(r#"{DOOR}, "plane": [1, 0, 0, 1001]"#)),
+                "portals[0].winding: corner 0 is 1.000000 m off the portal's",
+            ),
             (
                 rooms(DOOR).replace(r#""kind": "door""#, r#""state": {"shut": true}"#),
                 "portals[0].state: shut, but not closable",
             ),
-            (rooms(&DOOR.replace("1000", "1002")), "portals[0]: the winding's middle is not where cells 0 and 1 meet"),
+            (
+                rooms(&DOOR.replace("1000", "1002")),
+                "portals[0]: the winding is not where it could lead from cell 0 into cell 1",
+            ),
             (
                 r#"{"cells": [{"id": 0, "pieces": [{"planes": [[0, 0, 0, 1]]}]}]}"#.to_owned(),
                 "cells[0].pieces[0].planes[0]: no plane",
