@@ -185,12 +185,14 @@ impl Reader {
     }
 
     fn piece(&self, field: String, piece: GivenPiece) -> Result<Piece, GivenError> {
+        // Slivers that `f32` holds no point of are pieces still, where planes are given: portals lead through them.
+        let mut rounding = 0.0;
         let planes = match (piece.planes, piece.min, piece.max) {
-            (Some(planes), None, None) => planes
-                .into_iter()
-                .enumerate()
-                .map(|(k, plane)| self.plane(format!("{field}.planes[{k}]"), plane))
-                .collect::<Result<Vec<_>, _>>()?,
+            (Some(planes), None, None) => {
+                rounding = self.rounding;
+                let planes = planes.into_iter().enumerate();
+                planes.map(|(k, p)| self.plane(format!("{field}.planes[{k}]"), p)).collect::<Result<Vec<_>, _>>()?
+            }
             (None, Some(min), Some(max)) => {
                 let (min, max) = (self.point(&format!("{field}.min"), min)?, self.point(&format!("{field}.max"), max)?);
                 DVec3::AXES.iter().flat_map(|&n| [Plane { n, d: n.dot(max) }, Plane { n: -n, d: -n.dot(min) }]).collect()
@@ -201,8 +203,7 @@ impl Reader {
             let what = format!("{} planes, at most {}; split the piece", planes.len(), polyhedron::MAX_PLANES);
             return Err(GivenError::at(field, what));
         }
-        // Slivers that `f32` holds no point of are pieces still: portals lead through them.
-        let grown = || -> Vec<Plane> { planes.iter().map(|p| Plane { d: p.d + self.rounding, ..*p }).collect() };
+        let grown = || -> Vec<Plane> { planes.iter().map(|p| Plane { d: p.d + rounding, ..*p }).collect() };
         let bounds = |planes: &[Plane]| polyhedron::bounds(planes, self.tolerance.coplanar);
         match bounds(&planes).or_else(|| bounds(&grown())) {
             Some(bounds) => Ok(Piece { planes, bounds }),
@@ -478,6 +479,18 @@ mod tests {
         let piece = &read_cells(half, &scene()).unwrap().cells[0].pieces[0];
         assert_eq!((piece.planes[0].n, piece.planes[0].d, piece.bounds.max.x), (DVec3::X, 2.0, 2.0));
         assert!(piece.bounds.min.x.is_infinite() && piece.bounds.max.y.is_infinite());
+    }
+
+    #[test]
+    fn slivers_that_rounding_left_no_volume_are_taken() {
+        // Between x = 1000 and less than that: 1e-6 m where `f32` may be 1e-5 m off, and 1 mm.
+        let slab = |to: f64| {
+            let sides = "[0, 1, 0, 3], [0, -1, 0, 0], [0, 0, 1, 2], [0, 0, -1, 2]";
+            format!(r#"{{"cells": [{{"id": 0, "pieces": [{{"planes": [[-1, 0, 0, -1000], [1, 0, 0, {to}], {sides}]}}]}}]}}"#)
+        };
+        let piece = &read_cells(&slab(999.999_999), &scene()).unwrap().cells[0].pieces[0];
+        assert!(piece.bounds.min.x.abs() < 1e-4 && piece.bounds.max.x.abs() < 1e-4 && piece.bounds.max.y > 2.9);
+        assert!(message(&slab(999.999)).starts_with("cells[0].pieces[0]: no volume"));
     }
 
     #[test]
