@@ -60,7 +60,7 @@ pub struct GpuCubes<'s> {
     scene: Arc<GpuScene>,
     batch: Option<Batch>,
     instead: Raster<'s>,
-    hits: Vec<[u32; 4]>,
+    hits: Vec<u128>,
 }
 
 impl<'s> GpuCubes<'s> {
@@ -95,14 +95,18 @@ impl<'s> GpuCubes<'s> {
                         to.iter_mut().zip(ids).for_each(|(to, from)| *to = !from);
                     }
                 };
-                let hit = |hit: &[u32]| [hit[0], scene.owners[hit[1] as usize], !hit[2], hit[1]];
-                batch.draw(&scene, faces, ids, |list| hits.extend(list.chunks_exact(3).map(hit)))?;
-                // Depths aren't negative, so their bits are in their order: of an object the nearest comes first.
+                // Pixel, object, depth (not negative, so its bits are in its order), triangle: of an object the nearest comes first.
+                let key = |hit: &[u32]| {
+                    let [pixel, triangle, depth] = [hit[0], hit[1], hit[2]].map(u128::from);
+                    pixel << 96 | u128::from(scene.owners[hit[1] as usize]) << 64 | (!depth & 0xffff_ffff) << 32 | triangle
+                };
+                batch.draw(&scene, faces, ids, |list| hits.extend(list.chunks_exact(3).map(key)))?;
                 hits.sort_unstable();
-                hits.dedup_by_key(|hit| [hit[0], hit[1]]);
-                for &[pixel, _, _, triangle] in &*hits {
-                    let face = &faces[pixel as usize / (size * size)];
-                    let pixel = (face.face * size * size + pixel as usize % (size * size)) as u32;
+                hits.dedup_by_key(|key| *key >> 64);
+                for &key in &*hits {
+                    let (pixel, triangle) = ((key >> 96) as usize, key as u32);
+                    let face = &faces[pixel / (size * size)];
+                    let pixel = (face.face * size * size + pixel % (size * size)) as u32;
                     out[face.index].see_through.push(SeeThrough { pixel, triangle });
                 }
             }

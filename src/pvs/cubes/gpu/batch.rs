@@ -21,9 +21,12 @@ const DRAWERS: u32 = 2048;
 const VIEW: usize = 20;
 const STAGE: usize = 8;
 /// Kinds of stages in the shader.
-const NEAREST: u32 = 0;
-const IDS: u32 = 1;
-const SEE_THROUGH: u32 = 2;
+const LARGE: u32 = 0;
+const SMALL: u32 = 1;
+const IDS: u32 = 2;
+const SEE_THROUGH: u32 = 3;
+/// Pixels along a tile's edge in the shader.
+const TILE: u32 = 8;
 
 /// Buffers for faces of one size.
 pub(super) struct Batch {
@@ -34,6 +37,7 @@ pub(super) struct Batch {
     nearest: wgpu::Buffer,
     ids: wgpu::Buffer,
     ids_here: wgpu::Buffer,
+    marks: wgpu::Buffer,
     views: wgpu::Buffer,
     /// The stages, one after the other, `stride` bytes apart.
     stages: wgpu::Buffer,
@@ -72,20 +76,24 @@ impl Batch {
         let most = (BUDGET / bytes).clamp(1, FACES);
         let faces = (wanted as u64).clamp(1, most) as u32;
         let all = bytes * u64::from(faces);
-        let pixels = |usage| gpu.buffer(all, BufferUsages::STORAGE | BufferUsages::COPY_DST | usage);
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let tiles = u64::from(size.div_ceil(TILE)).pow(2) * 4 * u64::from(faces);
         let stride = (STAGE as u64 * 4).next_multiple_of(u64::from(gpu.limits.min_uniform_buffer_offset_alignment));
         // The first view and the last may have faces in other batches, too.
-        let views = (u64::from(faces) / 6 + 2) * VIEW as u64 * 4;
+        let views = u64::from(faces) / 6 + 2;
+        let marks = (views * u64::from(scene.opaque().end).div_ceil(32)).max(1) * 4;
+        gpu.fits("marks of triangles", marks)?;
         let hits = List::new(gpu, "hits of see-through triangles", (all as f64 / 4.0 * HITS) as u32 + 64)?;
         Ok(Self {
             size,
             faces,
             is_full: u64::from(faces) == most,
-            nearest: pixels(BufferUsages::empty()),
-            ids: pixels(BufferUsages::COPY_SRC),
+            nearest: gpu.buffer(all + tiles, usage),
+            ids: gpu.buffer(all, usage | BufferUsages::COPY_SRC),
             ids_here: here(gpu, all),
-            views: gpu.buffer(views, BufferUsages::STORAGE | BufferUsages::COPY_DST),
-            stages: gpu.buffer(stride * 3, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
+            marks: gpu.buffer(marks, usage),
+            views: gpu.buffer(views * VIEW as u64 * 4, usage),
+            stages: gpu.buffer(stride * 4, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
             stride,
             queue: List::new(gpu, "blocks of large triangles", BLOCKS)?,
             hits_here: here(gpu, hits.there.size()),
@@ -197,7 +205,7 @@ impl Batch {
         let views: Vec<u32> = views.flat_map(words_of_view).collect();
         gpu.queue.write_buffer(&self.views, 0, bytemuck::cast_slice(&views));
         let count = (views.len() / VIEW) as u32;
-        let mut stages = vec![(NEAREST, scene.opaque()), (IDS, scene.opaque())];
+        let mut stages = [LARGE, SMALL, IDS].map(|kind| (kind, scene.opaque())).to_vec();
         stages.extend(see_through.then(|| (SEE_THROUGH, scene.see_through())));
         stages.retain(|(_, triangles)| !triangles.is_empty());
         let mut words = vec![0u32; self.stride as usize / 4 * stages.len()];
@@ -209,6 +217,7 @@ impl Batch {
         let pixels = u64::from(self.size).pow(2) * 4 * faces.len() as u64;
         commands.clear_buffer(&self.nearest, 0, Some(pixels));
         commands.clear_buffer(&self.ids, 0, Some(pixels));
+        commands.clear_buffer(&self.marks, 0, None);
         commands.clear_buffer(&self.queue.there, 0, Some(8));
         commands.clear_buffer(&self.hits.there, 0, Some(4));
         let buffers = [
@@ -220,20 +229,28 @@ impl Batch {
             &self.ids,
             &self.queue.there,
             &self.hits.there,
+            &self.marks,
         ];
         let mut buffers = buffers.map(|b| b.as_entire_binding());
         let size = wgpu::BufferSize::new(STAGE as u64 * 4);
         buffers[3] = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: &self.stages, offset: 0, size });
         let group = group(gpu, &scene.pipelines.ids_layout, &buffers);
         let mut pass = commands.begin_compute_pass(&Default::default());
-        for (stage, (_, triangles)) in (0u32..).zip(&stages) {
+        for (stage, (kind, triangles)) in (0u32..).zip(&stages) {
             pass.set_bind_group(0, &group, &[stage * self.stride as u32]);
+            if matches!(*kind, SMALL | SEE_THROUGH) {
+                let groups = self.size.div_ceil(TILE).div_ceil(8);
+                pass.set_pipeline(&scene.pipelines.tiles);
+                pass.dispatch_workgroups(groups, groups, faces.len() as u32);
+            }
             pass.set_pipeline(&scene.pipelines.triangles);
             let groups = (triangles.len() as u32).div_ceil(GROUP);
             let columns = groups.min(gpu.limits.max_compute_workgroups_per_dimension);
             pass.dispatch_workgroups(columns, groups.div_ceil(columns), count);
-            pass.set_pipeline(&scene.pipelines.blocks);
-            pass.dispatch_workgroups(DRAWERS, 1, 1);
+            if *kind != SMALL {
+                pass.set_pipeline(&scene.pipelines.blocks);
+                pass.dispatch_workgroups(DRAWERS, 1, 1);
+            }
         }
         drop(pass);
         commands.copy_buffer_to_buffer(&self.queue.there, 0, &self.counts_here, 0, 8);

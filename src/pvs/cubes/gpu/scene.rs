@@ -37,6 +37,7 @@ pub(super) struct Pipelines {
     pub count_layout: wgpu::BindGroupLayout,
     pub triangles: wgpu::ComputePipeline,
     pub blocks: wgpu::ComputePipeline,
+    pub tiles: wgpu::ComputePipeline,
     pub count: wgpu::ComputePipeline,
 }
 
@@ -136,7 +137,7 @@ impl Pipelines {
         let read = (BufferBindingType::Storage { read_only: true }, false);
         let write = (BufferBindingType::Storage { read_only: false }, false);
         let [uniform, stage] = [false, true].map(|is_dynamic| (BufferBindingType::Uniform, is_dynamic));
-        let ids_layout = layout(&[read, read, read, stage, write, write, write, write]);
+        let ids_layout = layout(&[read, read, read, stage, write, write, write, write, write]);
         let count_layout = layout(&[read, read, read, write, uniform]);
         let pipeline = |module, layout, entry| {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -152,6 +153,7 @@ impl Pipelines {
         Self {
             triangles: pipeline(&ids, &ids_layout, "triangles_of_views"),
             blocks: pipeline(&ids, &ids_layout, "queued_blocks"),
+            tiles: pipeline(&ids, &ids_layout, "tiles"),
             count: pipeline(&shader_module(device, include_str!("count.wgsl")), &count_layout, "count"),
             ids_layout,
             count_layout,
