@@ -1,14 +1,21 @@
 //! Cubes by a graphics processor: item buffers drawn by compute shaders, behind the cargo feature `gpu`.
 //!
 //! Based on: Weghorst, Hooper, Greenberg, *Improved computational methods for ray tracing*, 1984 (item buffers: what is nearest, by
-//! drawing its id); Laine, Karras, *High-performance software rasterization on GPUs*, 2011 (a rasteriser of compute shaders, large triangles cut
-//! into blocks of pixels); Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997 (edges as planes through the eye, so that
-//! nothing is clipped); and Reed, *Depth precision visualized*, 2015 (a float depth that falls towards the distance loses no precision there).
-//! Deviations: nothing is kept in order and no 64-bit atomics are needed, since everything is drawn twice, first its depth and then the least id that has
-//! that depth; a triangle goes over all six faces at once; depth is worked out at each pixel from the triangle's plane, so that it is as good
-//! for a floor that passes under the eye as for a chair; see-through triangles that are no farther than the opaque one are appended to
-//! a list, of which the nearest of each object stays. The device's own rasteriser isn't used: cards that are made for computing have few of them, and
-//! such a depth keeps one from leaving anything out early.
+//! drawing its id); Laine, Karras, *High-performance software rasterization on GPUs*, 2011 (a rasteriser of compute shaders, which cuts
+//! large triangles into blocks of pixels); Greene, Kass, Miller, *Hierarchical z-buffer visibility*, 1993 (what is farther than
+//! all pixels of a tile is left out); Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997 (edges are
+//! planes through the eye, so that nothing is clipped); and Reed, *Depth precision visualized*, 2015 (a float depth that falls towards
+//! the distance loses no precision there). Deviations:
+//!
+//! * A triangle goes over all six faces at once. Large ones are drawn first, since they hide most.
+//! * No 64-bit atomics: depths are drawn first; then triangles that were the nearest anywhere, when their turn came, are drawn once more, and of
+//!   those that have a pixel's depth the least id stays.
+//! * Depth is not interpolated between corners but worked out at each pixel from the triangle's plane, so that it is as good for a floor
+//!   that passes under the eye as for a chair.
+//! * See-through triangles that are no farther than the opaque one are appended to a list, of which the nearest of each object stays.
+//!
+//! The device's own rasteriser isn't used: cards made for computing have few of them, and that depth would keep them from leaving
+//! anything out early.
 //!
 //! **Positions** are relative to the eye before anything is rounded: see [`crate::gpu`].
 //!
@@ -24,6 +31,7 @@
 //! on them.
 
 mod batch;
+mod hits;
 mod scene;
 
 pub use crate::gpu::GpuError;
@@ -31,10 +39,12 @@ pub use scene::GpuScene;
 
 use super::{Cube, CubeEngine, CubeScene, CubeView, MAX_SIZE, NONE, Raster, SeeThrough};
 use batch::{Batch, Face};
+use hits::Hits;
 use std::sync::Arc;
 
-/// Within this distance (pixels) of a projected edge a pixel may fall to either side: edges are that wide on purpose, so that no pixel falls between two
-/// triangles. On the largest faces it takes 0.0005 pixels; with a tenth of that, the tests find pixels that it doesn't explain on faces of 256.
+/// Within this distance (pixels) of a projected edge a pixel may fall to either side: edges are widened by 0.0005 pixels on the largest faces, so that
+/// no pixel falls between two triangles, and rounding may take as much again. With less, sound drivers would be blamed there; with
+/// much more, a gap between triangles wouldn't be found.
 pub const EDGE: f64 = 1e-3;
 /// Corners may be off by this fraction of the distance of the triangle's farthest corner: what is rounded to `f32` on the way, eight
 /// times by 6e-8, from the subtraction to cutting triangles at the sides of what is drawn. Less would blame sound drivers, on faces of a
@@ -60,13 +70,13 @@ pub struct GpuCubes<'s> {
     scene: Arc<GpuScene>,
     batch: Option<Batch>,
     instead: Raster<'s>,
-    hits: Vec<u128>,
+    hits: Hits,
 }
 
 impl<'s> GpuCubes<'s> {
     /// For one thread; `instead` is the same scene.
     pub fn new(scene: Arc<GpuScene>, instead: &'s CubeScene) -> Self {
-        Self { scene, batch: None, instead: Raster::new(instead), hits: Vec::new() }
+        Self { scene, batch: None, instead: Raster::new(instead), hits: Hits::default() }
     }
 
     /// What is seen from each of some views, into `out`, as many cubes: one answer of the device is waited for where engines of the trait
@@ -88,27 +98,18 @@ impl<'s> GpuCubes<'s> {
             let hits = &mut self.hits;
             let batch = batch_for(&mut self.batch, &scene, same[0].size, faces.len())?;
             for faces in faces.chunks(batch.faces as usize) {
-                hits.clear();
                 let ids = |ids: &[u32]| {
                     for (face, ids) in faces.iter().zip(ids.chunks(size * size)) {
                         let to = &mut out[face.index].triangles[face.face * size * size..];
                         to.iter_mut().zip(ids).for_each(|(to, from)| *to = !from);
                     }
                 };
-                // Pixel, object, depth (not negative, so its bits are in its order), triangle: of an object the nearest comes first.
-                let key = |hit: &[u32]| {
-                    let [pixel, triangle, depth] = [hit[0], hit[1], hit[2]].map(u128::from);
-                    pixel << 96 | u128::from(scene.owners[hit[1] as usize]) << 64 | (!depth & 0xffff_ffff) << 32 | triangle
-                };
-                batch.draw(&scene, faces, ids, |list| hits.extend(list.chunks_exact(3).map(key)))?;
-                hits.sort_unstable();
-                hits.dedup_by_key(|key| *key >> 64);
-                for &key in &*hits {
-                    let (pixel, triangle) = ((key >> 96) as usize, key as u32);
+                batch.draw(&scene, faces, ids, |list| hits.sort(list, size * size * faces.len()))?;
+                hits.nearest(&scene.owners, |pixel, triangle| {
                     let face = &faces[pixel / (size * size)];
                     let pixel = (face.face * size * size + pixel % (size * size)) as u32;
                     out[face.index].see_through.push(SeeThrough { pixel, triangle });
-                }
+                });
             }
         }
         Ok(())

@@ -113,10 +113,16 @@ impl Batch {
         hits: impl FnOnce(&[u32]),
     ) -> Result<(), GpuError> {
         let bytes = u64::from(self.size).pow(2) * 4 * faces.len() as u64;
-        let found = self.run(scene, faces, true, |batch, commands| {
-            commands.copy_buffer_to_buffer(&batch.ids, 0, &batch.ids_here, 0, bytes);
-            (batch.ids_here.clone(), bytes)
-        }, |words| ids(words))?;
+        let found = self.run(
+            scene,
+            faces,
+            true,
+            |batch, commands| {
+                commands.copy_buffer_to_buffer(&batch.ids, 0, &batch.ids_here, 0, bytes);
+                (batch.ids_here.clone(), bytes)
+            },
+            |words| ids(words),
+        )?;
         if found == 0 {
             hits(&[]);
             return Ok(());
@@ -147,17 +153,23 @@ impl Batch {
         let batch = gpu.filled(&[self.size, first_face, scene.objects as u32, 0], BufferUsages::UNIFORM);
         let buffers = [&self.ids, &scene.owners_there, &weights, &sums, &batch].map(|b| b.as_entire_binding());
         let group = group(gpu, &scene.pipelines.count_layout, &buffers);
-        self.run(scene, faces, false, |batch, commands| {
-            commands.clear_buffer(&sums, 0, None);
-            let mut pass = commands.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&scene.pipelines.count);
-            pass.set_bind_group(0, &group, &[]);
-            // Eight by eight invocations, each of sixteen pixels of a row.
-            pass.dispatch_workgroups(batch.size.div_ceil(128), batch.size.div_ceil(8), faces.len() as u32);
-            drop(pass);
-            commands.copy_buffer_to_buffer(&sums, 0, &here, 0, bytes);
-            (here.clone(), bytes)
-        }, |words| read(words))?;
+        self.run(
+            scene,
+            faces,
+            false,
+            |batch, commands| {
+                commands.clear_buffer(&sums, 0, None);
+                let mut pass = commands.begin_compute_pass(&Default::default());
+                pass.set_pipeline(&scene.pipelines.count);
+                pass.set_bind_group(0, &group, &[]);
+                // Eight by eight invocations, each of sixteen pixels of a row.
+                pass.dispatch_workgroups(batch.size.div_ceil(128), batch.size.div_ceil(8), faces.len() as u32);
+                drop(pass);
+                commands.copy_buffer_to_buffer(&sums, 0, &here, 0, bytes);
+                (here.clone(), bytes)
+            },
+            |words| read(words),
+        )?;
         Ok(())
     }
 
@@ -211,7 +223,16 @@ impl Batch {
         let mut words = vec![0u32; self.stride as usize / 4 * stages.len()];
         for (words, (kind, triangles)) in words.chunks_mut(self.stride as usize / 4).zip(&stages) {
             let (faces, lists) = ([faces.len() as u32, first_face], [self.queue.capacity, self.hits.capacity]);
-            words[..STAGE].copy_from_slice(&[*kind, triangles.start, triangles.end, self.size, faces[0], faces[1], lists[0], lists[1]]);
+            words[..STAGE].copy_from_slice(&[
+                *kind,
+                triangles.start,
+                triangles.end,
+                self.size,
+                faces[0],
+                faces[1],
+                lists[0],
+                lists[1],
+            ]);
         }
         gpu.queue.write_buffer(&self.stages, 0, bytemuck::cast_slice(&words));
         let pixels = u64::from(self.size).pow(2) * 4 * faces.len() as u64;
