@@ -243,8 +243,6 @@ pub(crate) struct DepthPipeline<'d> {
     /// Entry points: of corners, and of pixels.
     pub shaders: [&'d str; 2],
     pub groups: &'d [Option<&'d wgpu::BindGroupLayout>],
-    /// What pixels are written to, beside the depth.
-    pub targets: &'d [Option<wgpu::ColorTargetState>],
     pub writes_depth: bool,
     pub compare: wgpu::CompareFunction,
 }
@@ -252,7 +250,7 @@ pub(crate) struct DepthPipeline<'d> {
 impl DepthPipeline<'_> {
     /// Makes it.
     pub fn on(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
-        let Self { module, shaders: [corners, pixels], targets, .. } = *self;
+        let Self { module, shaders: [corners, pixels], .. } = *self;
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: None,
             layout: Some(&pipeline_layout(device, self.groups)),
@@ -275,7 +273,7 @@ impl DepthPipeline<'_> {
                 module,
                 entry_point: Some(pixels),
                 compilation_options: Default::default(),
-                targets,
+                targets: &[],
             }),
             multiview_mask: None,
             cache: None,

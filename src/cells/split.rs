@@ -117,7 +117,7 @@ pub(crate) fn split_beside(
 /// With kinds and states of its portals.
 fn finished(scene: &Scene, human: HumanScale, mut graph: CellGraph) -> CellGraph {
     name_openings(scene, &mut graph.portals, human);
-    find_states(scene, &mut graph.portals, graph.strategy == Strategy::Leaves);
+    find_states(scene, &mut graph.portals, human.metre, graph.strategy == Strategy::Leaves);
     graph.link();
     graph
 }

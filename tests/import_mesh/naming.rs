@@ -88,16 +88,31 @@ fn an_office_has_its_doors_by_their_names_alone() {
     let (mut json, bin) = parts(&office.glb);
     json["nodes"].as_array_mut().unwrap().iter_mut().for_each(|node| _ = node.as_object_mut().unwrap().remove("extras"));
     let bare = pack(json.to_string().as_bytes(), Some(&bin));
-    let openings = |glb: &[u8]| {
-        let scene = super::read_glb(glb).unwrap();
-        let graph = split(&scene, &SplitOptions::default()).unwrap();
-        let of = |kind: PortalKind| graph.portals.iter().filter(|p| p.kind == kind).count();
-        let shut = graph.portals.iter().filter(|p| p.state.shut).count();
-        (graph.cells.len(), of(PortalKind::Door), of(PortalKind::Window), shut)
-    };
-    let (cells, doors, windows, shut) = openings(&office.glb);
+    let [told, named] = [&office.glb, &bare].map(|glb| super::read_glb(glb).unwrap());
+    let (cells, doors, windows, shut) = openings(&told);
     assert!(cells > 12 && doors >= 12 && windows > 0);
-    assert_eq!(openings(&bare), (cells, doors, windows, shut));
+    assert_eq!(openings(&named), (cells, doors, windows, shut));
+    // All doors in one object, and all windows, as where an exporter joins what has one material.
+    let mut text: String = told.positions.iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z)).collect();
+    for (name, is_here) in [("walls", None), ("doors", Some(Role::Door)), ("windows", Some(Role::Window))] {
+        text += &format!("o {name}\n");
+        for object in &told.objects {
+            let role = Some(object.role).filter(|role| matches!(role, Role::Door | Role::Window));
+            for t in object.triangles.clone().filter(|_| role == is_here) {
+                let [a, b, c] = told.triangles[t as usize].map(|i| i + 1);
+                text += &format!("f {a} {b} {c}\n");
+            }
+        }
+    }
+    assert_eq!(openings(&read_obj(&text).unwrap()), (cells, doors, windows, shut));
+}
+
+/// Cells, doors, windows, and portals that are shut.
+fn openings(scene: &Scene) -> (usize, usize, usize, usize) {
+    let graph = split(scene, &SplitOptions::default()).unwrap();
+    let of = |kind: PortalKind| graph.portals.iter().filter(|p| p.kind == kind).count();
+    let shut = graph.portals.iter().filter(|p| p.state.shut).count();
+    (graph.cells.len(), of(PortalKind::Door), of(PortalKind::Window), shut)
 }
 
 /// Turned on its back, and told so, a model is the model.

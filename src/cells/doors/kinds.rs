@@ -6,6 +6,7 @@
 
 use crate::cells::complex::polygon::convex_hull;
 use crate::cells::complex::{lift, to_plan};
+use crate::cells::doors::leaves::leaves;
 use crate::cells::locate::BoxTree;
 use crate::cells::scale::HumanScale;
 use crate::cells::{Portal, PortalKind};
@@ -42,10 +43,10 @@ struct Slab<'s> {
 /// Names the portals that are doors and windows, of those that have no name.
 pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], human: HumanScale) {
     let mut slabs: Vec<Slab<'_>> = scene.hints.openings.iter().filter_map(|o| Slab::drawn(o, human)).collect();
-    let mut hung: BTreeMap<(&str, bool), Vec<DVec3>> = BTreeMap::new();
+    let mut hung: BTreeMap<(&str, bool), Vec<[DVec3; 3]>> = BTreeMap::new();
     for o in &scene.objects {
         if let Role::Door | Role::Window = o.role {
-            let corners = o.triangles.clone().flat_map(|t| scene.corners(t as usize));
+            let corners = o.triangles.clone().map(|t| scene.corners(t as usize));
             hung.entry((o.node.as_str(), o.role == Role::Door)).or_default().extend(corners);
         }
     }
@@ -53,11 +54,15 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
     let drawn: std::collections::BTreeSet<&str> = slabs.iter().map(|s| s.id).collect();
     hung.retain(|(id, _), _| !drawn.contains(id));
     let mut ajar: Vec<(&str, Aabb)> = Vec::new();
-    for (&(id, is_door), corners) in &hung {
-        match Slab::hung(id, is_door, corners, human) {
-            Some(slab) => slabs.push(slab),
-            None if is_door => ajar.push((id, Aabb::of(corners.iter().copied()))),
-            None => {}
+    for (&(id, is_door), triangles) in &hung {
+        let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of(*t)).collect();
+        for leaf in leaves(&boxes, human.metre) {
+            let corners: Vec<DVec3> = leaf.iter().flat_map(|&t| triangles[t]).collect();
+            match Slab::hung(id, is_door, &corners, human) {
+                Some(slab) => slabs.push(slab),
+                None if is_door => ajar.push((id, Aabb::of(corners))),
+                None => {}
+            }
         }
     }
     // 1. The nearest slab that a portal lies in.

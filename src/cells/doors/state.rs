@@ -4,18 +4,19 @@
 //! opens and shuts. A state lets the run time cull more than a row does, behind doors that are shut.
 //!
 //! A leaf is what the model calls a door's or a window's ([`Role::Door`], [`Role::Window`]) and lies along the portal, near it:
-//! triangles turned by more than about 25 degrees, or farther away than a third of their object's size, stand aside.
+//! triangles turned by more than about 25 degrees, or farther away than a third of their leaf's size, stand aside.
 
 use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{Shape, convex_hull, counter_clockwise, shape_area, shared_area};
 use crate::cells::doors::gap::{Face, lets_through};
+use crate::cells::doors::leaves::leaves;
 use crate::cells::locate::BoxTree;
 use crate::cells::{Portal, PortalKind, PortalState};
 use crate::geom::{Aabb, Plane, area, clip};
 use crate::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::sync::OnceLock;
 
 /// A leaf covers more than this share of its portal when it is shut. A frame alone covers 0.1 to 0.3, a leaf with gaps around it
@@ -34,11 +35,11 @@ const WHOLLY: f64 = 1e-4;
 
 /// Gives every portal its state, by its kind and by what the model hangs in it. Between leaves of a level (`of_level`) a portal is
 /// often wider than its doorway, and beside the leaf a wall of a cell beyond is seen: there only a leaf that covers its portal
-/// wholly is not ajar.
-pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal], of_level: bool) {
-    let boxes: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
-    let leaves = (0..boxes.len() as u32).filter(|&i| matches!(scene.objects[i as usize].role, Role::Door | Role::Window));
-    let tree = BoxTree::new(&boxes, leaves.collect());
+/// wholly is not ajar. `metre`: how long a metre is.
+pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal], metre: f64, of_level: bool) {
+    let hung = Hung::all(scene, metre);
+    let boxes: Vec<Aabb> = hung.iter().map(|h| h.bounds).collect();
+    let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
     // Made for the first leaf that is shut.
     let rays = OnceLock::new();
     parallel::for_each_mut(portals, |i, portal| {
@@ -47,7 +48,7 @@ pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal], of_le
             let face = Face::new(portal);
             let rim = convex_hull(portal.winding.iter().map(|&p| face.flat(p)).collect());
             let whole = area(&portal.winding);
-            let leaf = Leaf::new(scene, &tree, portal, &face, &rim);
+            let leaf = Leaf::new(&hung, &tree, portal, &face, &rim);
             let open = leaf.open.iter().map(shape_area).sum::<f64>();
             portal.state.shut = open < (1.0 - SHUT_SHARE) * whole;
             portal.state.see_through |= leaf.glass;
@@ -60,6 +61,28 @@ pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal], of_le
     });
 }
 
+/// A leaf or a pane of an object.
+struct Hung {
+    triangles: Vec<[DVec3; 3]>,
+    bounds: Aabb,
+    glass: bool,
+}
+
+impl Hung {
+    fn all(scene: &Scene, metre: f64) -> Vec<Self> {
+        let mut all = Vec::new();
+        for object in scene.objects.iter().filter(|o| matches!(o.role, Role::Door | Role::Window)) {
+            let triangles: Vec<[DVec3; 3]> = object.triangles.clone().map(|t| scene.corners(t as usize)).collect();
+            let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of(*t)).collect();
+            all.extend(leaves(&boxes, metre).into_iter().map(|leaf| {
+                let bounds = leaf.iter().fold(Aabb::EMPTY, |b, &t| b.union(boxes[t]));
+                Self { triangles: leaf.into_iter().map(|t| triangles[t]).collect(), bounds, glass: object.glass }
+            }));
+        }
+        all
+    }
+}
+
 /// What hangs in a portal.
 struct Leaf {
     /// What it leaves uncovered of the portal, in the coordinates of its [`Face`].
@@ -69,17 +92,17 @@ struct Leaf {
 }
 
 impl Leaf {
-    fn new(scene: &Scene, tree: &BoxTree, portal: &Portal, face: &Face, rim: &[DVec2]) -> Self {
+    fn new(hung: &[Hung], tree: &BoxTree, portal: &Portal, face: &Face, rim: &[DVec2]) -> Self {
         let (n, whole) = (portal.plane.n, area(&portal.winding));
         let around = Aabb::of(portal.winding.iter().copied()).inflated(LEAF_NEAR_SHARE * MOST_TIMES * whole.sqrt());
-        let mut objects = Vec::new();
-        tree.in_box(&around, &mut |i| objects.push(i as usize));
-        objects.sort_unstable();
+        let mut near = Vec::new();
+        tree.in_box(&around, &mut |i| near.push(i as usize));
+        near.sort_unstable();
         let (mut triangles, mut glass) = (Vec::new(), false);
-        for object in objects.into_iter().map(|i| &scene.objects[i]) {
-            let size = (0.5 * object.bounds.diagonal()).clamp(whole.sqrt(), MOST_TIMES * whole.sqrt());
+        for leaf in near.into_iter().map(|i| &hung[i]) {
+            let size = (0.5 * leaf.bounds.diagonal()).clamp(whole.sqrt(), MOST_TIMES * whole.sqrt());
             let slab = [1.0, -1.0].map(|side| Plane { n: n * side, d: portal.plane.d * side + LEAF_NEAR_SHARE * size });
-            for corners in object.triangles.clone().map(|t| scene.corners(t as usize)) {
+            for corners in &leaf.triangles {
                 let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
                 if across.dot(n).abs() < ALONG_PORTAL_COSINE {
                     continue;
@@ -87,7 +110,7 @@ impl Leaf {
                 let near = slab.iter().fold(corners.to_vec(), |rest, plane| clip(&rest, plane, 0.0));
                 for k in 2..near.len() {
                     let triangle = [near[0], near[k - 1], near[k]].map(|p| face.flat(p));
-                    glass |= object.glass && shared_area(counter_clockwise(triangle), rim) > 0.0;
+                    glass |= leaf.glass && shared_area(counter_clockwise(triangle), rim) > 0.0;
                     triangles.push(triangle);
                 }
             }
@@ -105,7 +128,6 @@ mod tests {
     use super::*;
     use crate::CellId;
     use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
-    use glam::DVec3;
 
     /// A doorway of 0.9 x 2.1 m in the plane x = 0 of a wall from x = -0.1 to 0.1, and a leaf of 0.04 m that ends `gap` metres from the
     /// doorway's rim, turned by this many degrees and moved by this far along x.
@@ -143,7 +165,7 @@ mod tests {
         let plane = Plane::through(winding[0], DVec3::X);
         let state = PortalState::of_kind(kind);
         let mut portals = [Portal { cells: [CellId(0), CellId(1)], plane, winding, kind, state, source: None }];
-        find_states(&scene, &mut portals, false);
+        find_states(&scene, &mut portals, 1.0, false);
         portals[0].state
     }
 

@@ -55,7 +55,7 @@ impl GpuScene {
         let module = shader_module(&gpu.device, SHADERS);
         let pipeline = |shaders, writes_depth, compare| {
             let groups = &[Some(&layout)];
-            DepthPipeline { module: &module, shaders, groups, targets: &[], writes_depth, compare }.on(&gpu.device)
+            DepthPipeline { module: &module, shaders, groups, writes_depth, compare }.on(&gpu.device)
         };
         let hides = pipeline(["corner", "hides"], true, wgpu::CompareFunction::Greater);
         let asks = pipeline(["rectangle", "asks"], false, wgpu::CompareFunction::GreaterEqual);

@@ -1,10 +1,21 @@
-//! Cubes by a graphics processor: item buffers drawn by its rasteriser, behind the cargo feature `gpu`.
+//! Cubes by a graphics processor: item buffers drawn by compute shaders, behind the cargo feature `gpu`.
 //!
 //! Based on: Weghorst, Hooper, Greenberg, *Improved computational methods for ray tracing*, 1984 (item buffers: what is nearest, by
-//! drawing its id), and Reed, *Depth precision visualized*, 2015 (a float depth that falls towards the distance loses no precision there).
-//! Deviations: depth is not interpolated between corners but worked out at each pixel from the triangle's plane, so that it is as good
-//! for a floor that passes under the eye as for a chair; see-through triangles that are no farther than the opaque one are appended to
-//! a list, of which the nearest of each object stays.
+//! drawing its id); Laine, Karras, *High-performance software rasterization on GPUs*, 2011 (a rasteriser of compute shaders, which cuts
+//! large triangles into blocks of pixels); Greene, Kass, Miller, *Hierarchical z-buffer visibility*, 1993 (what is farther than
+//! all pixels of a tile is left out); Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997 (edges are
+//! planes through the eye, so that nothing is clipped); and Reed, *Depth precision visualized*, 2015 (a float depth that falls towards
+//! the distance loses no precision there). Deviations:
+//!
+//! * A triangle goes over all six faces at once. Large ones are drawn first, since they hide most.
+//! * No 64-bit atomics: depths are drawn first; then triangles that were the nearest anywhere, when their turn came, are drawn once more, and of
+//!   those that have a pixel's depth the least id stays.
+//! * Depth is not interpolated between corners but worked out at each pixel from the triangle's plane, so that it is as good for a floor
+//!   that passes under the eye as for a chair.
+//! * See-through triangles that are no farther than the opaque one are appended to a list, of which the nearest of each object stays.
+//!
+//! The device's own rasteriser isn't used: cards made for computing have few of them, and that depth would keep them from leaving
+//! anything out early.
 //!
 //! **Positions** are relative to the eye before anything is rounded: see [`crate::gpu`].
 //!
@@ -20,6 +31,7 @@
 //! on them.
 
 mod batch;
+mod hits;
 mod scene;
 
 pub use crate::gpu::GpuError;
@@ -27,12 +39,13 @@ pub use scene::GpuScene;
 
 use super::{Cube, CubeEngine, CubeScene, CubeView, MAX_SIZE, NONE, Raster, SeeThrough};
 use batch::{Batch, Face};
+use hits::Hits;
 use std::sync::Arc;
 
-/// Within this distance (pixels) of a projected edge a pixel may fall to either side: rasterisers round corners to a grid of 1/256 of a
-/// pixel or finer, which moves an edge by up to 0.0028 pixels. With 0.0020 the tests find pixels that it doesn't explain; with much
-/// more, they wouldn't find a driver of a coarser grid.
-pub const EDGE: f64 = 1.0 / 256.0;
+/// Within this distance (pixels) of a projected edge a pixel may fall to either side: edges are widened by 0.0005 pixels on the largest faces, so that
+/// no pixel falls between two triangles, and rounding may take as much again. With less, sound drivers would be blamed there; with
+/// much more, a gap between triangles wouldn't be found.
+pub const EDGE: f64 = 1e-3;
 /// Corners may be off by this fraction of the distance of the triangle's farthest corner: what is rounded to `f32` on the way, eight
 /// times by 6e-8, from the subtraction to cutting triangles at the sides of what is drawn. Less would blame sound drivers, on faces of a
 /// thousand pixels and more and for surfaces seen at a grazing angle; ten times more would hide positions that are relative to something
@@ -57,13 +70,13 @@ pub struct GpuCubes<'s> {
     scene: Arc<GpuScene>,
     batch: Option<Batch>,
     instead: Raster<'s>,
-    hits: Vec<[u32; 4]>,
+    hits: Hits,
 }
 
 impl<'s> GpuCubes<'s> {
     /// For one thread; `instead` is the same scene.
     pub fn new(scene: Arc<GpuScene>, instead: &'s CubeScene) -> Self {
-        Self { scene, batch: None, instead: Raster::new(instead), hits: Vec::new() }
+        Self { scene, batch: None, instead: Raster::new(instead), hits: Hits::default() }
     }
 
     /// What is seen from each of some views, into `out`, as many cubes: one answer of the device is waited for where engines of the trait
@@ -72,35 +85,31 @@ impl<'s> GpuCubes<'s> {
         assert_eq!(views.len(), out.len(), "a cube for each view");
         for (view, cube) in views.iter().zip(&mut *out) {
             cube.clear(view);
-            cube.triangles.fill(NONE);
+            if !is_somewhere(view) {
+                cube.triangles.fill(NONE);
+            }
         }
         let scene = self.scene.clone();
         let mut first = 0;
         for same in views.chunk_by(|a, b| a.size == b.size) {
             let (size, out) = (same[0].size as usize, &mut out[first..][..same.len()]);
             first += same.len();
-            let faces = faces(&scene, same);
+            let faces = faces(same);
             let hits = &mut self.hits;
             let batch = batch_for(&mut self.batch, &scene, same[0].size, faces.len())?;
-            for faces in faces.chunks(batch.layers as usize) {
-                hits.clear();
-                batch.draw(&scene, faces, |pitch, ids, list| {
-                    for (face, ids) in faces.iter().zip(ids.chunks(pitch * size)) {
-                        let rows = out[face.index].triangles[face.face * size * size..].chunks_mut(size);
-                        for (to, from) in rows.zip(ids.chunks(pitch)) {
-                            to.iter_mut().zip(from).for_each(|(to, from)| *to = from.wrapping_sub(1));
-                        }
+            for faces in faces.chunks(batch.faces as usize) {
+                let ids = |ids: &[u32]| {
+                    for (face, ids) in faces.iter().zip(ids.chunks(size * size)) {
+                        let to = &mut out[face.index].triangles[face.face * size * size..];
+                        to.iter_mut().zip(ids).for_each(|(to, from)| *to = !from);
                     }
-                    list.chunks_exact(3).for_each(|hit| hits.push([hit[0], scene.owners[hit[1] as usize], !hit[2], hit[1]]));
-                })?;
-                // Depths aren't negative, so their bits are in their order: of an object the nearest comes first.
-                hits.sort_unstable();
-                hits.dedup_by_key(|hit| [hit[0], hit[1]]);
-                for &[pixel, _, _, triangle] in &*hits {
-                    let face = &faces[pixel as usize / (size * size)];
-                    let pixel = (face.face * size * size + pixel as usize % (size * size)) as u32;
+                };
+                batch.draw(&scene, faces, ids, |list| hits.sort(list, size * size * faces.len()))?;
+                hits.nearest(&scene.owners, |pixel, triangle| {
+                    let face = &faces[pixel / (size * size)];
+                    let pixel = (face.face * size * size + pixel % (size * size)) as u32;
                     out[face.index].see_through.push(SeeThrough { pixel, triangle });
-                }
+                });
             }
         }
         Ok(())
@@ -116,9 +125,9 @@ impl<'s> GpuCubes<'s> {
         }
         for same in views.chunk_by(|a, b| a.size == b.size) {
             let mut sums = vec![vec![(0u32, 0u64); scene.objects]; same.len()];
-            let faces = faces(&scene, same);
+            let faces = faces(same);
             let batch = batch_for(&mut self.batch, &scene, same[0].size, faces.len())?;
-            for faces in faces.chunks(batch.layers as usize) {
+            for faces in faces.chunks(batch.faces as usize) {
                 let weights = || weights(&same[0]);
                 batch.count(&scene, faces, weights, |words| {
                     // Views that see nothing were left out.
@@ -162,14 +171,15 @@ impl CubeEngine for GpuCubes<'_> {
     }
 }
 
-/// The faces of views; none of an eye that isn't finite.
-fn faces<'v>(scene: &GpuScene, views: &'v [CubeView]) -> Vec<Face<'v>> {
-    let finite = views.iter().enumerate().filter(|(_, view)| view.eye.is_finite());
-    let of_view = |(index, view): (usize, &'v CubeView)| {
-        let seen = scene.seen(view).into_iter().enumerate();
-        seen.map(move |(face, [opaque, see_through])| Face { index, view, face, opaque, see_through })
-    };
-    finite.flat_map(of_view).collect()
+/// Whether an eye is finite, even in single precision.
+fn is_somewhere(view: &CubeView) -> bool {
+    view.eye.as_vec3().is_finite()
+}
+
+/// The faces of views from somewhere.
+fn faces(views: &[CubeView]) -> Vec<Face<'_>> {
+    let somewhere = views.iter().enumerate().filter(|(_, view)| is_somewhere(view));
+    somewhere.flat_map(|(index, view)| (0..6).map(move |face| Face { index, view, face })).collect()
 }
 
 /// A batch of this size, with as much room as there is to be had for so many faces.
@@ -179,7 +189,7 @@ fn batch_for<'b>(
     size: u32,
     faces: usize,
 ) -> Result<&'b mut Batch, GpuError> {
-    let old = batch.take().filter(|b| b.size == size && (b.is_full || b.layers as usize >= faces));
+    let old = batch.take().filter(|b| b.size == size && (b.is_full || b.faces as usize >= faces));
     let new = match old {
         Some(old) => old,
         None => Batch::new(scene, size, faces)?,

@@ -1,14 +1,15 @@
-// Pixels and solid angle of each object, over layers of an item buffer.
+// Pixels and solid angle of each object, over the faces of an item buffer.
 
 struct Batch {
     // Pixels along a face's edge.
     size: u32,
-    // Of the first layer, counting six faces a view.
+    // Which face of its cube the first is of.
     first_face: u32,
     objects: u32,
 }
 
-@group(0) @binding(0) var ids: texture_2d_array<u32>;
+// The complement of each pixel's triangle, row by row, face by face; 0 where there is none.
+@group(0) @binding(0) var<storage, read> ids: array<u32>;
 // The object of each triangle.
 @group(0) @binding(1) var<storage, read> owners: array<u32>;
 // Solid angle of each pixel of a face, in a unit of the size's.
@@ -37,17 +38,17 @@ fn count(@builtin(global_invocation_id) id: vec3u) {
     if row >= batch.size || start >= batch.size {
         return;
     }
-    let view = (batch.first_face % 6u + id.z) / 6u;
+    let view = (batch.first_face + id.z) / 6u;
     var object = 0u;
     var pixels = 0u;
     var low = 0u;
     var high = 0u;
     for (var column = start; column < min(start + RUN, batch.size); column++) {
-        let seen = textureLoad(ids, vec2u(column, row), id.z, 0).x;
+        let seen = ids[(id.z * batch.size + row) * batch.size + column];
         if seen == 0u {
             continue;
         }
-        let owner = owners[seen - 1u];
+        let owner = owners[~seen];
         if owner != object && pixels != 0u {
             add(3u * (view * batch.objects + object), pixels, low, high);
             pixels = 0u;
