@@ -114,5 +114,6 @@ while IFS= read -r model; do
       >"$stem.walk" 2>>"$stem.log" || true
   fi
   line "$stem" "$model"
-done < <(find "${given[@]}" -type f \( -iname '*.glb' -o -iname '*.gltf' -o -iname '*.obj' -o -iname '*.ifc' -o -iname '*.gml' -o -iname '*.geojson' \) | sort)
+done < <(find "${given[@]}" -type f \( -iname '*.glb' -o -iname '*.gltf' -o -iname '*.obj' -o -iname '*.ifc' -o -iname '*.gml' -o -iname '*.geojson' -o -iname '*.ifczip' \
+  -o -iname '*.ply' -o -iname '*.stl' -o -iname '*.bsp' -o -iname '*.map' \) | sort)
 line all

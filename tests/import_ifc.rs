@@ -376,6 +376,33 @@ fn a_unit_given_by_the_user_overrides_the_files() {
     }
 }
 
+/// As Revit writes feet: a unit by its name, or by how many of another it is.
+#[test]
+fn units_that_are_told_by_others_are_read() {
+    let metres = House::default();
+    let upright = import_bytes(metres.text().into_bytes(), "house", &ImportOptions::default()).unwrap();
+    for (name, factor) in [("FOOT", 0.3048), ("Klafter", 1.8965)] {
+        let house = House { units_per_metre: 1.0 / factor, ..House::default() };
+        let unit = format!(
+            "#6=IFCCONVERSIONBASEDUNIT(#8,.LENGTHUNIT.,'{name}',#9);\n#8=IFCDIMENSIONALEXPONENTS(1,0,0,0,0,0,0);\n\
+             #9=IFCMEASUREWITHUNIT(IFCLENGTHMEASURE({factor:?}),#16);\n#16=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n"
+        );
+        let text = house.text().replace("#6=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n", &unit);
+        let scene = import_bytes(text.into_bytes(), "house", &ImportOptions::default()).unwrap();
+        assert_eq!((scene.source.metres_per_unit, &scene.source.notes[..]), (factor, &[][..]), "{name}");
+        assert!((scene.bounds().size() - upright.bounds().size()).abs().max_element() < GRID, "{name}");
+    }
+}
+
+#[test]
+fn old_names_of_shapes_are_read() {
+    let text = House::default().text();
+    let read = |text: String| import_bytes(text.into_bytes(), "house", &ImportOptions::default()).unwrap();
+    let old = text.replace("'SweptSolid'", "'FacetedBrep'");
+    assert_ne!(old, text);
+    assert_eq!(read(old).hash(), read(text).hash());
+}
+
 #[test]
 fn a_missing_unit_is_noted() {
     let text = House::default().text();

@@ -8,6 +8,7 @@
 use crate::geom::{Aabb, newell};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::scene::up;
 use glam::DVec3;
 
 /// A triangle is level if its normal's cosine with the vertical is above this (8 degrees).
@@ -21,6 +22,8 @@ pub(super) struct HumanScale {
     pub metre: f64,
     /// How high the model's rooms are, in its units, the median of their volume; where its format leaves the unit to whoever writes it.
     ceiling: Option<f64>,
+    /// Whether it may lie on its side, so that nothing is told of its rooms.
+    is_doubted: bool,
 }
 
 /// Units that models come in: how many make a metre, what they are called, and in metres.
@@ -55,25 +58,28 @@ const LINES: usize = 4096;
 
 impl HumanScale {
     /// That of a model in metres.
-    pub const METRES: Self = Self { metre: 1.0, ceiling: None };
+    pub const METRES: Self = Self { metre: 1.0, ceiling: None, is_doubted: false };
 
     /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits and leaves the
     /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor is taken
-    /// to be in metres if it is 3 to 400 of them across, and else to be 100 m across.
+    /// to be in metres if it is 3 to 400 of them across, and else to be 100 m across. IFC says
+    /// what its unit is, so that nothing is made of the height of halls there.
     pub fn of(scene: &Scene) -> Self {
+        let is_doubted = scene.source.up == "+Y" && up::is_on_its_side(scene);
         let Some(height) = ceiling(scene) else {
             let diagonal = scene.bounds().diagonal();
             let metre = if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 };
-            return Self { metre, ceiling: None };
+            return Self { metre, ceiling: None, is_doubted };
         };
         let ratio = height / CEILING_HEIGHT;
         let across = scene.bounds().diagonal();
         let is_room = |unit: f64| unit <= 1.0 || across >= LEAST_ACROSS * unit;
         let fits = |&unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit)) && is_room(unit);
-        let metre = [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(height / HALL_HEIGHT);
+        let hall = if scene.source.format.starts_with("IFC") { 1.0 } else { height / HALL_HEIGHT };
+        let metre = [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(hall);
         // Formats that don't make everybody say the unit.
         let is_silent = ["glTF", "OBJ", "PLY", "STL"].contains(&scene.source.format.as_str());
-        Self { metre, ceiling: is_silent.then_some(height) }
+        Self { metre, ceiling: is_silent.then_some(height), is_doubted }
     }
 
     /// What a person's metres are in the model.
@@ -96,9 +102,12 @@ impl HumanScale {
         model.inflated((MARGIN_SHARE * model.diagonal()).min(self.metres(MOST_MARGIN)))
     }
 
-    /// A line for the report where the model is not in metres, or may be in feet.
+    /// A line for the report where the model is not in metres, or may be in feet; none where it is unclear what is up.
     pub fn note(&self) -> Option<String> {
         let (metre, height) = (self.metre, self.ceiling.unwrap_or_default());
+        if self.is_doubted {
+            return None;
+        }
         if metre != 1.0 {
             let near = |(units, _, _): &&(f64, &str, &str)| (1.0 / NEAR..=NEAR).contains(&(metre / units));
             let guess = UNITS.iter().find(near).map(|(_, name, unit)| format!(", as in {name} (--unit {unit})"));
@@ -235,6 +244,21 @@ mod tests {
     }
 
     #[test]
+    fn ifc_is_in_metres_however_low_its_rooms_are() {
+        let mut crawl = scene(20.0, &[-0.1, 0.0, 0.3, 0.4]);
+        assert!(HumanScale::of(&crawl).metre < 0.1);
+        crawl.source.format = "IFC2X3".into();
+        assert_eq!(HumanScale::of(&crawl).metre, 1.0);
+    }
+
+    #[test]
+    fn nothing_is_told_of_rooms_that_may_lie_on_their_side() {
+        let note = HumanScale { metre: 0.1, ..HumanScale::METRES };
+        assert!(note.note().is_some_and(|note| note.contains("not in metres")));
+        assert_eq!(HumanScale { is_doubted: true, ..note }.note(), None);
+    }
+
+    #[test]
     fn nothing_overhead_leaves_the_extent_to_tell() {
         for (size, expected) in [(20.0, 1.0), (300.0, 1.0), (8000.0, 93.295), (1e-3, 1.166e-5)] {
             let found = HumanScale::of(&scene(size, &[0.0])).metre;
@@ -244,7 +268,7 @@ mod tests {
 
     #[test]
     fn thresholds_are_multiples_of_it() {
-        let (small, large) = (HumanScale::METRES, HumanScale { metre: 1000.0, ceiling: None });
+        let (small, large) = (HumanScale::METRES, HumanScale { metre: 1000.0, ..HumanScale::METRES });
         assert_eq!(large.least_wall(), 1e6 * small.least_wall());
         assert_eq!(large.least_sheet(), 1e6 * small.least_sheet());
     }

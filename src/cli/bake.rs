@@ -138,7 +138,8 @@ fn leaks(args: &Args, error: &ImportError) -> Result<Outcome, CliError> {
         replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p)))
             .map_err(|e| at(path, e))?;
     }
-    eprintln!("{}", at(&args.input, error));
+    let hint = if args.leak.is_none() { "; --leak FILE writes the way" } else { "" };
+    eprintln!("enfilade: {}{hint}", at(&args.input, error));
     Ok(Outcome::Failed)
 }
 

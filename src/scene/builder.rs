@@ -10,6 +10,8 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::ops::Range;
 
+/// Per cent of the triangles. Less: glass halls are told of. More: a building whose walls let one see through them is not.
+const MUCH: f64 = 30.0;
 /// Beyond this, metres, squares and their products leave the range in which a metre means anything.
 const FARTHEST: f64 = 1e12;
 /// Scenes keep their indices in `u32`, with three corners to a triangle at worst.
@@ -280,6 +282,7 @@ impl SceneBuilder {
         if self.degenerate > 0 {
             self.source.notes.push(format!("{} triangles without area dropped", self.degenerate));
         }
+        self.source.notes.extend(see_through(&objects, &self.source.format));
         let mut hints = self.hints;
         for s in &mut hints.storeys {
             s.elevation -= origin.y;
@@ -301,6 +304,19 @@ impl SceneBuilder {
         scene.source.notes.extend(count.map(|count| count.to_string()));
         Ok(scene)
     }
+}
+
+/// A note where much is see-through: exporters often mark whole buildings so.
+fn see_through(objects: &[Object], format: &str) -> Option<String> {
+    let count = |is_counted: &dyn Fn(&Object) -> bool| {
+        objects.iter().filter(|o| is_counted(o)).map(|o| o.triangles.len()).sum::<usize>()
+    };
+    let (all, clear) = (count(&|_| true), count(&|o| !o.opaque && o.glass));
+    let how = if ["glTF", "OBJ"].contains(&format) { ": give them the role opaque (--roles)" } else { "" };
+    let percent = 100.0 * clear as f64 / all.max(1) as f64;
+    (percent >= MUCH).then(|| {
+        format!("{percent:.0} % of the triangles are see-through, as their materials say, and hide nothing; if they are walls, that is wrong{how}")
+    })
 }
 
 /// Coordinates are finite, and no farther than 1e12 m.

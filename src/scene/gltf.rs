@@ -155,8 +155,8 @@ struct Visit {
     node: usize,
     parent: DAffine3,
     role: Role,
-    /// Whether a name says so.
-    glass: bool,
+    /// What a name says of that.
+    glass: Option<bool>,
     /// Whether the author told the role, so that names count for nothing.
     told: bool,
     room: Option<usize>,
@@ -167,7 +167,7 @@ impl Visit {
     /// What a name says, unless the author told more.
     fn is_named(&mut self, kind: Option<Kind>) {
         match kind.filter(|_| !self.told) {
-            Some(Kind::Glass) => self.glass = true,
+            Some(kind @ (Kind::Glass | Kind::Opaque)) => self.glass = kind.role().1,
             Some(kind) => (self.role, self.glass) = kind.role(),
             None => {}
         }
@@ -205,7 +205,7 @@ impl<'a> Importer<'a> {
                 node: root,
                 parent: world,
                 role: Role::Unknown,
-                glass: false,
+                glass: None,
                 told: false,
                 room: None,
                 outside: false,
@@ -311,7 +311,7 @@ impl<'a> Importer<'a> {
             let turned = |&triangle: &[u32; 3]| turned(triangle, mirrored);
             let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
-            let glass = visit.glass || material.is_some_and(|m| !m.is_opaque());
+            let glass = visit.glass.unwrap_or_else(|| material.is_some_and(|m| !m.is_opaque()));
             self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, is_tube: false, instance });
             if let Some((look, coordinates)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, i], part)) {
                 let coordinates = coordinates.into_iter().map(|triangle| self::turned(triangle, mirrored));

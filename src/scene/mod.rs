@@ -22,7 +22,7 @@ pub mod rays;
 mod sidecar;
 pub mod stl;
 mod tube_count;
-mod up;
+pub(crate) mod up;
 mod whole_file;
 
 pub use crate::types::hints::{Hints, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};

@@ -22,19 +22,22 @@ pub(super) enum Kind {
     Window,
     /// Of any role, and lets light through.
     Glass,
+    /// Of any role, and hides what is behind it, whatever its material says.
+    Opaque,
 }
 
 impl Kind {
-    /// The role, and whether it is glass.
-    pub fn role(self) -> (Role, bool) {
+    /// The role, and whether it is glass where that is told.
+    pub fn role(self) -> (Role, Option<bool>) {
         match self {
-            Self::Unknown => (Role::Unknown, false),
-            Self::Structure => (Role::Structure, false),
-            Self::Furnishing => (Role::Furnishing, false),
-            Self::Stair => (Role::Stair, false),
-            Self::Door => (Role::Door, false),
-            Self::Window => (Role::Window, false),
-            Self::Glass => (Role::Unknown, true),
+            Self::Unknown => (Role::Unknown, None),
+            Self::Structure => (Role::Structure, None),
+            Self::Furnishing => (Role::Furnishing, None),
+            Self::Stair => (Role::Stair, None),
+            Self::Door => (Role::Door, None),
+            Self::Window => (Role::Window, None),
+            Self::Glass => (Role::Unknown, Some(true)),
+            Self::Opaque => (Role::Unknown, Some(false)),
         }
     }
 }

@@ -296,9 +296,9 @@ impl Reader {
             let triangles = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
             let name = key.material.map_or("", |m| &self.names[m]);
             let material = materials.get(name);
-            let (role, is_glass) = naming.of(&node, name).map_or((Role::Unknown, false), Kind::role);
+            let (role, is_glass) = naming.of(&node, name).map_or((Role::Unknown, None), Kind::role);
             by_name.count(role, true);
-            let glass = is_glass || material.is_some_and(|m| m.is_see_through());
+            let glass = is_glass.unwrap_or_else(|| material.is_some_and(|m| m.is_see_through()));
             let opaque = !glass && !matches!(role, Role::Door | Role::Window);
             if self.is_traced {
                 let has_any = coordinates.iter().flatten().any(|c| *c != [0.0; 2]);

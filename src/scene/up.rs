@@ -17,8 +17,13 @@ const MORE: f64 = 1.25;
 /// floors are more.
 const SHARE: f64 = 0.9;
 
-/// A note where a scene whose +Y is taken to be up has its floors along Z; `None` elsewhere.
+/// A note where a scene whose +Y is taken to be up seems to lie on its side; `None` elsewhere.
 pub(super) fn note(scene: &Scene) -> Option<String> {
+    is_on_its_side(scene).then(|| "its largest planes face along Z: where +Z is up in the model, give --up z".to_owned())
+}
+
+/// Whether a scene has its floors along Z.
+pub(crate) fn is_on_its_side(scene: &Scene) -> bool {
     let plane = scene.bounds().diagonal() * PLANE;
     let mut planes: [HashMap<i64, f64>; 3] = Default::default();
     let mut ours = [0.0; 3];
@@ -38,8 +43,7 @@ pub(super) fn note(scene: &Scene) -> Option<String> {
     };
     let [x, y, z] = planes.each_ref().map(largest);
     // Walls and floors, not a lone wall.
-    let is_on_its_side = x.min(y) > 0.0 && z >= MORE * x.max(y) && ours[2] >= SHARE * ours[1];
-    is_on_its_side.then(|| "its largest planes face along Z: where +Z is up in the model, give --up z".to_owned())
+    x.min(y) > 0.0 && z >= MORE * x.max(y) && ours[2] >= SHARE * ours[1]
 }
 
 #[cfg(test)]

@@ -65,6 +65,21 @@ fn a_file_of_roles_beside_the_model_tells_and_a_named_one_tells_instead() {
     let rules = json!({"roles": [{"name": "blatt*", "material": "x", "role": "door"}, {"name": "door", "role": "unknown"}]});
     std::fs::write(&beside, rules.to_string()).unwrap();
     assert_eq!(roles(None).unwrap(), [Role::Door, Role::Unknown, Role::Unknown]);
+    // Blended material that hides what is behind it.
+    std::fs::write(folder.join("x.mtl"), "newmtl x\nd 0.9\n").unwrap();
+    let text = std::fs::read_to_string(&model).unwrap();
+    std::fs::write(&model, format!("mtllib x.mtl\n{text}")).unwrap();
+    let opaque = |role: &str| {
+        std::fs::write(&other, json!({"roles": [{"material": "x", "role": role}]}).to_string()).unwrap();
+        let options = ImportOptions { roles: Some(other.clone()), ..ImportOptions::default() };
+        let scene = import(&model, &options).unwrap();
+        (
+            scene.objects[0].opaque,
+            scene.source.notes.iter().any(|note| note.starts_with("33 % of the triangles are see-through")),
+        )
+    };
+    assert_eq!((opaque("structure"), opaque("opaque")), ((false, true), (true, false)));
+    std::fs::write(&model, text).unwrap();
     std::fs::write(&other, json!({"roles": [{"material": "Y", "role": "stair"}]}).to_string()).unwrap();
     assert_eq!(roles(Some(&other)).unwrap(), [Role::Unknown, Role::Door, Role::Stair]);
     for (bad, why) in [

@@ -72,8 +72,9 @@ const KINDS: [&str; 12] = [
 
 impl Model {
     /// Reads the records of a file. `metres` overrides the file's unit of length.
-    pub(super) fn read(bytes: Vec<u8>, metres: Option<f64>) -> Result<Self, ImportError> {
+    pub(super) fn read(mut bytes: Vec<u8>, metres: Option<f64>) -> Result<Self, ImportError> {
         check_envelope(&bytes)?;
+        spell(&mut bytes);
         // What ifc-lite would write to stderr is told as notes below.
         set_report_sink(|_| ());
         let index = Arc::new(build_entity_index(&bytes));
@@ -187,7 +188,7 @@ impl Model {
             units.iter().any(|&u| decoder.decode_by_id(u).is_ok_and(|u| enumeration(&u, 1) == Some(unit_type)))
         };
         let length = declared(&mut decoder, "LENGTHUNIT")
-            .then(|| ifc_lite_core::try_extract_length_unit_scale(&mut decoder, project))
+            .then(|| ifc_lite_core::extract_length_unit_scale(&mut decoder, project).ok())
             .flatten();
         let angle = declared(&mut decoder, "PLANEANGLEUNIT")
             .then(|| ifc_lite_core::try_extract_plane_angle_to_radians(&mut decoder, project))
@@ -209,6 +210,17 @@ impl Model {
             PI / 180.0
         });
         Ok(())
+    }
+}
+
+/// Old exporters call a shape's type by the class of its items, which ifc-lite passes over. The standard's name takes its place.
+fn spell(bytes: &mut [u8]) {
+    const OLD: &[u8] = b"'FacetedBrep'";
+    const NEW: &[u8] = b"'Brep'       ";
+    let mut from = 0;
+    while let Some(at) = find(&bytes[from..], OLD) {
+        bytes[from + at..][..OLD.len()].copy_from_slice(NEW);
+        from += at + OLD.len();
     }
 }
 
