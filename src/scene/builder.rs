@@ -306,16 +306,18 @@ impl SceneBuilder {
     }
 }
 
-/// A note where much is see-through: exporters often mark whole buildings so.
+/// A note where much is see-through: exporters of glTF and OBJ often mark whole buildings so.
 fn see_through(objects: &[Object], format: &str) -> Option<String> {
     let count = |is_counted: &dyn Fn(&Object) -> bool| {
         objects.iter().filter(|o| is_counted(o)).map(|o| o.triangles.len()).sum::<usize>()
     };
     let (all, clear) = (count(&|_| true), count(&|o| !o.opaque && o.glass));
-    let how = if ["glTF", "OBJ"].contains(&format) { ": give them the role opaque (--roles)" } else { "" };
     let percent = 100.0 * clear as f64 / all.max(1) as f64;
-    (percent >= MUCH).then(|| {
-        format!("{percent:.0} % of the triangles are see-through, as their materials say, and hide nothing; if they are walls, that is wrong{how}")
+    (percent >= MUCH && ["glTF", "OBJ"].contains(&format)).then(|| {
+        format!(
+            "{percent:.0} % of the triangles are see-through, as their materials say, and hide nothing; if they are walls, give them the role opaque \
+             (--roles)"
+        )
     })
 }
 

@@ -75,7 +75,7 @@ fn a_file_of_roles_beside_the_model_tells_and_a_named_one_tells_instead() {
         let scene = import(&model, &options).unwrap();
         (
             scene.objects[0].opaque,
-            scene.source.notes.iter().any(|note| note.starts_with("33 % of the triangles are see-through")),
+            scene.source.notes.iter().any(|note| note.starts_with("67 % of the triangles are see-through")),
         )
     };
     assert_eq!((opaque("structure"), opaque("opaque")), ((false, true), (true, false)));
