@@ -68,7 +68,7 @@ impl<'h> Solid<'h> {
             })
             .collect();
         at.sort_by(f64::total_cmp);
-        if at.len() % 4 == 0 && at.chunks_exact(2).all(|pair| pair[1] - pair[0] <= TWICE) {
+        if at.len().is_multiple_of(4) && at.chunks_exact(2).all(|pair| pair[1] - pair[0] <= TWICE) {
             at = at.into_iter().step_by(2).collect();
         }
         at
