@@ -1,11 +1,11 @@
 //! What an author calls a view cell.
 
-use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A view cell's id: a number or a name. In JSON it is what the author wrote: `7` and `"7"` are two ids.
-#[derive(Clone, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
-#[serde(untagged)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "bake", serde(untagged))]
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum ViewCellName {
     /// A whole number.
     Number(u64),
@@ -18,6 +18,7 @@ const APOSTROPHE: char = '\'';
 
 impl ViewCellName {
     /// As a `.pvs` holds it: digits for a number; a name as it is, but with an apostrophe before one of digits alone.
+    #[cfg(feature = "bake")]
     pub(crate) fn to_text(&self) -> String {
         match self {
             Self::Number(number) => number.to_string(),
