@@ -62,8 +62,8 @@ impl HumanScale {
 
     /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits and leaves the
     /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor is taken
-    /// to be in metres if it is 3 to 400 of them across, and else to be 100 m across. IFC says
-    /// what its unit is, so that nothing is made of the height of halls there.
+    /// to be in metres if it is 3 to 400 of them across, and else to be 100 m across. IFC says what its
+    /// unit is, so that halls of games are not looked for there.
     pub fn of(scene: &Scene) -> Self {
         let is_doubted = scene.source.up == "+Y" && up::is_on_its_side(scene);
         let Some(height) = ceiling(scene) else {

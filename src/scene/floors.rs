@@ -21,7 +21,8 @@ const FLOOR_NORMAL: f64 = 0.7;
 /// Where nothing is above a floor, an eye is at most this high, as a share of the diagonal of what stands there.
 const UNDER_THE_SKY: f64 = 0.02;
 
-/// What lies outside of all but this share of the triangles, on each side, is no place that a model is about.
+/// One triangle in so many, on each side, tells nothing of where a model stands. More: a ground of a few large triangles counts. Less: wings of a
+/// building are left out.
 const FEW: usize = 100;
 /// How far around the rest eyes may be, as a share of its size. Less: nobody stands before a house. More: fields fill up with eyes.
 const AROUND: f64 = 0.25;
@@ -109,7 +110,7 @@ mod tests {
     use super::*;
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
-    /// A hundred and twenty slabs of 1 x 0.1 x 1 m, and a ground that reaches so far to all sides.
+    /// Two storeys of sixty floors of 1 x 1 m, and a ground that reaches so far to all sides.
     fn scene(ground: f64) -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let mut add = |min: DVec3, size: DVec3| {
