@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Shares bakes among processes as docs/farm.md tells, on this machine, and compares the bytes with those of one process: with
 # GNU parallel and with Slurm, whichever are there (Debian: `apt-get install parallel slurm-wlm`). Slurm runs as root with a
-# configuration of its own and two nodes on this host; one worker is ended by SIGTERM and queued again. `RAYS=20M bash
+# configuration of its own and two nodes on this host; one worker is ended by SIGTERM and queued again, and a node is lost twice. `RAYS=20M bash
 # scripts/farm.sh MODEL` takes a model of your own.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -79,16 +79,43 @@ for node in n1 n2; do
 done
 cat >"$slurm/worker.sh" <<JOB
 #!/bin/sh
-exec "$enfilade" bake "$model" -o "$out/slurm.pvs" --rays $rays --threads 1 \\
-  --with "$out/slurm-work" --worker "\$SLURM_ARRAY_TASK_ID/2"
+exec "$enfilade" bake "$model" -o "\$1.pvs" --rays $rays --threads 1 --with "\$1" --worker "\$SLURM_ARRAY_TASK_ID/2"
 JOB
 chmod +x "$slurm/worker.sh"
-for _ in $(seq 30); do [ "$(sinfo -h -t idle -o %D 2>/dev/null)" = 2 ] && break; sleep 1; done
-SECONDS=0
-job=$(sbatch --parsable --array=0-1 -n1 --requeue --open-mode=append -o "$slurm/%a.txt" "$slurm/worker.sh")
-# Both at work; one is ended and comes again. Exit code 1 queues it, as slurm.conf says.
-for _ in $(seq 60); do [ -s "$out/slurm-work/worker-1" ] && break; sleep 1; done
+
+# Starts two workers in a folder, and waits until both are at work: the job's number goes to `job`.
+start() {
+  for _ in $(seq 60); do [ "$(sinfo -h -t idle -o %D 2>/dev/null)" = 2 ] && break; sleep 1; done
+  SECONDS=0
+  job=$(sbatch --parsable --array=0-1 -n1 --requeue --open-mode=append -o "$1.%a.txt" "$slurm/worker.sh" "$1")
+  for _ in $(seq 60); do [ -s "$1/worker-0" ] && [ -s "$1/worker-1" ] && break; sleep 1; done
+}
+
+# Waits until a job is through.
+ended() {
+  for _ in $(seq 300); do [ -n "$(squeue -h -j "$job" 2>/dev/null)" ] || return 0; sleep 1; done
+  echo "job $job doesn't end" && failed=1
+}
+
+# Exit code 1 queues a worker again, as slurm.conf says.
+start "$out/slurm-ended"
 scancel -b -s TERM "${job}_1"
-for _ in $(seq 240); do [ -n "$(squeue -h -j "$job" 2>/dev/null)" ] || break; sleep 1; done
-same "Slurm, one model, two workers, one of them ended and queued again" "$out/slurm.pvs"
+ended
+same "Slurm, one model, two workers, one of them ended and queued again" "$out/slurm-ended.pvs"
+
+# A node goes with the worker on it, or its worker lives on: then its successor finds the place taken, or the work done.
+for lives in "" "; its worker lives on"; do
+  start "$out/slurm-node${lives:+-lives}"
+  node=$(squeue -h -j "${job}_1" -o %N)
+  task=$(squeue -h -j "${job}_1" -o %A)
+  step=$(pgrep -f "slurmstepd: \[$task.batch\]")
+  worker=$(pgrep -P "$step")
+  kill -9 "$step" "$(pgrep -f "slurmd -D -N $node")"
+  [ -n "$lives" ] || kill -9 "$worker" 2>/dev/null || true
+  sleep 12
+  slurmd -D -N "$node" >>"$slurm/$node.log" 2>&1 &
+  daemons+=($!)
+  ended
+  same "Slurm, one model, two workers, one node lost$lives" "$out/slurm-node${lives:+-lives}.pvs"
+done
 exit $failed

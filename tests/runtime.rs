@@ -456,6 +456,51 @@ fn a_tour_enters_every_cell_and_misses_no_pixel() {
     assert!(all[4].triangles_mean < all[1].triangles_mean && all[1].triangles_mean < all[0].triangles_mean);
 }
 
+/// The flat in millimetres, and in units of a game (its rooms are 96 high): the same tour, so many times as large.
+#[test]
+fn a_tour_is_a_persons_in_any_unit() {
+    let (_, file) = flat().0.finish();
+    let path = tour(&file, 0);
+    // Metres of a person are halls of 4.5 m there, and rooms of 3 m here.
+    for (units, metre) in [(1000.0, 1000.0), (32.0, 96.0 / 4.5)] {
+        let mut large = file.clone();
+        large.origin *= units;
+        large.cells.iter_mut().flat_map(|c| &mut c.pieces).flatten().for_each(|plane| plane.w *= units as f32);
+        large.portals.iter_mut().flat_map(|q| &mut q.winding).for_each(|corner| *corner *= units as f32);
+        large.objects.iter_mut().flat_map(|o| &mut o.bounds).for_each(|corner| *corner *= units as f32);
+        let floor = |eye: DVec3| eye.y / units;
+        let of_large = tour(&large, 0);
+        let heights = of_large.frames.iter().map(|frame| floor(frame.eye));
+        let (least, most) = heights.fold((f64::INFINITY, 0.0f64), |(a, b), y| (a.min(y), b.max(y)));
+        let eye = 1.6 * metre / units;
+        assert!((least - eye).abs() < 1e-3 && (most - eye).abs() < 1e-3, "{units}: {least} to {most}, not {eye}");
+        if metre == units {
+            assert_eq!(path.frames.len(), of_large.frames.len());
+            for (a, b) in path.frames.iter().zip(&of_large.frames) {
+                assert!((a.eye * units).distance(b.eye) < 1e-3 * units, "{} {}", a.eye, b.eye);
+            }
+        }
+    }
+}
+
+/// A field of 2 km with sheds on one corner of it, all one open cell: the eye is among the sheds.
+#[test]
+fn a_tour_of_one_open_cell_is_where_its_objects_are() {
+    let mut building = Building::default();
+    building.outside(p(-1000., -1., -1000.), p(1000., 50., 1000.));
+    for k in 0..6 {
+        let x = 700. + 4. * f64::from(k);
+        building.thing(&format!("shed {k}"), p(x, 0., 800.), p(x + 3., 2.5, 804.));
+    }
+    let (_, file) = building.finish();
+    let path = tour(&file, 0);
+    let mut from: Vec<i64> = path.frames.iter().map(|frame| (frame.eye.x - 700.) as i64 / 4).collect();
+    from.dedup();
+    assert_eq!(from, [0, 1, 2, 3, 4, 5], "each is stood at once");
+    assert!(path.frames.iter().all(|frame| (frame.eye - p(712., 1.6, 802.)).abs().cmple(p(12., 1e-3, 2.)).all()));
+    assert_eq!(path.frames.len(), 96, "16 looks from each");
+}
+
 /// A door that the model has shut: nothing that shows is missing from a picture in which its leaf hides what is behind, and less is drawn
 /// than with the door open. The leaf is larger than the opening, so that nothing shows beside it.
 #[test]

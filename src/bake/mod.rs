@@ -17,6 +17,7 @@ use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
+use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Object, Role, Scene};
 use serde::Serialize;
 use std::time::Instant;
@@ -148,23 +149,24 @@ const WORTH: f64 = 0.95;
 ///
 /// Where the scene can't be split, or the work was stopped.
 pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
+    let rays = RayScene::new(scene);
     if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
-        return split_beside(scene, options, None, work);
+        return split_beside(&rays, options, None, work);
     }
     let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
     if !scene.objects.iter().any(may_part) {
         let reason = "nothing in it bounds rooms (pipes, furniture): one open cell".to_owned();
         return Ok(CellGraph { reason, ..undivided(scene) });
     }
-    let walls = split_beside(scene, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
-    let share = worth::drawn_share(scene, &walls, work)?;
+    let walls = split_beside(&rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
+    let share = worth::drawn_share(&rays, &walls, work)?;
     if share > WORTH {
         let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
         let mut graph = CellGraph { reason, ..undivided(scene) };
         graph.notes.extend(walls.notes.into_iter().filter(|note| note.starts_with(BOUND)));
         return Ok(graph);
     }
-    split_beside(scene, options, Some(walls), work)
+    split_beside(&rays, options, Some(walls), work)
 }
 
 /// Splits, works out visibility, and packs.

@@ -21,13 +21,14 @@ const FOV_Y: f64 = 1.1;
 const ASPECT: f64 = 16.0 / 9.0;
 
 /// Triangles that portals draw over those in the frustum, in the mean of some cameras over floors; 1 where there are none.
-pub(super) fn drawn_share(scene: &Scene, graph: &CellGraph, work: &Job<'_>) -> Result<f64, Stopped> {
+pub(super) fn drawn_share(rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<f64, Stopped> {
+    let scene = rays.scene();
     let file = without_rows(scene, graph);
     let culler = Culler::new(&file);
     let mut scratch = Scratch::for_culler(&culler);
     let mut drawn = [0u64; 2];
     let mut random = SplitMix::new(0);
-    for eye in Floors::of(scene).eyes(&RayScene::new(scene), EYES, &mut random) {
+    for eye in Floors::of(scene).eyes(rays, EYES, &mut random) {
         work.go_on()?;
         let turn = random.unit() * FRAC_PI_2;
         for k in 0..DIRECTIONS {

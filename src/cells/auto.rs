@@ -9,9 +9,9 @@ use super::bsp::planes::opaque_structure;
 use super::{CellGraph, Strategy};
 use crate::cells::authored::audit::audit_rooms;
 use crate::cells::validate::structure;
-use crate::geom::newell;
-use crate::random::SplitMix;
+use crate::geom::{Aabb, newell};
 use crate::scene::Scene;
+use crate::scene::bulk::bulk;
 use crate::scene::floors::Floors;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
@@ -26,16 +26,15 @@ const RAGGED_PORTALS: f64 = 27.0;
 /// A scene has ceilings where something is above this share of what is level. More: a house on a large site has none. Less: cities are
 /// searched for rooms.
 const COVERED_SHARE: f64 = 0.05;
-/// Lines that look for ceilings.
-const LINES: usize = 1024;
 /// The vertical part of a wall's unit normal is at most this; that of a floor's is at least `FLOOR_NORMAL`.
 const WALL_NORMAL: f64 = 0.05;
 const FLOOR_NORMAL: f64 = 0.98;
 
 /// The strategy, and why.
-pub(super) fn choose(scene: &Scene) -> (Strategy, String) {
+pub(super) fn choose(rays: &RayScene<'_>) -> (Strategy, String) {
+    let scene = rays.scene();
     let rooms = scene.hints.rooms.len();
-    let (strategy, why) = by_shape(scene);
+    let (strategy, why) = by_shape(rays);
     if rooms == 0 {
         return (strategy, format!("the model names no rooms; {why}"));
     }
@@ -46,9 +45,12 @@ pub(super) fn choose(scene: &Scene) -> (Strategy, String) {
     (strategy, format!("only {} of the {rooms} rooms that the model names are sound; {why}", audit.sound_rooms))
 }
 
-fn by_shape(scene: &Scene) -> (Strategy, String) {
+fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
+    let scene = rays.scene();
     let (mut upright, mut steep) = (0.0, 0.0);
-    for c in opaque_structure(scene) {
+    let part = bulk(scene);
+    let is_near = |c: &[DVec3; 3]| part.is_none_or(|part| part.touches(&Aabb::of(*c)));
+    for c in opaque_structure(scene).filter(is_near) {
         let n = newell(&c.map(|p| p - c[0]));
         let (area, up) = (n.length(), n.y.abs());
         if up <= FLOOR_NORMAL * area {
@@ -62,10 +64,10 @@ fn by_shape(scene: &Scene) -> (Strategy, String) {
     if share < UPRIGHT_SHARE[usize::from(!nothing)] {
         return (Strategy::Bsp, why);
     }
-    if nothing && Facing::new(scene).shows_backs {
+    if nothing && Facing::new(rays).shows_backs {
         return (Strategy::Bsp, format!("{why}, and from outside its walls show their backs, as those of levels do"));
     }
-    match covered(scene) {
+    match Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL).covered(rays) {
         Some(covered) if covered < COVERED_SHARE => {
             (Strategy::Bsp, format!("something is above {:.0} % of what is level", 100.0 * covered))
         }
@@ -80,15 +82,6 @@ fn portals_a_cell(graph: &CellGraph) -> f64 {
 /// Cells that portals can keep from being drawn.
 fn closed_cells(graph: &CellGraph) -> usize {
     graph.cells.iter().filter(|c| !c.open).count()
-}
-
-/// The share of what is level that something is above; `None` where nothing is level.
-fn covered(scene: &Scene) -> Option<f64> {
-    let floors = Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL);
-    let (rays, mut random) = (RayScene::new(scene), SplitMix::new(0));
-    let points: Vec<DVec3> = (0..LINES).map_while(|_| floors.draw(&mut random)).collect();
-    let under = points.iter().filter(|&&p| rays.first_opaque(p, DVec3::Y, f64::INFINITY).is_some()).count();
-    (!points.is_empty()).then(|| under as f64 / points.len() as f64)
 }
 
 /// True where a model names no room, door, window or storey.
@@ -132,7 +125,6 @@ mod tests {
     use crate::CellId;
     use crate::geom::{Aabb, Plane};
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
-    use glam::DVec3;
 
     /// Boxes as cells, without portals: from x to x + 1, and whether each is open.
     fn graph(strategy: Strategy, cells: &[(f64, bool)]) -> CellGraph {
@@ -190,6 +182,8 @@ mod tests {
             }
             builder.finish("sheets").unwrap()
         };
+        let covered =
+            |scene: &Scene| Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL).covered(&RayScene::new(scene));
         assert_eq!(covered(&sheets(&[0.0])), Some(0.0));
         // Of three sheets, two have something above them.
         let share = covered(&sheets(&[0.0, 3.0, 6.0])).unwrap();

@@ -6,9 +6,10 @@
 //! the ones that cross more space count.
 
 use crate::geom::{Aabb, newell};
-use crate::scene::Scene;
+use crate::scene::bulk::bulk;
 use crate::scene::rays::RayScene;
 use crate::scene::up;
+use crate::types::person::{CEILING_HEIGHT, LEAST_ACROSS, PLAUSIBLE, by_extent, hall, metric};
 use glam::DVec3;
 
 /// A triangle is level if its normal's cosine with the vertical is above this (8 degrees).
@@ -40,19 +41,15 @@ const IN_FEET: std::ops::RangeInclusive<f64> = 7.5..=11.5;
 
 /// A person can't pass where it is narrower, metres of a person.
 pub(super) const LEAST_WIDTH: f64 = 0.6;
-/// How high rooms are, metres; and the halls of games, whose units are their own.
-const CEILING_HEIGHT: f64 = 2.7;
-const HALL_HEIGHT: f64 = 4.5;
-/// Rooms from 0.68 to 16 m high are taken to be in metres: crawl spaces and cathedrals are.
-const PLAUSIBLE: [f64; 2] = [0.25, 6.0];
+/// What is too low for rooms in metres lies under tables or within slabs where it is less than this share of the model's box: there is no ceiling.
+/// More: small copies of sparse buildings pass for rooms in metres. Less: furnished rooms without a ceiling pass for small copies.
+const LEAST_FULL: f64 = 0.05;
 /// Less of a wall or a sheet than this makes no cut, square metres of a person.
 const LEAST_CUT: f64 = 0.1;
 /// Around the model lies so much more space, as a share of its diagonal, and at most so many metres of a person. More: cells outside that
 /// nobody walks in. None: the outside has no pieces.
 const MARGIN_SHARE: f64 = 0.05;
 const MOST_MARGIN: f64 = 3.0;
-/// A model in millimetres is at least so many metres across: a room is. Smaller things with high ceilings are levels in units of a game.
-const LEAST_ACROSS: f64 = 5.0;
 /// Lines that are cast at most.
 const LINES: usize = 4096;
 
@@ -61,22 +58,23 @@ impl HumanScale {
     pub const METRES: Self = Self { metre: 1.0, ceiling: None, is_doubted: false };
 
     /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits and leaves the
-    /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor is taken
-    /// to be in metres if it is 3 to 400 of them across, and else to be 100 m across. IFC says what its
+    /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor but furniture
+    /// is taken to be in metres if it is 3 to 400 of them across, and else to be 100 m across. IFC says what its
     /// unit is, so that halls of games are not looked for there.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn of(rays: &RayScene<'_>) -> Self {
+        let scene = rays.scene();
         let is_doubted = scene.source.up == "+Y" && up::is_on_its_side(scene);
-        let Some(height) = ceiling(scene) else {
-            let diagonal = scene.bounds().diagonal();
-            let metre = if (3.0..=400.0).contains(&diagonal) { 1.0 } else { diagonal / 100.0 };
-            return Self { metre, ceiling: None, is_doubted };
+        let part = bulk(scene).unwrap_or(scene.bounds());
+        let across = part.diagonal();
+        let are_rooms = |&(height, volume): &(f64, f64)| {
+            let is_low = height < PLAUSIBLE[0] * CEILING_HEIGHT && across >= LEAST_ACROSS;
+            !is_low || volume >= LEAST_FULL * part.size().element_product()
         };
-        let ratio = height / CEILING_HEIGHT;
-        let across = scene.bounds().diagonal();
-        let is_room = |unit: f64| unit <= 1.0 || across >= LEAST_ACROSS * unit;
-        let fits = |&unit: &f64| (PLAUSIBLE[0]..=PLAUSIBLE[1]).contains(&(ratio / unit)) && is_room(unit);
-        let hall = if scene.source.format.starts_with("IFC") { 1.0 } else { height / HALL_HEIGHT };
-        let metre = [1.0, 1e3, 1e-3].into_iter().find(fits).unwrap_or(hall);
+        let Some((height, _)) = ceiling(rays).filter(are_rooms) else {
+            return Self { metre: by_extent(across), ceiling: None, is_doubted };
+        };
+        let hall = if scene.source.format.starts_with("IFC") { 1.0 } else { hall(height) };
+        let metre = metric(height, across).unwrap_or(hall);
         // Formats that don't make everybody say the unit.
         let is_silent = ["glTF", "OBJ", "PLY", "STL"].contains(&scene.source.format.as_str());
         Self { metre, ceiling: is_silent.then_some(height), is_doubted }
@@ -140,8 +138,10 @@ impl HumanScale {
     }
 }
 
-/// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above, in rooms.
-fn ceiling(scene: &Scene) -> Option<f64> {
+/// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above, in rooms; and how many
+/// there are, both in units of the model.
+fn ceiling(rays: &RayScene<'_>) -> Option<(f64, f64)> {
+    let scene = rays.scene();
     let normal = |t: u32| {
         let c = scene.corners(t as usize);
         newell(&c.map(|p| p - c[0]))
@@ -156,8 +156,10 @@ fn ceiling(scene: &Scene) -> Option<f64> {
     }
     // The largest, in an order that doesn't depend on the file's.
     level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)).then(a.2.cmp(&b.2)));
+    let area = |level: &[(f64, DVec3, bool)]| level.iter().map(|l| 0.5 * l.0).sum::<f64>();
+    let all = area(&level);
     level.truncate(LINES);
-    let rays = RayScene::new(scene);
+    let share = area(&level) / all;
     let above = 4.0 * scene.tolerance().clearance;
     // Between fronts, between backs, and, as of sheets without a thickness, neither.
     let mut crossed: [Vec<(f64, f64)>; 3] = Default::default();
@@ -171,13 +173,15 @@ fn ceiling(scene: &Scene) -> Option<f64> {
     let [fronts, backs, mut heights] = crossed;
     heights.extend(if volume(&backs) > volume(&fronts) { backs } else { fronts });
     heights.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half = 0.5 * volume(&heights);
+    let whole = volume(&heights);
+    let half = 0.5 * whole;
     let mut sum = 0.0;
     let middle = heights.into_iter().find(|h| {
         sum += h.0 * h.1;
         sum >= half
     });
-    middle.map(|h| h.0)
+    // Areas are doubled.
+    middle.map(|h| (h.0, 0.5 * whole / share))
 }
 
 fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
@@ -187,7 +191,7 @@ fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+    use crate::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 
     /// Level sheets from 0 to `size` along x, to 0.6 of it along z, at these heights.
     fn scene(size: f64, heights: &[f64]) -> Scene {
@@ -201,9 +205,13 @@ mod tests {
         builder.finish("sheets").unwrap()
     }
 
+    fn of(scene: &Scene) -> HumanScale {
+        HumanScale::of(&RayScene::new(scene))
+    }
+
     /// What a metre is taken for in a storey of this clear height, in slabs of 0.3 m, drawn in so many units to a metre.
     fn metre(height: f64, units: f64) -> f64 {
-        HumanScale::of(&scene(20.0 * units, &[-0.3, 0.0, height, height + 0.3].map(|y| y * units))).metre
+        of(&scene(20.0 * units, &[-0.3, 0.0, height, height + 0.3].map(|y| y * units))).metre
     }
 
     #[test]
@@ -237,18 +245,49 @@ mod tests {
     #[test]
     fn a_level_in_units_of_a_game_is_not_a_dolls_house_in_millimetres() {
         // 2,048 units wide, halls of 700: 2 m by 0.7 m in millimetres.
-        let found = HumanScale::of(&scene(2048.0, &[-16.0, 0.0, 700.0, 716.0])).metre;
+        let found = of(&scene(2048.0, &[-16.0, 0.0, 700.0, 716.0])).metre;
         assert!((30.0..=200.0).contains(&found), "{found}");
         // A room of 6 x 3.6 x 2.4 m in millimetres is still one.
-        assert_eq!(HumanScale::of(&scene(6000.0, &[-300.0, 0.0, 2400.0, 2700.0])).metre, 1e3);
+        assert_eq!(of(&scene(6000.0, &[-300.0, 0.0, 2400.0, 2700.0])).metre, 1e3);
     }
 
     #[test]
     fn ifc_is_in_metres_however_low_its_rooms_are() {
         let mut crawl = scene(20.0, &[-0.1, 0.0, 0.3, 0.4]);
-        assert!(HumanScale::of(&crawl).metre < 0.1);
+        assert!(of(&crawl).metre < 0.1);
         crawl.source.format = "IFC2X3".into();
-        assert_eq!(HumanScale::of(&crawl).metre, 1.0);
+        assert_eq!(of(&crawl).metre, 1.0);
+    }
+
+    /// A floor of 12 slabs of 1.5 x 0.04 x 1.5 m, walls of 3 m around it, and a table 0.5 m above one of the slabs; all so many times as large.
+    fn room_without_a_ceiling(scale: f64) -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let mut quad = |corners: [DVec3; 4]| {
+            let (node, triangles) = ("part".into(), vec![[0, 1, 2], [0, 2, 3]]);
+            let positions = corners.map(|p| p * scale).to_vec();
+            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        };
+        let level =
+            |at: DVec3, size: f64| [at, at + DVec3::Z * size, at + (DVec3::X + DVec3::Z) * size, at + DVec3::X * size];
+        for tile in 0..12 {
+            let at = DVec3::new(f64::from(tile % 4) * 1.5, 0.0, f64::from(tile / 4) * 1.5);
+            quad(level(at, 1.5));
+            let [a, b, c, d] = level(at - 0.04 * DVec3::Y, 1.5);
+            quad([d, c, b, a]);
+        }
+        quad(level(DVec3::Y * 0.5, 1.2));
+        for (at, along) in [(DVec3::ZERO, 6.0 * DVec3::X), (DVec3::ZERO, 4.5 * DVec3::Z)] {
+            quad([at, at + along, at + along + 3.0 * DVec3::Y, at + 3.0 * DVec3::Y]);
+        }
+        builder.finish("room").unwrap()
+    }
+
+    #[test]
+    fn slabs_and_tables_of_a_room_without_a_ceiling_are_no_rooms() {
+        let room = of(&room_without_a_ceiling(1.0));
+        assert_eq!((room.metre, room.note()), (1.0, None));
+        // All of a model under ceilings of 0.3 m is a copy of a building.
+        assert!(metre(0.3, 1.0) < 0.2);
     }
 
     #[test]
@@ -261,7 +300,7 @@ mod tests {
     #[test]
     fn nothing_overhead_leaves_the_extent_to_tell() {
         for (size, expected) in [(20.0, 1.0), (300.0, 1.0), (8000.0, 93.295), (1e-3, 1.166e-5)] {
-            let found = HumanScale::of(&scene(size, &[0.0])).metre;
+            let found = of(&scene(size, &[0.0])).metre;
             assert!((found / expected - 1.0).abs() < 1e-3, "{size}: {found}");
         }
     }

@@ -24,6 +24,7 @@ use crate::cells::scale::HumanScale;
 use crate::cells::volume::volume;
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
+use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use glam::DVec3;
 
@@ -71,17 +72,18 @@ pub enum SplitError {
 
 /// Splits a scene into cells and portals.
 pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    split_beside(scene, options, None, &Job::quiet())
+    split_beside(&RayScene::new(scene), options, None, &Job::quiet())
 }
 
 /// As [`split`]; `walls` is what [`Strategy::Bsp`] makes of the scene, where that is there already.
 pub(crate) fn split_beside(
-    scene: &Scene,
+    rays: &RayScene<'_>,
     options: &SplitOptions,
     walls: Option<CellGraph>,
     work: &Job<'_>,
 ) -> Result<CellGraph, SplitError> {
-    let human = if options.in_metres { HumanScale::METRES } else { HumanScale::of(scene) };
+    let scene = rays.scene();
+    let human = if options.in_metres { HumanScale::METRES } else { HumanScale::of(rays) };
     let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
         Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
@@ -92,14 +94,14 @@ pub(crate) fn split_beside(
             let of_map = scene.source.format == "map";
             (Strategy::Leaves, if of_map { "a tree over the map's brushes" } else { "the level's own" }.to_owned())
         }
-        None => choose(scene),
+        None => choose(rays),
     };
     if let (Strategy::Leaves, Some(found)) = (strategy, &scene.hints.leaves) {
         return Ok(finished(scene, HumanScale::METRES, leaves(scene, found, reason)));
     }
     let walls = |reason: String| match walls {
         Some(walls) => Ok(CellGraph { reason, ..walls }),
-        None => bsp(scene, human, options, reason, work),
+        None => bsp(rays, human, options, reason, work),
     };
     let mut graph = match strategy {
         Strategy::Volume => volume(scene, human, options, reason, work)?,
@@ -124,7 +126,7 @@ fn finished(scene: &Scene, human: HumanScale, mut graph: CellGraph) -> CellGraph
 
 /// A scene as one open cell, without a portal.
 pub fn undivided(scene: &Scene) -> CellGraph {
-    one_cell(scene, HumanScale::of(scene))
+    one_cell(scene, HumanScale::of(&RayScene::new(scene)))
 }
 
 /// As [`undivided`] of a scene in metres; nothing asks its triangles whether it is.

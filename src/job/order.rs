@@ -1,51 +1,55 @@
 //! Which item of a map a worker works out next, where several work on one map and none waits for another.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use crate::random::Prng;
 
 /// The order in which one of some workers works through a map.
 ///
-/// Item `i` is on the list of worker `i` modulo the number of workers. A worker goes down its own list; then it takes what
-/// nobody has yet, from the far end of the list on which most is left: there the one whose list it is comes last. So the end
-/// of a map comes early even where a worker is slow, late or lost, and what two work out is little.
+/// Items are dealt out in rounds: of each round, worker `i` has item `i`. A worker goes down its own list. Then it takes one more item of each
+/// round, the last round first, if nobody has that yet: its neighbour's item of one round, its neighbour's neighbour's of the next. So what a slow,
+/// late or lost worker leaves is shared by all others, each takes other items, and its own worker comes to them last. Results become known
+/// with a delay, in which many items may be done: workers who took what is left in one order would all do the same. What is still left is
+/// taken at random.
 pub struct Order {
     items: usize,
-    /// Whose order this is, and of how many.
     worker: usize,
     workers: usize,
-    /// Had by somebody, or taken by this worker.
-    closed: Vec<bool>,
-    /// By list, how many are open, and an item beyond which none is.
-    open: Vec<usize>,
-    far: Vec<usize>,
+    /// The worker's own list goes on here.
     next: usize,
-    /// Lists by what was open on them when they were looked at last, which is no less than what is; ties by how far they are from the
-    /// worker's own. Empty while that isn't done.
-    longest: BinaryHeap<(usize, Reverse<usize>)>,
+    /// Rounds that are through, from the last on.
+    rounds: usize,
+    /// Items that nobody has and this worker didn't take, in any order; and by item its place there.
+    open: Vec<u32>,
+    places: Vec<u32>,
+    random: Prng,
 }
 
+/// The place of what isn't open.
+const NONE: u32 = u32::MAX;
+
 impl Order {
-    /// For `worker` of `workers`, over so many items.
+    /// For `worker` of `workers`, over so many items, fewer than 2^32.
     pub fn new(items: usize, worker: usize, workers: usize) -> Self {
-        let lists = workers.clamp(1, items.max(1));
-        let open: Vec<usize> = (0..lists).map(|list| items.saturating_sub(list).div_ceil(workers.max(1))).collect();
-        let far = (0..lists).map(|list| list + open[list].saturating_sub(1) * workers.max(1)).collect();
+        let open: Vec<u32> = (0..items as u32).collect();
         Self {
             items,
             worker,
             workers: workers.max(1),
-            closed: vec![false; items],
-            open,
-            far,
             next: worker,
-            longest: BinaryHeap::new(),
+            rounds: 0,
+            places: open.clone(),
+            open,
+            random: Prng::new(worker as u64, 0),
         }
     }
 
     /// Somebody has the result of an item.
     pub fn close(&mut self, item: usize) {
-        if !std::mem::replace(&mut self.closed[item], true) {
-            self.open[item % self.workers] -= 1;
+        let place = std::mem::replace(&mut self.places[item], NONE);
+        if place != NONE {
+            self.open.swap_remove(place as usize);
+            if let Some(&moved) = self.open.get(place as usize) {
+                self.places[moved as usize] = place;
+            }
         }
     }
 
@@ -54,36 +58,30 @@ impl Order {
         while self.next < self.items {
             let item = self.next;
             self.next += self.workers;
-            if !self.closed[item] {
-                self.close(item);
+            if self.take(item) {
                 return Some((item, true));
             }
         }
-        // Workers look from different places on, so that not all of them take the same item.
-        let lists = self.open.len();
-        let list = |after: usize| (self.worker + after) % lists;
-        if self.longest.is_empty() {
-            self.longest = (0..lists).map(|after| (self.open[list(after)], Reverse(after))).collect();
-        }
-        let slowest = loop {
-            let mut top = self.longest.peek_mut()?;
-            let (open, Reverse(after)) = *top;
-            let now = self.open[list(after)];
-            if now == open {
-                break list(after);
+        let rounds = self.items.div_ceil(self.workers);
+        while self.workers > 1 && self.rounds < rounds {
+            let list = (self.worker + 1 + self.rounds % (self.workers - 1)) % self.workers;
+            self.rounds += 1;
+            let item = (rounds - self.rounds) * self.workers + list;
+            if item < self.items && self.take(item) {
+                return Some((item, false));
             }
-            top.0 = now;
-        };
-        if self.open[slowest] == 0 {
-            return None;
         }
-        let mut item = self.far[slowest];
-        while self.closed[item] {
-            item -= self.workers;
-        }
-        self.far[slowest] = item;
+        // Of none, place 0, where there is none either.
+        let item = *self.open.get(self.random.below(self.open.len()))? as usize;
         self.close(item);
         Some((item, false))
+    }
+
+    /// Takes an item; false where somebody has it.
+    fn take(&mut self, item: usize) -> bool {
+        let is_open = self.places[item] != NONE;
+        self.close(item);
+        is_open
     }
 }
 
@@ -92,16 +90,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn own_items_come_first_and_then_the_far_end_of_the_longest_list() {
+    fn own_items_come_first_and_then_one_of_each_round() {
         // Ten items for three workers: 0 3 6 9, 1 4 7 and 2 5 8.
         let mut order = Order::new(10, 1, 3);
         assert_eq!([order.next_item(), order.next_item()], [Some((1, true)), Some((4, true))]);
         // Somebody has taken what was to come, and worker 2 is through with two of its own.
         [7, 2, 5].into_iter().for_each(|item| order.close(item));
-        assert_eq!([order.next_item(), order.next_item(), order.next_item()], [9, 6, 3].map(|item| Some((item, false))));
-        // One is left on each list: the one after this worker's first.
-        assert_eq!([order.next_item(), order.next_item()], [8, 0].map(|item| Some((item, false))));
-        assert_eq!(order.next_item(), None);
+        // Of the last round worker 2 has none. Then comes worker 0's 6, worker 2's 5, which it has, and worker 0's 0.
+        assert_eq!([order.next_item(), order.next_item()], [6, 0].map(|item| Some((item, false))));
+        let rest = [order.next_item(), order.next_item(), order.next_item()].map(|next| next.map_or(0, |(item, _)| item));
+        assert_eq!((rest.iter().sum::<usize>(), order.next_item()), (3 + 8 + 9, None));
+    }
+
+    #[test]
+    fn what_a_lost_worker_leaves_is_shared_before_others_know_of_it() {
+        // Worker 0 of ten is lost. The others do a ninth each of its items, all of them different, without hearing of each other.
+        let mut done = std::collections::BTreeSet::new();
+        for worker in 1..10 {
+            let mut order = Order::new(900, worker, 10);
+            (0..900).filter(|item| item % 10 != 0).for_each(|item| order.close(item));
+            done.extend((0..10).filter_map(|_| order.next_item()));
+        }
+        assert_eq!(done, (0..900).step_by(10).map(|item| (item, false)).collect());
     }
 
     #[test]

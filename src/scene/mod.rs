@@ -4,6 +4,7 @@
 //! splits meshes above the object limit into clusters, picks the origin and orders triangles by object.
 
 mod builder;
+pub(crate) mod bulk;
 mod cluster;
 mod error;
 pub(crate) mod floors;

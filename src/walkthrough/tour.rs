@@ -3,13 +3,13 @@
 //! Cells are visited in the depth-first order of a spanning tree over portals that goes through windows only where nothing
 //! else leads. Within a cell the way goes from piece to piece where they touch. Cells may reach into walls: thin pieces are left
 //! by the shortest step into a thick one, and in thick ones the way keeps off the sides. The eye is 1.6 m above the floor of
-//! the piece that it is in, lower where the piece is low.
+//! the piece that it is in, lower where the piece is low; all lengths are a person's, whatever unit the model is in. A file of one open cell has no way: there the eye jumps from object to object.
 
 use super::path::{CameraPath, PathFrame};
-use crate::file::PvsFile;
+use crate::file::{FileObject, PvsFile};
 use crate::geom::{Aabb, Plane, clip};
 use crate::random::mixed;
-use crate::types::person::EYE_HEIGHT;
+use crate::types::person::{EYE_HEIGHT, by_extent, hall, metric};
 use crate::types::portal::PortalKind;
 use glam::{DVec2, DVec3};
 use std::cell::RefCell;
@@ -27,31 +27,35 @@ const UPRIGHT: f64 = 1e-6;
 
 /// Frames of a tour, at most; a file with more cells than this has some of them left out, evenly.
 const MOST_FRAMES: usize = 240;
+/// Places in a file of one open cell, and looks around from the only places of a path, at most.
+const PLACES: usize = 24;
+const LOOKS: usize = 96;
 /// Metres between frames, at least.
 const STEP: f64 = 0.25;
 
 /// The same file and seed give the same path.
 pub fn tour(file: &PvsFile, seed: u64) -> CameraPath {
-    let rooms = Rooms::new(file);
+    let rooms = Rooms::of(file);
     let way = rooms.way(file, seed);
-    let near = (rooms.bounds.diagonal() * 1e-3).min(0.05);
+    let near = (rooms.bounds.diagonal() * 1e-3).min(0.05) * rooms.metre;
     let frames = way.frames().into_iter().map(|(eye, along)| {
-        let eye = eye + file.origin;
+        let eye = eye * rooms.metre + file.origin;
         PathFrame { eye, target: eye + along }
     });
     CameraPath { name: format!("tour {seed}"), fov_y_degrees: 65.0, near, frames: frames.collect() }
 }
 
-/// The same way gone along evenly, with nothing left out: a frame every `step` metres, above 0, in legs that don't join.
+/// The same way gone along evenly, with nothing left out: a frame every `step` metres of a person, above 0, in legs that don't join.
 pub fn even_tour(file: &PvsFile, seed: u64, step: f64) -> Vec<Vec<PathFrame>> {
-    let mut way = Rooms::new(file).way(file, seed);
+    let rooms = Rooms::of(file);
+    let mut way = rooms.way(file, seed);
     way.end_in_last_cells();
     let even = |leg: &Vec<DVec3>| {
         let along = lengths(leg);
         let steps = (along.last().copied().unwrap_or(0.0) / step) as usize;
         let frames = (0..=steps).filter(|_| leg.len() > 1).map(|k| {
             let s = k as f64 * step;
-            let eye = at(leg, &along, s) + file.origin;
+            let eye = at(leg, &along, s) * rooms.metre + file.origin;
             PathFrame { eye, target: eye + direction(leg, &along, s) }
         });
         frames.collect::<Vec<_>>()
@@ -136,8 +140,10 @@ fn corners(planes: &[Plane]) -> Vec<DVec3> {
     out
 }
 
-/// Pieces and where they touch.
+/// Pieces and where they touch, in a person's metres.
 struct Rooms {
+    /// What a person's metre is in the model.
+    metre: f64,
     bounds: Aabb,
     rooms: Vec<Room>,
     /// By cell: its pieces, as indices into `rooms`.
@@ -151,9 +157,32 @@ struct Rooms {
 }
 
 impl Rooms {
-    fn new(file: &PvsFile) -> Self {
-        let objects = file.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3());
-        let corners = file.portals.iter().flat_map(|p| &p.winding).map(|p| p.as_dvec3());
+    fn of(file: &PvsFile) -> Self {
+        let rooms = Self::new(file, 1.0);
+        match rooms.person(file) {
+            1.0 => rooms,
+            metre => Self::new(file, metre),
+        }
+    }
+
+    /// What a person's metre is, by the height of the median cubic metre in closed cells.
+    fn person(&self, file: &PvsFile) -> f64 {
+        let closed = self.cells.iter().zip(&file.cells).filter(|(_, cell)| !cell.open).flat_map(|(rooms, _)| rooms);
+        let mut sizes: Vec<DVec3> = closed.map(|&room| self.rooms[room].bounds.size()).collect();
+        sizes.sort_by(|a, b| a.y.total_cmp(&b.y));
+        let half = 0.5 * sizes.iter().map(|size| size.element_product()).sum::<f64>();
+        let mut sum = 0.0;
+        let middle = sizes.into_iter().find(|size| {
+            sum += size.element_product();
+            sum >= half
+        });
+        let across = Aabb::of(file.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3())).diagonal();
+        middle.map_or_else(|| by_extent(across), |size| metric(size.y, across).unwrap_or(hall(size.y)))
+    }
+
+    fn new(file: &PvsFile, metre: f64) -> Self {
+        let objects = file.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3() / metre);
+        let corners = file.portals.iter().flat_map(|p| &p.winding).map(|p| p.as_dvec3() / metre);
         let all = Aabb::of(objects.chain(corners));
         let all = if all.is_empty() { Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE } } else { all };
         // Around the model, where a walk outside has it in view; not below it.
@@ -168,7 +197,7 @@ impl Rooms {
         for cell in &file.cells {
             let start = rooms.len();
             rooms.extend(cell.pieces.iter().filter_map(|piece| {
-                let planes = piece.iter().map(|p| Plane { n: p.truncate().as_dvec3(), d: f64::from(p.w) });
+                let planes = piece.iter().map(|p| Plane { n: p.truncate().as_dvec3(), d: f64::from(p.w) / metre });
                 Room::new(planes.chain(edge.iter().copied()).collect())
             }));
             cells.push((start..rooms.len()).collect::<Vec<_>>());
@@ -176,7 +205,7 @@ impl Rooms {
         let touch = bounds.diagonal() * 1e-4;
         let boxes: Vec<Aabb> = rooms.iter().map(|room| room.bounds.inflated(touch)).collect();
         let beside = beside(&cells, &boxes);
-        Self { bounds, rooms, cells, beside, touch, passages: RefCell::default() }
+        Self { metre, bounds, rooms, cells, beside, touch, passages: RefCell::default() }
     }
 
     /// What is common to two rooms that touch.
@@ -252,6 +281,13 @@ impl Rooms {
         let tree = spanning_tree(file, seed);
         let mut visited = vec![false; self.cells.len()];
         let mut way = Way::default();
+        if let [only] = &file.cells[..]
+            && only.open
+            && !file.objects.is_empty()
+        {
+            places(&file.objects, self.metre).into_iter().for_each(|place| way.jump(place));
+            return way;
+        }
         let n = self.cells.len();
         let start = if n == 0 { 0 } else { (mixed(seed) % n as u64) as usize };
         for first in (0..n).map(|i| (start + i) % n) {
@@ -280,7 +316,7 @@ impl Rooms {
                     }
                 };
                 let (portal, target) = through;
-                let door = stand_in(&file.portals[portal].winding);
+                let door = stand_in(&file.portals[portal].winding, self.metre);
                 let (Some(leave), Some(enter)) = (self.nearest(cell, door), self.nearest(target, door)) else { continue };
                 // From where the way has come to, towards the portal.
                 let start = way.last().unwrap_or(door);
@@ -299,6 +335,28 @@ impl Rooms {
         }
         way
     }
+}
+
+/// Eyes at objects, evenly by triangles: over what is flat, in the middle of what is high.
+fn places(objects: &[FileObject], metre: f64) -> Vec<DVec3> {
+    let ends: Vec<u64> = objects
+        .iter()
+        .scan(0, |sum, o| {
+            Some({
+                *sum += u64::from(o.triangles);
+                *sum
+            })
+        })
+        .collect();
+    let (all, count) = (ends[ends.len() - 1], PLACES.min(objects.len()));
+    let place = |k: usize| {
+        let at = (2 * k as u64 + 1) * all / (2 * count as u64);
+        let [min, max] =
+            objects[ends.partition_point(|&end| end <= at).min(objects.len() - 1)].bounds.map(|p| p.as_dvec3() / metre);
+        let floor = if max.y - min.y < EYE_HEIGHT { max.y } else { min.y };
+        min.midpoint(max).with_y(floor + EYE_HEIGHT)
+    };
+    (0..count).map(place).collect()
 }
 
 /// By room: the rooms of the same cell whose boxes touch its own, ascending; found by a sweep along x.
@@ -327,8 +385,8 @@ fn between(a: &Room, b: &Room, touch: f64) -> Option<Room> {
 }
 
 /// A point at eye height in a portal.
-fn stand_in(winding: &[glam::Vec3]) -> DVec3 {
-    let corners: Vec<DVec3> = winding.iter().map(|p| p.as_dvec3()).collect();
+fn stand_in(winding: &[glam::Vec3], metre: f64) -> DVec3 {
+    let corners: Vec<DVec3> = winding.iter().map(|p| p.as_dvec3() / metre).collect();
     let bounds = Aabb::of(corners.iter().copied());
     let height = bounds.max.y - bounds.min.y;
     crate::geom::middle(&corners).with_y(bounds.min.y + EYE_HEIGHT.min(0.8 * height))
@@ -409,13 +467,14 @@ impl Way {
         let kept: Vec<(usize, usize)> = self.kept.iter().copied().step_by(every).collect();
         let spare = (MOST_FRAMES - kept.len()) as f64;
         let step = if spare >= 1.0 { (total / spare).max(STEP) } else { f64::INFINITY };
+        let stands = along.iter().all(|along| along.len() == 1);
         let mut frames = Vec::new();
         for (i, leg) in self.legs.iter().enumerate() {
             let stops: Vec<f64> = kept.iter().filter(|k| k.0 == i).map(|k| along[i][k.1]).collect();
             let end = along[i].last().copied().unwrap_or(0.0);
             if end == 0.0 {
                 // One point: look around from it.
-                let around = if self.legs.len() == 1 { 24 } else { stops.len() };
+                let around = if stands { LOOKS / self.legs.len() } else { 0 }.max(stops.len());
                 frames.extend((0..around).map(|turn| {
                     let (sin, cos) = (turn as f64 / around as f64 * std::f64::consts::TAU).sin_cos();
                     (leg[0], DVec3::new(cos, 0.0, sin))

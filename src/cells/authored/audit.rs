@@ -60,7 +60,7 @@ const LEAST_UNCLAIMED: f64 = 10.0;
 
 /// What can be told of the rooms before any split.
 pub fn audit_rooms(scene: &Scene) -> Audit {
-    let metre = HumanScale::of(scene).metre;
+    let metre = HumanScale::of(&RayScene::new(scene)).metre;
     let (findings, unsound) = of_rooms(&scene.hints, metre);
     Audit::of(scene.hints.rooms.len(), findings, &unsound)
 }
@@ -73,7 +73,8 @@ pub(in crate::cells) fn unsound(hints: &Hints, metre: f64) -> Vec<bool> {
 /// What is wrong, given the graph that was made of it. Sound rooms are those of [`audit_rooms`] that name a cell.
 pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     let hints = &scene.hints;
-    let metre = HumanScale::of(scene).metre;
+    let rays = RayScene::new(scene);
+    let metre = HumanScale::of(&rays).metre;
     let (mut findings, mut unsound) = of_rooms(hints, metre);
     if hints.rooms.is_empty() {
         return Audit::of(0, findings, &unsound);
@@ -94,7 +95,7 @@ pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     }
     let locator = Locator::new(graph);
     findings.extend(doors::findings(hints, graph, &locator, &room_of, metre));
-    findings.extend(walls::findings(&RayScene::new(scene), &unsound, metre));
+    findings.extend(walls::findings(&rays, &unsound, metre));
     let open_air = crate::cells::authored::open_air(scene);
     let outdoors = hints.rooms.iter().zip(open_air).zip(&unsound).filter(|((r, open), bad)| *open && !r.outside && !**bad);
     findings.extend(outdoors.map(|((room, _), _)| one(FindingKind::OpenAir, room, "lies under the open sky")));

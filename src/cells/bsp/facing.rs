@@ -1,7 +1,6 @@
 //! What shows its front and what its back: who looks at a level from behind its walls sees backs.
 
 use crate::random::SplitMix;
-use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
 
@@ -12,8 +11,7 @@ const MANY: usize = 3;
 
 /// A scene, asked by rays.
 pub struct Facing<'s> {
-    scene: &'s Scene,
-    rays: RayScene<'s>,
+    rays: &'s RayScene<'s>,
     /// From far outside more fronts are seen than backs, as of buildings with outer walls.
     pub outside_in: bool,
     /// From far outside backs are seen far more often than fronts, as of levels that are walls around rooms.
@@ -22,11 +20,11 @@ pub struct Facing<'s> {
 
 impl<'s> Facing<'s> {
     /// Looks at it from outside.
-    pub fn new(scene: &'s Scene) -> Self {
-        let mut facing = Self { scene, rays: RayScene::new(scene), outside_in: false, shows_backs: false };
+    pub fn new(rays: &'s RayScene<'s>) -> Self {
+        let mut facing = Self { rays, outside_in: false, shows_backs: false };
         let mut random = SplitMix::new(0);
         let mut point = || DVec3::from_array(std::array::from_fn(|_| random.unit()));
-        let bounds = scene.bounds();
+        let bounds = rays.bounds();
         let (mut backs, mut fronts) = (0usize, 0usize);
         for _ in 0..RAYS {
             let to = bounds.min + bounds.size() * point();
@@ -44,7 +42,7 @@ impl<'s> Facing<'s> {
     /// What a ray shows: 1 for a back, -1 for a front, 0 for nothing.
     fn shown(&self, from: DVec3, direction: DVec3) -> i32 {
         let Some(hit) = self.rays.first_opaque(from, direction, f64::INFINITY) else { return 0 };
-        let [a, b, c] = self.scene.corners(hit.triangle as usize);
+        let [a, b, c] = self.rays.scene().corners(hit.triangle as usize);
         if (b - a).cross(c - a).dot(direction) > 0.0 { 1 } else { -1 }
     }
 

@@ -26,7 +26,8 @@ use super::scale::HumanScale;
 use super::{Cell, CellGraph, SplitOptions, Strategy};
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
-use crate::scene::Scene;
+use crate::scene::bulk::bulk;
+use crate::scene::rays::RayScene;
 use adjacency::Contact;
 use facing::Facing;
 use glam::DVec3;
@@ -56,14 +57,15 @@ const OPEN_SHARE: f64 = 0.5;
 
 /// Splits a scene; `smallest_occluder` in metres, `None` takes what gives three tiles for two objects.
 pub(super) fn bsp(
-    scene: &Scene,
+    rays: &RayScene<'_>,
     human: HumanScale,
     options: &SplitOptions,
     reason: String,
     work: &Job<'_>,
 ) -> Result<CellGraph, Stopped> {
+    let scene = rays.scene();
     let tolerance = scene.tolerance();
-    let (bounds, domain) = (scene.bounds(), human.domain(scene.bounds()));
+    let (around, domain) = (bulk(scene).unwrap_or(scene.bounds()), human.domain(scene.bounds()));
     // 1. What parts space.
     let triangles: Vec<[DVec3; 3]> = planes::opaque_structure(scene).collect();
     let main = planes::main_axis(&triangles);
@@ -72,14 +74,16 @@ pub(super) fn bsp(
     let limits = bounded::limits(all.triangles.len(), options.memory, work);
     let corners: Vec<[DVec3; 3]> = all.triangles.iter().map(|t| t.0).collect();
     let extents = planes::extents(&corners, tolerance.coplanar);
+    let is_far: Vec<bool> = corners.iter().map(|c| !Aabb::of(*c).touches(&around)).collect();
     let shell = |occluder: f64| {
-        let large = all.triangles.iter().zip(&extents).filter(|(_, extent)| **extent >= occluder);
-        Shell { triangles: large.map(|(t, _)| *t).collect(), planes: all.planes.clone(), free_standing: 0, left_out: 0 }
+        let told = all.triangles.iter().zip(&extents).zip(&is_far);
+        let large = told.filter(|((_, extent), is_far)| **extent >= occluder && !**is_far).map(|((t, _), _)| *t);
+        Shell { triangles: large.collect(), planes: all.planes.clone(), free_standing: 0, left_out: 0 }
     };
-    let facing = Facing::new(scene);
-    let tiles = |occluder: f64| Tiles { planes: &all.planes, axes, around: bounds, edge: TILE * occluder, occluder };
+    let facing = Facing::new(rays);
+    let tiles = |occluder: f64| Tiles { planes: &all.planes, axes, around, edge: TILE * occluder, occluder };
     let enough = (TILES_AN_OBJECT * scene.objects.len() as f64).clamp(TILES[0], TILES[1]) as usize;
-    let size = |k: u32| LARGEST * bounds.diagonal() * SMALLER.powi(k as i32);
+    let size = |k: u32| LARGEST * around.diagonal() * SMALLER.powi(k as i32);
     let has_tiles = |occluder: f64, enough: usize| {
         let tiles = tiles(occluder);
         let cut: tree::Tiling<'_> = &|poly, inside| tiles.cut(poly, inside).filter(|_| !work.is_stopped());
@@ -98,7 +102,7 @@ pub(super) fn bsp(
     // 3. Which leaves are a cell.
     let slivers = tiles::slivers(&bsp, &contacts, SLIVER * adjacency::smallest_hole(&tolerance));
     let mut parts = tiles.parts(&bsp, &contacts, &slivers);
-    let solid = solid::solid(&facing, &bsp, &contacts, &slivers, bounds, occluder);
+    let solid = solid::solid(&facing, &bsp, &contacts, &slivers, around, occluder);
     parts.labels.iter_mut().zip(&solid).filter(|(_, solid)| **solid).for_each(|(label, _)| *label = None);
     void::join_outside(&facing, &bsp, &mut parts.labels);
     // 4. The graph.
@@ -108,12 +112,16 @@ pub(super) fn bsp(
     let labels: Vec<Option<u32>> = parts.labels.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
     open_to_the_sky(&mut cells, &contacts, &labels);
     let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal, work)?;
-    let small = all.triangles.len() - shell.triangles.len() - shell.left_out;
+    let far = is_far.iter().filter(|far| **far).count();
+    let small = all.triangles.len() - shell.triangles.len() - shell.left_out - far;
     let mut notes = vec![
         format!("surfaces smaller than {} (--smallest-occluder) part nothing: {small} triangles", human.told(occluder)),
         format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
         format!("{} leaves in tiles of at most {}", bsp.leaves.len(), human.told(tiles.edge)),
     ];
+    let [x, _, z] = around.size().to_array().map(|length| human.told(length));
+    notes
+        .extend((far > 0).then(|| format!("beyond {x} x {z} around nearly all walls nothing parts space: {far} triangles")));
     notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);

@@ -2,7 +2,8 @@
 
 use super::to_plan;
 use crate::cells::scale::HumanScale;
-use crate::geom::{Plane, newell};
+use crate::geom::{Aabb, Plane, newell};
+use crate::scene::bulk::bulk;
 use crate::scene::{OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
@@ -98,13 +99,15 @@ const PANE_WIDTH: f64 = 2.5;
 type Loose = ([DVec3; 3], DVec3, Matter);
 
 /// Groups the triangles that bound rooms into planes, to within `coplanar` metres at every corner; larger triangles first, so
-/// that a plane is the one of its largest member. What makes a cut must be `scale` times as large as people build at least.
+/// that a plane is the one of its largest member. Of a ground that goes on far beyond all walls only what is near them counts. What makes a cut must be `scale` times as large as people build at least.
 pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: HumanScale, with_rooms: bool, scale: f64) -> Facets {
     let mut loose: Vec<Loose> = Vec::new();
     let mut add = |c: [DVec3; 3], matter: Matter| loose.push((c, newell(&c.map(|p| p - c[0])), matter));
+    let part = bulk(scene);
+    let is_near = |c: &[DVec3; 3]| part.is_none_or(|part| part.touches(&Aabb::of(*c)));
     for object in scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown)) {
         let matter = if object.opaque { Matter::Opaque } else { Matter::Leaf };
-        object.triangles.clone().for_each(|t| add(scene.corners(t as usize), matter));
+        object.triangles.clone().map(|t| scene.corners(t as usize)).filter(is_near).for_each(|c| add(c, matter));
     }
     // A pane as high as a door and wider may be all the wall that there is, where nobody says what opening it fills.
     let unsaid = !scene.hints.openings.iter().any(|o| o.kind == OpeningKind::Window);

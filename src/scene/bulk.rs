@@ -1,0 +1,90 @@
+//! Where a model stands: around nearly all of its walls, if its ground goes on far beyond them.
+
+use super::Scene;
+use crate::geom::{Aabb, newell};
+use glam::DVec3;
+
+/// A wall's unit normal has at most this vertical part, up or down; a floor's has more.
+pub(crate) const FLOOR_NORMAL: f64 = 0.7;
+/// One wall in so many, on each side, tells nothing of where a model stands. More: a fence or a far hut counts. Less: wings of a building are
+/// left out.
+const FEW: usize = 100;
+/// So many triangles tell, of models that have more.
+const LOOKED_AT: usize = 100_000;
+/// How far around the rest a model stands, as a share of its size. Less: nobody stands before a house. More: fields count.
+const AROUND: f64 = 0.25;
+/// And only where that is less than this share of the model's ground. More: buildings lose their yards. Less: fields count.
+const SPARSE: f64 = 0.25;
+
+/// The box around nearly all walls, as high as the model; `None` where that is no small part of it.
+pub(crate) fn bulk(scene: &Scene) -> Option<Aabb> {
+    let each = scene.triangles.len() / LOOKED_AT + 1;
+    let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()).step_by(each);
+    let is_wall = |c: &[DVec3; 3]| {
+        let n = newell(&c.map(|p| p - c[0]));
+        n.y.abs() <= FLOOR_NORMAL * n.length()
+    };
+    let walls: Vec<[DVec3; 3]> = opaque.map(|t| scene.corners(t as usize)).filter(is_wall).collect();
+    let span = |axis: usize| {
+        let mut ends = [Vec::with_capacity(walls.len()), Vec::with_capacity(walls.len())];
+        for corners in &walls {
+            let bounds = Aabb::of(*corners);
+            ends[0].push(bounds.min[axis]);
+            ends[1].push(bounds.max[axis]);
+        }
+        let few = walls.len() / FEW;
+        let last = walls.len().checked_sub(1 + few)?;
+        let [least, most] = [(0, few), (1, last)].map(|(end, k)| *ends[end].select_nth_unstable_by(k, f64::total_cmp).1);
+        let around = AROUND * (most - least);
+        Some([least - around, most + around])
+    };
+    let whole = scene.bounds();
+    let [x, z] = [span(0)?, span(2)?];
+    let is_sparse = (x[1] - x[0]) * (z[1] - z[0]) < SPARSE * whole.size().x * whole.size().z;
+    let part = Aabb {
+        min: DVec3::new(x[0].max(whole.min.x), whole.min.y, z[0].max(whole.min.z)),
+        max: DVec3::new(x[1].min(whole.max.x), whole.max.y, z[1].min(whole.max.z)),
+    };
+    is_sparse.then_some(part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    /// `houses` boxes of 10 x 3 x 8 m without floors, 12 m apart along x, and a square ground that reaches so far to all sides.
+    fn scene(houses: usize, ground: f64) -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let mut add = |corners: [DVec3; 4]| {
+            let (node, role, triangles) = ("part".into(), Role::Unknown, vec![[0, 1, 2], [0, 2, 3]]);
+            builder.add(Mesh { node, role, opaque: true, positions: corners.to_vec(), triangles }).unwrap();
+        };
+        for house in 0..houses {
+            let corner = |x: f64, z: f64| DVec3::new(12.0 * house as f64 + 10.0 * x, 0.0, 8.0 * z);
+            let around = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+            for k in 0..4 {
+                let (a, b) = (around[k], around[(k + 1) % 4]);
+                add([a, b, b + 3.0 * DVec3::Y, a + 3.0 * DVec3::Y]);
+            }
+        }
+        let far = |x: f64, z: f64| DVec3::new(ground * x, 0.0, ground * z);
+        add([far(-1.0, -1.0), far(1.0, -1.0), far(1.0, 1.0), far(-1.0, 1.0)]);
+        builder.finish("houses").unwrap()
+    }
+
+    #[test]
+    fn a_house_on_a_wide_ground_stands_where_its_walls_are() {
+        let scene = scene(1, 500.0);
+        let part = bulk(&scene).expect("the ground is wide");
+        let (min, max) = (part.min + scene.origin, part.max + scene.origin);
+        assert!((min - DVec3::new(-2.5, 0.0, -2.0)).length() < 1e-9 && (max - DVec3::new(12.5, 3.0, 10.0)).length() < 1e-9);
+    }
+
+    #[test]
+    fn a_yard_a_village_and_a_ground_without_walls_are_whole() {
+        assert_eq!(bulk(&scene(1, 12.0)), None);
+        assert_eq!(bulk(&scene(80, 960.0)).map(|part| part.size().x > 900.0), Some(true), "a street");
+        assert_eq!(bulk(&scene(0, 500.0)), None);
+    }
+}
