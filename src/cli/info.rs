@@ -118,7 +118,8 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
 const SHOWN: usize = 6;
 
 /// Units of prose: from how many metres on, their name, how many a metre has.
-const UNITS: [(f64, &str, f64); 4] = [(1e3, "km", 1e-3), (0.1, "m", 1.0), (1e-5, "mm", 1e3), (0.0, "\u{b5}m", 1e6)];
+const UNITS: [(f64, &str, f64); 4] =
+    [(1e3, "km", 1e-3), (0.1, "m", 1.0), (1e-5, "mm", 1e3), (f64::MIN_POSITIVE, "\u{b5}m", 1e6)];
 
 /// A length in the unit that reads best, to three significant digits.
 fn length(metres: f64) -> String {
@@ -138,7 +139,7 @@ mod tests {
     #[test]
     fn lengths_are_in_the_unit_that_reads_best() {
         for (metres, text) in [
-            (0.0, "0 \u{b5}m"),
+            (0.0, "0 m"),
             (2.5e-7, "0.250 \u{b5}m"),
             (5e-6, "5.00 \u{b5}m"),
             (1.25e-5, "0.0125 mm"),

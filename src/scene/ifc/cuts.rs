@@ -60,7 +60,9 @@ impl Cut {
             };
             let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
             if n.dot(self.normal).abs() > COS_PARALLEL {
-                let at = middle(&t).dot(self.normal);
+                // Where the side meets a line through the middle of the cut: its corners may be far off, and lean.
+                let centre = middle(&self.winding);
+                let at = centre.dot(self.normal) + n.dot(t[0] - centre) / n.dot(self.normal);
                 sides = [sides[0].min(at), sides[1].max(at)];
             }
             pieces.iter().for_each(|piece| kept.push(piece));
