@@ -403,6 +403,35 @@ fn old_names_of_shapes_are_read() {
     assert_eq!(read(old).hash(), read(text).hash());
 }
 
+/// Exporters turn depths round, and then an opening stands beside its wall. There is a door for all that, which others may draw open.
+#[test]
+fn a_door_whose_opening_misses_its_wall_is_cut_and_told() {
+    for degrees in [0.0, 30.0] {
+        let house = House { degrees, ..House::default() };
+        let (sound, turned) = ("#408=IFCCARTESIANPOINT((1.5,0.0,0.0));", "#408=IFCCARTESIANPOINT((1.5,-0.2,0.0));");
+        let text = house.text();
+        assert!(text.contains(sound));
+        let read = |text: String| import_bytes(text.into_bytes(), "house", &ImportOptions::default()).unwrap();
+        let (whole, cut) = (read(text.clone()), read(text.replace(sound, turned)));
+        let what = "1 openings are cut into their walls here, as rectangles: the reader of geometry left them shut: door-1";
+        assert_eq!((whole.source.notes.as_slice(), cut.source.notes.as_slice()), (&[][..], &[what.to_owned()][..]));
+        let wall = |scene: &Scene| {
+            let wall = scene.objects.iter().find(|o| o.node == "wall").unwrap();
+            wall.triangles.clone().map(|t| area(&scene.corners(t as usize))).sum::<f64>()
+        };
+        // All reveals are there; the foot of the wall stays under the door, and its reveal on that.
+        assert!((wall(&cut) - wall(&whole) - 2.0 * 0.2).abs() < 1e-3, "{} {}", wall(&whole), wall(&cut));
+        for (x, z) in [(1.05, 0.05), (1.5, 1.0), (1.95, 2.05)] {
+            let [a, b] = [-0.2, 0.2].map(|y| house.at(DVec3::new(x, y, z)) - cut.origin);
+            assert_eq!(house::crossings(&cut, Role::Structure, a, b), 0, "{degrees}: {x} {z}");
+        }
+        for (x, z) in [(0.95, 1.0), (2.05, 1.0), (1.5, 2.15)] {
+            let [a, b] = [-0.2, 0.2].map(|y| house.at(DVec3::new(x, y, z)) - cut.origin);
+            assert_eq!(house::crossings(&cut, Role::Structure, a, b), 2, "{degrees}: {x} {z}");
+        }
+    }
+}
+
 #[test]
 fn a_missing_unit_is_noted() {
     let text = House::default().text();

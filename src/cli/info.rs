@@ -49,7 +49,7 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
     };
     line("file", format!("version {}, {} bytes, for model {}", f.version, f.file_bytes, f.model_hash));
     line("guarantee", f.guarantee.in_words().to_owned());
-    line("", format!("clearance {:.3} mm: {}", f.clearance * 1e3, Guarantee::STATEMENT));
+    line("", format!("clearance {}: {}", length(f.clearance), Guarantee::STATEMENT));
     line(
         "cells",
         format!(
@@ -61,7 +61,7 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
             f.reason
         ),
     );
-    line("", format!("openings narrower than {:.3} mm may be sealed", f.smallest_hole * 1e3));
+    line("", format!("openings narrower than {} may be sealed", length(f.smallest_hole)));
     for (kind, s) in [("doors", &f.doors), ("windows", &f.windows)] {
         if s.count != 0 {
             let how = format!(
@@ -116,3 +116,41 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
 
 /// Lines of a kind that fit on the one screen.
 const SHOWN: usize = 6;
+
+/// Units of prose: from how many metres on, their name, how many a metre has.
+const UNITS: [(f64, &str, f64); 4] =
+    [(1e3, "km", 1e-3), (0.1, "m", 1.0), (1e-5, "mm", 1e3), (f64::MIN_POSITIVE, "\u{b5}m", 1e6)];
+
+/// A length in the unit that reads best, to three significant digits.
+fn length(metres: f64) -> String {
+    let (_, name, scale) = UNITS.into_iter().find(|&(from, ..)| metres >= from).unwrap_or(UNITS[1]);
+    let number = metres * scale;
+    let whole_digits = if number >= 1.0 { number.log10() as usize + 1 } else { 0 };
+    // Small numbers have zeros behind the point: `0.0125` is three digits, too.
+    let zeros = if number > 0.0 && number < 1.0 { (-number.log10()) as usize } else { 0 };
+    let decimals = if number == 0.0 { 0 } else { 3usize.saturating_sub(whole_digits) + zeros };
+    format!("{number:.decimals$} {name}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::length;
+
+    #[test]
+    fn lengths_are_in_the_unit_that_reads_best() {
+        for (metres, text) in [
+            (0.0, "0 m"),
+            (2.5e-7, "0.250 \u{b5}m"),
+            (5e-6, "5.00 \u{b5}m"),
+            (1.25e-5, "0.0125 mm"),
+            (0.00029, "0.290 mm"),
+            (0.0125, "12.5 mm"),
+            (0.29074, "0.291 m"),
+            (1.0, "1.00 m"),
+            (290.74, "291 m"),
+            (29_074.0, "29.1 km"),
+        ] {
+            assert_eq!(length(metres), text, "{metres}");
+        }
+    }
+}

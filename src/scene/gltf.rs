@@ -54,7 +54,7 @@ use super::builder::short_name;
 use super::lines::{Line, Lines};
 use super::naming::{ByName, Kind, Naming};
 use super::sidecar::Sidecars;
-use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
+use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, textures, whole_file};
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 pub(crate) use cut::cut_file;
@@ -126,7 +126,10 @@ fn read<'a>(
 ) -> Result<Reading<'a>, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "glTF".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
-    let buffers = Buffers::new(document, bin, Sidecars { folder, under: options.files_under.as_deref() });
+    let beside = Sidecars { folder, under: options.files_under.as_deref() };
+    let files = document.image_uris().filter(|uri| !uri.starts_with("data:")).map(|uri| data::percent_decoded(&uri));
+    let missing = textures::note_of_missing(files, beside);
+    let buffers = Buffers::new(document, bin, beside);
     let mut importer = Importer {
         document,
         naming: Naming::read(folder, name, options.roles.as_ref())?,
@@ -146,6 +149,7 @@ fn read<'a>(
     };
     let axes = DVec3::AXES.map(|axis| options.upright(axis) * metres_per_unit);
     importer.walk(DAffine3::from_mat3(DMat3::from_cols(axes[0], axes[1], axes[2])))?;
+    importer.builder.source.notes.extend(missing);
     importer.finish(name)
 }
 

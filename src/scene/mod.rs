@@ -22,6 +22,7 @@ pub mod quake;
 pub mod rays;
 mod sidecar;
 pub mod stl;
+mod textures;
 mod tube_count;
 pub(crate) mod up;
 mod whole_file;

@@ -17,7 +17,7 @@ use super::builder::short_name;
 use super::lines::{Line, Lines};
 use super::naming::{ByName, Kind, Naming};
 use super::sidecar::Sidecars;
-use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, textures, whole_file};
 use crate::tubes::Shape;
 use glam::DVec3;
 use materials::Material;
@@ -39,8 +39,12 @@ pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &Imp
     let mut builder = SceneBuilder::new(options, source);
     let (is_traced, options) = (builder.is_traced(), options.clone());
     let mut reader = Reader { metres_per_unit, is_traced, tube_radius: options.tube_radius, options, ..Reader::default() };
-    for (number, line) in lines(bytes) {
+    for (number, line) in lines(bytes.strip_prefix(whole_file::BYTE_ORDER_MARK).unwrap_or(bytes)) {
         reader.line(number, &line).map_err(|what| ImportError::malformed(Place::Line(number), what))?;
+    }
+    if reader.positions.is_empty() && reader.unknown > 0 {
+        let what = format!("not an OBJ file: no vertices in it, and {}", whole_file::nature(bytes));
+        return Err(ImportError::malformed(Place::File, what));
     }
     let naming = Naming::read(folder, name, reader.options.roles.as_ref())?;
     reader.finish(folder, &naming, &mut builder)?;
@@ -357,6 +361,9 @@ impl Reader {
                 }
             }
         }
+        // In the order in which the model uses them.
+        let used = self.names.iter().filter_map(|name| out.get(name));
+        notes.extend(textures::note_of_missing(used.flat_map(Material::files).map(str::to_owned), beside));
         out
     }
 }

@@ -50,6 +50,9 @@ pub fn from_slice(mut bytes: &[u8], name: &str, options: &ImportOptions) -> Resu
     let source = Source { format: "PLY".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
     let broken = |what: String| ImportError::malformed(Place::File, what);
+    if !bytes.starts_with(b"ply") {
+        return Err(broken(format!("not a PLY file: {}", whole_file::nature(bytes))));
+    }
     // The crate's messages quote the file, on lines of their own.
     let told = |e: ParseError| broken(format!("not a PLY file: {}", e.to_string().lines().next().unwrap_or_default()));
     let ply = Parser::<Element>::new().read_ply(&mut bytes).map_err(told)?;

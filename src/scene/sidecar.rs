@@ -19,15 +19,21 @@ impl Sidecars<'_> {
     /// Fails with one clear line where the model came from memory, where `name` is a URL, where it leads out of the folder that files may
     /// lie in, be it by a link, and where it isn't a regular file.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        whole_file::read(&self.path(name)?).map_err(|e| refusal(name, e))
+    }
+
+    /// Whether [`Sidecars::read`] would find something in the file `name`.
+    pub fn is_there(&self, name: &str) -> bool {
+        self.path(name).is_ok_and(|path| whole_file::holds_something(&path))
+    }
+
+    fn path(&self, name: &str) -> Result<PathBuf, String> {
         let Some(folder) = self.folder else {
             return Err(format!("`{name}` is another file, and this model was not read from a folder"));
         };
         // A model in the working folder has no folder in its name.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let refuse = |e: io::Error| match e.kind() {
-            io::ErrorKind::NotFound => format!("`{name}` is missing: the model names it, so it must come with it"),
-            _ => format!("`{name}`: {e}"),
-        };
+        let refuse = |e: io::Error| refusal(name, e);
         let spelt = match self.under {
             None => relative(name)?,
             Some(_) if name.contains("://") => return Err(url(name)),
@@ -41,7 +47,14 @@ impl Sidecars<'_> {
         if !path.metadata().map_err(refuse)?.is_file() {
             return Err(format!("`{name}` is not a regular file"));
         }
-        whole_file::read(&path).map_err(refuse)
+        Ok(path)
+    }
+}
+
+fn refusal(name: &str, error: io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => format!("`{name}` is missing: the model names it, so it must come with it"),
+        _ => format!("`{name}`: {error}"),
     }
 }
 

@@ -17,7 +17,12 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<S
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "STL".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
-    let broken = |e: std::io::Error| ImportError::malformed(Place::File, format!("not an STL file: {e}"));
+    // Binary STL begins with anything.
+    let is_text = bytes.starts_with(b"solid");
+    let broken = |e: std::io::Error| {
+        let why = if is_text { e.to_string() } else { format!("{}, and {e}", whole_file::nature(bytes)) };
+        ImportError::malformed(Place::File, format!("not an STL file: {why}"))
+    };
     let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(broken)?;
     let place = |p: &stl_io::Vertex| options.upright(DVec3::from(p.0.map(f64::from))) * metres_per_unit;
     let positions = mesh.vertices.iter().map(place).collect();

@@ -1,10 +1,42 @@
-//! A model's file, or one that it names, as bytes.
+//! A model's file, or one that it names, as bytes; and what a file is that is something else than its name says.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
-/// How a pointer of Git LFS starts, which stands in a checkout for a large file that was not fetched.
-const POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
+/// The mark that some editors put before a text.
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// What stands in the place of a file that was not fetched: how it starts, in small letters, and what it is.
+const STAND_INS: [(&[u8], &str); 3] = [
+    (b"version https://git-lfs.github.com/spec/", "a Git LFS pointer, not the file itself; `git lfs pull` fetches that"),
+    (b"<!doctype html", WEB_PAGE),
+    (b"<html", WEB_PAGE),
+];
+const WEB_PAGE: &str =
+    "a web page (HTML), not the file itself; fetch that from the address that the page gives for the raw file";
+
+/// Bytes that are enough to tell these, with a few blanks before.
+const START: u64 = 256;
+
+/// How files of other kinds start, and what they are.
+const KINDS: [(&[u8], &str); 10] = [
+    (b"PK\x03\x04", "a zip archive: unpack it"),
+    (b"\x1F\x8B", "packed with gzip: unpack it"),
+    (b"\xFF\xFE", "text in UTF-16: save it as UTF-8"),
+    (b"\xFE\xFF", "text in UTF-16: save it as UTF-8"),
+    (b"glTF", "binary glTF: call it .glb"),
+    (b"ISO-10303-21", "a STEP file: IFC is called .ifc"),
+    (b"ply", "PLY: call it .ply"),
+    (b"solid ", "STL: call it .stl"),
+    (b"Kaydara FBX", "FBX: export it as glTF"),
+    (b"BLENDER", "a file of Blender: export it as glTF"),
+];
+
+/// Most characters of a text that a message tells.
+const TOLD: usize = 40;
+/// Most bytes of a file that isn't text that a message tells.
+const TOLD_BYTES: usize = 8;
 
 /// Reads a whole model.
 ///
@@ -20,15 +52,77 @@ pub(super) fn model(path: &Path) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 ///
-/// Where it can't be read, or is only a pointer to the file that is meant.
+/// Where it can't be read, or is only a pointer to the file that is meant, or a page about it.
 pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
     let absent = |e: io::Error| match e.kind() {
         io::ErrorKind::NotFound => io::Error::new(e.kind(), "there is no such file"),
         _ => e,
     };
     let bytes = std::fs::read(path).map_err(absent)?;
-    match bytes.starts_with(POINTER) {
-        true => Err(io::Error::other("a Git LFS pointer, not the file itself; `git lfs pull` fetches that")),
-        false => Ok(bytes),
+    match stand_in(&bytes) {
+        Some(what) => Err(io::Error::other(what)),
+        None => Ok(bytes),
+    }
+}
+
+/// Whether a file can be read and is more than nothing, a pointer or a page.
+pub(super) fn holds_something(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
+    read.is_ok() && !start.is_empty() && stand_in(&start).is_none()
+}
+
+fn stand_in(bytes: &[u8]) -> Option<&'static str> {
+    let start = text_of(bytes);
+    let starts_with = |this: &[u8]| start.len() >= this.len() && start[..this.len()].eq_ignore_ascii_case(this);
+    STAND_INS.iter().find(|(this, _)| starts_with(this)).map(|(_, what)| *what)
+}
+
+/// A text without the mark and the blanks before it.
+pub(super) fn text_of(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).trim_ascii_start()
+}
+
+/// What a file is that isn't what it should be, as the end of a sentence: its kind, or how it begins.
+pub(super) fn nature(bytes: &[u8]) -> String {
+    if let Some((_, what)) = KINDS.iter().find(|(start, _)| bytes.starts_with(start)) {
+        return format!("it is {what}");
+    }
+    let start = text_of(bytes);
+    let line = start.split(|&b| b == b'\n' || b == b'\r').next().unwrap_or_default();
+    let is_text = |text: &&str| !text.is_empty() && !text.chars().any(char::is_control);
+    // A cut through a character is no damage.
+    let whole = |line: &[u8]| line.utf8_chunks().next().map(|chunk| chunk.valid().to_owned());
+    match whole(&line[..line.len().min(4 * TOLD)]).as_deref().map(|text| text.replace('\t', " ")).as_deref().filter(is_text)
+    {
+        Some(text) => {
+            let told: String = text.chars().take(TOLD).collect();
+            let more = if told.len() < line.len() { "..." } else { "" };
+            format!("it begins with the text `{told}{more}`")
+        }
+        None if start.is_empty() => "there is nothing in it but blanks".to_owned(),
+        None => {
+            let told: Vec<String> = bytes.iter().take(TOLD_BYTES).map(|b| format!("{b:02x}")).collect();
+            format!("it begins with the bytes {}", told.join(" "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_another_kind_is_told_in_one_clause() {
+        assert_eq!(nature(b"PK\x03\x04rest"), "it is a zip archive: unpack it");
+        assert_eq!(nature(b"glTF\x02\0\0\0"), "it is binary glTF: call it .glb");
+        assert_eq!(nature(b"\xEF\xBB\xBF\n Model goes here.\nlater"), "it begins with the text `Model goes here.`");
+        let long = "wörter ".repeat(20);
+        assert_eq!(
+            nature(long.as_bytes()),
+            format!("it begins with the text `{}...`", long.chars().take(40).collect::<String>())
+        );
+        assert_eq!(nature(b" \n\t"), "there is nothing in it but blanks");
+        assert_eq!(nature(b"\0\x01\xFF"), "it begins with the bytes 00 01 ff");
     }
 }

@@ -132,10 +132,11 @@ fn what_is_no_gltf_is_refused() {
         bytes
     };
     let message = |bytes: &[u8]| read_glb(bytes).unwrap_err().to_string();
-    assert!(message(b"").contains("not a glTF document"));
-    assert!(message(b"solid cube\n").starts_with("line 1: not a glTF document"));
+    assert!(message(b"").starts_with("not glTF, neither text nor binary"));
+    assert!(message(b"solid cube\n").ends_with("it is STL: call it .stl"));
     assert!(message(b"{\n\"asset\": 7}").starts_with("line 2: not a glTF document"));
-    assert!(message(b"Kaydara FBX Binary").contains("not a glTF document"));
+    assert!(message(b"Kaydara FBX Binary").ends_with("it is FBX: export it as glTF"));
+    assert!(message(b"The model goes here").ends_with("it begins with the text `The model goes here`"));
     assert!(message(&word(4, 1)).contains("GLB version 1 is not supported"));
     assert!(message(&word(8, u32::MAX)).starts_with("byte 8: the header says 4294967295 bytes"));
     assert!(message(&word(8, 0)).starts_with("byte 8: "));
@@ -276,19 +277,70 @@ proptest! {
     }
 }
 
-/// A checkout has pointers in place of large files until `git lfs pull`.
+/// A checkout has pointers in place of large files until `git lfs pull`; a download from the wrong address is a page; a template has a
+/// sentence. Each reader says what it got, in one line.
 #[test]
-fn a_pointer_of_git_lfs_is_named() {
+fn what_stands_in_the_place_of_a_file_is_named() {
+    let folder = folder("what_stands_in_the_place_of_a_file");
+    let told = |name: &str| {
+        let told = import(&folder.join(name), &ImportOptions::default()).unwrap_err().to_string();
+        assert!(!told.contains('\n'), "{name}: {told}");
+        told
+    };
     let pointer =
         "version https://git-lfs.github.com/spec/v1\noid sha256:5891b5b522d5df086d0ff0b110fbd9d21bb4fc7163af34d0\nsize 6\n";
-    let folder = folder("a_pointer_of_git_lfs");
-    let told = |name: &str| import(&folder.join(name), &ImportOptions::default()).unwrap_err().to_string();
-    for name in ["test.glb", "test.gltf", "test.obj", "test.gml"] {
-        std::fs::write(folder.join(name), pointer).unwrap();
-        assert!(told(name).contains("a Git LFS pointer"), "{name}: {}", told(name));
+    let page = "\u{feff}\n<!DOCTYPE HTML>\n<html><body>Sign in</body></html>\n";
+    for (text, what, every) in [
+        (pointer, "a Git LFS pointer", true),
+        (page, "a web page (HTML), not the file itself", true),
+        ("<html lang=\"en\"><head>", "a web page (HTML), not the file itself", true),
+        ("", "the file is empty", true),
+        ("Put your model here.\n", "it begins with the text `Put your model here.`", false),
+        ("PK\x03\x04 and more", "it is a zip archive: unpack it", false),
+    ] {
+        for kind in ["glb", "gltf", "obj", "ply", "stl", "gml"] {
+            let name = format!("test.{kind}");
+            std::fs::write(folder.join(&name), text).unwrap();
+            assert!(told(&name).contains(what) || (kind == "gml" && !every), "{name}: {}", told(&name));
+        }
     }
+    #[cfg(feature = "ifc")]
+    for (text, what) in [(pointer, "a Git LFS pointer"), (page, "a web page"), ("Put it here.", "the text `Put it here.`")] {
+        std::fs::write(folder.join("test.ifc"), text).unwrap();
+        assert!(told("test.ifc").contains(what), "{}", told("test.ifc"));
+    }
+    for (text, what) in
+        [(pointer, "buffer 0: `test.bin`: a Git LFS pointer"), (page, "buffer 0: `test.bin`: a web page (HTML)")]
+    {
+        let mut beside = small();
+        beside.json["buffers"][0]["uri"] = "test.bin".into();
+        std::fs::write(folder.join("test.bin"), text).unwrap();
+        std::fs::write(folder.join("beside.gltf"), beside.json.to_string()).unwrap();
+        assert!(told("beside.gltf").contains(what), "{}", told("beside.gltf"));
+    }
+}
+
+/// The content counts, not the name.
+#[test]
+fn binary_and_text_gltf_are_read_by_either_name() {
+    let folder = folder("binary_and_text_gltf_by_either_name");
     let mut beside = small();
-    beside.json["buffers"][0]["uri"] = "test.glb".into();
-    std::fs::write(folder.join("beside.gltf"), beside.json.to_string()).unwrap();
-    assert!(told("beside.gltf").contains("buffer 0: `test.glb`: a Git LFS pointer"), "{}", told("beside.gltf"));
+    beside.json["buffers"][0]["uri"] = "test.bin".into();
+    std::fs::write(folder.join("test.bin"), &beside.bin).unwrap();
+    std::fs::write(folder.join("text.glb"), format!("\u{feff}\n{}", beside.json)).unwrap();
+    std::fs::write(folder.join("binary.gltf"), small().bytes()).unwrap();
+    for name in ["text.glb", "binary.gltf"] {
+        assert_eq!(import(&folder.join(name), &ImportOptions::default()).unwrap().triangles.len(), 2, "{name}");
+    }
+}
+
+/// The mark of an editor before the first statement is no part of it.
+#[test]
+fn a_byte_order_mark_costs_no_statement() {
+    let folder = folder("a_byte_order_mark");
+    std::fs::write(folder.join("a.mtl"), "\u{feff}newmtl pane\nd 0.2\n").unwrap();
+    let text = "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nmtllib a.mtl\nusemtl pane\nf 1 2 3\n";
+    std::fs::write(folder.join("a.obj"), text).unwrap();
+    let scene = import(&folder.join("a.obj"), &ImportOptions::default()).unwrap();
+    assert_eq!((scene.triangles.len(), scene.objects[0].opaque), (1, false));
 }

@@ -72,6 +72,41 @@ fn materials_are_as_the_specification_has_them() {
     assert_eq!(odd, material(json!({})));
 }
 
+/// Nothing of a bake depends on pictures, so that a model comes through without them; but it says so, once.
+#[test]
+fn textures_that_are_missing_are_told_in_one_note() {
+    let folder = folder("textures_that_are_missing");
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 6\n";
+    for (name, text) in [("a wall.png", "some"), ("empty.png", ""), ("pointer.png", pointer)] {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let textures =
+        |scene: Scene| -> Vec<String> { scene.source.notes.into_iter().filter(|note| note.contains("textures")).collect() };
+    let notes = |name: &str| textures(import(&folder.join(name), &ImportOptions::default()).unwrap());
+    let told = |count: &str, names: &str| {
+        vec![format!("{count} textures are missing: {names}; rows don't need them: materials say what is see-through")]
+    };
+    let mut glb = textured(json!({"alphaMode": "MASK"}));
+    std::fs::write(folder.join("within.glb"), glb.bytes()).unwrap();
+    assert_eq!(notes("within.glb"), [""; 0]);
+    let images = ["a%20wall.png", "empty.png", "pointer.png", "leaf.png", "leaf.png", "../out.png"];
+    glb.json["images"] = images.map(|uri| json!({"uri": uri})).to_vec().into();
+    std::fs::write(folder.join("beside.glb"), glb.bytes()).unwrap();
+    assert_eq!(notes("beside.glb"), told("4 of 5", "`empty.png`, `pointer.png`, `leaf.png` and 1 more"));
+    // In memory nothing is beside it, and a list that is none is no reason to refuse a model.
+    assert_eq!(textures(scene(&glb)), [""; 0]);
+    glb.json["images"] = json!("none");
+    std::fs::write(folder.join("odd.glb"), glb.bytes()).unwrap();
+    assert_eq!(notes("odd.glb"), [""; 0]);
+    // Of a library, what the model uses counts.
+    let library =
+        "newmtl wall\nmap_Kd -s 2 2 1 a.tga\nnewmtl leaf\nmap_d leaf.tga\nmap_Kd a wall.png\nnewmtl unused\nmap_Kd no.png\n";
+    std::fs::write(folder.join("a.mtl"), library).unwrap();
+    let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl leaf\nf 1 2 3\nusemtl wall\nf 1 2 4\n";
+    std::fs::write(folder.join("a.obj"), text).unwrap();
+    assert_eq!(notes("a.obj"), told("2 of 3", "`leaf.tga`, `a.tga`"));
+}
+
 #[test]
 fn texture_coordinates_follow_their_transform() {
     let with = |extension: serde_json::Value| {

@@ -130,7 +130,9 @@ fn errors_name_the_line_and_what_is_wrong() {
         let error = read_obj(&format!("{SQUARE}{line}\nf 1 2 3\n")).unwrap_err();
         assert_eq!(error.to_string(), why);
     }
-    for empty in ["", "\0\u{1}garbage", SQUARE, "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3"] {
+    let error = read_obj("\0\u{1}garbage").unwrap_err().to_string();
+    assert_eq!(error, "not an OBJ file: no vertices in it, and it begins with the bytes 00 01 67 61 72 62 61 67");
+    for empty in ["", SQUARE, "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3"] {
         assert!(matches!(read_obj(empty), Err(ImportError::Empty)), "{empty:?}");
     }
     assert!(

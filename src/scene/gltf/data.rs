@@ -413,7 +413,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// `%20` and the like made into the bytes that they stand for; anything else as it is.
-fn percent_decoded(uri: &str) -> String {
+pub(super) fn percent_decoded(uri: &str) -> String {
     let bytes = uri.as_bytes();
     let mut out = Vec::with_capacity(bytes.len());
     let mut i = 0;

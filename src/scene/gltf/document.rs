@@ -4,7 +4,7 @@
 //! keeps node transforms in `f32`, which moves the walls of a georeferenced building by decimetres, and refuses
 //! KHR_mesh_quantization.
 
-use super::super::{ImportError, Place};
+use super::super::{ImportError, Place, whole_file};
 use super::container::{JSON_START, chunks};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -48,6 +48,13 @@ pub(super) struct Document {
     pub materials: Vec<Material>,
     #[serde(default)]
     pub animations: Vec<IgnoredAny>,
+    /// Read where somebody asks: a model is never refused for how it looks.
+    images: Option<Box<RawValue>>,
+}
+
+#[derive(Deserialize)]
+struct Image {
+    uri: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -73,6 +80,12 @@ impl Document {
     pub fn node(&self, index: usize) -> &Node {
         static EMPTY: Node = Node::EMPTY;
         self.nodes[index].0.as_deref().unwrap_or(&EMPTY)
+    }
+
+    /// What its images are called that are files or within a uri; nothing where the list isn't as it should be.
+    pub fn image_uris(&self) -> impl Iterator<Item = String> {
+        let images: Option<Vec<Image>> = self.images.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok());
+        images.into_iter().flatten().filter_map(|image| image.uri)
     }
 }
 
@@ -349,11 +362,15 @@ fn is_glb(bytes: &[u8]) -> bool {
 
 /// The document's text, and the BIN chunk where there is one.
 pub(super) fn text(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
-    if is_glb(bytes) { chunks(bytes) } else { Ok((bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None)) }
+    if is_glb(bytes) { chunks(bytes) } else { Ok((bytes.strip_prefix(whole_file::BYTE_ORDER_MARK).unwrap_or(bytes), None)) }
 }
 
 /// Reads a `.glb` or `.gltf`: the document, and the BIN chunk where there is one.
 pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportError> {
+    if !is_glb(bytes) && !whole_file::text_of(bytes).starts_with(b"{") {
+        let what = format!("not glTF, neither text nor binary: {}", whole_file::nature(bytes));
+        return Err(ImportError::malformed(Place::File, what));
+    }
     let (json, bin) = text(bytes)?;
     let document: Document = serde_json::from_slice(json).map_err(|e| {
         let place = if is_glb(bytes) { Place::Byte(JSON_START) } else { Place::Line(e.line()) };

@@ -5,7 +5,7 @@
 //! 1. `model`: the header, the records by kind, units, the offset of georeferenced models;
 //! 2. `relations` and `styles`: who voids, fills, holds and bounds what; what is see-through;
 //! 3. `geometry`: every product's triangles by ifc-lite, on several threads watched by `workers`; those of pipes by `tubes`;
-//! 4. `spaces`, `openings` and `boundaries`: hints.
+//! 4. `spaces`, `openings` and `boundaries`: hints; and `cuts`: openings that ifc-lite left shut.
 //!
 //! What a file says of its elements beside their shape, [`elements`] reads when somebody asks; an import doesn't.
 //!
@@ -20,6 +20,8 @@ use std::path::Path;
 
 #[cfg(feature = "ifc")]
 mod boundaries;
+#[cfg(feature = "ifc")]
+mod cuts;
 mod elements;
 #[cfg(feature = "ifc")]
 mod endless;

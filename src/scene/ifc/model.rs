@@ -1,6 +1,6 @@
 //! The file as records: the header checked, records found by kind, units and the offset of georeferenced models worked out.
 
-use crate::scene::{ImportError, Place};
+use crate::scene::{ImportError, Place, whole_file};
 use glam::DVec3;
 use ifc_lite_core::{
     DecodedEntity, EntityDecoder, EntityIndex, EntityScanner, IfcType, build_entity_index, geometry_flags_by_name,
@@ -73,7 +73,7 @@ const KINDS: [&str; 12] = [
 impl Model {
     /// Reads the records of a file. `metres` overrides the file's unit of length.
     pub(super) fn read(mut bytes: Vec<u8>, metres: Option<f64>) -> Result<Self, ImportError> {
-        check_envelope(&bytes)?;
+        let notes = settle_envelope(&mut bytes)?.into_iter().collect();
         spell(&mut bytes);
         // What ifc-lite would write to stderr is told as notes below.
         set_report_sink(|_| ());
@@ -91,7 +91,7 @@ impl Model {
             voids: Voids::default(),
             products: Vec::new(),
             others: HashMap::new(),
-            notes: Vec::new(),
+            notes,
         };
         model.scan()?;
         model.settle_units(metres)?;
@@ -224,28 +224,52 @@ fn spell(bytes: &mut [u8]) {
     }
 }
 
-/// A file begins with `ISO-10303-21` and ends with `END-ISO-10303-21`: one that doesn't is something else, or cut off.
-pub(super) fn check_envelope(bytes: &[u8]) -> Result<(), ImportError> {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+/// How a STEP file begins.
+const HEADER: &[u8] = b"ISO-10303-21";
+/// What precedes the header is passed over where it is at most so many bytes. Less: a comment of a few lines hides a model. More: a text
+/// about STEP files passes for one.
+const MOST_BEFORE: usize = 1024;
+
+/// A file begins with `ISO-10303-21` and ends with `END-ISO-10303-21`: one that doesn't is something else, or cut off. What little
+/// precedes the beginning becomes blanks, so that lines keep their numbers; a note where that is no comment.
+pub(super) fn settle_envelope(bytes: &mut [u8]) -> Result<Option<String>, ImportError> {
+    let broken = |what: String| ImportError::malformed(Place::File, what);
+    let text = whole_file::text_of(bytes);
     if text.is_empty() {
-        return Err(ImportError::malformed(Place::File, "the file is empty"));
+        return Err(broken("the file is empty".into()));
     }
-    if !text.starts_with(b"ISO-10303-21") {
+    let Some(start) = find(&bytes[..bytes.len().min(MOST_BEFORE + HEADER.len())], HEADER) else {
         if text.starts_with(b"PK") {
             return Err(ImportError::Unsupported { what: "zipped IFC".into(), hint: "unzip it and give the .ifc inside" });
         }
         if text.starts_with(b"<") {
             return Err(ImportError::Unsupported { what: "IFC as XML".into(), hint: "export it as a STEP file (.ifc)" });
         }
-        return Err(ImportError::malformed(Place::Byte(0), "not an IFC file: ISO-10303-21 is missing"));
-    }
+        let what = whole_file::nature(bytes);
+        return Err(broken(format!("not an IFC file: no ISO-10303-21 at its beginning; {what}")));
+    };
+    let note = (!is_comment(&bytes[..start])).then(|| {
+        let before = whole_file::text_of(&bytes[..start]).trim_ascii_end();
+        format!("{} bytes before ISO-10303-21 are passed over; {}", before.len(), whole_file::nature(before))
+    });
+    bytes[..start].iter_mut().filter(|b| **b != b'\n').for_each(|b| *b = b' ');
     // Comments or a signature may follow the end.
     let tail = &bytes[bytes.len().saturating_sub(64 << 10)..];
     if !tail.windows(16).any(|w| w.eq_ignore_ascii_case(b"END-ISO-10303-21")) {
         let place = Place::Line(line_of(bytes, bytes.len()));
         return Err(ImportError::malformed(place, "the file ends before END-ISO-10303-21: it was cut off; fetch it again"));
     }
-    Ok(())
+    Ok(note)
+}
+
+/// Whether a text is blanks and comments.
+fn is_comment(text: &[u8]) -> bool {
+    let mut rest = whole_file::text_of(text);
+    while let Some(comment) = rest.strip_prefix(b"/*") {
+        let Some(end) = find(comment, b"*/") else { return false };
+        rest = comment[end + 2..].trim_ascii_start();
+    }
+    rest.is_empty()
 }
 
 fn line_of(bytes: &[u8], at: usize) -> usize {
@@ -283,12 +307,33 @@ mod tests {
 
     #[test]
     fn foreign_and_cut_files_are_told_apart() {
-        let message = |bytes: &[u8]| check_envelope(bytes).unwrap_err().to_string();
+        let message = |bytes: &[u8]| settle_envelope(&mut bytes.to_vec()).unwrap_err().to_string();
         assert_eq!(message(b" \n"), "the file is empty");
         assert!(message(b"PK\x03\x04").starts_with("zipped IFC is not supported"));
         assert!(message(b"<?xml").starts_with("IFC as XML is not supported"));
-        assert!(message(b"solid cube").starts_with("byte 0: not an IFC file"));
+        assert!(message(b"solid cube").starts_with("not an IFC file: no ISO-10303-21 at its beginning; it is STL"));
+        assert!(message(b"The model is elsewhere").ends_with("it begins with the text `The model is elsewhere`"));
         assert!(message(b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=IFC").starts_with("line 5: the file ends before"));
-        assert!(check_envelope(b"\xef\xbb\xbfISO-10303-21;\nEND-ISO-10303-21;\n/* bye */").is_ok());
+        let far = [" /* */".repeat(MOST_BEFORE).as_bytes(), b"ISO-10303-21;\nEND-ISO-10303-21;"].concat();
+        assert!(message(&far).starts_with("not an IFC file"));
+    }
+
+    #[test]
+    fn what_precedes_the_header_is_passed_over() {
+        let rest = "ISO-10303-21;\nEND-ISO-10303-21;\n/* bye */";
+        for (before, note) in [
+            ("", None),
+            ("\u{feff}", None),
+            ("\u{feff}\n\t \r\n", None),
+            ("/* by hand #1=IFCWALL(); */\n/**/ ", None),
+            ("`", Some("1 bytes before ISO-10303-21 are passed over; it begins with the text ```")),
+            ("\nstep:\n", Some("5 bytes before ISO-10303-21 are passed over; it begins with the text `step:`")),
+            ("/* open ", Some("7 bytes before ISO-10303-21 are passed over; it begins with the text `/* open`")),
+        ] {
+            let mut bytes = [before, rest].concat().into_bytes();
+            assert_eq!(settle_envelope(&mut bytes).unwrap().as_deref(), note, "{before:?}");
+            let blanks: Vec<u8> = before.bytes().map(|b| if b == b'\n' { b } else { b' ' }).collect();
+            assert_eq!(bytes, [&blanks, rest.as_bytes()].concat(), "{before:?}");
+        }
     }
 }

@@ -5,6 +5,7 @@
 //! triangles beside the hole rather than from placements, which exporters turn as they like: the sides are by far the largest
 //! faces there once the reveals, which lie on the opening's surface, are left out.
 
+use super::cuts::Cut;
 use super::geometry::{Built, Geometry, Shape};
 use super::model::{Model, global_id};
 use super::plan::{Rectangle, smallest_rectangle};
@@ -40,6 +41,9 @@ const BEHIND: f64 = 0.3;
 /// Faces count as parallel where the cosine of the angle between their normals is above this: within 3 degrees.
 const COS_PARALLEL: f64 = 0.9986;
 
+/// Points that are tried in an opening whose middle is not open, along each side. Less: thin frames have none.
+const GRID: usize = 8;
+
 /// A flat slice of a wall or roof around an opening.
 #[derive(Clone, Copy, Debug)]
 struct Layer {
@@ -60,14 +64,14 @@ struct Source<'s> {
     bounded: HashMap<u32, Vec<usize>>,
 }
 
-/// Reads the openings: every filled one, and unfilled ones that go through walls.
+/// Reads the openings: every filled one, and unfilled ones that go through walls. What is still to be cut goes to `cuts`.
 pub(super) fn openings(
     model: &Model,
     decoder: &mut EntityDecoder<'_>,
     relations: &Relations,
     geometry: &Geometry,
     rooms: &Rooms,
-    notes: &mut Vec<String>,
+    (notes, cuts): (&mut Vec<String>, &mut Vec<Cut>),
 ) -> Vec<OpeningHint> {
     let source = Source {
         relations,
@@ -86,13 +90,15 @@ pub(super) fn openings(
             shapeless.push(global_id(&entity));
             continue;
         }
-        if element.layer.is_some_and(|layer| is_blocked(&element.wall, &winding, layer)) {
+        if let Some(cut) = element.cut(&winding) {
+            cuts.push(cut);
             uncut.push(global_id(&entity));
         }
         let rooms = source.rooms([Some(product.id), element.opening]);
         hints.push(OpeningHint { id: global_id(&entity), kind, winding, thickness, rooms });
     }
-    super::reader::note_list(notes, "walls aren't cut open at", &uncut);
+    let what = "openings are cut into their walls here, as rectangles: the reader of geometry left them shut";
+    super::reader::note_list(notes, &format!("{} {what}", uncut.len()), &uncut);
     super::reader::note_list(notes, "doors and windows without a shape", &shapeless);
     hints
 }
@@ -136,10 +142,12 @@ impl Source<'_> {
         }
         let shape = |id: u32| geometry.get(id).map(Built::whole).filter(|s| !s.triangles.is_empty());
         let hole = opening.and_then(shape);
-        let wall = host.map(|h| shape_with_parts(h, relations, geometry)).unwrap_or_default();
+        let hosts = host.map(|h| with_parts(h, relations, geometry)).unwrap_or_default();
+        let mut wall = Shape::default();
+        hosts.iter().filter_map(|&h| geometry.get(h)).for_each(|built| wall.append(&built.whole()));
         let layer = hole.as_ref().and_then(|hole| layer_beside(&wall, hole));
         let shares_hole = opening.is_some_and(|o| fillings(&o) > 1);
-        Some(Element { kind, opening, hole, filling: shape(id), wall, layer, shares_hole })
+        Some(Element { kind, opening, hole, filling: shape(id), hosts, wall, layer, shares_hole })
     }
 
     /// The rooms on both sides of the first of some elements that bounds any.
@@ -161,7 +169,8 @@ struct Element {
     opening: Option<u32>,
     hole: Option<Shape>,
     filling: Option<Shape>,
-    /// What the hole is cut out of.
+    /// What the hole is cut out of: elements, and their shape.
+    hosts: Vec<u32>,
     wall: Shape,
     /// Of the wall, where the hole goes through.
     layer: Option<Layer>,
@@ -197,17 +206,26 @@ impl Element {
             (None, None, _) => (Vec::new(), 0.0),
         })
     }
+
+    /// What is still to be cut, where wall is left in the opening.
+    fn cut(&self, winding: &[DVec3]) -> Option<Cut> {
+        let (layer, hole) = (self.layer?, self.hole.as_ref()?);
+        let reach = (layer.range[1] - layer.range[0]) / 2.0 + BESIDE;
+        let Self { hosts, wall, .. } = self;
+        is_blocked(wall, hole, winding, layer.normal * reach).then(|| {
+            let (hosts, winding) = (hosts.clone(), winding.to_vec());
+            Cut { hosts, winding, normal: layer.normal, reach }
+        })
+    }
 }
 
-/// An element's shape, or those of its parts where it has none of its own.
-fn shape_with_parts(element: u32, relations: &Relations, geometry: &Geometry) -> Shape {
-    let mut shape = geometry.get(element).map(Built::whole).unwrap_or_default();
-    if shape.triangles.is_empty() {
-        for part in relations.parts.get(&element).into_iter().flatten().filter_map(|&p| geometry.get(p)) {
-            shape.append(&part.whole());
-        }
+/// An element, or its parts where it has no shape of its own.
+fn with_parts(element: u32, relations: &Relations, geometry: &Geometry) -> Vec<u32> {
+    let has_shape = |built: &Built| !(built.solid.triangles.is_empty() && built.clear.triangles.is_empty());
+    match geometry.get(element).is_some_and(has_shape) {
+        true => vec![element],
+        false => relations.parts.get(&element).cloned().unwrap_or_default(),
     }
-    shape
 }
 
 fn extent(shape: &Shape, normal: DVec3) -> [f64; 2] {
@@ -359,11 +377,21 @@ fn overlap(winding: Vec<DVec3>, other: &[DVec3], layer: Layer) -> Vec<DVec3> {
     if shared.is_empty() { winding } else { shared }
 }
 
-/// True where wall is left in the middle of an opening: a segment through it from side to side is stopped.
-fn is_blocked(wall: &Shape, winding: &[DVec3], layer: Layer) -> bool {
-    let centre = crate::geom::middle(winding);
-    let reach = layer.normal * ((layer.range[1] - layer.range[0]) / 2.0 + BESIDE);
-    wall.corners().any(|t| crosses(centre - reach, centre + reach, t))
+/// True where wall is left in an opening: a segment through it from side to side, `reach` either way, is stopped. It goes through the
+/// middle; where that is not in the hole, as under an arch that stands on its head, through the first point of a grid that is.
+fn is_blocked(wall: &Shape, hole: &Shape, winding: &[DVec3], reach: DVec3) -> bool {
+    let (corner, u, v) = (winding[0], winding[1] - winding[0], winding[winding.len() - 1] - winding[0]);
+    let share = |k: usize| (k as f64 + 0.5) / GRID as f64;
+    let grid = (0..GRID * GRID).map(|k| corner + u * share(k % GRID) + v * share(k / GRID));
+    let far = reach.normalize_or_zero() * (hole_size(hole) + reach.length());
+    let is_in = |p: &DVec3| hole.corners().any(|t| crosses(*p - far, *p + far, t));
+    let through = std::iter::once(crate::geom::middle(winding)).chain(grid).find(is_in);
+    through.is_some_and(|p| wall.corners().any(|t| crosses(p - reach, p + reach, t)))
+}
+
+/// The diagonal of a shape's box, metres.
+fn hole_size(hole: &Shape) -> f64 {
+    Aabb::of(hole.corners().flatten()).diagonal()
 }
 
 /// Whether the segment from `a` to `b` crosses a triangle (Möller, Trumbore 1997).
@@ -425,9 +453,26 @@ mod tests {
             let normal = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::Z;
             assert!(layer.normal.dot(normal).abs() > 1.0 - 1e-12, "{layer:?}");
             assert!((layer.range[1] - layer.range[0] - 0.6).abs() < 1e-9, "{layer:?}");
-            assert!(!is_blocked(&wall, &rectangle_in(&hole, layer), layer));
-            assert!(is_blocked(&hole, &rectangle_in(&hole, layer), layer));
+            let (winding, reach) = (rectangle_in(&hole, layer), layer.normal * 0.32);
+            assert!(!is_blocked(&wall, &hole, &winding, reach));
+            assert!(is_blocked(&hole, &hole, &winding, reach));
         }
+    }
+
+    #[test]
+    fn wall_in_the_middle_of_a_hole_that_goes_around_it_does_not_block_it() {
+        // An L: a pier stands in the middle of its rectangle.
+        let mut hole = block(DVec3::ZERO, DVec3::new(0.5, 2.0, 0.2), 0.0);
+        hole.append(&block(DVec3::ZERO, DVec3::new(2.0, 0.5, 0.2), 0.0));
+        let pier = block(DVec3::new(0.5, 0.5, 0.0), DVec3::new(2.0, 2.0, 0.2), 0.0);
+        let layer = Layer { normal: DVec3::Z, range: [0.0, 0.2] };
+        let (winding, reach) = (rectangle_in(&hole, layer), layer.normal * 0.12);
+        assert!(!is_blocked(&pier, &hole, &winding, reach));
+        let wall = block(DVec3::ZERO, DVec3::new(2.0, 2.0, 0.2), 0.0);
+        assert!(is_blocked(&wall, &hole, &winding, reach));
+        // Beside the wall, as exporters that turn a depth round place it.
+        let beside = block(DVec3::new(0.0, 0.0, 0.2), DVec3::new(2.0, 2.0, 0.6), 0.0);
+        assert!(is_blocked(&wall, &beside, &winding, reach));
     }
 
     #[test]

@@ -6,10 +6,10 @@ use super::relations::Relations;
 use super::roles::{holds_panes, role};
 use super::styles::Styles;
 use super::workers::{DeadlinePassed, Limits, Outcome, run_one};
-use super::{boundaries, openings, spaces};
+use super::{boundaries, cuts, openings, spaces};
 use crate::scene::{Hints, ImportError, ImportOptions, Material, Mesh, Place, Role, Scene, SceneBuilder, Source};
 use ifc_lite_core::{EntityDecoder, IfcType};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -74,15 +74,15 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
         notes.push(format!("{} round pipes stay meshes: {}", stay.values().sum::<usize>(), reasons.join(", ")));
     }
 
-    // 3. Meshes.
-    let mut decoder = model.decoder();
-    add_meshes(&model, &mut decoder, &geometry, &mut builder, &mut notes)?;
-
-    // 4. Hints, watched as well: a hostile file can make every opening meet every wall.
-    drop(decoder);
+    // 3. Hints, watched as well: a hostile file can make every opening meet every wall.
     let (model, geometry) = (model.clone(), Arc::new(geometry));
-    let (hints, found) = watched(deadline, (), move |()| hints(&model, &relations, &geometry))?;
+    let (hinted, built) = (model.clone(), geometry.clone());
+    let (hints, cut, found) = watched(deadline, (), move |()| hints(&hinted, &relations, &built))?;
     builder.hints = hints;
+
+    // 4. Meshes.
+    let mut decoder = model.decoder();
+    add_meshes(&model, &mut decoder, (&geometry, &cut), &mut builder, &mut notes)?;
     builder.source.notes.extend(notes);
     builder.source.notes.extend(found);
     builder.finish(name)
@@ -93,21 +93,25 @@ pub(super) fn time_limit(bytes: usize) -> Duration {
     TIME_LIMIT + LIMIT_PER_MEGABYTE * (bytes >> 20) as u32
 }
 
-/// What the author said, and what of it was left out.
-fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, Vec<String>) {
-    let (mut decoder, router, mut notes) = (model.decoder(), model.router(), Vec::new());
+/// Shapes of elements that openings were cut into, see-through ones last.
+type Opened = HashMap<u32, [Shape; 2]>;
+
+/// What the author said, the elements that were cut for it, and what of it was left out.
+fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, Opened, Vec<String>) {
+    let (mut decoder, router, mut notes, mut cuts) = (model.decoder(), model.router(), Vec::new(), Vec::new());
     let storeys = spaces::storeys(model, &mut decoder, &router);
     let rooms = spaces::rooms(model, &mut decoder, relations, geometry, &storeys, &mut notes);
-    let mut openings = openings::openings(model, &mut decoder, relations, geometry, &rooms, &mut notes);
+    let mut openings = openings::openings(model, &mut decoder, relations, geometry, &rooms, (&mut notes, &mut cuts));
     openings.extend(boundaries::boundaries(model, &mut decoder, &router, relations, &rooms, &mut notes));
-    (Hints { storeys: storeys.hints, rooms: rooms.hints, openings, leaves: None }, notes)
+    let hints = Hints { storeys: storeys.hints, rooms: rooms.hints, openings, leaves: None };
+    (hints, cuts::cut(geometry, &cuts), notes)
 }
 
 /// One mesh an element, or two where parts of it are see-through.
 fn add_meshes(
     model: &Model,
     decoder: &mut EntityDecoder<'_>,
-    geometry: &Geometry,
+    (geometry, opened): (&Geometry, &Opened),
     builder: &mut SceneBuilder,
     notes: &mut Vec<String>,
 ) -> Result<(), ImportError> {
@@ -134,8 +138,9 @@ fn add_meshes(
             if glass { builder.add_glass(mesh) } else { builder.add(mesh) }
         };
         // Leaves may open and panes let light through: neither hides anything.
-        add(&built.solid, role, !matches!(role, Role::Door | Role::Window), false)?;
-        add(&built.clear, if holds_panes(&product.kind) { Role::Window } else { role }, false, true)?;
+        let [solid, clear] = opened.get(&product.id).map_or([&built.solid, &built.clear], <[Shape; 2]>::each_ref);
+        add(solid, role, !matches!(role, Role::Door | Role::Window), false)?;
+        add(clear, if holds_panes(&product.kind) { Role::Window } else { role }, false, true)?;
         if !built.tubes.tubes.is_empty() {
             if let Some(surface) = &built.surfaces[0] {
                 builder.look(Material::matt(&surface.name, surface.colour), Vec::new());

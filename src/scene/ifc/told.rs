@@ -4,7 +4,7 @@
 //! file repeats.
 
 use super::elements::{Element, ElementType, Elements, Property, PropertySet, Value};
-use super::model::{check_envelope, global_id, text};
+use super::model::{global_id, settle_envelope, text};
 use super::reader::{time_limit, watched};
 use super::roles::role;
 use crate::scene::ImportError;
@@ -32,8 +32,8 @@ const EACH: usize = 64;
 const REFERENCE: usize = 8;
 
 /// Reads the bytes of an IFC file; as [`super::elements`].
-pub fn elements_of_bytes(bytes: Vec<u8>) -> Result<Elements, ImportError> {
-    check_envelope(&bytes)?;
+pub fn elements_of_bytes(mut bytes: Vec<u8>) -> Result<Elements, ImportError> {
+    settle_envelope(&mut bytes)?;
     // Library code on a file's word: where it doesn't end or panics, it is given up.
     let deadline = Instant::now() + time_limit(bytes.len());
     watched(deadline, bytes, |bytes| {

@@ -4,6 +4,7 @@
 //! map, or an illumination model with glass or refraction (4, 6, 7, 9). Where `d` and `Tr` contradict each other `d` counts: some
 //! exporters write `Tr 1` for opaque.
 
+use crate::scene::whole_file::BYTE_ORDER_MARK;
 use std::collections::HashMap;
 
 /// A material of a library.
@@ -16,7 +17,8 @@ pub(super) struct Material {
     dissolve: Option<f64>,
     transparency: Option<f64>,
     illumination: Option<u32>,
-    has_opacity_map: bool,
+    /// `map_d`: the file of a picture of what is opaque.
+    opacity_map: Option<String>,
     /// An earlier one of this name was.
     was_see_through: bool,
 }
@@ -27,11 +29,22 @@ impl Material {
         self.dissolve.or(self.transparency.map(|tr| 1.0 - tr)).unwrap_or(1.0)
     }
 
+    /// The files of its pictures.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        [&self.picture, &self.opacity_map].into_iter().flatten().map(String::as_str).filter(|name| !name.is_empty())
+    }
+
     /// Whether what is behind it may show.
     pub fn is_see_through(&self) -> bool {
-        let shows = self.opacity() < 1.0 || self.has_opacity_map || matches!(self.illumination, Some(4 | 6 | 7 | 9));
+        let shows = self.opacity() < 1.0 || self.opacity_map.is_some() || matches!(self.illumination, Some(4 | 6 | 7 | 9));
         shows || self.was_see_through
     }
+}
+
+/// The file of a map. Its options, as `-s 1 1 1`, come first; a name may have blanks in it.
+fn file(rest: &str) -> String {
+    let name = if rest.starts_with('-') { rest.split_ascii_whitespace().next_back() } else { None };
+    name.unwrap_or(rest).to_owned()
 }
 
 /// Adds the materials of a library to `out`, by name; of several with one name the last counts, but one that is see-through stays so.
@@ -44,7 +57,7 @@ pub(super) fn read(bytes: &[u8], out: &mut HashMap<String, Material>) {
             out.insert(name, material);
         }
     };
-    for line in bytes.split(|&b| b == b'\n') {
+    for line in bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).split(|&b| b == b'\n') {
         let line = String::from_utf8_lossy(line);
         let line = line.split('#').next().unwrap_or_default().trim();
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -60,16 +73,12 @@ pub(super) fn read(bytes: &[u8], out: &mut HashMap<String, Material>) {
             "d" => material.dissolve = number.and_then(|n| n.parse().ok()),
             "Tr" => material.transparency = number.and_then(|n| n.parse().ok()),
             "illum" => material.illumination = number.and_then(|n| n.parse().ok()),
-            "map_d" => material.has_opacity_map = true,
+            "map_d" => material.opacity_map = Some(file(rest)),
             "Kd" => {
                 let numbers: Vec<f32> = rest.split_ascii_whitespace().map_while(|n| n.parse().ok()).collect();
                 material.diffuse = numbers.try_into().ok();
             }
-            // Its options, as `-s 1 1 1`, come first; a name may have blanks in it.
-            "map_Kd" if rest.starts_with('-') => {
-                material.picture = rest.split_ascii_whitespace().next_back().map(str::to_owned)
-            }
-            "map_Kd" if !rest.is_empty() => material.picture = Some(rest.to_owned()),
+            "map_Kd" if !rest.is_empty() => material.picture = Some(file(rest)),
             _ => {}
         }
     }
