@@ -32,7 +32,8 @@ const EACH: usize = 64;
 const REFERENCE: usize = 8;
 
 /// Reads the bytes of an IFC file; as [`super::elements`].
-pub fn elements_of_bytes(mut bytes: Vec<u8>) -> Result<Elements, ImportError> {
+pub fn elements_of_bytes(bytes: Vec<u8>) -> Result<Elements, ImportError> {
+    let mut bytes = bytes;
     settle_envelope(&mut bytes)?;
     // Library code on a file's word: where it doesn't end or panics, it is given up.
     let deadline = Instant::now() + time_limit(bytes.len());
