@@ -131,19 +131,20 @@ impl Workers {
                     all_known = moment + self.latency;
                 }
             }
-            while let Some(&(_, item)) = known.get(read[k]).filter(|(from, _)| *from <= moment) {
-                orders[k].close(item);
-                read[k] += 1;
-            }
-            // Once all is done by somebody, what a worker does until it knows of that is of use to nobody.
             now[k] = moment;
-            while let Some((item, _)) = orders[k].next_item() {
+            loop {
+                while let Some(&(_, item)) = known.get(read[k]).filter(|(from, _)| *from <= now[k]) {
+                    orders[k].close(item);
+                    read[k] += 1;
+                }
+                let Some((item, _)) = orders[k].next_item() else { break };
                 let end = now[k] + map.items[item];
                 if left > 0 {
                     doing[k] = Some(item);
                     events.push(Reverse((At(end), k)));
                     break;
                 }
+                // Once all is done by somebody, what a worker does until it knows of that is of use to nobody else.
                 now[k] = end;
                 if end >= all_known {
                     break;
