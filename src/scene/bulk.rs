@@ -11,8 +11,10 @@ pub(crate) const FLOOR_NORMAL: f64 = 0.7;
 const FEW: usize = 100;
 /// So many triangles tell, of models that have more.
 const LOOKED_AT: usize = 100_000;
-/// How far around the rest a model stands, as a share of its size. Less: nobody stands before a house. More: fields count.
+/// How far around the rest a model stands, as a share of the longer side of that. Less: nobody stands before a house. More: fields count.
 const AROUND: f64 = 0.25;
+/// A building is at least so wide, as a share of its length. More: long ones don't count. Less: a lone wall does.
+const WIDE: f64 = 0.05;
 /// And only where that is less than this share of the model's ground. More: buildings lose their yards. Less: fields count.
 const SPARSE: f64 = 0.25;
 
@@ -35,17 +37,20 @@ pub(crate) fn bulk(scene: &Scene) -> Option<Aabb> {
         let few = walls.len() / FEW;
         let last = walls.len().checked_sub(1 + few)?;
         let [least, most] = [(0, few), (1, last)].map(|(end, k)| *ends[end].select_nth_unstable_by(k, f64::total_cmp).1);
-        let around = AROUND * (most - least);
-        Some([least - around, most + around])
+        Some([least, most])
     };
     let whole = scene.bounds();
-    let [x, z] = [span(0)?, span(2)?];
+    let spans = [span(0)?, span(2)?];
+    let sizes = spans.map(|[least, most]| most - least);
+    let (width, length) = (sizes[0].min(sizes[1]), sizes[0].max(sizes[1]));
+    let around = AROUND * length;
+    let [x, z] = spans.map(|[least, most]| [least - around, most + around]);
     let is_sparse = (x[1] - x[0]) * (z[1] - z[0]) < SPARSE * whole.size().x * whole.size().z;
     let part = Aabb {
         min: DVec3::new(x[0].max(whole.min.x), whole.min.y, z[0].max(whole.min.z)),
         max: DVec3::new(x[1].min(whole.max.x), whole.max.y, z[1].min(whole.max.z)),
     };
-    is_sparse.then_some(part)
+    (is_sparse && width >= WIDE * length).then_some(part)
 }
 
 #[cfg(test)]
@@ -73,18 +78,32 @@ mod tests {
         builder.finish("houses").unwrap()
     }
 
+    fn lone_wall() -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let (u, v) = (DVec3::X * 10.0, DVec3::Y * 3.0);
+        for positions in
+            [vec![DVec3::ZERO, u, u + v, v], vec![DVec3::ZERO, 2.0 * u, 2.0 * u + 20.0 * DVec3::Z, 20.0 * DVec3::Z]]
+        {
+            let (node, role, triangles) = ("part".into(), Role::Unknown, vec![[0, 1, 2], [0, 2, 3]]);
+            builder.add(Mesh { node, role, opaque: true, positions, triangles }).unwrap();
+        }
+        builder.finish("wall").unwrap()
+    }
+
     #[test]
     fn a_house_on_a_wide_ground_stands_where_its_walls_are() {
         let scene = scene(1, 500.0);
         let part = bulk(&scene).expect("the ground is wide");
         let (min, max) = (part.min + scene.origin, part.max + scene.origin);
-        assert!((min - DVec3::new(-2.5, 0.0, -2.0)).length() < 1e-9 && (max - DVec3::new(12.5, 3.0, 10.0)).length() < 1e-9);
+        assert!((min - DVec3::new(-2.5, 0.0, -2.5)).length() < 1e-9 && (max - DVec3::new(12.5, 3.0, 10.5)).length() < 1e-9);
     }
 
     #[test]
     fn a_yard_a_village_and_a_ground_without_walls_are_whole() {
         assert_eq!(bulk(&scene(1, 12.0)), None);
-        assert_eq!(bulk(&scene(80, 960.0)).map(|part| part.size().x > 900.0), Some(true), "a street");
+        assert_eq!(bulk(&scene(12, 960.0)).map(|part| part.size().x > 142.0), Some(true), "a street");
         assert_eq!(bulk(&scene(0, 500.0)), None);
+        // A lone wall of 10 m beside a floor of 20 x 20 m.
+        assert_eq!(bulk(&lone_wall()), None);
     }
 }
