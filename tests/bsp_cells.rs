@@ -108,6 +108,21 @@ fn the_unit_does_not_matter() {
 }
 
 #[test]
+fn a_house_is_split_as_finely_on_a_wide_ground() {
+    let on_ground = |reach: f64| {
+        let mut parts = house(true);
+        parts.push(cuboid(v(-reach, -0.3, -reach), v(reach, -0.2, reach)));
+        scene(&parts)
+    };
+    let (near, wide) = (on_ground(30.), on_ground(300.));
+    let [of_near, of_wide] = [&near, &wide].map(|scene| by_walls(scene, None));
+    let closed = |graph: &CellGraph| graph.cells.iter().filter(|c| !c.open).count();
+    assert!(closed(&of_wide) >= 2, "{:?}", of_wide.notes);
+    assert_eq!((closed(&of_wide), &of_wide.notes[0]), (closed(&of_near), &of_near.notes[0]), "the same smallest occluder");
+    assert_sound(&of_wide, &wide);
+}
+
+#[test]
 fn a_turned_house_is_as_sound() {
     let turn = glam::DQuat::from_rotation_y(0.5) * glam::DQuat::from_rotation_x(0.2);
     let scene = scene(&moved(&house(true), |p| turn * p));

@@ -177,6 +177,7 @@ impl Rooms {
             sum >= half
         });
         let across = Aabb::of(file.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3())).diagonal();
+        let middle = middle.filter(|size| size.y > 0.0);
         middle.map_or_else(|| by_extent(across), |size| metric(size.y, across).unwrap_or(hall(size.y)))
     }
 
@@ -339,18 +340,11 @@ impl Rooms {
 
 /// Eyes at objects, evenly by triangles: over what is flat, in the middle of what is high.
 fn places(objects: &[FileObject], metre: f64) -> Vec<DVec3> {
-    let ends: Vec<u64> = objects
-        .iter()
-        .scan(0, |sum, o| {
-            Some({
-                *sum += u64::from(o.triangles);
-                *sum
-            })
-        })
-        .collect();
-    let (all, count) = (ends[ends.len() - 1], PLACES.min(objects.len()));
+    let mut all = 0;
+    let ends: Vec<u128> = objects.iter().map(|o| (all += u128::from(o.triangles), all).1).collect();
+    let count = PLACES.min(objects.len());
     let place = |k: usize| {
-        let at = (2 * k as u64 + 1) * all / (2 * count as u64);
+        let at = (2 * k as u128 + 1) * all / (2 * count as u128);
         let [min, max] =
             objects[ends.partition_point(|&end| end <= at).min(objects.len() - 1)].bounds.map(|p| p.as_dvec3() / metre);
         let floor = if max.y - min.y < EYE_HEIGHT { max.y } else { min.y };

@@ -120,8 +120,8 @@ pub(super) fn bsp(
         format!("{} leaves in tiles of at most {}", bsp.leaves.len(), human.told(tiles.edge)),
     ];
     let [x, _, z] = around.size().to_array().map(|length| human.told(length));
-    notes
-        .extend((far > 0).then(|| format!("beyond {x} x {z} around nearly all walls nothing parts space: {far} triangles")));
+    let beyond = || format!("what lies beyond the walls, {x} x {z} with some room around, parts nothing: {far} triangles");
+    notes.extend((far > 0).then(beyond));
     notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);
