@@ -6,6 +6,8 @@ use glam::DVec3;
 
 /// A wall's unit normal has at most this vertical part, up or down; a floor's has more.
 pub(crate) const FLOOR_NORMAL: f64 = 0.7;
+/// And it is at least so high, as a share of its length. More: long facades don't count. Less: the edges of a ground with a thickness do.
+const LEAST_HEIGHT: f64 = 0.01;
 /// One wall in so many, on each side, tells nothing of where a model stands. More: a fence or a far hut counts. Less: wings of a building are
 /// left out.
 const FEW: usize = 100;
@@ -24,7 +26,8 @@ pub(crate) fn bulk(scene: &Scene) -> Option<Aabb> {
     let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()).step_by(each);
     let is_wall = |c: &[DVec3; 3]| {
         let n = newell(&c.map(|p| p - c[0]));
-        n.y.abs() <= FLOOR_NORMAL * n.length()
+        let size = Aabb::of(*c).size();
+        n.y.abs() <= FLOOR_NORMAL * n.length() && size.y >= LEAST_HEIGHT * size.max_element()
     };
     let walls: Vec<[DVec3; 3]> = opaque.map(|t| scene.corners(t as usize)).filter(is_wall).collect();
     let span = |axis: usize| {
