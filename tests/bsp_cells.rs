@@ -116,9 +116,11 @@ fn a_house_is_split_as_finely_on_a_wide_ground() {
     };
     let (near, wide) = (on_ground(30.), on_ground(300.));
     let [of_near, of_wide] = [&near, &wide].map(|scene| by_walls(scene, None));
+    // With the smallest occluder, in metres.
+    assert_eq!(of_wide.notes[0], of_near.notes[0]);
+    assert!(of_wide.notes[0].contains(" m (--smallest-occluder)"), "{}", of_wide.notes[0]);
     let closed = |graph: &CellGraph| graph.cells.iter().filter(|c| !c.open).count();
-    assert!(closed(&of_wide) >= 2, "{:?}", of_wide.notes);
-    assert_eq!((closed(&of_wide), &of_wide.notes[0]), (closed(&of_near), &of_near.notes[0]), "the same smallest occluder");
+    assert!(closed(&of_wide) > 50 && closed(&of_near) > 50, "{} {}", closed(&of_wide), closed(&of_near));
     assert_sound(&of_wide, &wide);
 }
 

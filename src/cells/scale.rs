@@ -3,10 +3,11 @@
 //! It is read from how high the model's rooms are, so that a building gives the same rooms in whatever unit it comes. Lines go
 //! straight up from the middles of the largest level triangles; half of the space that they cross is no higher than a ceiling. Lines
 //! from a front to a front cross rooms and those from a back to a back slabs, or the other way round in solids turned inside out:
-//! the ones that cross more space count.
+//! the ones that cross more and higher space count. Of a ground that goes on far beyond all walls only what is near them counts.
 
 use crate::geom::{Aabb, newell};
 use crate::scene::bulk::bulk;
+use crate::scene::floors::within;
 use crate::scene::rays::RayScene;
 use crate::scene::up;
 use crate::types::person::{CEILING_HEIGHT, LEAST_ACROSS, PLAUSIBLE, by_extent, hall, metric};
@@ -64,13 +65,14 @@ impl HumanScale {
     pub fn of(rays: &RayScene<'_>) -> Self {
         let scene = rays.scene();
         let is_doubted = scene.source.up == "+Y" && up::is_on_its_side(scene);
-        let part = bulk(scene).unwrap_or(scene.bounds());
+        let near = bulk(scene);
+        let part = near.unwrap_or(scene.bounds());
         let across = part.diagonal();
         let are_rooms = |&(height, volume): &(f64, f64)| {
             let is_low = height < PLAUSIBLE[0] * CEILING_HEIGHT && across >= LEAST_ACROSS;
             !is_low || volume >= LEAST_FULL * part.size().element_product()
         };
-        let Some((height, _)) = ceiling(rays).filter(are_rooms) else {
+        let Some((height, _)) = ceiling(rays, near).filter(are_rooms) else {
             return Self { metre: by_extent(across), ceiling: None, is_doubted };
         };
         let hall = if scene.source.format.starts_with("IFC") { 1.0 } else { hall(height) };
@@ -139,8 +141,8 @@ impl HumanScale {
 }
 
 /// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above, in rooms; and how many
-/// there are, both in units of the model.
-fn ceiling(rays: &RayScene<'_>) -> Option<(f64, f64)> {
+/// there are, both in units of the model; `part` is the [bulk] of the scene.
+fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
     let scene = rays.scene();
     let normal = |t: u32| {
         let c = scene.corners(t as usize);
@@ -150,8 +152,10 @@ fn ceiling(rays: &RayScene<'_>) -> Option<(f64, f64)> {
     for t in scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()) {
         let n = normal(t);
         if n.y.abs() > LEVEL * n.length() {
-            let c = scene.corners(t as usize);
-            level.push((n.length(), (c[0] + c[1] + c[2]) / 3.0, n.y > 0.0));
+            let corners = scene.corners(t as usize);
+            let near = part.map_or_else(|| vec![corners], |part| within(corners, part));
+            let told = |c: [DVec3; 3]| (newell(&c.map(|p| p - c[0])).length(), (c[0] + c[1] + c[2]) / 3.0, n.y > 0.0);
+            level.extend(near.into_iter().map(told));
         }
     }
     // The largest, in an order that doesn't depend on the file's.
@@ -170,8 +174,10 @@ fn ceiling(rays: &RayScene<'_>) -> Option<(f64, f64)> {
         }
     }
     let volume = |heights: &[(f64, f64)]| heights.iter().map(|h| h.0 * h.1).sum::<f64>();
+    // High spaces count for more: a ground with a thickness may hold more than all rooms.
+    let weight = |heights: &[(f64, f64)]| heights.iter().map(|h| h.0 * h.0 * h.1).sum::<f64>();
     let [fronts, backs, mut heights] = crossed;
-    heights.extend(if volume(&backs) > volume(&fronts) { backs } else { fronts });
+    heights.extend(if weight(&backs) > weight(&fronts) { backs } else { fronts });
     heights.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole = volume(&heights);
     let half = 0.5 * whole;
@@ -288,6 +294,42 @@ mod tests {
         assert_eq!((room.metre, room.note()), (1.0, None));
         // All of a model under ceilings of 0.3 m is a copy of a building.
         assert!(metre(0.3, 1.0) < 0.2);
+    }
+
+    #[test]
+    fn a_ground_with_a_thickness_is_no_room() {
+        // Slabs of 0.3 m around a room of 20 x 12 x 2.7 m, on a ground of 0.2 m that reaches so far: 1,600 m2 have half of the room's
+        // volume, 640,000 m2 two hundred times as much.
+        for reach in [20.0, 400.0] {
+            let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+            let mut quad = |corners: [DVec3; 4]| {
+                let (node, triangles) = ("part".into(), vec![[0, 1, 2], [0, 2, 3]]);
+                builder
+                    .add(Mesh { node, role: Role::Structure, opaque: true, positions: corners.to_vec(), triangles })
+                    .unwrap();
+            };
+            let mut slab = |[x, z]: [[f64; 2]; 2], [low, high]: [f64; 2]| {
+                let corner = |x: f64, z: f64, y: f64| DVec3::new(x, y, z);
+                quad([
+                    corner(x[0], z[0], high),
+                    corner(x[0], z[1], high),
+                    corner(x[1], z[1], high),
+                    corner(x[1], z[0], high),
+                ]);
+                quad([corner(x[0], z[0], low), corner(x[1], z[0], low), corner(x[1], z[1], low), corner(x[0], z[1], low)]);
+                for (a, b) in [([0, 0], [1, 0]), ([1, 0], [1, 1]), ([1, 1], [0, 1]), ([0, 1], [0, 0])] {
+                    let at = |[i, k]: [usize; 2], y: f64| corner(x[i], z[k], y);
+                    quad([at(a, low), at(a, high), at(b, high), at(b, low)]);
+                }
+            };
+            let room = [[0.0, 20.0], [0.0, 12.0]];
+            slab(room, [-0.3, 0.0]);
+            slab(room, [2.7, 3.0]);
+            slab([[-0.3, 0.0], room[1]], [0.0, 2.7]);
+            slab([room[0], [-0.3, 0.0]], [0.0, 2.7]);
+            slab([[-reach, reach], [-reach, reach]], [-0.51, -0.31]);
+            assert_eq!(of(&builder.finish("house").unwrap()).metre, 1.0, "{reach}");
+        }
     }
 
     #[test]

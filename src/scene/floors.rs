@@ -82,7 +82,7 @@ impl Floors {
 }
 
 /// What of a triangle lies in a box, as seen from above.
-fn within(corners: [DVec3; 3], part: Aabb) -> Vec<[DVec3; 3]> {
+pub(crate) fn within(corners: [DVec3; 3], part: Aabb) -> Vec<[DVec3; 3]> {
     let sides = [(DVec3::X, part.max.x), (-DVec3::X, -part.min.x), (DVec3::Z, part.max.z), (-DVec3::Z, -part.min.z)];
     if corners.iter().all(|&p| sides.iter().all(|&(n, d)| n.dot(p) <= d)) {
         return vec![corners];
