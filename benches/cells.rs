@@ -1,4 +1,4 @@
-//! The plan strategy over the size of office towers: 300, 1,250 and 5,000 offices, about 60 rooms a storey.
+//! The plan strategy over the size of office towers: 700, 1,900 and 5,000 offices, about 60 rooms a storey.
 //!
 //! Each split is checked against what the generator knows before its time counts: every room's middle is in a closed cell, of
 //! its own but for the stairs and lifts that go through storeys. Printed are seconds and the exponent of growth between
@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::path::Path;
 use std::time::Instant;
 
-const SIZES: [usize; 3] = [300, 1250, 5000];
+const SIZES: [usize; 3] = [700, 1900, 5000];
 
 fn main() {
     let sizes = if std::env::args().any(|a| a == "--test") { &SIZES[..1] } else { &SIZES[..] };

@@ -44,8 +44,8 @@ pub struct SplitOptions {
     pub memory: u64,
 }
 
-/// [`SplitOptions::memory`] where nobody says: 1 GiB.
-const MEMORY: u64 = 1 << 30;
+/// [`SplitOptions::memory`] where nobody says: 4 GiB, half of what a bake may take.
+const MEMORY: u64 = 4 << 30;
 
 impl Default for SplitOptions {
     fn default() -> Self {

@@ -217,7 +217,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
 }
 
 /// Of the bytes of `--memory` a split may take one in so many: it holds them before there are rows.
-const FOR_THE_SPLIT: u64 = 8;
+const FOR_THE_SPLIT: u64 = 2;
 
 /// Rays where an error is asked for and nobody says how many.
 pub(super) const RAYS_TO_A_GOAL: u64 = 1_000_000_000;

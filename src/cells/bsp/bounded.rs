@@ -16,6 +16,10 @@ use glam::DVec3;
 /// triangles 30. More: time and memory go into leaves that hide nothing. Less: small scenes of large walls that cross lose some.
 const LEAVES: usize = 20_000;
 const LEAVES_A_TRIANGLE: usize = 4;
+/// What a large scene may have, and one more for so many of its triangles. More: soups of a hundred thousand triangles take more than a gigabyte.
+/// Less: large buildings are coarser than they need be.
+const LEAVES_OF_MANY: usize = 200_000;
+const TRIANGLES_A_LEAF_OF_MANY: usize = 16;
 /// What a leaf takes, with all that is made of it until the graph is there, bytes. More: large scenes are coarser than they need be.
 /// Less: a split takes more memory than it may.
 const LEAF_BYTES: u64 = 5 << 10;
@@ -23,7 +27,9 @@ const LEAF_BYTES: u64 = 5 << 10;
 /// The limits for a scene of so many triangles, in `memory` bytes.
 pub fn limits<'w>(triangles: usize, memory: u64, work: &'w Job<'w>) -> Limits<'w> {
     let affordable = usize::try_from(memory / LEAF_BYTES).unwrap_or(usize::MAX).max(LEAVES);
-    Limits { leaves: LEAVES.saturating_add(LEAVES_A_TRIANGLE.saturating_mul(triangles)).min(affordable), work }
+    let few = LEAVES.saturating_add(LEAVES_A_TRIANGLE.saturating_mul(triangles));
+    let many = LEAVES_OF_MANY + triangles / TRIANGLES_A_LEAF_OF_MANY;
+    Limits { leaves: few.min(many).min(affordable), work }
 }
 
 /// The tree of the shell, from which as many planes are taken as it takes to fit. Other arguments as for [`tree::bsp`].

@@ -164,11 +164,17 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<
             }
         }
         at.extend([before, after].into_iter().filter(|t| t.is_finite()));
-        // Where many lines end in one corner they make no corner more.
-        let is_within = |t: &&f64| **t * length > reach && (1.0 - **t) * length > reach;
-        count.add(at.iter().filter(is_within).count());
+        count.add(corners_within(&at, length, reach));
         at
     })
+}
+
+/// How many corners crossings make within a line: where many lines end in one corner of it, or cross it in one place, they make no corner more.
+fn corners_within(at: &[f64], length: f64, reach: f64) -> usize {
+    let mut along: Vec<f64> = at.iter().map(|t| t * length).filter(|&u| u > reach && length - u > reach).collect();
+    along.sort_by(f64::total_cmp);
+    along.dedup_by(|u, before| *u - *before <= reach * ON_LINE);
+    along.len()
 }
 
 fn triangulate(vertices: Vec<Point2<f64>>, edges: Vec<[usize; 2]>) -> Plan {
@@ -196,4 +202,33 @@ fn triangulate(vertices: Vec<Point2<f64>>, edges: Vec<[usize; 2]>) -> Plan {
         plan.constrained.push(edges.map(|e| e.is_constraint_edge()));
     }
     plan
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::limits::Limits;
+    use super::*;
+    use crate::job::Job;
+
+    /// Storeys one above the other draw their walls on one line: what crosses those in one place makes one corner, however many they are.
+    #[test]
+    fn crossings_in_one_place_count_once() {
+        let job = Job::quiet();
+        let is_over = |walls: usize, apart: f64, most: usize| {
+            let along = |k: usize| {
+                let y = k as f64 * apart;
+                (DVec2::new(0.0, y), DVec2::new(20.0, y))
+            };
+            let across = |k: usize| (DVec2::new(k as f64, -10.0), DVec2::new(k as f64, 10.0));
+            let segments: Vec<_> = (0..walls).map(along).chain((1..11).map(across)).collect();
+            let limits = Limits { most, work: &job };
+            let count = limits.count();
+            crossings(&segments, 0.03, &count);
+            count.is_over()
+        };
+        // Ten lines across 60 in one place: 600 corners of the 60, and one of each of the ten.
+        assert!(!is_over(60, 0.0, 610) && is_over(60, 0.0, 609));
+        // Beside one another: 600 of each.
+        assert!(!is_over(60, 0.1, 1200) && is_over(60, 0.1, 1199));
+    }
 }

@@ -7,10 +7,14 @@ use crate::job::Job;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Pieces that a scene may have, and so many more for each of its triangles. Buildings have 1 to 20 a triangle. More: time and memory go into
-/// pieces that no room is made of. Less: small scenes of large walls lose some.
+/// Pieces that a scene may have, and so many more for each of its triangles. Small buildings have 1 to 20 a triangle. More: time and memory go
+/// into pieces that no room is made of. Less: small scenes of large walls lose some.
 const PIECES: usize = 50_000;
 const PIECES_A_TRIANGLE: usize = 20;
+/// What a large scene may have, and so many more for each of its triangles: offices of a thousand and of five thousand rooms have one. More:
+/// soups of a hundred thousand triangles take more than a gigabyte. Less: large buildings are coarser than they need be.
+const PIECES_OF_MANY: usize = 300_000;
+const PIECES_A_TRIANGLE_OF_MANY: usize = 1;
 /// What a piece takes, with its faces and all that is made of them until the graph is there, bytes. More: large buildings are coarser than
 /// they need be. Less: a split takes more memory than it may.
 const PIECE_BYTES: u64 = 2 << 10;
@@ -27,7 +31,9 @@ impl<'w> Limits<'w> {
     /// For a scene of so many triangles, in `memory` bytes.
     pub fn new(triangles: usize, memory: u64, work: &'w Job<'w>) -> Self {
         let affordable = usize::try_from(memory / PIECE_BYTES).unwrap_or(usize::MAX).max(PIECES);
-        Self { most: PIECES.saturating_add(PIECES_A_TRIANGLE.saturating_mul(triangles)).min(affordable), work }
+        let few = PIECES.saturating_add(PIECES_A_TRIANGLE.saturating_mul(triangles));
+        let many = PIECES_OF_MANY.saturating_add(PIECES_A_TRIANGLE_OF_MANY.saturating_mul(triangles));
+        Self { most: few.min(many).min(affordable), work }
     }
 
     /// Counts from 0.

@@ -300,7 +300,7 @@ impl Inside<'_> {
     #[inline]
     fn cut_off(&self, net: &Net, (middle, half): (DVec3, DVec3)) -> bool {
         let hangs = self.ends.iter().any(|&portal| net.bounds(portal).meets(middle, half, net.slack.coplanar));
-        let limit = if hangs { net.slack.coplanar } else { -net.slack.strict };
+        let limit = if hangs { net.slack.coplanar } else { -net.single };
         self.planes.iter().any(|plane| plane.distance(middle) - plane.n.abs().dot(half) > limit)
     }
 }
@@ -416,5 +416,38 @@ fn forget(portals: &mut [u64], net: &Net, cell: usize) {
     for p in net.out(cell) {
         let into = net.twin[p] as usize;
         portals[into / 64] &= !(1 << (into % 64));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::net::NetPortal;
+    use super::*;
+
+    /// Looking down through a hole in the slab at 3.3 m: walls that stand on the slab are not met, though the last place of `f32` puts
+    /// their feet below it; what hangs through it is, and what lies in the hole.
+    #[test]
+    fn what_stands_on_the_plane_of_a_hole_is_not_met_from_above() {
+        let level = 3.3;
+        let winding = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, z)| DVec3::new(x, level, z));
+        let far = [(30.0, 0.0), (30.0, 1.0), (31.0, 1.0), (31.0, 0.0)].map(|(x, z)| DVec3::new(x, level, z));
+        let plane = Plane { n: DVec3::Y, d: level };
+        let portals = [&winding, &far].map(|w| NetPortal { cells: [1, 0], plane, winding: w });
+        let net = Net::new(2, &portals, 1e-4);
+        let down = net.out(0).find(|&p| net.ids[p] < 2).unwrap();
+        let below = net.plane(down).unwrap();
+        assert!(below.n.y < -0.9, "leads down");
+        let planes = [below.flipped()];
+        let met = |x: f64, foot: f64| {
+            let (min, max) = (DVec3::new(x, foot, 0.2), DVec3::new(x + 0.5, foot + 2.5, 0.4));
+            let inside = Inside { planes: &planes, ends: [down; 2] };
+            !inside.cut_off(&net, ((min + max) * 0.5 - net.origin, (max - min) * 0.5))
+        };
+        let rounded = f64::from(level as f32).min(level - 1e-6);
+        assert!(!met(9.0, level) && !met(9.0, rounded) && !met(9.0, level + 1e-6));
+        assert!(met(9.0, level - 1e-4) && met(9.0, 0.0));
+        // In the hole.
+        assert!(met(0.25, level) && met(0.25, rounded));
+        assert!(!met(0.25, level + 1e-3));
     }
 }

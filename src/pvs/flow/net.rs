@@ -55,6 +55,9 @@ pub(crate) struct Net {
     pub slack: Slack,
     /// Error of a distance between two corners, metres.
     pub rounding: f64,
+    /// How far off `f32` puts the farthest corner, metres: as models and the file hold it. What reaches beyond a plane by less only touches it.
+    /// Larger: true slivers of objects are lost. Smaller: storeys are seen from under their floor, by the last place of a level.
+    pub single: f64,
     /// Number of cells.
     pub cells: usize,
     /// The plane of each directed portal, normal the way it leads; `None` where the winding doesn't lie in the plane that
@@ -113,6 +116,7 @@ impl Net {
             origin,
             slack,
             rounding: 16.0 * f64::EPSILON * bounds.diagonal(),
+            single: (f64::from(f32::EPSILON) * far).max(slack.strict),
             cells,
             planes: Vec::with_capacity(order.len()),
             windows: Vec::with_capacity(order.len()),
