@@ -1,5 +1,7 @@
 //! The plan strategy over the size of office towers: 700, 1,900 and 5,000 offices, about 60 rooms a storey.
 //!
+//! And one maze of 5,000 rooms on one storey.
+//!
 //! Each split is checked against what the generator knows before its time counts: every room's middle is in a closed cell, of
 //! its own but for the stairs and lifts that go through storeys. Printed are seconds and the exponent of growth between
 //! neighbours: 1 is linear, n log n is 1.1 at these sizes. `--test` takes the smallest alone.
@@ -14,29 +16,38 @@ use std::time::Instant;
 const SIZES: [usize; 3] = [700, 1900, 5000];
 
 fn main() {
-    let sizes = if std::env::args().any(|a| a == "--test") { &SIZES[..1] } else { &SIZES[..] };
+    let is_test = std::env::args().any(|a| a == "--test");
+    let sizes = if is_test { &SIZES[..1] } else { &SIZES[..] };
     let mut before: Option<(f64, f64)> = None;
     for &offices in sizes {
-        let office = generate(Kind::Office { rooms: offices, storeys: None, furnished: false }, 0).expect("an office");
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("office-{offices}.glb"));
-        std::fs::write(&path, &office.glb).expect("a folder to write to");
-        let scene = import(&path, &ImportOptions::default()).expect("what was generated");
-        let start = Instant::now();
-        let graph =
-            split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).expect("a split");
-        let seconds = start.elapsed().as_secs_f64();
-        let rooms = assert_rooms(&office, &scene, &graph);
-        let growth =
-            before.map_or(String::new(), |(n, s)| format!(", growth n^{:.2}", (seconds / s).ln() / (rooms as f64 / n).ln()));
-        println!("{rooms} rooms, {} cells, {} portals: {seconds:.1} s{growth}", graph.cells.len(), graph.portals.len());
-        before = Some((rooms as f64, seconds));
+        let (rooms, seconds) = measure(Kind::Office { rooms: offices, storeys: None, furnished: false });
+        let growth = before.map_or(String::new(), |(n, s)| format!("growth n^{:.2}", (seconds / s).ln() / (rooms / n).ln()));
+        println!("{growth}");
+        before = Some((rooms, seconds));
+    }
+    if !is_test {
+        measure(Kind::Maze { rooms: SIZES[2] });
     }
 }
 
+/// Splits a building; returns the number of its rooms, and seconds.
+fn measure(kind: Kind) -> (f64, f64) {
+    let building = generate(kind, 0).expect("a building");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cells.glb");
+    std::fs::write(&path, &building.glb).expect("a folder to write to");
+    let scene = import(&path, &ImportOptions::default()).expect("what was generated");
+    let start = Instant::now();
+    let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).expect("a split");
+    let seconds = start.elapsed().as_secs_f64();
+    let rooms = assert_rooms(&building, &scene, &graph);
+    println!("{rooms} rooms, {} cells, {} portals: {seconds:.1} s", graph.cells.len(), graph.portals.len());
+    (rooms as f64, seconds)
+}
+
 /// The rooms that the generator knows of, each found.
-fn assert_rooms(office: &Generated, scene: &Scene, graph: &CellGraph) -> usize {
+fn assert_rooms(building: &Generated, scene: &Scene, graph: &CellGraph) -> usize {
     let locator = Locator::new(graph);
-    let rooms = office.rooms["rooms"].as_array().expect("rooms");
+    let rooms = building.rooms["rooms"].as_array().expect("rooms");
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     let mut cells = Vec::new();
     for room in rooms {

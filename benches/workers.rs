@@ -1,7 +1,7 @@
 //! What many workers would take, simulated: a trace of one worker (`bake --trace`) is replayed with any number of them, a
 //! latency, losses and late starts, in the order in which workers really take items. Checked first against real runs of one
 //! and of two, on the model that `ENFILADE_MODEL` names, with `ENFILADE_RAYS` rays; `ENFILADE_TRACE` names a trace to replay
-//! instead, without a check.
+//! instead, without a check; `ENFILADE_WORKERS` is the only number of workers then.
 
 use enfilade::job::Order;
 use std::cmp::Reverse;
@@ -220,7 +220,9 @@ fn table(maps: &[Map], what: &str) {
     let items: usize = maps.iter().map(|map| map.items.len()).sum();
     println!("{what}: {} maps of {items} items, {alone:.0} s alone, {serial:.1} s between maps", maps.len() - 1);
     println!("| workers | latency, s | lost | late | s | times |\n| --- | --- | --- | --- | --- | --- |");
-    for count in [2, 10, 100, 1000] {
+    let only: Option<usize> =
+        std::env::var("ENFILADE_WORKERS").ok().map(|n| n.parse().expect("ENFILADE_WORKERS is a number"));
+    for count in [2, 10, 100, 1000].into_iter().filter(|&count| only.is_none_or(|n| n == count)) {
         for latency in [HERE, FAR] {
             // A tenth of two is none, and a thousand take a minute.
             let tenth = if count == 1000 { 0 } else { count / 10 };

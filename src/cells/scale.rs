@@ -6,6 +6,7 @@
 //! the ones that cross more and higher space count. Of a ground that goes on far beyond all walls only what is near them counts.
 
 use crate::geom::{Aabb, newell};
+use crate::random::Prng;
 use crate::scene::bulk::bulk;
 use crate::scene::floors::within;
 use crate::scene::rays::RayScene;
@@ -148,7 +149,7 @@ fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
         let c = scene.corners(t as usize);
         newell(&c.map(|p| p - c[0]))
     };
-    let mut level: Vec<(f64, DVec3, bool)> = Vec::new();
+    let mut level: Vec<Level> = Vec::new();
     for t in scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()) {
         let n = normal(t);
         if n.y.abs() > LEVEL * n.length() {
@@ -158,12 +159,7 @@ fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
             level.extend(near.into_iter().map(told));
         }
     }
-    // The largest, in an order that doesn't depend on the file's.
-    level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)).then(a.2.cmp(&b.2)));
-    let area = |level: &[(f64, DVec3, bool)]| level.iter().map(|l| 0.5 * l.0).sum::<f64>();
-    let all = area(&level);
-    level.truncate(LINES);
-    let share = area(&level) / all;
+    let level = few(level);
     let above = 4.0 * scene.tolerance().clearance;
     // Between fronts, between backs, and, as of sheets without a thickness, neither.
     let mut crossed: [Vec<(f64, f64)>; 3] = Default::default();
@@ -187,7 +183,33 @@ fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
         sum >= half
     });
     // Areas are doubled.
-    middle.map(|h| (h.0, 0.5 * whole / share))
+    middle.map(|h| (h.0, 0.5 * whole))
+}
+
+/// A level triangle: an area, its middle, and whether it faces up.
+type Level = (f64, DVec3, bool);
+
+/// At most [`LINES`] of some triangles: the largest, and of all others as many, anyhow, which share the area that they stand for. (The largest
+/// alone may all be the tiles of a roof.) Which they are doesn't depend on the order in the file.
+fn few(mut level: Vec<Level>) -> Vec<Level> {
+    if level.len() <= LINES {
+        return level;
+    }
+    level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)).then(a.2.cmp(&b.2)));
+    let small = level.split_off(LINES / 2);
+    let share = small.iter().map(|l| l.0).sum::<f64>() / (LINES / 2) as f64;
+    // One of each share of the area.
+    let mut random = Prng::new(0, 0);
+    let mut at = random.unit() * share;
+    let mut sum = 0.0;
+    for (area, middle, up) in small {
+        sum += area;
+        while sum > at && level.len() < LINES {
+            level.push((share, middle, up));
+            at = ((level.len() - LINES / 2) as f64 + random.unit()) * share;
+        }
+    }
+    level
 }
 
 fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
@@ -218,6 +240,24 @@ mod tests {
     /// What a metre is taken for in a storey of this clear height, in slabs of 0.3 m, drawn in so many units to a metre.
     fn metre(height: f64, units: f64) -> f64 {
         of(&scene(20.0 * units, &[-0.3, 0.0, height, height + 0.3].map(|y| y * units))).metre
+    }
+
+    /// 3,600 tiles of a roof are larger than those of ceilings and floors: all lines but a few would begin on the roof, and meet nothing.
+    #[test]
+    fn storeys_of_many_tiles_are_as_high_as_their_rooms() {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        for (height, edge, up) in [(0.0, 2.8, true), (2.6, 2.9, false), (2.9, 3.0, true)] {
+            let tile = |k: usize| {
+                let (x, z) = (3.0 * (k % 60) as f64, 3.0 * (k / 60) as f64);
+                [(x, z), (x, z + edge), (x + edge, z + edge), (x + edge, z)].map(|(x, z)| DVec3::new(x, height, z) * 1e3)
+            };
+            let positions = (0..3600).flat_map(tile).collect();
+            let facing = |t: [u32; 3]| if up { t } else { [t[0], t[2], t[1]] };
+            let triangles = (0..3600).flat_map(|k| [[0, 1, 2], [0, 2, 3]].map(|t| facing(t.map(|i| 4 * k + i)))).collect();
+            let node = format!("at {height}");
+            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        }
+        assert_eq!(of(&builder.finish("tiles").unwrap()).metre, 1e3);
     }
 
     #[test]

@@ -182,6 +182,7 @@ fn from_columns(
     // 4. The graph.
     let mut notes = notes(scene, &labels, &found, &unsound, human);
     notes.extend(coarser(human, scale));
+    notes.extend(labels.least_volume.map(|volume| joined(human, volume)));
     Ok(CellGraph {
         strategy,
         reason,
@@ -234,6 +235,14 @@ fn coarser(human: HumanScale, scale: f64) -> Option<String> {
         )
     };
     (scale > 1.0).then(says)
+}
+
+/// What users should know where rooms were joined for being too many.
+fn joined(human: HumanScale, volume: f64) -> String {
+    let volume = volume / human.metre.powi(3);
+    format!(
+        "{BOUND}there would be more rooms, or more portals, than there may be; rooms below {volume:.0} m³ are one with a neighbour; cells are coarser for it"
+    )
 }
 
 /// The middle of each piece.

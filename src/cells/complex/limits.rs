@@ -11,10 +11,11 @@ use std::sync::atomic::Ordering::Relaxed;
 /// into pieces that no room is made of. Less: small scenes of large walls lose some.
 const PIECES: usize = 50_000;
 const PIECES_A_TRIANGLE: usize = 20;
-/// What a large scene may have, and so many more for each of its triangles: offices of a thousand and of five thousand rooms have one. More:
-/// soups of a hundred thousand triangles take more than a gigabyte. Less: large buildings are coarser than they need be.
-const PIECES_OF_MANY: usize = 300_000;
-const PIECES_A_TRIANGLE_OF_MANY: usize = 1;
+/// What a large scene may have, and so many more for each of its triangles: offices of a thousand and of five thousand rooms have one, a maze of
+/// five thousand has two. More: soups of a hundred thousand triangles take more than a gigabyte. Less: large buildings are coarser than they
+/// need be.
+const PIECES_OF_MANY: usize = 250_000;
+const PIECES_A_TRIANGLE_OF_MANY: usize = 2;
 /// What a piece takes, with its faces and all that is made of them until the graph is there, bytes. More: large buildings are coarser than
 /// they need be. Less: a split takes more memory than it may.
 const PIECE_BYTES: u64 = 2 << 10;

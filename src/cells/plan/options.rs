@@ -156,9 +156,12 @@ thresholds! {
     /// Cubic metres. The same where the author named rooms: what has no name and is this small is a plenum, a shaft, the inside of a
     /// wall. Larger: rooms that he forgot go to their neighbours. Smaller: each shaft is a cell.
     least_unnamed_volume: f64 = 25.0, in 0.0 to 200.0;
-    /// Count for each band of the plan. With more cells than this, the least volume grows until it fits. More: rows take memory with
-    /// the square of it. Fewer: a hospital's rooms are joined.
+    /// Count for each band of the plan, or one for so many triangles as `triangles_a_cell` says, whichever is more. With more cells than
+    /// this, the least volume grows until it fits. More: rows take memory with the square of it. Fewer: a hospital's rooms are joined.
     most_cells: usize = 4_000, in 10 to 1_000_000;
+    /// Triangles of walls and sheets; see `most_cells`. Rooms have 80 and more. Larger: rooms of the largest buildings are joined. Smaller:
+    /// soups of many triangles have a cell for every few of them.
+    triangles_a_cell: usize = 64, in 1 to 10_000;
     /// Count for each band of the plan: most planes with portals, or `most_portals_a_cell` for each cell, whichever is more; beyond it
     /// the least volume grows likewise. More: time. Fewer: open plans become one cell.
     most_portals: usize = 4_000, in 10 to 1_000_000;

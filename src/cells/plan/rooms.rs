@@ -34,11 +34,12 @@ pub(in crate::cells) fn label(input: &Input<'_>) -> Labels {
     // 4. A forecourt is the outside's; what is too small to be a room goes to a neighbour; a void too low to stand in is nobody's room.
     let voids = Voids { input, runs: &runs, free: &free };
     voids.give_to_outside(&mut space);
-    absorb(input, &free, &mut space);
+    let least_volume = absorb(input, &free, &mut space);
     voids.gather(&mut space);
     // 5. Numbers, and boundaries drawn tight.
     let mut labels = number(input, &free, &mut space);
     smooth(input.complex.faces, &pieces.volumes, &fixed, input.options, &mut labels);
+    labels.least_volume = least_volume;
     labels
 }
 
@@ -79,20 +80,22 @@ fn flood(input: &Input<'_>, free: &[bool], bottlenecks: &[Bottleneck], space: &m
     }
 }
 
-/// What is too small to be a room goes to the neighbour that it is most open to; where there are too many cells, what is larger, too.
-fn absorb(input: &Input<'_>, free: &[bool], space: &mut Space) {
+/// What is too small to be a room goes to the neighbour that it is most open to; where there are too many cells, what is larger, too: returned
+/// is below how many cubic metres then.
+fn absorb(input: &Input<'_>, free: &[bool], space: &mut Space) -> Option<f64> {
     let options = input.options;
     let whole: f64 = space.volume.iter().sum();
     let authored = input.claims.rooms.iter().any(Option::is_some);
     let least_volume = if authored { options.least_unnamed_volume } else { options.least_volume };
-    let mut least_volume = input.human.cubic_metres(least_volume);
+    let of_rooms = input.human.cubic_metres(least_volume);
+    let mut least_volume = of_rooms;
     loop {
         let open = open_between(input, free, space);
         if join_small(input, least_volume, &open, space) {
             continue;
         }
         if open.is_empty() || least_volume > whole || is_few(input, free, space) {
-            return;
+            return (least_volume > of_rooms).then_some(least_volume);
         }
         least_volume *= options.coarser;
     }
@@ -141,7 +144,7 @@ fn is_narrow(input: &Input<'_>, space: &Space, r: u32) -> bool {
 
 /// True where cells, and planes with portals, are no more than there may be.
 fn is_few(input: &Input<'_>, free: &[bool], space: &mut Space) -> bool {
-    let (Complex { plan, faces, .. }, options) = (input.complex, input.options);
+    let (Complex { plan, facets, faces, .. }, options) = (input.complex, input.options);
     let cells = (0..free.len() as u32).filter(|&p| free[p as usize] && space.regions.find(p) == p).count();
     let mut planes: BTreeSet<(u32, u32, [u32; 3])> = BTreeSet::new();
     for f in faces.iter().filter(|f| is_passage(f, free)) {
@@ -152,7 +155,9 @@ fn is_few(input: &Input<'_>, free: &[bool], space: &mut Space) -> bool {
     }
     let bands = plan.bands.len();
     let most_portals = (options.most_portals * bands).max(options.most_portals_a_cell * cells);
-    cells <= options.most_cells * bands && planes.len() <= most_portals
+    let triangles = facets.wall_facets.len() + facets.sheet_facets.len();
+    let most_cells = (options.most_cells * bands).max(triangles / options.triangles_a_cell);
+    cells <= most_cells && planes.len() <= most_portals
 }
 
 /// Numbers in the order of the first piece; a chink that nothing leads to, as between a slab and a wall that ends in it, has none.
@@ -165,7 +170,7 @@ fn number(input: &Input<'_>, free: &[bool], space: &mut Space) -> Labels {
         }
     }
     let mut number: HashMap<u32, u32> = HashMap::new();
-    let mut labels = Labels { of_piece: vec![None; free.len()], regions: Vec::new() };
+    let mut labels = Labels { of_piece: vec![None; free.len()], regions: Vec::new(), least_volume: None };
     for p in 0..free.len() as u32 {
         let r = space.regions.find(p);
         if free[p as usize] && (reached[r as usize] || !is_narrow(input, space, r)) {

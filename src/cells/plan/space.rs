@@ -174,6 +174,8 @@ pub(in crate::cells) struct Labels {
     pub of_piece: Vec<Option<u32>>,
     /// The regions, in the order of their first piece.
     pub regions: Vec<Region>,
+    /// Cubic metres, where there were too many regions: those that are smaller were joined.
+    pub least_volume: Option<f64>,
 }
 
 #[cfg(test)]
