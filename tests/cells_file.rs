@@ -48,7 +48,8 @@ fn what_is_dumped_bakes_to_the_same_cells_and_portals() {
 }
 
 /// A file holds single precision. What portals let through is the same for what was dumped: domes of slivers, openings far smaller than
-/// their portals, portals narrower than the smallest hole, rooms of an author, storeys whose walls stand in the plane of an opening. Rays, which start elsewhere by a rounding, are left out.
+/// their portals, portals narrower than the smallest hole, rooms of an author, storeys whose walls stand in the
+/// plane of an opening. Rays, which start elsewhere by a rounding, are left out.
 #[test]
 fn what_is_dumped_bakes_to_the_same_rows() {
     let mut models = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings/villa_rotonda.glb")];
