@@ -121,6 +121,7 @@ fn a_house_is_split_as_finely_on_a_wide_ground() {
     assert!(of_wide.notes[0].contains(" m (--smallest-occluder)"), "{}", of_wide.notes[0]);
     let closed = |graph: &CellGraph| graph.cells.iter().filter(|c| !c.open).count();
     assert!(closed(&of_wide) > 50 && closed(&of_near) > 50, "{} {}", closed(&of_wide), closed(&of_near));
+    assert!(closed(&of_wide) * 10 >= closed(&of_near) * 9, "{} {}", closed(&of_wide), closed(&of_near));
     assert_sound(&of_wide, &wide);
 }
 
