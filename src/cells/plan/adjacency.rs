@@ -58,22 +58,38 @@ struct Boundaries {
     ends: Vec<[f64; 2]>,
 }
 
+/// Unites regions as wished, the first wishes first, and says whether any were. What has become another by that waits for the next round, but
+/// that, unless `in_pairs`, the one of two with more boundary (`whole`) takes in any number: what those share with it only grows.
+fn unite(space: &mut Space, wishes: &[(f64, (u32, u32))], whole: &[f64], in_pairs: bool) -> bool {
+    let (mut grown, mut gone) = (vec![false; whole.len()], vec![false; whole.len()]);
+    let mut is_any = false;
+    for &(_, (a, b)) in wishes {
+        let (less, more) =
+            if whole[b as usize] < whole[a as usize] { (b as usize, a as usize) } else { (a as usize, b as usize) };
+        if grown[less] || gone[less] || gone[more] || in_pairs && grown[more] {
+            continue;
+        }
+        let into = space.regions.find(more as u32);
+        if !space.must_part(less as u32, into) {
+            space.unite(less as u32, into);
+            (gone[less], grown[more], is_any) = (true, true, true);
+        }
+    }
+    is_any
+}
+
 impl Adjacency<'_> {
-    /// Joins regions, those most open to each other first, until no two are open enough.
+    /// Joins regions, those most open to each other first, until no two are open enough. In a round a region joins one other, so that
+    /// each sees what its neighbours have become; with many faces (`faces_in_pairs`) it takes in any number that have less boundary.
     pub(in crate::cells) fn join(&self, space: &mut Space) {
+        let mut looked_at = 0;
         loop {
+            let in_pairs = looked_at < self.input.options.faces_in_pairs;
+            looked_at = looked_at.saturating_add(self.bottlenecks.len());
             let boundaries = self.boundaries(space);
             let mut wishes = self.wishes(space, &boundaries);
             wishes.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-            let mut touched = vec![false; self.free.len()];
-            let mut joined = false;
-            for (_, (a, b)) in wishes {
-                if !touched[a as usize] && !touched[b as usize] {
-                    space.unite(a, b);
-                    (touched[a as usize], touched[b as usize], joined) = (true, true, true);
-                }
-            }
-            if !joined {
+            if !unite(space, &wishes, &boundaries.whole, in_pairs) {
                 return;
             }
         }
@@ -226,5 +242,46 @@ impl Adjacency<'_> {
                 .fold(0.0, f64::max)
         };
         reach.values().map(longest).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::plan::space::{Claim, Pieces};
+
+    /// Which regions are one after a round: for each of `n` pieces of 10 cubic metres, the first that it is one with. Piece 0 is the author's
+    /// room, which may measure 35.
+    fn round(wishes: &[(u32, u32)], whole: &[f64], in_pairs: bool) -> Vec<u32> {
+        let n = whole.len();
+        let pieces = Pieces { rim: vec![false; n], widths: vec![2.0; n], volumes: vec![10.0; n] };
+        let mut claims = vec![None; n];
+        claims[0] = Some(Claim::Room(0));
+        let mut space = Space::new(&pieces, &vec![3.0; n], claims, BTreeMap::from([(0, 35.0)]));
+        let wishes: Vec<(f64, (u32, u32))> = wishes.iter().map(|&pair| (0.5, pair)).collect();
+        assert_eq!(unite(&mut space, &wishes, whole, in_pairs), !wishes.is_empty());
+        let roots: Vec<u32> = (0..n as u32).map(|p| space.regions.find(p)).collect();
+        roots.iter().map(|root| roots.iter().position(|r| r == root).unwrap_or(n) as u32).collect()
+    }
+
+    #[test]
+    fn a_hall_takes_in_one_niche_a_round_or_all() {
+        let (wishes, whole) = ([(1, 2), (1, 3), (1, 4)], [50.0, 100.0, 4.0, 3.0, 5.0]);
+        assert_eq!(round(&wishes, &whole, true), [0, 1, 1, 3, 4]);
+        assert_eq!(round(&wishes, &whole, false), [0, 1, 1, 1, 1]);
+        assert_eq!(round(&[], &whole, false), [0, 1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn what_has_changed_is_taken_in_by_nobody() {
+        // 3 has taken in 4, so it has another boundary than when it wished for 2; 4 is no more.
+        let (wishes, whole) = ([(3, 4), (2, 3), (1, 4)], [50.0, 60.0, 100.0, 5.0, 4.0]);
+        assert_eq!(round(&wishes, &whole, false), [0, 1, 2, 3, 3]);
+    }
+
+    #[test]
+    fn a_room_takes_in_no_more_than_it_may() {
+        let (wishes, whole) = ([(0, 1), (0, 2), (0, 3)], [50.0, 3.0, 3.0, 3.0]);
+        assert_eq!(round(&wishes, &whole, false), [0, 0, 0, 3]);
     }
 }

@@ -12,7 +12,7 @@
 //!   a cell need proofs too), in the order of what cubes there are expected to show.
 
 use super::batch;
-use super::cast::{BATCH, COST, Caster, Seen};
+use super::cast::{BATCH, COST, Caster, Seen, Stand};
 use super::lines;
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
@@ -25,6 +25,7 @@ use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
+use std::sync::Arc;
 
 /// Halvings of a portal's sides, at most.
 const DEPTH: u32 = 6;
@@ -55,7 +56,8 @@ struct Place {
 }
 
 enum At {
-    Patch(Patch, Seen),
+    /// On a patch, and what the cube of the patch around it saw.
+    Patch(Patch, Arc<Seen>),
     /// Inside a cell, and how many cubes stand there already.
     Cell(CellId, u32),
 }
@@ -125,9 +127,10 @@ pub(super) struct Adaptive<'a, 'c> {
 impl<'a, 'c> Adaptive<'a, 'c> {
     pub fn new(sampler: &'a Sampler<'a>, caster: &'a Caster<'c>, regions: &'a [Region]) -> Self {
         let surface = |p: &Portal| Surface::new(&p.winding, p.plane.n, sampler.prover.clearance);
+        let none = Arc::new(Seen::default());
         let patch = |portal: u32| {
             let patch = Patch { portal, u: 0, v: 0, size: Patch::WHOLE };
-            Place { hope: FIRST_ON_PORTAL, key: patch.key(sampler.seed), at: At::Patch(patch, Seen::new()) }
+            Place { hope: FIRST_ON_PORTAL, key: patch.key(sampler.seed), at: At::Patch(patch, Arc::clone(&none)) }
         };
         let cell = |c: u32| Place { hope: FIRST, key: mix(mix(sampler.seed, 0), u64::from(c)), at: At::Cell(CellId(c), 0) };
         let patches = (0..sampler.graph.portals.len() as u32).map(patch);
@@ -158,20 +161,26 @@ impl<'a, 'c> Adaptive<'a, 'c> {
         }
     }
 
+    /// True where a patch may be split.
+    fn is_split(&self, patch: Patch) -> bool {
+        let surface = &self.surfaces[patch.portal as usize];
+        let extent = surface.extent() * f64::from(patch.size) / f64::from(Patch::WHOLE);
+        patch.size >= 4 && extent >= surface.inset * 4.0
+    }
+
     /// Where to go on from a place whose cube showed `seen`, of which `fresh` (solid angle) wasn't known.
     fn follow(&mut self, place: Place, seen: Seen, fresh: f64) {
         match place.at {
             At::Patch(patch, parent) => {
-                let surface = &self.surfaces[patch.portal as usize];
-                let extent = surface.extent() * f64::from(patch.size) / f64::from(Patch::WHOLE);
-                if patch.size < 4 || extent < surface.inset * 4.0 {
+                if !self.is_split(patch) {
                     return;
                 }
+                let seen = Arc::new(seen);
                 let disagreed = if parent.is_empty() { 0.0 } else { missed(&parent, &seen) };
                 let hope = QUARTER * (fresh + DISAGREED * disagreed);
                 for quarter in patch.quarters() {
                     let key = quarter.key(self.sampler.seed);
-                    self.queue.push(Place { hope, key, at: At::Patch(quarter, seen.clone()) });
+                    self.queue.push(Place { hope, key, at: At::Patch(quarter, Arc::clone(&seen)) });
                 }
             }
             At::Cell(cell, count) => {
@@ -187,23 +196,24 @@ impl Source for Adaptive<'_, '_> {
     fn step(&mut self, lower: &mut Lower, rays: u64, _: u64, work: &Job<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + rays;
         while lower.rays < end {
-            let (mut places, mut sites) = (Vec::new(), Vec::new());
+            let (mut places, mut stands) = (Vec::new(), Vec::new());
             let room = batch::next(end - lower.rays, rays, COST, BATCH);
-            while sites.len() < room {
+            while stands.len() < room {
                 let Some(place) = self.queue.pop() else { break };
                 if let Some(site) = self.site(&place) {
-                    sites.push((place.key, site));
+                    let tells = matches!(place.at, At::Patch(patch, _) if self.is_split(patch));
+                    stands.push(Stand { seed: place.key, site, tells });
                     places.push(place);
                 }
             }
             if room == 0 {
                 return Ok(true);
             }
-            if sites.is_empty() {
+            if stands.is_empty() {
                 return Ok(false);
             }
-            lower.cubes += sites.len() as u64;
-            for (place, (seen, fresh)) in places.into_iter().zip(self.caster.cast(&sites, lower, work)?) {
+            lower.cubes += stands.len() as u64;
+            for (place, (seen, fresh)) in places.into_iter().zip(self.caster.cast(&stands, lower, work)?) {
                 self.follow(place, seen, fresh);
             }
         }
@@ -213,7 +223,7 @@ impl Source for Adaptive<'_, '_> {
 
 /// The solid angle (fraction of the sphere) of what one of two cubes shows and the other doesn't.
 fn missed(a: &Seen, b: &Seen) -> f64 {
-    let mut all: Vec<(u32, f32)> = a.iter().chain(b).copied().collect();
+    let mut all: Vec<(u32, f32)> = a.objects().chain(b.objects()).collect();
     all.sort_unstable_by_key(|&(object, _)| object);
     all.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|alone| f64::from(alone[0].1)).sum()
 }
@@ -275,10 +285,12 @@ mod tests {
 
     #[test]
     fn what_both_see_is_not_missed() {
-        let (a, b): (Seen, Seen) = (vec![(1, 0.5), (2, 0.25)], vec![(1, 0.25), (2, 0.125), (7, 0.0625)]);
+        let a: Seen = [(1, 0.5), (2, 0.25)].into_iter().collect();
+        let b: Seen = [(1, 0.25), (2, 0.125), (7, 0.0625)].into_iter().collect();
+        assert_eq!(b.objects().collect::<Vec<_>>(), [(1, 0.25), (2, 0.125), (7, 0.0625)]);
         assert_eq!(missed(&a, &a), 0.0);
         assert_eq!(missed(&a, &b), 0.0625);
-        assert_eq!(missed(&Seen::new(), &a), 0.75);
+        assert_eq!(missed(&Seen::default(), &a), 0.75);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::PortalId;
 use crate::job::{Job, Stopped};
 use crate::pvs::cubes::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, NONE};
 use glam::{DMat3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Cubes worked on between two looks at what is known, at least.
@@ -25,8 +26,44 @@ const LINES: [usize; 2] = [4, 1];
 /// Most lines followed from a cube.
 const MOST_LINES: usize = 384;
 
-/// Objects seen from a site with their solid angles (fractions of the sphere), ascending.
-pub(super) type Seen = Vec<(u32, f32)>;
+/// Objects seen from a site, ascending, with their solid angles (fractions of the sphere). Each object is given by how much more its number is
+/// than the one before: journals are smaller by it.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(super) struct Seen(Vec<(u32, f32)>);
+
+impl FromIterator<(u32, f32)> for Seen {
+    /// Of objects in ascending order.
+    fn from_iter<I: IntoIterator<Item = (u32, f32)>>(objects: I) -> Self {
+        let mut last = 0;
+        Self(objects.into_iter().map(|(object, solid)| (object - std::mem::replace(&mut last, object), solid)).collect())
+    }
+}
+
+impl Seen {
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The objects, ascending, with their solid angles.
+    pub fn objects(&self) -> impl Iterator<Item = (u32, f32)> {
+        let mut last = 0u32;
+        self.0.iter().map(move |&(gap, solid)| {
+            // A damaged journal may say anything.
+            last = last.wrapping_add(gap);
+            (last, solid)
+        })
+    }
+}
+
+/// Where a cube is made.
+pub(super) struct Stand {
+    /// Of what is random in it.
+    pub seed: u64,
+    /// Where.
+    pub site: Site,
+    /// Whether it is to tell all that it sees.
+    pub tells: bool,
+}
 
 /// Makes cubes.
 pub(super) struct Caster<'a> {
@@ -58,12 +95,12 @@ impl<'a> Caster<'a> {
         self.engine.note(cubes)
     }
 
-    /// Makes cubes at the sites in order, each with its seed. What they see, and the solid angle (fraction
-    /// of the sphere) of that part of it that the cells beside them weren't known to see, their mean where they are two.
-    pub fn cast(&self, sites: &[(u64, Site)], lower: &mut Lower, work: &Job<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
+    /// Makes cubes in order. What those see that are to tell it, and the solid angle (fraction of the sphere) of that part of it that
+    /// the cells beside them weren't known to see, their mean where they are two.
+    pub fn cast(&self, stands: &[Stand], lower: &mut Lower, work: &Job<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
         let known = &*lower;
-        let cast = |eyes: &mut Eyes<'_>, &(seed, site): &(u64, Site)| eyes.cube(self, site, seed, known);
-        let results: Vec<((Seen, f64), Found)> = work.map_with(sites, || Eyes::new(self), cast, |_| ())?;
+        let cast = |eyes: &mut Eyes<'_>, stand: &Stand| eyes.cube(self, stand, known);
+        let results: Vec<((Seen, f64), Found)> = work.map_with(stands, || Eyes::new(self), cast, |_| ())?;
         let merged = results.into_iter().map(|(seen, found)| {
             lower.merge(found);
             seen
@@ -121,9 +158,9 @@ impl<'a> Eyes<'a> {
     }
 
     /// One cube: what it sees, and what that proves.
-    fn cube(&mut self, caster: &Caster<'_>, site: Site, seed: u64, known: &Lower) -> ((Seen, f64), Found) {
-        let sampler = caster.sampler;
-        let mut random = Random::new(seed);
+    fn cube(&mut self, caster: &Caster<'_>, stand: &Stand, known: &Lower) -> ((Seen, f64), Found) {
+        let (sampler, site) = (caster.sampler, stand.site);
+        let mut random = Random::new(stand.seed);
         // Turned by chance, so that pixels of neighbours don't fall on the same places.
         let turn = DQuat::from_euler(glam::EulerRot::XYZ, random.unit() * TAU, random.unit() * TAU, random.unit() * TAU);
         let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: SIZE };
@@ -150,10 +187,12 @@ impl<'a> Eyes<'a> {
         found.rays = COST;
         let mut lines = MOST_LINES;
         let mut fresh = 0.0;
-        let mut seen = Seen::with_capacity(self.touched.len());
+        let mut seen = Vec::new();
         for object in std::mem::take(&mut self.touched) {
             let Shown { solid, pixels, some } = std::mem::take(&mut self.objects[object as usize]);
-            seen.push((object, solid));
+            if stand.tells {
+                seen.push((object, solid));
+            }
             let unknown = site.cells.iter().filter(|c| !known.objects.get(c.index(), object as usize)).count();
             fresh += 0.5 * unknown as f64 * f64::from(solid);
             let wanted = LINES[usize::from(unknown == 0)].min(pixels as usize).min(lines);
@@ -164,6 +203,6 @@ impl<'a> Eyes<'a> {
                 sampler.prover.line(&self.line, known, &mut found);
             }
         }
-        ((seen, fresh), found.close())
+        ((seen.into_iter().collect(), fresh), found.close())
     }
 }

@@ -19,6 +19,8 @@ use glam::DVec3;
 
 /// Proofs followed up between two looks at what is known, at least.
 const BATCH: usize = 256;
+/// Items of a map at most: more proofs are followed up some at a time, since a proof takes no more than some ten microseconds.
+const MOST_ITEMS: usize = 1 << 14;
 /// Rays that following up a proof takes at most: the triangle, three borders, and three edges of whatever is before each.
 const COST: u64 = 1 + 3 * (2 + 3 * 2);
 /// Times that a proof is followed up.
@@ -136,9 +138,10 @@ impl Source for Guided<'_> {
             }
             let seed = |i: usize, pass: u64| mix(mix(mix(self.sampler.seed, 0xc3), i as u64), pass);
             let follow = |&(i, pass): &(usize, u64)| self.follow(&known.witnesses[i], seed(i, pass), known);
-            let found = work.map(&todo, follow)?;
+            let items: Vec<&[(usize, u64)]> = todo.chunks(todo.len().div_ceil(MOST_ITEMS)).collect();
+            let found: Vec<Vec<Found>> = work.map(&items, |some| some.iter().map(follow).collect())?;
             let before = lower.rays;
-            found.into_iter().for_each(|found| {
+            found.into_iter().flatten().for_each(|found| {
                 lower.merge(found);
             });
             self.followed += todo.len() as u64;

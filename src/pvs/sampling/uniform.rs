@@ -1,6 +1,6 @@
 //! What the other strategies are held against: random rays, and cubes at random points. Cells take turns; points are uniform in a cell.
 
-use super::cast::{BATCH, COST, Caster};
+use super::cast::{BATCH, COST, Caster, Stand};
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
 use super::source::Source;
@@ -81,16 +81,16 @@ impl Source for Uniform<'_, '_> {
         let seats = self.regions.iter().filter(|r| r.volume() > 0.0).count();
         while end - lower.rays >= COST && seats > 0 {
             let batch = (BATCH as u64).min((end - lower.rays) / COST);
-            let site = |n: u64| {
+            let stand = |n: u64| {
                 let seed = mix(mix(self.sampler.seed, 0xc2), n);
                 let cell = (n % self.regions.len() as u64) as usize;
                 let at = self.regions[cell].draw(&mut Random::new(mix(seed, 1)))?;
-                Some((seed, Site::inside(CellId(cell as u32), at)))
+                Some(Stand { seed, site: Site::inside(CellId(cell as u32), at), tells: false })
             };
-            let sites: Vec<(u64, Site)> = (self.count..self.count + batch).filter_map(site).collect();
+            let stands: Vec<Stand> = (self.count..self.count + batch).filter_map(stand).collect();
             self.count += batch;
-            lower.cubes += sites.len() as u64;
-            self.caster.cast(&sites, lower, work)?;
+            lower.cubes += stands.len() as u64;
+            self.caster.cast(&stands, lower, work)?;
         }
         Ok(seats > 0)
     }
