@@ -58,8 +58,9 @@ struct Boundaries {
     ends: Vec<[f64; 2]>,
 }
 
-/// Unites regions as wished, the first wishes first, and says whether any were. What has become another by that waits for the next round, but
-/// that, unless `in_pairs`, the one of two with more boundary (`whole`) takes in any number: what those share with it only grows.
+/// Unites regions as wished, the first wishes first, and says whether any were. A region that has changed waits for the next round. There is
+/// one exception, unless `in_pairs`: of two regions the one with more boundary (`whole`) may take in any number, since what those share
+/// with it only grows.
 fn unite(space: &mut Space, wishes: &[(f64, (u32, u32))], whole: &[f64], in_pairs: bool) -> bool {
     let (mut grown, mut gone) = (vec![false; whole.len()], vec![false; whole.len()]);
     let mut is_any = false;

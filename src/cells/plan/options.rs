@@ -180,8 +180,8 @@ thresholds! {
 
     // Adjacency: what is open to each other as a whole.
 
-    /// Count of faces, each as often as it is looked at. So long a region joins one other in a round; then all that are open to a larger
-    /// one join it at once. More: time, the square of a hall with many niches. Fewer: towers with open storeys are one cell.
+    /// Count of faces, each as often as it is looked at. Until then a region joins one other a round; afterwards all that are open to a
+    /// larger one join it at once. More: time, by the square of a hall's niches. Fewer: towers with open storeys are one cell.
     faces_in_pairs: usize = 100_000_000, in 0 to 1_000_000_000;
     /// Share of the smaller region's whole boundary. Two regions that are open to each other over this are one: a room's door is 2 % of
     /// it, a wide window 6 %, half a hall 20 % and more. Larger: halls fall apart. Smaller: rooms join through their windows.

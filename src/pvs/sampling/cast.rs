@@ -28,7 +28,7 @@ const MOST_LINES: usize = 384;
 
 /// Objects seen from a site, ascending, with their solid angles (fractions of the sphere). Each object is given by how much more its number is
 /// than the one before: journals are smaller by it.
-#[derive(Clone, Default, Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Seen(Vec<(u32, f32)>);
 
 impl FromIterator<(u32, f32)> for Seen {
