@@ -11,16 +11,15 @@
 //! * no threshold, which says nothing about time: one queue holds the patches of all portals, and a place inside every cell (objects in
 //!   a cell need proofs too), in the order of what cubes there are expected to show.
 
-use super::batch;
-use super::cast::{BATCH, COST, Caster, Seen, Stand};
+use super::cast::{COST, Caster, Seen, Stand};
 use super::lines;
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
-use super::source::Source;
+use super::source::{Part, Source};
 use super::witness::Lower;
 use crate::cells::Portal;
 use crate::geom::{self, Plane};
-use crate::job::{Job, Stopped};
+use crate::job::Stopped;
 use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -193,31 +192,21 @@ impl<'a, 'c> Adaptive<'a, 'c> {
 }
 
 impl Source for Adaptive<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, _: u64, work: &Job<'_>) -> Result<bool, Stopped> {
-        let end = lower.rays + rays;
-        while lower.rays < end {
-            let (mut places, mut stands) = (Vec::new(), Vec::new());
-            let room = batch::next(end - lower.rays, rays, COST, BATCH);
-            while stands.len() < room {
-                let Some(place) = self.queue.pop() else { break };
-                if let Some(site) = self.site(&place) {
-                    let tells = matches!(place.at, At::Patch(patch, _) if self.is_split(patch));
-                    stands.push(Stand { seed: place.key, site, tells });
-                    places.push(place);
-                }
-            }
-            if room == 0 {
-                return Ok(true);
-            }
-            if stands.is_empty() {
-                return Ok(false);
-            }
-            lower.cubes += stands.len() as u64;
-            for (place, (seen, fresh)) in places.into_iter().zip(self.caster.cast(&stands, lower, work)?) {
-                self.follow(place, seen, fresh);
+    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
+        let (mut places, mut stands) = (Vec::new(), Vec::new());
+        while stands.len() < (part.rays / COST) as usize {
+            let Some(place) = self.queue.pop() else { break };
+            if let Some(site) = self.site(&place) {
+                let tells = matches!(place.at, At::Patch(patch, _) if self.is_split(patch));
+                stands.push(Stand { seed: place.key, site, tells });
+                places.push(place);
             }
         }
-        Ok(true)
+        lower.cubes += stands.len() as u64;
+        for (place, (seen, fresh)) in places.into_iter().zip(self.caster.cast(&stands, lower, part)?) {
+            self.follow(place, seen, fresh);
+        }
+        Ok(!self.queue.is_empty())
     }
 }
 

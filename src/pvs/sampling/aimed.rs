@@ -5,7 +5,6 @@
 //! also from random points straight before it. Pairs are tried in rounds of more and
 //! more attempts, so that easy ones don't wait for hopeless ones.
 
-use super::batch;
 use super::sampler::{Random, mix};
 use super::witness::{Found, Lower, Prover};
 use crate::cells::{CellGraph, Locator};
@@ -23,8 +22,6 @@ use glam::DVec3;
 const FIRST: u64 = 4;
 /// Rounds, at most.
 const ROUNDS: u32 = 6;
-/// Cells worked on at a time, at least.
-const BATCH: usize = 32;
 /// Pieces of a cell that segments start in.
 const PIECES: usize = 16;
 
@@ -57,63 +54,46 @@ pub(in crate::pvs) fn sample(
             let cells: Vec<usize> = left(cells_upper, &lower.cells).into_iter().filter(|&other| other > c).collect();
             (left(objects_upper, &lower.objects), cells)
         };
-        let undecided: Vec<(Vec<usize>, Vec<usize>)> = (0..graph.cells.len()).map(open).collect();
-        let count: u64 = undecided.iter().map(|(objects, cells)| (objects.len() + cells.len()) as u64).sum();
+        let mut undecided: Vec<(usize, (Vec<usize>, Vec<usize>))> = (0..graph.cells.len()).map(|c| (c, open(c))).collect();
+        undecided.retain(|(_, (objects, cells))| !objects.is_empty() || !cells.is_empty());
+        let count: u64 = undecided.iter().map(|(_, (objects, cells))| (objects.len() + cells.len()) as u64).sum();
         let attempts = (FIRST << round).min(budget.saturating_sub(lower.rays) / count.max(1));
         if count == 0 || attempts == 0 {
             break;
         }
-        let tried = |(objects, cells): &(Vec<usize>, Vec<usize>)| (objects.len() + cells.len()) as u64 * attempts;
-        for batch in batches(&undecided, tried, batch::part(budget)) {
-            let results: Vec<Found> = work.map(&batch, |&c| {
-                let (objects, cells) = &undecided[c];
-                let (cell, mut found) = (CellId(c as u32), Found::default());
-                let mut random = Random::new(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
-                for &object in objects {
-                    for attempt in 0..attempts {
-                        let (to, hit) = point_on(scene, object, &mut random);
-                        let near = attempt % 2 == 0 && placement.get(c, object);
-                        let from =
-                            if near { Some(before(rays, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
-                        let Some(from) = from else { break };
-                        if prover.aim(cell, from, to, hit, &mut found) {
-                            break;
-                        }
+        let share = |done: usize| (f64::from(round) + done as f64 / undecided.len() as f64) / f64::from(ROUNDS);
+        let done = |done: usize| work.tell("aimed rays", share(done));
+        let from_cell = |(): &mut (), (c, (objects, cells)): &(usize, (Vec<usize>, Vec<usize>))| {
+            let (cell, mut found) = (CellId(*c as u32), Found::default());
+            let mut random = Random::new(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), *c as u64));
+            for &object in objects {
+                for attempt in 0..attempts {
+                    let (to, hit) = point_on(scene, object, &mut random);
+                    let near = attempt % 2 == 0 && placement.get(*c, object);
+                    let from = if near { Some(before(rays, to, hit, &mut random)) } else { origins[*c].draw(&mut random) };
+                    let Some(from) = from else { break };
+                    if prover.aim(cell, from, to, hit, &mut found) {
+                        break;
                     }
                 }
-                for &other in cells {
-                    for _ in 0..attempts {
-                        let ends = (origins[c].draw(&mut random), origins[other].draw(&mut random));
-                        let (Some(from), Some(to)) = ends else { break };
-                        if prover.aim_sight([cell, CellId(other as u32)], [from, to], &mut found) {
-                            break;
-                        }
-                    }
-                }
-                found.close()
-            })?;
-            for found in results {
-                lower.merge(found);
             }
-            work.tell("aimed rays", lower.rays as f64 / budget.max(1) as f64);
-        }
+            for &other in cells {
+                for _ in 0..attempts {
+                    let ends = (origins[*c].draw(&mut random), origins[other].draw(&mut random));
+                    let (Some(from), Some(to)) = ends else { break };
+                    if prover.aim_sight([cell, CellId(other as u32)], [from, to], &mut found) {
+                        break;
+                    }
+                }
+            }
+            found.close()
+        };
+        let results: Vec<Found> = work.map_with(&undecided, || (), from_cell, done)?;
+        results.into_iter().for_each(|found| {
+            lower.merge(found);
+        });
     }
     Ok(())
-}
-
-/// Numbers of cells that are worked on together: of at least [`BATCH`] cells and `least` attempts.
-fn batches<T>(undecided: &[T], tried: impl Fn(&T) -> u64, least: u64) -> Vec<Vec<usize>> {
-    let (mut all, mut batch, mut attempts) = (Vec::new(), Vec::new(), 0);
-    for (c, pairs) in undecided.iter().enumerate() {
-        batch.push(c);
-        attempts += tried(pairs);
-        if batch.len() >= BATCH && attempts >= least {
-            all.push(std::mem::take(&mut batch));
-            attempts = 0;
-        }
-    }
-    all.extend((!batch.is_empty()).then_some(batch));
-    all
 }
 
 /// A random point on a random triangle of an object.

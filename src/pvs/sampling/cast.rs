@@ -4,16 +4,15 @@
 //! triangle and without a witness's clearance. So it chooses where lines go, and the lines do the proving, both ways.
 
 use super::sampler::{Random, Sampler, Site};
+use super::source::Part;
 use super::witness::{Found, Line, Lower};
 use crate::PortalId;
-use crate::job::{Job, Stopped};
+use crate::job::Stopped;
 use crate::pvs::cubes::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, NONE};
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Cubes worked on between two looks at what is known, at least.
-pub(super) const BATCH: usize = 64;
 /// Pixels along a face's edge. More: more of what is small is seen, fewer cubes in the same time; but a cube of a quarter of
 /// the pixels takes two thirds of the time.
 const SIZE: u32 = 128;
@@ -26,16 +25,41 @@ const LINES: [usize; 2] = [4, 1];
 /// Most lines followed from a cube.
 const MOST_LINES: usize = 384;
 
-/// Objects seen from a site, ascending, with their solid angles (fractions of the sphere). Each object is given by how much more its number is
-/// than the one before: journals are smaller by it.
+/// Objects seen from a site, ascending, with their solid angles (fractions of the sphere). Two bytes an object, mostly: how much more
+/// its number is than the one before, seven bits a byte and the lowest first, and its [`level`]. Most of a journal, and of the
+/// memory that cubes take, is this.
 #[derive(Default, Serialize, Deserialize)]
-pub(super) struct Seen(Vec<(u32, f32)>);
+pub(super) struct Seen(Vec<u8>);
+
+/// A solid angle up to 2, and down to 2^-31, to an eighth of its power of two. The nearest one: 6 % off at most.
+fn level(solid: f32) -> u8 {
+    let rounded = solid.to_bits().saturating_add(1 << (LEVEL_BITS - 1)) >> LEVEL_BITS;
+    rounded.saturating_sub(LEVEL_ZERO).min(255) as u8
+}
+
+/// What a level stands for.
+fn of_level(level: u8) -> f32 {
+    f32::from_bits((LEVEL_ZERO + u32::from(level)) << LEVEL_BITS)
+}
+
+/// Bits of an `f32` that levels leave out, and the others of the least one: 2^-31 and an eighth more.
+const LEVEL_BITS: u32 = 20;
+const LEVEL_ZERO: u32 = (127 - 31) * 8 + 1;
 
 impl FromIterator<(u32, f32)> for Seen {
     /// Of objects in ascending order.
     fn from_iter<I: IntoIterator<Item = (u32, f32)>>(objects: I) -> Self {
-        let mut last = 0;
-        Self(objects.into_iter().map(|(object, solid)| (object - std::mem::replace(&mut last, object), solid)).collect())
+        let (mut last, mut bytes) = (0, Vec::new());
+        for (object, solid) in objects {
+            let mut gap = object - std::mem::replace(&mut last, object);
+            while gap >= 0x80 {
+                bytes.push(gap as u8 | 0x80);
+                gap >>= 7;
+            }
+            bytes.extend([gap as u8, level(solid)]);
+        }
+        bytes.shrink_to_fit();
+        Self(bytes)
     }
 }
 
@@ -46,11 +70,20 @@ impl Seen {
 
     /// The objects, ascending, with their solid angles.
     pub fn objects(&self) -> impl Iterator<Item = (u32, f32)> {
-        let mut last = 0u32;
-        self.0.iter().map(move |&(gap, solid)| {
-            // A damaged journal may say anything.
+        let (mut bytes, mut last) = (self.0.iter(), 0u32);
+        std::iter::from_fn(move || {
+            let (mut gap, mut shift) = (0u32, 0);
+            loop {
+                let byte = *bytes.next()?;
+                // A damaged journal may say anything.
+                gap |= u32::from(byte & 0x7f).checked_shl(shift).unwrap_or(0);
+                if byte < 0x80 {
+                    break;
+                }
+                shift += 7;
+            }
             last = last.wrapping_add(gap);
-            (last, solid)
+            Some((last, of_level(*bytes.next()?)))
         })
     }
 }
@@ -97,10 +130,11 @@ impl<'a> Caster<'a> {
 
     /// Makes cubes in order. What those see that are to tell it, and the solid angle (fraction of the sphere) of that part of it that
     /// the cells beside them weren't known to see, their mean where they are two.
-    pub fn cast(&self, stands: &[Stand], lower: &mut Lower, work: &Job<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
+    pub fn cast(&self, stands: &[Stand], lower: &mut Lower, part: &Part<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
         let known = &*lower;
         let cast = |eyes: &mut Eyes<'_>, stand: &Stand| eyes.cube(self, stand, known);
-        let results: Vec<((Seen, f64), Found)> = work.map_with(stands, || Eyes::new(self), cast, |_| ())?;
+        let done = |cubes: usize| part.tell(cubes as f64 / stands.len() as f64);
+        let results: Vec<((Seen, f64), Found)> = part.work.map_with(stands, || Eyes::new(self), cast, done)?;
         let merged = results.into_iter().map(|(seen, found)| {
             lower.merge(found);
             seen
@@ -204,5 +238,31 @@ impl<'a> Eyes<'a> {
             }
         }
         ((seen.into_iter().collect(), fresh), found.close())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_seen_comes_back_to_an_eighth_of_its_size() {
+        let objects = [(0, 1.0), (1, 0.3), (127, 1e-5), (255, 0.0), (70_000, 1.0 / 98_304.0), (u32::MAX, 0.75)];
+        let seen: Seen = objects.into_iter().collect();
+        let back: Vec<(u32, f32)> = seen.objects().collect();
+        assert_eq!(back.len(), objects.len());
+        for ((object, solid), (same, near)) in objects.into_iter().zip(back) {
+            assert_eq!(object, same);
+            assert!((near - solid).abs() <= solid / 16.0 + 1e-9, "{solid} came back as {near}");
+        }
+        // Gaps of 0, 1, 126, 128, 69,745 and the rest.
+        assert_eq!(seen.0.len(), 6 + 1 + 1 + 1 + 2 + 3 + 5);
+    }
+
+    #[test]
+    fn any_bytes_are_read() {
+        for bytes in [vec![0xff; 40], vec![0x80, 0x80], vec![5], vec![0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0, 9, 1, 1]] {
+            assert!(Seen(bytes).objects().count() <= 2);
+        }
     }
 }

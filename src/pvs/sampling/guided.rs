@@ -7,18 +7,17 @@
 //! moved out is drawn anew each time, over three orders of magnitude, since the distance to the next thing has no scale; and a reverse
 //! sample is the whole line, which serves whatever cells it comes through.
 
-use super::batch;
 use super::sampler::{Random, Sampler, Site, mix};
-use super::source::Source;
+use super::source::{Part, Source};
 use super::witness::{Found, Line, Lower};
 use crate::PortalId;
-use crate::job::{Job, Stopped};
+use crate::job::Stopped;
 use crate::scene::rays::Hit;
 use crate::types::proof::Witness;
 use glam::DVec3;
 
 /// Proofs followed up between two looks at what is known, at least.
-const BATCH: usize = 256;
+const LEAST: u64 = 256;
 /// Items of a map at most: more proofs are followed up some at a time, since a proof takes no more than some ten microseconds.
 const MOST_ITEMS: usize = 1 << 14;
 /// Rays that following up a proof takes at most: the triangle, three borders, and three edges of whatever is before each.
@@ -121,25 +120,27 @@ impl<'a> Guided<'a> {
 }
 
 impl Source for Guided<'_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, most: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
         let (begin, mut is_first) = (lower.rays, true);
         loop {
             // What a proof took so far, in the mean; one may take more.
             let cost = self.spent.checked_div(self.followed).map_or(COST, |cost| cost.clamp(1, COST));
-            let (left, known) = (rays.saturating_sub(lower.rays - begin), &*lower);
-            let proofs = batch::next(left, rays, cost, BATCH).min(((begin + most - lower.rays) / COST) as usize);
-            // A rest of a batch isn't worth a map.
-            if proofs == 0 || (!is_first && left < (BATCH as u64 * cost).max(batch::batch(rays) / 2)) {
+            let (left, known) = (part.rays.saturating_sub(lower.rays - begin), &*lower);
+            let proofs = (left / cost).min((begin + part.most - lower.rays) / COST);
+            // A rest of a part isn't worth a map.
+            if proofs == 0 || (!is_first && left < (LEAST * cost).max(part.rays / 2)) {
                 return Ok(true);
             }
-            let todo = self.next_proofs(proofs, known);
+            let todo = self.next_proofs(proofs as usize, known);
             if todo.is_empty() {
                 return Ok(false);
             }
             let seed = |i: usize, pass: u64| mix(mix(mix(self.sampler.seed, 0xc3), i as u64), pass);
             let follow = |&(i, pass): &(usize, u64)| self.follow(&known.witnesses[i], seed(i, pass), known);
             let items: Vec<&[(usize, u64)]> = todo.chunks(todo.len().div_ceil(MOST_ITEMS)).collect();
-            let found: Vec<Vec<Found>> = work.map(&items, |some| some.iter().map(follow).collect())?;
+            let done = |count: usize| part.tell(count as f64 / items.len() as f64);
+            let follow = |(): &mut (), some: &&[(usize, u64)]| some.iter().map(follow).collect();
+            let found: Vec<Vec<Found>> = part.work.map_with(&items, || (), follow, done)?;
             let before = lower.rays;
             found.into_iter().flatten().for_each(|found| {
                 lower.merge(found);

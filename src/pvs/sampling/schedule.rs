@@ -8,7 +8,7 @@ use super::clock::Clock;
 use super::confidence::{Test, doubt_of};
 use super::guided::Guided;
 use super::sampler::Sampler;
-use super::source::Source;
+use super::source::{Part, Source};
 use super::uniform::{Rays, Uniform, regions};
 use super::witness::Lower;
 use crate::BitMatrix;
@@ -19,8 +19,9 @@ use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::types::bounds::{SamplingEnd, Unseen, percent};
 
-/// A strategy that found nothing in so many of them in a row gets no more.
-const PATIENCE: u32 = 3;
+/// A strategy that found nothing with one of so many of all rays in a row, and with so many rays, gets no more.
+const PATIENCE: u64 = 20;
+const LEAST_PATIENCE: u64 = 100_000;
 
 /// How the lower bound is found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -154,8 +155,8 @@ struct Turn<'a> {
     source: Box<dyn Source + 'a>,
     /// Proofs a ray.
     rate: f64,
-    /// Parts in a row that gave nothing.
-    barren: u32,
+    /// The last rays in a row that gave nothing.
+    barren: u64,
 }
 
 /// Strategies that take turns. Two parts of three go to the first one, cubes where there are any, since proofs are not all that counts:
@@ -194,17 +195,18 @@ impl<'a> Turns<'a> {
                 return Ok(false);
             }
             let turn = &mut turns[next];
-            let (before, rays) = (proofs(lower), lower.rays);
-            let left = budget - lower.rays;
-            let more = turn.source.step(lower, batch::part(whole).min(left), left, work)?;
+            let (before, rays, left) = (proofs(lower), lower.rays, budget - lower.rays);
+            let part = Part { rays: batch::after(rays).min(left), most: left, work, before: rays - begin, whole };
+            let more = turn.source.step(lower, &part)?;
             let (found, spent) = (proofs(lower) - before, (lower.rays - rays).max(1));
             turn.rate = found as f64 / spent as f64;
-            turn.barren = if found == 0 { turn.barren + 1 } else { 0 };
-            if !more || lower.rays == rays || (turn.barren == PATIENCE && self.in_turn) {
+            turn.barren = if found == 0 { turn.barren + spent } else { 0 };
+            let is_barren = turn.barren >= (whole / PATIENCE).max(LEAST_PATIENCE);
+            if !more || lower.rays == rays || (is_barren && self.in_turn) {
                 turns.remove(next);
             }
             self.part += 1;
-            work.tell("sampling", (lower.rays - begin) as f64 / whole as f64);
+            part.tell(1.0);
         }
         Ok(true)
     }

@@ -1,17 +1,19 @@
 //! What the other strategies are held against: random rays, and cubes at random points. Cells take turns; points are uniform in a cell.
 
-use super::cast::{BATCH, COST, Caster, Stand};
+use super::cast::{COST, Caster, Stand};
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
-use super::source::Source;
+use super::source::{Part, Source};
 use super::witness::{Found, Line, Lower};
 use crate::CellId;
-use crate::job::{Job, Stopped};
+use crate::job::Stopped;
 use crate::parallel;
 
 /// Rays worked on between two looks at what is known, and by one thread at a time; fixed, so that results don't depend on threads.
 const RAYS: u64 = 16_384;
 const SHARE: u64 = 256;
+/// Cubes worked on between two looks.
+const CUBES: u64 = 64;
 
 /// Where eyes stand: the cells' regions.
 pub(super) fn regions(sampler: &Sampler<'_>) -> Vec<Region> {
@@ -32,8 +34,8 @@ impl<'a> Rays<'a> {
 }
 
 impl Source for Rays<'_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, _: u64, work: &Job<'_>) -> Result<bool, Stopped> {
-        let end = lower.rays + rays;
+    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
+        let end = lower.rays + part.rays;
         while end - lower.rays >= 2 && !self.regions.is_empty() {
             let batch = RAYS.min((end - lower.rays) / 2);
             let known = &*lower;
@@ -51,7 +53,7 @@ impl Source for Rays<'_> {
                 }
                 found.close()
             };
-            let found = work.map(&(0..batch.div_ceil(SHARE)).collect::<Vec<_>>(), share)?;
+            let found = part.work.map(&(0..batch.div_ceil(SHARE)).collect::<Vec<_>>(), share)?;
             self.count += batch;
             found.into_iter().for_each(|found| {
                 lower.merge(found);
@@ -76,11 +78,11 @@ impl<'a, 'c> Uniform<'a, 'c> {
 }
 
 impl Source for Uniform<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, rays: u64, _: u64, work: &Job<'_>) -> Result<bool, Stopped> {
-        let end = lower.rays + rays;
+    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
+        let end = lower.rays + part.rays;
         let seats = self.regions.iter().filter(|r| r.volume() > 0.0).count();
         while end - lower.rays >= COST && seats > 0 {
-            let batch = (BATCH as u64).min((end - lower.rays) / COST);
+            let batch = CUBES.min((end - lower.rays) / COST);
             let stand = |n: u64| {
                 let seed = mix(mix(self.sampler.seed, 0xc2), n);
                 let cell = (n % self.regions.len() as u64) as usize;
@@ -90,7 +92,7 @@ impl Source for Uniform<'_, '_> {
             let stands: Vec<Stand> = (self.count..self.count + batch).filter_map(stand).collect();
             self.count += batch;
             lower.cubes += stands.len() as u64;
-            self.caster.cast(&stands, lower, work)?;
+            self.caster.cast(&stands, lower, part)?;
         }
         Ok(seats > 0)
     }
