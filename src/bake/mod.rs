@@ -149,24 +149,28 @@ const WORTH: f64 = 0.95;
 ///
 /// Where the scene can't be split, or the work was stopped.
 pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
-    let rays = RayScene::new(scene);
+    find_cells_by(&RayScene::new(scene), options, work)
+}
+
+fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
+    let scene = rays.scene();
     if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
-        return split_beside(&rays, options, None, work);
+        return split_beside(rays, options, None, work);
     }
     let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
     if !scene.objects.iter().any(may_part) {
         let reason = "nothing in it bounds rooms (pipes, furniture): one open cell".to_owned();
         return Ok(CellGraph { reason, ..undivided(scene) });
     }
-    let walls = split_beside(&rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
-    let share = worth::drawn_share(&rays, &walls, work)?;
+    let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
+    let share = worth::drawn_share(rays, &walls, work)?;
     if share > WORTH {
         let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
         let mut graph = CellGraph { reason, ..undivided(scene) };
         graph.notes.extend(walls.notes.into_iter().filter(|note| note.starts_with(BOUND)));
         return Ok(graph);
     }
-    split_beside(&rays, options, Some(walls), work)
+    split_beside(rays, options, Some(walls), work)
 }
 
 /// Splits, works out visibility, and packs.
@@ -181,9 +185,10 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let start = Instant::now();
     work.tell("cells", 0.0);
     let found = options.given.is_none();
+    let rays = RayScene::new(scene);
     let mut graph = match options.given {
         Some(graph) => graph,
-        None => work.once(|| find_cells(scene, &options.split, work))?,
+        None => work.once(|| find_cells_by(&rays, &options.split, work))?,
     };
     if let Some(metres) = options.smallest_hole {
         small_holes::close(scene, &mut graph, metres);
@@ -205,7 +210,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         pvs_options.ray_budget = (pvs_options.ray_budget as f64 * FOR_ONE_CELL) as u64;
         graph.notes.push(format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget));
     }
-    let mut pvs = pvs::bake(scene, graph, &pvs_options, work)?;
+    let rays = if graph.closed_holes.is_empty() { rays } else { RayScene::with_closed_holes(scene, &graph.closed_holes) };
+    let mut pvs = pvs::bake_by(&rays, graph, &pvs_options, work)?;
     if found {
         stage("mending", &pvs.graph, scene, SEGMENTS);
     }

@@ -20,6 +20,7 @@ mod placement;
 mod plan;
 mod polyhedron;
 mod scale;
+mod single;
 pub(crate) mod small_holes;
 mod split;
 pub mod validate;

@@ -97,7 +97,7 @@ pub(crate) fn split_beside(
         None => choose(rays),
     };
     if let (Strategy::Leaves, Some(found)) = (strategy, &scene.hints.leaves) {
-        return Ok(finished(scene, HumanScale::METRES, leaves(scene, found, reason)));
+        return Ok(finished(rays, HumanScale::METRES, leaves(scene, found, reason)));
     }
     let walls = |reason: String| match walls {
         Some(walls) => Ok(CellGraph { reason, ..walls }),
@@ -105,7 +105,7 @@ pub(crate) fn split_beside(
     };
     let mut graph = match strategy {
         Strategy::Volume => volume(scene, human, options, reason, work)?,
-        Strategy::Bsp => return Ok(finished(scene, human, walls(reason)?)),
+        Strategy::Bsp => return Ok(finished(rays, human, walls(reason)?)),
         _ => from_columns(scene, human, (strategy, reason), options, work)?,
     };
     let may_try = strategy == Strategy::Plan && options.strategy.is_none();
@@ -113,13 +113,13 @@ pub(crate) fn split_beside(
         let walls = walls(graph.reason.clone())?;
         graph = better(graph, scene.tolerance().coplanar, walls);
     }
-    Ok(finished(scene, human, graph))
+    Ok(finished(rays, human, graph))
 }
 
 /// With kinds and states of its portals.
-fn finished(scene: &Scene, human: HumanScale, mut graph: CellGraph) -> CellGraph {
-    name_openings(scene, &mut graph.portals, human);
-    find_states(scene, &mut graph.portals, human.metre, graph.strategy == Strategy::Leaves);
+fn finished(rays: &RayScene<'_>, human: HumanScale, mut graph: CellGraph) -> CellGraph {
+    name_openings(rays.scene(), &mut graph.portals, human);
+    find_states(rays, &mut graph.portals, human.metre, graph.strategy == Strategy::Leaves);
     graph.link();
     graph
 }
@@ -183,6 +183,7 @@ fn from_columns(
     let mut notes = notes(scene, &labels, &found, &unsound, human);
     notes.extend(coarser(human, scale));
     notes.extend(labels.least_volume.map(|volume| joined(human, volume)));
+    notes.extend(labels.were_many.then(|| format!("{BOUND}{JOINED_AT_ONCE}")));
     Ok(CellGraph {
         strategy,
         reason,
@@ -244,6 +245,9 @@ fn joined(human: HumanScale, volume: f64) -> String {
         "{BOUND}there would be more rooms, or more portals, than there may be; rooms below {volume:.0} m³ are one with a neighbour; cells are coarser for it"
     )
 }
+
+/// What users should know where regions were too many to be joined in pairs.
+const JOINED_AT_ONCE: &str = "too many spaces are open to each other to join them two at a time; large ones took in all that open to them; cells are coarser for it";
 
 /// The middle of each piece.
 fn middles(Complex { plan, columns, .. }: &Complex<'_>) -> Vec<DVec3> {

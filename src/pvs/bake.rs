@@ -30,8 +30,12 @@ const MET: f64 = 0.01;
 ///
 /// Where it was stopped.
 pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
-    let rays = RayScene::with_closed_holes(scene, &graph.closed_holes);
-    let mut bake = Bake::new(scene, &rays, graph, options, work);
+    bake_by(&RayScene::with_closed_holes(scene, &graph.closed_holes), graph, options, work)
+}
+
+/// As [`bake`], by rays that end at the holes that the graph closed.
+pub(crate) fn bake_by(rays: &RayScene<'_>, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
+    let mut bake = Bake::new(rays, graph, options, work);
     // 1. The lower bound: what rays and cubes show, with proofs; and how much that misses.
     let (unseen, end) = bake.sample()?;
     // 2. Holes that the proofs show in the graph.
@@ -75,8 +79,10 @@ struct Bake<'a> {
 }
 
 impl<'a> Bake<'a> {
-    fn new(scene: &'a Scene, rays: &'a RayScene<'a>, graph: CellGraph, options: &'a PvsOptions, work: &'a Job<'a>) -> Self {
+    fn new(rays: &'a RayScene<'a>, mut graph: CellGraph, options: &'a PvsOptions, work: &'a Job<'a>) -> Self {
+        let scene = rays.scene();
         work.tell("placement", 0.0);
+        graph.round(scene);
         let (cells, objects) = (graph.cells.len(), scene.objects.len());
         Self {
             placement: place_objects(scene, &graph, PLACEMENT_MARGIN * scene.tolerance().clearance),
@@ -124,6 +130,7 @@ impl<'a> Bake<'a> {
             if found.is_empty() {
                 break;
             }
+            self.graph.round(self.scene);
             self.repairs.extend(found);
         }
         self.followed = [self.lower.witnesses.len(), self.lower.sights.len()];

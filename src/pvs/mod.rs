@@ -27,6 +27,7 @@ pub use crate::types::guarantee::Guarantee;
 pub use crate::types::proof::{Repair, Witness};
 pub use crate::types::stats::PvsStats;
 pub use bake::bake;
+pub(crate) use bake::bake_by;
 pub use options::PvsOptions;
 
 use crate::BitMatrix;

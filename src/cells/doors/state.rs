@@ -17,7 +17,6 @@ use crate::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
-use std::sync::OnceLock;
 
 /// A leaf covers more than this share of its portal when it is shut. A frame alone covers 0.1 to 0.3, a leaf with gaps around it
 /// and a letter-box 0.9.
@@ -36,12 +35,11 @@ const WHOLLY: f64 = 1e-4;
 /// Gives every portal its state, by its kind and by what the model hangs in it. Between leaves of a level (`of_level`) a portal is
 /// often wider than its doorway, and beside the leaf a wall of a cell beyond is seen: there only a leaf that covers its portal
 /// wholly is not ajar. `metre`: how long a metre is.
-pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal], metre: f64, of_level: bool) {
+pub(in crate::cells) fn find_states(rays: &RayScene<'_>, portals: &mut [Portal], metre: f64, of_level: bool) {
+    let scene = rays.scene();
     let hung = Hung::all(scene, metre);
     let boxes: Vec<Aabb> = hung.iter().map(|h| h.bounds).collect();
     let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
-    // Made for the first leaf that is shut.
-    let rays = OnceLock::new();
     parallel::for_each_mut(portals, |i, portal| {
         portal.state = PortalState::of_kind(portal.kind);
         if portal.kind != PortalKind::Opening {
@@ -53,7 +51,6 @@ pub(in crate::cells) fn find_states(scene: &Scene, portals: &mut [Portal], metre
             portal.state.shut = open < (1.0 - SHUT_SHARE) * whole;
             portal.state.see_through |= leaf.glass;
             if portal.state.shut && !portal.state.see_through {
-                let rays = rays.get_or_init(|| RayScene::new(scene));
                 portal.state.ajar =
                     of_level && open > WHOLLY * whole || lets_through(rays, &face, &rim, &leaf.open, i as u64);
             }
@@ -165,7 +162,7 @@ mod tests {
         let plane = Plane::through(winding[0], DVec3::X);
         let state = PortalState::of_kind(kind);
         let mut portals = [Portal { cells: [CellId(0), CellId(1)], plane, winding, kind, state, source: None }];
-        find_states(&scene, &mut portals, 1.0, false);
+        find_states(&RayScene::new(&scene), &mut portals, 1.0, false);
         portals[0].state
     }
 

@@ -4,6 +4,7 @@
 //! lie between their two cells. Whether the cells fit the model is for the validator that every strategy's graph goes through.
 
 use crate::CellId;
+use crate::cells::single::{DECIMAL, SINGLE_UNIT, held, moved_back, unit};
 use crate::cells::validate::lie_between;
 use crate::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, polyhedron};
 use crate::geom::{Aabb, Plane, area, middle, newell};
@@ -20,17 +21,6 @@ const SAME: f64 = 1e-9;
 
 /// Corners that go round once turn by one circle in all, and those that go round twice by two, to within rounding: this is between them.
 const BETWEEN_ROUNDS: f64 = 1.5 * std::f64::consts::TAU;
-
-/// A unit vector that was rounded to `f32` is this near to length 1. Larger: normals that aren't unit vectors are taken for it, and lengths
-/// are off. Smaller: what comes from a file is scaled, and is off by its `d` times that.
-const SINGLE_UNIT: f64 = f32::EPSILON as f64;
-
-/// A number of `f32` is rounded from one that is nearer to it than this share of the way to the next. Larger: what lies half way rounds to
-/// the next. Smaller: no vector of length 1 may be that near.
-const HALF_WAY: f64 = 0.4999;
-
-/// A number is one of `f32` if it is this share of itself near to one, at most: what reading a decimal may lose.
-const DECIMAL: f64 = 4.0 * f64::EPSILON;
 
 /// Why a cells file can't be used. One line; the command line puts the path before it.
 #[derive(Debug, thiserror::Error)]
@@ -203,12 +193,8 @@ impl Reader {
             let what = format!("{} planes, at most {}; split the piece", planes.len(), polyhedron::MAX_PLANES);
             return Err(GivenError::at(field, what));
         }
-        let grown = || -> Vec<Plane> { planes.iter().map(|p| Plane { d: p.d + rounding, ..*p }).collect() };
-        let bounds = |planes: &[Plane]| polyhedron::bounds(planes, self.tolerance.coplanar);
-        match bounds(&planes).or_else(|| bounds(&grown())) {
-            Some(bounds) => Ok(Piece { planes, bounds }),
-            None => Err(GivenError::at(field, "no volume; planes are [nx, ny, nz, d] with the piece where n.p <= d")),
-        }
+        held(planes, self.tolerance.coplanar, rounding)
+            .ok_or_else(|| GivenError::at(field, "no volume; planes are [nx, ny, nz, d] with the piece where n.p <= d"))
     }
 
     /// A half-space, moved to the scene's origin, its normal made a unit vector.
@@ -220,7 +206,8 @@ impl Reader {
         }
         // What `dump` writes has the single precision of a file. Its length was 1, and its `d` is right.
         if let Some(held) = single(n).filter(|_| (length - 1.0).abs() <= SINGLE_UNIT) {
-            return Ok(Plane { n: unit(held), d: d - held.dot(self.origin) });
+            let size = d.abs().max(held.abs().dot(self.origin.abs()));
+            return Ok(Plane { n: unit(held), d: moved_back(d, held.dot(self.origin), size) });
         }
         let (n, d) = (n / length, d / length);
         Ok(Plane { n, d: d - n.dot(self.origin) })
@@ -231,7 +218,8 @@ impl Reader {
         if p.abs().max_element() > MAX_COORDINATE {
             return Err(GivenError::at(field.to_owned(), "coordinates beyond 1e12 m"));
         }
-        Ok(p - self.origin)
+        let axis = |k: usize| moved_back(p[k], self.origin[k], p[k].abs().max(self.origin[k].abs()));
+        Ok(DVec3::from_array([0, 1, 2].map(axis)))
     }
 
     /// Corners of a polygon.
@@ -371,20 +359,6 @@ impl Reader {
 fn single(n: DVec3) -> Option<DVec3> {
     let held = n.as_vec3().as_dvec3();
     ((n - held).abs().cmple(held.abs() * DECIMAL)).all().then_some(held)
-}
-
-/// A vector of length 1 that `f32` rounds to `held`, which is rounded from one: flow takes a plane whose normal is longer or shorter for
-/// bent, and what is baked must come back with the same bits. Scaled, but no component by more than `f32` rounds it.
-fn unit(held: DVec3) -> DVec3 {
-    let towards = |next: fn(f32) -> f32| held + HALF_WAY * (held.map(|x| f64::from(next(x as f32))) - held);
-    let (low, high) = (towards(f32::next_down), towards(f32::next_up));
-    let scaled = |by: f64| (held * by).clamp(low, high);
-    let (mut short, mut long) = (1.0 - 2.0 * SINGLE_UNIT, 1.0 + 2.0 * SINGLE_UNIT);
-    for _ in 0..f64::MANTISSA_DIGITS {
-        let middle = 0.5 * (short + long);
-        if scaled(middle).length() < 1.0 { short = middle } else { long = middle }
-    }
-    scaled(long)
 }
 
 /// A winding about its middle.

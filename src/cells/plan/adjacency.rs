@@ -81,9 +81,10 @@ fn unite(space: &mut Space, wishes: &[(f64, (u32, u32))], whole: &[f64], in_pair
 
 impl Adjacency<'_> {
     /// Joins regions, those most open to each other first, until no two are open enough. In a round a region joins one other, so that
-    /// each sees what its neighbours have become; with many faces (`faces_in_pairs`) it takes in any number that have less boundary.
-    pub(in crate::cells) fn join(&self, space: &mut Space) {
-        let mut looked_at = 0;
+    /// each sees what its neighbours have become; with many faces (`faces_in_pairs`) it takes in any number that have less boundary. True
+    /// where any did.
+    pub(in crate::cells) fn join(&self, space: &mut Space) -> bool {
+        let (mut looked_at, mut were_many) = (0, false);
         loop {
             let in_pairs = looked_at < self.input.options.faces_in_pairs;
             looked_at = looked_at.saturating_add(self.bottlenecks.len());
@@ -91,8 +92,9 @@ impl Adjacency<'_> {
             let mut wishes = self.wishes(space, &boundaries);
             wishes.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
             if !unite(space, &wishes, &boundaries.whole, in_pairs) {
-                return;
+                return were_many;
             }
+            were_many |= !in_pairs;
         }
     }
 

@@ -30,7 +30,7 @@ pub(in crate::cells) fn label(input: &Input<'_>) -> Labels {
     let bottlenecks = bottlenecks(input, &clearance, &runs);
     flood(input, &free, &bottlenecks, &mut space);
     // 3. Regions that are open to each other over much of their boundary, or through what is nearly as wide as they are.
-    Adjacency { input, bottlenecks: &bottlenecks, free: &free }.join(&mut space);
+    let were_many = Adjacency { input, bottlenecks: &bottlenecks, free: &free }.join(&mut space);
     // 4. A forecourt is the outside's; what is too small to be a room goes to a neighbour; a void too low to stand in is nobody's room.
     let voids = Voids { input, runs: &runs, free: &free };
     voids.give_to_outside(&mut space);
@@ -39,7 +39,7 @@ pub(in crate::cells) fn label(input: &Input<'_>) -> Labels {
     // 5. Numbers, and boundaries drawn tight.
     let mut labels = number(input, &free, &mut space);
     smooth(input.complex.faces, &pieces.volumes, &fixed, input.options, &mut labels);
-    labels.least_volume = least_volume;
+    (labels.least_volume, labels.were_many) = (least_volume, were_many);
     labels
 }
 
@@ -170,7 +170,7 @@ fn number(input: &Input<'_>, free: &[bool], space: &mut Space) -> Labels {
         }
     }
     let mut number: HashMap<u32, u32> = HashMap::new();
-    let mut labels = Labels { of_piece: vec![None; free.len()], regions: Vec::new(), least_volume: None };
+    let mut labels = Labels { of_piece: vec![None; free.len()], regions: Vec::new(), least_volume: None, were_many: false };
     for p in 0..free.len() as u32 {
         let r = space.regions.find(p);
         if free[p as usize] && (reached[r as usize] || !is_narrow(input, space, r)) {

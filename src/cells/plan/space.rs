@@ -176,6 +176,8 @@ pub(in crate::cells) struct Labels {
     pub regions: Vec<Region>,
     /// Cubic metres, where there were too many regions: those that are smaller were joined.
     pub least_volume: Option<f64>,
+    /// There were too many faces to join regions in pairs.
+    pub were_many: bool,
 }
 
 #[cfg(test)]

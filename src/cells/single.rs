@@ -1,0 +1,163 @@
+//! Cells and portals in the single precision of a file. A bake works on what the file will say, so what is proven holds for what is
+//! written, and cells that come back from a file are worked on with the same bits.
+
+use super::{CellGraph, Piece, Portal, polyhedron};
+use crate::geom::{Plane, width};
+use crate::scene::Scene;
+use crate::tolerance::single_precision;
+use glam::DVec3;
+
+/// A unit vector that was rounded to `f32` is this near to length 1. Larger: normals that aren't unit vectors are taken for it, and lengths
+/// are off. Smaller: what comes from a file is scaled, and is off by its `d` times that.
+pub(in crate::cells) const SINGLE_UNIT: f64 = f32::EPSILON as f64;
+
+/// A number of `f32` is rounded from one that is nearer to it than this share of the way to the next. Larger: what lies half way rounds to
+/// the next. Smaller: no vector of length 1 may be that near.
+const HALF_WAY: f64 = 0.4999;
+
+/// A number is one of `f32` if it is this share of itself near to one, at most: what reading a decimal may lose.
+pub(in crate::cells) const DECIMAL: f64 = 4.0 * f64::EPSILON;
+
+impl CellGraph {
+    /// Rounds planes and corners as a file does, which is far below the scene's tolerances. What has no volume, or hardly any width,
+    /// stays as it is: such cells and portals may be given.
+    pub(crate) fn round(&mut self, scene: &Scene) {
+        let (coplanar, bounds) = (scene.tolerance().coplanar, scene.bounds());
+        let rounding = single_precision(bounds.min.abs().max(bounds.max.abs()).max_element());
+        for piece in self.cells.iter_mut().flat_map(|cell| &mut cell.pieces) {
+            if let Some(rounded) = held(piece.planes.iter().map(plane).collect(), coplanar, rounding) {
+                *piece = rounded;
+            }
+        }
+        for portal in &mut self.portals {
+            let rounded = winding(&portal.winding);
+            let reach = rounded.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+            if width(&rounded) > single_precision(reach) {
+                *portal = Portal { plane: plane(&portal.plane), winding: rounded, ..portal.clone() };
+            }
+        }
+        self.closed_holes.iter_mut().for_each(|hole| *hole = winding(hole));
+    }
+}
+
+/// A piece by planes that a file holds. A sliver that has no volume there is a piece still, for portals lead through it: its box is then
+/// that of planes which are off by `rounding`.
+pub(in crate::cells) fn held(planes: Vec<Plane>, coplanar: f64, rounding: f64) -> Option<Piece> {
+    if planes.len() > polyhedron::MAX_PLANES {
+        return None;
+    }
+    let bounds = |planes: &[Plane]| polyhedron::bounds(planes, coplanar);
+    let grown = || planes.iter().map(|p| Plane { d: p.d + rounding, ..*p }).collect::<Vec<Plane>>();
+    let bounds = bounds(&planes).or_else(|| bounds(&grown()))?;
+    Some(Piece { planes, bounds })
+}
+
+fn winding(corners: &[DVec3]) -> Vec<DVec3> {
+    corners.iter().map(|p| p.as_vec3().as_dvec3()).collect()
+}
+
+fn plane(plane: &Plane) -> Plane {
+    Plane { n: unit(plane.n.as_vec3().as_dvec3()), d: f64::from(plane.d as f32) }
+}
+
+/// A vector of length 1 that `f32` rounds to `held`, which is rounded from one: flow takes a plane whose normal is longer or shorter for
+/// bent, and what is baked must come back with the same bits. Scaled, but no component by more than `f32` rounds it.
+pub(in crate::cells) fn unit(held: DVec3) -> DVec3 {
+    if held.length_squared() == 1.0 {
+        return held;
+    }
+    let towards = |next: fn(f32) -> f32| held + HALF_WAY * (held.map(|x| f64::from(next(x as f32))) - held);
+    let (low, high) = (towards(f32::next_down), towards(f32::next_up));
+    let scaled = |by: f64| (held * by).clamp(low, high);
+    let (mut short, mut long) = (1.0 - 2.0 * SINGLE_UNIT, 1.0 + 2.0 * SINGLE_UNIT);
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = 0.5 * (short + long);
+        if scaled(middle).length() < 1.0 { short = middle } else { long = middle }
+    }
+    scaled(long)
+}
+
+/// A number of `f32` that was moved by `by` and is now `x`; any other is `x - by`. `size`: the largest number that was added.
+pub(in crate::cells) fn moved_back(x: f64, by: f64, size: f64) -> f64 {
+    let local = x - by;
+    let held = f64::from(local as f32);
+    if (local - held).abs() <= DECIMAL * size { held } else { local }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CellId;
+    use crate::cells::{Cell, Portal, PortalKind, PortalState};
+
+    /// Two boxes with a portal in a plane that leans.
+    fn graph() -> CellGraph {
+        let n = DVec3::new(0.6, 0.48, 0.64);
+        let plane = Plane { n, d: 0.1 };
+        let cuboid = |plane: Plane| {
+            let sides = DVec3::AXES.into_iter().flat_map(|n| [Plane { n, d: 1.1 }, Plane { n: -n, d: 1.3 }]);
+            Piece::new(sides.chain([plane]).collect(), 1e-6).expect("a box that is cut")
+        };
+        let cell = |name: &str, plane: Plane| Cell { name: name.into(), pieces: vec![cuboid(plane)], ..Cell::default() };
+        let [u, v] = [n.any_orthonormal_vector(), n.cross(n.any_orthonormal_vector())];
+        let winding = [(0.1, 0.1), (0.3, 0.1), (0.2, 0.4)].map(|(x, y)| n * 0.1 + u * x + v * y).to_vec();
+        let (kind, state) = (PortalKind::Opening, PortalState::of_kind(PortalKind::Opening));
+        let portal = Portal { cells: [CellId(0), CellId(1)], plane, winding, kind, state, source: None };
+        CellGraph::given(vec![cell("below", plane), cell("above", plane.flipped())], vec![portal])
+    }
+
+    #[test]
+    fn what_is_rounded_is_what_a_file_holds_and_stays() {
+        let (scene, before) = (testing_scene(), graph());
+        let mut once = before.clone();
+        once.round(&scene);
+        assert_ne!(once, before);
+        for (a, b) in once.portals[0].winding.iter().zip(&before.portals[0].winding) {
+            assert_eq!(a.as_vec3(), b.as_vec3(), "the file is the same");
+            assert_eq!(a.as_vec3().as_dvec3(), *a, "nothing is lost in it");
+        }
+        let planes = |graph: &CellGraph| graph.cells.iter().flat_map(|c| c.pieces[0].planes.clone()).collect::<Vec<_>>();
+        for (a, b) in planes(&once).into_iter().zip(planes(&before)) {
+            assert_eq!((a.n.as_vec3(), a.d as f32), (b.n.as_vec3(), b.d as f32), "the file is the same");
+            assert!((a.n.length() - 1.0).abs() < 1e-15 && f64::from(a.d as f32) == a.d);
+        }
+        let mut twice = once.clone();
+        twice.round(&scene);
+        assert_eq!(twice, once);
+    }
+
+    #[test]
+    fn a_portal_that_single_precision_would_close_stays_open() {
+        let mut graph = graph();
+        let wall = DVec3::new(1000.0, 0.1, 0.1);
+        graph.portals[0].winding = [DVec3::ZERO, DVec3::Y * 2.0, DVec3::new(1e-6, 2.0, 0.0)].map(|p| p + wall).to_vec();
+        let before = graph.portals[0].clone();
+        graph.round(&testing_scene());
+        assert_eq!(graph.portals[0], before);
+    }
+
+    #[test]
+    fn what_was_moved_comes_back_with_the_same_bits() {
+        for by in [0.0, 0.1, -1234.567, 1e6 / 3.0] {
+            for x in [0.1f32, -77.77, 1e-3, 640.125] {
+                let held = f64::from(x);
+                assert_eq!(moved_back(held + by, by, (held + by).abs().max(by.abs())), held);
+            }
+        }
+        // Written to the millimetre: no number of f32.
+        assert_eq!(moved_back(1000.1, 1000.0, 1000.1), 1000.1 - 1000.0);
+    }
+
+    fn testing_scene() -> Scene {
+        let mesh = crate::scene::Mesh {
+            node: "wall".into(),
+            role: crate::scene::Role::Structure,
+            opaque: true,
+            positions: vec![DVec3::NEG_ONE, DVec3::ONE, DVec3::X],
+            triangles: vec![[0, 1, 2]],
+        };
+        let mut builder = crate::scene::SceneBuilder::new(&Default::default(), Default::default());
+        builder.add(mesh).expect("one triangle");
+        builder.finish("one triangle").expect("a scene")
+    }
+}
