@@ -57,7 +57,7 @@ struct Place {
 enum At {
     /// On a patch, and what the cube of the patch around it saw.
     Patch(Patch, Arc<Seen>),
-    /// Inside a cell, and how many cubes stand there already.
+    /// Inside a cell, and how many cubes stand there already. Only the last one that a cell was given counts.
     Cell(CellId, u32),
 }
 
@@ -112,13 +112,23 @@ impl PartialEq for Place {
 
 impl Eq for Place {}
 
+/// What cubes inside a cell have shown.
+#[derive(Clone, Default)]
+struct Inside {
+    /// Eyes of the last ones.
+    eyes: VecDeque<DVec3>,
+    /// What the next one is expected to show, by those whose results are known.
+    hope: f64,
+    /// Key of its place in the queue.
+    next: u64,
+}
+
 /// Portals and cells by what cubes there are expected to show.
 pub(super) struct Adaptive<'a, 'c> {
     sampler: &'a Sampler<'a>,
     caster: &'a Caster<'c>,
     regions: &'a [Region],
-    /// Eyes of the last cubes inside each cell.
-    eyes: Vec<VecDeque<DVec3>>,
+    insides: Vec<Inside>,
     surfaces: Vec<Surface>,
     queue: BinaryHeap<Place>,
 }
@@ -131,11 +141,35 @@ impl<'a, 'c> Adaptive<'a, 'c> {
             let patch = Patch { portal, u: 0, v: 0, size: Patch::WHOLE };
             Place { hope: FIRST_ON_PORTAL, key: patch.key(sampler.seed), at: At::Patch(patch, Arc::clone(&none)) }
         };
-        let cell = |c: u32| Place { hope: FIRST, key: mix(mix(sampler.seed, 0), u64::from(c)), at: At::Cell(CellId(c), 0) };
-        let patches = (0..sampler.graph.portals.len() as u32).map(patch);
-        let queue = patches.chain((0..regions.len() as u32).map(cell)).collect();
+        let queue = (0..sampler.graph.portals.len() as u32).map(patch).collect();
         let surfaces = sampler.graph.portals.iter().map(surface).collect();
-        Self { sampler, caster, regions, eyes: vec![VecDeque::new(); regions.len()], surfaces, queue }
+        let mut all = Self { sampler, caster, regions, insides: vec![Inside::default(); regions.len()], surfaces, queue };
+        for cell in 0..regions.len() as u32 {
+            all.stand_inside(CellId(cell), 0, FIRST, mix(mix(sampler.seed, 0), u64::from(cell)));
+        }
+        all
+    }
+
+    /// The next cube inside a cell, after `count` of them, instead of the one that was the next before.
+    fn stand_inside(&mut self, cell: CellId, count: u32, hope: f64, key: u64) {
+        self.insides[cell.index()].next = key;
+        self.queue.push(Place { hope, key, at: At::Cell(cell, count) });
+    }
+
+    /// The place whose cube is expected to show most. Inside a cell the next cube, too, may be of the same batch: as long as nothing is known of
+    /// this one, it is expected to show half as much.
+    fn next_place(&mut self) -> Option<Place> {
+        loop {
+            let place = self.queue.pop()?;
+            let At::Cell(cell, count) = place.at else { return Some(place) };
+            if self.insides[cell.index()].next != place.key {
+                continue;
+            }
+            if count > 0 {
+                self.stand_inside(cell, count + 1, 0.5 * place.hope, mix(place.key, 2));
+            }
+            return Some(place);
+        }
     }
 
     fn site(&mut self, place: &Place) -> Option<Site> {
@@ -147,7 +181,7 @@ impl<'a, 'c> Adaptive<'a, 'c> {
             }
             At::Cell(cell, _) => {
                 let mut random = Random::new(mix(place.key, 1));
-                let eyes = &mut self.eyes[cell.index()];
+                let eyes = &mut self.insides[cell.index()].eyes;
                 let far = |at: &DVec3| eyes.iter().map(|eye| eye.distance_squared(*at)).fold(f64::INFINITY, f64::min);
                 let candidates = (0..CANDIDATES).filter_map(|_| self.regions[cell.index()].draw(&mut random));
                 let at = candidates.map(|at| (far(&at), at)).reduce(|a, b| if b.0 > a.0 { b } else { a })?.1;
@@ -183,9 +217,10 @@ impl<'a, 'c> Adaptive<'a, 'c> {
                 }
             }
             At::Cell(cell, count) => {
-                let before = if count == 0 { fresh } else { place.hope };
+                let before = if count == 0 { fresh } else { self.insides[cell.index()].hope };
                 let hope = 0.5 * (before + fresh) + HOPE / f64::from(count + 1);
-                self.queue.push(Place { hope, key: mix(place.key, 2), at: At::Cell(cell, count + 1) });
+                self.insides[cell.index()].hope = hope;
+                self.stand_inside(cell, count + 1, hope, mix(place.key, 3));
             }
         }
     }
@@ -195,7 +230,7 @@ impl Source for Adaptive<'_, '_> {
     fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
         let (mut places, mut stands) = (Vec::new(), Vec::new());
         while stands.len() < (part.rays / COST) as usize {
-            let Some(place) = self.queue.pop() else { break };
+            let Some(place) = self.next_place() else { break };
             if let Some(site) = self.site(&place) {
                 let tells = matches!(place.at, At::Patch(patch, _) if self.is_split(patch));
                 stands.push(Stand { seed: place.key, site, tells });
