@@ -52,25 +52,25 @@ pub(in crate::pvs) fn sample(
                 crate::bits::ones(&words).collect::<Vec<_>>()
             };
             let cells: Vec<usize> = left(cells_upper, &lower.cells).into_iter().filter(|&other| other > c).collect();
-            (left(objects_upper, &lower.objects), cells)
+            Left { cell: CellId(c as u32), objects: left(objects_upper, &lower.objects), cells }
         };
-        let mut undecided: Vec<(usize, (Vec<usize>, Vec<usize>))> = (0..graph.cells.len()).map(|c| (c, open(c))).collect();
-        undecided.retain(|(_, (objects, cells))| !objects.is_empty() || !cells.is_empty());
-        let count: u64 = undecided.iter().map(|(_, (objects, cells))| (objects.len() + cells.len()) as u64).sum();
+        let mut undecided: Vec<Left> = (0..graph.cells.len()).map(open).collect();
+        undecided.retain(|left| left.pairs() > 0);
+        let count: u64 = undecided.iter().map(Left::pairs).sum();
         let attempts = (FIRST << round).min(budget.saturating_sub(lower.rays) / count.max(1));
         if count == 0 || attempts == 0 {
             break;
         }
         let share = |done: usize| (f64::from(round) + done as f64 / undecided.len() as f64) / f64::from(ROUNDS);
         let done = |done: usize| work.tell("aimed rays", share(done));
-        let from_cell = |(): &mut (), (c, (objects, cells)): &(usize, (Vec<usize>, Vec<usize>))| {
-            let (cell, mut found) = (CellId(*c as u32), Found::default());
-            let mut random = Random::new(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), *c as u64));
+        let from_cell = |(): &mut (), &Left { cell, ref objects, ref cells }: &Left| {
+            let (c, mut found) = (cell.index(), Found::default());
+            let mut random = Random::new(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
             for &object in objects {
                 for attempt in 0..attempts {
                     let (to, hit) = point_on(scene, object, &mut random);
-                    let near = attempt % 2 == 0 && placement.get(*c, object);
-                    let from = if near { Some(before(rays, to, hit, &mut random)) } else { origins[*c].draw(&mut random) };
+                    let near = attempt % 2 == 0 && placement.get(c, object);
+                    let from = if near { Some(before(rays, to, hit, &mut random)) } else { origins[c].draw(&mut random) };
                     let Some(from) = from else { break };
                     if prover.aim(cell, from, to, hit, &mut found) {
                         break;
@@ -79,7 +79,7 @@ pub(in crate::pvs) fn sample(
             }
             for &other in cells {
                 for _ in 0..attempts {
-                    let ends = (origins[*c].draw(&mut random), origins[other].draw(&mut random));
+                    let ends = (origins[c].draw(&mut random), origins[other].draw(&mut random));
                     let (Some(from), Some(to)) = ends else { break };
                     if prover.aim_sight([cell, CellId(other as u32)], [from, to], &mut found) {
                         break;
@@ -94,6 +94,20 @@ pub(in crate::pvs) fn sample(
         });
     }
     Ok(())
+}
+
+/// Pairs of a cell that have no proof yet.
+struct Left {
+    cell: CellId,
+    objects: Vec<usize>,
+    /// Cells of higher numbers.
+    cells: Vec<usize>,
+}
+
+impl Left {
+    fn pairs(&self) -> u64 {
+        (self.objects.len() + self.cells.len()) as u64
+    }
 }
 
 /// A random point on a random triangle of an object.
