@@ -27,7 +27,7 @@ mod tests {
             count
         };
         assert_eq!([0, 32_000, 256_000, 288_000].map(batches), [0, 1, 8, 9]);
-        // A batch more for each 12.5 %: 8.8 times the logarithm's base to have twice as many rays.
+        // A batch more for each 12.5 % of rays, so six more for twice as many.
         assert_eq!([20_000_000, 40_000_000, 1_000_000_000].map(batches), [46, 51, 79]);
     }
 }
