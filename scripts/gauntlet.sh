@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What strangers' models come to: a markdown table with a line a model, of all readable models in a folder and below it, or of those that
 # are named: `bash scripts/gauntlet.sh FOLDER_OR_MODEL... [-- FLAGS OF BAKE]`. A bake may take 200 s, and so may the walk that compares
-# each fourth frame with a picture of everything. Files and logs go to out/gauntlet. Needs python3.
+# each fourth frame with a picture of everything; then `check` casts 200,000 rays. Files and logs go to out/gauntlet. Needs python3.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 out=$root/out/gauntlet
@@ -60,6 +60,12 @@ def mean(modes, mode):
     return modes[mode]["triangles_mean"] if mode in modes else None
 
 
+# What `check` found, where it fails: the line before the word.
+def failed(stem):
+    said = open(f"{stem}.check").read().strip().splitlines() if os.path.exists(f"{stem}.check") else []
+    return said[-2].strip() if said[-1:] == ["failed"] and len(said) > 1 else None
+
+
 def row(stem, model):
     bake, modes, log, seconds, peak, code = of(stem)
     number = lambda x, digits=0: "" if x is None else f"{x:.{digits}f}"
@@ -69,6 +75,8 @@ def row(stem, model):
     words = [bake["strategy"]["reason"], *bake["notes"]] if bake else []
     if code:
         words = [f"exit {code}: {log[-1] if log else 'no word'}"]
+    elif failed(stem):
+        words = [f"check fails: {failed(stem)}", *words]
     elif not modes:
         words = [f"walk: {log[-1] if log else 'no word'}", *words]
     cells = f"{bake['cells']} ({bake['open_cells']})" if bake else ""
@@ -92,6 +100,8 @@ def total():
     print(f"models: {len(all)}, refused or stopped: {sum(code != 0 for *_, code in all)}")
     print(f"both/frustum, geometric mean of {len(logs)}: {math.exp(sum(logs) / len(logs)):.3f}" if logs else "no walks")
     print(f"one open cell: {len(one)}, without a word about it: {sum(not said(bake) for bake in one)}")
+    stems = [path[: -len(".code")] for path in glob.glob(f"{out}/*.code")]
+    print(f"check fails: {sum(failed(stem) is not None for stem in stems)}")
     print(f"over 120 CPU s: {sum(s > 120 for *_, s, _, _ in all)}, over 1 GB: {sum(mb > 1000 for *_, mb, _ in all)}")
 
 
@@ -99,7 +109,7 @@ total() if given == ["all"] else row(*given)
 PYTHON
 }
 
-rm -f "$out"/*.{code,json,log,pvs,time,walk}
+rm -f "$out"/*.{check,code,json,log,pvs,time,walk}
 echo "| model | format | triangles | cells by | cells (open) | portals | bake, CPU s | MB | gap, % | missed pixels | frustum | portals | pvs |" \
   "both | visible | remarks |"
 echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
@@ -112,6 +122,7 @@ while IFS= read -r model; do
   if [ "$code" -eq 0 ]; then
     "${limit[@]}" "$enfilade" walk "$stem.pvs" --model "$model" --mode all --verify-pixels --every 4 --size 480x270 --json \
       >"$stem.walk" 2>>"$stem.log" || true
+    "${limit[@]}" "$enfilade" check "$stem.pvs" --model "$model" --rays 200k --views 1 >"$stem.check" 2>&1 || echo failed >>"$stem.check"
   fi
   line "$stem" "$model"
 done < <(find "${given[@]}" -type f \( -iname '*.glb' -o -iname '*.gltf' -o -iname '*.obj' -o -iname '*.ifc' -o -iname '*.gml' -o -iname '*.geojson' -o -iname '*.ifczip' \

@@ -87,6 +87,22 @@ impl Building {
         self.holed(v(a.x, max.y, a.z), b, holes);
     }
 
+    /// One side of a box that is flat along one axis, less some others.
+    fn sheet(&mut self, a: DVec3, c: DVec3, holes: &[Box3]) {
+        let parts =
+            holes.iter().fold(vec![[a, c]], |parts, &hole| parts.into_iter().flat_map(|p| less_flat(p, hole)).collect());
+        for [a, c] in parts {
+            let flat = (0..3).find(|&k| a[k] == c[k]).unwrap();
+            let (s, t) = ((flat + 1) % 3, (flat + 2) % 3);
+            let corner = |k: usize, p: DVec3| {
+                let mut q = a;
+                q[k] = p[k];
+                q
+            };
+            self.mesh("", Role::Structure, true, &[vec![a, corner(s, c), c, corner(t, c)]]);
+        }
+    }
+
     /// An upright wall along a line of the plan, `from` to `to`, `thick` to its left, with a doorway from `door[0]` to `door[1]`
     /// along it.
     fn wall_along(&mut self, from: DVec2, to: DVec2, heights: [f64; 2], thick: f64, door: Option<[f64; 2]>) {
@@ -530,30 +546,15 @@ fn a_massive_pier_is_no_room() {
 #[test]
 fn paper_walls_part_rooms() {
     let mut b = Building::new();
-    let mut sheet = |a: DVec3, c: DVec3, holes: &[Box3]| {
-        // A flat box's six sides are three times two that coincide, or have no area: one of each is a sheet.
-        let parts =
-            holes.iter().fold(vec![[a, c]], |parts, &hole| parts.into_iter().flat_map(|p| less_flat(p, hole)).collect());
-        for [a, c] in parts {
-            let flat = (0..3).find(|&k| a[k] == c[k]).unwrap();
-            let (s, t) = ((flat + 1) % 3, (flat + 2) % 3);
-            let corner = |k: usize, p: DVec3| {
-                let mut q = a;
-                q[k] = p[k];
-                q
-            };
-            b.mesh("", Role::Structure, true, &[vec![a, corner(s, c), c, corner(t, c)]]);
-        }
-    };
     let (lo, hi) = (v(0., 0., 0.), v(12., HIGH, 5.));
-    sheet(lo, hi.with_y(0.), &[]);
-    sheet(lo.with_y(HIGH), hi, &[]);
-    sheet(lo, hi.with_x(0.), &[]);
-    sheet(lo.with_x(12.), hi, &[[v(11.9, 0., 2.), v(12.1, 2.1, 3.)]]);
-    sheet(lo, hi.with_z(0.), &[]);
-    sheet(lo.with_z(5.), hi, &[]);
+    b.sheet(lo, hi.with_y(0.), &[]);
+    b.sheet(lo.with_y(HIGH), hi, &[]);
+    b.sheet(lo, hi.with_x(0.), &[]);
+    b.sheet(lo.with_x(12.), hi, &[[v(11.9, 0., 2.), v(12.1, 2.1, 3.)]]);
+    b.sheet(lo, hi.with_z(0.), &[]);
+    b.sheet(lo.with_z(5.), hi, &[]);
     for x in [4., 8.] {
-        sheet(lo.with_x(x), hi.with_x(x), &[[v(x - 0.1, 0., 2.), v(x + 0.1, 2.1, 2.9)]]);
+        b.sheet(lo.with_x(x), hi.with_x(x), &[[v(x - 0.1, 0., 2.), v(x + 0.1, 2.1, 2.9)]]);
     }
     assert_known(
         &b.finish(),
@@ -572,6 +573,34 @@ fn paper_walls_part_rooms() {
             within: vec![],
         },
     );
+}
+
+/// Two sheets of a floor lie over each other for 2 m, one 40 micrometres above the other. What leads between them is too narrow for a portal.
+#[test]
+fn a_floor_of_two_sheets_parts_storeys() {
+    let mut b = Building::new();
+    let (lo, hi) = (v(0., 0., 0.), v(10., 6., 5.));
+    for (a, c) in [
+        (lo, hi.with_y(0.)),
+        (lo.with_y(6.), hi),
+        (lo, hi.with_x(0.)),
+        (lo.with_x(10.), hi),
+        (lo, hi.with_z(0.)),
+        (lo.with_z(5.), hi),
+        (v(0., 3., 0.), v(6., 3., 5.)),
+        (v(4., 3.00004, 0.), v(10., 3.00004, 5.)),
+    ] {
+        b.sheet(a, c, &[]);
+    }
+    let known = Known {
+        cells: vec![
+            ("lower", vec![v(2., EYE, 2.5), v(9.9, 2.9, 0.1)]),
+            ("upper", vec![v(2., 3. + EYE, 2.5), v(9.9, 3.1, 0.1)]),
+            ("outside", vec![FAR]),
+        ],
+        ..Known::default()
+    };
+    assert_known(&b.finish(), &known);
 }
 
 /// As [`less`], for boxes that are flat along one axis.
@@ -747,8 +776,8 @@ fn a_lift_shaft_is_one_cell_over_its_storeys() {
     assert_known(&b.finish(), &known);
 }
 
-/// Wings of three rooms side by side, 6 m apart, each room with a window into what lies between two wings.
-fn wings(count: usize) -> (Building, Known) {
+/// Wings of three rooms side by side, 6 m apart, each room with a window into what lies between two wings, with or without ground below.
+fn wings(count: usize, ground: bool) -> (Building, Known) {
     const ROOMS: [[&str; 3]; 3] = [["a1", "a2", "a3"], ["b1", "b2", "b3"], ["c1", "c2", "c3"]];
     let (mut b, mut known) = (Building::new(), Known::default());
     let west = |wing: usize| 11.0 * wing as f64;
@@ -774,10 +803,14 @@ fn wings(count: usize) -> (Building, Known) {
         if count == 3 && wing < 2 {
             known.cells.push((court(wing), vec![v(x + 8., EYE, 6.), v(x + 5.5, 0.1, 1.), v(x + 10.5, 2.7, 11.)]));
             known.sights.push((court(wing), "outside", [v(x + 8., EYE, 6.), v(x + 8., 9., 6.)]));
+            if !ground {
+                known.sights.push((court(wing), "outside", [v(x + 8., EYE, 6.), v(x + 8., -3., 6.)]));
+            }
         }
     }
-    // The ground that they stand on.
-    b.solid(v(-6., -WALL - 0.4, -6.), v(west(count), -WALL, 18.));
+    if ground {
+        b.solid(v(-6., -WALL - 0.4, -6.), v(west(count), -WALL, 18.));
+    }
     known.cells.push(("outside", vec![FAR, v(3., 8., 3.)]));
     (b, known)
 }
@@ -785,8 +818,8 @@ fn wings(count: usize) -> (Building, Known) {
 /// Between two wings there is one court, and nothing that it is shut off from; with three there are two.
 #[test]
 fn courts_between_wings_are_cells_of_their_own() {
-    for count in [2, 3] {
-        let (building, known) = wings(count);
+    for (count, ground) in [(2, true), (2, false), (3, true), (3, false)] {
+        let (building, known) = wings(count, ground);
         assert_known(&building.finish(), &known);
     }
 }

@@ -6,10 +6,13 @@ use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
+use enfilade::runtime::{Mode, Narrowing};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, geojson, gltf, import, obj};
 use enfilade::tubes::{Counts, Shape, Tubes, usual_error};
 use enfilade::verify::{CheckOptions, check};
+use enfilade::walkthrough::path::{CameraPath, PathFrame};
+use enfilade::walkthrough::walk::{WalkOptions, walk};
 use glam::DVec3;
 use testing::random::Random;
 
@@ -89,6 +92,25 @@ fn rows_of_pipes_are_those_of_their_meshes() {
     // 4. Rays from outside miss nothing.
     let report = check(&of_pipes, &pipes, &CheckOptions { rays: 200_000, ..CheckOptions::default() }).unwrap();
     assert!(report.passed && report.missed_pairs == 0, "{:?}", report.examples);
+    // 5. What really shows is no more than what is kept: both are counted as the file counts them, whatever sides are drawn.
+    let middle = pipes.origin + pipes.bounds().centre();
+    let frame = PathFrame { eye: middle, target: middle + DVec3::X };
+    let path = CameraPath { name: "hall".into(), fov_y_degrees: 75.0, near: 0.01, frames: vec![frame] };
+    let options = WalkOptions {
+        modes: vec![Mode::Frustum.into()],
+        width: 160,
+        height: 90,
+        verify_pixels: true,
+        pictures: None,
+        every: 1,
+        doors_as_found: false,
+        narrowing: Narrowing::Rectangles,
+        min_pixels: vec![0],
+    };
+    let frustum = &walk(&meshes, &of_pipes, &path, &options, &mut |_| {}).unwrap()[0];
+    assert_eq!(frustum.missed_pixels, Some(0));
+    let shown = frustum.exact_triangles_mean.unwrap();
+    assert!(shown > 0.0 && shown <= frustum.triangles_mean, "{shown} of {} triangles show", frustum.triangles_mean);
 }
 
 /// What it reads, and how.

@@ -2,10 +2,11 @@
 //! written, and cells that come back from a file are worked on with the same bits.
 
 use super::{CellGraph, Piece, Portal, polyhedron};
-use crate::geom::{Plane, width};
+use crate::cells::complex::polygon::convex_hull;
+use crate::geom::{Aabb, Plane, newell, width};
 use crate::scene::Scene;
 use crate::tolerance::single_precision;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A unit vector that was rounded to `f32` is this near to length 1. Larger: normals that aren't unit vectors are taken for it, and lengths
 /// are off. Smaller: what comes from a file is scaled, and is off by its `d` times that.
@@ -22,18 +23,24 @@ impl CellGraph {
     /// Rounds planes and corners as a file does, which is far below the scene's tolerances. What has no volume, or hardly any width,
     /// stays as it is: such cells and portals may be given.
     pub(crate) fn round(&mut self, scene: &Scene) {
-        let (coplanar, bounds) = (scene.tolerance().coplanar, scene.bounds());
+        let (tolerance, bounds) = (scene.tolerance(), scene.bounds());
+        let coplanar = tolerance.coplanar;
         let rounding = single_precision(bounds.min.abs().max(bounds.max.abs()).max_element());
         for piece in self.cells.iter_mut().flat_map(|cell| &mut cell.pieces) {
-            if let Some(rounded) = held(piece.planes.iter().map(plane).collect(), coplanar, rounding) {
-                *piece = rounded;
-            }
+            let planes: Vec<Plane> = piece.planes.iter().map(plane).collect();
+            let Some(rounded) = held(planes.clone(), coplanar, rounding) else { continue };
+            // Planes of a sliver that are nearly parallel meet metres farther off when they are rounded, or nowhere.
+            let most = piece.bounds.inflated(tolerance.clearance);
+            let is_longer = !(most.contains(rounded.bounds.min) && most.contains(rounded.bounds.max));
+            let boxed = || held(planes.iter().copied().chain(box_planes(&piece.bounds)).collect(), coplanar, rounding);
+            *piece = if is_longer { boxed().unwrap_or(rounded) } else { rounded };
         }
         for portal in &mut self.portals {
-            let rounded = winding(&portal.winding);
+            let (plane, rounded) = (plane(&portal.plane), winding(&portal.winding));
             let reach = rounded.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
             if width(&rounded) > single_precision(reach) {
-                *portal = Portal { plane: plane(&portal.plane), winding: rounded, ..portal.clone() };
+                let winding = convex(rounded, plane.n, single_precision(reach));
+                *portal = Portal { plane, winding, ..portal.clone() };
             }
         }
         self.closed_holes.iter_mut().for_each(|hole| *hole = winding(hole));
@@ -52,8 +59,36 @@ pub(in crate::cells) fn held(planes: Vec<Plane>, coplanar: f64, rounding: f64) -
     Some(Piece { planes, bounds })
 }
 
+/// The planes of a box where it is finite, as a file holds them.
+fn box_planes(bounds: &Aabb) -> impl Iterator<Item = Plane> {
+    let sides = DVec3::AXES.into_iter().flat_map(|n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)]);
+    sides.filter(|side| side.d.is_finite()).map(|side| plane(&side))
+}
+
 fn winding(corners: &[DVec3]) -> Vec<DVec3> {
     corners.iter().map(|p| p.as_vec3().as_dvec3()).collect()
+}
+
+/// A winding about `n`. Rounding turns an edge of a tenth of a millimetre so far that it would cut off corners metres away. Where a corner is
+/// farther beyond an edge than `rounding`, the convex hull is taken: a portal may be larger than its opening, and never smaller.
+fn convex(corners: Vec<DVec3>, n: DVec3, rounding: f64) -> Vec<DVec3> {
+    let local: Vec<DVec3> = corners.iter().map(|p| p - corners[0]).collect();
+    let is_beyond = |(a, b): (&DVec3, &DVec3)| {
+        let out = (b - a).cross(n).normalize_or_zero();
+        local.iter().any(|p| out.dot(p - a) > rounding)
+    };
+    let mut edges = local.iter().zip(local.iter().cycle().skip(1));
+    if newell(&local).dot(n) <= 0.0 || !edges.any(is_beyond) {
+        return corners;
+    }
+    let u = n.any_orthonormal_vector();
+    let v = n.cross(u);
+    let flat: Vec<DVec2> = local.iter().map(|p| DVec2::new(u.dot(*p), v.dot(*p))).collect();
+    let hull = convex_hull(flat.clone()).into_iter().filter_map(|q| flat.iter().position(|p| *p == q));
+    let mut kept: Vec<usize> = hull.collect();
+    let first = (0..kept.len()).min_by_key(|&i| kept[i]).unwrap_or(0);
+    kept.rotate_left(first);
+    kept.into_iter().map(|i| corners[i]).collect()
 }
 
 fn plane(plane: &Plane) -> Plane {
@@ -126,6 +161,35 @@ mod tests {
         assert_eq!(twice, once);
     }
 
+    /// A wedge 12 m long and a millimetre thick: rounded, its sides meet elsewhere. Two of them don't meet at all without the third.
+    #[test]
+    fn a_sliver_reaches_no_farther_when_it_is_rounded() {
+        let corner = |x: f64, z: f64| DVec3::new(100.0 + x, 0.0, 300.0 + z);
+        let ends = [corner(0.0, 0.0), corner(12.0, 4.0), corner(6.0, 2.0 + 1e-5)];
+        let side = |a: DVec3, b: DVec3| Plane::through(a, (b - a).cross(DVec3::Y).normalize());
+        let inward = |p: Plane| if p.distance(ends.iter().sum::<DVec3>() / 3.0) < 0.0 { p } else { p.flipped() };
+        let sides = (0..3).map(|i| inward(side(ends[i], ends[(i + 1) % 3])));
+        let level = [Plane { n: DVec3::Y, d: 3.0 }, Plane { n: -DVec3::Y, d: 0.0 }];
+        let bounds = Aabb::of(ends.into_iter().flat_map(|p| [p, p + DVec3::Y * 3.0]));
+        let planes: Vec<Plane> = sides.chain(level).collect();
+        let scene = testing_scene();
+        let clearance = scene.tolerance().clearance;
+        let within = bounds.inflated(2.0 * clearance);
+        let loose = held(planes.iter().map(plane).collect(), scene.tolerance().coplanar, 1e-4).expect("a sliver");
+        assert!(
+            !within.contains(loose.bounds.min) || !within.contains(loose.bounds.max),
+            "rounding moves nothing: {loose:?}"
+        );
+        let cell = Cell { pieces: vec![Piece { planes, bounds }], ..Cell::default() };
+        let mut graph = CellGraph::given(vec![cell], Vec::new());
+        graph.round(&scene);
+        let once = graph.cells[0].pieces[0].clone();
+        assert!(within.contains(once.bounds.min) && within.contains(once.bounds.max), "{once:?}");
+        assert!(once.planes.iter().all(|p| f64::from(p.d as f32) == p.d));
+        graph.round(&scene);
+        assert_eq!(graph.cells[0].pieces[0].planes, once.planes);
+    }
+
     #[test]
     fn a_portal_that_single_precision_would_close_stays_open() {
         let mut graph = graph();
@@ -134,6 +198,45 @@ mod tests {
         let before = graph.portals[0].clone();
         graph.round(&testing_scene());
         assert_eq!(graph.portals[0], before);
+    }
+
+    /// A side of 79 m ends in an edge of 13 mm along it. Rounded, that edge points 40 mm past the side's other end.
+    #[test]
+    fn a_short_edge_that_rounding_turns_cuts_nothing_off() {
+        let mut graph = graph();
+        let portal = &mut graph.portals[0];
+        let (n, at) = (portal.plane.n, portal.plane.n * 170.0);
+        let u = n.any_orthonormal_vector();
+        let v = n.cross(u);
+        let corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 79.0), (40.0, 79.013), (0.0, 79.013)];
+        portal.plane = Plane::through(at, n);
+        portal.winding = corners.map(|(x, y)| at + u * x + v * y).to_vec();
+        let exact = portal.winding.clone();
+        let beyond = |portal: &Portal| {
+            let edges = portal.winding.iter().zip(portal.winding.iter().cycle().skip(1));
+            let out = |(a, b): (&DVec3, &DVec3)| Plane::through(*a, (b - a).cross(portal.plane.n).normalize());
+            let farthest = |edge: Plane| portal.winding.iter().map(|p| edge.distance(*p)).fold(0.0, f64::max);
+            edges.map(out).map(farthest).fold(0.0, f64::max)
+        };
+        let rounding = single_precision(200.0);
+        let bent = Portal { winding: winding(&exact), ..graph.portals[0].clone() };
+        assert!(beyond(&bent) > 10.0 * rounding, "rounding turns no edge: {}", beyond(&bent));
+        let scene = testing_scene();
+        graph.round(&scene);
+        let once = graph.portals[0].clone();
+        assert!(beyond(&once) <= rounding, "{}", beyond(&once));
+        assert!(once.winding.iter().all(|p| bent.winding.contains(p)), "{once:?}");
+        let edges: Vec<Plane> = once
+            .winding
+            .iter()
+            .zip(once.winding.iter().cycle().skip(1))
+            .map(|(a, b)| Plane::through(*a, (b - a).cross(n).normalize()))
+            .collect();
+        for p in &exact {
+            assert!(edges.iter().all(|edge| edge.distance(*p) <= rounding), "{p} is cut off");
+        }
+        graph.round(&scene);
+        assert_eq!(graph.portals[0], once);
     }
 
     #[test]

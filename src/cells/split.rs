@@ -106,7 +106,7 @@ pub(crate) fn split_beside(
     let mut graph = match strategy {
         Strategy::Volume => volume(scene, human, options, reason, work)?,
         Strategy::Bsp => return Ok(finished(rays, human, walls(reason)?)),
-        _ => from_columns(scene, human, (strategy, reason), options, work)?,
+        _ => from_columns(scene, human, (strategy, reason), options, &PlanOptions::default(), work)?,
     };
     let may_try = strategy == Strategy::Plan && options.strategy.is_none();
     if may_try && is_poor(&graph) {
@@ -153,8 +153,10 @@ fn from_columns(
     human: HumanScale,
     (strategy, reason): (Strategy, String),
     options: &SplitOptions,
+    plan_options: &PlanOptions,
     work: &Job<'_>,
 ) -> Result<CellGraph, Stopped> {
+    debug_assert_eq!(plan_options.validate(), Ok(()));
     let tolerance = scene.tolerance();
     let with_rooms = strategy == Strategy::Authored;
 
@@ -172,10 +174,9 @@ fn from_columns(
     } else {
         authored::Claims::none(columns.pieces())
     };
-    let options = PlanOptions::default();
-    debug_assert_eq!(options.validate(), Ok(()));
     let storeys_part = !scene.hints.storeys.is_empty();
-    let input = Input { complex: &complex, claims: &claims, storeys_part, options: &options, human, seal: tolerance.seal };
+    let input =
+        Input { complex: &complex, claims: &claims, storeys_part, options: plan_options, human, seal: tolerance.seal };
     let mut labels = label(&input);
     part_courtyards(&input, &mut labels);
     work.go_on()?;
@@ -376,4 +377,63 @@ fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human
         }
     }
     notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
+
+    /// A wall, a slab or a panel: all that lies between two corners.
+    fn add_box(builder: &mut SceneBuilder, [x, y, z]: [f64; 3], [to_x, to_y, to_z]: [f64; 3]) {
+        let corner = |i: usize| {
+            let pick = |bit: usize, low: f64, high: f64| if i >> bit & 1 == 0 { low } else { high };
+            DVec3::new(pick(0, x, to_x), pick(1, y, to_y), pick(2, z, to_z))
+        };
+        // Sides seen from outside, counter-clockwise.
+        let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let positions = (0..8).map(corner).collect();
+        let mesh = Mesh { node: "part".into(), role: Role::Structure, opaque: true, positions, triangles };
+        builder.add(mesh).expect("twelve triangles");
+    }
+
+    /// A hall of 10 x 3 x 8 m. Along one wall stand two stalls of 1 x 1.5 m with shut doors; their panels leave 0.15 m below and a metre
+    /// above.
+    fn stalls() -> Scene {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let walls = [
+            ([-0.2, -0.2, -0.2], [10.2, 0.0, 8.2]),
+            ([-0.2, 3.0, -0.2], [10.2, 3.2, 8.2]),
+            ([-0.2, 0.0, -0.2], [0.0, 3.0, 8.2]),
+            ([10.0, 0.0, -0.2], [10.2, 3.0, 8.2]),
+            ([0.0, 0.0, -0.2], [10.0, 3.0, 0.0]),
+            ([0.0, 0.0, 8.0], [10.0, 3.0, 8.2]),
+            ([3.0, 0.15, 1.5], [5.0, 2.0, 1.53]),
+        ];
+        for (from, to) in walls {
+            add_box(&mut builder, from, to);
+        }
+        for x in [3.0, 4.0, 5.0] {
+            add_box(&mut builder, [x - 0.015, 0.15, 0.0], [x + 0.015, 2.0, 1.5]);
+        }
+        builder.finish("stalls").expect("a scene")
+    }
+
+    #[test]
+    fn a_hall_that_takes_in_all_its_stalls_at_once_is_told_as_coarser() {
+        let scene = stalls();
+        let with = |plan_options: &PlanOptions| {
+            let asked = (Strategy::Plan, "asked for".to_owned());
+            let found =
+                from_columns(&scene, HumanScale::METRES, asked, &SplitOptions::default(), plan_options, &Job::quiet());
+            found.expect("nobody stops it")
+        };
+        let is_told = |graph: &CellGraph| graph.notes.contains(&format!("{BOUND}{JOINED_AT_ONCE}"));
+        let in_pairs = with(&PlanOptions::default());
+        let at_once = with(&PlanOptions { faces_in_pairs: 0, ..PlanOptions::default() });
+        assert_eq!((in_pairs.cells.len(), at_once.cells.len()), (2, 2), "the hall with its stalls, and the outside");
+        assert!(!is_told(&in_pairs), "{:?}", in_pairs.notes);
+        assert!(is_told(&at_once), "{:?}", at_once.notes);
+    }
 }

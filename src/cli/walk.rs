@@ -141,7 +141,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         if args.json {
             print_json(&json!({ "summary": summary }))?;
         } else {
-            eprintln!("{}", prose(summary, scene.triangles.len()));
+            eprintln!("{}", prose(summary, file.objects.iter().map(|o| u64::from(o.triangles)).sum()));
         }
     }
     // A sampled file doesn't promise every pixel, so a miss is a figure, not a fault; nor is one of an object that is too small.
@@ -164,7 +164,7 @@ fn print_json(value: &serde_json::Value) -> Result<(), CliError> {
     writeln!(std::io::stdout().lock(), "{value}").map_err(|e| CliError(format!("stdout: {e}")))
 }
 
-fn prose(s: &Summary, all_triangles: usize) -> String {
+fn prose(s: &Summary, all_triangles: u64) -> String {
     let mut line = format!(
         "{:8} {} frames, {:.0} of {all_triangles} triangles, {:.0} objects, {:.1} us (p99 {:.1})",
         s.mode, s.frames, s.triangles_mean, s.objects_mean, s.us_median, s.us_p99
@@ -182,7 +182,8 @@ fn prose(s: &Summary, all_triangles: usize) -> String {
         line += &format!(", {lost} visible objects left out");
     }
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
-        line += &format!(", {missed} missed pixels, {cracks} at cracks, {exact:.0} triangles really visible");
+        let closed = s.closed_pixels.map_or(String::new(), |closed| format!(", {closed} behind holes that count as opaque"));
+        line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} triangles really visible");
     }
     line
 }

@@ -101,6 +101,8 @@ impl Follower<'_> {
         let stretches = self.locator.along(segment[0], segment[1], 1e-9 * (1.0 + length));
         let Some(first) = stretches.iter().find(|s| s.cell == cell) else { return Vec::new() };
         let (mut holes, mut here) = (Vec::new(), *first);
+        // The last stretch that is more than a sliver: through one of no thickness a segment goes on from where it came.
+        let mut last = here;
         let slack = self.eps / length;
         let direction = (segment[1] - segment[0]) / length;
         loop {
@@ -109,8 +111,10 @@ impl Follower<'_> {
             let onward = |s: &&Stretch| s.span[0] <= t + slack && s.span[1] > t;
             let farthest = |a: &&Stretch, b: &&Stretch| a.span[1].total_cmp(&b.span[1]);
             let next = stretches.iter().filter(onward).filter(|s| s.cell == here.cell).max_by(farthest);
-            let through =
-                |s: &&Stretch| self.passed([here.cell, s.cell], [t * length, s.span[0] * length], direction, crossings);
+            let passed = |from: &Stretch, s: &Stretch| {
+                self.passed([from.cell, s.cell], [from.span[1] * length, s.span[0] * length], direction, crossings)
+            };
+            let through = |s: &&Stretch| passed(&here, s);
             let next = next
                 .or_else(|| stretches.iter().filter(onward).find(through))
                 .or_else(|| stretches.iter().filter(onward).max_by(farthest))
@@ -118,12 +122,17 @@ impl Follower<'_> {
             let Some(&next) = next else { return holes };
             // Less than the clearance beyond a face says nothing: a proof's end on a pane of glass may lie a rounding behind it.
             let deep = (next.span[1] - t) * length > self.eps;
-            if next.cell != here.cell && deep && !through(&&next) {
-                let [from, to] = [here, next].map(|s| Side { cell: s.cell, piece: s.piece });
+            let goes_on = last.cell == next.cell || passed(&last, &next);
+            if next.cell != here.cell && deep && !through(&&next) && !goes_on {
+                let [from, to] = [last, next].map(|s| Side { cell: s.cell, piece: s.piece });
+                let t = last.span[1];
                 let at = segment[0].lerp(segment[1], t);
                 holes.push(Hole { from, to, touching: next.span[0] <= t + slack, at, segment });
             }
             here = next;
+            if (here.span[1] - here.span[0]) * length > self.eps {
+                last = here;
+            }
         }
     }
 
@@ -164,4 +173,55 @@ fn passage(graph: &CellGraph, hole: &Hole, within: Aabb, clearance: f64) -> Port
     }
     let cells = [hole.from.cell, hole.to.cell];
     Portal { cells, plane, winding, kind: PortalKind::Opening, state: PortalState::default(), source: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{Cell, Piece};
+
+    /// The clearance, metres.
+    const EPS: f64 = 1e-3;
+
+    /// Slabs along x between these places, each of a cell; portals between cells at x.
+    fn slabs(places: &[f64], cells: &[u32], portals: &[([u32; 2], f64)]) -> CellGraph {
+        let mut all = vec![Cell::default(); 1 + cells.iter().copied().max().unwrap_or(0) as usize];
+        for (ends, &cell) in places.windows(2).zip(cells) {
+            let sides = [DVec3::Y, DVec3::Z].into_iter().flat_map(|n| [Plane { n, d: 1.0 }, Plane { n: -n, d: 1.0 }]);
+            let ends = [Plane { n: -DVec3::X, d: -ends[0] }, Plane { n: DVec3::X, d: ends[1] }];
+            all[cell as usize].pieces.push(Piece::new(sides.chain(ends).collect(), 1e-9).expect("a slab"));
+        }
+        let portal = |&(cells, x): &([u32; 2], f64)| Portal {
+            cells: cells.map(CellId),
+            plane: Plane { n: DVec3::X, d: x },
+            winding: [(-1., -1.), (1., -1.), (1., 1.), (-1., 1.)].map(|(y, z)| DVec3::new(x, y, z)).to_vec(),
+            kind: PortalKind::Opening,
+            state: PortalState::default(),
+            source: None,
+        };
+        CellGraph::given(all, portals.iter().map(portal).collect())
+    }
+
+    /// The cells of the holes along x.
+    fn holes(graph: &CellGraph) -> Vec<[u32; 2]> {
+        let (locator, portals) = (Locator::new(graph), PortalTree::new(graph));
+        let follower = Follower { graph, locator, portals, eps: EPS };
+        let found = follower.follow(CellId(0), [DVec3::new(0.5, 0.1, 0.1), DVec3::new(3.5, 0.2, 0.3)]);
+        found.iter().map(|hole| [hole.from.cell.0, hole.to.cell.0]).collect()
+    }
+
+    #[test]
+    fn a_sliver_is_passed_over() {
+        let (thin, thick) = ([0.0, 2.0, 2.0 + 0.1 * EPS, 4.0], [0.0, 2.0, 3.0, 4.0]);
+        // A sliver of another cell within one.
+        assert_eq!(holes(&slabs(&thin, &[0, 1, 0], &[])), [[0; 2]; 0]);
+        assert_eq!(holes(&slabs(&thick, &[0, 1, 0], &[])), [[0, 1], [1, 0]]);
+        // A sliver between two: what is missing is between those.
+        assert_eq!(holes(&slabs(&thin, &[0, 1, 2], &[])), [[0, 2]]);
+        assert_eq!(holes(&slabs(&thick, &[0, 1, 2], &[])), [[0, 1], [1, 2]]);
+        // Portals past it, or into it and out of it.
+        assert_eq!(holes(&slabs(&thin, &[0, 1, 2], &[([0, 2], 2.0)])), [[0; 2]; 0]);
+        assert_eq!(holes(&slabs(&thin, &[0, 1, 2], &[([0, 1], 2.0), ([1, 2], thin[2])])), [[0; 2]; 0]);
+        assert_eq!(holes(&slabs(&thick, &[0, 1, 2], &[([0, 1], 2.0)])), [[1, 2]]);
+    }
 }

@@ -8,7 +8,7 @@
 //! name.
 //!
 //! An object is named after its node, else its mesh, else `node N`; `/I` is added where the mesh has several primitives, and
-//! `@I` for instances. Materials that blend, are masked or transmit light make it see-through.
+//! `@I` for instances. Materials that blend or are masked make it see-through, unless they have no alpha, and those that transmit light.
 //!
 //! # Authored rooms and portals
 //!
@@ -37,6 +37,7 @@
 //!   "closed": true, "smooth": true, "points": [[0, 0, 0], [1, 0, 0]] }`, all but the radius as wanted. With `points`, the tube along
 //!   them stands for the node's mesh, which other readers show.
 
+mod alpha;
 mod authored;
 pub(crate) mod container;
 mod cut;
@@ -55,6 +56,7 @@ use super::lines::{Line, Lines};
 use super::naming::{ByName, Kind, Naming};
 use super::sidecar::Sidecars;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, textures, whole_file};
+use alpha::Alpha;
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
 pub(crate) use cut::cut_file;
@@ -134,6 +136,7 @@ fn read<'a>(
         document,
         naming: Naming::read(folder, name, options.roles.as_ref())?,
         by_name: ByName::default(),
+        alpha: Alpha::read(document, &buffers),
         looks: json.map(|json| Looks::read(json, &buffers)),
         buffers,
         builder: SceneBuilder::new(options, source),
@@ -183,6 +186,7 @@ struct Importer<'a> {
     naming: Naming,
     by_name: ByName,
     buffers: Buffers<'a>,
+    alpha: Alpha,
     looks: Option<Looks>,
     builder: SceneBuilder,
     /// By mesh and primitive, as they are first needed.
@@ -315,7 +319,10 @@ impl<'a> Importer<'a> {
             let turned = |&triangle: &[u32; 3]| turned(triangle, mirrored);
             let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
-            let glass = visit.glass.unwrap_or_else(|| material.is_some_and(|m| !m.is_opaque()));
+            let has_alpha =
+                || primitive.attributes.colour.is_some() || primitive.material.is_none_or(|m| !self.alpha.is_one(m));
+            let shows = |m: &document::Material| m.transmits() || m.has_alpha_mode() && has_alpha();
+            let glass = visit.glass.unwrap_or_else(|| material.is_some_and(shows));
             self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, is_tube: false, instance });
             if let Some((look, coordinates)) = self.looks.as_ref().and_then(|l| l.of(&self.buffers, [mesh, i], part)) {
                 let coordinates = coordinates.into_iter().map(|triangle| self::turned(triangle, mirrored));

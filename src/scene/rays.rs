@@ -82,6 +82,11 @@ impl<'s> RayScene<'s> {
         Some(Hit { t, triangle, object: self.opaque().owner(self.scene, triangle) })
     }
 
+    /// True where a closed hole is what the ray meets first.
+    pub(crate) fn ends_at_hole(&self, origin: DVec3, direction: DVec3, limit: f64) -> bool {
+        !self.holes.is_empty() && self.nearest(origin, direction, limit).is_some_and(|(_, triangle)| self.is_hole(triangle))
+    }
+
     fn is_hole(&self, triangle: u32) -> bool {
         triangle as usize >= self.scene.triangles.len()
     }

@@ -1,5 +1,6 @@
 //! Several files of one model in the same views: each view is drawn once, and culled by every file.
 
+use super::missed::with_holes;
 use super::path::CameraPath;
 use super::raster::View;
 use super::walk::Truth;
@@ -21,10 +22,11 @@ struct Counts {
     cracks: u64,
 }
 
-/// Counts for each file what [`walk`](super::walk::walk) counts with `verify_pixels` in the modes `pvs` and `both`, all doors
+/// Counts for each file of one scene's cells what [`walk`](super::walk::walk) counts with `verify_pixels` in the modes `pvs` and `both`, all doors
 /// open. Pictures are `width` x `height` pixels, each 1 to 16384. The same for any number of threads.
 pub fn compare(scene: &Scene, files: &[PvsFile], path: &CameraPath, [width, height]: [usize; 2]) -> Compared {
-    let (cullers, rays): (Vec<Culler>, _) = (files.iter().map(Culler::new).collect(), RayScene::new(scene));
+    let cullers: Vec<Culler> = files.iter().map(Culler::new).collect();
+    let rays = files.first().map_or_else(|| RayScene::new(scene), |file| with_holes(scene, file));
     let scratches = || cullers.iter().map(Scratch::for_culler).collect::<Vec<_>>();
     let look = |scratches: &mut Vec<Scratch>, frame: usize| {
         let camera = path.camera(frame, scene.origin, width as f64 / height as f64);
@@ -37,7 +39,7 @@ pub fn compare(scene: &Scene, files: &[PvsFile], path: &CameraPath, [width, heig
             })
         };
         let counts: Vec<[Counts; 2]> = cullers.iter().zip(scratches.iter_mut()).map(by_mode).collect();
-        (truth.triangles(), counts)
+        (files.first().map_or(0, |file| truth.triangles(file)), counts)
     };
     let seen = parallel::map_init(path.frames.len(), scratches, look);
     let mean = |sum: u64| sum as f64 / seen.len().max(1) as f64;

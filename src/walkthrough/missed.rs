@@ -6,7 +6,8 @@
 //! Meshes leak: where a corner of one triangle lies on the edge of another, rounding opens cracks of no width through which a
 //! pixel's middle can see. So each such pixel is looked at again with rays in `f64` around its middle, [`SPREAD`] pixels off
 //! it: only if every one of them, too, meets something first that the set leaves out, the pixel is missed. Otherwise it counts
-//! as a crack. What this can't tell from a crack is a sight line that is open over less than `2 * SPREAD` of a pixel.
+//! as a crack. What this can't tell from a crack is a sight line that is open over less than `2 * SPREAD` of a pixel. Where every one of them
+//! first meets a hole that counts as opaque, the file promises nothing, and the pixel is counted apart.
 //!
 //! Models have surfaces in one place, as where a wall's end lies in another wall's face. Whichever of the two an item buffer
 //! names is rounding's choice, so a surface isn't missed where the set keeps another within the scene's clearance of it. And an eye that
@@ -14,6 +15,7 @@
 
 use super::raster::{IdBuffer, View};
 use crate::ObjectId;
+use crate::file::PvsFile;
 use crate::parallel;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
@@ -43,8 +45,16 @@ pub struct Missed {
     pub pixels: Vec<u32>,
     /// Pixels that do so only through a crack.
     pub cracks: u64,
+    /// Pixels that do so only through a hole that counts as opaque ([`RayScene::with_closed_holes`]).
+    pub closed: u64,
     /// How many of [`pixels`](Self::pixels) show one object, at most.
     pub most_of_one: u64,
+}
+
+/// The scene with the holes that a file takes for opaque ([`PvsFile::closed_holes`]).
+pub(super) fn with_holes<'s>(scene: &'s Scene, file: &PvsFile) -> RayScene<'s> {
+    let holes = file.closed_holes.iter().map(|hole| hole.iter().map(|p| p.as_dvec3()).collect());
+    RayScene::with_closed_holes(scene, &holes.collect::<Vec<_>>())
 }
 
 /// Compares a picture of everything, which shows `shown` ([`objects_shown`]), with a set.
@@ -64,7 +74,9 @@ pub fn missed_pixels(
         .filter(|&pixel| full.opaque(pixel).is_some_and(leaves_out) || full.glass(pixel).is_some_and(leaves_out))
         .map(|pixel| pixel as u32)
         .collect();
-    let pixels: Vec<u32> = parallel::flat_map(&doubtful, |&pixel| settle(rays, view, pixel as usize, kept).then_some(pixel));
+    let settled = parallel::map(&doubtful, |&pixel| settle(rays, view, pixel as usize, kept));
+    let is = |what: Doubt| settled.iter().zip(&doubtful).filter(move |(doubt, _)| **doubt == what).map(|(_, pixel)| *pixel);
+    let pixels: Vec<u32> = is(Doubt::Missed).collect();
     // What is in front of a pixel that is missed: glass, if that is left out.
     let front = |&pixel: &u32| {
         let glass = full.glass(pixel as usize).filter(|&triangle| leaves_out(triangle));
@@ -73,22 +85,35 @@ pub fn missed_pixels(
     let mut objects: Vec<ObjectId> = pixels.iter().filter_map(front).collect();
     objects.sort_unstable();
     let most_of_one = objects.chunk_by(|a, b| a == b).map(<[_]>::len).max().unwrap_or(0) as u64;
-    Missed { cracks: (doubtful.len() - pixels.len()) as u64, pixels, most_of_one }
+    let count = |what: Doubt| is(what).count() as u64;
+    Missed { cracks: count(Doubt::Crack), closed: count(Doubt::Closed), pixels, most_of_one }
 }
 
-/// True where all rays around a pixel's middle agree that the set leaves out what is in front.
-fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> bool {
+/// What a pixel is that shows what a set leaves out.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Doubt {
+    /// All rays around its middle agree.
+    Missed,
+    /// They don't.
+    Crack,
+    /// All of them end at a closed hole.
+    Closed,
+}
+
+/// Whether all rays around a pixel's middle agree that the set leaves out what is in front.
+fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> Doubt {
     let middle = DVec2::new((pixel % view.width) as f64 + 0.5, (pixel / view.width) as f64 + 0.5);
     let limit = 10.0 * (rays.bounds().diagonal() + view.camera.eye.as_dvec3().length());
-    let (mut opaque_missed, mut glass_missed) = (true, true);
+    let (mut opaque_missed, mut glass_missed, mut closed) = (true, true, true);
     let mut glass: Vec<Hit> = Vec::new();
     for offset in AROUND {
         let along = view.camera.ray(view.ndc(middle + offset * SPREAD));
         // From the eye itself: what is nearer than the near plane hides what is behind it, too.
         let from = view.camera.eye.as_dvec3();
         if stands_on_a_surface(rays, from, along) {
-            return false;
+            return Doubt::Crack;
         }
+        closed = closed && rays.ends_at_hole(from, along, limit);
         let hit = rays.first_opaque(from, along, limit);
         opaque_missed &= hit.is_some_and(|h| !kept(h.object) && !is_doubled(rays, from + along * h.t, kept));
         glass.clear();
@@ -96,11 +121,11 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
             rays.see_through(from, along, hit.map_or(limit, |h| h.t), &mut glass);
             glass_missed = glass.first().is_some_and(|h| !kept(h.object));
         }
-        if !opaque_missed && !glass_missed {
-            return false;
+        if !opaque_missed && !glass_missed && !closed {
+            return Doubt::Crack;
         }
     }
-    true
+    if opaque_missed || glass_missed { Doubt::Missed } else { Doubt::Closed }
 }
 
 /// True where a ray begins on something opaque, as far as `f32` tells.
@@ -161,6 +186,25 @@ mod tests {
             let missed = missed_pixels(&RayScene::new(&scene), &view, &full, &shown, &|o| o != behind);
             assert_eq!(missed.pixels.len(), if misses { 256 } else { 0 }, "{off}");
         }
+    }
+
+    /// Half of the picture shows the wall through a hole that counts as opaque.
+    #[test]
+    fn what_shows_through_a_closed_hole_is_counted_apart() {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        builder.add(square(0.0)).unwrap();
+        let scene = builder.finish("wall").unwrap();
+        let eye = DVec3::new(0.0, 0.0, 2.0) - scene.origin;
+        let camera = Camera::look_at(eye, eye - DVec3::Z, 1.0, 1.0);
+        let view = View { camera, near: 0.05, width: 16, height: 16 };
+        let full = draw(&scene, &view, &|_| true);
+        let shown = objects_shown(&scene, &full);
+        let hole = [(0.0, -2.0), (2.0, -2.0), (2.0, 2.0), (0.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 1.0) - scene.origin);
+        let rays = RayScene::with_closed_holes(&scene, &[hole.to_vec()]);
+        let none = missed_pixels(&rays, &view, &full, &shown, &|_| false);
+        assert_eq!((none.pixels.len(), none.cracks, none.closed), (128, 0, 128));
+        let all = missed_pixels(&rays, &view, &full, &shown, &|_| true);
+        assert_eq!(all, Missed::default());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::exact_culler::{ExactCuller, Judged};
 use super::lost::Witnesses;
-use super::missed::{Missed, missed_pixels, objects_shown};
+use super::missed::{Missed, missed_pixels, objects_shown, with_holes};
 use super::mode::WalkMode;
 use super::overlay::Overlay;
 use super::path::CameraPath;
@@ -92,6 +92,9 @@ pub struct FrameLine {
     /// Pixels that do so through a crack between triangles only ([`super::missed`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crack_pixels: Option<u64>,
+    /// Pixels that do so through a hole that counts as opaque only; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub closed_pixels: Option<u64>,
     /// Missed pixels of the object that has most of them; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub most_missed_pixels: Option<u64>,
@@ -137,6 +140,9 @@ pub struct Summary {
     /// Sum over frames; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crack_pixels: Option<u64>,
+    /// Sum of [`FrameLine::closed_pixels`]; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub closed_pixels: Option<u64>,
     /// Missed pixels of the frame that has most of them; absent where pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst_missed_pixels: Option<u64>,
@@ -232,7 +238,7 @@ pub fn walk(
 
     // 2. The same frames again: counters, and pixels where they are asked for.
     let compare = options.verify_pixels || options.pictures.is_some();
-    let rays = compare.then(|| RayScene::new(scene));
+    let rays = compare.then(|| with_holes(scene, file));
     let mut walkers: Vec<Walker> = ways.iter().map(&walker).collect();
     let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); ways.len()];
     let judges = options.modes.contains(&WalkMode::Exact);
@@ -241,7 +247,7 @@ pub fn walk(
     for (i, (frame, view)) in views.iter().enumerate() {
         let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
         witnesses.iter_mut().for_each(|witnesses| witnesses.look(view));
-        exact_triangles += truth.as_ref().map_or(0, Truth::triangles);
+        exact_triangles += truth.as_ref().map_or(0, |truth| truth.triangles(file));
         for (m, way) in ways.iter().enumerate() {
             oracle.iter_mut().for_each(|oracle| oracle.set_min_pixels(way.how.min_pixels));
             let Walked { visible, method, judged, .. } =
@@ -256,7 +262,7 @@ pub fn walk(
             frame_line.visible_triangles = judged.map(|judged| judged.visible);
             frame_line.undecided_triangles = judged.map(|judged| judged.undecided);
             if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
-                let text = caption(&frame_line, scene.triangles.len());
+                let text = caption(&frame_line, file.objects.iter().map(|o| u64::from(o.triangles)).sum());
                 let overlay = Overlay { scene, file, view: *view, mode: method, visible, missed, text };
                 overlay.picture().save(&picture_path(folder, *frame, way.how.mode))?;
             }
@@ -359,9 +365,9 @@ impl<'r> Truth<'r> {
         Self { rays, view, shown: objects_shown(rays.scene(), &full), full }
     }
 
-    /// Triangles of the objects that it shows.
-    pub fn triangles(&self) -> u64 {
-        self.shown.iter().map(|o| self.rays.scene().objects[o.index()].triangles.len() as u64).sum()
+    /// Triangles of the objects that it shows, as a file counts them: tubes of the scene have more sides.
+    pub fn triangles(&self, file: &PvsFile) -> u64 {
+        self.shown.iter().map(|o| u64::from(file.objects[o.index()].triangles)).sum()
     }
 
     pub fn missed(&self, objects: &[ObjectId]) -> Missed {
@@ -391,11 +397,12 @@ fn frame_line(frame: usize, how: How, stats: &FrameStats, times: Times, missed: 
         lost_objects: None,
         missed_pixels: missed.map(|m| m.pixels.len() as u64),
         crack_pixels: missed.map(|m| m.cracks),
+        closed_pixels: missed.map(|m| m.closed).filter(|&closed| closed > 0),
         most_missed_pixels: missed.map(|m| m.most_of_one),
     }
 }
 
-fn caption(line: &FrameLine, all_triangles: usize) -> String {
+fn caption(line: &FrameLine, all_triangles: u64) -> String {
     let FrameLine { frame, mode, cells, portals, objects, triangles, us, .. } = line;
     format!(
         "frame {frame} {mode}: {cells} cells {portals} portals {objects} objects {triangles}/{all_triangles} triangles {us:.0} us"
@@ -431,6 +438,7 @@ fn summary(how: How, lines: &[FrameLine], exact_triangles_mean: Option<f64>, cap
         lost_objects: total(|l| l.lost_objects),
         missed_pixels: total(|l| l.missed_pixels),
         crack_pixels: total(|l| l.crack_pixels),
+        closed_pixels: Some(lines.iter().filter_map(|l| l.closed_pixels).sum()).filter(|&closed| closed > 0),
         worst_missed_pixels: greatest(|l| l.missed_pixels),
         most_missed_pixels: greatest(|l| l.most_missed_pixels),
         exact_triangles_mean,
@@ -453,7 +461,7 @@ mod tests {
             .map(|i| {
                 let stats = FrameStats { objects: i, triangles: 2 * i, small: 3, ..FrameStats::default() };
                 let missed = i / 100 % 2;
-                let missed = Missed { pixels: vec![0; 5 * missed as usize], cracks: 1, most_of_one: 3 * missed };
+                let missed = Missed { pixels: vec![0; 5 * missed as usize], cracks: 1, closed: 0, most_of_one: 3 * missed };
                 frame_line(i as usize, how, &stats, Times { cull: i as f64, frame: None }, Some(&missed))
             })
             .collect();

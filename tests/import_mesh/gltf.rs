@@ -229,6 +229,37 @@ fn materials_that_let_light_through_are_not_opaque() {
     }
 }
 
+/// What blends with a picture that has no alpha hides what is behind it, unless the factor or the corners' colours have one.
+#[test]
+fn a_picture_without_alpha_lets_nothing_through() {
+    let blend = |base: Value| json!({"alphaMode": "BLEND", "pbrMetallicRoughness": base});
+    let textured = || json!({"baseColorTexture": {"index": 0}});
+    let faded = json!({"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, 0.5]});
+    for (material, image, colours, opaque) in [
+        (blend(textured()), json!({"uri": "wall.JPG"}), false, true),
+        (blend(textured()), json!({"uri": "data:image/jpeg;base64,/9j/"}), false, true),
+        (blend(textured()), json!({"uri": "wall.png"}), false, false),
+        (blend(textured()), json!({"uri": "wall.jpg"}), true, false),
+        (blend(faded), json!({"uri": "wall.jpg"}), false, false),
+        (json!({"alphaMode": "MASK", "pbrMetallicRoughness": textured()}), json!({"uri": "wall.jpg"}), false, true),
+        (blend(json!({"baseColorTexture": {"index": 7}})), json!({"uri": "wall.jpg"}), false, false),
+        (blend(textured()), json!("no image"), false, false),
+    ] {
+        let mut glb = Glb::new();
+        let position = glb.positions(&TRIANGLE);
+        glb.json["images"] = json!([image]);
+        glb.json["textures"] = json!([{"source": 0}]);
+        let material = glb.push("materials", material);
+        let mut attributes = json!({"POSITION": position});
+        if colours {
+            attributes["COLOR_0"] = position.into();
+        }
+        let mesh = glb.push("meshes", json!({"primitives": [{"attributes": attributes, "material": material}]}));
+        glb.node(json!({"mesh": mesh}));
+        assert_eq!(scene(&glb).objects[0].opaque, opaque, "{} {}", glb.json["materials"], glb.json["images"]);
+    }
+}
+
 #[test]
 fn roles_come_from_extras_and_are_inherited() {
     let mut glb = Glb::new();

@@ -50,6 +50,16 @@ pub struct Complex<'c> {
 }
 
 impl Complex<'_> {
+    /// For each piece whether it touches the rim of the domain, beyond which is the outside.
+    pub fn at_rim(&self) -> Vec<bool> {
+        let mut rim = Vec::with_capacity(self.columns.pieces());
+        for (t, slices) in self.columns.slices.iter().enumerate() {
+            let at_edge = self.plan.neighbours[t].iter().any(Option::is_none);
+            rim.extend(slices.windows(2).map(|w| at_edge || w[0].cut == Cut::Bottom || w[1].cut == Cut::Top));
+        }
+        rim
+    }
+
     /// The plane of a face with its normal from piece `a` to piece `b`, and the way from face coordinates to the world.
     fn frame(&self, face: &Face) -> (Plane, Box<dyn Fn(DVec2) -> DVec3 + '_>) {
         // Told by the edge of the plan and not by a point of the column, which may be thinner than the wall is flat.
@@ -92,7 +102,7 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64, work: &
         let (Some(a), Some(b)) = (labels[f.a as usize], labels[f.b as usize]) else {
             continue;
         };
-        if a == b || f.open_area <= 0.0 {
+        if a == b || f.is_thin || f.open_area <= 0.0 {
             continue;
         }
         let (plane, _) = complex.frame(f);
@@ -143,6 +153,7 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64, work: &
 /// False where what is open of a face is too thin for a portal of its own.
 pub fn has_portal(face: &Face, seal: f64) -> bool {
     match &face.open {
+        _ if face.is_thin => false,
         Open::Whole => true,
         Open::Parts(parts) => parts.iter().any(|part| !hulls(vec![part.clone()], seal).is_empty()),
     }

@@ -69,6 +69,8 @@ pub struct Face {
     pub fronts: [f64; 2],
     /// Area of leaves and panes on it.
     pub leaves: f64,
+    /// On a wall or edge: whether it is no higher than heights are off, so that the two pieces need not meet there.
+    pub is_thin: bool,
 }
 
 /// Walls within this many coplanar tolerances of an edge of the plan lie on it. Larger: walls beside it close it. Smaller: rounding of
@@ -76,6 +78,9 @@ pub struct Face {
 const ON_LINE: f64 = 1.5;
 /// Thinner than this, in seals, is nothing: coverage would take it away.
 const CRUMB: f64 = 1e-3;
+/// In each column the height of a cut is moved to that of another that is as near as the coplanar tolerance, so two columns differ by so many
+/// of those where they meet. Larger: thin slits close. Smaller: portals where no cells meet.
+const SNAPPED: f64 = 2.0;
 
 /// All faces between pieces, in a fixed order: bands ascending; in each its columns, each with its cuts, then its edges; then the
 /// faces to the next band.
@@ -258,6 +263,7 @@ impl Around<'_> {
         if polygon.len() < 3 || whole <= 0.0 {
             return None;
         }
+        let is_thin = width(&polygon) <= SNAPPED * self.coplanar;
         let first = line.walls.first().map(|&(w, _)| &facets.walls[w as usize]);
         let mut triangles = Vec::new();
         let (mut fronts, mut leaves) = ([0.0; 2], 0.0);
@@ -285,7 +291,7 @@ impl Around<'_> {
             }
         }
         let open = open_part(&polygon, &triangles, seal);
-        Some(Face { leaves, ..Face::new(pieces, surface, ua <= ub, polygon, whole, open, fronts) })
+        Some(Face { leaves, is_thin, ..Face::new(pieces, surface, ua <= ub, polygon, whole, open, fronts) })
     }
 }
 
@@ -303,7 +309,7 @@ impl Face {
             Open::Whole => area,
             Open::Parts(parts) => parts.iter().map(shape_area).sum(),
         };
-        Self { a, b, surface, polygon, open, open_area, area, a_is_left, fronts, leaves: 0.0 }
+        Self { a, b, surface, polygon, open, open_area, area, a_is_left, fronts, leaves: 0.0, is_thin: false }
     }
 }
 

@@ -42,7 +42,10 @@ pub(in crate::cells) fn part_courtyards(input: &Input<'_>, labels: &mut Labels) 
         let middle = corners(piece).iter().sum::<DVec2>() / 3.0;
         (0..hull.len()).all(|i| (hull[(i + 1) % hull.len()] - hull[i]).perp_dot(middle - hull[i]) > 0.0)
     };
-    let among: Vec<bool> = (0..columns.pieces() as u32).map(|p| label(p) == Some(outside) && within(p)).collect();
+    // What touches the rim goes on beyond it, where only the outside is.
+    let rim = input.complex.at_rim();
+    let is_among = |p: u32| label(p) == Some(outside) && !rim[p as usize] && within(p);
+    let among: Vec<bool> = (0..columns.pieces() as u32).map(is_among).collect();
     let courtyards_below = |top: f64| {
         let is_low = |p: u32| {
             let (floor, ceiling) = columns.heights(p);

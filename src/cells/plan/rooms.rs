@@ -5,7 +5,6 @@
 //! never merge with each other; the rest follows the same rule.
 
 use crate::cells::complex::assemble::{Complex, has_portal};
-use crate::cells::complex::bands::Cut;
 use crate::cells::plan::adjacency::Adjacency;
 use crate::cells::plan::bottlenecks::{Bottleneck, Runs, bottlenecks, least_width};
 use crate::cells::plan::boundaries::smooth;
@@ -46,18 +45,13 @@ pub(in crate::cells) fn label(input: &Input<'_>) -> Labels {
 /// What each piece is by itself. Pieces that touch the rim of the domain are the outside.
 fn measure(input: &Input<'_>, clearance: &Clearance) -> Pieces {
     let Complex { plan, columns, .. } = input.complex;
-    let mut rim = Vec::with_capacity(columns.pieces());
-    for (t, slices) in columns.slices.iter().enumerate() {
-        let at_edge = plan.neighbours[t].iter().any(Option::is_none);
-        rim.extend(slices.windows(2).map(|w| at_edge || w[0].cut == Cut::Bottom || w[1].cut == Cut::Top));
-    }
     let volume = |piece: u32| {
         let (floor, ceiling) = columns.heights(piece);
         let (column, _) = columns.of_piece(piece);
         plan.area(column) * (0..3).map(|i| ceiling[i] - floor[i]).sum::<f64>() / 3.0
     };
     let volumes = (0..columns.pieces() as u32).map(volume).collect();
-    Pieces { rim, widths: widths(input, clearance), volumes }
+    Pieces { rim: input.complex.at_rim(), widths: widths(input, clearance), volumes }
 }
 
 /// The watershed: bottlenecks from the widest down join regions, where they are nearly as wide and as high as those.

@@ -50,6 +50,7 @@ pub(super) struct Document {
     pub animations: Vec<IgnoredAny>,
     /// Read where somebody asks: a model is never refused for how it looks.
     images: Option<Box<RawValue>>,
+    textures: Option<Box<RawValue>>,
 }
 
 #[derive(Deserialize)]
@@ -82,11 +83,25 @@ impl Document {
         self.nodes[index].0.as_deref().unwrap_or(&EMPTY)
     }
 
+    /// Its images as they are written; nothing where the list isn't as it should be.
+    pub fn images(&self) -> serde_json::Value {
+        written(&self.images)
+    }
+
+    /// Its textures, likewise.
+    pub fn textures(&self) -> serde_json::Value {
+        written(&self.textures)
+    }
+
     /// What its images are called that are files or within a uri; nothing where the list isn't as it should be.
     pub fn image_uris(&self) -> impl Iterator<Item = String> {
         let images: Option<Vec<Image>> = self.images.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok());
         images.into_iter().flatten().filter_map(|image| image.uri)
     }
+}
+
+fn written(raw: &Option<Box<RawValue>>) -> serde_json::Value {
+    raw.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok()).unwrap_or_default()
 }
 
 /// A node, or nothing for one that says nothing: in a file, `{}` takes three bytes.
@@ -201,6 +216,9 @@ pub(super) struct Primitive {
 pub(super) struct Attributes {
     #[serde(rename = "POSITION")]
     pub position: Option<usize>,
+    /// Colours of corners, which may have an alpha.
+    #[serde(rename = "COLOR_0")]
+    pub colour: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize, Default)]
@@ -325,6 +343,8 @@ pub(super) struct Material {
     /// A text, where the document is as it should be.
     name: Option<serde_json::Value>,
     pub alpha_mode: Option<String>,
+    /// The base colour among others.
+    pbr_metallic_roughness: Option<serde_json::Value>,
     #[serde(default)]
     pub extensions: MaterialExtensions,
 }
@@ -333,6 +353,9 @@ pub(super) struct Material {
 pub(super) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_transmission")]
     pub transmission: Option<Transmission>,
+    /// Has a base colour of its own.
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    older: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -348,10 +371,20 @@ impl Material {
         self.name.as_ref().and_then(|name| name.as_str()).unwrap_or_default()
     }
 
-    /// Whether it hides what is behind it: not where the picture may show through anywhere.
-    pub fn is_opaque(&self) -> bool {
-        let transmits = self.extensions.transmission.as_ref().is_some_and(|t| t.transmission_factor > 0.0);
-        self.alpha_mode.as_deref().is_none_or(|mode| mode == "OPAQUE") && !transmits
+    /// Whether it blends or is masked.
+    pub fn has_alpha_mode(&self) -> bool {
+        self.alpha_mode.as_deref().is_some_and(|mode| mode != "OPAQUE")
+    }
+
+    /// Whether it lets light through whatever its alpha is.
+    pub fn transmits(&self) -> bool {
+        self.extensions.transmission.as_ref().is_some_and(|t| t.transmission_factor > 0.0)
+    }
+
+    /// Where its base colour is; `None` where an extension says another.
+    pub fn base(&self) -> Option<&serde_json::Value> {
+        static NOTHING: serde_json::Value = serde_json::Value::Null;
+        self.extensions.older.is_none().then(|| self.pbr_metallic_roughness.as_ref().unwrap_or(&NOTHING))
     }
 }
 

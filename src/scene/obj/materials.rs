@@ -1,8 +1,9 @@
 //! Material libraries (`.mtl`): which materials are see-through, and their colours and pictures.
 //!
 //! Based on: Wavefront Technologies, *MTL material format (Lightwave, OBJ)*, 1995. See-through: `d` below 1, `Tr` above 0, an opacity
-//! map, or an illumination model with glass or refraction (4, 6, 7, 9). Where `d` and `Tr` contradict each other `d` counts: some
-//! exporters write `Tr 1` for opaque.
+//! map, or an illumination model with refraction (6, 7), or with glass (4, 9) where the library doesn't say how clear it is. Where `d` and
+//! `Tr` contradict each other `d` counts: some exporters write `Tr 1` for opaque. Maya gives every material model 4, and says by `Tf`
+//! how much it lets through: `Tf 1 1 1` is opaque.
 
 use crate::scene::whole_file::BYTE_ORDER_MARK;
 use std::collections::HashMap;
@@ -17,6 +18,8 @@ pub(super) struct Material {
     dissolve: Option<f64>,
     transparency: Option<f64>,
     illumination: Option<u32>,
+    /// `Tf`: red, green and blue; Maya's is 1 less what a surface lets through.
+    filter: Option<[f64; 3]>,
     /// `map_d`: the file of a picture of what is opaque.
     opacity_map: Option<String>,
     /// An earlier one of this name was.
@@ -36,8 +39,13 @@ impl Material {
 
     /// Whether what is behind it may show.
     pub fn is_see_through(&self) -> bool {
-        let shows = self.opacity() < 1.0 || self.opacity_map.is_some() || matches!(self.illumination, Some(4 | 6 | 7 | 9));
-        shows || self.was_see_through
+        let is_clear = || self.dissolve.or(self.transparency).is_none() && self.filter != Some([1.0; 3]);
+        let by_model = match self.illumination {
+            Some(6 | 7) => true,
+            Some(4 | 9) => is_clear(),
+            _ => false,
+        };
+        self.opacity() < 1.0 || self.opacity_map.is_some() || by_model || self.was_see_through
     }
 }
 
@@ -73,7 +81,12 @@ pub(super) fn read(bytes: &[u8], out: &mut HashMap<String, Material>) {
             "d" => material.dissolve = number.and_then(|n| n.parse().ok()),
             "Tr" => material.transparency = number.and_then(|n| n.parse().ok()),
             "illum" => material.illumination = number.and_then(|n| n.parse().ok()),
-            "map_d" => material.opacity_map = Some(file(rest)),
+            "map_d" if !rest.is_empty() => material.opacity_map = Some(file(rest)),
+            "Tf" => {
+                let numbers: Vec<f64> = rest.split_ascii_whitespace().map_while(|n| n.parse().ok()).collect();
+                // One number stands for all three.
+                material.filter = if let [one] = numbers[..] { Some([one; 3]) } else { numbers.try_into().ok() };
+            }
             "Kd" => {
                 let numbers: Vec<f32> = rest.split_ascii_whitespace().map_while(|n| n.parse().ok()).collect();
                 material.diffuse = numbers.try_into().ok();
@@ -98,6 +111,26 @@ mod tests {
         let mut names: Vec<_> = out.iter().filter(|(_, m)| m.is_see_through()).map(|(name, _)| name.as_str()).collect();
         names.sort();
         assert_eq!(names, ["glass", "halo", "leaf", "ray", "thin"]);
+    }
+
+    /// As Maya, 3ds Max and Blender write what is opaque, and what is not.
+    #[test]
+    fn what_exporters_write_for_opaque_is_opaque() {
+        for (says, shows) in [
+            ("illum 4\nKd 0.5 0.5 0.5\nTf 1.00 1.00 1.00\nNi 1.00", false),
+            ("illum 4\nTf 0.40 0.40 0.40\nNi 1.00", true),
+            ("illum 4\nTf 1\n", false),
+            ("illum 4\nTf spectral x.rfl\n", true),
+            ("Tr 0.0\nTf 1.0 1.0 1.0\nillum 2\nmap_d", false),
+            ("illum 4", true),
+            ("d 1.0\nillum 9", false),
+            ("d 0.2\nillum 4\nTf 1 1 1", true),
+            ("d 1.0\nillum 6", true),
+        ] {
+            let mut out = HashMap::new();
+            read(format!("newmtl a\n{says}\n").as_bytes(), &mut out);
+            assert_eq!(out["a"].is_see_through(), shows, "{says}");
+        }
     }
 
     #[test]
