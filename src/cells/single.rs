@@ -32,7 +32,8 @@ impl CellGraph {
             // Planes of a sliver that are nearly parallel meet metres farther off when they are rounded, or nowhere.
             let most = piece.bounds.inflated(tolerance.clearance);
             let is_longer = !(most.contains(rounded.bounds.min) && most.contains(rounded.bounds.max));
-            let boxed = || held(planes.iter().copied().chain(box_planes(&piece.bounds)).collect(), coplanar, rounding);
+            let sides = || box_planes(piece.bounds.inflated(coplanar));
+            let boxed = || held(planes.iter().copied().chain(sides()).collect(), coplanar, rounding);
             *piece = if is_longer { boxed().unwrap_or(rounded) } else { rounded };
         }
         for portal in &mut self.portals {
@@ -60,8 +61,8 @@ pub(in crate::cells) fn held(planes: Vec<Plane>, coplanar: f64, rounding: f64) -
 }
 
 /// The planes of a box where it is finite, as a file holds them.
-fn box_planes(bounds: &Aabb) -> impl Iterator<Item = Plane> {
-    let sides = DVec3::AXES.into_iter().flat_map(|n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)]);
+fn box_planes(bounds: Aabb) -> impl Iterator<Item = Plane> {
+    let sides = DVec3::AXES.into_iter().flat_map(move |n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)]);
     sides.filter(|side| side.d.is_finite()).map(|side| plane(&side))
 }
 
