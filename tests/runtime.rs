@@ -2,7 +2,7 @@
 
 use enfilade::BitMatrix;
 use enfilade::cells::PortalKind;
-use enfilade::file::{FileViewCell, PvsFile};
+use enfilade::file::{FileCell, FileViewCell, PvsFile};
 use enfilade::runtime::{Camera, Culler, Mode, Narrowing, Rect, Scratch};
 use enfilade::scene::{Role, Scene};
 use enfilade::walkthrough::mode::WalkMode;
@@ -454,6 +454,31 @@ fn a_tour_enters_every_cell_and_misses_no_pixel() {
         assert!(s.triangles_mean >= s.exact_triangles_mean.unwrap(), "{}", s.mode);
     }
     assert!(all[4].triangles_mean < all[1].triangles_mean && all[1].triangles_mean < all[0].triangles_mean);
+}
+
+/// A chink in a wall is no place to stand in: who is in it has surfaces within the clearance.
+#[test]
+fn a_tour_leaves_chinks_out() {
+    let (_, file) = flat().0.finish();
+    let slab = |thick: f64| {
+        let low = -10.0;
+        let sides = [
+            (DVec3::Y, low + 3.0),
+            (-DVec3::Y, -low),
+            (DVec3::Z, 5.0),
+            (-DVec3::Z, 0.0),
+            (DVec3::X, thick),
+            (-DVec3::X, 0.0),
+        ];
+        sides.map(|(n, d)| n.as_vec3().extend(d as f32)).to_vec()
+    };
+    let enters = |thick: f64| {
+        let mut with = file.clone();
+        with.cells.push(FileCell { name: "slab".into(), source: None, open: false, pieces: vec![slab(thick)] });
+        tour(&with, 0).frames.iter().any(|frame| (frame.eye - file.origin).y < -1.0)
+    };
+    assert!(enters(1.0) && enters(4.0 * file.clearance()));
+    assert!(!enters(file.clearance()));
 }
 
 /// The flat in millimetres, and in units of a game (its rooms are 96 high): the same tour, so many times as large.

@@ -3,7 +3,8 @@
 //! Cells are visited in the depth-first order of a spanning tree over portals that goes through windows only where nothing
 //! else leads. Within a cell the way goes from piece to piece where they touch. Cells may reach into walls: thin pieces are left
 //! by the shortest step into a thick one, and in thick ones the way keeps off the sides. The eye is 1.6 m above the floor of
-//! the piece that it is in, lower where the piece is low; all lengths are a person's, whatever unit the model is in. A file of one open cell has no way: there the eye jumps from object to object.
+//! the piece that it is in, lower where the piece is low; all lengths are a person's, whatever unit the model is in. Cells no wider than twice
+//! the clearance are chinks, and left out. A file of one open cell has no way: there the eye jumps from object to object.
 
 use super::path::{CameraPath, PathFrame};
 use crate::file::{FileObject, PvsFile};
@@ -152,6 +153,8 @@ struct Rooms {
     beside: Vec<Vec<usize>>,
     /// Rooms are said to touch within this, metres.
     touch: f64,
+    /// The file's clearance.
+    clearance: f64,
     /// What is common to two rooms, the lower first, as far as a way has asked; `None` where they don't touch.
     passages: RefCell<HashMap<[usize; 2], Option<Rc<Room>>>>,
 }
@@ -206,7 +209,8 @@ impl Rooms {
         let touch = bounds.diagonal() * 1e-4;
         let boxes: Vec<Aabb> = rooms.iter().map(|room| room.bounds.inflated(touch)).collect();
         let beside = beside(&cells, &boxes);
-        Self { metre, bounds, rooms, cells, beside, touch, passages: RefCell::default() }
+        let clearance = file.clearance() / metre;
+        Self { metre, bounds, rooms, cells, beside, touch, clearance, passages: RefCell::default() }
     }
 
     /// What is common to two rooms that touch.
@@ -216,10 +220,11 @@ impl Rooms {
         self.passages.borrow_mut().entry(key).or_insert_with(find).clone()
     }
 
-    /// The piece of a cell that a walk stands in: the largest.
+    /// The piece of a cell that a walk stands in: the largest. `None` in a chink: who has a surface within the clearance is promised nothing.
     fn main(&self, cell: usize) -> Option<usize> {
         let size = |&r: &usize| self.rooms[r].bounds.size().element_product();
-        self.cells[cell].iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)).then(b.cmp(a)))
+        let wide = self.cells[cell].iter().copied().filter(|&r| self.rooms[r].breadth > self.clearance);
+        wide.max_by(|a, b| size(a).total_cmp(&size(b)).then(b.cmp(a)))
     }
 
     /// The piece of a cell that is nearest to a point.
@@ -303,7 +308,7 @@ impl Rooms {
                 let through = match tree[cell].get(*next) {
                     Some(&(portal, target)) => {
                         *next += 1;
-                        if visited[target] || self.cells[target].is_empty() {
+                        if visited[target] || self.main(target).is_none() {
                             continue;
                         }
                         stack.push((target, 0, Some((portal, cell))));

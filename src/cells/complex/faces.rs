@@ -263,11 +263,12 @@ impl Around<'_> {
         if polygon.len() < 3 || whole <= 0.0 {
             return None;
         }
-        let is_thin = width(&polygon) <= SNAPPED * self.coplanar;
         let first = line.walls.first().map(|&(w, _)| &facets.walls[w as usize]);
         let mut triangles = Vec::new();
         let (mut fronts, mut leaves) = ([0.0; 2], 0.0);
         let (lo, hi) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)));
+        let thin = SNAPPED * self.coplanar;
+        let is_thin = hi.x - lo.x > thin && width(&polygon) <= thin;
         for (w, list) in line.walls {
             let wall = &facets.walls[*w as usize];
             // Another wall on the same line may run the other way.
