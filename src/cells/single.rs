@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(twice, once);
     }
 
-    /// A wedge 12 m long and a millimetre thick: rounded, its sides meet elsewhere. Two of them don't meet at all without the third.
+    /// A wedge 12 m long and 10 micrometres thick: rounded, its sides meet elsewhere.
     #[test]
     fn a_sliver_reaches_no_farther_when_it_is_rounded() {
         let corner = |x: f64, z: f64| DVec3::new(100.0 + x, 0.0, 300.0 + z);

@@ -235,6 +235,7 @@ fn a_picture_without_alpha_lets_nothing_through() {
     let blend = |base: Value| json!({"alphaMode": "BLEND", "pbrMetallicRoughness": base});
     let textured = || json!({"baseColorTexture": {"index": 0}});
     let faded = json!({"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, 0.5]});
+    let other = json!({"baseColorTexture": {"index": 1}});
     for (material, image, colours, opaque) in [
         (blend(textured()), json!({"uri": "wall.JPG"}), false, true),
         (blend(textured()), json!({"uri": "data:image/jpeg;base64,/9j/"}), false, true),
@@ -244,11 +245,12 @@ fn a_picture_without_alpha_lets_nothing_through() {
         (json!({"alphaMode": "MASK", "pbrMetallicRoughness": textured()}), json!({"uri": "wall.jpg"}), false, true),
         (blend(json!({"baseColorTexture": {"index": 7}})), json!({"uri": "wall.jpg"}), false, false),
         (blend(textured()), json!("no image"), false, false),
+        (blend(other), json!({"uri": "wall.jpg"}), false, false),
     ] {
         let mut glb = Glb::new();
         let position = glb.positions(&TRIANGLE);
         glb.json["images"] = json!([image]);
-        glb.json["textures"] = json!([{"source": 0}]);
+        glb.json["textures"] = json!([{"source": 0}, {"source": 0, "extensions": {"EXT_texture_webp": {"source": 0}}}]);
         let material = glb.push("materials", material);
         let mut attributes = json!({"POSITION": position});
         if colours {

@@ -45,7 +45,9 @@ impl Pictures<'_, '_> {
     }
 
     fn has_no_alpha(&self, texture: &Value) -> Option<bool> {
-        let source = self.textures[texture["index"].as_u64()? as usize]["source"].as_u64()?;
+        let texture = &self.textures[texture["index"].as_u64()? as usize];
+        // An extension's picture (WebP, Basis Universal) comes first.
+        let source = texture["source"].as_u64().filter(|_| texture["extensions"].is_null())?;
         let image = &self.images[source as usize];
         if let Some(uri) = image["uri"].as_str() {
             let name = uri.to_ascii_lowercase();
