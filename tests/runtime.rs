@@ -460,22 +460,21 @@ fn a_tour_enters_every_cell_and_misses_no_pixel() {
 #[test]
 fn a_tour_leaves_chinks_out() {
     let (_, file) = flat().0.finish();
+    let corners = || file.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3());
+    let low = corners().fold(DVec3::INFINITY, DVec3::min);
+    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    // Beside the house, where a tour may go.
+    let (from, to) = (DVec3::new(high.x + 0.2, low.y, low.z), high);
     let slab = |thick: f64| {
-        let low = -10.0;
-        let sides = [
-            (DVec3::Y, low + 3.0),
-            (-DVec3::Y, -low),
-            (DVec3::Z, 5.0),
-            (-DVec3::Z, 0.0),
-            (DVec3::X, thick),
-            (-DVec3::X, 0.0),
-        ];
-        sides.map(|(n, d)| n.as_vec3().extend(d as f32)).to_vec()
+        let to = to.with_x(from.x + thick);
+        DVec3::AXES.map(|n| [(n, n.dot(to)), (-n, -n.dot(from))]).concat()
     };
     let enters = |thick: f64| {
         let mut with = file.clone();
-        with.cells.push(FileCell { name: "slab".into(), source: None, open: false, pieces: vec![slab(thick)] });
-        tour(&with, 0).frames.iter().any(|frame| (frame.eye - file.origin).y < -1.0)
+        let pieces = vec![slab(thick).iter().map(|&(n, d)| n.as_vec3().extend(d as f32)).collect()];
+        with.cells.push(FileCell { name: "slab".into(), source: None, open: false, pieces });
+        let is_inside = |eye: DVec3| slab(thick).iter().all(|(n, d)| n.dot(eye - file.origin) <= d + 1e-6);
+        tour(&with, 0).frames.iter().any(|frame| is_inside(frame.eye))
     };
     assert!(enters(1.0) && enters(4.0 * file.clearance()));
     assert!(!enters(file.clearance()));

@@ -19,6 +19,10 @@ const HALF_WAY: f64 = 0.4999;
 /// A number is one of `f32` if it is this share of itself near to one, at most: what reading a decimal may lose.
 pub(in crate::cells) const DECIMAL: f64 = 4.0 * f64::EPSILON;
 
+/// Planes look away from each other where the cosine of their normals is below this (0.8 degrees). Larger: flat wedges count as slivers,
+/// and get a box. Smaller: slivers grow by metres.
+const OPPOSITE: f64 = -0.9999;
+
 impl CellGraph {
     /// Rounds planes and corners as a file does, which is far below the scene's tolerances. What has no volume, or hardly any width,
     /// stays as it is: such cells and portals may be given.
@@ -31,7 +35,8 @@ impl CellGraph {
             let Some(rounded) = held(planes.clone(), coplanar, rounding) else { continue };
             // Planes of a sliver that are nearly parallel meet metres farther off when they are rounded, or nowhere.
             let most = piece.bounds.inflated(tolerance.clearance);
-            let is_longer = !(most.contains(rounded.bounds.min) && most.contains(rounded.bounds.max));
+            let is_longer = is_sliver(piece, 2.0 * tolerance.clearance)
+                && !(most.contains(rounded.bounds.min) && most.contains(rounded.bounds.max));
             let sides = || box_planes(piece.bounds.inflated(coplanar));
             let boxed = || held(planes.iter().copied().chain(sides()).collect(), coplanar, rounding);
             *piece = if is_longer { boxed().unwrap_or(rounded) } else { rounded };
@@ -58,6 +63,14 @@ pub(in crate::cells) fn held(planes: Vec<Plane>, coplanar: f64, rounding: f64) -
     let grown = || planes.iter().map(|p| Plane { d: p.d + rounding, ..*p }).collect::<Vec<Plane>>();
     let bounds = bounds(&planes).or_else(|| bounds(&grown()))?;
     Some(Piece { planes, bounds })
+}
+
+/// True where two planes that look away from each other are no farther apart than `thick` in the middle of a piece.
+fn is_sliver(piece: &Piece, thick: f64) -> bool {
+    let middle = piece.bounds.centre();
+    let room = |p: &Plane| -p.distance(middle);
+    let is_thin = |a: &Plane, b: &Plane| a.n.dot(b.n) < OPPOSITE && room(a) + room(b) <= thick;
+    piece.planes.iter().enumerate().any(|(i, a)| piece.planes[i + 1..].iter().any(|b| is_thin(a, b)))
 }
 
 /// The planes of a box where it is finite, as a file holds them.

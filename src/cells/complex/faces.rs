@@ -268,7 +268,8 @@ impl Around<'_> {
         let (mut fronts, mut leaves) = ([0.0; 2], 0.0);
         let (lo, hi) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)));
         let thin = SNAPPED * self.coplanar;
-        let is_thin = hi.x - lo.x > thin && width(&polygon) <= thin;
+        let is_upright = hi.x - lo.x <= thin && hi.y - lo.y > thin;
+        let is_thin = !is_upright && width(&polygon) <= thin;
         for (w, list) in line.walls {
             let wall = &facets.walls[*w as usize];
             // Another wall on the same line may run the other way.
