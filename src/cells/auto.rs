@@ -21,8 +21,8 @@ const SOUND_SHARE: f64 = 0.5;
 /// A plan is tried where this share of what isn't level stands upright: in houses with roofs 0.75 and more. The first where a model says
 /// nothing of a building, in which a search for rooms takes minutes and ends with few.
 const UPRIGHT_SHARE: [f64; 2] = [0.75, 0.5];
-/// A plan with more portals than this to a cell is ragged: buildings have 1 to 20, a villa with a dome 26.
-const RAGGED_PORTALS: f64 = 27.0;
+/// A plan with more portals than this to a cell is ragged: buildings have 1 to 16, a villa with a dome 8, a level of slopes 23.
+const RAGGED_PORTALS: f64 = 20.0;
 /// A scene has ceilings where something is above this share of what is level. More: a house on a large site has none. Less: cities are
 /// searched for rooms.
 const COVERED_SHARE: f64 = 0.05;
