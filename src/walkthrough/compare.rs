@@ -22,8 +22,9 @@ struct Counts {
     cracks: u64,
 }
 
-/// Counts for each file of one scene's cells what [`walk`](super::walk::walk) counts with `verify_pixels` in the modes `pvs` and `both`, all doors
-/// open. Pictures are `width` x `height` pixels, each 1 to 16384. The same for any number of threads.
+/// Counts for each file what [`walk`](super::walk::walk) counts with `verify_pixels` in the modes `pvs` and `both`, all doors
+/// open. Holes that the first file takes for opaque are so for all. Pictures are `width` x `height` pixels, each 1 to 16384. The same for
+/// any number of threads.
 pub fn compare(scene: &Scene, files: &[PvsFile], path: &CameraPath, [width, height]: [usize; 2]) -> Compared {
     let cullers: Vec<Culler> = files.iter().map(Culler::new).collect();
     let rays = files.first().map_or_else(|| RayScene::new(scene), |file| with_holes(scene, file));
