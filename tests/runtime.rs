@@ -521,6 +521,15 @@ fn a_tour_of_one_open_cell_is_where_its_objects_are() {
     assert_eq!(from, [0, 1, 2, 3, 4, 5], "each is stood at once");
     assert!(path.frames.iter().all(|frame| (frame.eye - p(712., 1.6, 802.)).abs().cmple(p(12., 1e-3, 2.)).all()));
     assert_eq!(path.frames.len(), 96, "16 looks from each");
+    // Who takes a look from each shed still looks around: no two of six within a twelfth of a turn.
+    let turn = |i: usize| {
+        let along = path.frames[16 * i].target - path.frames[16 * i].eye;
+        along.z.atan2(along.x) / std::f64::consts::TAU
+    };
+    for (i, j) in (0..6).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        let between = (turn(i) - turn(j)).rem_euclid(1.0);
+        assert!(between.min(1.0 - between) > 1.0 / 12.0, "sheds {i} and {j} look the same way");
+    }
 }
 
 /// A door that the model has shut: nothing that shows is missing from a picture in which its leaf hides what is behind, and less is drawn

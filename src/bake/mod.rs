@@ -173,6 +173,23 @@ fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) ->
     split_beside(rays, options, Some(walls), work)
 }
 
+/// One open cell instead of a graph that flow would take hours for; only rough walls make so many portals between few cells.
+fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
+    if !pvs::flow::is_dear(&graph, scene.tolerance().coplanar) {
+        return graph;
+    }
+    let (cells, portals) = (graph.cells.len(), graph.portals.len());
+    let bound = format!(
+        "{BOUND}{cells} cells would have {portals} portals, most of them cracks in rough walls; to search them would take hours; all is one open cell"
+    );
+    CellGraph {
+        strategy: graph.strategy,
+        reason: graph.reason,
+        notes: graph.notes.into_iter().chain([bound]).collect(),
+        ..undivided(scene)
+    }
+}
+
 /// Splits, works out visibility, and packs.
 ///
 /// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
@@ -188,7 +205,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let rays = RayScene::new(scene);
     let mut graph = match options.given {
         Some(graph) => graph,
-        None => work.once(|| find_cells_by(&rays, &options.split, work))?,
+        None => work.once(|| find_cells_by(&rays, &options.split, work).map(|graph| if_affordable(scene, graph)))?,
     };
     if let Some(metres) = options.smallest_hole {
         small_holes::close(scene, &mut graph, metres);
@@ -247,4 +264,40 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
     Ok(Baked { file, audit, views, partition, cells_found, sampling_end, seconds })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CellId;
+    use crate::cells::{Cell, Portal, PortalKind, PortalState};
+    use crate::geom::Plane;
+    use crate::scene::{Mesh, SceneBuilder, Source};
+    use glam::DVec3;
+
+    #[test]
+    fn too_many_cracks_are_not_searched() {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let corners = [DVec3::ZERO, DVec3::Y, DVec3::Y + DVec3::Z, DVec3::Z];
+        let (positions, triangles) = (corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+        builder.add(Mesh { node: "wall".into(), role: Role::Unknown, opaque: true, positions, triangles }).unwrap();
+        let scene = builder.finish("wall").unwrap();
+        let crack = |i: u32| Portal {
+            cells: [CellId(0), CellId(1)],
+            plane: Plane { n: DVec3::X, d: 0.0 },
+            winding: corners.map(|p| (p + f64::from(i)) * (DVec3::Y + DVec3::Z)).to_vec(),
+            kind: PortalKind::Opening,
+            state: PortalState::of_kind(PortalKind::Opening),
+            source: None,
+        };
+        let between = |cracks: u32| CellGraph {
+            strategy: Strategy::Volume,
+            ..CellGraph::given(vec![Cell::default(); 2], (0..cracks).map(crack).collect())
+        };
+        let few = between(100);
+        assert_eq!(if_affordable(&scene, few.clone()), few);
+        let one = if_affordable(&scene, between(40_000));
+        assert_eq!((one.strategy, one.cells.len(), one.portals.len()), (Strategy::Volume, 1, 0));
+        assert!(one.notes.iter().any(|note| note.starts_with("bound: 2 cells would have 40000 portals")), "{:?}", one.notes);
+    }
 }

@@ -50,6 +50,7 @@ pub(crate) mod might_see;
 pub(crate) mod net;
 mod objects;
 mod parts;
+mod planes;
 mod reach;
 pub(crate) mod schedule;
 pub(crate) mod search;
@@ -136,6 +137,17 @@ pub fn flow(input: &FlowInput<'_>, work: &Job<'_>) -> Result<FlowResult, Stopped
 /// What flow takes at most, bytes, where it goes through a graph in parts; `None` where it doesn't, which takes [`crate::cells::flow_bytes`].
 pub fn parts_bytes(graph: &CellGraph, coplanar: f64) -> Option<u64> {
     Parts::new(&Net::of_graph(graph, coplanar), Sizes::default()).map(|parts| parts.bytes())
+}
+
+/// Crossings of a cell, from one of its portals to another, of all cells of a graph at most: a minute.
+const MOST_CROSSINGS: u64 = 1 << 31;
+
+/// True where flow would take minutes before its first step, which [`FlowInput::max_steps`] doesn't bound: where few cells have portals by the
+/// ten thousand.
+pub fn is_dear(graph: &CellGraph, coplanar: f64) -> bool {
+    let crossings: u64 = graph.cells.iter().map(|cell| (cell.portals.len() as u64).pow(2)).sum();
+    let is_dear = || might_see::is_dear(&Net::of_graph(graph, coplanar));
+    2 * graph.portals.len() >= might_see::MANY && (crossings > MOST_CROSSINGS || is_dear())
 }
 
 /// Decides every pair of which a cell is `own`.

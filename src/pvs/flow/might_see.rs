@@ -7,6 +7,7 @@
 //! thousands of portals it is the pairs that cost, and `reach` finds the rows without asking all of them.
 
 use super::net::Net;
+use super::planes::{Planes, WordsLeft};
 use super::reach::Reach;
 use crate::parallel;
 use crate::{BitMatrix, bits};
@@ -27,7 +28,7 @@ impl MightSee {
     pub fn new(net: &Net) -> Self {
         let n = net.portals();
         let rows = by_windows(net)
-            .unwrap_or_else(|| from_rows(n, n, || Planes::new(net), |planes, first, row| planes.from(first, row)));
+            .unwrap_or_else(|| from_rows(n, n, || Planes::new(net), |planes, first, row| _ = planes.from(first, row)));
         Self::of(net, rows)
     }
 
@@ -62,22 +63,20 @@ impl MightSee {
     /// Keeps what a chain of allowed pairs leads to: each portal of it allowed after the one before and after the first.
     fn flood(&mut self, net: &Net) {
         let old = &self.rows;
-        self.rows = from_rows(
-            old.rows(),
-            old.columns(),
-            || (),
-            |(), first, row| {
-                let mut queue = vec![first];
-                while let Some(last) = queue.pop() {
-                    let out = net.out(net.target[last] as usize);
-                    for (word, mask) in words_of(out) {
-                        let new = old.row(first)[word] & old.row(last)[word] & mask & !row[word];
-                        row[word] |= new;
-                        queue.extend(bits::ones(&[new]).map(|bit| word * 64 + bit));
-                    }
-                }
-            },
-        );
+        let fill = |(untaken, queue): &mut (WordsLeft<'_>, Vec<usize>), first: usize, row: &mut [u64]| {
+            untaken.restart();
+            queue.push(first);
+            while let Some(last) = queue.pop() {
+                untaken.retain(net.target[last] as usize, |word, mask| {
+                    let left = old.row(first)[word] & mask & !row[word];
+                    let new = left & old.row(last)[word];
+                    row[word] |= new;
+                    queue.extend(bits::ones(&[new]).map(|bit| word * 64 + bit));
+                    left != new
+                });
+            }
+        };
+        self.rows = from_rows(old.rows(), old.columns(), || (WordsLeft::new(net), Vec::new()), fill);
     }
 
     /// Keeps (p, q) only where (q reversed, p reversed) is there too.
@@ -158,18 +157,45 @@ pub(super) const MANY: usize = 16_384;
 const TRIED: usize = 64;
 /// A source may look at one of so many portals: with more, it would take longer than by planes.
 const LOOKS: usize = 32;
+/// Portals by which it is told how much the flood of all would look at, and the most that it may, words of 64 portals: a minute or two. More:
+/// bakes that take hours. Less: cities, where a street sees every window, become one cell.
+const SAMPLES: usize = 64;
+const MOST_LOOKS: f64 = 6e10;
 
-/// Where there are many portals, of which most come to few: rows by windows that narrow on the way.
-fn by_windows(net: &Net) -> Option<BitMatrix> {
+/// True where windows that narrow on the way are tried, and come to few portals from most.
+fn windows_pay(net: &Net) -> bool {
     let n = net.portals();
     if n < MANY {
-        return None;
+        return false;
     }
     let one = |(reach, found): &mut (Reach<'_>, Vec<u32>), i: usize| reach.from(i * TRIED, n / LOOKS, found);
     let done = parallel::map_init(n.div_ceil(TRIED), || (Reach::new(net), Vec::new()), one);
-    if 2 * done.iter().filter(|done| **done).count() < done.len() {
+    2 * done.iter().filter(|done| **done).count() >= done.len()
+}
+
+/// True where might-see would take longer than minutes: portals by the ten thousand between few cells, as where rough walls leave cracks.
+pub(super) fn is_dear(net: &Net) -> bool {
+    looks_of_all(net) > MOST_LOOKS && !windows_pay(net)
+}
+
+/// What floods by planes would look at in all, words of 64 portals, as far as a few tell.
+fn looks_of_all(net: &Net) -> f64 {
+    let n = net.portals();
+    let samples = SAMPLES.min(n);
+    let scratch = || (Planes::new(net), vec![0; n.div_ceil(64)]);
+    let looks = parallel::map_init(samples, scratch, |(planes, row), i| {
+        row.fill(0);
+        planes.from(i * n / samples, row)
+    });
+    looks.into_iter().sum::<u64>() as f64 * n as f64 / samples.max(1) as f64
+}
+
+/// Where there are many portals, of which most come to few: rows by windows that narrow on the way.
+fn by_windows(net: &Net) -> Option<BitMatrix> {
+    if !windows_pay(net) {
         return None;
     }
+    let n = net.portals();
     let scratch = || (Reach::new(net), Vec::new(), Planes::new(net));
     let fill = |(reach, found, planes): &mut (Reach<'_>, Vec<u32>, Planes<'_>), first: usize, row: &mut [u64]| {
         if reach.from(first, n / LOOKS, found) {
@@ -179,39 +205,6 @@ fn by_windows(net: &Net) -> Option<BitMatrix> {
         }
     };
     Some(from_rows(n, n, scratch, fill))
-}
-
-/// A flood over portals that their planes allow.
-struct Planes<'n> {
-    net: &'n Net,
-    queue: Vec<u32>,
-    /// Portals that were asked, as bits.
-    asked: Vec<u64>,
-}
-
-impl<'n> Planes<'n> {
-    fn new(net: &'n Net) -> Self {
-        Self { net, queue: Vec::new(), asked: vec![0; net.portals().div_ceil(64)] }
-    }
-
-    /// Sets the portals that a flood from `first` reaches whose planes allow it.
-    fn from(&mut self, first: usize, row: &mut [u64]) {
-        let Self { net, queue, asked } = self;
-        asked.fill(0);
-        queue.push(first as u32);
-        while let Some(last) = queue.pop() {
-            for &(word, mask) in net.next(last as usize) {
-                let word = word as usize;
-                for p in bits::ones(&[mask & !asked[word]]).map(|bit| word * 64 + bit) {
-                    if net.may_follow(first, p) {
-                        set(row, p);
-                        queue.push(p as u32);
-                    }
-                }
-                asked[word] |= mask;
-            }
-        }
-    }
 }
 
 /// A matrix whose rows are worked out in parallel, each by itself, with scratch memory.
@@ -246,12 +239,15 @@ pub(crate) fn get(row: &[u64], bit: usize) -> bool {
 
 /// The words that a range of bits covers, each with the mask of the bits in the range.
 pub(crate) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)> {
-    let (start, end) = (range.start, range.end);
-    (start / 64..end.div_ceil(64)).map(move |word| {
-        let low = !0u64 << start.saturating_sub(word * 64).min(63);
-        let high = !0u64 >> (64 - (end - word * 64).min(64));
-        (word, low & high)
-    })
+    (range.start / 64..range.end.div_ceil(64)).map(move |word| (word, mask_of(&range, word)))
+}
+
+/// The bits of a range in one of the words that it covers.
+#[inline]
+pub(super) fn mask_of(range: &Range<usize>, word: usize) -> u64 {
+    let low = !0u64 << range.start.saturating_sub(word * 64).min(63);
+    let high = !0u64 >> (64 - (range.end - word * 64).min(64));
+    low & high
 }
 
 #[cfg(test)]
@@ -307,6 +303,17 @@ mod tests {
         might_see.drop_into(&net, net.out(0).start, &[1 << 4]);
         assert_eq!(cells_after(&net, &might_see, net.out(0).start), [2, 3]);
         assert_eq!(might_see.count(net.out(4).start), 2, "and back");
+    }
+
+    #[test]
+    fn a_few_floods_tell_what_all_take() {
+        // A row of rooms, none of whose doors can be left out: each first door asks all in front and behind.
+        let net = row(&[0.0; 60]);
+        let mut planes = Planes::new(&net);
+        let all: u64 = (0..net.portals()).map(|first| planes.from(first, &mut [0; 2])).sum();
+        let told = looks_of_all(&net);
+        assert!((0.5..2.0).contains(&(told / all as f64)), "{told} for {all}");
+        assert_eq!(looks_of_all(&Net::new(1, &[], 1e-6)), 0.0);
     }
 
     #[test]
