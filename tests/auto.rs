@@ -1,6 +1,8 @@
 //! Which strategy a scene gets when nobody asks for one, and the line that says why.
 
+use enfilade::bake::find_cells;
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
+use enfilade::job::Job;
 use enfilade::scene::{Role, RoomHint, Scene};
 use glam::{DVec2, DVec3};
 use testing::meshes::{builder, cuboid, soup};
@@ -137,6 +139,30 @@ fn a_level_floor_alone_is_one_open_cell() {
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 1));
     let tried = "the plan kept: the plan closes no cell, bsp 0";
     assert_eq!(reason, format!("the model names no rooms; 100 % of what is not level stands upright; {tried}"));
+}
+
+/// A hall of 12 x 12 m with screens between its desks, 1.4 m long and up to the ceiling, in rows 3 m apart: no doorway, one room to the plan.
+/// But who stands there sees a part of it.
+#[test]
+fn a_hall_with_screens_is_cut_by_them() {
+    let mut parts = vec![cuboid(v(-0.1, -0.2, -0.1), v(12.1, 0., 12.1)), cuboid(v(-0.1, 2.6, -0.1), v(12.1, 2.8, 12.1))];
+    for (i, at) in [0., 3., 6., 9., 12.].into_iter().enumerate() {
+        let outer: &[[f64; 2]] = &[[-0.1, 12.1]];
+        let screens: &[[f64; 2]] = &[[0.8, 2.2], [3.8, 5.2], [6.8, 8.2], [9.8, 11.2]];
+        for &[from, to] in if i % 4 == 0 { outer } else { screens } {
+            parts.push(cuboid(v(from, 0., at - 0.1), v(to, 2.6, at + 0.1)));
+            parts.push(cuboid(v(at - 0.1, 0., from), v(at + 0.1, 2.6, to)));
+        }
+    }
+    for (x, z) in [0.5, 3.5, 6.5, 9.5].into_iter().flat_map(|x| [0.5, 3.5, 6.5, 9.5].map(|z| (x, z))) {
+        parts.push(cuboid(v(x, 0.7, z), v(x + 1.2, 0.75, z + 1.2)));
+    }
+    let scene = scene(&parts, Vec::new());
+    let (plan, reason) = picked(&scene);
+    assert_eq!((plan.strategy, plan.cells.len()), (Strategy::Plan, 2), "{reason}");
+    let found = find_cells(&scene, &SplitOptions::default(), &Job::quiet()).unwrap();
+    assert_eq!(found.strategy, Strategy::Bsp, "{}", found.reason);
+    assert!(found.reason.contains("a plan with 1 closed cells would leave"), "{}", found.reason);
 }
 
 /// A storey of 2.7 m in centimetres is told by its height, but not against what the user says.

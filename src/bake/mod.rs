@@ -8,7 +8,7 @@ mod worth;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 pub use unbaked::unbaked;
 
-use crate::cells::validate::stage;
+use crate::cells::validate::{stage, structure};
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
 use crate::cells::{BOUND, small_holes, split_beside, undivided};
 use crate::file::PvsFile;
@@ -139,11 +139,13 @@ const LEAVES_GROW: f64 = 0.05;
 /// View cells whose rows are proven to save less than this share of the triangles cost more, in bytes and in the bake, than they save.
 const VIEW_CELLS_PAY: f64 = 0.05;
 
-/// Portals that draw more of the frustum than this are not worth a graph: all is one open cell.
+/// Portals that draw more of the frustum than this are not worth a graph: all is one open cell. So are walls that draw more than this share of
+/// what the plan draws.
 const WORTH: f64 = 0.95;
 
 /// The cells that [`bake`] finds where none are given. Splits a scene; where nobody asked for a strategy and no wall would keep anything
-/// from being drawn, into one open cell. A tree of walls is quick to build, and tells before a plan is searched for rooms.
+/// from being drawn, into one open cell. A tree of walls is quick to build, and tells before a plan is searched for rooms. It is also taken
+/// where the model names no opening and no storey, and the plan finds one room or none and draws more: in a hall, screens hide much.
 ///
 /// # Errors
 ///
@@ -170,7 +172,24 @@ fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) ->
         graph.notes.extend(walls.notes.into_iter().filter(|note| note.starts_with(BOUND)));
         return Ok(graph);
     }
-    split_beside(rays, options, Some(walls), work)
+    let found = split_beside(rays, options, Some(walls.clone()), work)?;
+    let rooms = found.cells.iter().filter(|cell| !cell.open).count();
+    let names_none = scene.hints.openings.is_empty() && scene.hints.storeys.is_empty();
+    if found.strategy == Strategy::Plan
+        && rooms <= 1
+        && names_none
+        && structure(&walls, scene.tolerance().coplanar).is_empty()
+    {
+        let of_plan = worth::drawn_share(rays, &found, work)?;
+        if share <= WORTH * of_plan {
+            let [of_plan, of_walls] = [of_plan, share].map(|share| 100.0 * share);
+            let reason = format!(
+                "walls leave {of_walls:.0} % of what the frustum draws; a plan with {rooms} closed cells would leave {of_plan:.0} %"
+            );
+            return Ok(CellGraph { reason, ..walls });
+        }
+    }
+    Ok(found)
 }
 
 /// One open cell instead of a graph that flow would take hours for; only rough walls make so many portals between few cells.
