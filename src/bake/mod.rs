@@ -199,7 +199,7 @@ fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     }
     let (cells, portals) = (graph.cells.len(), graph.portals.len());
     let bound = format!(
-        "{BOUND}{cells} cells would have {portals} portals, most of them cracks in rough walls; to search them would take hours; all is one open cell"
+        "{BOUND}{cells} cells would have {portals} portals, as where rough walls leave cracks; to search them would take hours; all is one open cell"
     );
     CellGraph {
         strategy: graph.strategy,
