@@ -162,8 +162,7 @@ pub fn hsv(hue: f32, saturation: f32, value: f32) -> Colour {
 
 /// A hue for the `i`-th of many things: neighbours in number are far apart in colour.
 pub fn hue(i: usize) -> f32 {
-    // The golden ratio's turns never come near each other.
-    (i as f64 * 0.618_033_988_749_895).fract() as f32
+    super::golden_turn(i) as f32
 }
 
 #[cfg(test)]

@@ -31,8 +31,6 @@ const MOST_FRAMES: usize = 240;
 /// Places in a file of one open cell, and looks around from the only places of a path, at most.
 const PLACES: usize = 24;
 const LOOKS: usize = 96;
-/// The golden section: multiples of it, modulo 1, are spread evenly however many they are.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Metres between frames, at least.
 const STEP: f64 = 0.25;
 
@@ -476,7 +474,7 @@ impl Way {
             if end == 0.0 {
                 // One point: look around from it, each time from another direction on, so that each fourth frame looks everywhere, too.
                 let around = if stands { LOOKS / self.legs.len() } else { 0 }.max(stops.len());
-                let first = i as f64 * GOLDEN;
+                let first = super::golden_turn(i);
                 frames.extend((0..around).map(|turn| {
                     let (sin, cos) = ((turn as f64 / around as f64 + first) * std::f64::consts::TAU).sin_cos();
                     (leg[0], DVec3::new(cos, 0.0, sin))
