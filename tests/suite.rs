@@ -9,6 +9,7 @@ mod backfaces;
 mod bake;
 mod bsp;
 mod bsp_cells;
+mod cases;
 mod cells;
 mod cells_file;
 mod cells_invariance;

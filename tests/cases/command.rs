@@ -1,0 +1,1 @@
+//! Cases of commands and of whole files.

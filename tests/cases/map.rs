@@ -1,0 +1,1 @@
+//! Cases of maps and levels.

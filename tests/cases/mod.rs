@@ -1,0 +1,16 @@
+//! Situations from public bug reports, a folder each in the data folder's `cases`, with what is expected there. A test a folder, named after its number.
+
+mod command;
+mod gltf;
+mod ifc;
+mod map;
+
+use std::path::PathBuf;
+use testing::data::data;
+
+/// The folder of a case, or `None` after saying that the test wasn't run.
+fn case(name: &str) -> Option<PathBuf> {
+    let folder = data(name)?.join("cases").join(name);
+    assert!(folder.is_dir(), "{}: no such case", folder.display());
+    Some(folder)
+}
