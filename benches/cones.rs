@@ -298,6 +298,7 @@ fn solid(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Scene {
         triangles: 0..triangles.len() as u32,
         segments: 0..0,
         bounds,
+        reach: None,
     };
     Scene {
         name: String::new(),
@@ -307,6 +308,7 @@ fn solid(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Scene {
         triangles,
         objects: vec![object],
         tubes: Default::default(),
+        together: Vec::new(),
         hints: Default::default(),
         trace: None,
     }

@@ -10,7 +10,7 @@ pub use unbaked::unbaked;
 
 use crate::cells::validate::{stage, structure};
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::cells::{BOUND, small_holes, split_beside, undivided};
+use crate::cells::{BOUND, small_holes, split_beside, undivided, undivided_in_metres};
 use crate::file::PvsFile;
 use crate::job::{Digest, Job, Stopped};
 use crate::pvs::clusters;
@@ -160,15 +160,16 @@ fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) ->
         return split_beside(rays, options, None, work);
     }
     let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
+    let undivided = || if options.in_metres { undivided_in_metres(scene) } else { undivided(scene) };
     if !scene.objects.iter().any(may_part) {
         let reason = "nothing in it bounds rooms (pipes, furniture): one open cell".to_owned();
-        return Ok(CellGraph { reason, ..undivided(scene) });
+        return Ok(CellGraph { reason, ..undivided() });
     }
     let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
     let share = worth::drawn_share(rays, &walls, work)?;
     if share > WORTH {
         let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
-        let mut graph = CellGraph { reason, ..undivided(scene) };
+        let mut graph = CellGraph { reason, ..undivided() };
         graph.notes.extend(walls.notes.into_iter().filter(|note| note.starts_with(BOUND)));
         return Ok(graph);
     }

@@ -31,6 +31,9 @@ pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> Placement
     let locator = Locator::new(graph);
     let rows: Vec<Vec<(u32, Aabb)>> = parallel::map_init(scene.objects.len(), Clipper::default, |clipper, object| {
         let object = &scene.objects[object];
+        if let Some(reach) = object.reach {
+            return reached(&locator, graph, reach, margin);
+        }
         let mut cells: Vec<(u32, Aabb)> = Vec::new();
         let mut candidates = Vec::new();
         locator.pieces_in_box(&object.bounds.inflated(margin), |cell, piece| candidates.push((cell.0, piece as u32)));
@@ -61,7 +64,7 @@ pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> Placement
     let mut of_cell: Vec<Vec<PlacedBox>> = vec![Vec::new(); graph.cells.len()];
     let (mut all, mut kept) = (0.0, 0.0);
     for (object, cells) in rows.iter().enumerate() {
-        let bounds = scene.objects[object].bounds;
+        let bounds = scene.objects[object].extent();
         for &(cell, part) in cells {
             matrix.set(cell as usize, object);
             let placed = PlacedBox::of(part.inflated(0.25 * margin), bounds);
@@ -73,6 +76,24 @@ pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> Placement
         }
     }
     Placement { matrix, boxes: (kept < WORTH * all).then(|| of_cell.concat()) }
+}
+
+/// The cells that a box comes within `margin` of, each with the part of the box that may be there.
+fn reached(locator: &Locator<'_>, graph: &CellGraph, reach: Aabb, margin: f64) -> Vec<(u32, Aabb)> {
+    let mut cells: Vec<(u32, Aabb)> = Vec::new();
+    let (middle, half) = (reach.centre(), reach.size() * 0.5);
+    locator.pieces_in_box(&reach.inflated(margin), |cell, piece| {
+        let piece = &graph.cells[cell.index()].pieces[piece];
+        if piece.planes.iter().any(|plane| plane.distance(middle) - plane.n.abs().dot(half) > margin) {
+            return;
+        }
+        let part = cut(reach, piece.bounds.inflated(margin));
+        match cells.iter_mut().find(|(c, _)| *c == cell.0) {
+            Some((_, whole)) => *whole = whole.union(part),
+            None => cells.push((cell.0, part)),
+        }
+    });
+    cells
 }
 
 fn cut(a: Aabb, b: Aabb) -> Aabb {

@@ -36,7 +36,11 @@ const UNITS: [(f64, &str, &str); 4] = [
     (1.0 / 0.0254, "inches", "0.0254"),
     (1e-3, "kilometres", "1000"),
 ];
-/// A guess at a metre is called by the unit that it is off from by this factor at most. Units of games, 32 to a metre, pass for inches.
+/// Rooms that a unit is told by, metres.
+const ROOMS: std::ops::RangeInclusive<f64> = 2.0..=4.6;
+/// What may be high over a floor in a model in metres, metres: rooms, halls, blocks of a city without storeys.
+const IN_METRES: std::ops::RangeInclusive<f64> = 0.7..=40.0;
+/// Without rooms, a guess at a metre is called by the unit that it is off from by this factor at most. Units of games, 32 to a metre, pass for inches.
 const NEAR: f64 = 1.35;
 /// Rooms of 2.3 to 3.5 m, in feet. Few buildings in metres are like that: halls and churches.
 const IN_FEET: std::ops::RangeInclusive<f64> = 7.5..=11.5;
@@ -110,14 +114,33 @@ impl HumanScale {
             return None;
         }
         if metre != 1.0 {
-            let near = |(units, _, _): &&(f64, &str, &str)| (1.0 / NEAR..=NEAR).contains(&(metre / units));
-            let guess = UNITS.iter().find(near).map(|(_, name, unit)| format!(", as in {name} (--unit {unit})"));
-            let guess = guess.unwrap_or_else(|| " (--unit tells which)".into());
-            return Some(format!(
-                "the model is not in metres, it seems: its rooms are as high as if {metre:.4} units were a metre{guess}"
-            ));
+            let (units, name, unit) = UNITS.into_iter().min_by(|a, b| {
+                let off = |units: f64| match self.ceiling {
+                    Some(height) => (height / units / CEILING_HEIGHT).ln().abs(),
+                    None => (metre / units).ln().abs(),
+                };
+                off(a.0).total_cmp(&off(b.0))
+            })?;
+            let fits = match self.ceiling {
+                Some(height) => ROOMS.contains(&(height / units)),
+                None => (1.0 / NEAR..=NEAR).contains(&(metre / units)),
+            };
+            // Blocks of a city and halls of games are higher than rooms, whatever their unit is.
+            let is_odd = !IN_METRES.contains(&height);
+            return match (fits, self.ceiling) {
+                (true, Some(_)) => Some(format!(
+                    "the model is not in metres, it seems: its rooms are {height:.0} units high, as in {name} (--unit {unit})"
+                )),
+                (true, None) => {
+                    Some(format!("the model is not in metres, it seems: it is as large as one in {name} (--unit {unit})"))
+                }
+                (false, Some(_)) if is_odd => Some(format!(
+                    "the model is not in metres, it seems: its rooms are {height} units high (--unit tells what a unit is)"
+                )),
+                _ => None,
+            };
         }
-        let feet = || format!("its rooms are {height:.1} m high: if the model is in feet, give --unit 0.3048");
+        let feet = || format!("its rooms are {height:.1} m high; if the model is in feet, give --unit 0.3048");
         IN_FEET.contains(&height).then(feet)
     }
 
@@ -374,9 +397,23 @@ mod tests {
 
     #[test]
     fn nothing_is_told_of_rooms_that_may_lie_on_their_side() {
-        let note = HumanScale { metre: 0.1, ..HumanScale::METRES };
+        let note = HumanScale { metre: 100.0, ..HumanScale::METRES };
         assert!(note.note().is_some_and(|note| note.contains("not in metres")));
         assert_eq!(HumanScale { is_doubted: true, ..note }.note(), None);
+    }
+
+    #[test]
+    fn units_are_named_by_the_height_of_rooms() {
+        for (height, name) in
+            [(260.0, "as in centimetres (--unit 0.01)"), (102.4, "as in inches (--unit 0.0254)"), (2700.0, "millimetres")]
+        {
+            let note = HumanScale { metre: hall(height), ceiling: Some(height), is_doubted: false }.note().unwrap();
+            assert!(note.contains(name), "{height}: {note}");
+        }
+        let feet = HumanScale { ceiling: Some(9.0), ..HumanScale::METRES }.note().unwrap();
+        assert!(feet.ends_with("in feet, give --unit 0.3048"), "{feet}");
+        // A city of blocks 18 m high.
+        assert_eq!(HumanScale { metre: hall(18.0), ceiling: Some(18.0), is_doubted: false }.note(), None);
     }
 
     #[test]

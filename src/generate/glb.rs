@@ -22,6 +22,8 @@ fn role_name(role: Role) -> &'static str {
         Role::Window => "window",
         Role::Unknown => "unknown",
         Role::Stair => "stair",
+        Role::Helper => "helper",
+        Role::Sky => "sky",
     }
 }
 

@@ -46,6 +46,13 @@ impl Fronts {
         let margin = PLACEMENT_MARGIN * tolerance.clearance;
         let of_object = parallel::map(&scene.objects, |object| {
             let mut fronts: Vec<(u32, Front)> = Vec::new();
+            if let Some(reach) = object.reach {
+                // Its triangles turn.
+                locator.pieces_in_box(&reach.inflated(margin), |cell, _| fronts.push((cell.0, Front::Unknown)));
+                fronts.sort_unstable_by_key(|&(cell, _)| cell);
+                fronts.dedup_by_key(|(cell, _)| *cell);
+                return fronts;
+            }
             for triangle in object.triangles.clone() {
                 let corners = scene.corners(triangle as usize);
                 locator.pieces_in_box(&Aabb::of(corners).inflated(margin), |cell, piece| {

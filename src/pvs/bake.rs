@@ -6,13 +6,13 @@ use super::sampling::clock::Clock;
 use super::sampling::witness::{Lower, PLACEMENT_MARGIN};
 use super::sampling::{self, Plan, Strategy, aimed};
 use super::{Pvs, PvsOptions, PvsStats, Repair, SamplingEnd, Unseen, occluders, repair};
-use crate::BitMatrix;
 use crate::cells::{CellGraph, Placement, place_objects};
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
-use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::scene::{Object, Scene};
 use crate::types::bounds::percent;
+use crate::{BitMatrix, ObjectId};
 
 /// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
 const AIMED: f64 = 0.15;
@@ -87,7 +87,7 @@ impl<'a> Bake<'a> {
         Self {
             placement: place_objects(scene, &graph, PLACEMENT_MARGIN * scene.tolerance().clearance),
             fronts: Fronts::new(scene, &graph),
-            object_bounds: scene.objects.iter().map(|o| o.bounds).collect(),
+            object_bounds: scene.objects.iter().map(Object::extent).collect(),
             lower: Lower { most_witnesses: options.most_witnesses, ..Lower::new(cells, objects) },
             narrow: BitMatrix::new(cells, objects),
             repairs: Vec::new(),
@@ -189,6 +189,7 @@ impl<'a> Bake<'a> {
         debug_assert_eq!(self.lower.objects.first_outside(&objects_upper), None);
         debug_assert_eq!(self.lower.cells.first_outside(&cells_upper), None);
         [stats.met_kept, stats.met_left_out] = keep_met(&self.lower, &mut objects_upper);
+        join_groups(&self.scene.together, &mut objects_upper);
         self.lower.failed.keys().for_each(|&(cell, object)| _ = self.narrow.set(cell as usize, object as usize));
 
         if self.lower.left_out > 0 {
@@ -240,6 +241,17 @@ fn keep_met(lower: &Lower, objects_upper: &mut BitMatrix) -> [u64; 2] {
     }
     met.into_iter().for_each(|(cell, object)| _ = objects_upper.set(cell, object));
     [count, 0]
+}
+
+/// What is drawn or hidden together is seen where any of it is.
+fn join_groups(groups: &[Vec<ObjectId>], objects_upper: &mut BitMatrix) {
+    for group in groups {
+        for cell in 0..objects_upper.rows() {
+            if group.iter().any(|o| objects_upper.get(cell, o.index())) {
+                group.iter().for_each(|o| _ = objects_upper.set(cell, o.index()));
+            }
+        }
+    }
 }
 
 #[cfg(test)]

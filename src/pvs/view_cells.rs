@@ -20,8 +20,8 @@ use crate::bits;
 use crate::cells::{Cell, CellGraph, Locator, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
-use crate::scene::Scene;
 use crate::scene::rays::RayScene;
+use crate::scene::{Object, Scene};
 use crate::types::bounds::{CONFIDENCE, percent};
 use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId};
@@ -191,7 +191,7 @@ impl<'a> Uppers<'a> {
         let region = |view: &ViewCell| Cell { pieces: view.pieces.clone(), ..Cell::default() };
         let regions = CellGraph { cells: views.iter().map(region).collect(), portals: Vec::new(), ..pvs.graph.clone() };
         let touching = place_objects(scene, &regions, PLACEMENT_MARGIN * clearance).matrix;
-        let bounds = scene.objects.iter().map(|o| o.bounds).collect();
+        let bounds = scene.objects.iter().map(Object::extent).collect();
         Self { pvs, locator, views, options, touching, bounds, clearance, coplanar }
     }
 

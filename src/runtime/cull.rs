@@ -16,6 +16,8 @@ impl Culler {
     /// What is to draw from this camera. Allocates nothing, as long as `scratch` was made for this culler.
     pub fn cull<'s>(&self, camera: &Camera, mode: Mode, scratch: &'s mut Scratch) -> VisibleSet<'s> {
         scratch.begin(self);
+        // Lines of sight that don't meet in an eye: nothing is known of what they pass.
+        let mode = if camera.w == Vec3::ZERO { Mode::None } else { mode };
         let homes = match mode {
             Mode::None | Mode::Frustum => Homes::none(),
             Mode::Portals | Mode::Pvs | Mode::Both => self.locate(camera.eye, scratch),

@@ -23,6 +23,18 @@ pub struct Camera {
     pub w: Vec3,
 }
 
+/// A matrix that is no perspective projection ([`Camera::from_view_proj`]).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct NotPerspective;
+
+impl std::fmt::Display for NotPerspective {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the matrix is not a perspective projection (orthographic cameras can't be culled by portals or rows)")
+    }
+}
+
+impl std::error::Error for NotPerspective {}
+
 impl Camera {
     /// A camera at `eye` that looks at `target` (metres, relative to the file's origin), upright while it can be.
     /// `fov_y` is the vertical opening angle in radians, in (0, pi); `aspect` is width over height.
@@ -33,8 +45,17 @@ impl Camera {
 
     /// The camera of any perspective view-projection matrix, off-centre ones included. Its translation is not read: it is
     /// implied by `eye`, more exactly.
-    pub fn from_view_proj(eye: Vec3, view_proj: &Mat4) -> Self {
-        Self { eye, x: view_proj.row(0).truncate(), y: view_proj.row(1).truncate(), w: view_proj.row(3).truncate() }
+    ///
+    /// # Errors
+    ///
+    /// Of a matrix whose lines of sight don't meet in an eye: an orthographic one sees into cells that its position is not in, so that rows and
+    /// portals of one cell would leave out what it shows.
+    pub fn from_view_proj(eye: Vec3, view_proj: &Mat4) -> Result<Self, NotPerspective> {
+        let [x, y, w] = [0, 1, 3].map(|row| view_proj.row(row).truncate());
+        if w == Vec3::ZERO || !(x.is_finite() && y.is_finite() && w.is_finite()) {
+            return Err(NotPerspective);
+        }
+        Ok(Self { eye, x, y, w })
     }
 
     /// The direction from the eye through a point of the screen (normalised device coordinates), with `w = 1`. Not finite
@@ -154,6 +175,15 @@ mod tests {
     }
 
     #[test]
+    fn orthographic_matrices_are_refused() {
+        for scale in [1e-3f32, 1.0, 50.0] {
+            let ortho = Mat4::from_scale(Vec3::new(1.0 / scale, 1.0 / scale, 0.01)) * Mat4::from_rotation_y(0.4);
+            assert_eq!(Camera::from_view_proj(Vec3::ONE, &ortho), Err(NotPerspective));
+        }
+        assert!(NotPerspective.to_string().contains("orthographic"));
+    }
+
+    #[test]
     fn a_matrix_and_look_at_make_the_same_camera() {
         let (eye, target) = (Vec3::new(3.0, 1.0, 2.0), Vec3::new(9.0, -4.0, 5.0));
         let rotation = glam::camera::rh::view::look_at_quat(eye, target, Vec3::Y);
@@ -178,7 +208,7 @@ mod tests {
             0.0,
         ]);
         let from_matrix =
-            Camera::from_view_proj(eye, &(projection * Mat4::from_quat(rotation) * Mat4::from_translation(-eye)));
+            Camera::from_view_proj(eye, &(projection * Mat4::from_quat(rotation) * Mat4::from_translation(-eye))).unwrap();
         let from_points = Camera::look_at(eye.as_dvec3(), target.as_dvec3(), 1.0, 1.5);
         for (a, b) in [(from_matrix.x, from_points.x), (from_matrix.y, from_points.y), (from_matrix.w, from_points.w)] {
             assert!((a - b).length() < 1e-6, "{a} and {b}");

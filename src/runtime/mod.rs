@@ -50,7 +50,7 @@ pub use around::Place;
 pub use auto::Auto;
 pub use culler::Culler;
 pub use frame_culler::{AutoOptions, FrameCuller, FrameMode};
-pub use frustum::{Camera, Rect};
+pub use frustum::{Camera, NotPerspective, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
 pub use mode::{Mode, Narrowing};
 pub use motion::Motion;

@@ -2,12 +2,14 @@
 
 use super::cluster::clusters;
 use super::pipes::{self, Prisms};
+use super::sky::{self, Backdrop, Shape};
 use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
+use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::tubes::{MOST_SECTIONS, Tubes};
 use crate::types::hints::Leaves;
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// Per cent of the triangles. Less: glass halls are told of. More: a building whose walls let one see through them is not.
@@ -35,6 +37,21 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// What an importer may know of a mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Facts {
+    /// Where it may be: a box around all of its poses, in the model's own coordinates.
+    pub reach: Option<Aabb>,
+    /// It is drawn or hidden together with all others of this group: levels of detail of one thing.
+    pub group: Option<u32>,
+    /// No light changes how it looks.
+    pub unlit: bool,
+    /// What its name and its material's say of backdrops.
+    pub(super) backdrop: Backdrop,
+    /// Its role was given by hand, so that neither its name nor its shape says more.
+    pub told: bool,
+}
+
 /// A mesh that was handed in, less its triangles without area.
 #[derive(Debug)]
 struct Added {
@@ -46,11 +63,22 @@ struct Added {
     /// Of those that were handed in.
     number: u32,
     look: Look,
+    facts: Facts,
     /// Numbers of the triangles that were left out, ascending.
     dropped: Vec<u32>,
 }
 
 impl Added {
+    fn shape(&self) -> Shape<'_> {
+        Shape {
+            positions: &self.mesh.positions,
+            triangles: &self.mesh.triangles,
+            named: self.facts.backdrop,
+            unlit: self.facts.unlit,
+            told: self.facts.told || !matches!(self.mesh.role, Role::Unknown | Role::Structure),
+        }
+    }
+
     /// The numbers that its triangles had when it was handed in.
     fn numbers(&self) -> Vec<u32> {
         let mut dropped = self.dropped.iter().peekable();
@@ -66,12 +94,16 @@ pub struct SceneBuilder {
     meshes: Vec<Added>,
     /// How many were handed in, empty ones counted.
     handed_in: u32,
-    /// How the next mesh looks.
+    /// How the next mesh looks, and what else is known of it.
     look: Look,
+    facts: Facts,
     materials: Vec<Material>,
     number_of_material: HashMap<String, u32>,
     count: usize,
     degenerate: usize,
+    /// Triangles with a corner that is not a finite number, or too far away, and the first mesh with one.
+    broken: usize,
+    first_broken: Option<String>,
     /// In the model's own coordinates; moved to the origin by [`SceneBuilder::finish`].
     pub hints: Hints,
     /// Where the scene comes from.
@@ -86,10 +118,13 @@ impl SceneBuilder {
             meshes: Vec::new(),
             handed_in: 0,
             look: Look::default(),
+            facts: Facts::default(),
             materials: Vec::new(),
             number_of_material: HashMap::new(),
             count: 0,
             degenerate: 0,
+            broken: 0,
+            first_broken: None,
             hints: Hints::default(),
             source,
         }
@@ -120,6 +155,11 @@ impl SceneBuilder {
         }
     }
 
+    /// Says what else is known of the mesh that is added next.
+    pub fn facts(&mut self, facts: Facts) {
+        self.facts = facts;
+    }
+
     /// Counts triangles against [`ImportOptions::max_triangles`]. [`SceneBuilder::add`] does so itself; importers call it for
     /// triangles that end up elsewhere (the surfaces of rooms), before they make them.
     pub fn count(&mut self, triangles: usize) -> Result<(), ImportError> {
@@ -134,10 +174,10 @@ impl SceneBuilder {
         if count > limit { Err(ImportError::TooLarge { limit }) } else { Ok(count) }
     }
 
-    /// Adds a mesh. Fails on indices out of range, numbers that aren't finite (or beyond 1e12 m), and more triangles than the
-    /// options allow. Triangles without area, up to the rounding of their own coordinates, are dropped and counted.
+    /// Adds a mesh. Fails on indices out of range, and more triangles than the options allow. Triangles without area, up to the rounding of
+    /// their own coordinates, and those with a corner that isn't finite (or beyond 1e12 m) are dropped and counted.
     pub fn add(&mut self, mesh: Mesh) -> Result<(), ImportError> {
-        let glass = !mesh.opaque && !matches!(mesh.role, Role::Door | Role::Window);
+        let glass = !mesh.opaque && !matches!(mesh.role, Role::Door | Role::Window | Role::Helper | Role::Sky);
         self.push(mesh, glass)
     }
 
@@ -153,17 +193,17 @@ impl SceneBuilder {
 
     fn push(&mut self, mut mesh: Mesh, glass: bool) -> Result<(), ImportError> {
         self.count(mesh.triangles.len())?;
-        check_places(&mesh)?;
         let n = mesh.positions.len();
         if let Some(bad) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
             return Err(ImportError::malformed(Place::File, format!("{}: vertex index {bad} of {n} vertices", mesh.node)));
         }
         let dropped = self.drop_degenerate(&mut mesh);
         let (number, look) = (self.handed_in, std::mem::take(&mut self.look));
+        let facts = std::mem::take(&mut self.facts);
         self.handed_in += 1;
         if !mesh.triangles.is_empty() {
             let (tubes, pieces) = (Tubes::default(), Vec::new());
-            self.meshes.push(Added { mesh, tubes, pieces, glass, number, look, dropped });
+            self.meshes.push(Added { mesh, tubes, pieces, glass, number, look, facts, dropped });
         }
         Ok(())
     }
@@ -179,9 +219,11 @@ impl SceneBuilder {
         self.count(tubes.sections.len())?;
         let mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
         let (number, look) = (self.handed_in, std::mem::take(&mut self.look));
+        let facts = std::mem::take(&mut self.facts);
         self.handed_in += 1;
         if !tubes.tubes.is_empty() {
-            self.meshes.push(Added { mesh, tubes, pieces: Vec::new(), glass: false, number, look, dropped: Vec::new() });
+            let (pieces, dropped) = (Vec::new(), Vec::new());
+            self.meshes.push(Added { mesh, tubes, pieces, glass: false, number, look, facts, dropped });
         }
         Ok(())
     }
@@ -206,35 +248,70 @@ impl SceneBuilder {
                 Prisms { mesh: added.mesh, tubes: added.tubes, pieces: added.pieces } = made;
             }
             self.count(added.mesh.triangles.len().saturating_sub(counted))?;
-            check_places(&added.mesh)?;
+            if !added.mesh.positions.iter().all(is_sound) {
+                return Err(ImportError::NotFinite { node: added.mesh.node.clone() });
+            }
         }
         meshes.retain(|added| !added.mesh.triangles.is_empty());
         self.meshes = meshes;
         Ok(())
     }
 
-    /// Takes triangles without area from a mesh. Gives their numbers.
+    /// Gives skies and other backdrops their role, in formats that don't say what things are.
+    fn find_backdrops(&mut self) {
+        if !["glTF", "OBJ", "PLY", "STL"].contains(&self.source.format.as_str()) {
+            return;
+        }
+        let found = sky::backdrops(&self.meshes.iter().map(Added::shape).collect::<Vec<_>>());
+        let mut names = Vec::new();
+        for added in self.meshes.iter_mut().zip(found).filter_map(|(added, found)| found.then_some(added)) {
+            (added.mesh.role, added.mesh.opaque, added.glass) = (Role::Sky, false, false);
+            names.push(added.mesh.node.clone());
+        }
+        if !names.is_empty() {
+            let more = if names.len() > 3 { ", ..." } else { "" };
+            names.truncate(3);
+            let what = format!("{}{more}: sky or backdrop, so it bounds no room and gives no scale", names.join(", "));
+            self.source.notes.push(what);
+        }
+    }
+
+    /// Counts triangles of a mesh that an importer leaves out because a corner is not a finite number.
+    pub(super) fn leave_out(&mut self, node: &str, triangles: usize) {
+        self.broken += triangles;
+        self.first_broken.get_or_insert_with(|| node.to_owned());
+    }
+
+    /// Takes triangles without area, or without a place, from a mesh. Gives their numbers.
     fn drop_degenerate(&mut self, mesh: &mut Mesh) -> Vec<u32> {
-        let (positions, mut dropped, mut next) = (&mesh.positions, Vec::new(), 0..);
+        let (positions, mut dropped, mut next, mut broken) = (&mesh.positions, Vec::new(), 0.., 0);
         mesh.triangles.retain(|t| {
-            let has_area = has_area(t.map(|i| positions[i as usize]));
-            dropped.extend(next.next().filter(|_| !has_area));
-            has_area
+            let corners = t.map(|i| positions[i as usize]);
+            let has_place = corners.iter().all(is_sound);
+            let is_kept = has_place && has_area(corners);
+            broken += usize::from(!has_place);
+            dropped.extend(next.next().filter(|_| !is_kept));
+            is_kept
         });
-        self.degenerate += dropped.len();
+        self.degenerate += dropped.len() - broken;
+        if broken > 0 {
+            self.leave_out(&mesh.node, broken);
+        }
         dropped
     }
 
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
         self.finish_tubes()?;
+        self.find_backdrops();
         let used = |m: &Mesh| Aabb::of(m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
         let bounds = self.meshes.iter().fold(Aabb::EMPTY, |b, added| b.union(used(&added.mesh)));
         if bounds.is_empty() {
-            return Err(ImportError::Empty);
+            return Err(self.first_broken.map_or(ImportError::Empty, |node| ImportError::NotFinite { node }));
         }
         let origin = bounds.centre().round();
         let (mut positions, mut triangles, mut objects, mut tubes) = (Vec::new(), Vec::new(), Vec::new(), Tubes::default());
+        let mut groups: BTreeMap<u32, Vec<ObjectId>> = BTreeMap::new();
         let mut trace = self.options.trace.then(|| Trace {
             looks: vec![Look::default(); self.handed_in as usize],
             materials: self.materials,
@@ -252,7 +329,7 @@ impl SceneBuilder {
                 trace.triangles.extend(parts.iter().flatten().map(|&t| numbers[t as usize]));
                 trace.looks[added.number as usize] = std::mem::take(&mut added.look);
             }
-            let Added { mesh, glass, .. } = added;
+            let Added { mesh, glass, facts: Facts { reach, group, .. }, .. } = added;
             if tubes.sections.len() + added.tubes.sections.len() >= MOST_SECTIONS {
                 return Err(ImportError::Sections { limit: MOST_SECTIONS });
             }
@@ -276,11 +353,21 @@ impl SceneBuilder {
                 let (node, role, opaque) = (mesh.node.clone(), mesh.role, mesh.opaque);
                 let of_tubes = |[_, segments]: &[Range<u32>; 2]| segments.start + first..segments.end + first;
                 let segments = added.pieces.get(k).map_or(0..0, of_tubes);
-                objects.push(Object { node, role, opaque, glass, triangles, segments, bounds });
+                if let Some(group) = group {
+                    groups.entry(group).or_default().push(ObjectId(objects.len() as u32));
+                }
+                let moved = |reach: Aabb| Aabb { min: reach.min - origin, max: reach.max - origin }.union(bounds);
+                let reach = reach.map(moved);
+                objects.push(Object { node, role, opaque, glass, triangles, segments, bounds, reach });
             }
         }
+        let together = joined(groups.into_values(), &mut objects);
         if self.degenerate > 0 {
             self.source.notes.push(format!("{} triangles without area dropped", self.degenerate));
+        }
+        if let Some(node) = &self.first_broken {
+            let count = self.broken;
+            self.source.notes.push(format!("{count} triangles left out: a corner is not a finite number (first in {node})"));
         }
         self.source.notes.extend(see_through(&objects, &self.source.format));
         let mut hints = self.hints;
@@ -299,11 +386,21 @@ impl SceneBuilder {
             windings.flatten().for_each(|p| *p -= origin);
         }
         let (name, source) = (name.to_owned(), self.source);
-        let mut scene = Scene { name, source, origin, positions, triangles, objects, tubes, hints, trace };
+        let mut scene = Scene { name, source, origin, positions, triangles, objects, tubes, together, hints, trace };
         let count = scene.tube_count();
         scene.source.notes.extend(count.map(|count| count.to_string()));
         Ok(scene)
     }
+}
+
+/// Groups of two objects or more. Each object of a group gets the reach of all of them.
+fn joined(groups: impl Iterator<Item = Vec<ObjectId>>, objects: &mut [Object]) -> Vec<Vec<ObjectId>> {
+    let groups: Vec<Vec<ObjectId>> = groups.filter(|group| group.len() > 1).collect();
+    for group in &groups {
+        let reach = group.iter().fold(Aabb::EMPTY, |b, o| b.union(objects[o.index()].extent()));
+        group.iter().for_each(|o| objects[o.index()].reach = Some(reach));
+    }
+    groups
 }
 
 /// A note where much is see-through: exporters of glTF and OBJ often mark whole buildings so.
@@ -322,10 +419,9 @@ fn see_through(objects: &[Object], format: &str) -> Option<String> {
 }
 
 /// Coordinates are finite, and no farther than 1e12 m.
-fn check_places(mesh: &Mesh) -> Result<(), ImportError> {
+fn is_sound(p: &DVec3) -> bool {
     // A NaN fails the comparison too.
-    let is_sound = |p: &DVec3| p.abs().cmple(DVec3::splat(FARTHEST)).all();
-    if mesh.positions.iter().all(is_sound) { Ok(()) } else { Err(ImportError::NotFinite { node: mesh.node.clone() }) }
+    p.abs().cmple(DVec3::splat(FARTHEST)).all()
 }
 
 /// A name fit for an object: every object of a mesh repeats it, so a file of one endless name must not fill the memory.
@@ -410,8 +506,17 @@ mod tests {
     #[test]
     fn numbers_that_mean_nothing_are_refused() {
         for bad in [f64::NAN, f64::INFINITY, -1e13] {
-            let refused = builder(9).add(triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, bad, 0.0]]));
-            assert!(matches!(refused, Err(ImportError::NotFinite { .. })), "{bad}");
+            let broken = || triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, bad, 0.0]]);
+            let mut alone = builder(9);
+            alone.add(broken()).unwrap();
+            assert!(matches!(alone.finish("s"), Err(ImportError::NotFinite { node }) if node == "m"), "{bad}");
+            // Among others it is left out, and told.
+            let mut beside = builder(9);
+            beside.add(broken()).unwrap();
+            beside.add(triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])).unwrap();
+            let scene = beside.finish("s").unwrap();
+            assert_eq!(scene.triangles.len(), 1);
+            assert_eq!(scene.source.notes, ["1 triangles left out: a corner is not a finite number (first in m)"]);
         }
         let mut mesh = triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
         mesh.triangles.push([0, 1, 3]);

@@ -3,9 +3,11 @@
 //! Every node that the default scene shows becomes an object per mesh primitive, in metres, +Y up, under the node's world
 //! transform (worked out in `f64`; a mirrored node's triangles are turned round). Triangle lists, strips and fans, indexed or
 //! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression with the feature
-//! `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing and KHR_node_visibility are read.
-//! Points, lines without a radius, skins, morph targets and animations are left out with a note. A required extension that isn't known is refused by
-//! name.
+//! `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing, KHR_node_visibility and MSFT_lod are read.
+//! Skins and morph targets stand as the file has them. What an animation moves, and what a skin bends, hides nothing; its object has a
+//! [`reach`](super::Object::reach) around all poses. Points, and lines without a radius, are left out with a note. A required extension that
+//! isn't known is refused by name. What engines don't draw, and coarser levels of detail, are told by names and extras
+//! (docs/undrawn.md).
 //!
 //! An object is named after its node, else its mesh, else `node N`; `/I` is added where the mesh has several primitives, and
 //! `@I` for instances. Materials that blend or are masked make it see-through, unless they have no alpha, and those that transmit light.
@@ -26,7 +28,7 @@
 //! the same:
 //!
 //! ```json
-//! { "extras": { "enfilade": { "role": "structure|furnishing|door|window", "room": "kitchen", "portal": ["kitchen", "hall"] } } }
+//! { "extras": { "enfilade": { "role": "structure|furnishing|door|window|stair|helper|sky", "room": "kitchen", "portal": ["kitchen", "hall"] } } }
 //! ```
 //!
 //! * `role` is the [`Role`] of the node's mesh and of everything below it that doesn't say otherwise. Doors and windows are
@@ -39,6 +41,7 @@
 
 mod alpha;
 mod authored;
+mod bent;
 pub(crate) mod container;
 mod cut;
 mod data;
@@ -47,25 +50,32 @@ mod draco;
 mod hull;
 mod looks;
 mod meshopt;
+mod motion;
 pub(crate) mod pictures;
 mod primitive;
 mod tubes;
 
-use super::builder::short_name;
+use super::builder::{Facts, short_name};
+use super::helpers::{self, Helpers};
 use super::lines::{Line, Lines};
-use super::naming::{ByName, Kind, Naming};
+use super::lod::{self, Level};
+use super::naming::{ByName, Kind, Naming, Told};
 use super::sidecar::Sidecars;
+use super::sky::Backdrop;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, textures, whole_file};
+use crate::geom::Aabb;
 use alpha::Alpha;
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
+use bent::{Joints, Weights};
 pub(crate) use cut::cut_file;
 use data::{Buffers, broken, entry};
-use document::{Document, Instancing, Node};
+use document::{Document, Instancing, Node, Primitive};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use looks::Looks;
+use motion::Motion;
 use primitive::{LeftOut, Part};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::rc::Rc;
 use tubes::Tube;
@@ -109,6 +119,27 @@ struct Drawn {
     instance: Option<Placement>,
 }
 
+/// Where a node shows a mesh.
+#[derive(Clone, Copy)]
+struct Place {
+    node: usize,
+    mesh: usize,
+    instance: Option<Placement>,
+    /// Of the mesh, as the file stands.
+    world: DAffine3,
+    /// Whether an animation moves the node, or one above it.
+    moves: bool,
+}
+
+/// A primitive in the world.
+struct Placed {
+    positions: Vec<DVec3>,
+    /// Around all poses; `None` where it has one.
+    reach: Option<Aabb>,
+    /// Whether an animation may move or bend it, or a skeleton.
+    moves: bool,
+}
+
 /// Scale, then rotation, then translation.
 #[derive(Clone, Copy)]
 struct Placement {
@@ -132,10 +163,19 @@ fn read<'a>(
     let files = document.image_uris().filter(|uri| !uri.starts_with("data:")).map(|uri| data::percent_decoded(&uri));
     let missing = textures::note_of_missing(files, beside);
     let buffers = Buffers::new(document, bin, beside);
+    let axes = DVec3::AXES.map(|axis| options.upright(axis) * metres_per_unit);
     let mut importer = Importer {
         document,
+        root: DAffine3::from_mat3(DMat3::from_cols(axes[0], axes[1], axes[2])),
         naming: Naming::read(folder, name, options.roles.as_ref())?,
         by_name: ByName::default(),
+        names: names(document),
+        levels: levels(document),
+        helpers: Helpers::default(),
+        motion: Motion::read(document, &buffers),
+        joints: HashMap::new(),
+        morphs_read: 0,
+        moved: 0,
         alpha: Alpha::read(document, &buffers),
         looks: json.map(|json| Looks::read(json, &buffers)),
         buffers,
@@ -150,8 +190,7 @@ fn read<'a>(
         drawn: Vec::new(),
         undrawn: Vec::new(),
     };
-    let axes = DVec3::AXES.map(|axis| options.upright(axis) * metres_per_unit);
-    importer.walk(DAffine3::from_mat3(DMat3::from_cols(axes[0], axes[1], axes[2])))?;
+    importer.walk()?;
     importer.builder.source.notes.extend(missing);
     importer.finish(name)
 }
@@ -166,23 +205,46 @@ struct Visit {
     glass: Option<bool>,
     /// Whether the author told the role, so that names count for nothing.
     told: bool,
+    /// Whether the author or a rules file did, so that neither a table nor an animation overrules it.
+    by_hand: bool,
+    /// Whether engines don't draw it.
+    helper: bool,
+    /// Whether an animation moves it, or shows and hides it.
+    moves: bool,
+    fades: bool,
+    level: Option<Level>,
     room: Option<usize>,
     outside: bool,
 }
 
 impl Visit {
     /// What a name says, unless the author told more.
-    fn is_named(&mut self, kind: Option<Kind>) {
-        match kind.filter(|_| !self.told) {
-            Some(kind @ (Kind::Glass | Kind::Opaque)) => self.glass = kind.role().1,
-            Some(kind) => (self.role, self.glass) = kind.role(),
-            None => {}
+    fn is_named(&mut self, told: Option<Told>) {
+        let Some(Told { kind, by_hand }) = told.filter(|told| !self.told && (told.by_hand || !self.by_hand)) else { return };
+        self.by_hand |= by_hand;
+        match kind {
+            Kind::Glass | Kind::Opaque => self.glass = kind.role().1,
+            kind => (self.role, self.glass) = kind.role(),
         }
     }
 }
 
 struct Importer<'a> {
     document: &'a Document,
+    /// Of the scene, in the world: its axes and its unit.
+    root: DAffine3,
+    /// Of all nodes with a mesh, in small letters.
+    names: HashSet<String>,
+    /// By node.
+    levels: Vec<Option<Level>>,
+    helpers: Helpers,
+    motion: Motion,
+    /// By skin.
+    joints: HashMap<usize, Rc<Joints>>,
+    /// Vertices of morph targets so far.
+    morphs_read: usize,
+    /// Meshes that animations move.
+    moved: usize,
     naming: Naming,
     by_name: ByName,
     buffers: Buffers<'a>,
@@ -205,16 +267,21 @@ struct Importer<'a> {
 }
 
 impl<'a> Importer<'a> {
-    fn walk(&mut self, world: DAffine3) -> Result<(), ImportError> {
+    fn walk(&mut self) -> Result<(), ImportError> {
         let mut seen = vec![false; self.document.node_count()];
         let mut stack = Vec::new();
         for root in roots(self.document)? {
             stack.push(Visit {
                 node: root,
-                parent: world,
+                parent: self.root,
                 role: Role::Unknown,
                 glass: None,
                 told: false,
+                by_hand: false,
+                helper: false,
+                moves: false,
+                fades: false,
+                level: None,
                 room: None,
                 outside: false,
             });
@@ -223,11 +290,9 @@ impl<'a> Importer<'a> {
                     return Err(broken(format!("node {} is in the scene twice", visit.node)));
                 }
                 let node = self.document.node(visit.node);
-                if node.is_visible() {
-                    visit.parent *= transform(node, visit.node)?;
-                    self.visit(node, &mut visit)?;
-                    stack.extend(node.children.iter().rev().map(|&child| Visit { node: child, ..visit }));
-                }
+                visit.parent *= transform(node, visit.node)?;
+                self.visit(node, &mut visit)?;
+                stack.extend(node.children.iter().rev().map(|&child| Visit { node: child, ..visit }));
             }
         }
         Ok(())
@@ -244,9 +309,17 @@ impl<'a> Importer<'a> {
         let extras = Extras::parse(node.extras.as_deref(), &name)?;
         let named = Named::parse(&name);
         match extras.role {
-            Some(role) => (visit.role, visit.told) = (Role::from(role), true),
+            Some(role) => (visit.role, visit.told, visit.by_hand) = (Role::from(role), true, true),
             None => visit.is_named(self.naming.of(&name, "")),
         }
+        let unread = |e: serde_json::Error| broken(format!("node {name}: its extensions: {e}"));
+        let extensions = node.extensions().map_err(unread)?;
+        let written = node.written();
+        visit.helper |= written.iter().any(helpers::is_hidden)
+            || helpers::is_helper(helpers::Mesh { name: &name, material: Some(""), has_name: None });
+        visit.moves |= self.motion.moves(visit.node) || is_body(&name, &written[1]);
+        visit.fades |= self.motion.shows(visit.node);
+        visit.level = self.levels[visit.node].or(visit.level);
         match (&named, extras.room) {
             (_, Some(RoomName::Name(room))) => visit.room = Some(self.authored.room_named(&name, &room, visit.outside)),
             (_, Some(RoomName::IsRoom(false))) => {}
@@ -260,6 +333,13 @@ impl<'a> Importer<'a> {
         let Some(mesh) = node.mesh else { return Ok(()) };
         self.skinned += usize::from(node.skin.is_some());
         let parts = self.parts_of(mesh)?;
+        let named = match named {
+            Named::Portal(_) if extras.portal.is_none() && !self.may_be_portal(mesh, &parts) => {
+                self.authored.drawn(&name);
+                Named::Plain
+            }
+            named => named,
+        };
         let is_drawn = extras.portal.is_none() && !matches!(named, Named::Portal(_) | Named::Bound);
         self.undrawn.extend((!is_drawn).then_some(visit.node));
         match (named, extras.portal) {
@@ -270,7 +350,7 @@ impl<'a> Importer<'a> {
                 self.authored.bound(&name, visit.room, triangles.into_iter());
                 Ok(())
             }
-            _ => match node.instancing() {
+            _ => match &extensions.instancing {
                 None => self.add(&name, mesh, visit, None, &parts, extras.tube.as_ref()),
                 Some(instancing) => {
                     for (i, instance) in instances(&self.buffers, instancing)?.into_iter().enumerate() {
@@ -280,6 +360,15 @@ impl<'a> Importer<'a> {
                 }
             },
         }
+    }
+
+    /// True where a mesh can be the mark of an opening: flat, and without a picture.
+    fn may_be_portal(&self, mesh: usize, parts: &[Option<Part>]) -> bool {
+        let materials =
+            self.document.meshes[mesh].primitives.iter().filter_map(|p| self.document.materials.get(p.material?));
+        let corners = |part: &Part| part.triangles.iter().map(|t| t.map(|i| part.positions[i as usize])).collect::<Vec<_>>();
+        let triangles: Vec<[DVec3; 3]> = parts.iter().flatten().flat_map(corners).collect();
+        !materials.into_iter().any(document::Material::has_picture) && authored::is_thin(&triangles)
     }
 
     /// The primitives of a mesh, read once however often the mesh is used.
@@ -309,18 +398,35 @@ impl<'a> Importer<'a> {
         }
         let world = instance.map_or(visit.parent, |instance| visit.parent * instance.transform());
         let mirrored = world.matrix3.determinant() < 0.0;
+        let place = Place { node: visit.node, mesh, instance, world, moves: visit.moves };
         for (i, (part, primitive)) in parts.iter().zip(&self.document.meshes[mesh].primitives).enumerate() {
             let Some(part) = part else { continue };
             let material = primitive.material.map(|m| entry(&self.document.materials, m, "material")).transpose()?;
             let mut visit = *visit;
             visit.is_named(self.naming.of(name, material.map_or("", |m| m.name())));
             self.by_name.count(visit.role, !visit.told);
-            let opens = matches!(visit.role, Role::Door | Role::Window);
+            let has_name = |name: &str| self.names.contains(name);
+            let of_material = helpers::Mesh { name, material: material.map(|m| m.name()), has_name: Some(&has_name) };
+            let is_lower = visit.level.is_some_and(|level| !level.is_finest);
+            if !visit.by_hand && (visit.helper || is_lower || helpers::is_helper(of_material)) {
+                (visit.role, visit.glass) = (Role::Helper, Some(false));
+            }
+            if visit.role == Role::Helper && i == 0 {
+                self.helpers.count(name);
+            }
+            let Placed { positions, reach, moves } = self.placed(&place, primitive, part)?;
+            let may_move = (moves || visit.moves || visit.fades) && !visit.by_hand;
+            if may_move && matches!(visit.role, Role::Structure | Role::Unknown) {
+                visit.role = Role::Furnishing;
+            }
+            self.moved += usize::from(may_move && i == 0);
+            let hides = !may_move && !matches!(visit.role, Role::Door | Role::Window | Role::Helper | Role::Sky);
             let turned = |&triangle: &[u32; 3]| turned(triangle, mirrored);
-            let positions: Vec<DVec3> = part.positions.iter().map(|&p| world.transform_point3(p)).collect();
             self.authored.furnish(visit.room, &positions);
-            let has_alpha =
-                || primitive.attributes.colour.is_some() || primitive.material.is_none_or(|m| !self.alpha.is_one(m));
+            let has_alpha = || {
+                primitive.attributes.colour.is_some()
+                    || primitive.material.is_none_or(|m| !self.alpha.is_one(m) || self.motion.changes(m))
+            };
             let shows = |m: &document::Material| m.transmits() || m.has_alpha_mode() && has_alpha();
             let glass = visit.glass.unwrap_or_else(|| material.is_some_and(shows));
             self.drawn.push(Drawn { node: visit.node, mesh, primitive: i, is_tube: false, instance });
@@ -331,13 +437,71 @@ impl<'a> Importer<'a> {
             let mesh = Mesh {
                 node: if parts.len() > 1 { format!("{name}/{i}") } else { name.to_owned() },
                 role: visit.role,
-                opaque: !opens && !glass,
+                opaque: hides && !glass,
                 positions,
                 triangles: part.triangles.iter().map(turned).collect(),
             };
-            if glass { self.builder.add_glass(mesh)? } else { self.builder.add(mesh)? }
+            self.builder.facts(Facts {
+                reach: reach.filter(|_| may_move),
+                group: visit.level.map(|level| level.group),
+                unlit: material.is_some_and(document::Material::is_unlit),
+                told: visit.by_hand,
+                backdrop: Backdrop::named(name, material.map_or("", |m| m.name())),
+            });
+            if glass {
+                self.builder.add_glass(mesh)?;
+            } else if hides {
+                self.builder.add(mesh)?;
+            } else {
+                self.builder.add_moving(mesh)?;
+            }
         }
         Ok(())
+    }
+
+    /// Where a primitive's vertices are in the world, and where animations take them.
+    fn placed(&mut self, place: &Place, primitive: &Primitive, part: &Part) -> Result<Placed, ImportError> {
+        let (document, root) = (self.document, self.root);
+        let Place { node, mesh, instance, world, moves } = *place;
+        let weights = document.node(node).weights.as_deref().unwrap_or(&document.meshes[mesh].weights);
+        let ranges = self.motion.weights(node);
+        let morphed = bent::morph(&self.buffers, primitive, part, weights, ranges, &mut self.morphs_read)?;
+        let range = morphed.range.unwrap_or_default();
+        if let Some(joints) = document.node(node).skin.map(|skin| self.joints_of(skin)).transpose()?
+            && let Some(weights) = Weights::read(&self.buffers, primitive, part, joints.len())?
+        {
+            self.skinned += 1;
+            let positions = weights.bend(&joints, &morphed.positions);
+            if !joints.moves && range.is_empty() {
+                return Ok(Placed { positions, reach: None, moves: true });
+            }
+            let points = || morphed.positions.iter().map(|&p| [p, p]).collect();
+            let range = if range.is_empty() { points() } else { range };
+            let reach = weights.sweep(document, &self.motion, &joints, &range, root)?;
+            return Ok(Placed { positions, reach: Some(reach), moves: true });
+        }
+        let positions: Vec<DVec3> = morphed.positions.iter().map(|&p| world.transform_point3(p)).collect();
+        if !moves && range.is_empty() {
+            return Ok(Placed { positions, reach: None, moves: false });
+        }
+        let within = if range.is_empty() { Aabb::of(finite(morphed.positions)) } else { Aabb::of(finite(range.concat())) };
+        let instanced = |p: DVec3| instance.map_or(p, |instance| instance.transform().transform_point3(p));
+        let reach = match within.is_empty() {
+            true => None,
+            false => Some(self.motion.sweep(document, node, &motion::corners(within).map(instanced), root)?),
+        };
+        Ok(Placed { positions, reach, moves: true })
+    }
+
+    /// The joints of a skin, read once.
+    fn joints_of(&mut self, skin: usize) -> Result<Rc<Joints>, ImportError> {
+        if let Some(joints) = self.joints.get(&skin) {
+            return Ok(Rc::clone(joints));
+        }
+        let of = entry(&self.document.skins, skin, "skin")?;
+        let joints = Rc::new(Joints::read(self.document, &self.buffers, of, &self.motion, self.root)?);
+        self.joints.insert(skin, Rc::clone(&joints));
+        Ok(joints)
     }
 
     /// Adds the tubes of a node with a mesh. True if they stand for the whole mesh.
@@ -430,8 +594,8 @@ impl<'a> Importer<'a> {
             (points_and_lines - self.lines_of_tubes.len(), "primitives of points or lines left out"),
             (without_positions, "primitives without positions left out"),
             (leftover_corners, "corners left over at the end of triangle lists"),
-            (self.skinned, "skinned meshes taken as they stand, without their skeleton"),
-            (self.document.animations.len(), "animations ignored: nodes stand where the file puts them"),
+            (self.skinned, "skinned meshes stand in their rest pose and hide nothing"),
+            (self.motion.unread, "animations are not as glTF has them; what they move is taken as still"),
         ] {
             if count > 0 {
                 builder.source.notes.push(format!("{count} {what}"));
@@ -439,13 +603,20 @@ impl<'a> Importer<'a> {
         }
         builder.source.notes.extend(self.by_name.note());
         self.lines.finish(&mut builder)?;
-        let morphed = self.document.meshes.iter().flat_map(|m| &m.primitives).filter(|p| !p.targets.is_empty()).count();
-        if morphed > 0 {
-            builder.source.notes.push(format!("{morphed} primitives taken without their morph targets"));
+        let moved = self.moved - self.skinned.min(self.moved);
+        if moved > 0 {
+            let what = format!("{moved} meshes move: they hide nothing, and are seen wherever animations take them");
+            builder.source.notes.push(what);
         }
+        builder.source.notes.extend(self.helpers.note());
         builder.hints = self.authored.finish(&mut builder.source.notes);
         Ok(Reading { scene: builder.finish(name)?, buffers, parts, drawn, undrawn })
     }
+}
+
+/// Points without those that are nowhere.
+fn finite(points: Vec<DVec3>) -> impl Iterator<Item = DVec3> {
+    points.into_iter().filter(|p| p.is_finite())
 }
 
 /// The corners of a triangle; the other way round where its node is mirrored.
@@ -493,18 +664,74 @@ fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
 fn transform(node: &Node, index: usize) -> Result<DAffine3, ImportError> {
     if let Some(matrix) = &node.matrix {
         let matrix = DMat4::from_cols_array(matrix.as_ref());
-        if matrix.row(3) != glam::DVec4::W {
+        if !bent::is_affine(matrix.row(3)) {
             return Err(broken(format!("node {index}: the last row of its matrix is not 0 0 0 1")));
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
-    let rotation = node.rotation.as_deref().map_or(DQuat::IDENTITY, |&r| DQuat::from_array(r));
-    let [scale, translation] = [(&node.scale, DVec3::ONE), (&node.translation, DVec3::ZERO)]
-        .map(|(given, default)| given.as_deref().map_or(default, |&v| DVec3::from(v)));
-    Ok(Placement::new(scale, rotation, translation).transform())
+    Ok(Placement::of(node).transform())
+}
+
+/// Names of all nodes with a mesh, in small letters.
+fn names(document: &Document) -> HashSet<String> {
+    let nodes = (0..document.node_count()).map(|i| document.node(i)).filter(|node| node.mesh.is_some());
+    nodes.filter_map(|node| node.name.as_deref()).map(str::to_lowercase).collect()
+}
+
+/// Levels of detail by node: as MSFT_lod says, else by names.
+fn levels(document: &Document) -> Vec<Option<Level>> {
+    let count = document.node_count();
+    let mut parents = vec![None; count];
+    for i in 0..count {
+        let children = document.node(i).children.iter().filter(|&&child| child < count);
+        children.for_each(|&child| parents[child] = Some(i));
+    }
+    let name = |i: usize| {
+        let node = document.node(i);
+        let of_mesh = || document.meshes.get(node.mesh?)?.name.as_deref();
+        node.name.as_deref().or_else(of_mesh).unwrap_or_default()
+    };
+    let nodes: Vec<(Option<usize>, &str)> = (0..count).map(|i| (parents[i], name(i))).collect();
+    let mut levels = lod::levels(&nodes);
+    let mut next = levels.iter().flatten().map(|level| level.group + 1).max().unwrap_or(0);
+    for i in 0..count {
+        let coarser = document.node(i).extensions().ok().and_then(|e| e.levels).map(|levels| levels.ids).unwrap_or_default();
+        let coarser: Vec<usize> = coarser.into_iter().filter(|&id| id < count && id != i).collect();
+        if !coarser.is_empty() {
+            levels[i] = Some(Level { group: next, is_finest: true });
+            coarser.into_iter().for_each(|id| levels[id] = Some(Level { group: next, is_finest: false }));
+            next += 1;
+        }
+    }
+    levels
+}
+
+/// True where physics moves a node: by Godot's names, or by an extension.
+fn is_body(name: &str, extensions: &serde_json::Value) -> bool {
+    let name = name.to_lowercase();
+    let by_name = ["rigid", "vehicle", "wheel"].iter().any(|kind| {
+        let name = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
+        name.strip_suffix(kind).is_some_and(|rest| rest.ends_with(['-', '$']))
+    });
+    let motions = [extensions.pointer("/KHR_physics_rigid_bodies/motion"), extensions.pointer("/OMI_physics_body/motion")];
+    let is_static = |motion: &serde_json::Value| motion["type"] == "static";
+    by_name || motions.into_iter().flatten().any(|motion| !is_static(motion))
 }
 
 impl Placement {
+    /// Of a node; what its matrix comes to, where it has one.
+    fn of(node: &Node) -> Self {
+        if let Some(matrix) = &node.matrix {
+            let matrix = DAffine3::from_mat4(DMat4::from_cols_array(matrix.as_ref()));
+            let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+            return Self::new(scale, rotation, translation);
+        }
+        let rotation = node.rotation.as_deref().map_or(DQuat::IDENTITY, |&r| DQuat::from_array(r));
+        let [scale, translation] = [(&node.scale, DVec3::ONE), (&node.translation, DVec3::ZERO)]
+            .map(|(given, default)| given.as_deref().map_or(default, |&v| DVec3::from(v)));
+        Self::new(scale, rotation, translation)
+    }
+
     /// The rotation is made a unit quaternion: files round it to `f32`.
     fn new(scale: DVec3, rotation: DQuat, translation: DVec3) -> Self {
         let length = rotation.length();

@@ -24,6 +24,10 @@ pub(super) enum Kind {
     Glass,
     /// Of any role, and hides what is behind it, whatever its material says.
     Opaque,
+    /// Not drawn by engines.
+    Helper,
+    /// The sky, or another backdrop.
+    Sky,
 }
 
 impl Kind {
@@ -38,8 +42,17 @@ impl Kind {
             Self::Window => (Role::Window, None),
             Self::Glass => (Role::Unknown, Some(true)),
             Self::Opaque => (Role::Unknown, Some(false)),
+            Self::Helper => (Role::Helper, None),
+            Self::Sky => (Role::Sky, None),
         }
     }
+}
+
+/// What a name makes of a mesh, and whether a rules file says so.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Told {
+    pub kind: Kind,
+    pub by_hand: bool,
 }
 
 /// A line of a rules file: what both patterns fit.
@@ -127,10 +140,14 @@ impl Naming {
     }
 
     /// Of a mesh with this name and this material; `None` where they say nothing.
-    pub fn of(&self, name: &str, material: &str) -> Option<Kind> {
+    pub fn of(&self, name: &str, material: &str) -> Option<Told> {
+        let by_words = || by_words(name).or_else(|| by_words(material)).map(|kind| Told { kind, by_hand: false });
+        self.by_rule(name, material).map(|kind| Told { kind, by_hand: true }).or_else(by_words)
+    }
+
+    fn by_rule(&self, name: &str, material: &str) -> Option<Kind> {
         let fits = |pattern: &Option<String>, text: &str| pattern.as_ref().is_none_or(|pattern| fits(pattern, text));
-        let rule = self.rules.iter().find(|rule| fits(&rule.name, name) && fits(&rule.material, material));
-        rule.map(|rule| rule.role).or_else(|| by_words(name)).or_else(|| by_words(material))
+        self.rules.iter().find(|rule| fits(&rule.name, name) && fits(&rule.material, material)).map(|rule| rule.role)
     }
 }
 
@@ -168,7 +185,8 @@ fn by_words(name: &str) -> Option<Kind> {
     }
 }
 
-fn words(name: &str) -> Vec<String> {
+/// The words of a name, in small letters.
+pub(super) fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut was_small = false;
     for c in name.chars() {
@@ -189,7 +207,7 @@ mod tests {
 
     #[test]
     fn words_tell_doors_windows_and_glass() {
-        let of = |name: &str, material: &str| Naming::default().of(name, material);
+        let of = |name: &str, material: &str| Naming::default().of(name, material).map(|told| told.kind);
         for name in ["door", "SM_FrontDoor.001", "IfcDoor/M_Single-Flush:1a2", "Doors_12", "Tür 3", "Haus-Tür", "gate"] {
             assert_eq!(of(name, ""), Some(Kind::Door), "{name}");
         }

@@ -13,10 +13,13 @@
 mod materials;
 pub(super) mod polygon;
 
-use super::builder::short_name;
+use super::builder::{Facts, short_name};
+use super::helpers::{self, Helpers};
 use super::lines::{Line, Lines};
-use super::naming::{ByName, Kind, Naming};
+use super::lod;
+use super::naming::{ByName, Naming};
 use super::sidecar::Sidecars;
+use super::sky::Backdrop;
 use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, textures, whole_file};
 use crate::tubes::Shape;
 use glam::DVec3;
@@ -170,9 +173,6 @@ impl Reader {
         for x in &mut p {
             let text = numbers.next().ok_or("a vertex needs three numbers")?;
             *x = text.parse::<f64>().map_err(|_| format!("`{}` is not a number", short_name(text)))?;
-            if !x.is_finite() {
-                return Err("a vertex is not a finite number".into());
-            }
         }
         self.positions.push(self.options.upright(DVec3::from(p)) * self.metres_per_unit);
         Ok(())
@@ -247,6 +247,10 @@ impl Reader {
                 let what = format!("vertex {} of {} does not exist", u64::from(bad) + 1, self.positions.len());
                 return Err(ImportError::malformed(Place::Line(face.line), what));
             }
+            if corners.iter().any(|&i| !self.positions[i as usize].is_finite()) {
+                builder.leave_out(&format!("line {}", face.line), corners.len() - 2);
+                continue;
+            }
             match polygon::triangulate(&self.positions, corners, &mut cut) {
                 polygon::Shape::Convex => {}
                 polygon::Shape::Concave => concave += 1,
@@ -286,9 +290,14 @@ impl Reader {
             let role = Role::Furnishing;
             lines.add(builder, &Line { name, place: &place, role, points: &points, closed: false, smooth: false, shape })?;
         }
-        let (names, mut by_name) = (self.mesh_names(), ByName::default());
+        let (names, mut by_name, mut helpers) = (self.mesh_names(), ByName::default(), Helpers::default());
+        let known: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
+        let has_name = |name: &str| known.contains(name);
+        let levels = lod::levels(&names.iter().map(|name| (None, name.as_str())).collect::<Vec<_>>());
         // Vertices are numbered over the whole file; a mesh takes those that it uses.
-        for (((key, node), triangles), coordinates) in self.keys.iter().zip(names).zip(meshes).zip(looks) {
+        for ((((key, node), triangles), coordinates), level) in
+            self.keys.iter().zip(names).zip(meshes).zip(looks).zip(levels)
+        {
             let mut numbers = HashMap::new();
             let mut positions = Vec::new();
             let mut renumber = |i: u32| {
@@ -300,18 +309,30 @@ impl Reader {
             let triangles = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
             let name = key.material.map_or("", |m| &self.names[m]);
             let material = materials.get(name);
-            let (role, is_glass) = naming.of(&node, name).map_or((Role::Unknown, None), Kind::role);
+            let told = naming.of(&node, name);
+            let by_hand = told.is_some_and(|told| told.by_hand);
+            let (mut role, mut is_glass) = told.map_or((Role::Unknown, None), |told| told.kind.role());
+            let of_name = helpers::Mesh { name: &node, material: key.material.map(|_| name), has_name: Some(&has_name) };
+            if !by_hand && (helpers::is_helper(of_name) || level.is_some_and(|level| !level.is_finest)) {
+                (role, is_glass) = (Role::Helper, Some(false));
+            }
             by_name.count(role, true);
+            if role == Role::Helper {
+                helpers.count(&node);
+            }
             let glass = is_glass.unwrap_or_else(|| material.is_some_and(|m| m.is_see_through()));
-            let opaque = !glass && !matches!(role, Role::Door | Role::Window);
+            let opaque = !glass && !matches!(role, Role::Door | Role::Window | Role::Helper | Role::Sky);
             if self.is_traced {
                 let has_any = coordinates.iter().flatten().any(|c| *c != [0.0; 2]);
                 builder.look(look(name, material), if has_any { coordinates } else { Vec::new() });
             }
             let mesh = Mesh { node, role, opaque, positions, triangles };
+            let backdrop = Backdrop::named(&mesh.node, name);
+            builder.facts(Facts { group: level.map(|level| level.group), told: by_hand, backdrop, ..Facts::default() });
             if glass { builder.add_glass(mesh)? } else { builder.add(mesh)? }
         }
         builder.source.notes.extend(by_name.note());
+        builder.source.notes.extend(helpers.note());
         lines.finish(builder)
     }
 

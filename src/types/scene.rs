@@ -26,6 +26,10 @@ pub enum Role {
     Unknown,
     /// Stairs: they lead from room to room, and bound none.
     Stair,
+    /// What engines don't draw: colliders, triggers, coarser levels of detail. It hides nothing and bounds no room.
+    Helper,
+    /// The sky, or another backdrop around everything: it hides nothing, bounds no room and has no size in metres.
+    Sky,
 }
 
 /// The smallest thing that a visible set decides about: a mesh primitive, or a cluster of a larger one.
@@ -45,12 +49,20 @@ pub struct Object {
     pub segments: Range<u32>,
     /// Box around its triangles, relative to the scene's origin, metres.
     pub bounds: Aabb,
+    /// Box around all poses of what moves, or around all levels of detail of its group, likewise; it holds [`Self::bounds`]. `None`: the
+    /// object is where its triangles are. With a reach, it is seen where any of the box is.
+    pub reach: Option<Aabb>,
 }
 
 impl Object {
     /// Whether it is a part of tubes: [`Self::triangles`] are prisms around it, and hide more than it does.
     pub fn is_tube(&self) -> bool {
         !self.segments.is_empty()
+    }
+
+    /// Where it may be: its reach, or the box around its triangles.
+    pub fn extent(&self) -> Aabb {
+        self.reach.unwrap_or(self.bounds)
     }
 }
 
@@ -85,6 +97,8 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// Tubes, of which objects are parts, in the order of these.
     pub tubes: Tubes,
+    /// Objects that are drawn or hidden together: levels of detail of one thing. Each list is ascending and has two objects or more.
+    pub together: Vec<Vec<ObjectId>>,
     /// What the author said.
     pub hints: Hints,
     /// Where the triangles come from; `None` unless [`ImportOptions::trace`](super::import::ImportOptions::trace) asks for it.
@@ -212,6 +226,12 @@ impl Scene {
         for o in &self.objects {
             h.update(&o.triangles.start.to_le_bytes());
             h.update(&[u8::from(o.opaque), o.role as u8]);
+            for x in o.reach.iter().flat_map(|b| [b.min, b.max]).flat_map(|p| p.to_array()) {
+                h.update(&x.to_bits().to_le_bytes());
+            }
+        }
+        for group in &self.together {
+            group.iter().for_each(|o| h.update(&o.0.to_le_bytes()));
         }
         self.tubes.hash_into(&mut h);
         h.digest128()

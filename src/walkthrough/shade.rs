@@ -72,7 +72,7 @@ fn base(scene: &Scene, triangle: usize) -> Colour {
         Role::Furnishing => hsv(hue(id), 0.42, 0.93),
         Role::Door => hsv(0.075, 0.50, 0.80),
         Role::Window => hsv(0.56, 0.22, 0.88),
-        Role::Unknown => hsv(hue(id), 0.14, 0.97),
+        Role::Unknown | Role::Helper | Role::Sky => hsv(hue(id), 0.14, 0.97),
     }
 }
 

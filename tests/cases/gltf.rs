@@ -1,1 +1,249 @@
-//! Cases of glTF and OBJ.
+//! Cases of glTF and OBJ: a corridor with eight rooms, a statue and a desk in each, and what exporters make of such a building.
+
+use super::case;
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::file::PvsFile;
+use enfilade::job::Job;
+use enfilade::pvs::PvsOptions;
+use enfilade::scene::{ImportOptions, Role, Scene, import};
+use enfilade::verify::{CheckOptions, check};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// A model of a case.
+fn read(path: &Path) -> Scene {
+    import(path, &ImportOptions::default()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Its file, by few rays, which passes the check.
+#[track_caller]
+fn baked(scene: &Scene) -> PvsFile {
+    let pvs = PvsOptions { ray_budget: 50_000, ..PvsOptions::default() };
+    let file = bake(scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let report = check(&file, scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
+    assert!(report.passed(), "{}: {report:?}", scene.name);
+    file
+}
+
+/// Cells, those of them that are open, and portals.
+fn counts(file: &PvsFile) -> [usize; 3] {
+    [file.cells.len(), file.cells.iter().filter(|cell| cell.open).count(), file.portals.len()]
+}
+
+/// Names of what the closed cell sees that sees most.
+fn corridor(file: &PvsFile) -> BTreeSet<&str> {
+    let rows = file.object_rows.as_ref().unwrap();
+    let closed = (0..file.cells.len()).filter(|&cell| !file.cells[cell].open);
+    let cell = closed.max_by_key(|&cell| rows.count_row(cell)).unwrap();
+    rows.ones(cell).map(|object| file.objects[object].node.as_str()).collect()
+}
+
+/// How many statues and desks there are among names.
+fn statues(names: &BTreeSet<&str>) -> [usize; 2] {
+    ["statue", "desk"].map(|what| names.iter().filter(|name| name.starts_with(what)).count())
+}
+
+/// The building that all others are made of, as every reading of it must be: ten cells and all statues in the corridor's row.
+#[track_caller]
+fn is_as_base(scene: &Scene) -> PvsFile {
+    let file = baked(scene);
+    assert_eq!(counts(&file), [10, 1, 9], "{}: {:?}", scene.name, scene.source.notes);
+    assert_eq!(statues(&corridor(&file)), [8, 8], "{}: {:?}", scene.name, scene.source.notes);
+    file
+}
+
+#[track_caller]
+fn all_are_as_base(folder: &str, models: &[&str]) {
+    let Some(folder) = case(folder) else { return };
+    for model in models {
+        is_as_base(&read(&folder.join(model)));
+    }
+}
+
+fn has_note(scene: &Scene, text: &str) -> bool {
+    scene.source.notes.iter().any(|note| note.contains(text))
+}
+
+#[test]
+fn case_00_base() {
+    all_are_as_base("00_base", &["base.glb", "base.obj"]);
+}
+
+#[test]
+fn case_01_mirrored() {
+    all_are_as_base("01_mirrored", &["mirrored.glb", "each.glb"]);
+}
+
+#[test]
+fn case_02_utm() {
+    all_are_as_base("02_utm", &["utm.obj", "utm_node.glb", "utm_f32.glb"]);
+}
+
+#[test]
+fn case_05_duplicates() {
+    all_are_as_base("05_duplicates", &["dup.glb"]);
+}
+
+#[test]
+fn case_07_broken() {
+    let Some(folder) = case("07_broken") else { return };
+    is_as_base(&read(&folder.join("degenerate.glb")));
+    let scene = read(&folder.join("nan.glb"));
+    assert!(has_note(&scene, "not a finite number"), "{:?}", scene.source.notes);
+    baked(&scene);
+}
+
+#[test]
+fn case_08_skinned() {
+    let Some(folder) = case("08_skinned") else { return };
+    let scene = read(&folder.join("skinned.glb"));
+    let body = scene.objects.iter().find(|o| o.node == "Body").unwrap();
+    let height = body.bounds.size().y;
+    assert!((1.7..=1.9).contains(&height) && !body.opaque, "{height} m");
+    is_as_base(&scene);
+    // Engines draw this banner ten metres and more outside, wherever its node is.
+    let scene = read(&folder.join("banner.glb"));
+    let banner = scene.objects.iter().find(|o| o.node == "Banner").unwrap();
+    let house = scene.objects.iter().find(|o| o.node == "floor").unwrap();
+    assert!(!banner.bounds.touches(&house.bounds), "{:?}", banner.bounds);
+    is_as_base(&scene);
+}
+
+#[test]
+fn case_09_animated_door() {
+    let Some(folder) = case("09_animated_door") else { return };
+    let scene = read(&folder.join("animated.glb"));
+    let leaves: Vec<_> = scene.objects.iter().filter(|o| o.node.starts_with("Cube.")).collect();
+    assert_eq!(leaves.len(), 8);
+    for leaf in leaves {
+        let reach = leaf.reach.unwrap();
+        assert!(!leaf.opaque && reach.size().z > leaf.bounds.size().z + 0.5, "{reach:?}: it swings into a room");
+    }
+    assert!(has_note(&scene, "8 meshes move"), "{:?}", scene.source.notes);
+    is_as_base(&scene);
+    let file = baked(&read(&folder.join("named.glb")));
+    assert_eq!(statues(&corridor(&file)), [8, 8]);
+}
+
+#[test]
+fn case_10_colliders() {
+    let Some(folder) = case("10_colliders") else { return };
+    for (model, name) in [("decentraland.glb", "doorway0_collider"), ("godot.glb", "blocker0-colonly")] {
+        let scene = read(&folder.join(model));
+        assert!(has_note(&scene, &format!("8 meshes are not drawn by engines, by name or extras ({name}, ")));
+        let file = is_as_base(&scene);
+        // They stay objects that rows list.
+        assert!(corridor(&file).contains(name));
+        assert!(scene.objects.iter().all(|o| !o.node.starts_with(&name[..7]) || o.role == Role::Helper && !o.opaque));
+    }
+}
+
+#[test]
+fn case_11_names() {
+    let Some(folder) = case("11_names") else { return };
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "gltf" || e == "obj") {
+            is_as_base(&read(&path));
+            count += 1;
+        }
+    }
+    assert_eq!(count, 8);
+}
+
+#[test]
+fn case_12_obj() {
+    all_are_as_base("12_obj", &["negative.obj", "continued.obj", "concave.obj", "crlf.obj", "bom.obj", "merged.obj"]);
+}
+
+#[test]
+fn case_13_lod() {
+    let Some(folder) = case("13_lod") else { return };
+    is_as_base(&read(&folder.join("msft.glb")));
+    let scene = read(&folder.join("lod_solid.glb"));
+    let file = is_as_base(&scene);
+    // The coarse walls have no doorways; they hide nothing, and are drawn wherever the fine ones are.
+    let id = |name: &str| scene.objects.iter().position(|o| o.node == name).unwrap();
+    let (fine, coarse) = (id("corr_s_LOD0"), id("corr_s_LOD2"));
+    assert!(scene.objects[fine].opaque && !scene.objects[coarse].opaque);
+    let rows = file.object_rows.as_ref().unwrap();
+    assert!((0..file.cells.len()).all(|cell| rows.get(cell, fine) == rows.get(cell, coarse)));
+    baked(&read(&folder.join("lod.glb")));
+}
+
+#[test]
+fn case_14_alpha() {
+    let Some(folder) = case("14_alpha") else { return };
+    is_as_base(&read(&folder.join("babylon3155.glb")));
+    let scene = read(&folder.join("alpha.glb"));
+    assert!(scene.objects.iter().any(|o| o.opaque));
+    baked(&scene);
+}
+
+#[test]
+fn case_15_gaps() {
+    all_are_as_base("15_gaps", &["gap2mm.glb", "gap20mm.glb", "gap120mm.glb"]);
+}
+
+#[test]
+fn case_16_one_mesh() {
+    let Some(folder) = case("16_one_mesh") else { return };
+    for model in ["one.glb", "soup.glb"] {
+        assert_eq!(counts(&baked(&read(&folder.join(model)))), [10, 1, 9], "{model}");
+    }
+}
+
+#[test]
+fn case_17_hollow() {
+    all_are_as_base("17_hollow", &["hollow.glb"]);
+}
+
+#[test]
+fn case_18_sky() {
+    let Some(folder) = case("18_sky") else { return };
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "glb") {
+            let scene = read(&path);
+            let file = baked(&scene);
+            assert_eq!(counts(&file)[0], 10, "{}: {:?}", path.display(), scene.source.notes);
+            assert!(!scene.source.notes.iter().chain(&file.notes).any(|note| note.contains("metres")), "{:?}", file.notes);
+        }
+    }
+}
+
+#[test]
+fn case_19_names_room() {
+    let Some(folder) = case("19_names_room") else { return };
+    let scene = read(&folder.join("names.glb"));
+    assert_eq!(scene.objects.iter().filter(|o| o.node.ends_with("-portal")).count(), 8, "statues are drawn");
+    assert!(
+        scene.hints.openings.is_empty() && has_note(&scene, "8 meshes are named as portals"),
+        "{:?}",
+        scene.source.notes
+    );
+    baked(&scene);
+}
+
+#[test]
+fn case_20_matrix() {
+    all_are_as_base("20_matrix", &["matrix.glb"]);
+}
+
+#[test]
+fn case_21_instancing() {
+    let Some(folder) = case("21_instancing") else { return };
+    assert_eq!(counts(&baked(&read(&folder.join("inst.glb")))), [10, 1, 9]);
+}
+
+#[test]
+fn case_22_quantised() {
+    all_are_as_base("22_quantised", &["quant.glb"]);
+}
+
+#[test]
+fn case_23_stair() {
+    let Some(folder) = case("23_stair") else { return };
+    assert_eq!(counts(&baked(&read(&folder.join("stair.glb"))))[..2], [21, 1]);
+}

@@ -60,7 +60,7 @@ fn one_mesh_under_many_nodes_is_many_objects() {
 }
 
 #[test]
-fn gpu_instances_are_objects_and_hidden_nodes_are_not() {
+fn gpu_instances_are_objects_and_hidden_nodes_hide_nothing() {
     let mut glb = Glb::new();
     let mesh = glb.mesh(&TRIANGLE);
     let translations = glb.positions(&[[0.0, 0.0, 5.0], [0.0, 0.0, 7.0]]);
@@ -76,7 +76,8 @@ fn gpu_instances_are_objects_and_hidden_nodes_are_not() {
     glb.node(json!({"mesh": mesh}));
     glb.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing", "KHR_node_visibility"]);
     let scene = scene(&glb);
-    assert_eq!(names(&scene), ["tree@0", "tree@1"]);
+    assert_eq!(names(&scene), ["tree@0", "tree@1", "node 2"]);
+    assert_eq!(scene.objects.iter().map(|o| o.opaque).collect::<Vec<_>>(), [true, true, false]);
     assert_triangles(&world(&scene, 0), &[[[1.0, 0.0, 5.0], [2.0, 0.0, 5.0], [1.0, 1.0, 5.0]]]);
     assert_triangles(&world(&scene, 1), &[[[1.0, 0.0, 7.0], [1.0, 3.0, 7.0], [-2.0, 0.0, 7.0]]]);
 }

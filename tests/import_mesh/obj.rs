@@ -113,8 +113,6 @@ fn errors_name_the_line_and_what_is_wrong() {
     for (line, why) in [
         ("v 1 2", "line 5: a vertex needs three numbers"),
         ("v 1 2 x", "line 5: `x` is not a number"),
-        ("v 1 2 nan", "line 5: a vertex is not a finite number"),
-        ("v 1 2 1e999", "line 5: a vertex is not a finite number"),
         ("f 1 2", "line 5: a face needs three vertices or more, this one has 2"),
         ("f", "line 5: a face needs three vertices or more, this one has 0"),
         ("f 1 2 5", "line 5: vertex 5 of 4 does not exist"),
@@ -138,4 +136,10 @@ fn errors_name_the_line_and_what_is_wrong() {
     assert!(
         matches!(read_obj("v 0 0 0\nv 1 0 0\nv 0 1e13 0\nf 1 2 3"), Err(ImportError::NotFinite { node }) if node == "mesh")
     );
+    // One among others costs its triangles.
+    for bad in ["nan", "inf", "1e999", "1e13"] {
+        let scene = read_obj(&format!("{SQUARE}v 1 2 {bad}\nf 1 2 5\nf 1 2 3\n")).unwrap();
+        assert_eq!(scene.triangles.len(), 1, "{bad}");
+        assert!(scene.source.notes[0].starts_with("1 triangles left out: a corner is not a finite number"), "{bad}");
+    }
 }

@@ -378,7 +378,7 @@ mod tests {
         let positions = vec![DVec3::new(-5., 0., -5.), DVec3::new(5., 0., -5.), DVec3::new(5., 3., 5.)];
         let bounds = Aabb::of(positions.iter().copied());
         let (node, role, triangles, segments) = ("floor".into(), Role::Structure, 0..1, 0..0);
-        let object = Object { node, role, opaque: true, glass: false, triangles, segments, bounds };
+        let object = Object { node, role, opaque: true, glass: false, triangles, segments, bounds, reach: None };
         Scene {
             name: "test".into(),
             source: Source::default(),
@@ -387,6 +387,7 @@ mod tests {
             triangles: vec![[0, 1, 2]],
             objects: vec![object],
             tubes: Default::default(),
+            together: Vec::new(),
             hints: Default::default(),
             trace: None,
         }

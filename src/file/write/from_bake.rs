@@ -46,7 +46,7 @@ impl PvsFile {
             notes: scene.source.notes.iter().chain(&graph.notes).cloned().chain(too_fine(scene, graph)).collect(),
             cells: graph.cells.iter().map(cell).collect(),
             portals: graph.portals.iter().map(portal).collect(),
-            objects: scene.objects.iter().map(|o| object(&o.node, o.triangles.len() as u32, &o.bounds)).collect(),
+            objects: scene.objects.iter().map(|o| object(&o.node, o.triangles.len() as u32, &o.extent())).collect(),
             placement: pvs.placement.matrix.clone(),
             placed: pvs.placement.boxes.clone(),
             cell_rows: unless_full(cell_rows),

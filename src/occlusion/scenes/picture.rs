@@ -15,6 +15,7 @@ pub fn empty() -> Scene {
         triangles: Vec::new(),
         objects: Vec::new(),
         tubes: Default::default(),
+        together: Vec::new(),
         hints: Hints::default(),
         trace: None,
     }
@@ -33,6 +34,7 @@ pub fn add_mesh(scene: &mut Scene, positions: &[DVec3], triangles: impl IntoIter
         triangles: start..scene.triangles.len() as u32,
         segments: 0..0,
         bounds: Aabb::of(positions.iter().copied()),
+        reach: None,
     });
 }
 

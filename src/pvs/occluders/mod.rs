@@ -76,7 +76,7 @@ pub(super) fn decide(
     let prover = Prover { rays, locator: &locator, clearance };
     let asker = Asker { scene, graph, mesh: &mesh, prover: &prover, seed: options.seed };
     let left = options.ray_budget as f64 / RAYS_A_SHAFT;
-    let mut pairs = Pairs { placement, objects_upper, lower, narrow, left };
+    let mut pairs = Pairs { scene, placement, objects_upper, lower, narrow, left };
     let kept = pairs.ask_narrow(&asker, cells_upper, work)?;
     for round in 0..ROUNDS.len() {
         if !pairs.ask_round(&asker, round, &kept, work)? {
@@ -88,6 +88,7 @@ pub(super) fn decide(
 
 /// Pairs of cells and objects, and what may still be spent on them.
 struct Pairs<'p> {
+    scene: &'p Scene,
     placement: &'p BitMatrix,
     objects_upper: &'p mut BitMatrix,
     lower: &'p mut Lower,
@@ -175,10 +176,12 @@ impl Pairs<'_> {
         self.lower.merge(found);
     }
 
-    /// Pairs of closed cells and objects in others that are neither witnessed nor proven hidden.
+    /// Pairs of closed cells and objects in others that are neither witnessed nor proven hidden. Triangles tell nothing of an object that may be
+    /// elsewhere.
     fn undecided(&self, graph: &CellGraph) -> BitMatrix {
         let mut open = BitMatrix::new(self.placement.rows(), self.placement.columns());
-        let is_known = |c, o| self.lower.objects.get(c, o) || self.placement.get(c, o);
+        let is_known =
+            |c, o| self.lower.objects.get(c, o) || self.placement.get(c, o) || self.scene.objects[o].reach.is_some();
         for c in (0..graph.cells.len()).filter(|&c| !graph.cells[c].open) {
             for o in self.objects_upper.ones(c).filter(|&o| !is_known(c, o)) {
                 open.set(c, o);

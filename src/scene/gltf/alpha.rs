@@ -1,8 +1,8 @@
 //! Which materials let light through by what they say of alpha, and have none: exporters mark all materials of a model so.
 //!
 //! Alpha is that of the base colour's factor, times the picture's, times the corners' (glTF 2.0 specification, 3.9). A picture has none if
-//! it is a JPEG, or a PNG of grey or of red, green and blue without a transparent colour. Of pictures in files the name tells. A material
-//! without a picture is taken at its word: an animation may let it fade.
+//! it is a JPEG, or a PNG of grey or of red, green and blue without a transparent colour. Of pictures in files the name tells. What an
+//! animation lets fade is another matter ([`super::motion`]).
 
 use super::data::Buffers;
 use super::document::{Document, Material};
@@ -41,7 +41,8 @@ impl Pictures<'_, '_> {
             Value::Null => 1.0,
             factor => factor[3].as_f64().unwrap_or(0.0),
         };
-        factor >= 1.0 && self.has_no_alpha(&base["baseColorTexture"]).unwrap_or(false)
+        let texture = &base["baseColorTexture"];
+        factor >= 1.0 && (texture.is_null() || self.has_no_alpha(texture).unwrap_or(false))
     }
 
     fn has_no_alpha(&self, texture: &Value) -> Option<bool> {

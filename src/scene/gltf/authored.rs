@@ -14,6 +14,11 @@ use std::collections::HashMap;
 
 /// A portal's corners may lie so far off their plane, as a share of the portal's diagonal, before a note says so.
 const FLAT: f64 = 1e-3;
+/// A mesh that a name calls a portal is one if its corners lie no farther off a plane, as a share of its diagonal. Larger: statues are taken for
+/// openings, and not drawn. Smaller: openings drawn as thin boxes are taken for walls.
+const THIN: f64 = 0.05;
+/// Names of meshes that are no portals, in a note.
+const NAMED: usize = 3;
 
 /// What a node's name says.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +87,8 @@ pub(super) enum RoleName {
     Door,
     Window,
     Stair,
+    Helper,
+    Sky,
 }
 
 #[derive(Deserialize)]
@@ -101,6 +108,8 @@ impl From<RoleName> for Role {
             RoleName::Door => Self::Door,
             RoleName::Window => Self::Window,
             RoleName::Stair => Self::Stair,
+            RoleName::Helper => Self::Helper,
+            RoleName::Sky => Self::Sky,
         }
     }
 }
@@ -150,6 +159,8 @@ pub(super) struct Authored {
     /// The first room of each name and id.
     by_name: HashMap<String, usize>,
     portals: Vec<Portal>,
+    /// Nodes that are called portals, and are none.
+    no_portals: Vec<String>,
     notes: Vec<String>,
 }
 
@@ -173,7 +184,7 @@ impl Authored {
     pub fn furnish(&mut self, room: Option<usize>, positions: &[DVec3]) {
         if let Some(room) = room {
             let bounds = &mut self.rooms[room].bounds;
-            *bounds = bounds.union(Aabb::of(positions.iter().copied()));
+            *bounds = bounds.union(Aabb::of(positions.iter().copied().filter(|p| p.is_finite())));
         }
     }
 
@@ -183,6 +194,11 @@ impl Authored {
             Some(room) => self.rooms[room].bound.extend(triangles),
             None => self.notes.push(format!("{node}: a bound outside of any room, ignored")),
         }
+    }
+
+    /// A mesh that a name calls a portal, and that is none.
+    pub fn drawn(&mut self, node: &str) {
+        self.no_portals.push(node.to_owned());
     }
 
     /// A portal's mesh. `names`: the rooms it joins as the author names them, empty where unsaid; `inside`: the room it is in.
@@ -210,6 +226,11 @@ impl Authored {
     pub fn finish(self, notes: &mut Vec<String>) -> Hints {
         let mut hints = Hints::default();
         notes.extend(self.notes.iter().cloned());
+        if !self.no_portals.is_empty() {
+            let first = self.no_portals[..NAMED.min(self.no_portals.len())].join(", ");
+            let count = self.no_portals.len();
+            notes.push(format!("{count} meshes are named as portals but are not flat or have a picture ({first}): they are drawn as they are"));
+        }
         // Where each room went.
         let mut place = Vec::with_capacity(self.rooms.len());
         for room in &self.rooms {
@@ -269,6 +290,12 @@ fn winding(triangles: &[[DVec3; 3]]) -> Option<(Vec<DVec3>, f64)> {
     let hull = flat_hull(corners().map(|p| DVec2::new(p.dot(u), p.dot(v))).collect());
     let winding: Vec<DVec3> = hull.iter().map(|p| start + u * p.x + v * p.y + n * (0.5 * (least + most))).collect();
     (winding.len() >= 3).then_some((winding, 0.5 * (most - least)))
+}
+
+/// True where a mesh is flat enough to be the mark of an opening.
+pub(super) fn is_thin(triangles: &[[DVec3; 3]]) -> bool {
+    let diagonal = Aabb::of(triangles.iter().flatten().copied()).diagonal();
+    triangles.is_empty() || winding(triangles).is_none_or(|(_, off)| off <= THIN * diagonal)
 }
 
 /// The convex hull, counter-clockwise, without corners in the middle of a side (Andrew, *Another efficient algorithm for convex

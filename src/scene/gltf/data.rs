@@ -69,6 +69,11 @@ impl<'a> Buffers<'a> {
         })
     }
 
+    /// The document that they are of.
+    pub fn document(&self) -> &'a Document {
+        self.document
+    }
+
     /// Bytes of all buffers that are there.
     pub fn size(&self) -> usize {
         let size = |i| self.buffer(i).map_or(0, <[u8]>::len);
@@ -293,18 +298,28 @@ impl Accessor<'_> {
         Some(out)
     }
 
+    /// Element `i` of a matrix, column by column; `None` beyond its count.
+    pub fn matrix(&self, i: usize) -> Option<[f64; 16]> {
+        let bytes = self.bytes(i).filter(|_| i < self.count)?;
+        Some(std::array::from_fn(|k| match k < self.width {
+            true => self.component.number(&bytes[k * self.component.size()..], self.normalized),
+            false => 0.0,
+        }))
+    }
+
     /// Element `i` as a vertex index; `None` beyond the count.
     pub fn index(&self, i: usize) -> Option<u32> {
         (i < self.count).then(|| self.bytes(i).map_or(0, |bytes| self.component.index(bytes)))
     }
 }
 
-/// Numbers of an element: of `SCALAR`, `VEC2`, `VEC3` or `VEC4`.
+/// Numbers of an element: of `SCALAR`, `VEC2`, `VEC3`, `VEC4` or `MAT4`.
 pub(super) fn width(kind: &str) -> usize {
     match kind {
         "SCALAR" => 1,
         "VEC2" => 2,
         "VEC3" => 3,
+        "MAT4" => 16,
         _ => 4,
     }
 }

@@ -11,13 +11,16 @@ use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
 
 /// What may be listed under `extensionsRequired`: read, or without influence on where triangles are and what they hide.
-const KNOWN: [&str; 9] = [
+const KNOWN: [&str; 12] = [
     "EXT_meshopt_compression",
     "KHR_meshopt_compression",
     "KHR_draco_mesh_compression",
     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",
     "KHR_node_visibility",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_xmp_json_ld",
     "MSFT_texture_dds",
@@ -46,8 +49,11 @@ pub(super) struct Document {
     pub buffers: Vec<Buffer>,
     #[serde(default)]
     pub materials: Vec<Material>,
+    /// Read where they are as they should be: a model is never refused for how it moves.
     #[serde(default)]
-    pub animations: Vec<IgnoredAny>,
+    animations: Vec<Box<RawValue>>,
+    #[serde(default)]
+    pub skins: Vec<Skin>,
     /// Read where somebody asks: a model is never refused for how it looks.
     images: Option<Box<RawValue>>,
     textures: Option<Box<RawValue>>,
@@ -86,6 +92,11 @@ impl Document {
     /// Its images as they are written; nothing where the list isn't as it should be.
     pub fn images(&self) -> serde_json::Value {
         written(&self.images)
+    }
+
+    /// Its animations; `None` for one that isn't as it should be.
+    pub fn animations(&self) -> impl Iterator<Item = Option<Animation>> {
+        self.animations.iter().map(|raw| serde_json::from_str(raw.get()).ok())
     }
 
     /// Its textures, likewise.
@@ -127,8 +138,9 @@ pub(super) struct Node {
     pub translation: Option<Box<[f64; 3]>>,
     pub rotation: Option<Box<[f64; 4]>>,
     pub scale: Option<Box<[f64; 3]>>,
+    pub weights: Option<Box<[f64]>>,
     pub extras: Option<Box<RawValue>>,
-    pub extensions: Option<Box<NodeExtensions>>,
+    extensions: Option<Box<RawValue>>,
 }
 
 impl Node {
@@ -141,34 +153,41 @@ impl Node {
         translation: None,
         rotation: None,
         scale: None,
+        weights: None,
         extras: None,
         extensions: None,
     };
 
     fn is_empty(&self) -> bool {
-        let Self { name, mesh, skin: _, children, matrix, translation, rotation, scale, extras, extensions } = self;
+        let Self { name, mesh, skin: _, children, matrix, translation, rotation, scale, weights: _, extras, extensions } =
+            self;
         let placed = matrix.is_some() || translation.is_some() || rotation.is_some() || scale.is_some();
         !placed && name.is_none() && mesh.is_none() && children.is_empty() && extras.is_none() && extensions.is_none()
     }
 
-    /// Its EXT_mesh_gpu_instancing.
-    pub fn instancing(&self) -> Option<&Instancing> {
-        self.extensions.as_ref()?.instancing.as_ref()
+    /// Its extensions that are read here.
+    pub fn extensions(&self) -> Result<NodeExtensions, serde_json::Error> {
+        self.extensions.as_ref().map_or(Ok(NodeExtensions::default()), |raw| serde_json::from_str(raw.get()))
     }
 
-    /// False where KHR_node_visibility hides it and everything below it.
-    pub fn is_visible(&self) -> bool {
-        let visibility = self.extensions.as_ref().and_then(|e| e.visibility.as_ref());
-        visibility.is_none_or(|v| v.visible)
+    /// Its extras and its extensions, as they are written; nothing where they aren't JSON of a sane depth.
+    pub fn written(&self) -> [serde_json::Value; 2] {
+        [written(&self.extras), written(&self.extensions)]
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
 pub(super) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<Instancing>,
-    #[serde(rename = "KHR_node_visibility")]
-    pub visibility: Option<Visibility>,
+    #[serde(rename = "MSFT_lod")]
+    pub levels: Option<Levels>,
+}
+
+/// Coarser levels of detail of a node.
+#[derive(Deserialize)]
+pub(super) struct Levels {
+    pub ids: Vec<usize>,
 }
 
 #[derive(Deserialize)]
@@ -184,20 +203,62 @@ pub(super) struct InstanceAttributes {
     pub scale: Option<usize>,
 }
 
+/// Joints that bend a mesh.
 #[derive(Deserialize)]
-pub(super) struct Visibility {
-    #[serde(default = "yes")]
-    pub visible: bool,
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub joints: Vec<usize>,
+    pub inverse_bind_matrices: Option<usize>,
 }
 
-fn yes() -> bool {
-    true
+#[derive(Deserialize)]
+pub(super) struct Animation {
+    #[serde(default)]
+    pub channels: Vec<Channel>,
+    #[serde(default)]
+    pub samplers: Vec<Sampler>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Channel {
+    pub sampler: usize,
+    pub target: Target,
+}
+
+/// What a channel moves: a path of a node, or whatever a pointer leads to.
+#[derive(Deserialize)]
+pub(super) struct Target {
+    pub node: Option<usize>,
+    pub path: String,
+    #[serde(default)]
+    pub extensions: TargetExtensions,
+}
+
+#[derive(Deserialize, Default)]
+pub(super) struct TargetExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pub pointer: Option<Pointer>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Pointer {
+    pub pointer: String,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Sampler {
+    pub input: usize,
+    pub output: usize,
+    pub interpolation: Option<String>,
 }
 
 #[derive(Deserialize)]
 pub(super) struct MeshEntry {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
+    /// Of its morph targets.
+    #[serde(default)]
+    pub weights: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -207,7 +268,7 @@ pub(super) struct Primitive {
     pub material: Option<usize>,
     pub mode: Option<u64>,
     #[serde(default)]
-    pub targets: Vec<IgnoredAny>,
+    pub targets: Vec<MorphTarget>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
@@ -216,9 +277,25 @@ pub(super) struct Primitive {
 pub(super) struct Attributes {
     #[serde(rename = "POSITION")]
     pub position: Option<usize>,
+    /// Which joints bend a vertex, and how much each: four, and four more.
+    #[serde(rename = "JOINTS_0")]
+    pub joints: Option<usize>,
+    #[serde(rename = "WEIGHTS_0")]
+    pub weights: Option<usize>,
+    #[serde(rename = "JOINTS_1")]
+    pub more_joints: Option<usize>,
+    #[serde(rename = "WEIGHTS_1")]
+    pub more_weights: Option<usize>,
     /// Colours of corners, which may have an alpha.
     #[serde(rename = "COLOR_0")]
     pub colour: Option<IgnoredAny>,
+}
+
+/// By how much a target moves vertices.
+#[derive(Deserialize)]
+pub(super) struct MorphTarget {
+    #[serde(rename = "POSITION")]
+    pub position: Option<usize>,
 }
 
 #[derive(Deserialize, Default)]
@@ -353,6 +430,8 @@ pub(super) struct Material {
 pub(super) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_transmission")]
     pub transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_unlit")]
+    unlit: Option<IgnoredAny>,
     /// Has a base colour of its own.
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     older: Option<IgnoredAny>,
@@ -369,6 +448,16 @@ impl Material {
     /// Its name; empty where it has none.
     pub fn name(&self) -> &str {
         self.name.as_ref().and_then(|name| name.as_str()).unwrap_or_default()
+    }
+
+    /// Whether it has a picture of its colour.
+    pub fn has_picture(&self) -> bool {
+        self.pbr_metallic_roughness.as_ref().is_some_and(|base| !base["baseColorTexture"].is_null())
+    }
+
+    /// Whether no light changes it.
+    pub fn is_unlit(&self) -> bool {
+        self.extensions.unlit.is_some()
     }
 
     /// Whether it blends or is masked.

@@ -144,6 +144,8 @@ pub fn facts(building: &Building, object: ObjectId, cell: CellId, units: Units) 
         Role::Window => "window",
         Role::Unknown => "not told",
         Role::Stair => "stair",
+        Role::Helper => "not drawn by engines",
+        Role::Sky => "sky",
     };
     let size = of.bounds.size();
     let named = if home.source.is_some() { format!("{cell} ({})", home.name) } else { cell.to_string() };
