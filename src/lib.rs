@@ -88,4 +88,6 @@ struct Readme;
 struct EngineGuide;
 
 pub use bits::BitMatrix;
+/// The vectors of this crate. A program that takes them from here has the same version, whichever the resolver chose.
+pub use glam;
 pub use ids::{CellId, DirectedPortal, ObjectId, PortalId};

@@ -2,12 +2,13 @@
 
 mod cli;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Cells, portals and potentially visible sets for buildings and game levels.
 #[derive(Parser)]
-#[command(name = "enfilade", version, disable_help_subcommand = true)]
+#[command(name = "enfilade", version, arg_required_else_help = true)]
 struct Args {
     #[command(subcommand)]
     command: Command,
@@ -16,26 +17,55 @@ struct Args {
 #[derive(Subcommand)]
 enum Command {
     /// Split a scene into cells, work out what can be seen from each, write a .pvs file.
+    #[command(
+        after_help = "Examples:\n  enfilade bake data/buildings/office.glb -o office.pvs\n  enfilade bake villa.glb --unseen 0.1% --ship sampled --view-cells auto --json"
+    )]
     Bake(cli::bake::Args),
     /// Test a .pvs file against its model, independently of how it was baked.
+    #[command(
+        after_help = "Examples:\n  enfilade check office.pvs --model data/buildings/office.glb --rays 10M\n  enfilade check level.bsp --json"
+    )]
     Check(cli::check::Args),
     /// Walk a camera through a model and say what each culling mode draws.
+    #[command(
+        after_help = "Examples:\n  enfilade walk office.pvs --model data/buildings/office.glb --mode all\n  enfilade walk office.pvs --model data/buildings/office.glb --random 100 --verify-pixels --frames pictures"
+    )]
     Walk(cli::walk::Args),
     /// Say what is in a .pvs file.
+    #[command(after_help = "Examples:\n  enfilade info office.pvs\n  enfilade info office.pvs --json")]
     Info(cli::info::Args),
     /// Say why a cell sees an object or another cell, or doesn't.
+    #[command(
+        after_help = "Examples:\n  enfilade why office.pvs cell:3 object:17\n  enfilade why office.pvs 3 cell:4 --model data/buildings/office.glb"
+    )]
     Why(cli::why::Args),
     /// Write out cells, portals, objects and rows.
+    #[command(after_help = "Examples:\n  enfilade dump office.pvs --rows cells\n  enfilade dump office.pvs --json")]
     Dump(cli::dump::Args),
     /// Write the model with a node an object, as .glb, for engines.
+    #[command(
+        after_help = "Examples:\n  enfilade export office.pvs --model data/buildings/office.glb -o objects.glb\n  enfilade export level.pvs --model level.map -o level.glb --json"
+    )]
     Export(cli::export::Args),
     /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
+    #[command(
+        after_help = "Examples:\n  enfilade vis level.bsp\n  enfilade vis level.prt --rows rows.txt --against other.txt"
+    )]
     Vis(cli::vis::Args),
     /// Draw what can be seen in a building or a level, both sides of it, against time, as a page of one file.
+    #[command(
+        after_help = "Examples:\n  enfilade report data/buildings/office.glb -o office.html\n  enfilade report level.prt --rows other.txt"
+    )]
     Report(cli::report::Args),
     /// Make ground of rasters of heights: tiles that are drawn to within a stated number of pixels.
+    #[command(
+        after_help = "Examples:\n  enfilade ground north.tif south.tif -o hills.ground\n  enfilade ground hills.asc -o hills.ground --keep-out data/buildings/office.glb --place 120,2,-40,30"
+    )]
     Ground(cli::ground::Args),
     /// Make a seeded test scene.
+    #[command(
+        after_help = "Examples:\n  enfilade generate office --rooms 40 -o office.glb --facts\n  enfilade generate ground --size 1025 --spacing 2 -o hills.tif"
+    )]
     Generate(cli::generate::Args),
 }
 
@@ -47,8 +77,15 @@ fn arguments() -> Result<Args, ExitCode> {
             error.exit();
         }
         let text = error.render().to_string();
-        let lines: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
-        eprintln!("enfilade: {} (try --help)", lines.join(" ").trim_start_matches("error: "));
+        if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            // Nothing is wrong but that something is missing: what there is.
+            eprint!("{text}");
+            return ExitCode::from(2);
+        }
+        // What is wrong, and what may have been meant; the usage is left out.
+        let told = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+        let told: Vec<&str> = told.filter(|line| !line.is_empty() && !line.starts_with("For more information")).collect();
+        eprintln!("enfilade: {} (try --help)", told.join(" ").trim_start_matches("error: ").replace(" tip: ", "; "));
         ExitCode::from(2)
     })
 }
@@ -58,25 +95,128 @@ fn main() -> ExitCode {
         Ok(args) => args,
         Err(code) => return code,
     };
-    let result = match args.command {
-        Command::Bake(args) => cli::bake::run(args),
-        Command::Check(args) => cli::check::run(args),
-        Command::Walk(args) => cli::walk::run(args),
-        Command::Info(args) => cli::info::run(args),
-        Command::Why(args) => cli::why::run(args),
-        Command::Dump(args) => cli::dump::run(args),
-        Command::Export(args) => cli::export::run(args),
-        Command::Vis(args) => cli::vis::run(args),
-        Command::Report(args) => cli::report::run(args),
-        Command::Ground(args) => cli::ground::run(args),
-        Command::Generate(args) => cli::generate::run(args),
-    };
+    let result = args.command.files().check().and_then(|()| args.command.run());
     match result {
         Ok(cli::Outcome::Done) => ExitCode::SUCCESS,
         Ok(cli::Outcome::Failed) => ExitCode::from(1),
         Err(error) => {
             eprintln!("enfilade: {error}");
             ExitCode::from(2)
+        }
+    }
+}
+
+impl Command {
+    /// What it reads and writes.
+    fn files(&self) -> cli::files::Files {
+        match self {
+            Self::Bake(args) => args.files(),
+            Self::Check(args) => args.files(),
+            Self::Walk(args) => args.files(),
+            Self::Info(args) => args.files(),
+            Self::Why(args) => args.files(),
+            Self::Dump(args) => args.files(),
+            Self::Export(args) => args.files(),
+            Self::Vis(args) => args.files(),
+            Self::Report(args) => args.files(),
+            Self::Ground(args) => args.files(),
+            Self::Generate(args) => args.files(),
+        }
+    }
+
+    fn run(self) -> Result<cli::Outcome, cli::CliError> {
+        match self {
+            Self::Bake(args) => cli::bake::run(args),
+            Self::Check(args) => cli::check::run(args),
+            Self::Walk(args) => cli::walk::run(args),
+            Self::Info(args) => cli::info::run(args),
+            Self::Why(args) => cli::why::run(args),
+            Self::Dump(args) => cli::dump::run(args),
+            Self::Export(args) => cli::export::run(args),
+            Self::Vis(args) => cli::vis::run(args),
+            Self::Report(args) => cli::report::run(args),
+            Self::Ground(args) => cli::ground::run(args),
+            Self::Generate(args) => cli::generate::run(args),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+    use std::path::{Path, PathBuf};
+
+    /// Commands with all their words, from the root on: `enfilade generate office` has three.
+    fn commands() -> Vec<(Vec<String>, clap::Command)> {
+        fn below(words: &[String], command: &clap::Command, into: &mut Vec<(Vec<String>, clap::Command)>) {
+            let words: Vec<String> = words.iter().cloned().chain([command.get_name().to_owned()]).collect();
+            match command.get_subcommands().next() {
+                Some(_) => command.get_subcommands().for_each(|command| below(&words, command, into)),
+                None => into.push((words, command.clone())),
+            }
+        }
+        let mut all = Vec::new();
+        below(&[], &Args::command(), &mut all);
+        all
+    }
+
+    /// What an argument is given where the test doesn't care, so that it can be read.
+    fn any(command: &str, id: &str) -> &'static str {
+        match (command, id) {
+            ("ground", "size") => "65",
+            ("ground", "spacing") => "1",
+            ("why", "from" | "to") => "cell:0",
+            (_, "rooms" | "size" | "sections" | "count") => "100",
+            (_, "worker") => "0/2",
+            _ => "other",
+        }
+    }
+
+    fn takes_a_path(arg: &clap::Arg) -> bool {
+        let kind = arg.get_value_parser().type_id();
+        kind == std::any::TypeId::of::<PathBuf>() || kind == std::any::TypeId::of::<cli::bake::ViewCells>()
+    }
+
+    /// Every path that a command takes is looked at before the work. A new flag with a path is found here by its type.
+    #[test]
+    fn every_path_of_every_command_is_among_its_files() {
+        let mut count = 0;
+        for (words, command) in commands() {
+            let name = command.get_name();
+            for arg in command.get_arguments().filter(|arg| takes_a_path(arg)) {
+                let path = "the-file.in-question";
+                let mut line = words.clone();
+                // What must stand beside it.
+                let beside: &[&str] = match (name, arg.get_id().as_str()) {
+                    ("check", "leak") | ("dump", "obj") => &["--model", "other"],
+                    ("dump", "model") => &["--obj", "other"],
+                    (_, "with") => &["--worker", "0/2"],
+                    _ => &[],
+                };
+                line.extend(beside.iter().map(ToString::to_string));
+                for other in command.get_arguments().filter(|other| other.is_required_set() || *other == arg) {
+                    line.extend(other.get_long().map(|long| format!("--{long}")));
+                    line.push(if other == arg { path } else { any(name, other.get_id().as_str()) }.to_owned());
+                }
+                let parsed = Args::try_parse_from(&line).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+                assert!(parsed.command.files().name(Path::new(path)), "{line:?}: its files lack {}", arg.get_id());
+                count += 1;
+            }
+        }
+        assert!(count > 40, "only {count} paths: this tests nothing");
+    }
+
+    /// The help of each command ends with two examples, and they can be read.
+    #[test]
+    fn every_help_ends_with_two_examples() {
+        for mut command in Args::command().get_subcommands().cloned() {
+            let help = command.render_long_help().to_string();
+            let lines: Vec<&str> = help.trim_end().lines().rev().take(2).map(str::trim).collect();
+            for line in lines {
+                assert!(line.starts_with(&format!("enfilade {} ", command.get_name())), "{}: {line}", command.get_name());
+                Args::try_parse_from(line.split_whitespace()).unwrap_or_else(|e| panic!("{line}: {e}"));
+            }
         }
     }
 }

@@ -105,6 +105,9 @@ pub enum BakeError {
     /// The scene can't be split into cells.
     #[error(transparent)]
     Split(SplitError),
+    /// No cell was found, so that there is nothing to see from.
+    #[error("no closed space: no cell was found in it; close its walls, or take --cells bsp, which needs none")]
+    NoCells,
     /// The caller stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -227,6 +230,9 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         Some(graph) => graph,
         None => work.once(|| find_cells_by(&rays, &options.split, work).map(|graph| if_affordable(scene, graph)))?,
     };
+    if graph.cells.is_empty() {
+        return Err(BakeError::NoCells);
+    }
     if let Some(metres) = options.smallest_hole {
         small_holes::close(scene, &mut graph, metres);
     }

@@ -267,7 +267,10 @@ impl fmt::Display for BakeReport {
         }
         if let (Some(authored), Some(findings)) = (&self.authored, self.findings.as_ref().filter(|all| !all.is_empty())) {
             let AuthoredReport { rooms, sound_rooms, .. } = authored;
-            writeln!(f, "of {rooms} rooms that the author drew {sound_rooms} are sound; what is wrong:")?;
+            writeln!(
+                f,
+                "of {rooms} rooms that the author drew {sound_rooms} hold free space of the model alone; what is wrong:"
+            )?;
             for finding in findings.iter().take(FINDINGS) {
                 writeln!(f, "  {}", finding.text)?;
             }

@@ -1,6 +1,8 @@
 //! `enfilade bake`.
 
-use super::resume::{Kept, Of, WorkerFlags, catch_interrupts};
+use super::files::Files;
+use super::kinds::Kind;
+use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts};
 use super::scene::{RAYS, SceneFlags};
 use super::{CliError, Outcome, at};
 use clap::ValueEnum;
@@ -57,9 +59,8 @@ pub struct Args {
     /// Seed of every random choice
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// What an interrupted bake leaves, and the next goes on from [default: the output's name with .bake-state]
-    #[arg(long, value_name = "FILE")]
-    state: Option<PathBuf>,
+    #[command(flatten)]
+    state: StateFlags,
     #[command(flatten)]
     workers: WorkerFlags,
     /// Where a .map leaks, write the way out as points, a line each, as editors of maps load them (.pts)
@@ -78,7 +79,7 @@ enum Ship {
 
 /// Regions that get rows on top of the cells.
 #[derive(Clone)]
-pub(super) enum ViewCells {
+pub enum ViewCells {
     /// Camera volumes in a file.
     File(PathBuf),
     /// At most so many bytes.
@@ -86,6 +87,11 @@ pub(super) enum ViewCells {
 }
 
 impl ViewCells {
+    /// The file, where it is one.
+    pub(super) fn path(&self) -> Option<&PathBuf> {
+        if let Self::File(path) = self { Some(path) } else { None }
+    }
+
     /// Those of a file, and the bytes of those to be chosen.
     pub(super) fn read(this: Option<&Self>, scene: &Scene) -> Result<(Vec<ViewCell>, Option<u64>), CliError> {
         Ok(match this {
@@ -112,6 +118,24 @@ pub(super) fn view_cells_of(text: &str) -> Result<ViewCells, String> {
 enum Cubes {
     Raster,
     Gpu,
+}
+
+impl Args {
+    /// The file to write.
+    fn output(&self) -> PathBuf {
+        self.output.clone().unwrap_or_else(|| self.input.with_extension("pvs"))
+    }
+
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let output = self.output();
+        let alone = self.workers.with.is_none();
+        let state = self.state.path((&output, "bake-state")).filter(|_| alone);
+        let files = Files::new().model(&self.input).reads_too(self.scene.paths());
+        let files = files.reads_too(self.view_cells.as_ref().and_then(ViewCells::path));
+        let files = files.writes(&output, Kind::Pvs).writes(&state, Kind::State).writes(&self.leak, Kind::Points);
+        files.writes(&self.workers.trace, Kind::Trace).fills(&self.workers.with)
+    }
 }
 
 /// Runs the command.
@@ -145,8 +169,7 @@ fn leaks(args: &Args, error: &ImportError) -> Result<Outcome, CliError> {
 
 fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let begin = Instant::now();
-    let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("pvs"));
-    super::folder_of(&output)?;
+    let output = args.output();
     let bar = progress_bar();
     bar.set_message("import");
     let import_options = args.scene.import();
@@ -187,7 +210,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     };
     let digest = digest(&scene, &options);
     let of = Of { digest, beside: (&output, "bake-state"), outputs: &[&output] };
-    let kept = Kept::open(args.state.as_deref(), &args.workers, &of)?;
+    let kept = Kept::open(&args.state, Some(&args.workers), &of)?;
     if kept.is_done() {
         return kept.stopped();
     }
@@ -209,9 +232,9 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
         .map_err(|e| at(&output, e))?;
     if args.json {
-        println!("{}", super::json(&report)?);
+        super::answer(&super::json(&report)?)?;
     } else {
-        eprintln!("{report}{}: {} bytes", output.display(), report.file_bytes);
+        super::answer(&format!("{report}{}: {} bytes", output.display(), report.file_bytes))?;
     }
     Ok(Outcome::Done)
 }

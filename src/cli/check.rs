@@ -1,7 +1,9 @@
 //! `enfilade check`.
 
+use super::files::Files;
+use super::kinds::Kind;
 use super::level::Input;
-use super::{CliError, Outcome, at};
+use super::{CliError, Outcome, at, say};
 use enfilade::CellId;
 use enfilade::file::{PvsFile, replace_file};
 use enfilade::level::rows::read_rows;
@@ -12,6 +14,7 @@ use enfilade::verify::rooms::{RoomScore, RoomsFile};
 use enfilade::verify::{
     CheckError, CheckOptions, CheckReport, ExactReport, Leak, LeakKind, Violation, check, check_exact, score_rooms,
 };
+use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -55,6 +58,16 @@ pub struct Args {
     json: bool,
 }
 
+impl Args {
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let files = Files::new().reads(&self.file, &["pvs", "prt", "bsp"]).reads_too(&[self.file.with_extension("prt")]);
+        let files = self.model.iter().fold(files, |files, model| files.model(model));
+        let files = files.reads_too(self.files.paths()).reads_too(&self.rows).reads_too(&self.rooms);
+        files.writes(&self.leak, Kind::Leaks)
+    }
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let pool = super::pool(args.threads)?;
@@ -77,6 +90,9 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     let score = args.rooms.as_deref().map(|path| rooms(path, &file, &scene)).transpose()?;
     let exact = (args.exact > 0).then(|| check_exact(&file, &scene, args.exact, args.seed)).transpose();
     let exact = exact.map_err(|e| at(&args.file, e))?;
+    let kept = exact.as_ref().is_none_or(|e| e.passed);
+    let tight = report.leaks.as_ref().is_none_or(|l| l.leak_count == 0);
+    let passed = report.passed && tight && kept;
     if args.json {
         let mut value = serde_json::to_value(&report).map_err(|e| CliError(e.to_string()))?;
         if let Some(exact) = &exact {
@@ -85,21 +101,20 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
         if let Some(score) = &score {
             value["rooms"] = serde_json::to_value(score).map_err(|e| CliError(e.to_string()))?;
         }
-        println!("{value}");
-    }
-    if let Some(score) = &score {
-        tell_rooms(score);
+        value["passed"] = passed.into();
+        super::answer(&value.to_string())?;
     }
     if let (Some(path), Some(leaks)) = (&args.leak, &report.leaks) {
         replace_file(path, |out| leak_lines(&leaks.leaks, out)).map_err(|e| at(path, e))?;
     }
-    tell(&report, &file, &scene);
-    if let Some(exact) = &exact {
-        tell_exact(exact, &file, &scene);
-    }
-    let kept = exact.is_none_or(|e| e.passed);
-    let tight = report.leaks.as_ref().is_none_or(|l| l.leak_count == 0);
-    Ok(if report.passed && tight && kept { Outcome::Done } else { Outcome::Failed })
+    let mut told = String::new();
+    score.iter().for_each(|score| tell_rooms(score, &mut told));
+    tell(&report, &file, &scene, &mut told);
+    exact.iter().for_each(|exact| tell_exact(exact, &file, &scene, &mut told));
+    let seconds = report.seconds + exact.as_ref().map_or(0.0, |exact| exact.seconds);
+    say!(told, "{} in {seconds:.1} s", if passed { "passed" } else { "failed" });
+    super::prose(&told, args.json)?;
+    Ok(if passed { Outcome::Done } else { Outcome::Failed })
 }
 
 /// A polyline a leak.
@@ -128,23 +143,34 @@ fn rooms(path: &Path, file: &PvsFile, scene: &Scene) -> Result<RoomScore, CliErr
     score_rooms(file, scene, &written).map_err(|e| at(path, e))
 }
 
-fn tell_rooms(s: &RoomScore) {
-    eprintln!(
+fn tell_rooms(s: &RoomScore, out: &mut String) {
+    say!(
+        out,
         "rooms: {} of {} found (recall {:.3}), {} of {} cells right (precision {:.3}), mean overlap {:.3}",
-        s.rooms_found, s.rooms, s.recall, s.cells_right, s.cells, s.precision, s.mean_iou
+        s.rooms_found,
+        s.rooms,
+        s.recall,
+        s.cells_right,
+        s.cells,
+        s.precision,
+        s.mean_iou
     );
-    eprintln!(
+    say!(
+        out,
         "  {} rooms in several cells, {} cells over several rooms, {} cells in no room that was written down",
-        s.over_segmented, s.under_segmented, s.unlisted
+        s.over_segmented,
+        s.under_segmented,
+        s.unlisted
     );
     for (what, o) in [("doors", &s.doors), ("windows", &s.windows)] {
-        eprintln!("  {what}: {} of {} located, {} join the right rooms", o.located, o.count, o.joining);
+        say!(out, "  {what}: {} of {} located, {} join the right rooms", o.located, o.count, o.joining);
     }
 }
 
 /// What the exact judge found.
-fn tell_exact(r: &ExactReport, file: &PvsFile, scene: &Scene) {
-    eprintln!(
+fn tell_exact(r: &ExactReport, file: &PvsFile, scene: &Scene, out: &mut String) {
+    say!(
+        out,
         "{} eyes, exactly: {} missed cell-object pairs, {} seen through cracks only; {:.0} triangles visible, {:.2} undecided ({:.2} %)",
         r.eyes,
         r.missed_pairs,
@@ -156,12 +182,13 @@ fn tell_exact(r: &ExactReport, file: &PvsFile, scene: &Scene) {
     for m in &r.misses {
         let (cell, object) = (&file.cells[m.cell.index()].name, &scene.objects[m.object.index()].node);
         let (from, towards) = (m.from, m.direction);
-        eprintln!(
+        say!(
+            out,
             "  cell {} ({cell}) doesn't list object {} ({object}), seen from {from:.3} along {towards:.6}",
-            m.cell, m.object
+            m.cell,
+            m.object
         );
     }
-    eprintln!("  {} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
 }
 
 /// Rows of a level.
@@ -184,50 +211,62 @@ fn check_level(args: &Args) -> Result<Outcome, CliError> {
     };
     let report = check_rows(&input.level, &rows, &LineOptions { rays: args.rays, seed: args.seed });
     if args.json {
-        let text = serde_json::to_string(&report).map_err(|e| CliError(e.to_string()))?;
-        println!("{text}");
+        super::answer(&serde_json::to_string(&report).map_err(|e| CliError(e.to_string()))?)?;
     }
-    tell_level(&report);
+    let mut told = String::new();
+    tell_level(&report, &mut told);
+    super::prose(&told, args.json)?;
     Ok(if report.passed { Outcome::Done } else { Outcome::Failed })
 }
 
-fn tell_level(r: &LineReport) {
-    eprintln!(
+fn tell_level(r: &LineReport, out: &mut String) {
+    say!(
+        out,
         "{} lines through {} portals, {CLEARANCE} clear of their edges: {} show pairs that aren't in the rows, {} pairs",
-        r.rays, r.crossings, r.missed_rays, r.missed_pairs
+        r.rays,
+        r.crossings,
+        r.missed_rays,
+        r.missed_pairs
     );
     if r.bent > 0 {
-        eprintln!("{} lines ended in cells that are not convex", r.bent);
+        say!(out, "{} lines ended in cells that are not convex", r.bent);
     }
     for e in &r.examples {
         let [a, b] = e.cells;
         let portals: Vec<String> = e.portals.iter().map(ToString::to_string).collect();
         let (from, to) = (e.from.to_array(), e.to.to_array());
-        eprintln!("  {a} and {b}: the line from {from:?} to {to:?} through portals {}", portals.join(" "));
+        say!(out, "  {a} and {b}: the line from {from:?} to {to:?} through portals {}", portals.join(" "));
     }
-    eprintln!("{} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
+    say!(out, "{} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
 }
 
-fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
+fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut String) {
     let promise = match r.guarantee {
         Guarantee::Conservative => "conservative",
         Guarantee::Sampled => "sampled",
     };
-    eprintln!(
+    say!(
+        out,
         "{} rays ({promise} rows): {} missed, {} cell-object pairs, {} cell-cell pairs",
-        r.rays, r.missed_rays, r.missed_pairs, r.missed_cell_pairs
+        r.rays,
+        r.missed_rays,
+        r.missed_pairs,
+        r.missed_cell_pairs
     );
-    eprintln!("{} segments: {} left a cell other than through a portal", r.segments, r.missed_segments);
+    say!(out, "{} segments: {} left a cell other than through a portal", r.segments, r.missed_segments);
     if r.missed_placements > 0 {
-        eprintln!("{} objects are met in a cell that they aren't placed in", r.missed_placements);
+        say!(out, "{} objects are met in a cell that they aren't placed in", r.missed_placements);
     }
-    eprintln!(
+    say!(
+        out,
         "{} violations through cracks narrower than {:.4} m, which are promised nothing",
-        r.crack_rays, file.smallest_hole
+        r.crack_rays,
+        file.smallest_hole
     );
     let percent = |x: f64| x * 100.0;
     let f = &r.false_pixels;
-    eprintln!(
+    say!(
+        out,
         "{} views: false pixels {:.4} % mean, {:.4} % p95, {:.4} % max",
         r.views,
         percent(f.mean),
@@ -235,7 +274,8 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         percent(f.max)
     );
     let free = &r.free_outside_cells;
-    eprintln!(
+    say!(
+        out,
         "{} of {} points of free space inside are in no cell ({:.4} %)",
         free.outside,
         free.points,
@@ -243,29 +283,29 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
     );
     for place in &free.places {
         let from = place.from_cell.map_or("a room that its author drew".into(), |c| format!("cell {c}"));
-        eprintln!("  {} of them around {:.3}, on the way from {from}", place.points, place.at);
+        say!(out, "  {} of them around {:.3}, on the way from {from}", place.points, place.at);
     }
     if r.structure.count > 0 {
-        eprintln!("{} faults of cells and portals, which fail the check", r.structure.count);
+        say!(out, "{} faults of cells and portals, which fail the check", r.structure.count);
     }
     for fault in &r.structure.faults {
         let [a, b] = fault.cells;
         let portal = fault.portal.map_or(String::new(), |p| format!("portal {p}, "));
-        eprintln!("  {:?}: {portal}cells {a} and {b}, at {:.3}", fault.fault, fault.at);
+        say!(out, "  {:?}: {portal}cells {a} and {b}, at {:.3}", fault.fault, fault.at);
     }
     if let Some(leaks) = &r.leaks {
-        eprintln!("{} holes", leaks.leak_count);
+        say!(out, "{} holes", leaks.leak_count);
         for (i, leak) in leaks.leaks.iter().take(10).enumerate() {
             let what = match leak.kind {
                 LeakKind::Segment => "a segment leaves",
                 LeakKind::Opening => "an opening that is neither door nor window leads out of",
                 LeakKind::Room => "nothing closes a room that its author drew, in",
             };
-            eprintln!("  leak_{i}: {what} cell {}, {:.2} m", leak.from_cell, leak.length);
+            say!(out, "  leak_{i}: {what} cell {}, {:.2} m", leak.from_cell, leak.length);
         }
     }
     if r.empty_cells > 0 {
-        eprintln!("{} cells have no volume; nothing was cast from them", r.empty_cells);
+        say!(out, "{} cells have no volume; nothing was cast from them", r.empty_cells);
     }
     for e in &r.examples {
         let name =
@@ -273,13 +313,12 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene) {
         let object = e.object.map_or(String::new(), |o| format!("object {o} ({})", scene.objects[o.index()].node));
         let [a, b] = e.cells.map(name);
         match e.violation {
-            Violation::Object => eprintln!("  {a} doesn't list {object}, seen from {:.3} at {:.3}", e.from, e.at),
-            Violation::Cell => eprintln!("  {a} doesn't list {b}, seen from {:.3} at {:.3}", e.from, e.at),
+            Violation::Object => say!(out, "  {a} doesn't list {object}, seen from {:.3} at {:.3}", e.from, e.at),
+            Violation::Cell => say!(out, "  {a} doesn't list {b}, seen from {:.3} at {:.3}", e.from, e.at),
             Violation::Placement => {
-                eprintln!("  {b} doesn't hold {object}, met in it at {:.3}, seen from {:.3}", e.at, e.from)
+                say!(out, "  {b} doesn't hold {object}, met in it at {:.3}, seen from {:.3}", e.at, e.from)
             }
-            Violation::Segment => eprintln!("  from {a} into {b} without a portal at {:.3}, seen from {:.3}", e.at, e.from),
+            Violation::Segment => say!(out, "  from {a} into {b} without a portal at {:.3}, seen from {:.3}", e.at, e.from),
         }
     }
-    eprintln!("{} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
 }

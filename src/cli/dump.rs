@@ -1,5 +1,7 @@
 //! `enfilade dump`.
 
+use super::files::Files;
+use super::kinds::Kind;
 use super::{CliError, Outcome, at};
 use enfilade::BitMatrix;
 use enfilade::file::{FileCell, FileObject, FilePortal, FileViewCell, PvsFile, replace_file};
@@ -41,6 +43,14 @@ enum Rows {
     Objects,
     /// Objects seen from each view cell.
     ViewCells,
+}
+
+impl Args {
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let files = Files::new().reads(&self.file, &["pvs"]).reads_too(self.files.paths());
+        self.model.iter().fold(files, |files, model| files.model(model)).writes(&self.obj, Kind::Obj)
+    }
 }
 
 /// Runs the command.

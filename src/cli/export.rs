@@ -1,5 +1,7 @@
 //! `enfilade export`.
 
+use super::files::Files;
+use super::kinds::Kind;
 use super::{CliError, Outcome, at};
 use enfilade::export::{ExportError, export};
 use enfilade::file::{PvsFile, replace_file};
@@ -25,6 +27,14 @@ pub struct Args {
     json: bool,
 }
 
+impl Args {
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let files = Files::new().reads(&self.file, &["pvs"]).model(&self.model).reads_too(self.files.paths());
+        files.writes(&self.output, Kind::Glb)
+    }
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let Args { file: path, model, output, files, json } = args;
@@ -39,10 +49,11 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     replace_file(&output, |out| out.write_all(&made.glb)).map_err(|e| at(&output, e))?;
     let (objects, meshes, bytes) = (file.objects.len(), made.meshes, made.glb.len());
     if json {
-        println!("{:#}", json!({ "objects": objects, "meshes": meshes, "bytes": bytes, "notes": made.notes }));
+        let told = json!({ "objects": objects, "meshes": meshes, "bytes": bytes, "notes": made.notes });
+        super::answer(&format!("{told:#}"))?;
     } else {
-        made.notes.iter().for_each(|note| println!("{note}"));
-        println!("{}: {objects} objects in {meshes} meshes, {bytes} bytes", output.display());
+        let last = format!("{}: {objects} objects in {meshes} meshes, {bytes} bytes", output.display());
+        super::answer(&made.notes.into_iter().chain([last]).collect::<Vec<_>>().join("\n"))?;
     }
     Ok(Outcome::Done)
 }

@@ -1,6 +1,9 @@
 //! `enfilade generate`.
 
+use super::files::Files;
+use super::kinds::Kind as FileKind;
 use super::{CliError, Outcome, at};
+use enfilade::file::replace_file;
 use enfilade::generate::{Ground, Kind, generate, ground, pretty};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -136,6 +139,37 @@ struct Output {
     json: bool,
 }
 
+impl Args {
+    /// What is written.
+    pub fn files(&self) -> Files {
+        let out = match &self.scene {
+            Scene::Ground { output, .. } => return Files::new().writes(output, FileKind::Tiff),
+            Scene::Office { output, .. }
+            | Scene::Gallery { output, .. }
+            | Scene::Maze { output, .. }
+            | Scene::House { output }
+            | Scene::Hall { output }
+            | Scene::Plant { output, .. }
+            | Scene::Pipes { output, .. }
+            | Scene::Teapots { output, .. }
+            | Scene::City { output, .. }
+            | Scene::Deck { output, .. } => output,
+        };
+        let facts = FACTS.iter().filter(|_| out.facts).map(|what| out.fact(what));
+        facts.fold(Files::new().writes(&out.output, FileKind::Glb), |files, path| files.writes(&path, FileKind::Json))
+    }
+}
+
+impl Output {
+    /// Where a fact of the scene is written.
+    fn fact(&self, what: &str) -> PathBuf {
+        self.output.with_extension(format!("{what}.json"))
+    }
+}
+
+/// What is written of a scene beside it.
+const FACTS: [&str; 3] = ["path", "rooms", "expected"];
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let (kind, out) = match args.scene {
@@ -151,15 +185,15 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Deck { objects, output } => (Kind::Deck { objects }, output),
         Scene::Ground { size, spacing, output, seed, json } => {
             let made = ground(size, spacing, seed, &output).map_err(|e| at(&output, e))?;
-            tell(&output, &made, json);
+            tell(&output, &made, json)?;
             return Ok(Outcome::Done);
         }
     };
     let made = generate(kind, out.seed).map_err(|e| CliError(e.to_string()))?;
     write(&out.output, &made.glb)?;
     if out.facts {
-        for (what, value) in [("path", &made.path), ("rooms", &made.rooms), ("expected", &made.expected)] {
-            write(&out.output.with_extension(format!("{what}.json")), pretty(value).as_bytes())?;
+        for (what, value) in FACTS.iter().zip([&made.path, &made.rooms, &made.expected]) {
+            write(&out.fact(what), pretty(value).as_bytes())?;
         }
     }
     let count = |key: &str| made.expected[key].as_u64().unwrap_or_default();
@@ -168,25 +202,26 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         let counts = ["rooms", "doors", "openings", "windows"].map(|key| format!("{} {key}", count(key))).join(", ");
         said += &format!("; {counts} on {} storeys", count("storeys"));
     }
-    eprintln!("{said}");
+    super::prose(&said, out.json)?;
     if out.json {
-        println!("{}", made.expected);
+        super::answer(&made.expected.to_string())?;
     }
     Ok(Outcome::Done)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    std::fs::write(path, bytes).map_err(|e| at(path, e))
+    replace_file(path, |out| out.write_all(bytes)).map_err(|e| at(path, e))
 }
 
 /// Says what ground was made.
-fn tell(path: &Path, made: &Ground, as_json: bool) {
+fn tell(path: &Path, made: &Ground, as_json: bool) -> Result<(), CliError> {
     let &Ground { size, spacing, seed, heights: [low, high] } = made;
-    eprintln!("{}: {size} x {size} samples {spacing} m apart, {low:.1} to {high:.1} m high", path.display());
+    let said = format!("{}: {size} x {size} samples {spacing} m apart, {low:.1} to {high:.1} m high", path.display());
+    super::prose(&said, as_json)?;
     if as_json {
-        println!(
-            "{}",
-            json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high })
-        );
+        let told =
+            json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high });
+        super::answer(&told.to_string())?;
     }
+    Ok(())
 }

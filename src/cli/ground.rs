@@ -1,5 +1,7 @@
 //! `enfilade ground`.
 
+use super::files::Files;
+use super::kinds::Kind;
 use super::{CliError, FilesFlag, Outcome, at, pool};
 use enfilade::file::replace_file_by;
 use enfilade::scene::import;
@@ -40,6 +42,16 @@ pub struct Args {
     json: bool,
 }
 
+impl Args {
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let kinds = ["tif", "tiff", "hgt", "asc"];
+        let files = self.rasters.iter().fold(Files::new(), |files, raster| files.reads(raster, &kinds));
+        let files = self.keep_out.iter().fold(files, |files, model| files.model(model));
+        files.reads_too(self.files.paths()).writes(&self.output, Kind::Ground)
+    }
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let spacing = args.spacing;
@@ -54,10 +66,9 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let options = MakeOptions { side: args.tile.parse().unwrap_or_default(), keep_out };
     let made = pool(args.threads)?.install(|| write(&mut raster, &options, (&args.rasters[0], &args.output)))?;
     if args.json {
-        println!("{:#}", as_json(&made, raster.notes()));
+        super::answer(&format!("{:#}", as_json(&made, raster.notes())))?;
     } else {
-        raster.notes().iter().for_each(|note| println!("{note}"));
-        tell(&made, &args.output);
+        super::answer(&raster.notes().iter().cloned().chain(told(&made, &args.output)).collect::<Vec<_>>().join("\n"))?;
     }
     Ok(Outcome::Done)
 }
@@ -113,24 +124,24 @@ fn as_json(made: &Made, notes: &[String]) -> serde_json::Value {
     })
 }
 
-fn tell(made: &Made, output: &Path) {
+fn told(made: &Made, output: &Path) -> Vec<String> {
     let header = &made.header;
     let [columns, rows] = header.grid.size();
     let [dx, dz] = header.spacing;
-    println!(
+    let mut lines = vec![format!(
         "{columns} x {rows} samples, {dx:.3} x {dz:.3} m apart, heights within {:.1} m in steps of {:.6} m",
         made.relief, header.step
-    );
+    )];
     if header.voids > 0 {
-        println!("{} samples have no height, {} of them under the building", header.voids, made.kept_out);
+        lines.push(format!("{} samples have no height, {} of them under the building", header.voids, made.kept_out));
     }
     if header.grid.top() == 0 {
-        println!(
+        lines.push(format!(
             "its full mesh has {} triangles, fewer than {LEAST_TRIANGLES}: it is drawn whole, without levels, cache or thread",
             made.triangles
-        );
+        ));
     }
-    println!(
+    lines.push(format!(
         "{}: {} tiles of {} x {} in {} levels, {} bytes",
         output.display(),
         made.tiles,
@@ -138,5 +149,6 @@ fn tell(made: &Made, output: &Path) {
         header.grid.side(),
         header.grid.top() + 1,
         made.bytes
-    );
+    ));
+    lines
 }

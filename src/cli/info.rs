@@ -1,11 +1,11 @@
 //! `enfilade info`.
 
+use super::files::Files;
 use super::{CliError, Outcome, at};
 use enfilade::file::{Container, FileSummary, PvsFile, load_bytes};
 use enfilade::types::guarantee::Guarantee;
 use enfilade::walkthrough::expected::{ExpectedDraw, expected_draw};
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 /// Flags.
@@ -26,17 +26,21 @@ struct InfoReport {
     expected_draw: Option<ExpectedDraw>,
 }
 
+impl Args {
+    /// What is read.
+    pub fn files(&self) -> Files {
+        Files::new().reads(&self.file, &["pvs"])
+    }
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let bytes = load_bytes(&args.file).map_err(|e| at(&args.file, e))?;
     let container = Container::parse(&bytes).map_err(|e| at(&args.file, e))?;
     let file = PvsFile::read(&bytes).map_err(|e| at(&args.file, e))?;
     let report = InfoReport { file: FileSummary::of(&container, &file), expected_draw: expected_draw(&file) };
-    let text = if args.json { super::json(&report)? + "\n" } else { prose(&report) };
-    match io::stdout().write_all(text.as_bytes()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
-        _ => Ok(Outcome::Done),
-    }
+    super::answer(&if args.json { super::json(&report)? } else { prose(&report) })?;
+    Ok(Outcome::Done)
 }
 
 fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {

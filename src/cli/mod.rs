@@ -1,14 +1,17 @@
 //! One file a command: its flags, its call into the library, its printing.
 
+mod backup;
 pub mod bake;
 pub mod check;
 pub mod compare;
 pub mod count;
 pub mod dump;
 pub mod export;
+pub mod files;
 pub mod generate;
 pub mod ground;
 pub mod info;
+pub mod kinds;
 pub mod level;
 pub mod report;
 mod resume;
@@ -21,7 +24,16 @@ pub mod why;
 use enfilade::file::Import;
 use enfilade::scene::ImportOptions;
 use std::fmt;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// A line of prose. Writing into a `String` cannot fail.
+macro_rules! say {
+    ($out:ident, $($text:tt)+) => {{
+        let _ = writeln!($out, $($text)+);
+    }};
+}
+pub(crate) use say;
 
 /// How a command ended when nothing was wrong with its input.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -55,6 +67,11 @@ pub struct FilesFlag {
 }
 
 impl FilesFlag {
+    /// The paths among them.
+    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.files_under.iter().chain(&self.roles)
+    }
+
     /// As an import takes them.
     pub fn options(&self) -> ImportOptions {
         ImportOptions { files_under: self.files_under.clone(), roles: self.roles.clone(), ..ImportOptions::default() }
@@ -71,13 +88,24 @@ pub fn at(path: &Path, error: impl fmt::Display) -> CliError {
     CliError(format!("{}: {error}", path.display()))
 }
 
-/// Whether a file's folder is there; asked before the work of which the file is the result.
-pub fn folder_of(path: &Path) -> Result<(), CliError> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    match folder.filter(|folder| !folder.is_dir()) {
-        Some(folder) => Err(at(folder, "there is no such folder")),
-        None => Ok(()),
+/// The answer of a command, prose or JSON: on stdout. Notes while it works, progress and errors go to stderr.
+pub fn answer(text: &str) -> Result<(), CliError> {
+    let mut out = std::io::stdout().lock();
+    let written = writeln!(out, "{}", text.trim_end_matches('\n')).and_then(|()| out.flush());
+    match written {
+        // The reader has seen enough.
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
+        _ => Ok(()),
     }
+}
+
+/// The answer in prose; beside JSON, which has stdout for itself, it is a note.
+pub fn prose(text: &str, as_json: bool) -> Result<(), CliError> {
+    if as_json {
+        eprintln!("{}", text.trim_end_matches('\n'));
+        return Ok(());
+    }
+    answer(text)
 }
 
 /// A report as JSON.

@@ -7,13 +7,18 @@ mod level;
 mod tiers;
 
 use super::bake::{ViewCells, seconds, view_cells_of};
+use super::files::Files;
+use super::kinds::Kind;
 use super::level::SearchFlags;
+use super::resume::{StateFlags, catch_interrupts};
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
 use enfilade::level::VisOptions;
 use files::{name, write};
 use std::path::PathBuf;
 
+/// Extension of the state of a report that was interrupted.
+const STATE: &str = "report-state";
 /// Views in which false pixels are counted, where nothing is said.
 const VIEWS: u32 = 1000;
 
@@ -48,14 +53,45 @@ pub struct Args {
     scene: SceneFlags,
     #[command(flatten, next_help_heading = "Of a level, but for threads and seed")]
     search: SearchFlags,
+    #[command(flatten)]
+    state: StateFlags,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
 }
 
+impl Args {
+    /// The page.
+    fn output(&self) -> PathBuf {
+        self.output.clone().unwrap_or_else(|| self.input.with_extension("report.html"))
+    }
+
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let page = self.output();
+        let files = Files::new().model_or_level(&self.input, &["ground"]).reads_too(&self.rows);
+        let files = files.reads_too(self.scene.paths()).reads_too(self.view_cells.as_ref().and_then(ViewCells::path));
+        let is = |extension: &str| self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+        let is_building = !["prt", "bsp", "ground"].into_iter().any(is);
+        let tables = [
+            ("csv", true),
+            ("cells.csv", is_building),
+            ("tubes.csv", is_building),
+            ("growth.csv", !self.growth.is_empty()),
+            ("tiers.csv", self.tiers),
+            ("view-cells.csv", self.view_cells.is_some()),
+        ];
+        let tables = tables.into_iter().filter(|(_, is_written)| *is_written);
+        let state = self.state.path((&page, STATE)).filter(|_| !is("ground"));
+        let files = files.writes(&page, Kind::Page).writes(&state, Kind::State);
+        tables.fold(files, |files, (extension, _)| files.writes(&page.with_extension(extension), Kind::Table))
+    }
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     args.scene.check(&args.input)?;
+    catch_interrupts()?;
     super::pool(args.search.threads)?.install(|| report(&args))
 }
 
@@ -96,11 +132,8 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     if args.tiers && args.scene.rays == Some(0) {
         return Err(CliError("--tiers compares rows that rays found; --rays 0 casts none".into()));
     }
-    let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("report.html"));
+    let output = args.output();
     let table = output.with_extension("csv");
-    if table == output {
-        return Err(at(&output, "-o names the page; the table gets its name with .csv"));
-    }
     if is("ground") {
         let again = command(args, []);
         return ground::report(&args.input, &again, args.search.seed, [&output, &table], args.json);

@@ -62,19 +62,39 @@ fn give_up() {
     std::process::exit(code);
 }
 
-/// Flags.
+/// Flags of commands that keep what they have worked out.
+#[derive(clap::Args)]
+pub struct StateFlags {
+    /// What an interrupted run leaves, and the next goes on from [default: beside the output, or the level, with an extension of its
+    /// own]
+    #[arg(long, value_name = "FILE")]
+    pub state: Option<PathBuf>,
+    /// Drop what an interrupted run has left, and begin anew
+    #[arg(long)]
+    pub fresh: bool,
+}
+
+impl StateFlags {
+    /// Where the state of a run of one lies, if it has any: an output that is no plain file (a pipe, `/dev/null`) has none beside it.
+    pub fn path(&self, (beside, extension): (&Path, &str)) -> Option<PathBuf> {
+        let has_none = self.state.is_none() && beside.exists() && !beside.is_file();
+        (!has_none).then(|| self.state.clone().unwrap_or_else(|| beside.with_extension(extension)))
+    }
+}
+
+/// Flags of commands that several processes may share.
 #[derive(clap::Args)]
 pub struct WorkerFlags {
     /// Share the work with other processes, on this machine or on others, by way of this folder; all of them run the same
     /// command
-    #[arg(long, value_name = "DIR", requires = "worker", conflicts_with = "state")]
+    #[arg(long, value_name = "DIR", requires = "worker", conflicts_with_all = ["state", "fresh"])]
     pub with: Option<PathBuf>,
     /// Which worker this is, from 0 on, and of about how many
     #[arg(long, value_name = "K/N", requires = "with", value_parser = place)]
     worker: Option<[u32; 2]>,
     /// Write down how long each item of work takes: map,item,worker,seconds,stage
     #[arg(long, value_name = "FILE")]
-    trace: Option<PathBuf>,
+    pub trace: Option<PathBuf>,
 }
 
 /// `K/N`, with K below N.
@@ -106,13 +126,12 @@ enum Place {
 }
 
 impl Kept {
-    /// Goes on from the state in `state`, or in a folder that is shared, or begins one; says so. An output that is no plain
-    /// file (a pipe, `/dev/null`) has no state beside it.
-    pub fn open(state: Option<&Path>, flags: &WorkerFlags, of: &Of<'_>) -> Result<Self, CliError> {
-        let worker = flags.worker.map_or(0, |[k, _]| k);
+    /// Goes on from the state in `state`, or in a folder that is shared, or begins one; says so.
+    pub fn open(state: &StateFlags, flags: Option<&WorkerFlags>, of: &Of<'_>) -> Result<Self, CliError> {
+        let worker = flags.and_then(|flags| flags.worker).map_or(0, |[k, _]| k);
         let create = |path: &PathBuf| Ok((path.clone(), Trace::create(path, worker).map_err(|e| at(path, e))?));
-        let trace = flags.trace.as_ref().map(create).transpose()?;
-        let place = match flags.with.as_ref().zip(flags.worker) {
+        let trace = flags.and_then(|flags| flags.trace.as_ref()).map(create).transpose()?;
+        let place = match flags.and_then(|flags| flags.with.as_ref().zip(flags.worker)) {
             Some((folder, place)) => shared(folder, place, of)?,
             None => alone(state, of)?,
         };
@@ -213,16 +232,16 @@ impl Place {
     }
 }
 
-fn alone(state: Option<&Path>, of: &Of<'_>) -> Result<Place, CliError> {
-    let (output, extension) = of.beside;
-    if state.is_none() && output.exists() && !output.is_file() {
-        return Ok(Place::Nowhere);
-    }
-    let path = state.map_or_else(|| output.with_extension(extension), Path::to_owned);
-    let journal = Journal::open(&path, of.digest.of_this_build()).map_err(|e| match e {
-        JournalError::NotAJournal | JournalError::Other(_) => {
-            at(&path, format!("{e}; delete it, or name another with --state"))
+fn alone(flags: &StateFlags, of: &Of<'_>) -> Result<Place, CliError> {
+    let Some(path) = flags.path(of.beside) else { return Ok(Place::Nowhere) };
+    let digest = of.digest.of_this_build();
+    let opened = if flags.fresh { Journal::fresh(&path, digest) } else { Journal::open(&path, digest) };
+    let journal = opened.map_err(|e| match e {
+        JournalError::Other(_) => {
+            let remedy = "--fresh drops it and begins anew, --state FILE keeps it and begins another";
+            at(&path, format!("is what an interrupted run has left, and {e}; {remedy}"))
         }
+        JournalError::NotAJournal => at(&path, format!("{e}; name another with --state")),
         e => at(&path, e),
     })?;
     if journal.is_resumed() {

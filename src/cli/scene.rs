@@ -106,6 +106,11 @@ impl SceneFlags {
         Ok(())
     }
 
+    /// The files that are named.
+    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.cells_file.iter().chain(self.files.paths())
+    }
+
     /// How to import.
     pub fn import(&self) -> ImportOptions {
         let Self { object_triangles, unit: metres_per_unit, tube_radius, .. } = *self;

@@ -1,17 +1,21 @@
 //! `enfilade vis`.
 
+use super::backup::backed_up;
 use super::bake::{peak_rss_mb, progress_bar};
 use super::compare::other_rows;
+use super::files::Files;
+use super::kinds::Kind;
 use super::level::{Input, SearchFlags};
-use super::resume::{Kept, Of, WorkerFlags, catch_interrupts};
+use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts};
 use super::stage_times::Stages;
-use super::{CliError, Outcome, at};
+use super::{CliError, Outcome, at, say};
 use enfilade::file::replace_file;
 use enfilade::job::Job;
 use enfilade::level::compare::against;
 use enfilade::level::rows::{write_lists, write_rows};
 use enfilade::level::{PairProof, Term, Vis, VisError, VisRows, VisStats, digest, vis, vis_rows, why};
 use serde_json::{Value, json};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
@@ -28,7 +32,7 @@ pub struct Args {
     /// Write the rows as text: a line a cluster, `c n: id id ...`
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
-    /// The level to write, for a .bsp [default: LEVEL.bsp itself, but nothing with --why]
+    /// The level to write, for a .bsp [default: LEVEL.bsp itself, with a backup LEVEL.bsp.bak; nothing with --why]
     #[arg(short, long, value_name = "OUT.bsp")]
     output: Option<PathBuf>,
     /// Leave the ambient levels of a .bsp as they are: how loud each leaf hears water, sky and lava
@@ -36,9 +40,8 @@ pub struct Args {
     no_ambient: bool,
     #[command(flatten)]
     search: SearchFlags,
-    /// What an interrupted run leaves, and the next goes on from [default: the level's name with .vis-state]
-    #[arg(long, value_name = "FILE")]
-    state: Option<PathBuf>,
+    #[command(flatten)]
+    state: StateFlags,
     #[command(flatten)]
     workers: WorkerFlags,
     /// Compare with rows of another tool: text as --rows writes it, or a .bsp that holds some
@@ -50,6 +53,24 @@ pub struct Args {
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
+}
+
+impl Args {
+    /// Whether the level itself is written.
+    fn is_in_place(&self) -> bool {
+        let is_bsp = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("bsp"));
+        is_bsp && self.output.is_none() && self.why.is_none()
+    }
+
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let alone = self.workers.with.is_none();
+        let state = self.state.path((&self.input, "vis-state")).filter(|_| alone);
+        let files = Files::new().reads(&self.input, &["prt", "bsp"]).reads_too(&[self.input.with_extension("prt")]);
+        let files = files.reads_too(&self.against).writes(&self.rows, Kind::Rows).writes(&self.output, Kind::Bsp);
+        let files = files.writes(&state, Kind::State).writes(&self.workers.trace, Kind::Trace).fills(&self.workers.with);
+        if self.is_in_place() { files.writes_back(&self.input, Kind::Bsp) } else { files }
+    }
 }
 
 /// Runs the command.
@@ -67,8 +88,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let output = match (&args.output, &input.bsp) {
         (Some(out), None) => return Err(at(out, "-o takes a level that is a .bsp; the rows of a .prt go to --rows")),
         (Some(out), Some(_)) => Some(out.clone()),
-        (None, Some(_)) if args.why.is_none() => Some(args.input.clone()),
-        (None, _) => None,
+        (None, _) => args.is_in_place().then(|| args.input.clone()),
     };
     let pair = args.why.as_deref().map(|w| [w[0], w[1]]);
     if let Some(&cluster) = pair.iter().flatten().find(|&&c| c as usize >= input.level.cells) {
@@ -82,7 +102,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let options = args.search.options();
     let outputs: Vec<&Path> = args.rows.as_deref().into_iter().chain(output.as_deref()).collect();
     let of = Of { digest: digest(&input.level, &options), beside: (&args.input, "vis-state"), outputs: &outputs };
-    let kept = Kept::open(args.state.as_deref(), &args.workers, &of)?;
+    let kept = Kept::open(&args.state, Some(&args.workers), &of)?;
     if kept.is_done() {
         return kept.stopped();
     }
@@ -101,7 +121,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     kept.ends();
     let writing = Instant::now();
     let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
-    let ambient = write(args, &input, output.as_deref(), &result)?;
+    let Written { ambient, backup } = write(args, &input, output.as_deref(), &result)?;
     kept.done()?;
     let write = writing.elapsed().as_secs_f64();
 
@@ -110,6 +130,9 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     if let Some(levels) = &ambient {
         let hear = |sound: usize| levels.iter().filter(|leaf| leaf[sound] > 0).count();
         report["ambient_leaves"] = json!({ "water": hear(0), "sky": hear(1), "slime": hear(2), "lava": hear(3) });
+    }
+    if let Some(backup) = &backup {
+        report["backup"] = backup.to_string_lossy().into();
     }
     let mut seconds = serde_json::Map::new();
     seconds.insert("read".into(), read.into());
@@ -122,7 +145,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         let answer = why(&input.level, &options, result, a, b).map_err(|e| at(&args.input, e))?;
         report["why"] = told([a, b], &answer);
         if !args.json {
-            explain([a, b], &answer);
+            super::answer(&explain([a, b], &answer))?;
         }
     }
     let beside = theirs.zip(whole).map(|(rows, result)| against(&input.level, result, &rows));
@@ -130,17 +153,26 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         report["against"] = super::compare::told(beside);
     }
     if args.json {
-        println!("{report:#}");
+        super::answer(&format!("{report:#}"))?;
     }
-    eprintln!("{}", prose(&report, [args.rows.as_deref(), output.as_deref()]));
+    super::prose(&prose(&report, [args.rows.as_deref(), output.as_deref()]), args.json)?;
     if let (Some(path), Some(beside)) = (&args.against, &beside) {
-        eprintln!("{}", super::compare::prose(beside, path));
+        super::prose(&super::compare::prose(beside, path), args.json)?;
     }
     Ok(Outcome::Done)
 }
 
-/// Writes what was asked for. Returns the ambient levels of a level, if it got some.
-fn write(args: &Args, input: &Input, output: Option<&Path>, result: &Found) -> Result<Option<Vec<[u8; 4]>>, CliError> {
+/// What was written of a level.
+#[derive(Default)]
+struct Written {
+    /// Its ambient levels, if it got some.
+    ambient: Option<Vec<[u8; 4]>>,
+    /// The copy of the level before, where it was written in place.
+    backup: Option<PathBuf>,
+}
+
+/// Writes what was asked for.
+fn write(args: &Args, input: &Input, output: Option<&Path>, result: &Found) -> Result<Written, CliError> {
     if let Some(path) = &args.rows {
         let written = replace_file(path, |out| match result {
             Found::Whole(whole) => write_rows(&whole.upper, out),
@@ -148,12 +180,15 @@ fn write(args: &Args, input: &Input, output: Option<&Path>, result: &Found) -> R
         });
         written.map_err(|e| at(path, e))?;
     }
-    let (Some(path), Some(bsp), Found::Whole(whole)) = (output, &input.bsp, result) else { return Ok(None) };
+    let (Some(path), Some(bsp), Found::Whole(whole)) = (output, &input.bsp, result) else {
+        return Ok(Written::default());
+    };
     let ambient = (!args.no_ambient).then(|| bsp.ambient_levels(&whole.upper, &input.clusters));
     let ambient = ambient.transpose().map_err(|e| at(&args.input, e))?;
     let bytes = bsp.with_rows(&whole.upper, &input.clusters, ambient.as_deref()).map_err(|e| at(&args.input, e))?;
+    let backup = if args.is_in_place() { backed_up(path, &bytes)? } else { None };
     replace_file(path, |out| out.write_all(&bytes)).map_err(|e| at(path, e))?;
-    Ok(ambient)
+    Ok(Written { ambient, backup })
 }
 
 /// What was found: all of it, where something needs that, or rows.
@@ -265,6 +300,7 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
         lines.push(format!("{} searches ran out of steps (--steps) and kept what might be seen", n("/capped")));
     }
     lines.extend(files.into_iter().flatten().map(|f| format!("{} written", f.display())));
+    lines.extend(report["backup"].as_str().map(|backup| format!("{backup}: the level as it was before")));
     lines.join("\n")
 }
 
@@ -301,18 +337,20 @@ fn told_term(term: &Term) -> Value {
     json!({ "weight": term.weight, "edges": term.edges.iter().map(points).collect::<Vec<_>>() })
 }
 
-fn explain([a, b]: [u32; 2], why: &PairProof) {
+fn explain([a, b]: [u32; 2], why: &PairProof) -> String {
+    let mut out = String::new();
     let way = |portals: &[u32]| {
         let names: Vec<String> = portals.iter().map(|p| (p / 2).to_string()).collect();
         if names.is_empty() { "no portal".to_owned() } else { format!("portals {}", names.join(" ")) }
     };
     match why {
         PairProof::Witnessed(line) => {
-            println!("{a} and {b} see each other: the line from {:?} to {:?}", line.from.to_array(), line.to.to_array());
-            println!("  through {}", way(&line.portals));
+            say!(out, "{a} and {b} see each other: the line from {:?} to {:?}", line.from.to_array(), line.to.to_array());
+            say!(out, "  through {}", way(&line.portals));
         }
         PairProof::Separated(separations) => {
-            println!(
+            say!(
+                out,
                 "{a} and {b} don't see each other: {} chains of portals, none of which a line passes",
                 separations.len()
             );
@@ -322,20 +360,21 @@ fn explain([a, b]: [u32; 2], why: &PairProof) {
                     (_, true) => ": impassable",
                     _ => ": impassable, or a sum of positive terms would be zero",
                 };
-                println!("  {}{end}", way(&s.chain));
+                say!(out, "  {}{end}", way(&s.chain));
                 for sum in &s.sums {
-                    println!("    0 =");
+                    say!(out, "    0 =");
                     for term in sum {
                         let side = |[a, b]: &[glam::DVec3; 2]| format!(" * side({:?} {:?})", a.to_array(), b.to_array());
-                        println!("      + {}{}", term.weight, term.edges.iter().map(side).collect::<String>());
+                        say!(out, "      + {}{}", term.weight, term.edges.iter().map(side).collect::<String>());
                     }
                 }
-                s.planes.iter().for_each(|p| println!("    {:?} . p <= {}", p.n.to_array(), p.d));
+                s.planes.iter().for_each(|p| say!(out, "    {:?} . p <= {}", p.n.to_array(), p.d));
             }
             if separations.len() > TOLD {
-                println!("  and {} more", separations.len() - TOLD);
+                say!(out, "  and {} more", separations.len() - TOLD);
             }
         }
-        PairProof::Undecided(portals) => println!("{a} and {b}: undecided, by way of {}", way(portals)),
+        PairProof::Undecided(portals) => say!(out, "{a} and {b}: undecided, by way of {}", way(portals)),
     }
+    out
 }

@@ -2,21 +2,22 @@
 
 mod loading;
 
+use super::files::Files;
+use super::kinds::Kind;
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
 use enfilade::runtime::FrameMode;
 use enfilade::runtime::Narrowing;
-use enfilade::scene::import;
+use enfilade::scene::{ImportOptions, Picture, Scene, import};
 use enfilade::tubes::usual_sides;
 use enfilade::verify::random_path;
 use enfilade::walkthrough::mode::WalkMode;
 use enfilade::walkthrough::path::CameraPath;
 use enfilade::walkthrough::tour::tour;
-use enfilade::walkthrough::walk::{FrameLine, Summary, WalkOptions, walk};
+use enfilade::walkthrough::walk::{FrameLine, Summary, WalkOptions, picture_path, walk};
 use serde_json::json;
-use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Flags.
 #[derive(clap::Args)]
@@ -91,12 +92,22 @@ enum Shape {
     Octagons,
 }
 
+impl Args {
+    /// What is read and written.
+    pub fn files(&self) -> Files {
+        let files = Files::new().reads(&self.file, &["pvs"]).model(&self.model).reads_too(self.files.paths());
+        files.reads_too(&self.path).fills(&self.frames)
+    }
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let (width, height) = size(&args.size)?;
     let modes = modes(&args.modes)?;
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    let scene = import(&args.model, &args.files.again(&file.import)).map_err(|e| at(&args.model, e))?;
+    // Where pictures are written, none of the model's own may be among them.
+    let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
+    let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
         let what =
             format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
@@ -105,6 +116,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     if args.loading.is_asked() {
         return loading::run(&args, &file);
     }
+    let files = args.files();
     let scene = scene.meshed(usual_sides);
     let path = match (&args.path, args.random) {
         (Some(path), _) => CameraPath::load(path).map_err(|e| at(path, e))?,
@@ -114,15 +126,19 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     if path.frames.is_empty() {
         return Err(at(&args.file, "has no cell to walk through; give a path with --path"));
     }
-    if let Some(folder) = &args.frames {
-        std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
-    }
-
     let min_pixels = args.min_pixels;
     if args.frames.is_some() && min_pixels.len() > 1 {
         return Err(CliError("--frames takes pictures of one walk; give one --min-pixels".into()));
     }
     let every = args.every as usize;
+    if let Some(folder) = &args.frames {
+        let named = named_pictures(&scene, &args.model);
+        let frames = (0..path.frames.len()).step_by(every);
+        let pictures = frames.flat_map(|frame| modes.iter().map(move |mode| picture_path(folder, frame, *mode)));
+        let replaced = pictures.filter(|path| path.exists());
+        replaced.fold(files.reads_too(&named), |files, path| files.writes(&path, Kind::Png)).check()?;
+        std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
+    }
     let (verify_pixels, pictures) = (args.verify_pixels, args.frames);
     let narrowing = narrowing(args.narrowing);
     let doors_as_found = args.doors == Doors::AsFound;
@@ -141,7 +157,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         if args.json {
             print_json(&json!({ "summary": summary }))?;
         } else {
-            eprintln!("{}", prose(summary, file.objects.iter().map(|o| u64::from(o.triangles)).sum()));
+            super::answer(&prose(summary, file.objects.iter().map(|o| u64::from(o.triangles)).sum()))?;
         }
     }
     // A sampled file doesn't promise every pixel, so a miss is a figure, not a fault; nor is one of an object that is too small.
@@ -153,6 +169,14 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     Ok(if failed { Outcome::Failed } else { Outcome::Done })
 }
 
+/// The files of pictures that a model names.
+fn named_pictures(scene: &Scene, model: &Path) -> Vec<PathBuf> {
+    let folder = model.parent().unwrap_or(Path::new(""));
+    let all = scene.trace.iter().flat_map(|trace| &trace.materials).flat_map(|material| material.pictures()).flatten();
+    let named = all.filter_map(|picture| if let Picture::Named(name) = picture { Some(name) } else { None });
+    named.filter(|name| !name.starts_with("data:")).map(|name| folder.join(name)).collect()
+}
+
 fn narrowing(shape: Shape) -> Narrowing {
     match shape {
         Shape::Rectangles => Narrowing::Rectangles,
@@ -161,7 +185,7 @@ fn narrowing(shape: Shape) -> Narrowing {
 }
 
 fn print_json(value: &serde_json::Value) -> Result<(), CliError> {
-    writeln!(std::io::stdout().lock(), "{value}").map_err(|e| CliError(format!("stdout: {e}")))
+    super::answer(&value.to_string())
 }
 
 fn prose(s: &Summary, all_triangles: u64) -> String {

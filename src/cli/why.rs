@@ -1,5 +1,6 @@
 //! `enfilade why`.
 
+use super::files::Files;
 use super::vis::chain;
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
@@ -49,6 +50,14 @@ fn goal(text: &str) -> Result<Goal, String> {
     }
 }
 
+impl Args {
+    /// What is read.
+    pub fn files(&self) -> Files {
+        let files = Files::new().reads(&self.file, &["pvs"]).reads_too(self.files.paths());
+        self.model.iter().fold(files, |files, model| files.model(model))
+    }
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
@@ -59,9 +68,9 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let why = asker.why(args.from, args.to).map_err(|e| at(&args.file, e))?;
     let teller = Teller { file: &file, from: args.from, to: args.to };
     if args.json {
-        println!("{:#}", teller.json(&why));
+        super::answer(&format!("{:#}", teller.json(&why)))?;
     } else {
-        print!("{}", teller.prose(&why));
+        super::answer(&teller.prose(&why))?;
     }
     let is_refuted = matches!(&why, Why::Witnessed(Sight { clear: Some(false), .. }));
     Ok(if is_refuted { Outcome::Failed } else { Outcome::Done })

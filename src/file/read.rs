@@ -192,6 +192,9 @@ impl<'a> SectionReader<'_, 'a> {
             };
             let (metres_per_unit, tube_radius) = (metres(UNIT, "a unit")?, metres(TUBE_RADIUS, "a radius")?);
             let [cells, portals, objects] = [c.u32()?, c.u32()?, c.u32()?].map(|n| n as usize);
+            if let Some((_, what)) = [(cells, "cell"), (objects, "object")].into_iter().find(|(n, _)| *n == 0) {
+                return Err(c.error(format!("no {what}: a file has one or more")));
+            }
             let pairs = PairCounts { lower: c.u64()?, upper: c.u64()?, cell_lower: c.u64()?, cell_upper: c.u64()? };
             let most = |columns: usize| cells as u64 * columns as u64;
             for (lower, upper, most) in

@@ -63,6 +63,19 @@ impl Journal {
     ///
     /// [`JournalError`]; the file is as it was.
     pub fn open(path: &Path, digest: Digest) -> Result<Self, JournalError> {
+        Self::open_or_drop(path, digest, false)
+    }
+
+    /// Begins a journal of the work with this digest; what another run has left in the file is dropped.
+    ///
+    /// # Errors
+    ///
+    /// [`JournalError`], but never [`JournalError::Other`]; the file is as it was.
+    pub fn fresh(path: &Path, digest: Digest) -> Result<Self, JournalError> {
+        Self::open_or_drop(path, digest, true)
+    }
+
+    fn open_or_drop(path: &Path, digest: Digest, drops: bool) -> Result<Self, JournalError> {
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => return Err(JournalError::InUse),
@@ -73,7 +86,7 @@ impl Journal {
         let mut before = HashMap::new();
         let mut end = HEAD as u64;
         match read_head(&mut &file)? {
-            Head::Whole(found) => {
+            Head::Whole(found) if !drops => {
                 if let Some(difference) = digest.difference(&found) {
                     return Err(JournalError::Other(difference));
                 }
@@ -83,7 +96,7 @@ impl Journal {
                     before.extend(block.0.into_iter().map(|(key, bytes)| (key, bytes.into_boxed_slice())));
                 }
             }
-            Head::Cut => {
+            Head::Whole(_) | Head::Cut => {
                 file.seek(SeekFrom::Start(0))?;
                 file.write_all(&head(&digest))?;
             }

@@ -109,9 +109,6 @@ pub enum CheckError {
     /// The file's tables don't fit each other.
     #[error("{0}; bake again")]
     Inconsistent(String),
-    /// There are no rows to hold against anything.
-    #[error("has no object rows: every cell sees every object, so that nothing can be missing")]
-    NoRows,
 }
 
 /// Fractions of a view.
@@ -303,6 +300,9 @@ fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
         return bad(format!("{} objects in the file, {} in the model", file.objects.len(), scene.objects.len()));
     }
     let cells = file.cells.len();
+    if cells == 0 {
+        return bad("there are no cells".into());
+    }
     let shape =
         |rows: &Option<BitMatrix>, columns: usize| rows.as_ref().is_none_or(|r| r.rows() == cells && r.columns() == columns);
     if !shape(&file.cell_rows, cells) || !shape(&file.object_rows, scene.objects.len()) {

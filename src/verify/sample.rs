@@ -93,6 +93,9 @@ impl<'t> Sampler<'t> {
     /// Cells have equal shares, but for open ones, which get a tenth on top; then uniform over the cell's volume.
     fn anywhere(&self, rng: &mut Prng) -> Option<(CellId, DVec3)> {
         let open = self.cells.open();
+        if self.cells.count() == 0 {
+            return None;
+        }
         (0..8).find_map(|_| {
             let cell = if !open.is_empty() && rng.chance(0.1) {
                 open[rng.below(open.len())]

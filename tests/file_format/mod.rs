@@ -12,7 +12,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn what_is_written_is_read(seed: u64, cells in 0usize..7, portals in 0usize..9, objects in 0usize..150, keep_bounds: bool) {
+    fn what_is_written_is_read(seed: u64, cells in 1usize..7, portals in 0usize..9, objects in 1usize..150, keep_bounds: bool) {
         let file = random_file(seed, Shape { cells, portals, objects, keep_bounds });
         let bytes = file.write();
         prop_assert_eq!(&PvsFile::read(&bytes).unwrap(), &file);

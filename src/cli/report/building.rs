@@ -3,11 +3,12 @@
 use super::super::scene::RAYS;
 use super::{Args, command, name, tiers, write};
 use crate::cli::bake::{ViewCells, peak_rss_mb, progress_bar};
+use crate::cli::resume::{Kept, Of};
 use crate::cli::stage_times::{Clock, Stages};
 use crate::cli::why::Teller;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::CellId;
-use enfilade::bake::{BakeOptions, BakeReport, Baked, bake, find_cells};
+use enfilade::bake::{BakeError, BakeOptions, BakeReport, Baked, bake, digest, find_cells};
 use enfilade::cells::{CellGraph, SplitOptions, split};
 use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
@@ -78,8 +79,18 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         view_cell_bytes,
         ..BakeOptions::default()
     };
+    let of = Of { digest: digest(&scene, &options), beside: (output, super::STATE), outputs: &[] };
+    let kept = Kept::open(&args.state, None, &of)?;
     let clock = Clock::start();
-    let mut baked = bake(&scene, options.clone(), &Job::new(&progress)).map_err(|e| at(&args.input, e))?;
+    let baked = bake(&scene, options.clone(), &kept.work(&progress));
+    let mut baked = match baked {
+        Ok(baked) => baked,
+        Err(BakeError::Stopped(_)) => return kept.stopped(),
+        Err(e) => {
+            kept.vain()?;
+            return Err(at(&args.input, e));
+        }
+    };
     let cpu = clock.seconds();
     baked.seconds.cells += cells_seconds;
 
@@ -112,13 +123,16 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         threads: rayon::current_num_threads(),
     };
     let files = files(&page, output, table);
+    kept.ends();
     write(&files)?;
+    kept.done()?;
 
     // 5. The same in numbers.
     if args.json {
-        println!("{}", numbers(&report, &page, &files)?);
+        crate::cli::answer(&numbers(&report, &page, &files)?)?;
     }
-    files.iter().for_each(|(path, _)| eprintln!("{} written", path.display()));
+    let written: Vec<String> = files.iter().map(|(path, _)| format!("{} written", path.display())).collect();
+    crate::cli::prose(&written.join("\n"), args.json)?;
     Ok(Outcome::Done)
 }
 

@@ -1,7 +1,7 @@
 //! `enfilade report` of a ground.
 
 use super::files::{name, write};
-use crate::cli::{CliError, Outcome, at, json};
+use crate::cli::{CliError, Outcome, answer, at, json};
 use enfilade::pages::ground::{Flight, GroundReport};
 use enfilade::terrain::{Ground, Limit, Measured, flight, measure};
 use serde_json::json;
@@ -55,9 +55,9 @@ pub(super) fn report(
             })
         };
         let told = |f: &Flight| json!({ "above_m": f.above, "found": f.found.iter().map(of).collect::<Vec<_>>() });
-        println!("{}", json(&flights.iter().map(told).collect::<Vec<_>>())?);
+        answer(&json(&flights.iter().map(told).collect::<Vec<_>>())?)?;
     } else {
-        println!("{}: {} flights of {FRAMES} frames; table: {}", output.display(), flights.len(), table.display());
+        answer(&format!("{}: {} flights of {FRAMES} frames; table: {}", output.display(), flights.len(), table.display()))?;
     }
     Ok(Outcome::Done)
 }

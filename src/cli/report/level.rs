@@ -4,11 +4,12 @@ use super::{Args, command, name, write};
 use crate::cli::bake::{peak_rss_mb, progress_bar};
 use crate::cli::compare::{counts, other_rows, prose, told};
 use crate::cli::level::Input;
+use crate::cli::resume::{Kept, Of};
 use crate::cli::vis::Totals;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::job::Job;
 use enfilade::level::compare::against;
-use enfilade::level::{Bounds, Level, PairProof, Vis, VisError, VisOptions, vis, why};
+use enfilade::level::{Bounds, Level, PairProof, Vis, VisError, VisOptions, digest, vis, why};
 use enfilade::pages::html::Remark;
 use enfilade::pages::level::{LevelReport, LinesAlone, Moment, Other};
 use serde_json::{Value, json};
@@ -32,7 +33,12 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 
     // 2. Both sides, and when.
     let options = args.search.options();
-    let (result, moments) = timed(&input.level, &options)?;
+    let of = Of { digest: digest(&input.level, &options), beside: (output, super::STATE), outputs: &[] };
+    let kept = Kept::open(&args.state, None, &of)?;
+    let (result, moments) = match timed(&input.level, &options, &kept) {
+        Err(VisError::Stopped(_)) => return kept.stopped(),
+        found => found.map_err(|e| CliError(e.to_string()))?,
+    };
     let peak = peak_rss_mb();
 
     // 3. What to hold against them.
@@ -68,7 +74,9 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         undecided: &undecided,
         left_out: &left_out(args, &input, &result),
     };
+    kept.ends();
     write(&[(output, page.html()), (table, page.csv())])?;
+    kept.done()?;
 
     // 5. The same in numbers.
     if args.json {
@@ -83,12 +91,12 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         json["table"] = table.to_string_lossy().into();
         json["peak_rss_mb"] = peak.into();
         json["seconds"] = begin.elapsed().as_secs_f64().into();
-        println!("{json:#}");
+        crate::cli::answer(&format!("{json:#}"))?;
     }
     if let (Some(path), Some(a)) = (&args.rows, &beside) {
-        eprintln!("{}", prose(a, path));
+        crate::cli::prose(&prose(a, path), args.json)?;
     }
-    eprintln!("{} and {} written", output.display(), table.display());
+    crate::cli::prose(&format!("{} and {} written", output.display(), table.display()), args.json)?;
     Ok(Outcome::Done)
 }
 
@@ -97,7 +105,7 @@ fn moment(m: &Moment) -> Value {
 }
 
 /// Runs `vis` and takes the time.
-fn timed(level: &Level, options: &VisOptions) -> Result<(Vis, Vec<Moment>), CliError> {
+fn timed(level: &Level, options: &VisOptions, kept: &Kept) -> Result<(Vis, Vec<Moment>), VisError> {
     let bar = progress_bar();
     let progress = |stage: &str, done: f64| {
         bar.set_message(stage.to_owned());
@@ -113,7 +121,7 @@ fn timed(level: &Level, options: &VisOptions) -> Result<(Vis, Vec<Moment>), CliE
             moments.push(Moment { stage, seconds, steps: b.steps, lower: b.lower, upper: b.upper });
         }
     };
-    let result = vis(level, options, Some(&bounds), &Job::new(&progress)).map_err(|e| CliError(e.to_string()))?;
+    let result = vis(level, options, Some(&bounds), &kept.work(&progress))?;
     bar.finish_and_clear();
     Ok((result, moments.into_inner().unwrap_or_default()))
 }

@@ -87,7 +87,7 @@ pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
         if args.json {
             print_json(&json!({ "loading": summary, "budget": budget, "bytes_all": all }))?;
         } else {
-            eprintln!("{}", prose(&summary, budget, all));
+            crate::cli::answer(&prose(&summary, budget, all))?;
         }
     }
     Ok(Outcome::Done)

@@ -1,0 +1,33 @@
+//! A copy of a file before it is written in place.
+
+use super::{CliError, at};
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Copies a file beside it before other bytes take its place, and returns the copy's name: `FILE.bak`, or `FILE.bak.2`, `FILE.bak.3`
+/// and so on where there are older ones, which stay. Makes none where the bytes are the same.
+pub fn backed_up(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, CliError> {
+    let before = fs::read(path).map_err(|e| at(path, e))?;
+    if before == bytes {
+        return Ok(None);
+    }
+    for number in 1u32.. {
+        let mut name = path.as_os_str().to_owned();
+        name.push(if number == 1 { ".bak".to_owned() } else { format!(".bak.{number}") });
+        let backup = PathBuf::from(name);
+        match File::create_new(&backup) {
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => (),
+            Err(e) => return Err(at(&backup, e)),
+            Ok(mut file) => {
+                if let Err(e) = file.write_all(&before).and_then(|()| file.sync_all()) {
+                    // What is not whole is no backup.
+                    let _ = fs::remove_file(&backup);
+                    return Err(at(&backup, e));
+                }
+                return Ok(Some(backup));
+            }
+        }
+    }
+    Err(at(path, "has more backups than can be numbered"))
+}

@@ -1,0 +1,236 @@
+//! What a command reads and what it writes, looked at before its work: no input is written over, no file of another kind than the
+//! command writes is, and what can't be written is said at once.
+
+use super::kinds::Kind;
+use super::{CliError, at};
+use std::fs::{self, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Names that a message about a folder tells.
+const TOLD: usize = 6;
+
+/// The files of a command.
+#[derive(Default)]
+pub struct Files {
+    reads: Vec<Read>,
+    writes: Vec<Write>,
+}
+
+/// A file that is read.
+struct Read {
+    path: PathBuf,
+    /// Where it must be a file: the extensions of such files.
+    named: Option<Vec<&'static str>>,
+}
+
+/// A file that is written, or a folder that files are put into.
+struct Write {
+    path: PathBuf,
+    kind: Option<Kind>,
+    /// It takes the place of an input, which is kept as a backup.
+    in_place: bool,
+}
+
+impl Files {
+    /// None.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A file of one of these kinds is read.
+    pub fn reads(mut self, path: &Path, extensions: &[&'static str]) -> Self {
+        self.reads.push(Read { path: path.to_owned(), named: Some(extensions.to_vec()) });
+        self
+    }
+
+    /// A file is read if it is named; or a folder, from which files are.
+    pub fn reads_too<'p>(mut self, paths: impl IntoIterator<Item = &'p PathBuf>) -> Self {
+        self.reads.extend(paths.into_iter().map(|path| Read { path: path.clone(), named: None }));
+        self
+    }
+
+    /// A model is read, and what lies beside it.
+    pub fn model(self, path: &Path) -> Self {
+        let beside = ["roles.json", "prt"].map(|extension| path.with_extension(extension));
+        self.reads(path, &enfilade::scene::extensions().collect::<Vec<_>>()).reads_too(&beside)
+    }
+
+    /// A model or a level is read, and what lies beside it.
+    pub fn model_or_level(self, path: &Path, more: &[&'static str]) -> Self {
+        let levels = ["prt", "bsp"];
+        let models = enfilade::scene::extensions().filter(|extension| !levels.contains(extension));
+        let all: Vec<&str> = models.chain(levels).chain(more.iter().copied()).collect();
+        self.reads(path, &all).reads_too(&["roles.json", "prt"].map(|extension| path.with_extension(extension)))
+    }
+
+    /// A file is written, if it is named.
+    pub fn writes<'p>(mut self, path: impl Into<Option<&'p PathBuf>>, kind: Kind) -> Self {
+        let path = path.into().cloned();
+        self.writes.extend(path.map(|path| Write { path, kind: Some(kind), in_place: false }));
+        self
+    }
+
+    /// An input is written back, and kept as a backup.
+    pub fn writes_back(mut self, path: &Path, kind: Kind) -> Self {
+        self.writes.push(Write { path: path.to_owned(), kind: Some(kind), in_place: true });
+        self
+    }
+
+    /// Files are put into a folder, if it is named.
+    pub fn fills<'p>(mut self, folder: impl Into<Option<&'p PathBuf>>) -> Self {
+        let folder = folder.into().cloned();
+        self.writes.extend(folder.map(|path| Write { path, kind: None, in_place: false }));
+        self
+    }
+
+    /// Whether a path is among them.
+    #[cfg(test)]
+    pub fn name(&self, path: &Path) -> bool {
+        self.reads.iter().any(|read| read.path == path) || self.writes.iter().any(|write| write.path == path)
+    }
+
+    /// Refuses before any work what would be lost or couldn't be written by it. Touches nothing.
+    pub fn check(&self) -> Result<(), CliError> {
+        self.reads.iter().try_for_each(Read::check)?;
+        let inputs: Vec<(&Path, Identity)> =
+            self.reads.iter().filter_map(|read| Some((&*read.path, Identity::of(&read.path)?))).collect();
+        let mut outputs: Vec<(&Path, Identity)> = Vec::new();
+        for write in &self.writes {
+            let path = &*write.path;
+            let Some(identity) = Identity::of(path) else { continue };
+            let is_same = |(_, other): &&(&Path, Identity)| *other == identity;
+            if let Some((input, _)) = inputs.iter().find(is_same).filter(|_| !write.in_place) {
+                let same = if *input == path { String::new() } else { format!(", as {}", input.display()) };
+                return Err(at(path, format!("is read{same}, and would be written over; give the output another name")));
+            }
+            if let Some((other, _)) = outputs.iter().find(is_same) {
+                return Err(at(path, format!("would be written twice, also as {}; give two names", other.display())));
+            }
+            outputs.push((path, identity));
+        }
+        let mut folders = Vec::new();
+        self.writes.iter().try_for_each(|write| write.check(&mut folders))
+    }
+}
+
+impl Read {
+    /// Refuses a folder where a file is meant.
+    fn check(&self) -> Result<(), CliError> {
+        let Some(extensions) = self.named.as_ref().filter(|_| self.path.is_dir()) else { return Ok(()) };
+        let is_named = |name: &String| {
+            let extension = Path::new(name).extension().map(|e| e.to_ascii_lowercase());
+            extension.is_some_and(|e| extensions.iter().any(|of| e == **of))
+        };
+        let entries = fs::read_dir(&self.path).map_err(|e| at(&self.path, e))?.flatten();
+        let mut names: Vec<String> =
+            entries.map(|e| e.file_name().to_string_lossy().into_owned()).filter(is_named).collect();
+        names.sort();
+        if names.is_empty() {
+            let kinds: Vec<String> = extensions.iter().map(|e| format!(".{e}")).collect();
+            return Err(at(&self.path, format!("is a folder without a file that is read here ({})", kinds.join(", "))));
+        }
+        let more = if names.len() > TOLD { format!(" and {} more", names.len() - TOLD) } else { String::new() };
+        names.truncate(TOLD);
+        Err(at(&self.path, format!("is a folder; give a file in it: {}{more}", names.join(", "))))
+    }
+}
+
+impl Write {
+    /// Refuses what can't be written, or holds something else. `folders`: those that are known to take files.
+    fn check(&self, folders: &mut Vec<PathBuf>) -> Result<(), CliError> {
+        let Some(kind) = self.kind else { return check_filled(&self.path, folders) };
+        // A link stays one: what it points to is replaced.
+        let target = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
+        match fs::metadata(&target) {
+            Ok(about) if about.is_dir() => return Err(at(&self.path, "is a folder; give the name of a file")),
+            // A pipe, a device.
+            Ok(about) if !about.is_file() => return Ok(()),
+            Ok(about) => check_replaced(&self.path, &about, kind)?,
+            Err(_) => (),
+        }
+        check_folder(&self.path, folder_of(&target), folders)
+    }
+}
+
+/// Refuses a file that is protected, or of another kind.
+fn check_replaced(path: &Path, about: &fs::Metadata, kind: Kind) -> Result<(), CliError> {
+    let protected = || at(path, "is write-protected, so it isn't replaced; give another name");
+    if about.permissions().readonly() {
+        return Err(protected());
+    }
+    match OpenOptions::new().write(true).open(path) {
+        Err(e) if e.kind() == io::ErrorKind::PermissionDenied => return Err(protected()),
+        opened => opened.map(drop).map_err(|e| at(path, e))?,
+    }
+    match kind.is_of(path).map_err(|e| at(path, e))? {
+        true => Ok(()),
+        false => Err(at(path, format!("is there and is no {}, so it isn't replaced; give another name", kind.name()))),
+    }
+}
+
+/// Refuses a folder that can't be made or can't take files, and pictures in it that can't be replaced.
+fn check_filled(folder: &Path, folders: &mut Vec<PathBuf>) -> Result<(), CliError> {
+    let there = folder.ancestors().find(|f| !f.as_os_str().is_empty() && fs::symlink_metadata(f).is_ok());
+    check_folder(folder, there.unwrap_or(Path::new(".")), folders)
+}
+
+/// Refuses a folder that takes no file.
+fn check_folder(path: &Path, folder: &Path, folders: &mut Vec<PathBuf>) -> Result<(), CliError> {
+    if folders.iter().any(|known| known == folder) {
+        return Ok(());
+    }
+    match fs::metadata(folder) {
+        Ok(about) if about.is_dir() => (),
+        Ok(_) => return Err(at(folder, "is no folder")),
+        Err(_) => return Err(at(folder, "there is no such folder")),
+    }
+    // Only trying tells: root may write where bits forbid it, and nobody may on a disk that is read-only.
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
+    let trial = folder.join(format!(".enfilade.{}.{now}.tmp", std::process::id()));
+    let made = OpenOptions::new().write(true).create_new(true).open(&trial);
+    if let Err(e) = made.and_then(|file| {
+        drop(file);
+        fs::remove_file(&trial)
+    }) {
+        return Err(at(path, format!("can't be written: {e}")));
+    }
+    folders.push(folder.to_owned());
+    Ok(())
+}
+
+/// The folder that a file lies in.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// What is the same for all names of a file.
+#[derive(PartialEq, Eq)]
+enum Identity {
+    /// Device and number.
+    #[cfg(unix)]
+    Inode(u64, u64),
+    /// The path without links.
+    Path(PathBuf),
+}
+
+impl Identity {
+    /// `None` for what is neither a file nor to become one: a pipe, a device, a folder.
+    fn of(path: &Path) -> Option<Self> {
+        match fs::metadata(path) {
+            Ok(about) if !about.is_file() => None,
+            #[cfg(unix)]
+            Ok(about) => {
+                use std::os::unix::fs::MetadataExt;
+                Some(Self::Inode(about.dev(), about.ino()))
+            }
+            #[cfg(not(unix))]
+            Ok(_) => fs::canonicalize(path).ok().map(Self::Path),
+            Err(_) => {
+                let folder = fs::canonicalize(folder_of(path)).unwrap_or_else(|_| folder_of(path).to_owned());
+                Some(Self::Path(folder.join(path.file_name()?)))
+            }
+        }
+    }
+}

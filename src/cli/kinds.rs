@@ -1,0 +1,150 @@
+//! The kinds of files that commands write, and how each is told from others by how it begins.
+
+use enfilade::file::MAGIC;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// A kind of file.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// `.pvs`.
+    Pvs,
+    /// Binary glTF.
+    Glb,
+    /// Triangles as OBJ.
+    Obj,
+    /// Lines of `check --leak`.
+    Leaks,
+    /// Points of `bake --leak`.
+    Points,
+    /// Rows as text.
+    Rows,
+    /// A Quake level.
+    Bsp,
+    /// `.ground`.
+    Ground,
+    /// GeoTIFF.
+    Tiff,
+    /// A picture.
+    Png,
+    /// The page of `report`.
+    Page,
+    /// A table of `report`.
+    Table,
+    /// Seconds of each item of work.
+    Trace,
+    /// What an interrupted run leaves.
+    State,
+    /// JSON.
+    Json,
+}
+
+/// Bytes of a file's beginning that tell its kind.
+const HEAD: u64 = 4096;
+/// How each table of a report begins.
+const TABLES: [&str; 7] =
+    ["strategy,cpu_", "cell,name,", "offices,cells,", "tier,", "limit_px,segments,", "above_m,limit,", "method,stage,"];
+
+impl Kind {
+    /// In words, after "is no".
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pvs => ".pvs file",
+            Self::Glb => "binary glTF",
+            Self::Obj => "OBJ file",
+            Self::Leaks => "OBJ file of leaks",
+            Self::Points => "file of points",
+            Self::Rows => "text of rows",
+            Self::Bsp => ".bsp level",
+            Self::Ground => ".ground file",
+            Self::Tiff => "TIFF",
+            Self::Png => "PNG picture",
+            Self::Page => "page of a report",
+            Self::Table => "table of a report",
+            Self::Trace => "table of a trace",
+            Self::State => "state of an interrupted run",
+            Self::Json => "JSON file",
+        }
+    }
+
+    /// Whether a file is empty or begins as this kind does.
+    pub fn is_of(self, path: &Path) -> io::Result<bool> {
+        let mut head = Vec::new();
+        File::open(path)?.take(HEAD).read_to_end(&mut head)?;
+        Ok(head.is_empty() || self.begins(&head))
+    }
+
+    fn begins(self, head: &[u8]) -> bool {
+        let starts = |magics: &[&[u8]]| magics.iter().any(|magic| head.starts_with(magic));
+        // A character may be cut off at the end.
+        let text = match std::str::from_utf8(head) {
+            Ok(text) => text,
+            Err(e) if e.error_len().is_none() => std::str::from_utf8(&head[..e.valid_up_to()]).unwrap_or_default(),
+            Err(_) => "",
+        };
+        let line = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+        let mut words = line.split_whitespace();
+        match self {
+            Self::Pvs => starts(&[&MAGIC]),
+            Self::Glb => starts(&[b"glTF"]),
+            Self::Bsp => starts(&[&[29, 0, 0, 0], b"BSP2"]),
+            Self::Ground => starts(&[b"\x89GRN\r\n\x1a\n"]),
+            Self::Tiff => starts(&[b"II\x2a\0", b"MM\0\x2a", b"II\x2b\0", b"MM\0\x2b"]),
+            Self::Png => starts(&[b"\x89PNG\r\n\x1a\n"]),
+            // One that was killed at once may have less.
+            Self::State => starts(&[b"EnfWork\n"]) || b"EnfWork\n".starts_with(head),
+            Self::Obj => matches!(words.next(), Some("v" | "o" | "g" | "mtllib")),
+            Self::Leaks => line.starts_with("o leak_"),
+            Self::Points => line.split_whitespace().count() == 3 && words.all(|word| word.parse::<f64>().is_ok()),
+            Self::Rows => {
+                let is_row = |row: &str, count: &str| {
+                    row.parse::<u32>().is_ok() && count.strip_suffix(':').is_some_and(|count| count.parse::<u32>().is_ok())
+                };
+                matches!((words.next(), words.next()), (Some(row), Some(count)) if is_row(row, count))
+            }
+            Self::Page => text.contains("<meta name=\"generator\" content=\"enfilade "),
+            Self::Table => TABLES.iter().any(|table| line.starts_with(table)),
+            Self::Trace => line.starts_with("map,item,worker,seconds"),
+            Self::Json => line.trim_start().starts_with(['{', '[']),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_is_told_from_all_others() {
+        let samples: [(Kind, &[u8]); 15] = [
+            (Kind::Pvs, &MAGIC),
+            (Kind::Glb, b"glTF\x02\0\0\0"),
+            (Kind::Obj, b"# a model\nv 0 0 0\n"),
+            (Kind::Leaks, b"o leak_0\nv 0 0 0\n"),
+            (Kind::Points, b"1.5 -2 3e4\n1 2 3\n"),
+            (Kind::Rows, b"0 3: 0 1 2\n"),
+            (Kind::Bsp, b"BSP2\0\0"),
+            (Kind::Ground, b"\x89GRN\r\n\x1a\n\x01"),
+            (Kind::Tiff, b"II\x2a\0\x08"),
+            (Kind::Png, b"\x89PNG\r\n\x1a\n\0"),
+            (Kind::Page, b"<!DOCTYPE html>\n<meta name=\"generator\" content=\"enfilade 0.1.0\">"),
+            (Kind::Table, b"tier,view_cells,bytes,triangles\n"),
+            (Kind::Trace, b"map,item,worker,seconds,stage\n"),
+            (Kind::State, b"EnfWork\n\0\0"),
+            (Kind::Json, b"{\"name\":\"path\"}"),
+        ];
+        for (kind, _) in samples {
+            for (of, sample) in samples {
+                // Lines of leaks are OBJ.
+                let is = kind == of || (kind, of) == (Kind::Obj, Kind::Leaks);
+                assert_eq!(kind.begins(sample), is, "{of:?} as {kind:?}");
+            }
+            for strange in
+                [&b"my own text"[..], b"PRT1\n4\n3\n", b"newmtl a\n", b"a,b\n1,2\n", b"\xff\xfe\0", b"1 2\n", b"\0\0"]
+            {
+                assert!(!kind.begins(strange), "{strange:?} as {kind:?}");
+            }
+        }
+    }
+}
