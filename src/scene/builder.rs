@@ -100,6 +100,11 @@ impl SceneBuilder {
         self.options.trace
     }
 
+    /// What [`ImportOptions::smallest_hole`] says.
+    pub fn smallest_hole(&self) -> Option<f64> {
+        self.options.smallest_hole
+    }
+
     /// Whether pipes are tubes, where there are many ([`ImportOptions::tubes`]).
     pub fn has_tubes(&self) -> bool {
         self.options.tubes

@@ -75,6 +75,7 @@ impl Model {
     pub(super) fn read(mut bytes: Vec<u8>, metres: Option<f64>) -> Result<Self, ImportError> {
         let notes = settle_envelope(&mut bytes)?.into_iter().collect();
         spell(&mut bytes);
+        let bytes = with_shapes(bytes);
         // What ifc-lite would write to stderr is told as notes below.
         set_report_sink(|_| ());
         let index = Arc::new(build_entity_index(&bytes));
@@ -224,6 +225,28 @@ fn spell(bytes: &mut [u8]) {
     }
 }
 
+/// IFC 2x3 lets a product have an IfcProductRepresentation as such, which ifc-lite refuses. An IfcProductDefinitionShape, which has the same
+/// attributes, takes the place of each.
+fn with_shapes(bytes: Vec<u8>) -> Vec<u8> {
+    const OLD: &[u8] = b"IFCPRODUCTREPRESENTATION";
+    const NEW: &[u8] = b"IFCPRODUCTDEFINITIONSHAPE";
+    let (mut found, mut copied) = (Vec::new(), 0);
+    for (at, _) in bytes.iter().enumerate().filter(|(_, b)| **b == b'=') {
+        let keyword = at + 1 + bytes[at + 1..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let Some(end) = keyword.checked_add(OLD.len()).filter(|&end| end < bytes.len()) else { break };
+        if bytes[keyword..end].eq_ignore_ascii_case(OLD) && matches!(bytes[end], b'(' | b' ' | b'\t' | b'\r' | b'\n') {
+            found.extend_from_slice(&bytes[copied..keyword]);
+            found.extend_from_slice(NEW);
+            copied = end;
+        }
+    }
+    if copied == 0 {
+        return bytes;
+    }
+    found.extend_from_slice(&bytes[copied..]);
+    found
+}
+
 /// How a STEP file begins.
 const HEADER: &[u8] = b"ISO-10303-21";
 /// What precedes the header is passed over where it is at most so many bytes. Less: a comment of a few lines hides a model. More: a text
@@ -316,6 +339,18 @@ mod tests {
         assert!(message(b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=IFC").starts_with("line 5: the file ends before"));
         let far = [" /* */".repeat(MOST_BEFORE).as_bytes(), b"ISO-10303-21;\nEND-ISO-10303-21;"].concat();
         assert!(message(&far).starts_with("not an IFC file"));
+    }
+
+    #[test]
+    fn a_product_representation_is_a_shape() {
+        let with = |text: &str| String::from_utf8(with_shapes(text.as_bytes().to_vec())).unwrap();
+        assert_eq!(
+            with("#1=IFCPRODUCTREPRESENTATION($,$,(#2));\n#3 = IfcProductRepresentation\n($,$,());\n"),
+            "#1=IFCPRODUCTDEFINITIONSHAPE($,$,(#2));\n#3 = IFCPRODUCTDEFINITIONSHAPE\n($,$,());\n"
+        );
+        for same in ["#1=IFCPRODUCTREPRESENTATIONS($);", "#1=IFCWALL('IFCPRODUCTREPRESENTATION(');", "=", "#1=IFCPRODUCTREPRESENTATION"] {
+            assert_eq!(with(same), same);
+        }
     }
 
     #[test]
