@@ -101,7 +101,7 @@ impl SceneBuilder {
     }
 
     /// What [`ImportOptions::smallest_hole`] says.
-    pub fn smallest_hole(&self) -> Option<f64> {
+    pub(super) fn smallest_hole(&self) -> Option<f64> {
         self.options.smallest_hole
     }
 
