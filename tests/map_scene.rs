@@ -141,7 +141,13 @@ fn a_map_leaks_if_any_of_its_walls_is_missing() {
         let scene = imported(&text).unwrap();
         let LeakHint { entity, from, way } = scene.hints.leak.clone().expect("a leak");
         assert_eq!((entity.as_str(), from), ("info_player_start", DVec3::new(64., 64., 24.)));
-        assert!(scene.source.notes.iter().any(|n| n.starts_with("the map leaks: the way out from info_player_start at (64 64 24)")));
+        assert!(
+            scene
+                .source
+                .notes
+                .iter()
+                .any(|n| n.starts_with("the map leaks: the way out from info_player_start at (64 64 24)"))
+        );
         // The way meets no wall, and ends beyond all of them.
         let (solids, _) = solids(&text);
         let mut at = from;

@@ -161,7 +161,15 @@ impl Import {
     /// What imports the model in the same way.
     pub fn options(&self) -> ImportOptions {
         let Self { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole } = *self;
-        ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole, ..ImportOptions::default() }
+        ImportOptions {
+            object_triangles,
+            metres_per_unit,
+            z_up,
+            tube_radius,
+            tubes,
+            smallest_hole,
+            ..ImportOptions::default()
+        }
     }
 }
 

@@ -117,3 +117,27 @@ fn case_52_ifc_productrepresentation() {
         .map(|text| import_bytes(text.clone().into_bytes(), "house", &ImportOptions::default()).unwrap());
     assert_eq!(plain.hash(), old.hash());
 }
+
+/// A pipe along a polyline, with bends.
+#[test]
+fn a_polygonal_pipe_is_read_as_a_pipe() {
+    let pipe = |record: &str| {
+        let parts = [
+            "#9000=IFCFLOWSEGMENT('pipe',$,'Pipe',$,$,#41,#9001,$);",
+            "#9001=IFCPRODUCTDEFINITIONSHAPE($,$,(#9002));",
+            "#9002=IFCSHAPEREPRESENTATION(#10,'Body','AdvancedSweptSolid',(#9003));",
+            record,
+            "#9004=IFCPOLYLINE((#9005,#9006,#9007));",
+            "#9005=IFCCARTESIANPOINT((0.,5.,1.));",
+            "#9006=IFCCARTESIANPOINT((2.,5.,1.));",
+            "#9007=IFCCARTESIANPOINT((2.,5.,2.));",
+        ];
+        let house = House::default().text().replace("#800),#40);", "#800,#9000),#40);");
+        let text = house.replace("ENDSEC;\nEND-ISO", &format!("{}\nENDSEC;\nEND-ISO", parts.join("\n")));
+        import_bytes(text.into_bytes(), "house", &ImportOptions::default()).unwrap()
+    };
+    let [plain, polygonal] = ["IFCSWEPTDISKSOLID(#9004,0.05,$,0.,2.)", "IFCSWEPTDISKSOLIDPOLYGONAL(#9004,0.05,$,0.,2.,0.1)"]
+        .map(|r| pipe(&format!("#9003={r};")));
+    assert!(plain.objects.iter().any(|object| object.node == "pipe"), "{:?}", plain.source.notes);
+    assert_eq!(plain.hash(), polygonal.hash());
+}

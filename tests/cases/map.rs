@@ -107,7 +107,11 @@ fn case_34_map_fence() {
     for map in files(&folder, "map") {
         assert_eq!(closed(&map)[0], 7, "{}", map.display());
         let scene = imported(&map).unwrap();
-        assert!(scene.objects.iter().any(|object| object.glass || !object.opaque), "{}: nothing is seen through", map.display());
+        assert!(
+            scene.objects.iter().any(|object| object.glass || !object.opaque),
+            "{}: nothing is seen through",
+            map.display()
+        );
     }
 }
 
@@ -232,7 +236,8 @@ fn case_63_tiny_bsp() {
     let plane = |n: DVec3, d: f64| Plane { n, d };
     let floor = plane(-DVec3::Y, 0.0);
     let leaves = vec![vec![floor, plane(DVec3::Y, 2.5)], vec![plane(-DVec3::Y, -2.5)], vec![plane(DVec3::Y, 0.0)]];
-    let portal = LevelPortal { cells: [0, 1], winding: vec![DVec3::Y * 2.5, DVec3::new(0., 2.5, 1.), DVec3::new(1., 2.5, 1.)] };
+    let portal =
+        LevelPortal { cells: [0, 1], winding: vec![DVec3::Y * 2.5, DVec3::new(0., 2.5, 1.), DVec3::new(1., 2.5, 1.)] };
     builder.hints.leaves = Some(Leaves { leaves, portals: vec![portal], walls: Vec::new(), shutters: Vec::new() });
     let scene = builder.finish("floor").unwrap();
     let graph = cells(&scene);
@@ -253,7 +258,8 @@ fn case_64_unsealed_map() {
         let words = words.into_iter().chain([points.as_path(), Path::new("-o"), file.as_path(), map.as_path()]);
         let report = json(&run(&words.collect::<Vec<_>>()));
         assert!(report["open_cells"].as_u64() >= Some(open), "{cells}: {report}");
-        let is_told = |note: &Value| note.as_str().is_some_and(|n| n.starts_with("the map leaks: the way out from info_player_start"));
+        let is_told =
+            |note: &Value| note.as_str().is_some_and(|n| n.starts_with("the map leaks: the way out from info_player_start"));
         assert!(report["notes"].as_array().unwrap().iter().any(is_told), "{cells}: {report}");
         assert!(std::fs::read_to_string(&points).unwrap().starts_with("64 64 24\n"));
         let check = ["check", "--rays", "20k", "--model"].map(Path::new);

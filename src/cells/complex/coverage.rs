@@ -61,9 +61,9 @@ const TOGETHER: usize = 16;
 
 /// A triangle that grows by `seal`.
 fn grown(triangle: &[DVec2; 3], seal: f64) -> Contour {
-    let corners = triangle.iter().flat_map(|p| {
-        [(-seal, -seal), (seal, -seal), (seal, seal), (-seal, seal)].map(|(x, y)| *p + DVec2::new(x, y))
-    });
+    let corners = triangle
+        .iter()
+        .flat_map(|p| [(-seal, -seal), (seal, -seal), (seal, seal), (-seal, seal)].map(|(x, y)| *p + DVec2::new(x, y)));
     convex_hull(corners.collect()).iter().map(|p| p.to_array()).collect()
 }
 
@@ -75,7 +75,8 @@ fn joined(contours: Vec<Contour>) -> Vec<Contour> {
     let nothing: Vec<Contour> = Vec::new();
     let mut parts: Vec<Vec<Contour>> = contours.into_iter().map(|contour| vec![contour]).collect();
     while parts.len() > 1 {
-        let union = |some: &[Vec<Contour>]| some.concat().overlay(&nothing, OverlayRule::Subject, FillRule::NonZero).concat();
+        let union =
+            |some: &[Vec<Contour>]| some.concat().overlay(&nothing, OverlayRule::Subject, FillRule::NonZero).concat();
         parts = parts.chunks(TOGETHER).map(union).collect();
     }
     parts.concat()

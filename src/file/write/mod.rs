@@ -86,7 +86,8 @@ impl PvsFile {
         out.u32(self.import.object_triangles);
         let Import { metres_per_unit, z_up, tube_radius, tubes, smallest_hole, .. } = self.import;
         let given = [(UNIT, metres_per_unit), (TUBE_RADIUS, tube_radius), (HOLE, smallest_hole)];
-        let flags = given.map(|(flag, metres)| (flag, metres.is_some())).into_iter().chain([(NO_TUBES, !tubes), (Z_UP, z_up)]);
+        let flags =
+            given.map(|(flag, metres)| (flag, metres.is_some())).into_iter().chain([(NO_TUBES, !tubes), (Z_UP, z_up)]);
         out.u8(flags.filter(|(_, is_set)| *is_set).map(|(flag, _)| flag).sum());
         given.into_iter().filter_map(|(_, metres)| metres).for_each(|metres| out.f64s([metres]));
         out.count(self.cells.len());
