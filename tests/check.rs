@@ -85,6 +85,7 @@ fn file(scene: &Scene) -> PvsFile {
             z_up: false,
             tube_radius: None,
             tubes: true,
+            smallest_hole: None,
         },
         strategy: Strategy::Given,
         reason: "made by hand".into(),

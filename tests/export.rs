@@ -38,6 +38,7 @@ fn file_of(scene: &Scene, options: &ImportOptions) -> PvsFile {
         z_up: options.z_up,
         tube_radius: None,
         tubes: true,
+        smallest_hole: None,
     };
     file.objects = scene.objects.iter().map(object).collect();
     file.placement = placement;

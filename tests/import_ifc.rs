@@ -571,6 +571,17 @@ fn a_georeferenced_building_loses_nothing() {
     }
 }
 
+/// As people cut them out of models to show a fault: there are walls, and nobody says in which unit.
+#[test]
+fn a_part_of_a_model_without_its_project_is_read() {
+    let text = House::default().text();
+    let whole = import_bytes(text.clone().into_bytes(), "x", &ImportOptions::default()).unwrap();
+    let part =
+        import_bytes(text.replace("IFCPROJECT(", "IFCPROJEKT(").into_bytes(), "x", &ImportOptions::default()).unwrap();
+    assert_eq!((part.triangles.len(), part.bounds()), (whole.triangles.len(), whole.bounds()));
+    assert!(part.source.notes.iter().any(|n| n.starts_with("no IFCPROJECT")), "{:?}", part.source.notes);
+}
+
 #[test]
 fn foreign_cut_and_empty_files_are_refused_with_a_reason() {
     let options = ImportOptions::default();
@@ -581,8 +592,9 @@ fn foreign_cut_and_empty_files_are_refused_with_a_reason() {
     let cut = &text.as_bytes()[..text.len() / 2];
     let lines = cut.iter().filter(|&&b| b == b'\n').count() + 1;
     assert!(message(cut).starts_with(&format!("line {lines}: the file ends before")), "{}", message(cut));
-    assert!(message(text.replace("IFCPROJECT", "IFCPROJEKT").as_bytes()).contains("no IFCPROJECT"));
     let header = &text[..text.find("#1=").unwrap()];
+    let point = format!("{header}#1=IFCCARTESIANPOINT((0.,0.,0.));\nENDSEC;\nEND-ISO-10303-21;\n");
+    assert!(message(point.as_bytes()).contains("no IFCPROJECT and no product"), "{}", message(point.as_bytes()));
     assert!(message(format!("{header}ENDSEC;\nEND-ISO-10303-21;\n").as_bytes()).contains("no records"));
     let bare = text.lines().filter(|l| !l.contains("IFCSHAPEREPRESENTATION(")).collect::<Vec<_>>().join("\n");
     assert!(message(bare.as_bytes()).contains("element"), "{}", message(bare.as_bytes()));

@@ -15,17 +15,25 @@ use glam::{DVec2, DVec3};
 /// Space around the level, metres, in which leaves are looked at: one that reaches its end goes on without end.
 const MARGIN: f64 = 1.0;
 
+/// Space around that in which leaves without end are kept apart, metres, with the level's diagonal. Less: eyes beside a level are in two
+/// pieces at once. More: planes that part nothing but air.
+const FAR: f64 = 10.0;
+
 /// A graph of leaves. Those that go on without end are one open cell: the outside of a level that leaks.
 pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph {
     // Where nothing is drawn on the walls, they reach beyond what is drawn.
     let walls = Aabb::of(found.walls.iter().flatten().copied());
     let within = scene.bounds().union(walls).inflated(MARGIN);
+    let beyond = within.inflated(FAR + within.diagonal());
     let eps = scene.tolerance().coplanar;
     // 1. The planes that bound each leaf, and whether they bound it on all sides.
     let bounded = parallel::map(&found.leaves, |planes| {
-        let faces = faces(planes, &within);
         // A plane that only touches the leaf has a face without area.
         let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
+        let near = faces(planes, &within);
+        let is_endless = near[planes.len()..].iter().any(bounds);
+        // Planes of two leaves without end may part them only where nothing is drawn any more.
+        let faces = if is_endless { faces(planes, &beyond) } else { near };
         let mut bounding: Vec<Plane> = Vec::new();
         for (plane, face) in planes.iter().zip(&faces) {
             // Trees cut along one plane more than once.
@@ -34,7 +42,7 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
             }
         }
         let piece = if planes.is_empty() { None } else { Piece::new(bounding, eps) };
-        (piece, faces[planes.len()..].iter().any(bounds))
+        (piece, is_endless)
     });
 
     // 2. Cells, in the leaves' order; the outside is the first of them.

@@ -60,7 +60,7 @@ pub enum SplitError {
     #[error("the model names no rooms; use --cells plan")]
     NoRooms,
     /// `leaves` was asked for and the model has none.
-    #[error("the model has no leaves, as a .bsp has; leave --cells out, or use --cells bsp")]
+    #[error("the model has no leaves, as a .bsp or a closed .map has; leave --cells out, or use --cells bsp")]
     NoLeaves,
     /// Cells that the user gives aren't found by splitting.
     #[error("given cells come from a cells file")]

@@ -11,7 +11,7 @@ use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
 use enfilade::file::{load_bytes, replace_file};
 use enfilade::pvs::cubes::Choice;
 use enfilade::pvs::{Guarantee, PvsOptions};
-use enfilade::scene::{ImportError, Scene, import};
+use enfilade::scene::{LeakHint, Scene, import};
 use enfilade::walkthrough::expected::expected_draw;
 use glam::DVec3;
 use std::io::Write;
@@ -155,16 +155,11 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     super::pool(args.threads)?.install(|| bake_file(&args))
 }
 
-/// A map that isn't closed: no file, but the way out.
-fn leaks(args: &Args, error: &ImportError) -> Result<Outcome, CliError> {
-    if let (Some(path), ImportError::Leaks { from, way, .. }) = (&args.leak, error) {
-        let line = |out: &mut dyn Write, p: &DVec3| writeln!(out, "{} {} {}", p.x, p.y, p.z);
-        replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p)))
-            .map_err(|e| at(path, e))?;
-    }
-    let hint = if args.leak.is_none() { "; --leak FILE writes the way" } else { "" };
-    eprintln!("enfilade: {}{hint}", at(&args.input, error));
-    Ok(Outcome::Failed)
+/// Writes the way out of a map that isn't closed, if somebody asked for it.
+fn write_leak(path: Option<&Path>, leak: Option<&LeakHint>) -> Result<(), CliError> {
+    let (Some(path), Some(LeakHint { from, way, .. })) = (path, leak) else { return Ok(()) };
+    let line = |out: &mut dyn Write, p: &DVec3| writeln!(out, "{} {} {}", p.x, p.y, p.z);
+    replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p))).map_err(|e| at(path, e))
 }
 
 fn bake_file(args: &Args) -> Result<Outcome, CliError> {
@@ -173,10 +168,8 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let bar = progress_bar();
     bar.set_message("import");
     let import_options = args.scene.import();
-    let scene = match import(&args.input, &import_options) {
-        Err(error @ ImportError::Leaks { .. }) => return leaks(args, &error),
-        scene => scene.map_err(|e| at(&args.input, e))?,
-    };
+    let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
+    write_leak(args.leak.as_deref(), scene.hints.leak.as_ref())?;
     let cubes = choice(args.cubes, &scene)?;
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;

@@ -115,7 +115,8 @@ impl SceneFlags {
     pub fn import(&self) -> ImportOptions {
         let Self { object_triangles, unit: metres_per_unit, tube_radius, .. } = *self;
         let (tubes, z_up) = (self.tubes == TubesFlag::Auto, self.up == Some(UpFlag::Z));
-        ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, ..self.files.options() }
+        let smallest_hole = self.smallest_hole;
+        ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole, ..self.files.options() }
     }
 
     /// How to split.

@@ -54,11 +54,12 @@ pub(super) fn state_of_code(code: u8) -> Option<PortalState> {
     (code < 16 && (state.closable || !state.shut) && (state.shut || !state.ajar)).then_some(state)
 }
 
-/// Bits that say which options of an import follow, that pipes are meshes, and that +Z is up.
+/// Bits that say which options of an import follow ([`HOLE`] last), that pipes are meshes, and that +Z is up.
 pub(super) const UNIT: u8 = 1;
 pub(super) const TUBE_RADIUS: u8 = 2;
 pub(super) const NO_TUBES: u8 = 4;
 pub(super) const Z_UP: u8 = 8;
+pub(super) const HOLE: u8 = 16;
 
 #[cfg(all(test, feature = "bake"))]
 mod tests {

@@ -153,13 +153,23 @@ pub struct Import {
     pub tube_radius: Option<f64>,
     /// Whether pipes are tubes, where there are many.
     pub tubes: bool,
+    /// No hole of a map that is wider lets anything out, metres, above 0; `None`: 0.2 of its units.
+    pub smallest_hole: Option<f64>,
 }
 
 impl Import {
     /// What imports the model in the same way.
     pub fn options(&self) -> ImportOptions {
-        let Self { object_triangles, metres_per_unit, z_up, tube_radius, tubes } = *self;
-        ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, ..ImportOptions::default() }
+        let Self { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole } = *self;
+        ImportOptions {
+            object_triangles,
+            metres_per_unit,
+            z_up,
+            tube_radius,
+            tubes,
+            smallest_hole,
+            ..ImportOptions::default()
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sections to fields. Every number is checked against the rule that the field's documentation states.
 
 use super::bytes::{Budget, Cursor};
-use super::codes::{NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, Z_UP, state_of_code};
+use super::codes::{HOLE, NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, Z_UP, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
 use super::rows::{Guide, RowReader};
@@ -182,7 +182,7 @@ impl<'a> SectionReader<'_, 'a> {
             if object_triangles == 0 {
                 return Err(c.error("objects of 0 triangles"));
             }
-            let flags = c.code(usize::from(UNIT | TUBE_RADIUS | NO_TUBES | Z_UP) + 1, "flags")? as u8;
+            let flags = c.code(usize::from(UNIT | TUBE_RADIUS | NO_TUBES | Z_UP | HOLE) + 1, "flags")? as u8;
             let mut metres = |flag: u8, what: &str| match flags & flag {
                 0 => Ok(None),
                 _ => match c.f64s()? {
@@ -191,6 +191,7 @@ impl<'a> SectionReader<'_, 'a> {
                 },
             };
             let (metres_per_unit, tube_radius) = (metres(UNIT, "a unit")?, metres(TUBE_RADIUS, "a radius")?);
+            let smallest_hole_of_maps = metres(HOLE, "a hole")?;
             let [cells, portals, objects] = [c.u32()?, c.u32()?, c.u32()?].map(|n| n as usize);
             if let Some((_, what)) = [(cells, "cell"), (objects, "object")].into_iter().find(|(n, _)| *n == 0) {
                 return Err(c.error(format!("no {what}: a file has one or more")));
@@ -205,7 +206,8 @@ impl<'a> SectionReader<'_, 'a> {
                 }
             }
             let (tubes, z_up) = (flags & NO_TUBES == 0, flags & Z_UP != 0);
-            let import = Import { object_triangles, metres_per_unit, z_up, tube_radius, tubes };
+            let import =
+                Import { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole: smallest_hole_of_maps };
             Ok(Meta { origin, smallest_hole, strategy, import, cells, portals, objects, pairs, reason: c.string()? })
         })?;
         meta.ok_or(FileError::Missing { section: SectionId::Meta })

@@ -19,8 +19,9 @@ use glam::DVec3;
 /// has many faces in one cell is never proven hidden.
 const MOST_PLANES: usize = 16;
 
-/// What of a triangle reaches into a piece is its rim where it is no wider than so many margins, and no deeper in than the clearance. Larger:
-/// a triangle that leans out of a piece by little counts as a rim. Smaller: rounding of a rim counts as a triangle.
+/// What of a triangle reaches into a piece is its rim where it is no wider than so many margins, and no deeper in than the clearance: the
+/// rest of it lies in another piece. Larger: a triangle that leans out of a piece by little counts as a rim. Smaller: rounding of a rim
+/// counts as a triangle.
 const RIM: f64 = 4.0;
 
 /// From where the part of an object in a cell is seen.
@@ -55,14 +56,20 @@ impl Fronts {
             }
             for triangle in object.triangles.clone() {
                 let corners = scene.corners(triangle as usize);
+                let (mut parts, mut rims) = (Vec::new(), Vec::new());
                 locator.pieces_in_box(&Aabb::of(corners).inflated(margin), |cell, piece| {
                     let piece = &graph.cells[cell.index()].pieces[piece];
-                    let Some(found) = front(&corners, piece, margin, &tolerance) else { return };
-                    match fronts.iter_mut().find(|(c, _)| *c == cell.0) {
-                        Some((_, front)) => front.join(found),
-                        None => fronts.push((cell.0, found)),
-                    }
+                    let Some(front) = front(&corners, piece, margin) else { return };
+                    let is_rim = is_rim(&corners, piece, margin, &tolerance);
+                    if is_rim { &mut rims } else { &mut parts }.push((cell.0, front));
                 });
+                // A triangle that is nowhere more than a rim is itself as small.
+                for (cell, found) in if parts.is_empty() { rims } else { parts } {
+                    match fronts.iter_mut().find(|(c, _)| *c == cell) {
+                        Some((_, front)) => front.join(found),
+                        None => fronts.push((cell, found)),
+                    }
+                }
             }
             fronts.sort_unstable_by_key(|&(cell, _)| cell);
             fronts
@@ -128,22 +135,60 @@ fn exits(graph: &CellGraph, cell: usize) -> Vec<DVec3> {
     portals.flat_map(|p| graph.portals[p.portal().index()].winding.iter().copied()).collect()
 }
 
-/// From where the part of a triangle in a piece is seen; `None` where the piece has no more of it than its rim.
-fn front(corners: &[DVec3; 3], piece: &Piece, margin: f64, tolerance: &Tolerance) -> Option<Front> {
-    let part = cut(corners, &piece.planes, margin);
-    if part.is_empty() {
+/// From where the part of a triangle in a piece is seen; `None` where the piece has nothing of it.
+fn front(corners: &[DVec3; 3], piece: &Piece, margin: f64) -> Option<Front> {
+    if cut(corners, &piece.planes, margin).is_empty() {
         return None;
     }
-    let lies_in = |plane: &Plane| corners.iter().all(|&p| plane.distance(p).abs() <= margin);
-    let (own, others): (Vec<Plane>, Vec<Plane>) = piece.planes.iter().partition(|plane| lies_in(plane));
-    if width(&part) <= RIM * margin && cut(corners, &others, -tolerance.clearance).is_empty() {
-        return None;
-    }
+    let own: Vec<Plane> = piece.planes.iter().filter(|plane| lies_in(corners, plane, margin)).copied().collect();
     Some(if own.is_empty() { Front::Unknown } else { Front::Inside(own) })
+}
+
+/// Whether a piece has no more of a triangle than its rim.
+fn is_rim(corners: &[DVec3; 3], piece: &Piece, margin: f64, tolerance: &Tolerance) -> bool {
+    let others: Vec<Plane> = piece.planes.iter().filter(|plane| !lies_in(corners, plane, margin)).copied().collect();
+    let part = cut(corners, &piece.planes, margin);
+    width(&part) <= RIM * margin && cut(corners, &others, -tolerance.clearance).is_empty()
+}
+
+/// Whether a triangle lies in a plane.
+fn lies_in(corners: &[DVec3; 3], plane: &Plane, margin: f64) -> bool {
+    corners.iter().all(|&p| plane.distance(p).abs() <= margin)
 }
 
 /// What of a triangle is inside some planes, each moved out by a distance, metres.
 fn cut(corners: &[DVec3; 3], planes: &[Plane], by: f64) -> Vec<DVec3> {
     let moved = planes.iter().map(|plane| Plane { d: plane.d + by, ..*plane });
     moved.fold(corners.to_vec(), |polygon, plane| clip(&polygon, &plane, 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::Cell;
+    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    /// A hall of 100 m, and on its floor, in the corner of two walls, a triangle that is nowhere farther from both than the clearance.
+    #[test]
+    fn a_triangle_that_is_no_more_than_a_rim_is_seen_all_the_same() {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let mut add = |node: &str, corners: [[f64; 3]; 3]| {
+            let positions = corners.map(DVec3::from).to_vec();
+            let (node, triangles) = (node.to_owned(), vec![[0, 1, 2]]);
+            builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).expect("a triangle");
+        };
+        add("wall", [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]]);
+        add("floor", [[0.0, 0.0, 0.0], [100.0, 0.0, 100.0], [100.0, 0.0, 0.0]]);
+        let narrow = 0.9 * Tolerance::for_extent(170.0).clearance;
+        add("in the corner", [[0.0, 0.0, 0.0], [0.0, 0.0, narrow], [0.05, 0.0, 0.0]]);
+        let scene = builder.finish("hall").expect("a scene");
+        let bounds = scene.bounds();
+        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)]);
+        let piece = Piece::new(planes.collect(), 1e-6).expect("a box");
+        let graph = CellGraph::given(vec![Cell { pieces: vec![piece], ..Cell::default() }], Vec::new());
+        let fronts = Fronts::new(&scene, &graph);
+        for (object, found) in scene.objects.iter().zip(&fronts.of_object) {
+            assert!(matches!(found.as_slice(), [(0, Front::Inside(_))]), "{}: {found:?}", object.node);
+        }
+    }
 }

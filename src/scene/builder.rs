@@ -135,6 +135,11 @@ impl SceneBuilder {
         self.options.trace
     }
 
+    /// What [`ImportOptions::smallest_hole`] says.
+    pub(super) fn smallest_hole(&self) -> Option<f64> {
+        self.options.smallest_hole
+    }
+
     /// Whether pipes are tubes, where there are many ([`ImportOptions::tubes`]).
     pub fn has_tubes(&self) -> bool {
         self.options.tubes

@@ -1,6 +1,5 @@
 //! Why a file can't be read: one line, with the place in the file and what to do.
 
-use glam::DVec3;
 use std::fmt;
 
 /// A place in a file.
@@ -63,16 +62,6 @@ pub enum ImportError {
         /// What to do.
         hint: &'static str,
     },
-    /// A map that is not closed.
-    #[error("the map leaks: the way out from {entity} at {} is{}", point(from), told(way))]
-    Leaks {
-        /// The class of the entity that the way begins at.
-        entity: String,
-        /// Where it is, in the map's own coordinates.
-        from: DVec3,
-        /// Points of the way, in the map's own coordinates, each in an opening; the last one is outside.
-        way: Vec<DVec3>,
-    },
     /// A position isn't a finite number.
     #[error("{node}: a vertex is not a finite number")]
     NotFinite {
@@ -101,16 +90,4 @@ impl ImportError {
     pub fn malformed(place: Place, what: impl Into<String>) -> Self {
         Self::Malformed { place, what: what.into() }
     }
-}
-
-/// Points of a way that a message tells.
-const TOLD: usize = 12;
-
-fn point(p: &DVec3) -> String {
-    format!("({} {} {})", p.x.round(), p.y.round(), p.z.round())
-}
-
-fn told(way: &[DVec3]) -> String {
-    let points: String = way.iter().take(TOLD).map(|p| format!(" {}", point(p))).collect();
-    if way.len() > TOLD { points + " ..." } else { points }
 }

@@ -30,7 +30,7 @@ mod tube_count;
 pub(crate) mod up;
 mod whole_file;
 
-pub use crate::types::hints::{Hints, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
+pub use crate::types::hints::{Hints, LeakHint, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
 pub use crate::types::import::ImportOptions;
 pub use crate::types::scene::{Look, Material, Object, Picture, Role, Scene, Source, Trace};
 pub use builder::{Facts, Mesh, SceneBuilder};

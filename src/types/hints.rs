@@ -3,6 +3,7 @@
 use super::level::LevelPortal;
 use crate::geom::Plane;
 use glam::DVec3;
+use std::fmt;
 
 /// Everything that the author said. Empty for formats that say nothing.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -16,7 +17,34 @@ pub struct Hints {
     pub openings: Vec<OpeningHint>,
     /// Cells that the format brings.
     pub leaves: Option<Leaves>,
+    /// The way out of a map that is not closed.
+    pub leak: Option<LeakHint>,
 }
+
+/// Where a map leaks, in the map's own coordinates.
+#[derive(Clone, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
+pub struct LeakHint {
+    /// The class of the entity that the way begins at.
+    pub entity: String,
+    /// Where it is.
+    pub from: DVec3,
+    /// Points of the way, each in an opening; the last one is outside.
+    pub way: Vec<DVec3>,
+}
+
+impl fmt::Display for LeakHint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let point = |p: &DVec3| format!("({} {} {})", p.x.round(), p.y.round(), p.z.round());
+        let Self { entity, from, way } = self;
+        write!(f, "the map leaks: the way out from {entity} at {} is", point(from))?;
+        way.iter().take(TOLD).try_for_each(|p| write!(f, " {}", point(p)))?;
+        f.write_str(if way.len() > TOLD { " ..." } else { "" })
+    }
+}
+
+/// Points of a way that are told.
+const TOLD: usize = 12;
 
 /// Convex cells that a format brings, with their portals: the leaves of a level's tree. Metres, relative to the scene's origin.
 #[derive(Clone, PartialEq, Debug)]

@@ -19,6 +19,9 @@ pub struct ImportOptions {
     pub tube_radius: Option<f64>,
     /// Whether pipes are tubes, where there are many. Else they are meshes.
     pub tubes: bool,
+    /// Nothing gets out of a map (`.map`) through a hole that is no wider than this, metres, above 0; `None`: than 0.2 of its units, as for
+    /// level compilers.
+    pub smallest_hole: Option<f64>,
     /// Most triangles a scene may have: a file's word is never taken for more than this.
     pub max_triangles: usize,
     /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
@@ -41,6 +44,7 @@ impl Default for ImportOptions {
             z_up: false,
             tube_radius: None,
             tubes: true,
+            smallest_hole: None,
             max_triangles: 50_000_000,
             files_under: None,
             roles: None,

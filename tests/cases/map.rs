@@ -1,1 +1,273 @@
 //! Cases of maps and levels.
+#![cfg(feature = "quake")]
+
+use super::case;
+use crate::cli::{folder, json, run};
+use enfilade::bake::{BakeOptions, bake};
+use enfilade::cells::{CellGraph, SplitError, SplitOptions, Strategy, split};
+use enfilade::file::PvsFile;
+use enfilade::geom::Plane;
+use enfilade::job::Job;
+use enfilade::level::prt::read_prt;
+use enfilade::pvs::PvsOptions;
+use enfilade::scene::quake::import_map_bytes;
+use enfilade::scene::{ImportError, ImportOptions, Leaves, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::types::level::LevelPortal;
+use enfilade::verify::{CheckOptions, check};
+use glam::DVec3;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use testing::map::{block, entity, shell, start, two_rooms};
+
+/// What a map of a case becomes.
+fn imported(path: &Path) -> Result<Scene, ImportError> {
+    import(path, &ImportOptions::default())
+}
+
+/// Its cells, before any are joined.
+fn cells(scene: &Scene) -> CellGraph {
+    split(scene, &SplitOptions::default()).unwrap()
+}
+
+/// Cells and portals of a map, and that its leaves are the cells.
+#[track_caller]
+fn closed(path: &Path) -> [usize; 2] {
+    let graph = cells(&imported(path).unwrap());
+    assert_eq!(graph.strategy, Strategy::Leaves, "{}", path.display());
+    assert!(graph.cells.iter().all(|cell| !cell.open), "{}", path.display());
+    [graph.cells.len(), graph.portals.len()]
+}
+
+/// A file of few rays.
+fn baked(scene: &Scene) -> PvsFile {
+    let pvs = PvsOptions { ray_budget: 20_000, ..PvsOptions::default() };
+    bake(scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file
+}
+
+/// Whether the check passes.
+#[track_caller]
+fn passes(file: &PvsFile, scene: &Scene) {
+    let report = check(file, scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
+    assert!(report.passed(), "{report:?}");
+}
+
+/// The files of a folder with an extension, by name.
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    found.retain(|path| path.extension().is_some_and(|e| e == extension));
+    found.sort();
+    assert!(!found.is_empty());
+    found
+}
+
+#[test]
+fn case_30_map_dialects() {
+    let Some(folder) = case("30_map_dialects") else { return };
+    let base = imported(&folder.join("base.map")).unwrap();
+    let area = |s: &Scene| (0..s.triangles.len()).map(|t| enfilade::geom::area(&s.corners(t))).sum::<f64>();
+    let graph = cells(&base);
+    for path in files(&folder, "map") {
+        let scene = imported(&path).unwrap();
+        let of = cells(&scene);
+        let counts = [(&of, &scene), (&graph, &base)].map(|(g, s)| (g.cells.len(), g.portals.len(), s.triangles.len()));
+        assert_eq!(counts[0], counts[1], "{}", path.display());
+        assert!((area(&scene) - area(&base)).abs() < 1e-9, "{}", path.display());
+    }
+}
+
+#[test]
+fn case_31_map_tb_omit() {
+    let Some(folder) = case("31_map_tb_omit") else { return };
+    assert_eq!(closed(&folder.join("omit.map")), [1, 0]);
+    assert_eq!(closed(&folder.join("omit_detail.map"))[0], 7);
+}
+
+#[test]
+fn case_32_map_origin() {
+    let Some(folder) = case("32_map_origin") else { return };
+    for map in ["origin", "func_wall", "start_in_wall", "start_on_floor"] {
+        assert_eq!(closed(&folder.join(map).with_extension("map"))[0], 7, "{map}");
+    }
+    // A light outside of all walls is a way out, to compilers, too.
+    let scene = imported(&folder.join("light_outside.map")).unwrap();
+    assert_eq!(scene.hints.leak.as_ref().map(|leak| leak.entity.as_str()), Some("light"));
+}
+
+#[test]
+fn case_33_map_door() {
+    let Some(folder) = case("33_map_door") else { return };
+    for map in files(&folder, "map") {
+        assert_eq!(closed(&map)[0], 7, "{}", map.display());
+    }
+}
+
+#[test]
+fn case_34_map_fence() {
+    let Some(folder) = case("34_map_fence") else { return };
+    for map in files(&folder, "map") {
+        assert_eq!(closed(&map)[0], 7, "{}", map.display());
+        let scene = imported(&map).unwrap();
+        assert!(
+            scene.objects.iter().any(|object| object.glass || !object.opaque),
+            "{}: nothing is seen through",
+            map.display()
+        );
+    }
+}
+
+#[test]
+fn case_35_map_broken() {
+    let Some(folder) = case("35_map_broken") else { return };
+    for (map, left_out) in
+        [("inside_out", true), ("zero_volume", true), ("tiny", true), ("dup_plane", false), ("hairgap", false)]
+    {
+        let path = folder.join(map).with_extension("map");
+        closed(&path);
+        let notes = imported(&path).unwrap().source.notes;
+        assert_eq!(notes.iter().any(|note| note.contains("without a volume left out")), left_out, "{map}: {notes:?}");
+    }
+    // Gaps that level compilers close; narrower holes leak where somebody says so.
+    for (map, narrower) in [("gap001", 1e-4), ("gap02", 1e-3)] {
+        let path = folder.join(map).with_extension("map");
+        closed(&path);
+        let scene = imported(&path).unwrap();
+        let told = scene.source.notes.iter().any(|note| note.contains("lead outside and are closed (--smallest-hole)"));
+        assert!(told, "{map}: {:?}", scene.source.notes);
+        passes(&baked(&scene), &scene);
+        let strict = ImportOptions { smallest_hole: Some(narrower), ..ImportOptions::default() };
+        assert!(import(&path, &strict).unwrap().hints.leak.is_some(), "{map}");
+    }
+}
+
+/// What is wider than a compiler's portal leaks unless somebody says that it is none, and a file says how its map was read.
+#[test]
+fn a_gap_of_a_unit_is_closed_if_asked_for() {
+    // A wall at x 0 that stops a unit short of the ceiling.
+    let mut walls = shell([0, 0, 0], [128, 128, 128], "brick").split_off(1);
+    walls.push(block([-8, -8, -8], [0, 136, 127], "brick"));
+    walls.push(block([-8, -8, 128], [0, 136, 136], "brick"));
+    let text = entity("worldspawn", "", &walls) + &start("64 64 24");
+    let leaks = |smallest_hole: Option<f64>| {
+        let options = ImportOptions { smallest_hole, ..ImportOptions::default() };
+        import_map_bytes(text.as_bytes(), "map", &options).unwrap().hints.leak.is_some()
+    };
+    assert_eq!([leaks(None), leaks(Some(0.9 / 32.0)), leaks(Some(1.0 / 32.0))], [true, true, false]);
+    let folder = folder("gap");
+    let [map, file] = ["gap.map", "gap.pvs"].map(|name| folder.join(name));
+    std::fs::write(&map, &text).unwrap();
+    let baked = ["bake", "--smallest-hole", "0.04", "--rays", "20k", "-o"].map(Path::new);
+    let out = run(&baked.into_iter().chain([file.as_path(), map.as_path()]).collect::<Vec<_>>());
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let checked = ["check", "--rays", "20k", "--model"].map(Path::new);
+    let out = run(&checked.into_iter().chain([map.as_path(), file.as_path()]).collect::<Vec<_>>());
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+}
+
+#[test]
+fn case_36_map_far() {
+    let Some(folder) = case("36_map_far") else { return };
+    for map in files(&folder, "map") {
+        assert_eq!(closed(&map)[0], 7, "{}", map.display());
+    }
+}
+
+#[test]
+fn case_37_map_q3() {
+    let Some(folder) = case("37_map_q3") else { return };
+    let error = imported(&folder.join("brushdef.map")).unwrap_err().to_string();
+    assert!(error.contains("brushDef is of Quake 3 and not read"), "{error}");
+}
+
+#[test]
+fn case_38_map_sky() {
+    let Some(folder) = case("38_map_sky") else { return };
+    for map in files(&folder, "map") {
+        let scene = imported(&map).unwrap();
+        let file = baked(&scene);
+        let [cells, portals] = [file.cells.len(), file.portals.len()];
+        assert_eq!([cells, portals], [2, 0], "{}", map.display());
+    }
+}
+
+#[test]
+fn case_40_prt() {
+    let Some(folder) = case("40_prt") else { return };
+    let refused = [
+        ("count_less", "line 7, end of file"),
+        ("count_more", "line 8, portal: missing"),
+        ("degenerate", "line 7, winding: all points lie on a line"),
+        ("hl", "line 4, faces: a Quake 3 portal file is not read"),
+        ("leaf_out", "line 7, second cluster: 9 is not in 0..=4"),
+        ("nan", "line 7, point 1 x: 'nan' is not within"),
+        ("self", "line 7, second cluster: cluster 1 on both sides"),
+        ("two_points", "line 7, points: 2 is not in"),
+    ];
+    let mut read = 0;
+    for path in files(&folder, "prt") {
+        let found = read_prt(&std::fs::read(&path).unwrap());
+        match refused.iter().find(|(name, _)| path.file_stem().is_some_and(|stem| stem == *name)) {
+            Some((_, says)) => assert!(found.unwrap_err().to_string().starts_with(says), "{}", path.display()),
+            None => {
+                found.unwrap();
+                read += 1;
+            }
+        }
+    }
+    assert_eq!(read, 9);
+}
+
+#[test]
+fn case_62_rim() {
+    let Some(folder) = case("62_rim") else { return };
+    for path in files(&folder, "map").into_iter().take(2) {
+        let scene = imported(&path).unwrap();
+        passes(&baked(&scene), &scene);
+    }
+}
+
+/// Leaves without end are parted by their planes also where nothing is drawn any more: a plane of this level bounds one of them from two
+/// metres above the floor on.
+#[test]
+fn case_63_tiny_bsp() {
+    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+    let positions = [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(|(x, z)| DVec3::new(x, 0.0, z)).to_vec();
+    let (node, triangles) = ("floor".into(), vec![[0, 2, 1], [0, 3, 2]]);
+    builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+    let plane = |n: DVec3, d: f64| Plane { n, d };
+    let floor = plane(-DVec3::Y, 0.0);
+    let leaves = vec![vec![floor, plane(DVec3::Y, 2.5)], vec![plane(-DVec3::Y, -2.5)], vec![plane(DVec3::Y, 0.0)]];
+    let portal =
+        LevelPortal { cells: [0, 1], winding: vec![DVec3::Y * 2.5, DVec3::new(0., 2.5, 1.), DVec3::new(1., 2.5, 1.)] };
+    builder.hints.leaves = Some(Leaves { leaves, portals: vec![portal], walls: Vec::new(), shutters: Vec::new() });
+    let scene = builder.finish("floor").unwrap();
+    let graph = cells(&scene);
+    assert_eq!((graph.cells.len(), graph.cells[0].pieces.len(), graph.cells[0].open), (1, 3, true));
+    passes(&baked(&scene), &scene);
+}
+
+#[test]
+fn case_64_unsealed_map() {
+    let folder = folder("unsealed");
+    let [map, points, file] = ["open.map", "open.pts", "open.pvs"].map(|name| folder.join(name));
+    // Two rooms without a roof, as maps of engines that close nothing.
+    let mut walls = two_rooms();
+    walls.remove(5);
+    std::fs::write(&map, entity("worldspawn", "", &walls) + &start("64 64 24")).unwrap();
+    for (cells, open) in [("auto", 1), ("plan", 1), ("bsp", 1), ("volume", 1)] {
+        let words = ["bake", "--cells", cells, "--rays", "20k", "--json", "--leak"].map(Path::new);
+        let words = words.into_iter().chain([points.as_path(), Path::new("-o"), file.as_path(), map.as_path()]);
+        let report = json(&run(&words.collect::<Vec<_>>()));
+        assert!(report["open_cells"].as_u64() >= Some(open), "{cells}: {report}");
+        let is_told =
+            |note: &Value| note.as_str().is_some_and(|n| n.starts_with("the map leaks: the way out from info_player_start"));
+        assert!(report["notes"].as_array().unwrap().iter().any(is_told), "{cells}: {report}");
+        assert!(std::fs::read_to_string(&points).unwrap().starts_with("64 64 24\n"));
+        let check = ["check", "--rays", "20k", "--model"].map(Path::new);
+        let checked = run(&check.into_iter().chain([map.as_path(), file.as_path()]).collect::<Vec<_>>());
+        assert!(checked.status.success(), "{cells}: {}", String::from_utf8_lossy(&checked.stderr));
+        std::fs::remove_file(&file).unwrap();
+    }
+    let scene = imported(&map).unwrap();
+    let leaves = SplitOptions { strategy: Some(Strategy::Leaves), ..SplitOptions::default() };
+    assert_eq!(split(&scene, &leaves).unwrap_err(), SplitError::NoLeaves);
+}

@@ -307,7 +307,8 @@ fn dump_writes_the_model_that_was_baked_and_no_other() {
     let scene = import(Path::new(&model), &options).unwrap();
     let mut file = sample();
     file.model_hash = scene.hash();
-    file.import = Import { object_triangles: 1, metres_per_unit: feet, z_up, tube_radius: None, tubes: true };
+    let (metres_per_unit, tubes) = (feet, true);
+    file.import = Import { object_triangles: 1, metres_per_unit, z_up, tube_radius: None, tubes, smallest_hole: None };
     file.save(Path::new(&pvs)).unwrap();
 
     let output = run_words(&["dump", &pvs, "--obj", &out, "--model", &model]);

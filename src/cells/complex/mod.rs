@@ -10,7 +10,7 @@
 //! cells and portals between them.
 //!
 //! The steps, one file each: [`facets`] (which planes are worth a cut), [`bands`] (storeys of tall buildings), [`arrange`] (the plan),
-//! [`columns`] (the pieces), [`limits`] (how many), [`faces`] with [`coverage`] and [`polygon`] (what is open), then the labelling ([`plan`](super::plan) or
+//! [`columns`] (the pieces), [`limits`] (how many), [`faces`] with [`coverage`] and [`polygon`] (what is open; [`tiling`] where many triangles lie on a face), then the labelling ([`plan`](super::plan) or
 //! [`authored`](super::authored)), then [`assemble`]. No file uses one that uses it.
 //!
 //! Based on: Lerner, Chrysanthou, Cohen-Or, *Breaking the walls* (2003, 2006) for cells from a plan; Teller, *Visibility
@@ -26,6 +26,7 @@ pub(super) mod faces;
 pub(super) mod facets;
 pub(super) mod limits;
 pub(super) mod polygon;
+pub(super) mod tiling;
 
 use glam::{DVec2, DVec3};
 

@@ -36,6 +36,7 @@ impl PvsFile {
                 z_up: import.z_up,
                 tube_radius: import.tube_radius,
                 tubes: import.tubes,
+                smallest_hole: import.smallest_hole,
             },
             strategy: graph.strategy,
             reason: graph.reason.clone(),

@@ -12,7 +12,7 @@ mod rows;
 pub use replace::{replace_file, replace_file_by};
 pub use rows::encode_rows;
 
-use super::codes::{NO_TUBES, TUBE_RADIUS, UNIT, Z_UP, portal_kind_code, state_code, strategy_code};
+use super::codes::{HOLE, NO_TUBES, TUBE_RADIUS, UNIT, Z_UP, portal_kind_code, state_code, strategy_code};
 use super::format::SectionId;
 use super::rows::Guide;
 use super::{Gap, Import, PvsFile};
@@ -84,11 +84,12 @@ impl PvsFile {
         out.f64s([self.smallest_hole]);
         out.u8(strategy_code(self.strategy));
         out.u32(self.import.object_triangles);
-        let Import { metres_per_unit, z_up, tube_radius, tubes, .. } = self.import;
-        let given = [(UNIT, metres_per_unit.is_some()), (TUBE_RADIUS, tube_radius.is_some())];
-        let flags = [given[0], given[1], (NO_TUBES, !tubes), (Z_UP, z_up)];
-        out.u8(flags.iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| flag).sum());
-        [metres_per_unit, tube_radius].into_iter().flatten().for_each(|metres| out.f64s([metres]));
+        let Import { metres_per_unit, z_up, tube_radius, tubes, smallest_hole, .. } = self.import;
+        let given = [(UNIT, metres_per_unit), (TUBE_RADIUS, tube_radius), (HOLE, smallest_hole)];
+        let flags =
+            given.map(|(flag, metres)| (flag, metres.is_some())).into_iter().chain([(NO_TUBES, !tubes), (Z_UP, z_up)]);
+        out.u8(flags.filter(|(_, is_set)| *is_set).map(|(flag, _)| flag).sum());
+        given.into_iter().filter_map(|(_, metres)| metres).for_each(|metres| out.f64s([metres]));
         out.count(self.cells.len());
         out.count(self.portals.len());
         out.count(self.objects.len());

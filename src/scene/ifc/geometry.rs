@@ -229,7 +229,10 @@ impl Task {
         for p in mesh.positions.as_chunks::<3>().0 {
             let p = y_up(origin + DVec3::from(p.map(f64::from)));
             if !(p.is_finite() && p.abs().max_element() < FARTHEST) {
-                return Err("a corner lies beyond the Earth".into());
+                return Err(
+                    "a corner lies beyond the Earth: --unit gives metres per unit, if the file says it wrongly or not"
+                        .into(),
+                );
             }
             shape.positions.push(p);
         }

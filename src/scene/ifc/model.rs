@@ -75,6 +75,7 @@ impl Model {
     pub(super) fn read(mut bytes: Vec<u8>, metres: Option<f64>) -> Result<Self, ImportError> {
         let notes = settle_envelope(&mut bytes)?.into_iter().collect();
         spell(&mut bytes);
+        let bytes = with_shapes(bytes);
         // What ifc-lite would write to stderr is told as notes below.
         set_report_sink(|_| ());
         let index = Arc::new(build_entity_index(&bytes));
@@ -161,10 +162,12 @@ impl Model {
             return Err(ImportError::malformed(self.data_place(), "no records in the DATA section"));
         }
         if self.records("IFCPROJECT").is_empty() {
-            return Err(ImportError::malformed(
-                self.data_place(),
-                "no IFCPROJECT in the DATA section: not a building model",
-            ));
+            if self.products.is_empty() {
+                let what = "no IFCPROJECT and no product in the DATA section: not a building model";
+                return Err(ImportError::malformed(self.data_place(), what));
+            }
+            self.notes
+                .push("no IFCPROJECT, which says the units: it is a part of a model; --unit gives metres per unit".into());
         }
         Ok(())
     }
@@ -175,11 +178,10 @@ impl Model {
 
     /// Units of length and angle. ifc-lite takes angles without a unit for radians; exporters that forget it mean degrees.
     fn settle_units(&mut self, metres: Option<f64>) -> Result<(), ImportError> {
-        let project = self.records("IFCPROJECT")[0];
+        let project = self.records("IFCPROJECT").first().copied();
         let mut decoder = EntityDecoder::with_arc_index(&self.bytes, self.index.clone());
-        let units = decoder
-            .decode_by_id(project)
-            .ok()
+        let units = project
+            .and_then(|project| decoder.decode_by_id(project).ok())
             .and_then(|p| p.get_ref(8))
             .and_then(|id| decoder.decode_by_id(id).ok())
             .and_then(|a| a.get_refs(0))
@@ -188,10 +190,10 @@ impl Model {
             units.iter().any(|&u| decoder.decode_by_id(u).is_ok_and(|u| enumeration(&u, 1) == Some(unit_type)))
         };
         let length = declared(&mut decoder, "LENGTHUNIT")
-            .then(|| ifc_lite_core::extract_length_unit_scale(&mut decoder, project).ok())
+            .then(|| ifc_lite_core::extract_length_unit_scale(&mut decoder, project?).ok())
             .flatten();
         let angle = declared(&mut decoder, "PLANEANGLEUNIT")
-            .then(|| ifc_lite_core::try_extract_plane_angle_to_radians(&mut decoder, project))
+            .then(|| ifc_lite_core::try_extract_plane_angle_to_radians(&mut decoder, project?))
             .flatten();
         drop(decoder);
         let usable = |scale: &f64| scale.is_finite() && *scale > 0.0;
@@ -213,15 +215,43 @@ impl Model {
     }
 }
 
-/// Old exporters call a shape's type by the class of its items, which ifc-lite passes over. The standard's name takes its place.
+/// What ifc-lite doesn't know by the name that it has, and a name of no more letters that says the same: the type of a shape that old
+/// exporters call by the class of its items, which it passes over; a pipe along a polyline, whose attributes are those of pipes, and last the
+/// radius of its bends.
+const SPELLINGS: [(&[u8], &[u8]); 2] =
+    [(b"'FacetedBrep'", b"'Brep'       "), (b"IFCSWEPTDISKSOLIDPOLYGONAL(", b"IFCSWEPTDISKSOLID(         ")];
+
+/// Writes what ifc-lite knows in the place of what it doesn't.
 fn spell(bytes: &mut [u8]) {
-    const OLD: &[u8] = b"'FacetedBrep'";
-    const NEW: &[u8] = b"'Brep'       ";
-    let mut from = 0;
-    while let Some(at) = find(&bytes[from..], OLD) {
-        bytes[from + at..][..OLD.len()].copy_from_slice(NEW);
-        from += at + OLD.len();
+    for (old, new) in SPELLINGS {
+        let mut from = 0;
+        while let Some(at) = find(&bytes[from..], old) {
+            bytes[from + at..][..old.len()].copy_from_slice(new);
+            from += at + old.len();
+        }
     }
+}
+
+/// IFC 2x3 lets a product have an IfcProductRepresentation as such, which ifc-lite refuses. An IfcProductDefinitionShape, which has the same
+/// attributes, takes the place of each.
+fn with_shapes(bytes: Vec<u8>) -> Vec<u8> {
+    const OLD: &[u8] = b"IFCPRODUCTREPRESENTATION";
+    const NEW: &[u8] = b"IFCPRODUCTDEFINITIONSHAPE";
+    let (mut found, mut copied) = (Vec::new(), 0);
+    for (at, _) in bytes.iter().enumerate().filter(|(_, b)| **b == b'=') {
+        let keyword = at + 1 + bytes[at + 1..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let Some(end) = keyword.checked_add(OLD.len()).filter(|&end| end < bytes.len()) else { break };
+        if bytes[keyword..end].eq_ignore_ascii_case(OLD) && matches!(bytes[end], b'(' | b' ' | b'\t' | b'\r' | b'\n') {
+            found.extend_from_slice(&bytes[copied..keyword]);
+            found.extend_from_slice(NEW);
+            copied = end;
+        }
+    }
+    if copied == 0 {
+        return bytes;
+    }
+    found.extend_from_slice(&bytes[copied..]);
+    found
 }
 
 /// How a STEP file begins.
@@ -316,6 +346,23 @@ mod tests {
         assert!(message(b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=IFC").starts_with("line 5: the file ends before"));
         let far = [" /* */".repeat(MOST_BEFORE).as_bytes(), b"ISO-10303-21;\nEND-ISO-10303-21;"].concat();
         assert!(message(&far).starts_with("not an IFC file"));
+    }
+
+    #[test]
+    fn a_product_representation_is_a_shape() {
+        let with = |text: &str| String::from_utf8(with_shapes(text.as_bytes().to_vec())).unwrap();
+        assert_eq!(
+            with("#1=IFCPRODUCTREPRESENTATION($,$,(#2));\n#3 = IfcProductRepresentation\n($,$,());\n"),
+            "#1=IFCPRODUCTDEFINITIONSHAPE($,$,(#2));\n#3 = IFCPRODUCTDEFINITIONSHAPE\n($,$,());\n"
+        );
+        for same in [
+            "#1=IFCPRODUCTREPRESENTATIONS($);",
+            "#1=IFCWALL('IFCPRODUCTREPRESENTATION(');",
+            "=",
+            "#1=IFCPRODUCTREPRESENTATION",
+        ] {
+            assert_eq!(with(same), same);
+        }
     }
 
     #[test]

@@ -103,7 +103,7 @@ fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, O
     let rooms = spaces::rooms(model, &mut decoder, relations, geometry, &storeys, &mut notes);
     let mut openings = openings::openings(model, &mut decoder, relations, geometry, &rooms, (&mut notes, &mut cuts));
     openings.extend(boundaries::boundaries(model, &mut decoder, &router, relations, &rooms, &mut notes));
-    let hints = Hints { storeys: storeys.hints, rooms: rooms.hints, openings, leaves: None };
+    let hints = Hints { storeys: storeys.hints, rooms: rooms.hints, openings, ..Hints::default() };
     (hints, cuts::cut(geometry, &cuts), notes)
 }
 

@@ -1,4 +1,5 @@
-//! Maps as editors write them (`.map`; Quake and Quake 2, plain or Valve 220): brushes as a scene, and leaves of a tree over them as cells.
+//! Maps as editors write them (`.map`; Quake, Hexen II and Quake 2, plain or Valve 220): brushes as a scene, and leaves of a tree over them as
+//! cells. A map that isn't closed has no leaves: it is a scene like others.
 //!
 //! What a brush is follows from its entity and its textures, as level compilers have it: liquids (`*...`) and fences (`{...`) are
 //! see-through and cut nothing; `clip`, `trigger`, `hint` and `origin` are not there; `func_detail...` is drawn and cuts nothing,
@@ -10,19 +11,21 @@ mod alignment;
 mod brush;
 mod build;
 mod flood;
+mod text;
 mod union;
 
 use super::portals::{derive, sink};
 use super::texels::{Texture, Textures};
 use super::textures::{is_see_through, is_undrawn, material};
+use super::tree::Tree;
 use super::world::{UNIT, half_spaces, leaves_of, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
 use crate::geom::{Aabb, middle};
-use crate::scene::{Leaves, Mesh, Place, Role, SceneBuilder, Source};
+use crate::scene::{LeakHint, Leaves, Mesh, Place, Role, SceneBuilder, Source};
 use crate::types::level::LevelPortal;
 use alignment::texture_coordinates;
 use brush::{Brush, ON, Side, planes};
-use flood::{Leak, Origin, keep_inside};
+use flood::{Inside, Leak, Origin, SMALLEST_HOLE, keep_inside};
 use glam::DVec3;
 use quake_map::{Entity, QuakeMap, TextParseError};
 use std::collections::BTreeMap;
@@ -80,14 +83,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
     let between: Vec<Part> =
         sides.map(|side| Part { plane: side.plane, side: [0; 2], winding: side.face.clone() }).collect();
     let mut tree = build::tree(&parts, &between, &structure, bounds).map_err(|what| fault(format!("the map {what}")))?;
-    keep_inside(&mut tree, &origins).map_err(|Leak { from, way }| ImportError::Leaks {
-        entity: from.class.clone(),
-        from: from.at,
-        way,
-    })?;
-    if origins.is_empty() {
-        builder.source.notes.push("no point entities: all space that is closed counts as inside".into());
-    }
+    let is_closed = close(&mut tree, &origins, &mut builder);
 
     // 2. What shows of the world, by leaf and texture.
     let named = map.entities.first().and_then(|world| value(world, "wad")).unwrap_or_default();
@@ -123,16 +119,53 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
         }
     }
 
-    // 4. Leaves and portals.
-    let between = derive(&tree, true);
-    if between.slivers > 0 {
-        builder.source.notes.push(format!("{} portals too narrow for a compiled level left out", between.slivers));
+    // 4. Leaves and portals. Of a map that is open, all is outside.
+    if is_closed {
+        let between = derive(&tree, true);
+        if between.slivers > 0 {
+            builder.source.notes.push(format!("{} portals too narrow for a compiled level left out", between.slivers));
+        }
+        let shutters = shutters(&between.portals, &area_portals);
+        let leaves = leaves_of(between, half_spaces(&tree).map_err(malformed)?, unit);
+        builder.hints.leaves = Some(Leaves { shutters, ..leaves });
     }
-    let shutters = shutters(&between.portals, &area_portals);
-    let leaves = leaves_of(between, half_spaces(&tree).map_err(malformed)?, unit);
-    builder.hints.leaves = Some(Leaves { shutters, ..leaves });
     builder.finish(name)
 }
+
+/// Leaves open what is inside, and tells of it. `false` where the map is open to the outside: then all stays open.
+fn close(tree: &mut Tree, origins: &[Origin], builder: &mut SceneBuilder) -> bool {
+    let unit = builder.source.metres_per_unit;
+    let hole = builder.smallest_hole().map_or(SMALLEST_HOLE, |metres| metres / unit);
+    let notes = &mut builder.source.notes;
+    match keep_inside(tree, origins, hole) {
+        Inside::Closed { holes } => {
+            if origins.is_empty() {
+                notes.push("no point entities: all space that is closed counts as inside".into());
+            }
+            if holes > 0 {
+                let metres = hole * unit;
+                notes.push(format!(
+                    "{holes} portals that are no wider than {hole} units ({metres} m) lead outside and are closed (--smallest-hole): nobody \
+                     sees the outside through them"
+                ));
+            }
+            true
+        }
+        Inside::None => {
+            notes.push(format!("no point entities and no closed space: {OPEN}"));
+            false
+        }
+        Inside::Leaks(Leak { from, way }) => {
+            let leak = LeakHint { entity: from.class.clone(), from: from.at, way };
+            notes.push(format!("{leak} (--leak FILE writes it): {OPEN}"));
+            builder.hints.leak = Some(leak);
+            false
+        }
+    }
+}
+
+/// What becomes of a map that isn't closed.
+const OPEN: &str = "the map is baked with all its faces, as a model that one may look at from outside";
 
 /// The portals on the faces of area portals. The tree has a plane for each face, so a portal is on it wholly or not at all.
 fn shutters(portals: &[LevelPortal], area_portals: &[(String, Brush)]) -> Vec<(u32, String)> {
@@ -166,7 +199,7 @@ struct Sorted {
 }
 
 fn parsed(bytes: &[u8]) -> Result<QuakeMap, ImportError> {
-    let mut text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     for word in [&b"patchDef"[..], b"brushDef"] {
         if let Some(at) = text.windows(word.len()).position(|w| w == word) {
             let line = 1 + text[..at].iter().filter(|&&b| b == b'\n').count();
@@ -174,7 +207,9 @@ fn parsed(bytes: &[u8]) -> Result<QuakeMap, ImportError> {
             return Err(ImportError::malformed(Place::File, what));
         }
     }
-    let map = quake_map::parse(&mut text).map_err(|e| match e {
+    let mut text = text.to_vec();
+    text::settle(&mut text);
+    let map = quake_map::parse(&mut &text[..]).map_err(|e| match e {
         TextParseError::Io(e) => ImportError::Io(e),
         e => ImportError::malformed(Place::File, e.to_string()),
     })?;

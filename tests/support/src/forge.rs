@@ -348,5 +348,12 @@ pub fn sample() -> PvsFile {
 /// How a model was imported: with options or without.
 fn import(object_triangles: u32, has_options: bool) -> Import {
     let [metres_per_unit, tube_radius] = [0.3048, 0.05].map(|metres| has_options.then_some(metres));
-    Import { object_triangles, metres_per_unit, z_up: has_options, tube_radius, tubes: !has_options }
+    Import {
+        object_triangles,
+        metres_per_unit,
+        z_up: has_options,
+        tube_radius,
+        tubes: !has_options,
+        smallest_hole: tube_radius,
+    }
 }

@@ -1,15 +1,33 @@
 //! The inside of a map: what a flood from its point entities reaches.
 
-use super::super::portals::{Between, derive};
+use super::super::portals::{Between, derive, width};
 use super::super::tree::Tree;
-use crate::geom::middle;
+use super::brush::ON;
+use crate::geom::{middle, newell};
 use glam::DVec3;
 use std::collections::VecDeque;
+
+/// Nothing gets out of a map through a hole that is no wider, in the map's units: to level compilers a portal is none unless three of its
+/// edges are longer. Larger: holes that one sees through count as closed. Smaller: maps that compile leak.
+pub(super) const SMALLEST_HOLE: f64 = 0.2;
 
 /// A point entity.
 pub(super) struct Origin {
     pub class: String,
     pub at: DVec3,
+}
+
+/// What a map is.
+pub(super) enum Inside<'o> {
+    /// Closed: leaves that aren't inside are no longer open.
+    Closed {
+        /// Portals that lead outside and are too narrow to count.
+        holes: usize,
+    },
+    /// Open to the outside.
+    Leaks(Leak<'o>),
+    /// Without entities and closed spaces.
+    None,
 }
 
 /// Where a map leaks: from an entity, through these points, to the outside.
@@ -18,13 +36,10 @@ pub(super) struct Leak<'o> {
     pub way: Vec<DVec3>,
 }
 
-/// Leaves open only those that the inside has. Entities in solid matter do not count; of a map without others, all stays that is not
-/// joined to the outside.
-///
-/// # Errors
-///
-/// The shortest way out by the number of leaves, of the first entity that has one.
-pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin]) -> Result<(), Leak<'o>> {
+/// Leaves open only those leaves that the inside has; of a map that has none, all. Entities in solid matter do not count; of a map without
+/// others, all stays that is not joined to the outside. A leak is the shortest way out by the number of leaves, of the first entity that has
+/// one, through portals wider than `hole`.
+pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin], hole: f64) -> Inside<'o> {
     let Between { portals, .. } = derive(tree, false);
     let mut next: Vec<Vec<(usize, usize)>> = vec![Vec::new(); tree.leaves.len()];
     for (i, portal) in portals.iter().enumerate() {
@@ -32,13 +47,16 @@ pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin]) -> Result<
         next[a].push((b, i));
         next[b].push((a, i));
     }
-    // 1. The outside, from a point beyond the map.
-    let beyond = tree.bounds.max + 1.0;
-    let outside = flood(&next, tree.leaf_at(beyond));
-    // 2. The inside.
-    let mut inside = vec![false; tree.leaves.len()];
     let placed = origins.iter().map(|origin| (origin, tree.leaf_at(origin.at))).filter(|&(_, leaf)| tree.leaves[leaf].open);
     let placed: Vec<(&Origin, usize)> = placed.collect();
+    // 1. The outside, from a point beyond the map. Without an entity nobody says which side of a crack is the inside.
+    let hole = if placed.is_empty() { 0.0 } else { hole + ON };
+    let is_wide = |w: &[DVec3]| width(w, newell(w).normalize()) > hole;
+    let wide: Vec<bool> = portals.iter().map(|portal| is_wide(&portal.winding)).collect();
+    let beyond = tree.bounds.max + 1.0;
+    let outside = flood(&next, tree.leaf_at(beyond), |_, portal| wide[portal]);
+    // 2. The inside. Narrow portals within it stay.
+    let mut inside = vec![false; tree.leaves.len()];
     for &(from, leaf) in &placed {
         if outside[leaf].is_some() {
             let mut way = Vec::new();
@@ -48,26 +66,38 @@ pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin]) -> Result<
                 at = before;
             }
             way.push(beyond);
-            return Err(Leak { from, way });
+            return Inside::Leaks(Leak { from, way });
         }
         if !inside[leaf] {
-            flood(&next, leaf).iter().zip(&mut inside).for_each(|(reached, inside)| *inside |= reached.is_some());
+            let reached = flood(&next, leaf, |leaf, _| outside[leaf].is_none());
+            reached.iter().zip(&mut inside).for_each(|(reached, inside)| *inside |= reached.is_some());
         }
     }
-    for (i, leaf) in tree.leaves.iter_mut().enumerate() {
-        leaf.open &= if placed.is_empty() { outside[i].is_none() } else { inside[i] };
+    let kept = |i: usize| if placed.is_empty() { outside[i].is_none() } else { inside[i] };
+    if placed.is_empty() && !(0..tree.leaves.len()).any(|i| tree.leaves[i].open && kept(i)) {
+        return Inside::None;
     }
-    Ok(())
+    for (i, leaf) in tree.leaves.iter_mut().enumerate() {
+        leaf.open &= kept(i);
+    }
+    let leads_out = |[a, b]: [bool; 2]| a != b;
+    let holes = portals.iter().filter(|portal| leads_out(portal.cells.map(|cell| kept(cell as usize + 1)))).count();
+    Inside::Closed { holes }
 }
 
-/// For each leaf that is reached, the one before it with the portal between the two; `Some(None)` for the first.
-fn flood(next: &[Vec<(usize, usize)>], first: usize) -> Vec<Option<Option<(usize, usize)>>> {
+/// For each leaf that is reached, the one before it with the portal between the two; `Some(None)` for the first. `enters` tells whether it
+/// goes into a leaf through a portal.
+fn flood(
+    next: &[Vec<(usize, usize)>],
+    first: usize,
+    enters: impl Fn(usize, usize) -> bool,
+) -> Vec<Option<Option<(usize, usize)>>> {
     let mut before = vec![None; next.len()];
     before[first] = Some(None);
     let mut queue = VecDeque::from([first]);
     while let Some(leaf) = queue.pop_front() {
         for &(other, portal) in &next[leaf] {
-            if before[other].is_none() {
+            if before[other].is_none() && enters(other, portal) {
                 before[other] = Some(Some((leaf, portal)));
                 queue.push_back(other);
             }

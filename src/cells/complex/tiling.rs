@@ -1,0 +1,142 @@
+//! Convex polygons that tile larger ones, joined: a wall that was cut into a thousand triangles covers as few polygons what it covered as
+//! many.
+//!
+//! Greedy: a polygon joins one of those shortly before it where the convex hull of both is hardly larger than both together. That is done in
+//! several orders, until two of them find nothing.
+//!
+//! Soundness: all that a hull has and its polygons have not is smaller than a given area, so no point of it is farther from them than about its
+//! root.
+
+use super::polygon::{area, convex_hull};
+use glam::DVec2;
+
+/// A polygon is held against so many that came before it. More: slower. Fewer: tiles that are written far apart stay apart.
+const LOOKED_AT: usize = 8;
+/// Most times that all are gone through.
+const PASSES: usize = 8;
+
+/// A convex polygon, counter-clockwise.
+struct Part {
+    hull: Vec<DVec2>,
+    area: f64,
+    ends: [DVec2; 2],
+    /// Area of the hull that no polygon has.
+    missing: f64,
+}
+
+impl Part {
+    fn new(hull: Vec<DVec2>, missing: f64) -> Self {
+        let ends = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        let ends = hull.iter().fold(ends, |[low, high], &p| [low.min(p), high.max(p)]);
+        Self { area: area(&hull), hull, ends, missing }
+    }
+
+    /// The hull of two, where it has no more than `most` that they have not.
+    fn with(&self, other: &Self, most: f64) -> Option<Self> {
+        let near = most.sqrt();
+        let ([low, high], [least, greatest]) = (self.ends, other.ends);
+        if !(low.cmple(greatest + near).all() && least.cmple(high + near).all()) {
+            return None;
+        }
+        let hull = convex_hull([self.hull.as_slice(), &other.hull].concat());
+        let apart = area(&hull) - self.area - other.area;
+        // What both have counts once.
+        let missing = if apart > most { apart } else { apart + area(&shared(&self.hull, &other.hull)) };
+        let missing = self.missing + other.missing + missing.max(0.0);
+        (missing <= most).then(|| Self::new(hull, missing))
+    }
+}
+
+/// Convex polygons of either winding, as fewer. No more than the area `most` is in each of these and in none of its polygons.
+pub fn joined(polygons: impl Iterator<Item = Vec<DVec2>>, most: f64) -> Vec<Vec<DVec2>> {
+    let mut parts: Vec<Part> = polygons.map(|corners| Part::new(convex_hull(corners), 0.0)).collect();
+    let mut in_vain = 0;
+    for pass in 0..PASSES {
+        match pass % 3 {
+            1 => parts.sort_by(|a, b| a.ends[0].x.total_cmp(&b.ends[0].x).then(a.ends[0].y.total_cmp(&b.ends[0].y))),
+            2 => parts.sort_by(|a, b| a.ends[0].y.total_cmp(&b.ends[0].y).then(a.ends[0].x.total_cmp(&b.ends[0].x))),
+            _ => {}
+        }
+        let before = parts.len();
+        parts = once(parts, most);
+        in_vain = if parts.len() == before { in_vain + 1 } else { 0 };
+        if in_vain == 2 {
+            break;
+        }
+    }
+    parts.into_iter().map(|part| part.hull).filter(|hull| hull.len() > 2).collect()
+}
+
+/// Goes through all in their order.
+fn once(parts: Vec<Part>, most: f64) -> Vec<Part> {
+    let mut out: Vec<Part> = Vec::with_capacity(parts.len());
+    for part in parts {
+        let looked_at = out.len().saturating_sub(LOOKED_AT)..out.len();
+        match looked_at.rev().find_map(|i| Some((i, out[i].with(&part, most)?))) {
+            Some((i, both)) => out[i] = both,
+            None => out.push(part),
+        }
+    }
+    out
+}
+
+/// What two convex polygons, both counter-clockwise, share.
+fn shared(a: &[DVec2], b: &[DVec2]) -> Vec<DVec2> {
+    let mut left = a.to_vec();
+    for (i, &from) in b.iter().enumerate() {
+        let edge = b[(i + 1) % b.len()] - from;
+        let side = |p: DVec2| edge.perp_dot(p - from);
+        let mut kept = Vec::with_capacity(left.len() + 1);
+        for (k, &p) in left.iter().enumerate() {
+            let q = left[(k + 1) % left.len()];
+            let (dp, dq) = (side(p), side(q));
+            if dp >= 0.0 {
+                kept.push(p);
+            }
+            if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
+                kept.push(p + (q - p) * (dp / (dp - dq)));
+            }
+        }
+        left = kept;
+    }
+    left
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(corners: [(f64, f64); 3]) -> Vec<DVec2> {
+        corners.map(DVec2::from).to_vec()
+    }
+
+    #[test]
+    fn a_fan_and_a_grid_are_one_polygon_whatever_their_order() {
+        // A fan of a thousand slivers, its odd ones first.
+        let at = |i: usize| (3.0, i as f64 * 1e-3);
+        let fan = |i: usize| triangle([(0.0, 0.0), at(i), at(i + 1)]);
+        let order = (0..500).map(|i| 2 * i + 1).chain((0..500).map(|i| 2 * i));
+        let found = joined(order.map(fan), 1e-12);
+        assert_eq!(found.len(), 1, "{}", found.len());
+        assert!((area(&found[0]) - 1.5).abs() < 1e-9);
+        let square = |x: f64, y: f64| {
+            let [a, b, c, d] = [(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)];
+            [triangle([a, b, c]), triangle([a, d, c])]
+        };
+        let grid = (0..400).flat_map(|i| square(f64::from(i % 20), f64::from(i / 20)));
+        assert_eq!(joined(grid, 1e-9).len(), 1);
+    }
+
+    #[test]
+    fn what_is_between_polygons_stays_open() {
+        let strip =
+            |x: f64| vec![DVec2::new(x, 0.0), DVec2::new(x + 1.0, 0.0), DVec2::new(x + 1.0, 4.0), DVec2::new(x, 4.0)];
+        // A crack of 1e-3; strips that overlap as much elsewhere.
+        assert_eq!(joined([strip(0.0), strip(1.001)].into_iter(), 1e-9).len(), 2);
+        assert_eq!(joined([strip(0.0), strip(0.5), strip(1.501)].into_iter(), 1e-9).len(), 2);
+        // An L.
+        let foot = vec![DVec2::new(1.0, 0.0), DVec2::new(4.0, 0.0), DVec2::new(4.0, 1.0), DVec2::new(1.0, 1.0)];
+        assert_eq!(joined([strip(0.0), foot].into_iter(), 1e-9).len(), 2);
+        assert_eq!(joined([strip(0.0), strip(0.0), strip(0.25)].into_iter(), 1e-9).len(), 1);
+    }
+}
