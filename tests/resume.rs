@@ -209,7 +209,11 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("stopped; the same command goes on from") && state.exists(), "{said}");
     let other = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--seed"), Path::new("7")];
-    refused(&run(&other), &["o.bake-state: belongs to other options; delete it", "--state"]);
+    refused(
+        &run(&other),
+        &["o.bake-state: belongs to other options, of which an interrupted run has left it; --fresh drops it", "--state"],
+    );
+    assert!(state.exists(), "it isn't lost");
     let (said, code) = signalled(spawn(&model, &out), "-INT", Duration::MAX);
     assert!(code == Some(0) && said.contains("goes on from") && !state.exists() && out.exists(), "{said}");
 }
@@ -252,7 +256,7 @@ fn what_cannot_be_written_is_said_before_the_work() {
     std::fs::write(&state, "my own text, of more than a head's length").unwrap();
     let out = folder.join("o.pvs");
     let arguments = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--state"), &state];
-    refused(&run(&arguments), &["mine: is no state of an interrupted run; delete it, or name another with --state"]);
+    refused(&run(&arguments), &["mine: is no state of an interrupted run, so it isn't replaced; name another with --state"]);
     assert_eq!(std::fs::read_to_string(&state).unwrap(), "my own text, of more than a head's length");
     // What can't be baked leaves no state.
     let empty = folder.join("empty.obj");

@@ -66,7 +66,7 @@ impl Args {
     pub fn files(&self) -> Files {
         let alone = self.workers.with.is_none();
         let state = self.state.path((&self.input, "vis-state")).filter(|_| alone);
-        let files = Files::new().reads(&self.input, &["prt", "bsp"]).reads_too(&[self.input.with_extension("prt")]);
+        let files = Files::new().reads_too(&[self.input.clone(), self.input.with_extension("prt")]);
         let files = files.reads_too(&self.against).writes(&self.rows, Kind::Rows).writes(&self.output, Kind::Bsp);
         let files = files.writes(&state, Kind::State).writes(&self.workers.trace, Kind::Trace).fills(&self.workers.with);
         if self.is_in_place() { files.writes_back(&self.input, Kind::Bsp) } else { files }
