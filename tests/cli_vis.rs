@@ -335,7 +335,7 @@ fn an_interrupted_run_leaves_a_state() {
     // Of other options, or of another level: refused, and kept.
     let other = folder.join("other.prt");
     std::fs::write(&other, LEVEL).unwrap();
-    let belongs = |what| [what, "; delete it, or name another with --state"];
+    let belongs = |what| [what, "; --fresh drops it and begins anew"];
     refused(&enfilade!("vis", &level, "--state", &state, "--seed", "1"), &belongs("state: belongs to other options"));
     refused(&enfilade!("vis", &other, "--state", &state), &belongs("state: belongs to another input"));
     // The same rows as in one go; the state is gone then.

@@ -36,11 +36,12 @@ fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
         assert_eq!(summary["missed_pixels"].as_u64(), Some(0), "{mode}");
     }
 
-    // Pictures, and nothing on stdout without --json.
+    // Pictures, and prose on stdout without --json.
     let pictures = folder.join("pictures");
     let _ = std::fs::remove_dir_all(&pictures);
     let out = run_words(&[&common[..], &["--frames", text(&pictures)]].concat());
-    assert!(out.status.success() && out.stdout.is_empty());
+    let told = String::from_utf8(out.stdout).unwrap();
+    assert!(out.status.success() && told.contains("missed pixels") && out.stderr.is_empty(), "{told}");
     assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), frames.len() / 8);
     assert!(std::fs::read(pictures.join("frame_00000_both.png")).unwrap().starts_with(b"\x89PNG"));
 }
@@ -111,7 +112,7 @@ fn the_expected_draw_is_that_of_the_walk() {
     let slab = folder.join("slab.obj");
     std::fs::write(&slab, "v 0 0 0\nv 9 0 0\nv 9 0 9\nv 0 0 9\nf 4 3 2 1\n").unwrap();
     let out = run_words(&["bake", text(&slab), "-o", text(&again)]);
-    let told = String::from_utf8(out.stderr).unwrap();
+    let told = String::from_utf8(out.stdout).unwrap();
     assert!(
         told.contains("both 100 %") && told.contains("no cell is closed") && told.contains("occlusion queries"),
         "{told}"
@@ -239,8 +240,8 @@ fn a_walk_with_a_budget_tells_what_is_missing() {
         assert!(line["loading"]["after_jumps"].as_u64() > Some(0));
     }
     let prose = walk(&["--budget", "50K"]);
-    assert!(prose.status.success() && prose.stdout.is_empty());
-    assert!(String::from_utf8(prose.stderr).unwrap().contains("with something missing"));
+    assert!(prose.status.success() && prose.stderr.is_empty());
+    assert!(String::from_utf8(prose.stdout).unwrap().contains("with something missing"));
     for bad in [
         &["--budget", "x"][..],
         &["--budget", "-5%"],

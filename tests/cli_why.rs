@@ -159,6 +159,30 @@ fn one_side_alone_tells_what_it_can() {
     );
 }
 
+/// Names in the place of numbers; those that are nobody's, or several things', are refused.
+#[test]
+fn names_of_rooms_and_objects_are_taken() {
+    let folder = folder("names");
+    let (scene, mut file) = scene_and_file(200_000, Guarantee::Conservative, true);
+    file.cells.iter_mut().zip(["Hall", "Store", "Study"]).for_each(|(cell, name)| cell.name = name.into());
+    file.cells[2].source = Some("1kT$".into());
+    let path = folder.join("named.pvs");
+    file.save(&path).unwrap();
+    let corner = object(&scene, "corner");
+    assert_eq!(told(&path, "Hall", "corner"), told(&path, "0", &corner.to_string()));
+    assert_eq!(told(&path, "cell:hall", "object:CORNER"), told(&path, "0", &corner.to_string()));
+    assert_eq!(told(&path, "Hall", "Study"), told(&path, "0", "cell:2"));
+    assert_eq!(told(&path, "1kT$", "Store"), told(&path, "2", "cell:1"));
+    refused(&why(&path, &["Attic", "corner"]), &["named.pvs: no cell is named \"Attic\""]);
+    refused(&why(&path, &["Hall", "object:Study"]), &["named.pvs: no object or cell is named \"Study\""]);
+    file.cells[1].name = "Study".into();
+    file.save(&path).unwrap();
+    refused(&why(&path, &["Hall", "Study"]), &["named.pvs: 2 cells are named \"Study\": 1 2; give a number"]);
+    file.cells[1].name = "corner".into();
+    file.save(&path).unwrap();
+    refused(&why(&path, &["Hall", "corner"]), &["give object:corner or cell:corner"]);
+}
+
 #[test]
 fn bad_input_is_one_line_and_exit_2() {
     let folder = folder("bad");

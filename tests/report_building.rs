@@ -242,7 +242,7 @@ fn a_page_tells_how_wrong_tubes_are_drawn() {
     // `bake` and `info` say the same, and nothing of tubes where there are none.
     let said = |arguments: &[&str]| cli::run_words(arguments);
     let bake = said(&["bake", model, "-o", file, "--rays", "20k"]);
-    assert!(String::from_utf8_lossy(&bake.stderr).lines().any(|said| said == line), "{bake:?}");
+    assert!(String::from_utf8_lossy(&bake.stdout).lines().any(|said| said == line), "{bake:?}");
     let info = said(&["info", file]);
     assert!(String::from_utf8_lossy(&info.stdout).contains(&line), "{info:?}");
     let never = json(&["bake", model, "-o", file, "--rays", "20k", "--tubes", "never", "--json"]);

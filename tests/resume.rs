@@ -209,9 +209,43 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("stopped; the same command goes on from") && state.exists(), "{said}");
     let other = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--seed"), Path::new("7")];
-    refused(&run(&other), &["o.bake-state: belongs to other options; delete it", "--state"]);
+    refused(
+        &run(&other),
+        &["o.bake-state: belongs to other options, of which an interrupted run has left it; --fresh drops it", "--state"],
+    );
+    assert!(state.exists(), "it isn't lost");
+    // A copy of it, for what drops it.
+    let (kept, fresh) = (folder.join("kept.bake-state"), folder.join("kept.pvs"));
+    std::fs::copy(&state, &kept).unwrap();
+    let others = ["--seed", "7", "--rays", "100k"].map(Path::new);
+    let other = [&[Path::new("bake"), &model, Path::new("-o"), &fresh], &others[..]].concat();
+    refused(&run(&other), &["kept.bake-state: belongs to other options", "--fresh"]);
+    assert!(std::fs::read(&kept).unwrap() == std::fs::read(&state).unwrap(), "without --fresh nothing of it is lost");
+    let anew = run(&[&other[..], &[Path::new("--fresh")]].concat());
+    let said = String::from_utf8_lossy(&anew.stderr);
+    assert!(anew.status.success() && fresh.exists() && !kept.exists() && !said.contains("goes on"), "{said}");
     let (said, code) = signalled(spawn(&model, &out), "-INT", Duration::MAX);
     assert!(code == Some(0) && said.contains("goes on from") && !state.exists() && out.exists(), "{said}");
+}
+
+/// What a report has worked out is kept, as that of a bake.
+#[cfg(unix)]
+#[test]
+#[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
+fn ctrl_c_in_a_report_keeps_what_it_has() {
+    let folder = folder("report");
+    let (model, page, state) = (building("office.glb"), folder.join("o.html"), folder.join("o.report-state"));
+    let flags = ["--views", "2", "--rays", "300k", "-o"].map(Path::new);
+    let words: Vec<&Path> = [&[Path::new("report"), &model], &flags[..], &[page.as_path()]].concat();
+    let mut first = command(&words).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    while std::fs::metadata(&state).map_or(0, |m| m.len()) < 57 && first.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let (said, code) = signalled(first, "-INT", Duration::ZERO);
+    assert!(code == Some(1) && said.contains("o.report-state") && state.exists() && !page.exists(), "{said}");
+    let again = run(&words);
+    let said = String::from_utf8_lossy(&again.stderr);
+    assert!(again.status.success() && said.contains("goes on from") && page.exists() && !state.exists(), "{said}");
 }
 
 /// A split is no map: nothing of it is kept, and nothing of it is waited for.
@@ -252,7 +286,7 @@ fn what_cannot_be_written_is_said_before_the_work() {
     std::fs::write(&state, "my own text, of more than a head's length").unwrap();
     let out = folder.join("o.pvs");
     let arguments = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--state"), &state];
-    refused(&run(&arguments), &["mine: is no state of an interrupted run; delete it, or name another with --state"]);
+    refused(&run(&arguments), &["mine: is no state of an interrupted run, so it isn't replaced; name another with --state"]);
     assert_eq!(std::fs::read_to_string(&state).unwrap(), "my own text, of more than a head's length");
     // What can't be baked leaves no state.
     let empty = folder.join("empty.obj");

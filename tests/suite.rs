@@ -18,6 +18,7 @@ mod check_damage;
 mod check_rooms;
 mod circles;
 mod cli_errors;
+mod cli_files;
 mod cli_ground;
 mod cli_report;
 mod cli_vis;

@@ -133,7 +133,7 @@ impl Args {
         let state = self.state.path((&output, "bake-state")).filter(|_| alone);
         let files = Files::new().model(&self.input).reads_too(self.scene.paths());
         let files = files.reads_too(self.view_cells.as_ref().and_then(ViewCells::path));
-        let files = files.writes(&output, Kind::Pvs).writes(&state, Kind::State).writes(&self.leak, Kind::Points);
+        let files = files.writes(&state, Kind::State).writes(&output, Kind::Pvs).writes(&self.leak, Kind::Points);
         files.writes(&self.workers.trace, Kind::Trace).fills(&self.workers.with)
     }
 }

@@ -307,6 +307,10 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut String) {
     if r.empty_cells > 0 {
         say!(out, "{} cells have no volume; nothing was cast from them", r.empty_cells);
     }
+    tell_examples(r, file, scene, out);
+}
+
+fn tell_examples(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut String) {
     for e in &r.examples {
         let name =
             |cell: Option<CellId>| cell.map_or("no cell".into(), |c| format!("cell {c} ({})", file.cells[c.index()].name));

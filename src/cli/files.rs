@@ -164,9 +164,12 @@ fn check_replaced(path: &Path, about: &fs::Metadata, kind: Kind) -> Result<(), C
         Err(e) if e.kind() == io::ErrorKind::PermissionDenied => return Err(protected()),
         opened => opened.map(drop).map_err(|e| at(path, e))?,
     }
-    match kind.is_of(path).map_err(|e| at(path, e))? {
+    match kind.may_replace(path).map_err(|e| at(path, e))? {
         true => Ok(()),
-        false => Err(at(path, format!("is there and is no {}, so it isn't replaced; give another name", kind.name()))),
+        false => {
+            let remedy = if kind == Kind::State { "name another with --state" } else { "give another name" };
+            Err(at(path, format!("is no {}, so it isn't replaced; {remedy}", kind.name())))
+        }
     }
 }
 
@@ -184,7 +187,7 @@ fn check_folder(path: &Path, folder: &Path, folders: &mut Vec<PathBuf>) -> Resul
     match fs::metadata(folder) {
         Ok(about) if about.is_dir() => (),
         Ok(_) => return Err(at(folder, "is no folder")),
-        Err(_) => return Err(at(folder, "there is no such folder")),
+        Err(_) => return Err(at(folder, format!("there is no such folder for {}", path.display()))),
     }
     // Only trying tells: root may write where bits forbid it, and nobody may on a disk that is read-only.
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());

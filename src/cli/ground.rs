@@ -45,8 +45,7 @@ pub struct Args {
 impl Args {
     /// What is read and written.
     pub fn files(&self) -> Files {
-        let kinds = ["tif", "tiff", "hgt", "asc"];
-        let files = self.rasters.iter().fold(Files::new(), |files, raster| files.reads(raster, &kinds));
+        let files = Files::new().reads_too(&self.rasters);
         let files = self.keep_out.iter().fold(files, |files, model| files.model(model));
         files.reads_too(self.files.paths()).writes(&self.output, Kind::Ground)
     }

@@ -46,6 +46,27 @@ const HEAD: u64 = 4096;
 const TABLES: [&str; 7] =
     ["strategy,cpu_", "cell,name,", "offices,cells,", "tier,", "limit_px,segments,", "above_m,limit,", "method,stage,"];
 
+/// All kinds.
+const ALL: [Kind; 15] = [
+    Kind::Pvs,
+    Kind::Glb,
+    Kind::Obj,
+    Kind::Leaks,
+    Kind::Points,
+    Kind::Rows,
+    Kind::Bsp,
+    Kind::Ground,
+    Kind::Tiff,
+    Kind::Png,
+    Kind::Page,
+    Kind::Table,
+    Kind::Trace,
+    Kind::State,
+    Kind::Json,
+];
+/// How other files of this field begin.
+const OTHERS: [&[u8]; 8] = [b"PK\x03\x04", b"\x1F\x8B", b"ISO-10303-21", b"ply", b"solid ", b"PRT", b"<", b"%PDF"];
+
 impl Kind {
     /// In words, after "is no".
     pub fn name(self) -> &'static str {
@@ -68,11 +89,19 @@ impl Kind {
         }
     }
 
-    /// Whether a file is empty or begins as this kind does.
-    pub fn is_of(self, path: &Path) -> io::Result<bool> {
+    /// Whether a file may be replaced by one of this kind: it is empty, it begins as this kind does, or its name says that it is of a
+    /// kind that is only ours, and nothing in it says that it is of another one.
+    pub fn may_replace(self, path: &Path) -> io::Result<bool> {
         let mut head = Vec::new();
         File::open(path)?.take(HEAD).read_to_end(&mut head)?;
-        Ok(head.is_empty() || self.begins(&head))
+        let ours = match self {
+            Self::Pvs => Some("pvs"),
+            Self::Ground => Some("ground"),
+            _ => None,
+        };
+        let is_named = ours.is_some_and(|ours| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ours)));
+        let is_other = || ALL.iter().any(|kind| kind.begins(&head)) || OTHERS.iter().any(|other| head.starts_with(other));
+        Ok(head.is_empty() || self.begins(&head) || is_named && !is_other())
     }
 
     fn begins(self, head: &[u8]) -> bool {
@@ -117,7 +146,7 @@ mod tests {
 
     #[test]
     fn each_kind_is_told_from_all_others() {
-        let samples: [(Kind, &[u8]); 15] = [
+        let samples: [(Kind, &[u8]); ALL.len()] = [
             (Kind::Pvs, &MAGIC),
             (Kind::Glb, b"glTF\x02\0\0\0"),
             (Kind::Obj, b"# a model\nv 0 0 0\n"),
@@ -134,7 +163,8 @@ mod tests {
             (Kind::State, b"EnfWork\n\0\0"),
             (Kind::Json, b"{\"name\":\"path\"}"),
         ];
-        for (kind, _) in samples {
+        assert_eq!(samples.map(|(kind, _)| kind), ALL);
+        for kind in ALL {
             for (of, sample) in samples {
                 // Lines of leaks are OBJ.
                 let is = kind == of || (kind, of) == (Kind::Obj, Kind::Leaks);

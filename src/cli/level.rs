@@ -78,6 +78,7 @@ impl Input {
             Some(e) if e == "map" => {
                 Err(at(path, "a level's source: compile it (qbsp) and give the .bsp or the .prt, or `bake` it as it is"))
             }
+            _ if path.is_dir() => Err(at(path, "is a folder, and is named neither .prt nor .bsp; give a level in it")),
             _ => Err(at(path, "is named neither .prt nor .bsp")),
         }
     }

@@ -74,7 +74,8 @@ impl Args {
         let is = |extension: &str| self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
         let is_building = !["prt", "bsp", "ground"].into_iter().any(is);
         let tables = [
-            ("csv", true),
+            // Else there is a line of its own on it.
+            ("csv", page.with_extension("csv") != page),
             ("cells.csv", is_building),
             ("tubes.csv", is_building),
             ("growth.csv", !self.growth.is_empty()),
@@ -134,6 +135,9 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     }
     let output = args.output();
     let table = output.with_extension("csv");
+    if table == output {
+        return Err(at(&output, "-o names the page; the table gets its name with .csv"));
+    }
     if is("ground") {
         let again = command(args, []);
         return ground::report(&args.input, &again, args.search.seed, [&output, &table], args.json);

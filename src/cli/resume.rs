@@ -239,7 +239,7 @@ fn alone(flags: &StateFlags, of: &Of<'_>) -> Result<Place, CliError> {
     let journal = opened.map_err(|e| match e {
         JournalError::Other(_) => {
             let remedy = "--fresh drops it and begins anew, --state FILE keeps it and begins another";
-            at(&path, format!("is what an interrupted run has left, and {e}; {remedy}"))
+            at(&path, format!("{e}, of which an interrupted run has left it; {remedy}"))
         }
         JournalError::NotAJournal => at(&path, format!("{e}; name another with --state")),
         e => at(&path, e),

@@ -66,7 +66,7 @@ impl Args {
     pub fn files(&self) -> Files {
         let alone = self.workers.with.is_none();
         let state = self.state.path((&self.input, "vis-state")).filter(|_| alone);
-        let files = Files::new().reads(&self.input, &["prt", "bsp"]).reads_too(&[self.input.with_extension("prt")]);
+        let files = Files::new().reads_too(&[self.input.clone(), self.input.with_extension("prt")]);
         let files = files.reads_too(&self.against).writes(&self.rows, Kind::Rows).writes(&self.output, Kind::Bsp);
         let files = files.writes(&state, Kind::State).writes(&self.workers.trace, Kind::Trace).fills(&self.workers.with);
         if self.is_in_place() { files.writes_back(&self.input, Kind::Bsp) } else { files }
@@ -121,19 +121,13 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     kept.ends();
     let writing = Instant::now();
     let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
-    let Written { ambient, backup } = write(args, &input, output.as_deref(), &result)?;
+    let written = write(args, &input, output.as_deref(), &result)?;
     kept.done()?;
     let write = writing.elapsed().as_secs_f64();
 
     // 4. The report.
     let mut report = report(&input, &result.totals());
-    if let Some(levels) = &ambient {
-        let hear = |sound: usize| levels.iter().filter(|leaf| leaf[sound] > 0).count();
-        report["ambient_leaves"] = json!({ "water": hear(0), "sky": hear(1), "slime": hear(2), "lava": hear(3) });
-    }
-    if let Some(backup) = &backup {
-        report["backup"] = backup.to_string_lossy().into();
-    }
+    written.tell(&mut report);
     let mut seconds = serde_json::Map::new();
     seconds.insert("read".into(), read.into());
     stages.done.iter().for_each(|s| _ = seconds.insert(s.name.clone(), s.seconds.into()));
@@ -169,6 +163,19 @@ struct Written {
     ambient: Option<Vec<[u8; 4]>>,
     /// The copy of the level before, where it was written in place.
     backup: Option<PathBuf>,
+}
+
+impl Written {
+    /// Puts it into a report.
+    fn tell(&self, report: &mut Value) {
+        if let Some(levels) = &self.ambient {
+            let hear = |sound: usize| levels.iter().filter(|leaf| leaf[sound] > 0).count();
+            report["ambient_leaves"] = json!({ "water": hear(0), "sky": hear(1), "slime": hear(2), "lava": hear(3) });
+        }
+        if let Some(backup) = &self.backup {
+            report["backup"] = backup.to_string_lossy().into();
+        }
+    }
 }
 
 /// Writes what was asked for.

@@ -21,12 +21,12 @@ pub struct Args {
     /// The file that `bake --keep-bounds` wrote
     #[arg(value_name = "OUT.pvs")]
     file: PathBuf,
-    /// The cell that looks: 3, or cell:3
-    #[arg(value_name = "A", value_parser = cell)]
-    from: CellId,
-    /// What it looks for: an object (17, or object:17) or another cell (cell:4)
-    #[arg(value_name = "B", value_parser = goal)]
-    to: Goal,
+    /// The cell that looks: 3, cell:3, or a room's name
+    #[arg(value_name = "A")]
+    from: String,
+    /// What it looks for: an object (17, object:17), another cell (cell:4), or the name of either
+    #[arg(value_name = "B")]
+    to: String,
     /// The model that the file was baked for: witnesses and shields are tested against its triangles
     #[arg(long, value_name = "INPUT")]
     model: Option<PathBuf>,
@@ -37,16 +37,62 @@ pub struct Args {
     json: bool,
 }
 
-fn cell(text: &str) -> Result<CellId, String> {
-    let id = text.strip_prefix("cell:").unwrap_or(text);
-    id.parse().map(CellId).map_err(|_| "give a cell's number, as 3 or cell:3".to_owned())
+/// The cell that a word means: its number, its name or its author's id.
+fn cell(file: &PvsFile, word: &str) -> Result<CellId, String> {
+    let word = word.strip_prefix("cell:").unwrap_or(word);
+    if let Ok(id) = word.parse() {
+        return Ok(CellId(id));
+    }
+    match &cells_named(file, word)[..] {
+        [] => Err(format!("no cell is named {word:?}; give its number, as 3 or cell:3, or a name, as `dump` lists them")),
+        cells => only(word, "cells", cells).map(CellId),
+    }
 }
 
-fn goal(text: &str) -> Result<Goal, String> {
-    let number = |id: &str| id.parse().map_err(|_| "give an object, as 17 or object:17, or a cell, as cell:4".to_owned());
-    match text.strip_prefix("cell:") {
-        Some(id) => Ok(Goal::Cell(CellId(number(id)?))),
-        None => Ok(Goal::Object(ObjectId(number(text.strip_prefix("object:").unwrap_or(text))?))),
+/// The object or cell that a word means; a number alone is an object's.
+fn goal(file: &PvsFile, word: &str) -> Result<Goal, String> {
+    if word.starts_with("cell:") {
+        return cell(file, word).map(Goal::Cell);
+    }
+    let name = word.strip_prefix("object:").unwrap_or(word);
+    if let Ok(id) = name.parse() {
+        return Ok(Goal::Object(ObjectId(id)));
+    }
+    let objects = named(file.objects.iter().map(|object| [Some(object.node.as_str()), None]), name);
+    let cells = if name == word { cells_named(file, name) } else { Vec::new() };
+    match (&objects[..], &cells[..]) {
+        ([], []) => Err(format!(
+            "no object or cell is named {name:?}; give an object, as 17 or object:17, a cell, as cell:4, or a name, as `dump` lists them"
+        )),
+        ([], cells) => only(name, "cells", cells).map(|id| Goal::Cell(CellId(id))),
+        (objects, []) => only(name, "objects", objects).map(|id| Goal::Object(ObjectId(id))),
+        _ => Err(format!("an object and a cell are named {name:?}; give object:{name} or cell:{name}")),
+    }
+}
+
+/// Cells of this name or author's id.
+fn cells_named(file: &PvsFile, name: &str) -> Vec<u32> {
+    named(file.cells.iter().map(|cell| [Some(cell.name.as_str()), cell.source.as_deref()]), name)
+}
+
+/// Numbers of what has this name; where nothing has it to the letter, capitals count for nothing.
+fn named<'n>(names: impl Iterator<Item = [Option<&'n str>; 2]> + Clone, name: &str) -> Vec<u32> {
+    let by = |is: &dyn Fn(&str) -> bool| -> Vec<u32> {
+        let has = |of: [Option<&str>; 2]| of.into_iter().flatten().any(is);
+        (0..).zip(names.clone()).filter(|(_, of)| has(*of)).map(|(id, _)| id).collect()
+    };
+    let exactly = by(&|of| of == name);
+    if exactly.is_empty() { by(&|of| of.to_lowercase() == name.to_lowercase()) } else { exactly }
+}
+
+/// The one of these.
+fn only(name: &str, what: &str, ids: &[u32]) -> Result<u32, String> {
+    match ids {
+        [id] => Ok(*id),
+        _ => {
+            let told: Vec<String> = ids.iter().take(TOLD).map(ToString::to_string).collect();
+            Err(format!("{} {what} are named {name:?}: {}; give a number", ids.len(), told.join(" ")))
+        }
     }
 }
 
@@ -61,12 +107,14 @@ impl Args {
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let (from, to) = (cell(&file, &args.from), goal(&file, &args.to));
+    let (from, to) = (from.map_err(|e| at(&args.file, e))?, to.map_err(|e| at(&args.file, e))?);
     let model = args.model.as_ref();
     let options = args.files.again(&file.import);
     let scene = model.map(|path| import(path, &options).map_err(|e| at(path, e))).transpose()?;
     let asker = Asker::new(&file, scene.as_ref()).map_err(|e| at(model.unwrap_or(&args.file), e))?;
-    let why = asker.why(args.from, args.to).map_err(|e| at(&args.file, e))?;
-    let teller = Teller { file: &file, from: args.from, to: args.to };
+    let why = asker.why(from, to).map_err(|e| at(&args.file, e))?;
+    let teller = Teller { file: &file, from, to };
     if args.json {
         super::answer(&format!("{:#}", teller.json(&why)))?;
     } else {

@@ -21,7 +21,7 @@ fn baked(scene: &Scene) -> PvsFile {
     let pvs = PvsOptions { ray_budget: 50_000, ..PvsOptions::default() };
     let file = bake(scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
     let report = check(&file, scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
-    assert!(report.passed(), "{}: {report:?}", scene.name);
+    assert!(report.passed, "{}: {report:?}", scene.name);
     file
 }
 

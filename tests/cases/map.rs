@@ -48,7 +48,7 @@ fn baked(scene: &Scene) -> PvsFile {
 #[track_caller]
 fn passes(file: &PvsFile, scene: &Scene) {
     let report = check(file, scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
-    assert!(report.passed(), "{report:?}");
+    assert!(report.passed, "{report:?}");
 }
 
 /// The files of a folder with an extension, by name.

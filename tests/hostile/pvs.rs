@@ -4,6 +4,10 @@ use super::mutants::{Report, Run, change, run, settle, table};
 use super::wanted;
 use crate::targets::TARGETS;
 use enfilade::file::PvsFile;
+use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode};
+use enfilade::walkthrough::expected::expected_draw;
+use enfilade::walkthrough::tour::tour;
+use glam::DVec3;
 use testing::forge::{Forged, Shape, ZSTD, random_file, sample};
 use testing::random::Random;
 
@@ -104,4 +108,23 @@ fn no_file_panics_lies_or_takes_memory_beyond_what_is_promised() {
     // Mutants must get past the checksums and the first checks, or this tests nothing; most must not get further.
     let accepted = reports[0].accepted;
     assert!((count / 100..count / 2).contains(&accepted), "{accepted} of {count} accepted");
+}
+
+/// Whatever the counts are: refused in one line when read, and borne by what takes a file from memory.
+#[test]
+fn files_without_cells_objects_or_portals_are_refused_or_borne() {
+    let mut random = Random::new(11);
+    for number in 0..200 {
+        let [cells, objects, portals] = [0, 0, 0].map(|_| [0, 0, 1, 2, 5][random.below(5)]);
+        let file = random_file(number, Shape { cells, portals, objects, keep_bounds: number % 2 == 0 });
+        let read = PvsFile::read(&file.write());
+        assert_eq!(read.is_ok(), cells > 0 && objects > 0, "{cells} cells, {objects} objects: {:?}", read.err());
+        let culler = Culler::new(&file);
+        let mut frames = FrameCuller::new(&culler, AutoOptions::default());
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::X, 1.0, 1.5);
+        for mode in [FrameMode::None, FrameMode::Frustum, FrameMode::Portals, FrameMode::Pvs, FrameMode::Both] {
+            assert!(frames.cull(&culler, &camera, 0.05, mode, None).objects.len() <= objects);
+        }
+        let _ = (tour(&file, number), expected_draw(&file));
+    }
 }

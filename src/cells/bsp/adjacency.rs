@@ -3,10 +3,9 @@
 //! Each face of a leaf behind a node's plane is pushed down the tree in front of it (as level compilers make portals), and what
 //! no shell triangle on that plane covers is open (Teller 1992; see [`crate::cells::complex::coverage`] for why that is sound).
 
-use super::tree::{Bsp, Child, Face, Node, RIM, cut, reach};
+use super::tree::{Bsp, Child, Face, RIM, cut, reach};
 use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{area, convex_hull, points as corners, shape_area, width};
-use crate::cells::complex::tiling::joined;
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
@@ -79,16 +78,6 @@ impl Flat {
 struct Covers<'b> {
     bsp: &'b Bsp,
     trees: Vec<Option<BoxTree>>,
-    /// The covers of each node where there are many, those that tile joined.
-    joined: Vec<Option<Joined>>,
-}
-
-/// Covers of a node, joined, in its plane.
-struct Joined {
-    polygons: Vec<Vec<DVec3>>,
-    tree: BoxTree,
-    /// How far the covers are off the plane, metres.
-    off: f64,
 }
 
 /// Covers of a node that need no tree.
@@ -96,43 +85,24 @@ const FEW: usize = 12;
 /// Sine of the angle up to which planes meet so that what their triangles are off them matters: one degree. Smaller: slits between
 /// nearly level facets stay open. Larger: covers of planes that part at once are looked at in vain.
 const SHALLOW: f64 = 0.0175;
-/// Covers that tile are joined where the whole has no more than the square of so many seals that they have not. More: what is beside a cover
-/// counts as closed. Less: rounding keeps them apart.
-const SLIP: f64 = 0.1;
-/// Joined covers stand for those of another plane where these are off it by no more than this share of the coplanar tolerance. More: less of
-/// what grazes a face counts as on it. Less: walls whose corners are rounded are taken as they are.
-const OFF: f64 = 0.1;
 
 impl<'b> Covers<'b> {
-    /// `along` as for [`Flat::new`].
-    fn new(bsp: &'b Bsp, along: DVec3, seal: f64) -> Self {
+    fn new(bsp: &'b Bsp) -> Self {
         let tree = |covers: &[Vec<DVec3>]| {
             let boxes: Vec<Aabb> = covers.iter().map(|c| Aabb::of(c.iter().copied())).collect();
             BoxTree::new(&boxes, (0..boxes.len() as u32).collect())
         };
         let trees = parallel::map(&bsp.nodes, |n| (n.covers.len() > FEW).then(|| tree(&n.covers)));
-        let joined = |n: &Node| {
-            let flat = Flat::new(&n.plane, along);
-            let covers = n.covers.iter().map(|cover| cover.iter().map(|&p| flat.to(p)).collect());
-            let joined = joined(covers, (SLIP * seal).powi(2)).into_iter();
-            let polygons: Vec<Vec<DVec3>> = joined.map(|q| q.into_iter().map(|p| flat.from(p)).collect()).collect();
-            let off = n.covers.iter().flatten().map(|&p| n.plane.distance(p).abs()).fold(0.0, f64::max);
-            Joined { tree: tree(&polygons), polygons, off }
-        };
-        let joined = parallel::map(&bsp.nodes, |n| (n.covers.len() > FEW).then(|| joined(n)));
-        Self { bsp, trees, joined }
+        Self { bsp, trees }
     }
 
     /// What lies on a node's plane between two leaves, near a box: its own covers, what grazes the leaves, and what of the covers
     /// of other planes around them is nowhere farther off than `coplanar`. Where planes meet at a shallow angle, the leaf between
     /// them goes on beyond the edge of the triangles on the one, as their planes are a little off, and so under those on the other.
-    fn near(&self, node: u32, bounds: &Aabb, leaves: [u32; 2], coplanar: f64) -> Vec<Cow<'_, [DVec3]>> {
+    fn near(&self, node: u32, bounds: &Aabb, leaves: [u32; 2], coplanar: f64) -> Vec<Cow<'b, [DVec3]>> {
         let plane = self.bsp.nodes[node as usize].plane;
-        let mut out: Vec<Cow<'_, [DVec3]>> = Vec::new();
-        match &self.joined[node as usize] {
-            Some(Joined { polygons, tree, .. }) => in_box(polygons, tree, bounds, &mut |c| out.push(Cow::Borrowed(c))),
-            None => self.of_node(node, bounds, &mut |c| out.push(Cow::Borrowed(c))),
-        }
+        let mut out: Vec<Cow<'b, [DVec3]>> = Vec::new();
+        self.of_node(node, bounds, &mut |c| out.push(Cow::Borrowed(c)));
         let leaves = leaves.map(|l| &self.bsp.leaves[l as usize]);
         let lies = |c: &&Vec<DVec3>| c.iter().all(|&p| plane.distance(p).abs() <= coplanar);
         let stray =
@@ -147,19 +117,13 @@ impl<'b> Covers<'b> {
         let mut others: Vec<u32> = leaves.iter().flat_map(|l| &l.poly.faces).filter(shallow).map(|f| f.node).collect();
         others.sort_unstable();
         others.dedup();
+        let (ahead, back) = (Plane { d: plane.d + coplanar, ..plane }, plane.flipped());
+        let back = Plane { d: back.d + coplanar, ..back };
         for other in others {
-            let joined = self.joined[other as usize].as_ref().filter(|joined| joined.off <= OFF * coplanar);
-            let near = coplanar - joined.map_or(0.0, |joined| joined.off);
-            let (ahead, back) = (Plane { d: plane.d + near, ..plane }, plane.flipped());
-            let back = Plane { d: back.d + near, ..back };
-            let mut visit = |c: &[DVec3]| {
+            self.of_node(other, bounds, &mut |c| {
                 let part = clip(&clip(c, &ahead, 0.0), &back, 0.0);
                 out.extend((part.len() >= 3).then_some(Cow::Owned(part)));
-            };
-            match joined {
-                Some(Joined { polygons, tree, .. }) => in_box(polygons, tree, bounds, &mut visit),
-                None => self.of_node(other, bounds, &mut visit),
-            }
+            });
         }
         out
     }
@@ -168,24 +132,21 @@ impl<'b> Covers<'b> {
     fn of_node(&self, node: u32, bounds: &Aabb, visit: &mut impl FnMut(&'b [DVec3])) {
         let covers = &self.bsp.nodes[node as usize].covers;
         match &self.trees[node as usize] {
-            Some(tree) => in_box(covers, tree, bounds, visit),
+            Some(tree) => {
+                let mut found = Vec::new();
+                tree.in_box(bounds, &mut |i| found.push(i));
+                found.sort_unstable();
+                found.iter().for_each(|&i| visit(&covers[i as usize]));
+            }
             None => covers.iter().filter(|c| Aabb::of(c.iter().copied()).touches(bounds)).for_each(|c| visit(c)),
         }
     }
 }
 
-/// Visits polygons near a box, in order.
-fn in_box<'p>(polygons: &'p [Vec<DVec3>], tree: &BoxTree, bounds: &Aabb, visit: &mut impl FnMut(&'p [DVec3])) {
-    let mut found = Vec::new();
-    tree.in_box(bounds, &mut |i| found.push(i));
-    found.sort_unstable();
-    found.iter().for_each(|&i| visit(&polygons[i as usize]));
-}
-
 /// All faces between leaves, by the leaf behind, ascending. `along` as for [`Flat::new`].
 pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance, work: &Job<'_>) -> Result<Vec<Contact>, Stopped> {
     let (coplanar, seal, least) = (tolerance.coplanar, tolerance.seal, tolerance.smallest_hole());
-    let covers = Covers::new(bsp, along, seal);
+    let covers = Covers::new(bsp);
     let of_leaf = |leaf: u32| {
         let mut out = Vec::new();
         for face in &bsp.leaves[leaf as usize].poly.faces {

@@ -6,6 +6,7 @@
 //! booleans are done on integers (i_overlay), at a resolution of 2^-30 of the face.
 
 use super::polygon::{Shape, area, convex_hull, counter_clockwise, points, width};
+use super::tiling::joined;
 use glam::DVec2;
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
@@ -45,7 +46,13 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
         None => {}
     }
     let subject: Vec<[f64; 2]> = face.iter().map(|p| p.to_array()).collect();
-    let grown = joined(triangles.iter().map(|t| grown(t, seal)).collect());
+    let grown = united(match triangles.len() <= AT_ONCE {
+        true => triangles.iter().map(|t| grown(t, seal)).collect(),
+        false => {
+            let tiles = joined(triangles.iter().map(|t| t.to_vec()), (SLIP * seal).powi(2));
+            tiles.iter().map(|tile| grown(tile, seal)).collect()
+        }
+    });
     let mut parts = subject.overlay(&grown, OverlayRule::Difference, FillRule::NonZero);
     // Slivers along a triangle are rounding; a face that is itself no wider closes nothing.
     let least = (CRUMB * seal).min(0.9 * width(face));
@@ -53,22 +60,25 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     Open::Parts(parts)
 }
 
-/// Most contours that are taken from a face as they are, and most that are joined at once. Triangles narrower than a seal cross each other all,
+/// Most contours that are taken from a face as they are, and most that are united at once. Triangles narrower than a seal cross each other all,
 /// once they are grown, and time is the square of their number and more. More: a curved wall of ten thousand faces takes minutes. Fewer: more
 /// booleans than need be.
 const AT_ONCE: usize = 48;
 const TOGETHER: usize = 16;
+/// Where triangles are many, those that tile are joined first, if the whole has no more than the square of so many seals that they have not.
+/// More: what is beside a triangle counts as closed. Less: rounding keeps them apart.
+const SLIP: f64 = 0.1;
 
-/// A triangle that grows by `seal`.
-fn grown(triangle: &[DVec2; 3], seal: f64) -> Contour {
-    let corners = triangle
+/// A convex polygon that grows by `seal`.
+fn grown(polygon: &[DVec2], seal: f64) -> Contour {
+    let corners = polygon
         .iter()
         .flat_map(|p| [(-seal, -seal), (seal, -seal), (seal, seal), (-seal, seal)].map(|(x, y)| *p + DVec2::new(x, y)));
     convex_hull(corners.collect()).iter().map(|p| p.to_array()).collect()
 }
 
-/// Contours of which many are joined, a few at a time, then what comes of these, until one union is left.
-fn joined(contours: Vec<Contour>) -> Vec<Contour> {
+/// Contours of which many are united, a few at a time, then what comes of these, until one union is left.
+fn united(contours: Vec<Contour>) -> Vec<Contour> {
     if contours.len() <= AT_ONCE {
         return contours;
     }

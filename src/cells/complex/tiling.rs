@@ -1,19 +1,20 @@
 //! Convex polygons that tile larger ones, joined: a wall that was cut into a thousand triangles covers as few polygons what it covered as
 //! many.
 //!
-//! Greedy: a polygon joins one of those shortly before it where the convex hull of both is hardly larger than both together. That is done in
-//! several orders, until two of them find nothing.
+//! Greedy: a polygon joins one of those shortly before it where the convex hull of both is hardly larger than both together. That is done along
+//! one axis and the other, until neither finds anything.
 //!
 //! Soundness: all that a hull has and its polygons have not is smaller than a given area, so no point of it is farther from them than about its
 //! root.
 
 use super::polygon::{area, convex_hull};
 use glam::DVec2;
+use std::cmp::Ordering;
 
 /// A polygon is held against so many that came before it. More: slower. Fewer: tiles that are written far apart stay apart.
-const LOOKED_AT: usize = 8;
+const LOOKED_AT: usize = 4;
 /// Most times that all are gone through.
-const PASSES: usize = 8;
+const PASSES: usize = 6;
 
 /// A convex polygon, counter-clockwise.
 struct Part {
@@ -52,11 +53,12 @@ pub fn joined(polygons: impl Iterator<Item = Vec<DVec2>>, most: f64) -> Vec<Vec<
     let mut parts: Vec<Part> = polygons.map(|corners| Part::new(convex_hull(corners), 0.0)).collect();
     let mut in_vain = 0;
     for pass in 0..PASSES {
-        match pass % 3 {
-            1 => parts.sort_by(|a, b| a.ends[0].x.total_cmp(&b.ends[0].x).then(a.ends[0].y.total_cmp(&b.ends[0].y))),
-            2 => parts.sort_by(|a, b| a.ends[0].y.total_cmp(&b.ends[0].y).then(a.ends[0].x.total_cmp(&b.ends[0].x))),
-            _ => {}
-        }
+        // By the middles of their boxes, which both halves of a rectangle share.
+        let key = |part: &Part| {
+            let middle = part.ends[0] + part.ends[1];
+            if pass % 2 == 0 { [middle.x, middle.y] } else { [middle.y, middle.x] }
+        };
+        parts.sort_by(|a, b| key(a).iter().zip(&key(b)).fold(Ordering::Equal, |told, (a, b)| told.then(a.total_cmp(b))));
         let before = parts.len();
         parts = once(parts, most);
         in_vain = if parts.len() == before { in_vain + 1 } else { 0 };

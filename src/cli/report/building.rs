@@ -64,21 +64,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let cells_seconds = since.elapsed().as_secs_f64();
 
     // 2. Both sides, as `bake` works them out.
-    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
-    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), &scene)?;
-    let options = BakeOptions {
-        split: args.scene.split(),
-        pvs: pvs.clone(),
-        keep_bounds: true,
-        smallest_hole: args.scene.smallest_hole,
-        // The page compares rows of the cells as they were found.
-        clusters: Some(0.0),
-        import: import_options,
-        given: Some(graph.clone()),
-        view_cells,
-        view_cell_bytes,
-        ..BakeOptions::default()
-    };
+    let options = options(args, &scene, import_options, &graph)?;
     let of = Of { digest: digest(&scene, &options), beside: (output, super::STATE), outputs: &[] };
     let kept = Kept::open(&args.state, None, &of)?;
     let clock = Clock::start();
@@ -134,6 +120,25 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let written: Vec<String> = files.iter().map(|(path, _)| format!("{} written", path.display())).collect();
     crate::cli::prose(&written.join("\n"), args.json)?;
     Ok(Outcome::Done)
+}
+
+/// Those of the page's bake.
+fn options(args: &Args, scene: &Scene, import: ImportOptions, graph: &CellGraph) -> Result<BakeOptions, CliError> {
+    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
+    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), scene)?;
+    Ok(BakeOptions {
+        split: args.scene.split(),
+        pvs,
+        keep_bounds: true,
+        smallest_hole: args.scene.smallest_hole,
+        // The page compares rows of the cells as they were found.
+        clusters: Some(0.0),
+        import,
+        given: Some(graph.clone()),
+        view_cells,
+        view_cell_bytes,
+        ..BakeOptions::default()
+    })
 }
 
 /// Says on the terminal what is done, and keeps how long it took.
