@@ -1,5 +1,5 @@
-//! What commands write over: no input by any of its names, no file of another kind, none that is protected; and what can't be written
-//! is said before the work.
+//! What commands write over: no input by any of its names, no file of another kind, none that is protected; and what can't be
+//! written is said before the work.
 
 use crate::cli::{LEVEL, done, folder, maze, run_words, text};
 use std::path::{Path, PathBuf};
